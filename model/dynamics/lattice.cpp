@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "model/dynamics/lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "model/dynamics/network_builder.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr std::array<std::array<int, 3>, 13> directions{{{1, 0, 0},  {0, 1, 0},  {0, 0, 1},
+                                                         {1, 1, 0},  {-1, 1, 0}, {1, 0, 1},
+                                                         {-1, 0, 1}, {0, 1, 1},  {0, -1, 1},
+                                                         {1, 1, 1},  {-1, 1, 1}, {1, -1, 1},
+                                                         {-1, -1, 1}}};
+
+int axes_spanned(const std::array<int, 3>& direction) {
+  return std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
+}
+
+/// What the cells around a bond add up to.
+struct Bond {
+  double stiffness = 0.0;
+  double damping_ratio_sum = 0.0;  ///< weighted by stiffness
+  double viscosity_sum = 0.0;      ///< weighted by stiffness
+  double ratio_weight = 0.0;       ///< stiffness of the cells that give a damping ratio
+  double viscosity_weight = 0.0;   ///< stiffness of the cells that give a viscosity
+};
+
+void add(Bond& bond, double stiffness, const CellMaterial& material) {
+  bond.stiffness += stiffness;
+  if (material.viscosity) {
+    bond.viscosity_sum += stiffness * *material.viscosity;
+    bond.viscosity_weight += stiffness;
+  } else {
+    bond.damping_ratio_sum += stiffness * material.damping_ratio;
+    bond.ratio_weight += stiffness;
+  }
+}
+
+double viscosity_of(const Bond& bond, double mass_a, double mass_b) {
+  const double reduced_mass = mass_a * mass_b / (mass_a + mass_b);
+  const double critical = 2.0 * std::sqrt(bond.stiffness * reduced_mass);
+  return (bond.damping_ratio_sum * critical + bond.viscosity_sum) / bond.stiffness;
+}
+
+NodeVectors lattice_positions(const LatticeShape& shape) {
+  NodeVectors position(3, shape.node_count());
+  for (int l = 0; l < shape.nodes[2]; ++l) {
+    for (int j = 0; j < shape.nodes[1]; ++j) {
+      for (int i = 0; i < shape.nodes[0]; ++i) {
+        position.col(shape.index(i, j, l)) = shape.position(i, j, l);
+      }
+    }
+  }
+  return position;
+}
+
+/// Calls visit(node, direction index, neighbour) for every bond, by node, then by direction.
+template <class Visit>
+void for_each_bond(const LatticeShape& shape, Visit visit) {
+  const auto bonds = bond_directions(shape.connectivity);
+  for (int l = 0; l < shape.nodes[2]; ++l) {
+    for (int j = 0; j < shape.nodes[1]; ++j) {
+      for (int i = 0; i < shape.nodes[0]; ++i) {
+        for (std::size_t d = 0; d < bonds.size(); ++d) {
+          const int ni = i + bonds[d][0];
+          const int nj = j + bonds[d][1];
+          const int nl = l + bonds[d][2];
+          if (ni < 0 || nj < 0 || ni >= shape.nodes[0] || nj >= shape.nodes[1] ||
+              nl >= shape.nodes[2]) {
+            continue;
+          }
+          visit(shape.index(i, j, l), d, shape.index(ni, nj, nl));
+        }
+      }
+    }
+  }
+}
+
+/// Adds one cell's members to the bonds around it; a bond is found at node * directions + d.
+void add_cell(const LatticeShape& shape, int i, int j, int l, const CellMaterial& material,
+              std::vector<Bond>& bonds) {
+  const auto offsets = bond_directions(shape.connectivity);
+  const BondStiffness k =
+      bond_stiffness(material.youngs_modulus, shape.spacing, shape.connectivity);
+  const std::array<double, 3> share{k.edge / 4.0, k.face_diagonal / 2.0, k.body_diagonal};
+  for (std::size_t d = 0; d < offsets.size(); ++d) {
+    const auto& offset = offsets[d];
+    const double stiffness = share[static_cast<std::size_t>(axes_spanned(offset) - 1)];
+    // Corners of this cell from which the direction stays inside it.
+    for (int corner = 0; corner < 8; ++corner) {
+      const std::array<int, 3> at{corner & 1, (corner >> 1) & 1, corner >> 2};
+      const bool inside = std::ranges::all_of(std::array{0, 1, 2}, [&](int axis) {
+        const auto n = static_cast<std::size_t>(axis);
+        return at[n] + offset[n] >= 0 && at[n] + offset[n] <= 1;
+      });
+      if (!inside) { continue; }
+      const auto node = static_cast<std::size_t>(shape.index(i + at[0], j + at[1], l + at[2]));
+      add(bonds[node * offsets.size() + d], stiffness, material);
+    }
+  }
+}
+
+}  // namespace
+
+Eigen::Vector3d LatticeShape::position(int i, int j, int l) const {
+  return {spacing * (i - 0.5 * (nodes[0] - 1)), spacing * (j - 0.5 * (nodes[1] - 1)), spacing * l};
+}
+
+std::span<const std::array<int, 3>> bond_directions(int connectivity) {
+  return std::span(directions).first(static_cast<std::size_t>(connectivity / 2));
+}
+
+SpringNetwork cell_lattice(const LatticeShape& shape,
+                           const std::function<CellMaterial(int, int, int)>& cell) {
+  SpringNetwork network;
+  network.rest_position = lattice_positions(shape);
+  network.mass = Eigen::VectorXd::Zero(shape.node_count());
+  network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
+  const std::size_t direction_count = bond_directions(shape.connectivity).size();
+  std::vector<Bond> bonds(static_cast<std::size_t>(shape.node_count()) * direction_count);
+  const double volume = shape.spacing * shape.spacing * shape.spacing;
+  for (int l = 0; l + 1 < shape.nodes[2]; ++l) {
+    for (int j = 0; j + 1 < shape.nodes[1]; ++j) {
+      for (int i = 0; i + 1 < shape.nodes[0]; ++i) {
+        const CellMaterial material = cell(i, j, l);
+        add_cell(shape, i, j, l, material, bonds);
+        for (int corner = 0; corner < 8; ++corner) {
+          network.mass(shape.index(i + (corner & 1), j + ((corner >> 1) & 1), l + (corner >> 2))) +=
+              material.density * volume / 8.0;
+        }
+      }
+    }
+  }
+  for_each_bond(shape, [&](int node, std::size_t d, int neighbour) {
+    const Bond& bond = bonds[static_cast<std::size_t>(node) * direction_count + d];
+    if (bond.stiffness <= 0.0) { return; }
+    const double rest =
+        (network.rest_position.col(neighbour) - network.rest_position.col(node)).norm();
+    network.springs.push_back({node, neighbour, bond.stiffness,
+                               viscosity_of(bond, network.mass(node), network.mass(neighbour)),
+                               rest});
+  });
+  return network;
+}
+
+SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, double viscosity,
+                              double node_mass) {
+  SpringNetwork network;
+  network.rest_position = lattice_positions(shape);
+  network.mass = Eigen::VectorXd::Constant(shape.node_count(), node_mass);
+  network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
+  for_each_bond(shape, [&](int node, std::size_t /*direction*/, int neighbour) {
+    const double rest =
+        (network.rest_position.col(neighbour) - network.rest_position.col(node)).norm();
+    network.springs.push_back({node, neighbour, stiffness, viscosity, rest});
+  });
+  return network;
+}
+
+}  // namespace palpate

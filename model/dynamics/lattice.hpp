@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Regular lattices, built cell by cell (model/EQUATIONS.md, "Material to springs").
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <span>
+
+#include "model/dynamics/scene.hpp"
+#include "model/dynamics/spring_network.hpp"
+
+namespace palpate {
+
+/// What fills one cubic cell.
+struct CellMaterial {
+  double youngs_modulus = 0.0;        ///< [Pa]
+  double density = 0.0;               ///< [kg/m^3]
+  double damping_ratio = 0.0;         ///< [1]
+  std::optional<double> viscosity{};  ///< [N s/m] per spring; wins over damping_ratio
+};
+
+struct LatticeShape {
+  std::array<int, 3> nodes{};
+  double spacing = 0.0;  ///< [m]
+  int connectivity = 26;
+
+  [[nodiscard]] int node_count() const { return nodes[0] * nodes[1] * nodes[2]; }
+  [[nodiscard]] int index(int i, int j, int l) const { return (l * nodes[1] + j) * nodes[0] + i; }
+  [[nodiscard]] Eigen::Vector3d position(int i, int j, int l) const;  ///< [m]
+};
+
+/// Offsets (i, j, l) of the neighbours with a higher index: 3, 9 or 13 of them.
+std::span<const std::array<int, 3>> bond_directions(int connectivity);
+
+/// Each cell carries its edges at k1/4, face diagonals at k2/2, body diagonals at k3 and an eighth
+/// of its mass at each corner; members shared by cells add up. cell(i, j, l) is asked once a cell.
+SpringNetwork cell_lattice(const LatticeShape& shape,
+                           const std::function<CellMaterial(int, int, int)>& cell);
+
+/// One stiffness, viscosity and node mass for all.
+SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, double viscosity,
+                              double node_mass);
+
+}  // namespace palpate

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+#include "model/dynamics/network_builder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "model/dynamics/lattice.hpp"
+
+namespace palpate {
+
+namespace {
+
+const Material& material_named(const Scene& scene, std::string_view name) {
+  const auto found = std::ranges::find(scene.materials, name, &Material::name);
+  if (found == scene.materials.end()) {
+    throw std::invalid_argument("no material " + std::string(name));  // check_scene refuses it first
+  }
+  return *found;
+}
+
+CellMaterial cell_of(const Material& m) {
+  return {m.youngs_modulus, m.density, m.damping_ratio, m.viscosity};
+}
+
+bool contains(const Inclusion& body, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d away = point - body.centre;
+  if (body.shape == Inclusion::Shape::sphere) { return away.norm() <= 0.5 * body.size.x(); }
+  return (away.cwiseAbs() - 0.5 * body.size).maxCoeff() <= 0.0;
+}
+
+/// Material of the last inclusion that holds the cell's centre, else `otherwise`.
+CellMaterial with_inclusions(const Scene& scene, const Eigen::Vector3d& centre,
+                             const CellMaterial& otherwise) {
+  CellMaterial material = otherwise;
+  for (const Inclusion& body : scene.tissue.inclusions) {
+    if (contains(body, centre)) { material = cell_of(material_named(scene, body.material)); }
+  }
+  return material;
+}
+
+/// Mean over a cell's depth [top, bottom] of the layers that it crosses, by their share; below the
+/// last layer that layer goes on.
+CellMaterial layered_material(const Scene& scene, double top, double bottom) {
+  CellMaterial mean;
+  double viscosity = 0.0;
+  double viscosity_share = 0.0;
+  double begin = 0.0;
+  const auto& layers = scene.tissue.layers;
+  for (std::size_t n = 0; n < layers.size(); ++n) {
+    const double end = n + 1 == layers.size() ? std::numeric_limits<double>::infinity()
+                                              : begin + layers[n].thickness;
+    const double share = (std::min(bottom, end) - std::max(top, begin)) / (bottom - top);
+    begin = end;
+    if (share <= 0.0) { continue; }
+    const Material& m = material_named(scene, layers[n].material);
+    mean.youngs_modulus += share * m.youngs_modulus;
+    mean.density += share * m.density;
+    mean.damping_ratio += share * m.damping_ratio;
+    viscosity += share * m.viscosity.value_or(0.0);
+    viscosity_share += m.viscosity ? share : 0.0;
+  }
+  if (viscosity_share > 0.5) { mean.viscosity = viscosity / viscosity_share; }
+  return mean;
+}
+
+SpringNetwork build_layers(const Scene& scene) {
+  const LayerBlock& block = scene.tissue.block;
+  const double depth =
+      std::transform_reduce(scene.tissue.layers.begin(), scene.tissue.layers.end(), 0.0,
+                            std::plus<>(), [](const Layer& layer) { return layer.thickness; });
+  const double a = block.spacing;
+  const int cells = std::max(1, static_cast<int>(std::lround(depth / a)));
+  const LatticeShape shape{{block.nodes[0], block.nodes[1], cells + 1}, a, block.connectivity};
+  return cell_lattice(shape, [&](int i, int j, int l) {
+    const Eigen::Vector3d centre =
+        shape.position(i, j, l) + Eigen::Vector3d::Constant(0.5 * a);
+    return with_inclusions(scene, centre, layered_material(scene, l * a, (l + 1) * a));
+  });
+}
+
+SpringNetwork build_lattice(const Scene& scene) {
+  const Lattice& lattice = scene.tissue.lattice;
+  const LatticeShape shape{lattice.nodes, lattice.spacing, lattice.connectivity};
+  if (lattice.weights == LatticeWeights::uniform) {
+    return uniform_lattice(shape, lattice.stiffness, lattice.viscosity, lattice.node_mass);
+  }
+  const CellMaterial material = cell_of(material_named(scene, lattice.material));
+  return cell_lattice(shape, [&](int i, int j, int l) {
+    const Eigen::Vector3d centre =
+        shape.position(i, j, l) + Eigen::Vector3d::Constant(0.5 * lattice.spacing);
+    return with_inclusions(scene, centre, material);
+  });
+}
+
+void hold_faces(const Tissue& tissue, SpringNetwork& network) {
+  const std::vector<Face> fallback = tissue.source == Source::network
+                                         ? std::vector<Face>{}
+                                         : std::vector<Face>{Face::z_max};
+  std::vector<std::uint8_t> held(static_cast<std::size_t>(network.node_count()), 0);
+  for (const Face face : tissue.fixed.value_or(fallback)) {
+    for (const int node : face_nodes(network.rest_position, face)) {
+      held[static_cast<std::size_t>(node)] = 1;
+    }
+  }
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    if (held[i] == 0) { continue; }
+    if (tissue.hold_by_mass) {
+      network.mass(static_cast<Eigen::Index>(i)) *= tissue.heavy_mass_factor;
+    } else {
+      network.fixed[i] = 1;
+    }
+  }
+}
+
+}  // namespace
+
+BondStiffness bond_stiffness(double youngs_modulus, double spacing, int connectivity) {
+  const double ea = youngs_modulus * spacing;
+  if (connectivity == 6) { return {ea, 0.0, 0.0}; }                    // C11 = k1 / a, no shear
+  if (connectivity == 18) { return {ea / 2.5, ea / 2.5, 0.0}; }        // isotropic: k1 = k2
+  return {2.0 * ea / 3.75, ea / 3.75, 0.375 * ea / 3.75};              // k1 = 2 k2, k3 = 3/8 k2
+}
+
+std::vector<int> face_nodes(const NodeVectors& rest_position, Face face) {
+  const int axis = static_cast<int>(face) / 2;
+  const bool maximum = static_cast<int>(face) % 2 == 1;
+  std::vector<int> nodes;
+  if (rest_position.cols() == 0) { return nodes; }
+  const double extent =
+      (rest_position.rowwise().maxCoeff() - rest_position.rowwise().minCoeff()).maxCoeff();
+  const auto row = rest_position.row(axis);
+  const double extreme = maximum ? row.maxCoeff() : row.minCoeff();
+  for (Eigen::Index i = 0; i < row.size(); ++i) {
+    if (std::abs(row(i) - extreme) <= 1e-6 * extent) { nodes.push_back(static_cast<int>(i)); }
+  }
+  return nodes;
+}
+
+SpringNetwork build_network(const Scene& scene) {
+  SpringNetwork network = scene.tissue.source == Source::lattice  ? build_lattice(scene)
+                          : scene.tissue.source == Source::layers ? build_layers(scene)
+                                                                  : scene.tissue.network;
+  hold_faces(scene.tissue, network);
+  return network;
+}
+
+std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network) {
+  std::vector<Load> loads = scene.loads;
+  for (Load& load : loads) {
+    if (load.face) { load.nodes = face_nodes(network.rest_position, *load.face); }
+    load.face.reset();
+  }
+  return loads;
+}
+
+int record_node(const Record& record, const SpringNetwork& network) {
+  if (const int* node = std::get_if<int>(&record.where)) { return *node; }
+  Eigen::Index nearest = 0;
+  (network.rest_position.colwise() - std::get<Eigen::Vector3d>(record.where))
+      .colwise()
+      .squaredNorm()
+      .minCoeff(&nearest);
+  return static_cast<int>(nearest);
+}
+
+std::string_view name_of(Face face) {
+  constexpr std::array<std::string_view, 6> names{"x-min", "x-max", "y-min",
+                                                  "y-max", "z-min", "z-max"};
+  return names[static_cast<std::size_t>(face)];
+}
+
+}  // namespace palpate

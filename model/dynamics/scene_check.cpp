@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+#include "model/dynamics/scene_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <span>
+
+#include "model/dynamics/network_builder.hpp"
+
+namespace palpate {
+
+namespace {
+
+std::string text(double value) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%g", value);
+  return buffer.data();
+}
+
+std::string at(std::string_view table, std::size_t index, std::string_view key) {
+  return std::string(table) + "[" + std::to_string(index) + "]." + std::string(key);
+}
+
+/// Collects violations; every rule reads as "this must hold, else say so".
+class Checker {
+ public:
+  explicit Checker(const Scene& scene) : scene_(scene) {}
+
+  std::vector<Violation> run() {
+    check_simulation();
+    check_materials();
+    check_source();
+    check_loads();
+    check_records();
+    must(scene_.output.frames >= 0, "output.frames",
+         std::to_string(scene_.output.frames) + "; must be 0 or more");
+    return std::move(violations_);
+  }
+
+ private:
+  void must(bool holds, std::string key, std::string message) {
+    if (!holds) { violations_.push_back({std::move(key), std::move(message)}); }
+  }
+  void positive(double value, std::string key, std::string_view unit) {
+    must(std::isfinite(value) && value > 0.0, std::move(key),
+         text(value) + " " + std::string(unit) + "; must be > 0");
+  }
+  void non_negative(double value, std::string key, std::string_view unit) {
+    must(std::isfinite(value) && value >= 0.0, std::move(key),
+         text(value) + " " + std::string(unit) + "; must be >= 0");
+  }
+  void known_material(const std::string& name, std::string key) {
+    std::string known;
+    for (const Material& material : scene_.materials) {
+      known += (known.empty() ? "" : ", ") + material.name;
+    }
+    must(std::ranges::find(scene_.materials, name, &Material::name) != scene_.materials.end(),
+         std::move(key), "unknown material \"" + name + "\"; known are " + known);
+  }
+
+  void check_simulation() {
+    const SimulationSettings& s = scene_.simulation;
+    positive(s.duration, "simulation.duration", "s");
+    positive(s.step, "simulation.step", "s");
+    must(!s.substeps || *s.substeps >= 1, "simulation.substeps", "must be \"auto\" or 1 or more");
+    const double ticks = s.duration / s.step;
+    must(!(ticks > 1e9), "simulation.duration", text(ticks) + " ticks; at most 1e9");
+    must(!(ticks < 1.0 - 1e-9), "simulation.duration", "shorter than one step; at least one step");
+    must(scene_.tissue.source != Source::oscillator || !s.printed.any() ||
+             (!s.printed.direction && !s.printed.sign && !s.printed.reversed &&
+              !s.printed.half_force),
+         "simulation.equations", "errata of the network's springs have no meaning for an oscillator");
+  }
+
+  void check_materials() {
+    for (std::size_t n = 0; n < scene_.materials.size(); ++n) {
+      const Material& m = scene_.materials[n];
+      const std::string table = "material." + m.name + ".";
+      positive(m.youngs_modulus, table + "youngs_modulus", "Pa");
+      positive(m.density, table + "density", "kg/m^3");
+      non_negative(m.damping_ratio, table + "damping_ratio", "");
+      non_negative(m.viscosity.value_or(0.0), table + "viscosity", "N s/m");
+      non_negative(m.cutting_force, table + "cutting_force", "N");
+      non_negative(m.friction, table + "friction", "N/m");
+    }
+  }
+
+  void check_source() {
+    const Tissue& tissue = scene_.tissue;
+    must(tissue.gravity.allFinite(), "tissue.gravity", "not finite; three finite numbers");
+    positive(tissue.heavy_mass_factor, "tissue.heavy_mass_factor", "");
+    switch (tissue.source) {
+      case Source::lattice: check_lattice(tissue.lattice); break;
+      case Source::layers: check_layers(tissue); break;
+      case Source::network: check_network(tissue.network); break;
+      case Source::oscillator: check_oscillator(tissue.oscillator); break;
+    }
+    for (std::size_t n = 0; n < tissue.inclusions.size(); ++n) {
+      const Inclusion& body = tissue.inclusions[n];
+      known_material(body.material, at("inclusion", n, "material"));
+      const bool sphere = body.shape == Inclusion::Shape::sphere;
+      must(sphere ? body.size.x() > 0.0 : body.size.minCoeff() > 0.0, at("inclusion", n, "size"),
+           "must be > 0 m");
+    }
+  }
+
+  void check_connectivity(int connectivity, std::string key) {
+    must(connectivity == 6 || connectivity == 18 || connectivity == 26, std::move(key),
+         std::to_string(connectivity) + "; must be 6, 18 or 26");
+  }
+
+  void check_node_counts(std::span<const int> counts, const std::string& key) {
+    double total = 1.0;
+    for (const int count : counts) {
+      must(count >= 2, key, std::to_string(count) + "; must be 2 or more");
+      total *= count;
+    }
+    must(!(total > 5e7), key, text(total) + " nodes; at most 5e7");
+  }
+
+  void check_lattice(const Lattice& lattice) {
+    check_node_counts(lattice.nodes, "tissue.lattice.nodes");
+    positive(lattice.spacing, "tissue.lattice.spacing", "m");
+    check_connectivity(lattice.connectivity, "tissue.lattice.connectivity");
+    if (lattice.weights == LatticeWeights::cell) {
+      known_material(lattice.material, "tissue.lattice.material");
+      return;
+    }
+    positive(lattice.stiffness, "tissue.lattice.stiffness", "N/m");
+    non_negative(lattice.viscosity, "tissue.lattice.viscosity", "N s/m");
+    positive(lattice.node_mass, "tissue.lattice.node_mass", "kg");
+  }
+
+  void check_layers(const Tissue& tissue) {
+    check_node_counts(tissue.block.nodes, "tissue.layers.nodes");
+    positive(tissue.block.spacing, "tissue.layers.spacing", "m");
+    check_connectivity(tissue.block.connectivity, "tissue.layers.connectivity");
+    must(!tissue.layers.empty(), "layer", "no [[layer]]; source \"layers\" needs at least one");
+    double depth = 0.0;
+    for (std::size_t n = 0; n < tissue.layers.size(); ++n) {
+      positive(tissue.layers[n].thickness, at("layer", n, "thickness"), "m");
+      known_material(tissue.layers[n].material, at("layer", n, "material"));
+      depth += tissue.layers[n].thickness;
+    }
+    must(!(depth / tissue.block.spacing > 1e5), "tissue.layers.spacing",
+         "more than 1e5 cells deep; fewer");
+  }
+
+  void check_network(const SpringNetwork& network) {
+    must(network.node_count() > 0, "tissue.network.nodes", "no nodes; at least one");
+    for (const Spring& spring : network.springs) {
+      const bool inside = spring.a >= 0 && spring.b >= 0 && spring.a < network.node_count() &&
+                          spring.b < network.node_count() && spring.a != spring.b;
+      if (!inside) {
+        must(false, "tissue.network.springs",
+             "spring from node " + std::to_string(spring.a) + " to node " +
+                 std::to_string(spring.b) + "; two different nodes of 0 to " +
+                 std::to_string(network.node_count() - 1));
+        return;
+      }
+    }
+    for (Eigen::Index i = 0; i < network.node_count(); ++i) {
+      if (!network.is_fixed(static_cast<int>(i)) && !(network.mass(i) > 0.0)) {
+        must(false, "tissue.network.nodes",
+             "mass " + text(network.mass(i)) + " kg of node " + std::to_string(i) + "; must be > 0");
+        return;
+      }
+    }
+  }
+
+  void check_oscillator(const Oscillator& o) {
+    positive(o.mass, "tissue.oscillator.mass", "kg");
+    non_negative(o.stiffness, "tissue.oscillator.stiffness", "N/m");
+    must(std::isfinite(o.viscosity), "tissue.oscillator.viscosity", "not finite; a finite number");
+    must(scene_.loads.empty(), "load", "an oscillator takes no [[load]]; use drive_amplitude");
+    must(scene_.records.empty(), "record", "an oscillator has no nodes to record; it writes x_m");
+  }
+
+  /// Number of nodes that indices may refer to; negative: not known because of earlier violations.
+  [[nodiscard]] Eigen::Index node_count() const {
+    const Tissue& tissue = scene_.tissue;
+    if (!violations_.empty()) { return -1; }
+    switch (tissue.source) {
+      case Source::lattice:
+        return static_cast<Eigen::Index>(tissue.lattice.nodes[0]) * tissue.lattice.nodes[1] *
+               tissue.lattice.nodes[2];
+      case Source::layers: return build_network(scene_).node_count();
+      case Source::network: return tissue.network.node_count();
+      case Source::oscillator: return -1;
+    }
+    return -1;
+  }
+
+  void node_exists(int node, const std::string& key, Eigen::Index count) {
+    must(count < 0 || (node >= 0 && node < count), key,
+         "node " + std::to_string(node) + "; 0 to " + std::to_string(count - 1));
+  }
+
+  void check_loads() {
+    const Eigen::Index count = scene_.loads.empty() ? -1 : node_count();
+    for (std::size_t n = 0; n < scene_.loads.size(); ++n) {
+      const Load& load = scene_.loads[n];
+      must(load.face.has_value() != !load.nodes.empty(), at("load", n, "nodes"),
+           "either nodes or face; exactly one of them");
+      for (const int node : load.nodes) { node_exists(node, at("load", n, "nodes"), count); }
+      must(load.force.allFinite(), at("load", n, "force"), "not finite; three finite numbers");
+      non_negative(load.start, at("load", n, "start"), "s");
+      must(load.end > load.start, at("load", n, "end"),
+           text(load.end) + " s; must be after start = " + text(load.start) + " s");
+      must(load.profile == Profile::constant || std::isfinite(load.end), at("load", n, "end"),
+           "left out; profiles \"ramp\" and \"half-sine\" need an end");
+    }
+  }
+
+  void check_records() {
+    const Eigen::Index count = scene_.records.empty() ? -1 : node_count();
+    std::set<std::string> names;
+    for (std::size_t n = 0; n < scene_.records.size(); ++n) {
+      const Record& record = scene_.records[n];
+      must(!record.name.empty(), at("record", n, "name"), "empty; a name");
+      must(names.insert(record.name).second, at("record", n, "name"),
+           "\"" + record.name + "\" twice; each name once");
+      must(!record.quantities.empty(), at("record", n, "quantities"), "empty; at least one");
+      if (const int* node = std::get_if<int>(&record.where)) {
+        node_exists(*node, at("record", n, "node"), count);
+      }
+    }
+  }
+
+  const Scene& scene_;
+  std::vector<Violation> violations_;
+};
+
+}  // namespace
+
+std::vector<Violation> check_scene(const Scene& scene) { return Checker(scene).run(); }
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// How a step is taken. A scheme is one file in integrators/ and one line in
+/// integrator_registry.cpp; everything else (orders, stability limits, help, reports) follows.
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <type_traits>
+
+#include "model/stepping/system.hpp"
+
+namespace palpate {
+
+template <class Real>
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  /// Allocates workspace for steps of about h [s]; called once, before the loop.
+  virtual void prepare(System<Real>& system, const State<Real>& state, double h) = 0;
+  /// From initial values to what the scheme carries, e.g. the velocity of half a step on.
+  virtual void start(System<Real>& /*system*/, State<Real>& /*state*/, double /*t*/,
+                     double /*h*/) noexcept {}
+  /// One step from t to t + h. Failure shows as values that are not finite.
+  virtual void step(System<Real>& system, State<Real>& state, double t, double h) noexcept = 0;
+  /// Velocity at the instant of the position, into `out`.
+  virtual void velocity_at(System<Real>& /*system*/, const State<Real>& state, double /*t*/,
+                           double /*h*/, Vector<Real>& out) noexcept {
+    out = state.velocity;
+  }
+};
+
+/// Facts of a scheme. Orders are of the error at fixed time against the exact motion.
+struct IntegratorInfo {
+  std::string_view name;
+  std::string_view summary;
+  int order_undamped = 1;
+  int order_damped = 1;
+  int evaluations = 1;         ///< of the force per step; implicit schemes: per iteration
+  bool implicit = false;       ///< A-stable: no limit on the step
+  bool one_evaluation = false; ///< can carry the lagged spring velocity of the printed Eq. 9
+  std::unique_ptr<Integrator<double>> (*make_double)() = nullptr;
+  std::unique_ptr<Integrator<float>> (*make_float)() = nullptr;
+
+  template <class Real>
+  [[nodiscard]] std::unique_ptr<Integrator<Real>> make() const {
+    if constexpr (std::is_same_v<Real, float>) {
+      return make_float();
+    } else {
+      return make_double();
+    }
+  }
+};
+
+std::span<const IntegratorInfo* const> integrators();
+/// nullptr when there is none of that name.
+const IntegratorInfo* find_integrator(std::string_view name);
+
+/// Instant that decides which loads act in a step that begins at t: a millionth of the step on, so
+/// that rounding of t never moves a load by a whole step.
+inline double load_gate(double t, double h) noexcept { return t + 1e-6 * h; }
+
+}  // namespace palpate

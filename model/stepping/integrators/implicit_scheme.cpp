@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/integrators/implicit_scheme.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "model/stepping/integrators/schemes.hpp"
+
+namespace palpate {
+
+namespace {
+constexpr int most_newton_iterations = 25;
+constexpr int most_linear_iterations = 100;
+}  // namespace
+
+template <class Real>
+void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& state, double h) {
+  const Eigen::Index n = system.dof();
+  for (Vector<Real>* work : {&change_, &stage_q_, &stage_v_, &force_, &residual_, &correction_, &r_,
+                             &shadow_, &p_, &p_hat_, &s_hat_, &v_, &t_, &permuted_}) {
+    work->setZero(n);
+  }
+  system.pattern(a_);
+  // At rest velocity the Jacobian is symmetric.
+  const Real th = static_cast<Real>(theta_ * h);
+  system.jacobian(state.position, stage_v_, th, th * th, a_);
+  factor_.compute(a_);
+  if (factor_.info() == Eigen::Success) { pivots_ = factor_.vectorD(); }  // a copy each call
+}
+
+template <class Real>
+void ImplicitScheme<Real>::precondition(const Vector<Real>& r, Vector<Real>& out) noexcept {
+  if (factor_.info() != Eigen::Success) {
+    out = r;
+    return;
+  }
+  permuted_.noalias() = factor_.permutationP() * r;
+  factor_.matrixL().solveInPlace(permuted_);
+  permuted_.array() /= pivots_.array();
+  factor_.matrixU().solveInPlace(permuted_);
+  out.noalias() = factor_.permutationPinv() * permuted_;
+}
+
+template <class Real>
+void ImplicitScheme<Real>::solve(const Vector<Real>& right) noexcept {
+  correction_.setZero();
+  r_ = right;
+  shadow_ = right;
+  p_.setZero();
+  v_.setZero();
+  Real rho = 1;
+  Real alpha = 1;
+  Real omega = 1;
+  constexpr Real close = std::is_same_v<Real, float> ? Real(1e-4) : Real(1e-6);
+  const Real enough = close * right.norm();
+  for (int n = 0; n < most_linear_iterations && r_.norm() > enough; ++n) {
+    const Real next = shadow_.dot(r_);
+    p_ = r_ + (next / rho * (alpha / omega)) * (p_ - omega * v_);
+    rho = next;
+    precondition(p_, p_hat_);
+    v_.noalias() = a_ * p_hat_;
+    alpha = rho / shadow_.dot(v_);
+    correction_ += alpha * p_hat_;
+    r_ -= alpha * v_;
+    if (!(r_.norm() > enough)) { return; }
+    precondition(r_, s_hat_);
+    t_.noalias() = a_ * s_hat_;
+    omega = t_.dot(r_) / t_.squaredNorm();
+    correction_ += omega * s_hat_;
+    r_ -= omega * t_;
+  }
+}
+
+template <class Real>
+void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double t,
+                                double h) noexcept {
+  const Real dt = static_cast<Real>(h);
+  const Real theta = static_cast<Real>(theta_);
+  const Real th = theta * dt;
+  constexpr Real tolerance = 64 * std::numeric_limits<Real>::epsilon();
+  change_.setZero();
+  Real last = std::numeric_limits<Real>::infinity();
+  for (int n = 0; n < most_newton_iterations; ++n) {
+    stage_v_ = state.velocity + theta * change_;
+    stage_q_ = state.position + th * stage_v_;
+    system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
+    residual_ = dt * force_ - system.mass().cwiseProduct(change_);
+    system.jacobian(stage_q_, stage_v_, th, th * th, a_);
+    solve(residual_);
+    change_ += correction_;
+    const Real size = correction_.template lpNorm<Eigen::Infinity>();
+    const Real scale = state.velocity.template lpNorm<Eigen::Infinity>() +
+                       change_.template lpNorm<Eigen::Infinity>();
+    const bool settled = size <= tolerance * scale;
+    const bool stalled = size >= last && size <= Real(1e4) * tolerance * scale;  // at round-off
+    if (settled || stalled) {
+      stage_v_ = state.velocity + theta * change_;
+      state.position += dt * stage_v_;
+      state.velocity += change_;
+      return;
+    }
+    last = size;
+  }
+  state.velocity.setConstant(std::numeric_limits<Real>::quiet_NaN());  // no solution was found
+}
+
+template class ImplicitScheme<double>;
+template class ImplicitScheme<float>;
+
+namespace {
+
+template <class Real>
+std::unique_ptr<Integrator<Real>> make_implicit_euler() {
+  return std::make_unique<ImplicitScheme<Real>>(1.0);
+}
+template <class Real>
+std::unique_ptr<Integrator<Real>> make_implicit_midpoint() {
+  return std::make_unique<ImplicitScheme<Real>>(0.5);
+}
+
+}  // namespace
+
+const IntegratorInfo schemes::implicit_euler{.name = "implicit-euler",
+                                             .summary = "implicit Euler, sparse Newton",
+                                             .implicit = true,
+                                             .make_double = make_implicit_euler<double>,
+                                             .make_float = make_implicit_euler<float>};
+
+const IntegratorInfo schemes::implicit_midpoint{.name = "implicit-midpoint",
+                                                .summary = "implicit midpoint rule, sparse Newton",
+                                                .order_undamped = 2,
+                                                .order_damped = 2,
+                                                .implicit = true,
+                                                .make_double = make_implicit_midpoint<double>,
+                                                .make_float = make_implicit_midpoint<float>};
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// One implicit stage at theta of the step, for the velocity change D over the step:
+///   vs = v + theta D,  qs = q + theta h vs,  M D = h f(t + theta h, qs, vs);  v' = v + D, q' = q + h vs.
+/// theta = 1 is implicit Euler, theta = 1/2 the implicit midpoint rule. Newton with the complete
+/// Jacobian; each linear system by BiCGSTAB, preconditioned with a sparse LDL^T factorisation that
+/// is made once, before the loop.
+
+#include <memory>
+
+#include <Eigen/SparseCholesky>
+
+#include "model/stepping/integrator.hpp"
+
+namespace palpate {
+
+template <class Real>
+class ImplicitScheme : public Integrator<Real> {
+ public:
+  explicit ImplicitScheme(double theta) : theta_(theta) {}
+  void prepare(System<Real>& system, const State<Real>& state, double h) override;
+  void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override;
+
+ private:
+  void precondition(const Vector<Real>& r, Vector<Real>& out) noexcept;
+  void solve(const Vector<Real>& right) noexcept;  ///< correction_ = A^-1 right
+
+  double theta_;
+  Eigen::SparseMatrix<Real> a_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factor_;
+  Vector<Real> pivots_;
+  Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_;
+  Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_, permuted_;
+};
+
+}  // namespace palpate

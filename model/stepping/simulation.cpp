@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "model/dynamics/network_builder.hpp"
+#include "model/stepping/network_system.hpp"
+#include "model/stepping/oscillator_system.hpp"
+#include "model/stepping/recorder.hpp"
+
+namespace palpate {
+
+namespace {
+
+/// Motion further than this many times the body's own size is divergence.
+constexpr double out_of_bounds = 1e6;
+
+double bound_of(const Problem& problem) {
+  if (const auto* network = dynamic_cast<const NetworkProblem*>(&problem)) {
+    const NodeVectors place = network->network().initial_position();
+    const double extent =
+        place.cols() == 0 ? 0.0 : (place.rowwise().maxCoeff() - place.rowwise().minCoeff()).norm();
+    return out_of_bounds * std::max(extent, 1e-3);
+  }
+  const Oscillator& o = dynamic_cast<const OscillatorProblem&>(problem).oscillator();
+  const double omega = std::sqrt(o.stiffness / o.mass);
+  const double reach = std::abs(o.displacement) +
+                       (omega > 0.0 ? std::abs(o.velocity) / omega +
+                                          std::abs(o.drive_amplitude) / o.stiffness
+                                    : std::abs(o.velocity) + std::abs(o.drive_amplitude) / o.mass);
+  return out_of_bounds * std::max(reach, 1e-3);
+}
+
+}  // namespace
+
+/// Hides the precision.
+class Simulation::Core {
+ public:
+  virtual ~Core() = default;
+  virtual StepStatus tick() noexcept = 0;
+  virtual void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept = 0;
+  virtual void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept = 0;
+  virtual double energy() noexcept = 0;
+  [[nodiscard]] virtual int zero_length_springs() const noexcept = 0;
+  [[nodiscard]] virtual std::size_t spring_count() const noexcept = 0;
+  [[nodiscard]] virtual std::size_t memory_bytes() const noexcept = 0;
+  void sample(std::span<double> row) noexcept;
+
+  std::unique_ptr<Problem> problem;
+  StepPlan plan;
+  double tick_length = 0.0;
+  long tick_count = 0;
+  long ticks = 0;
+  std::unique_ptr<Recorder> recorder;
+  std::vector<Column> columns;
+
+ protected:
+  Eigen::VectorXd sample_q_;
+  Eigen::VectorXd sample_v_;
+};
+
+void Simulation::Core::sample(std::span<double> row) noexcept {
+  coordinates(sample_q_);
+  if (recorder == nullptr || recorder->needs_velocity()) { velocities(sample_v_); }
+  if (recorder == nullptr) {
+    row[0] = sample_q_(0);
+    row[1] = sample_v_(0);
+    return;
+  }
+  const double t = static_cast<double>(ticks) * tick_length;
+  recorder->sample(t, load_gate(t, plan.h), sample_q_, sample_v_, row);
+}
+
+template <class Real>
+class Simulation::CoreOf final : public Simulation::Core {
+ public:
+  CoreOf(const Scene& scene, std::unique_ptr<Problem> of, bool skip) {
+    problem = std::move(of);
+    plan = plan_steps(scene, *problem, skip);
+    tick_length = scene.simulation.step;
+    tick_count = std::lround(scene.simulation.duration / tick_length);
+    const PrintedForm& printed = scene.simulation.printed;
+    update_length_ = printed.no_time_step ? 1.0 : plan.h;
+    bound_ = static_cast<Real>(bound_of(*problem));
+    if (const auto* network = dynamic_cast<const NetworkProblem*>(problem.get())) {
+      auto made = std::make_unique<NetworkSystem<Real>>(*network, printed, plan.h, skip);
+      network_ = made.get();
+      system_ = std::move(made);
+      recorder = std::make_unique<Recorder>(scene, *network);
+      columns = recorder->columns();
+    } else {
+      auto made = std::make_unique<OscillatorSystem<Real>>(scene.tissue.oscillator);
+      oscillator_ = made.get();
+      system_ = std::move(made);
+      columns = {{"x_m", "m", {}}, {"v_m_per_s", "m/s", {}}};
+    }
+    state_ = {problem->initial_position().template cast<Real>(),
+              problem->initial_velocity().template cast<Real>()};
+    start_position_ = state_.position;
+    velocity_ = state_.velocity;
+    sample_q_.setZero(problem->dof());
+    sample_v_.setZero(problem->dof());
+    integrator_ = plan.integrator->template make<Real>();
+    integrator_->prepare(*system_, state_, update_length_);
+  }
+
+  StepStatus tick() noexcept override {
+    const double begin = static_cast<double>(ticks) * tick_length;
+    if (ticks == 0) { integrator_->start(*system_, state_, 0.0, update_length_); }
+    for (int n = 0; n < plan.substeps; ++n) {
+      integrator_->step(*system_, state_, begin + n * plan.h, update_length_);
+    }
+    ++ticks;
+    velocity_is_current_ = false;
+    const Real far = (state_.position - start_position_).template lpNorm<Eigen::Infinity>();
+    const bool sane = far <= bound_ && state_.position.allFinite() && state_.velocity.allFinite();
+    return sane ? StepStatus::ok : StepStatus::diverged;
+  }
+
+  void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept override {
+    q = state_.position.template cast<double>();
+  }
+  void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept override {
+    refresh_velocity();
+    v = velocity_.template cast<double>();
+  }
+  double energy() noexcept override {
+    refresh_velocity();
+    return network_ != nullptr ? network_->energy(state_.position, velocity_)
+                               : oscillator_->energy(state_.position, velocity_);
+  }
+  [[nodiscard]] int zero_length_springs() const noexcept override {
+    return network_ != nullptr ? network_->zero_length_springs(state_.position) : 0;
+  }
+  [[nodiscard]] std::size_t spring_count() const noexcept override {
+    return network_ != nullptr ? network_->spring_count() : 1;
+  }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
+    return (network_ != nullptr ? network_->memory_bytes() : sizeof(OscillatorSystem<Real>)) +
+           static_cast<std::size_t>(state_.position.size()) * (6 * sizeof(Real) + 16);
+  }
+
+ private:
+  /// Staggered schemes carry another instant's velocity; the one of t = 0 is the given one.
+  void refresh_velocity() noexcept {
+    if (velocity_is_current_ || ticks == 0) { return; }
+    integrator_->velocity_at(*system_, state_, static_cast<double>(ticks) * tick_length,
+                             update_length_, velocity_);
+    velocity_is_current_ = true;
+  }
+
+  std::unique_ptr<System<Real>> system_;
+  NetworkSystem<Real>* network_ = nullptr;
+  OscillatorSystem<Real>* oscillator_ = nullptr;
+  std::unique_ptr<Integrator<Real>> integrator_;
+  State<Real> state_;
+  Vector<Real> start_position_;
+  Vector<Real> velocity_;
+  bool velocity_is_current_ = false;
+  double update_length_ = 0.0;  ///< h, or 1 where the printed form leaves the time step out
+  Real bound_ = 0;
+};
+
+void Simulation::build(const Scene& scene, std::unique_ptr<Problem> problem, bool skip) {
+  if (scene.simulation.precision == Precision::single_precision) {
+    core_ = std::make_unique<CoreOf<float>>(scene, std::move(problem), skip);
+  } else {
+    core_ = std::make_unique<CoreOf<double>>(scene, std::move(problem), skip);
+  }
+}
+
+Simulation::Simulation(const Scene& scene, bool skip) { build(scene, make_problem(scene), skip); }
+
+Simulation::Simulation(const Scene& scene, const SpringNetwork& network, bool skip) {
+  build(scene,
+        std::make_unique<NetworkProblem>(network, resolve_loads(scene, network),
+                                         scene.tissue.gravity, scene.simulation.printed),
+        skip);
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+StepStatus Simulation::tick() noexcept { return core_->tick(); }
+double Simulation::time() const noexcept {
+  return static_cast<double>(core_->ticks) * core_->tick_length;
+}
+long Simulation::ticks() const noexcept { return core_->ticks; }
+long Simulation::tick_count() const noexcept { return core_->tick_count; }
+const StepPlan& Simulation::plan() const noexcept { return core_->plan; }
+const Problem& Simulation::problem() const noexcept { return *core_->problem; }
+const std::vector<Column>& Simulation::columns() const noexcept { return core_->columns; }
+void Simulation::sample(std::span<double> row) noexcept { core_->sample(row); }
+void Simulation::coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept { core_->coordinates(q); }
+void Simulation::velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept { core_->velocities(v); }
+double Simulation::energy() noexcept { return core_->energy(); }
+int Simulation::zero_length_springs() const noexcept { return core_->zero_length_springs(); }
+std::size_t Simulation::spring_count() const noexcept { return core_->spring_count(); }
+std::size_t Simulation::memory_bytes() const noexcept { return core_->memory_bytes(); }
+
+NodeVectors Simulation::node_positions() const {
+  const auto* network = dynamic_cast<const NetworkProblem*>(core_->problem.get());
+  if (network == nullptr) { return {}; }
+  NodeVectors all = network->network().initial_position();
+  Eigen::VectorXd q(network->dof());
+  core_->coordinates(q);
+  for (const int node : network->free_nodes()) {
+    all.col(node) = q.segment<3>(network->coordinate(node));
+  }
+  return all;
+}
+
+}  // namespace palpate

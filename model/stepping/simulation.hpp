@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A scene in motion, one tick at a time. Everything is allocated on construction: tick() allocates
+/// nothing, locks nothing and does no input or output, in either precision.
+
+#include <memory>
+#include <span>
+
+#include "model/dynamics/problem.hpp"
+#include "model/dynamics/trace.hpp"
+#include "model/stepping/step_plan.hpp"
+
+namespace palpate {
+
+enum class StepStatus { ok, diverged };
+
+class Simulation {
+ public:
+  /// The scene must have passed check_scene. Throws what plan_steps throws.
+  explicit Simulation(const Scene& scene, bool skip = true);
+  /// A network made in memory, stepped as the scene's settings, loads and records say.
+  Simulation(const Scene& scene, const SpringNetwork& network, bool skip = true);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  /// To the next tick. After `diverged` the state is what it was when that was seen.
+  StepStatus tick() noexcept;
+
+  [[nodiscard]] double time() const noexcept;   ///< [s]
+  [[nodiscard]] long ticks() const noexcept;    ///< done so far
+  [[nodiscard]] long tick_count() const noexcept;  ///< in the scene's duration
+  [[nodiscard]] const StepPlan& plan() const noexcept;
+  [[nodiscard]] const Problem& problem() const noexcept;
+
+  /// Name and unit of what sample() writes, in order.
+  [[nodiscard]] const std::vector<Column>& columns() const noexcept;
+  /// Values of the columns now; `row` has one place for each.
+  void sample(std::span<double> row) noexcept;
+  /// Position of the coordinates of problem() [m].
+  void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept;
+  void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept;  ///< at the tick [m/s]
+  /// All nodes [m], 3 x nodes; the oscillator has none.
+  [[nodiscard]] NodeVectors node_positions() const;
+  /// Kinetic plus elastic energy and the potential of gravity [J].
+  [[nodiscard]] double energy() noexcept;
+  [[nodiscard]] int zero_length_springs() const noexcept;
+  [[nodiscard]] std::size_t spring_count() const noexcept;  ///< that are computed
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  class Core;
+  template <class Real>
+  class CoreOf;
+  void build(const Scene& scene, std::unique_ptr<Problem> problem, bool skip);
+  std::unique_ptr<Core> core_;
+};
+
+}  // namespace palpate

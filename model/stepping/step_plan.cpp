@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/step_plan.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+
+#include "model/stepping/spring_kernels.hpp"
+#include "model/stepping/stability.hpp"
+
+namespace palpate {
+
+namespace {
+
+/// Above this many explicit substeps a tick the implicit midpoint rule is chosen.
+constexpr int most_automatic_substeps = 200;
+
+std::string number(double value) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
+  return buffer.data();
+}
+
+/// Substeps of a tick that keep h at stability_margin of the limit.
+double substeps_for(double step, double limit) {
+  if (!std::isfinite(limit)) { return 1.0; }
+  return limit > 0.0 ? std::max(1.0, std::ceil(step / (stability_margin * limit)))
+                     : std::numeric_limits<double>::infinity();
+}
+
+void choose_integrator(const Scene& scene, StepPlan& plan) {
+  const SimulationSettings& settings = scene.simulation;
+  if (settings.integrator != "auto") {
+    plan.integrator = find_integrator(settings.integrator);
+    if (plan.integrator == nullptr) {
+      throw std::invalid_argument("unknown integrator \"" + settings.integrator + "\"");
+    }
+    plan.integrator_reason = "asked for by the scene";
+    return;
+  }
+  if (settings.printed.any()) {
+    plan.integrator = find_integrator("euler-cromer");
+    plan.integrator_reason = "the paper's pseudo-code steps velocity, then position";
+    return;
+  }
+  const double needed = substeps_for(settings.step, plan.stable_step.at("velocity-verlet"));
+  const double given = settings.substeps ? *settings.substeps : needed;
+  const bool explicit_works = needed <= most_automatic_substeps && given >= needed * stability_margin;
+  plan.integrator = find_integrator(explicit_works ? "velocity-verlet" : "implicit-midpoint");
+  plan.integrator_reason =
+      explicit_works
+          ? "second order, explicit, stable with " + number(needed) + " substeps a tick"
+          : "explicit schemes would need " + number(needed) + " substeps a tick; this one has no limit";
+}
+
+void choose_substeps(const Scene& scene, StepPlan& plan) {
+  const SimulationSettings& settings = scene.simulation;
+  const double limit = plan.stable_step.at(std::string(plan.integrator->name));
+  if (settings.substeps) {
+    plan.substeps = *settings.substeps;
+    plan.substeps_reason = "asked for by the scene";
+  } else if (plan.integrator->implicit) {
+    plan.substeps_reason = "an implicit scheme needs one";
+  } else if (!(limit > 0.0) || settings.printed.any()) {
+    plan.substeps_reason = settings.printed.any() ? "the printed form takes one step a tick"
+                                                  : "no step is stable; one a tick";
+  } else {
+    const double wanted = substeps_for(settings.step, limit);
+    plan.substeps = static_cast<int>(std::min(wanted, 1e6));
+    plan.substeps_reason = "h stays below " + number(stability_margin) + " of the stable step " +
+                           number(limit) + " s";
+  }
+  plan.h = settings.step / plan.substeps;
+  if (!settings.printed.any() && plan.h > limit) {
+    plan.warnings.push_back("step " + number(plan.h) + " s is above the stable step " +
+                            number(limit) + " s of " + std::string(plan.integrator->name) +
+                            ": expect divergence unless the motion stays slow");
+  }
+}
+
+void list_skipped(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
+  const auto& springs = problem.network().springs;
+  const auto fixed_pairs = std::ranges::count_if(springs, [&](const Spring& s) {
+    return problem.coordinate(s.a) < 0 && problem.coordinate(s.b) < 0;
+  });
+  const auto fixed_nodes =
+      problem.network().node_count() - static_cast<Eigen::Index>(problem.free_nodes().size());
+  if (std::ranges::none_of(springs, [](const Spring& s) { return s.viscosity != 0.0; })) {
+    plan.skipped.emplace_back("dampers: every spring has zero viscosity");
+  }
+  if (fixed_pairs > 0) {
+    plan.skipped.push_back("springs between fixed nodes: " + std::to_string(fixed_pairs));
+  }
+  if (fixed_nodes > 0) {
+    plan.skipped.push_back("stepping of fixed nodes: " + std::to_string(fixed_nodes));
+  }
+  if (scene.tissue.gravity.isZero()) { plan.skipped.emplace_back("gravity: zero"); }
+  if (scene.loads.empty()) { plan.skipped.emplace_back("loads: the scene has none"); }
+  if (!scene.simulation.printed.any()) {
+    plan.skipped.emplace_back("printed forms of the paper: not asked for");
+  }
+}
+
+}  // namespace
+
+StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
+  StepPlan plan;
+  plan.skip = skip;
+  const auto* network = dynamic_cast<const NetworkProblem*>(&problem);
+  const bool single = scene.simulation.precision == Precision::single_precision;
+  plan.bounds =
+      network != nullptr ? spectral_bounds(*network) : spectral_bounds(scene.tissue.oscillator);
+  for (const IntegratorInfo* info : integrators()) {
+    plan.stable_step[std::string(info->name)] = stable_step(*info, plan.bounds);
+  }
+  choose_integrator(scene, plan);
+  if (scene.simulation.printed.lagged_velocity && !plan.integrator->one_evaluation) {
+    throw std::invalid_argument(
+        "integrator \"" + std::string(plan.integrator->name) +
+        "\" evaluates forces more than once a step; lagged_velocity needs \"euler\", "
+        "\"euler-cromer\", \"feynman-newton\" or \"feynman-newton-printed\"");
+  }
+  choose_substeps(scene, plan);
+  if (network == nullptr) {
+    plan.kernel = single ? "oscillator-float" : "oscillator-double";
+    plan.skipped.emplace_back("network, loads and gravity: a single oscillator");
+    return plan;
+  }
+  const PrintedForm& printed = scene.simulation.printed;
+  const bool damped = std::ranges::any_of(network->network().springs,
+                                          [](const Spring& s) { return s.viscosity != 0.0; });
+  plan.kernel = kernel_name({.damped = damped || !skip,
+                             .printed = printed.sign || printed.reversed || printed.direction ||
+                                        printed.half_force || printed.lagged_velocity},
+                            single);
+  if (skip) {
+    list_skipped(scene, *network, plan);
+  }
+  return plan;
+}
+
+}  // namespace palpate

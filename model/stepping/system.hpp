@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What an integrator sees of a scene: M q'' = f(t, q, q') in the precision of the stepping.
+/// Everything is allocated on construction; calls after that allocate nothing.
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+namespace palpate {
+
+template <class Real>
+using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+
+template <class Real>
+struct State {
+  Vector<Real> position;  ///< q [m]
+  Vector<Real> velocity;  ///< [m/s]; schemes that stagger hold the one of their half step
+};
+
+template <class Real>
+class System {
+ public:
+  virtual ~System() = default;
+  [[nodiscard]] Eigen::Index dof() const { return inverse_mass_.size(); }
+  [[nodiscard]] const Vector<Real>& inverse_mass() const { return inverse_mass_; }  ///< [1/kg]
+  [[nodiscard]] const Vector<Real>& mass() const { return mass_; }                  ///< [kg]
+
+  /// f [N]; `gate` is the beginning of the step, which decides the loads that act.
+  virtual void force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
+                     Vector<Real>& f) noexcept = 0;
+  /// Adds weight times the loads alone, for schemes whose kick straddles two steps.
+  virtual void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept = 0;
+  /// C(q) w [N]: what the dampers would resist velocity w with.
+  virtual void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept = 0;
+  /// A = M + on_damping C + on_stiffness K, K = -df/dq and C = -df/dv, into a matrix that
+  /// `pattern` made.
+  virtual void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping,
+                        Real on_stiffness, Eigen::SparseMatrix<Real>& a) noexcept = 0;
+  virtual void pattern(Eigen::SparseMatrix<Real>& a) = 0;  ///< allocates
+
+  void acceleration(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
+                    Vector<Real>& a) noexcept {
+    force(t, gate, q, v, a);
+    a.array() *= inverse_mass_.array();
+  }
+
+ protected:
+  void set_mass(const Eigen::VectorXd& mass) {
+    mass_ = mass.cast<Real>();
+    inverse_mass_ = mass.cwiseInverse().cast<Real>();
+  }
+
+ private:
+  Vector<Real> mass_;
+  Vector<Real> inverse_mass_;
+};
+
+}  // namespace palpate

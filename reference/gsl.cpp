@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include "reference/gsl.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_odeiv2.h>
+#include <gsl/gsl_version.h>
+
+#include "reference/first_order.hpp"
+#include "reference/march.hpp"
+
+namespace palpate::reference {
+
+namespace {
+
+struct DriverDeleter {
+  void operator()(gsl_odeiv2_driver* driver) const { gsl_odeiv2_driver_free(driver); }
+};
+
+class GslDriver final : public Integrator {
+ public:
+  GslDriver(std::string name, const gsl_odeiv2_step_type* type, const Problem& problem,
+            const Tolerance& tolerance)
+      : name_(std::move(name)),
+        type_(type),
+        relative_(tolerance.relative),
+        system_(problem),
+        equations_{derivative, jacobian, static_cast<std::size_t>(system_.size()), this},
+        state_(static_cast<std::size_t>(system_.size())),
+        scale_(state_.size(), tolerance.velocity_scale) {
+    // The default handler aborts the program; every flag is checked here instead.
+    static const auto unused_default_handler = gsl_set_error_handler_off();
+    static_cast<void>(unused_default_handler);
+    std::fill_n(scale_.begin(), system_.dof(), tolerance.position_scale);
+    system_.initial_state(state_.data());
+  }
+
+  [[nodiscard]] FirstOrderSystem& system() { return system_; }
+
+  void begin(const Segment& segment) override {
+    const double first = 1e-3 * segment.max_step;
+    driver_.reset(gsl_odeiv2_driver_alloc_scaled_new(&equations_, type_, first, relative_, 0.0, 1.0,
+                                                     0.0, scale_.data()));
+    if (!driver_) { fail(name_, "gsl_odeiv2_driver_alloc_scaled_new", "NULL", segment.start, ""); }
+    check(gsl_odeiv2_driver_set_hmax(driver_.get(), segment.max_step), "gsl_odeiv2_driver_set_hmax");
+    check(gsl_odeiv2_driver_set_hmin(driver_.get(), 1e-12 * (segment.end - segment.start)),
+          "gsl_odeiv2_driver_set_hmin");
+    check(gsl_odeiv2_driver_set_nmax(driver_.get(), step_limit), "gsl_odeiv2_driver_set_nmax");
+    time_ = segment.start;
+    steps_ = 0;
+  }
+
+  void advance(double time) override {
+    check(gsl_odeiv2_driver_apply(driver_.get(), &time_, time, state_.data()),
+          "gsl_odeiv2_driver_apply");
+    steps_ += static_cast<long>(driver_->n);
+  }
+
+  [[nodiscard]] const double* state() const override { return state_.data(); }
+  [[nodiscard]] long segment_steps() const override { return steps_; }
+
+ private:
+  static int derivative(double t, const double* y, double* dy, void* driver) {
+    auto& self = *static_cast<GslDriver*>(driver);
+    try {
+      if (self.system_.derivative(t, y, dy)) { return GSL_SUCCESS; }
+      self.cause_ = "the right-hand side is not finite";
+    } catch (const std::exception& error) {
+      self.cause_ = error.what();
+    }
+    return GSL_EBADFUNC;  // ends the integration; any other value only shortens the step
+  }
+
+  /// Row-major df/dy. df/dt is left zero: neither method used here reads it.
+  static int jacobian(double, const double* y, double* dfdy, double* dfdt, void* driver) {
+    auto& self = *static_cast<GslDriver*>(driver);
+    try {
+      if (!self.jacobian_) { self.jacobian_.emplace(self.system_); }
+      self.jacobian_->update(y);
+    } catch (const std::exception& error) {
+      self.cause_ = error.what();
+      return GSL_EBADFUNC;
+    }
+    const auto size = static_cast<std::size_t>(self.jacobian_->size());
+    std::fill_n(dfdy, size * size, 0.0);
+    std::fill_n(dfdt, size, 0.0);
+    for (std::size_t j = 0; j < size; ++j) {
+      const auto end = static_cast<std::size_t>(self.jacobian_->column_starts()[j + 1]);
+      for (auto k = static_cast<std::size_t>(self.jacobian_->column_starts()[j]); k < end; ++k) {
+        dfdy[static_cast<std::size_t>(self.jacobian_->rows()[k]) * size + j] =
+            self.jacobian_->values()[k];
+      }
+    }
+    return GSL_SUCCESS;
+  }
+
+  void check(int flag, const char* function) const {
+    if (flag != GSL_SUCCESS) { fail(name_, function, gsl_strerror(flag), time_, cause_); }
+  }
+
+  std::string name_;
+  const gsl_odeiv2_step_type* type_;
+  double relative_;
+  FirstOrderSystem system_;
+  std::optional<FirstOrderJacobian> jacobian_;  ///< made when first asked for
+  gsl_odeiv2_system equations_;
+  std::vector<double> state_;
+  std::vector<double> scale_;
+  std::unique_ptr<gsl_odeiv2_driver, DriverDeleter> driver_;
+  std::string cause_;
+  double time_ = 0.0;
+  long steps_ = 0;
+};
+
+Solution solve(const char* name, const gsl_odeiv2_step_type* type, const Problem& problem,
+               const std::vector<double>& times, const Tolerance& tolerance) {
+  GslDriver integrator(name, type, problem, tolerance);
+  return march({name, std::string("GSL ") + gsl_version}, integrator.system(), times, tolerance,
+               integrator);
+}
+
+}  // namespace
+
+Solution solve_gsl_rk8pd(const Problem& problem, const std::vector<double>& times,
+                         const Tolerance& tolerance) {
+  return solve("gsl-rk8pd", gsl_odeiv2_step_rk8pd, problem, times, tolerance);
+}
+
+Solution solve_gsl_msbdf(const Problem& problem, const std::vector<double>& times,
+                         const Tolerance& tolerance) {
+  if (2 * problem.dof() > dense_state_limit) {
+    throw SolverError("gsl-msbdf: " + std::to_string(2 * problem.dof()) +
+                      " states; its dense Jacobian is for at most " +
+                      std::to_string(dense_state_limit));
+  }
+  return solve("gsl-msbdf", gsl_odeiv2_step_msbdf, problem, times, tolerance);
+}
+
+}  // namespace palpate::reference

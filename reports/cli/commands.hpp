@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The commands of `palpate`: what each is given, and its exit code.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace palpate::cli {
+
+enum ExitCode : int { done = 0, fell_short = 1, bad_input = 2, machine_cannot = 3, interrupted_code = 130 };
+
+/// What every command takes.
+struct CommonOptions {
+  std::filesystem::path out{};              ///< empty: palpate-out/COMMAND
+  std::vector<std::string> overrides{};     ///< --set dotted.key=value
+  bool quiet = false;
+
+  [[nodiscard]] std::filesystem::path folder(const std::string& command) const {
+    return out.empty() ? std::filesystem::path("palpate-out") / command : out;
+  }
+};
+
+struct RunOptions : CommonOptions {
+  std::filesystem::path scene{};
+  bool no_skip = false;
+};
+int run(const RunOptions& options);
+
+struct InspectOptions : CommonOptions {
+  std::filesystem::path scene{};
+  bool json = false;
+  bool no_skip = false;
+};
+int inspect(const InspectOptions& options);
+
+struct ValidateOptions : CommonOptions {
+  std::vector<std::string> cases{};
+  bool list = false;
+  bool quick = false;
+  bool no_skip = false;
+  int jobs = 0;                            ///< 0: one per core
+  std::filesystem::path cache{};           ///< of slow references; empty: the user's cache folder
+  std::filesystem::path data{};            ///< of networks outside the project; empty: searched
+};
+int validate(const ValidateOptions& options);
+
+struct ReportOptions : CommonOptions {
+  std::filesystem::path results{};
+};
+int report(const ReportOptions& options);
+
+}  // namespace palpate::cli

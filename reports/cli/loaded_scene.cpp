@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include "reports/cli/loaded_scene.hpp"
+
+#include <chrono>
+#include <stdexcept>
+
+#include "model/dynamics/scene_check.hpp"
+
+namespace palpate::cli {
+
+namespace {
+
+std::string known_integrators() {
+  std::string names = "\"auto\"";
+  for (const IntegratorInfo* info : integrators()) {
+    names += ", \"" + std::string(info->name) + "\"";
+  }
+  return names;
+}
+
+Simulation make_simulation(const io::SceneFile& file, bool no_skip) {
+  const std::string& name = file.scene.simulation.integrator;
+  if (name != "auto" && find_integrator(name) == nullptr) {
+    throw InputError(file.where("simulation.integrator") + ": unknown integrator \"" + name +
+                     "\"; must be one of " + known_integrators());
+  }
+  try {
+    return Simulation(file.scene, !no_skip);
+  } catch (const std::invalid_argument& problem) {
+    throw InputError(file.where("simulation.integrator") + ": " + problem.what());
+  }
+}
+
+}  // namespace
+
+LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options, bool no_skip) {
+  const auto begin = std::chrono::steady_clock::now();
+  io::SceneFile file = io::read_scene(path, options.overrides);
+  Simulation simulation = make_simulation(file, no_skip);
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return {std::move(file), std::move(simulation), seconds};
+}
+
+std::filesystem::path make_folder(const std::filesystem::path& folder) {
+  std::error_code problem;
+  std::filesystem::create_directories(folder, problem);
+  if (problem || !std::filesystem::is_directory(folder)) {
+    throw InputError(folder.string() + ": not a folder that can be written; a folder");
+  }
+  return folder;
+}
+
+}  // namespace palpate::cli

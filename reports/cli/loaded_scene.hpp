@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A scene file read, checked and ready to run.
+
+#include "fixtures/io/scene_file.hpp"
+#include "model/stepping/simulation.hpp"
+#include "reports/cli/commands.hpp"
+
+namespace palpate::cli {
+
+struct LoadedScene {
+  io::SceneFile file;
+  Simulation simulation;
+  double load_seconds = 0.0;
+};
+
+/// Throws InputError, also for an integrator that is unknown or does not fit the scene.
+LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options, bool no_skip);
+
+/// The folder, made if need be. Throws InputError when it cannot be.
+std::filesystem::path make_folder(const std::filesystem::path& folder);
+
+}  // namespace palpate::cli

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "reports/cli/summary.hpp"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+namespace palpate::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// JSON has no infinity and no NaN: text says which.
+Json number(double value) {
+  if (std::isfinite(value)) { return value; }
+  return std::isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf";
+}
+
+}  // namespace
+
+std::string summary_json(const LoadedScene& loaded, const Run& run) {
+  const Simulation& simulation = loaded.simulation;
+  const StepPlan& plan = simulation.plan();
+  const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
+  const std::size_t springs = network != nullptr ? network->network().springs.size() : 1;
+  Json json;
+  json["schema"] = 1;
+  json["title"] = loaded.file.scene.title;
+  json["status"] = run.diverged ? "diverged" : run.interrupted ? "interrupted" : "ok";
+  if (run.diverged) { json["diverged_at_s"] = run.diverged_at; }
+  json["nodes"] = network != nullptr ? network->network().node_count() : 1;
+  json["springs"] = springs;
+  json["ticks"] = run.ticks;
+  json["steps"] = run.steps;
+  json["integrator"] = plan.integrator->name;
+  json["integrator_reason"] = plan.integrator_reason;
+  json["substeps"] = plan.substeps;
+  json["integrator_step_s"] = plan.h;
+  json["omega_max_rad_per_s"] = plan.bounds.omega_estimate;
+  json["h_omega_max"] = plan.h * plan.bounds.omega_estimate;
+  json["load_s"] = loaded.load_seconds;
+  json["wall_s"] = run.seconds;
+  json["slowest_tick_s"] = run.slowest_tick;
+  json["ns_per_spring_step"] = run.ns_per_spring_step(simulation.spring_count());
+  json["kernel"] = plan.kernel;
+  json["skipped"] = plan.skipped;
+  json["warnings"] = plan.warnings;
+  json["zero_length_springs"] = run.zero_length_springs;
+  json["energy"] = {{"initial_j", number(run.energy.initial)},
+                    {"final_j", number(run.energy.final)},
+                    {"max_j", number(run.energy.maximum)}};
+  json["events"] = Json::array();
+  for (const Event& event : run.trace.events) {
+    json["events"].push_back(
+        {{"time_s", event.time}, {"kind", event.kind}, {"detail", event.detail}});
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace palpate::cli

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "reports/figure_data.hpp"
+
+#include <algorithm>
+
+#include "fixtures/io/hdf5_file.hpp"
+
+namespace palpate {
+
+namespace {
+
+std::string series_group(const Figure& figure, std::size_t index) {
+  return "/figures/" + figure.id + "/series_" + std::to_string(index);
+}
+
+std::string heat_map_group(const Figure& figure) { return "/figures/" + figure.id + "/heat_map"; }
+
+void write_figure(io::Hdf5File& file, const Figure& figure) {
+  for (std::size_t n = 0; n < figure.series.size(); ++n) {
+    const Series& series = figure.series[n];
+    const std::string group = series_group(figure, n);
+    file.write(group + "/x", series.x, figure.x.label);
+    file.write(group + "/y", series.y, figure.y.label);
+    if (!series.y2.empty()) { file.write(group + "/y2", series.y2, figure.y.label); }
+    file.write_attribute(group, "label", series.label);
+  }
+  if (figure.heat_map) {
+    const std::string group = heat_map_group(figure);
+    file.write(group + "/x", figure.heat_map->x, figure.x.label);
+    file.write(group + "/y", figure.heat_map->y, figure.y.label);
+    file.write(group + "/z", figure.heat_map->z, figure.heat_map->label);
+  }
+  file.write_attribute("/figures/" + figure.id, "title", figure.title);
+  file.write_attribute("/figures/" + figure.id, "caption", figure.caption);
+}
+
+}  // namespace
+
+std::string trace_file_name(const std::string& case_name) {
+  std::string name = case_name;
+  std::ranges::replace(name, '/', '-');
+  return name + ".h5";
+}
+
+void write_figure_data(const std::filesystem::path& traces, const Outcome& outcome) {
+  if (outcome.figures.empty()) { return; }
+  io::Hdf5File file = io::Hdf5File::create(traces / trace_file_name(outcome.name));
+  for (const Figure& figure : outcome.figures) { write_figure(file, figure); }
+  file.write_attribute("/", "case", outcome.name);
+  file.commit();
+}
+
+void read_figure_data(const std::filesystem::path& traces, Outcome& outcome) {
+  if (outcome.figures.empty()) { return; }
+  const io::Hdf5File file = io::Hdf5File::open(traces / trace_file_name(outcome.name));
+  for (Figure& figure : outcome.figures) {
+    for (std::size_t n = 0; n < figure.series.size(); ++n) {
+      const std::string group = series_group(figure, n);
+      figure.series[n].x = file.read(group + "/x");
+      figure.series[n].y = file.read(group + "/y");
+      if (file.contains(group + "/y2")) { figure.series[n].y2 = file.read(group + "/y2"); }
+    }
+    if (figure.heat_map) {
+      const std::string group = heat_map_group(figure);
+      figure.heat_map->x = file.read(group + "/x");
+      figure.heat_map->y = file.read(group + "/y");
+      figure.heat_map->z = file.read(group + "/z");
+    }
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The numbers behind figures: traces/<case, '/' as '-'>.h5, one group per figure, one per series.
+
+#include <filesystem>
+
+#include "validation/outcome.hpp"
+
+namespace palpate {
+
+/// Name of a case's file inside traces/.
+std::string trace_file_name(const std::string& case_name);
+
+/// Writes the file of a case that has figures; does nothing otherwise.
+void write_figure_data(const std::filesystem::path& traces, const Outcome& outcome);
+
+/// Fills in the numbers of the outcome's figures. Throws InputError when they are not there.
+void read_figure_data(const std::filesystem::path& traces, Outcome& outcome);
+
+}  // namespace palpate

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+/// The `palpate` program: command line in, exit code out.
+
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <sstream>
+
+#include <CLI/CLI.hpp>
+
+#include "model/dynamics/scene_check.hpp"
+#include "model/stepping/integrator.hpp"
+#include "reports/cli/commands.hpp"
+#include "reports/cli/interrupt.hpp"
+#include "reports/cli/provenance.hpp"
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::cli;
+
+void add_common(CLI::App& command, CommonOptions& options, const std::string& name) {
+  command.add_option("--out", options.out, "folder for what is written [palpate-out/" + name + "]")
+      ->type_name("DIR");
+  command.add_flag("--quiet", options.quiet, "say nothing but errors");
+}
+
+void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene) {
+  command.add_option("scene", scene, "scene file (TOML, docs/scenes.md)")->required()->type_name("SCENE");
+  command.add_option("--set", options.overrides, "scene key to override, value in TOML syntax; repeatable")
+      ->type_name("dotted.key=value")
+      ->allow_extra_args(false);
+}
+
+std::string integrator_help() {
+  std::string text = "Integrators:\n";
+  for (const IntegratorInfo* info : integrators()) {
+    std::string name(info->name);
+    name.resize(26, ' ');
+    text += "  " + name + std::string(info->summary) + "\n";
+  }
+  return text + "  auto                      chosen for the scene; `palpate inspect` says which and why\n";
+}
+
+/// "palpate: " before every line of a message.
+int refuse(const std::string& message, int code) {
+  std::istringstream lines(message);
+  for (std::string line; std::getline(lines, line);) {
+    std::fprintf(stderr, "palpate: %s\n", line.c_str());
+  }
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Palpate: validation and regression harness for haptic soft-tissue simulation");
+  app.set_version_flag("--version", version_text());
+  app.require_subcommand(1);
+  app.footer(integrator_help() + "\nExit codes: 0 every check holds, 1 one fell short, 2 bad usage or input "
+             "(nothing written),\n3 this machine cannot do it, 130 interrupted.");
+  std::function<int()> chosen;
+
+  RunOptions run_options;
+  CLI::App* command = app.add_subcommand("run", "simulate one scene");
+  add_scene(*command, run_options, run_options.scene);
+  add_common(*command, run_options, "run");
+  command->add_flag("--no-skip", run_options.no_skip, "compute what the scene does not need; same result");
+  command->footer(integrator_help());
+  command->callback([&] { chosen = [&] { return run(run_options); }; });
+
+  InspectOptions inspect_options;
+  command = app.add_subcommand("inspect", "say what a scene is, needs and skips, without simulating");
+  add_scene(*command, inspect_options, inspect_options.scene);
+  add_common(*command, inspect_options, "inspect");
+  command->add_flag("--json", inspect_options.json, "as JSON on standard output");
+  command->add_flag("--no-skip", inspect_options.no_skip, "plan without skipping");
+  command->footer(integrator_help());
+  command->callback([&] { chosen = [&] { return inspect(inspect_options); }; });
+
+  ValidateOptions validate_options;
+  command = app.add_subcommand("validate", "judge the model: accuracy, stability, physics");
+  command->add_option("cases", validate_options.cases, "cases, groups or suites; all when none")
+      ->type_name("CASE");
+  add_common(*command, validate_options, "validate");
+  command->add_flag("--list", validate_options.list, "name every case and stop");
+  command->add_flag("--quick", validate_options.quick, "the short form");
+  command->add_flag("--no-skip", validate_options.no_skip, "compute what scenes do not need");
+  command->add_option("--jobs", validate_options.jobs, "cases at a time [one per core]")
+      ->check(CLI::Range(1, 1024));
+  command->add_option("--cache", validate_options.cache, "folder of kept references [user's cache]")
+      ->type_name("DIR");
+  command->add_option("--data", validate_options.data, "folder of data outside the project")
+      ->type_name("DIR");
+  command->callback([&] { chosen = [&] { return validate(validate_options); }; });
+
+  ReportOptions report_options;
+  command = app.add_subcommand("report", "render report.html again from a results folder");
+  command->add_option("results", report_options.results, "folder with results.json and traces/")
+      ->required()
+      ->type_name("RESULTS");
+  add_common(*command, report_options, "report");
+  command->callback([&] { chosen = [&] { return report(report_options); }; });
+
+  for (CLI::App* each : app.get_subcommands({})) {
+    each->set_version_flag("--version", version_text());
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) { return app.exit(error); }  // --help, --version
+    return refuse(std::string(error.what()) + "; `palpate --help` shows what is allowed", bad_input);
+  }
+  try {
+    catch_interrupts();
+    return chosen();
+  } catch (const InputError& error) {
+    return refuse(error.what(), bad_input);
+  } catch (const std::exception& error) {
+    return refuse(error.what(), fell_short);
+  }
+}

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/simulation.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "tests/check.hpp"
+#include "tests/model/moving_scene.hpp"
+
+namespace {
+
+using namespace palpate;
+using Eigen::VectorXd;
+
+struct Final {
+  VectorXd position;
+  VectorXd velocity;
+  std::vector<double> row;
+};
+
+Final after(const Scene& scene, int ticks, bool skip = true) {
+  Simulation simulation(scene, skip);
+  for (int n = 0; n < ticks; ++n) { (void)simulation.tick(); }
+  Final end{VectorXd(simulation.problem().dof()), VectorXd(simulation.problem().dof()),
+            std::vector<double>(simulation.columns().size())};
+  simulation.coordinates(end.position);
+  simulation.velocities(end.velocity);
+  simulation.sample(end.row);
+  return end;
+}
+
+TEST("computing what a scene does not need changes no bit, for any scheme and precision") {
+  for (const IntegratorInfo* scheme : integrators()) {
+    for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+      for (const double viscosity : {0.0, 0.05}) {
+        Scene scene = moving_scene(scheme->name, precision);
+        scene.tissue.lattice.viscosity = viscosity;
+        scene.tissue.gravity.setZero();
+        scene.simulation.substeps = 5;
+        const Final lean = after(scene, 40);
+        const Final full = after(scene, 40, false);
+        CHECK((lean.position.array() == full.position.array()).all());
+        CHECK((lean.velocity.array() == full.velocity.array()).all());
+        CHECK(lean.row == full.row);
+      }
+    }
+  }
+}
+
+TEST("the same scene gives the same bits again") {
+  const Final one = after(moving_scene("auto"), 100);
+  const Final two = after(moving_scene("auto"), 100);
+  CHECK((one.position.array() == two.position.array()).all() && one.row == two.row);
+}
+
+TEST("sampling changes nothing of the motion") {
+  for (const IntegratorInfo* scheme : integrators()) {
+    Simulation watched(moving_scene(scheme->name));
+    Simulation alone(moving_scene(scheme->name));
+    std::vector<double> row(watched.columns().size());
+    VectorXd q(watched.problem().dof());
+    VectorXd p(watched.problem().dof());
+    for (int n = 0; n < 30; ++n) {
+      watched.sample(row);
+      (void)watched.energy();
+      (void)watched.tick();
+      (void)alone.tick();
+    }
+    watched.coordinates(q);
+    alone.coordinates(p);
+    CHECK((q.array() == p.array()).all());
+  }
+}
+
+TEST("float follows double to single precision") {
+  for (const IntegratorInfo* scheme : integrators()) {
+    const Final d = after(moving_scene(scheme->name), 50);
+    const Final f = after(moving_scene(scheme->name, Precision::single_precision), 50);
+    // Positions of 0.02 m round to 1e-9 m; some hundred steps of it, amplified by nothing.
+    CHECK_NEAR(f.position, d.position, 2e-7);
+  }
+}
+
+TEST("columns are named and united as trace files want them, in the order of the scene") {
+  const Simulation simulation(moving_scene("auto"));
+  const auto& columns = simulation.columns();
+  CHECK(columns.size() == 12);
+  CHECK(columns[0].name == "top.x_m" && columns[0].unit == "m");
+  CHECK(columns[3].name == "top.vx_m_per_s" && columns[3].unit == "m/s");
+  CHECK(columns[8].name == "top.fz_n" && columns[8].unit == "N");
+  CHECK(columns[11].name == "near.z_m");
+}
+
+TEST("a recorded position, velocity and force are those of the node") {
+  Scene scene = moving_scene("velocity-verlet");
+  Simulation simulation(scene);
+  for (int n = 0; n < 5; ++n) { (void)simulation.tick(); }
+  const auto& problem = dynamic_cast<const NetworkProblem&>(simulation.problem());
+  VectorXd q(problem.dof()), v(problem.dof()), f(problem.dof());
+  simulation.coordinates(q);
+  simulation.velocities(v);
+  const double t = simulation.time();
+  problem.force(t, t + 1e-9, q, v, f);
+  std::vector<double> row(simulation.columns().size());
+  simulation.sample(row);
+  const Eigen::Index c = problem.coordinate(4);
+  for (int n = 0; n < 3; ++n) {
+    const auto place = static_cast<std::size_t>(n);
+    CHECK(row[place] == q(c + n) && row[3 + place] == v(c + n));
+    CHECK_NEAR(row[6 + place], f(c + n), 1e-14);
+  }
+}
+
+TEST("before the first tick everything is the initial state") {
+  Scene scene = moving_scene("leapfrog");
+  Simulation simulation(scene);
+  VectorXd q(simulation.problem().dof()), v(simulation.problem().dof());
+  simulation.coordinates(q);
+  simulation.velocities(v);
+  CHECK_NEAR(q, simulation.problem().initial_position(), 0.0);
+  CHECK_NEAR(v, simulation.problem().initial_velocity(), 0.0);
+  CHECK(simulation.time() == 0.0 && simulation.ticks() == 0 && simulation.tick_count() == 1000);
+}
+
+TEST("energy is the specification's, without the springs that cannot move") {
+  Scene scene = moving_scene("velocity-verlet");
+  scene.tissue.fixed = std::vector<Face>{};
+  Simulation simulation(scene);
+  for (int n = 0; n < 7; ++n) { (void)simulation.tick(); }
+  VectorXd q(simulation.problem().dof()), v(simulation.problem().dof());
+  simulation.coordinates(q);
+  simulation.velocities(v);
+  CHECK_NEAR(simulation.energy(), simulation.problem().energy(q, v), 1e-15);
+}
+
+TEST("a step beyond the limit is reported as divergence before anything overflows the report") {
+  Scene scene = moving_scene("euler-cromer");
+  scene.simulation.substeps = 1;
+  scene.simulation.step = 1.0;
+  scene.simulation.duration = 1000.0;
+  Simulation simulation(scene);
+  StepStatus status = StepStatus::ok;
+  for (int n = 0; n < 1000 && status == StepStatus::ok; ++n) { status = simulation.tick(); }
+  CHECK(status == StepStatus::diverged);
+  CHECK(simulation.ticks() < 100);
+}
+
+TEST("a NaN at the start is divergence at the first tick, for any scheme and precision") {
+  for (const IntegratorInfo* scheme : integrators()) {
+    for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+      const Scene scene = moving_scene(scheme->name, precision);
+      auto problem = make_problem(scene);
+      SpringNetwork network = dynamic_cast<const NetworkProblem&>(*problem).network();
+      network.initial_velocity = NodeVectors::Zero(3, network.node_count());
+      network.initial_velocity(1, 2) = std::numeric_limits<double>::quiet_NaN();
+      Simulation simulation(scene, network);
+      CHECK(simulation.tick() == StepStatus::diverged);
+    }
+  }
+}
+
+TEST("node positions hold the fixed nodes in their places") {
+  Simulation simulation(moving_scene("auto"));
+  for (int n = 0; n < 20; ++n) { (void)simulation.tick(); }
+  const NodeVectors all = simulation.node_positions();
+  const auto& problem = dynamic_cast<const NetworkProblem&>(simulation.problem());
+  CHECK_NEAR(NodeVectors(all.rightCols(9)), NodeVectors(problem.network().rest_position.rightCols(9)), 0.0);
+  CHECK((all.leftCols(9) - problem.network().rest_position.leftCols(9)).norm() > 1e-6);
+}
+
+TEST("a network given in memory moves as the same scene does") {
+  const Scene scene = moving_scene("rk4");
+  const auto problem = make_problem(scene);
+  Simulation given(scene, dynamic_cast<const NetworkProblem&>(*problem).network());
+  for (int n = 0; n < 25; ++n) { (void)given.tick(); }
+  VectorXd q(given.problem().dof());
+  given.coordinates(q);
+  CHECK((q.array() == after(scene, 25).position.array()).all());
+}
+
+}  // namespace

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+/// The fast kernels against NetworkProblem, the specification.
+#include "model/stepping/spring_kernels.hpp"
+
+#include "model/stepping/network_system.hpp"
+#include "tests/check.hpp"
+#include "tests/model/random_network.hpp"
+
+namespace {
+
+using namespace palpate;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double h = 1e-4;
+const Eigen::Vector3d weight(0.3, -0.2, 9.81);
+
+struct Setting {
+  NetworkProblem problem;
+  VectorXd q;
+  VectorXd v;
+};
+
+Setting setting(std::uint64_t seed, const PrintedForm& form = {}, double viscosity = 0.1) {
+  SpringNetwork network = random_network(seed, {.nodes = 20, .springs = 80, .fixed = 4,
+                                                .viscosity = viscosity});
+  network.rest_position.col(7) = network.rest_position.col(8);  // a pair without direction
+  network.springs.push_back({7, 8, 100.0, 0.1, 1e-3});
+  network.springs.push_back({0, 3, 100.0, 0.1, 1e-3});  // both ends fixed
+  if (viscosity == 0.0) {
+    for (Spring& s : network.springs) { s.viscosity = 0.0; }
+  }
+  const std::vector<Load> loads{{.nodes = {0, 5, 5}, .force = {1, 2, 3}},
+                                {.nodes = {9}, .force = {0, 0, 1}, .start = 1.0, .end = 2.0,
+                                 .profile = Profile::half_sine}};
+  NetworkProblem problem(network, loads, weight, form);
+  Random random(seed + 50);
+  VectorXd q = problem.initial_position() + random.vector(problem.dof(), 1e-3);
+  q.segment<3>(problem.coordinate(7)) = q.segment<3>(problem.coordinate(8));
+  return {problem, q, random.vector(problem.dof(), 0.5)};
+}
+
+template <class Real>
+VectorXd fast_force(const Setting& at, const PrintedForm& form, double t, bool skip = true) {
+  NetworkSystem<Real> system(at.problem, form, h, skip);
+  const Vector<Real> q = at.q.cast<Real>();
+  const Vector<Real> v = at.v.cast<Real>();
+  Vector<Real> f = Vector<Real>::Constant(q.size(), Real(1e30));  // must be cleared
+  system.force(t, t, q, v, f);
+  return f.template cast<double>();
+}
+
+VectorXd specified_force(const Setting& at, double t) {
+  VectorXd f(at.problem.dof());
+  at.problem.force(t, t, at.q, at.v, f);
+  return f;
+}
+
+const PrintedForm forms[] = {{}, {.sign = true}, {.sign = true, .reversed = true},
+                             {.direction = true}, {.half_force = true},
+                             {.sign = true, .direction = true, .half_force = true}};
+
+// Each coordinate is a sum of about 20 terms no larger than the largest force.
+TEST("every kernel equals the specification to rounding, in double") {
+  for (const PrintedForm& form : forms) {
+    for (const double viscosity : {0.1, 0.0}) {
+      for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const Setting at = setting(seed, form, viscosity);
+        for (const double t : {0.0, 1.3, 5.0}) {
+          const VectorXd expected = specified_force(at, t);
+          const double rounding = 20 * 2.3e-16 * expected.cwiseAbs().maxCoeff();
+          CHECK_NEAR(fast_force<double>(at, form, t), expected, rounding);
+        }
+      }
+    }
+  }
+}
+
+TEST("every kernel equals the specification to rounding, in float") {
+  for (const PrintedForm& form : forms) {
+    const Setting at = setting(6, form);
+    const VectorXd expected = specified_force(at, 0.0);
+    // Positions of 0.01 m round to 1e-9 m; the stiffest springs have 1e3 N/m.
+    CHECK_NEAR(fast_force<float>(at, form, 0.0), expected, 1e-5 + 1e-5 * expected.norm());
+  }
+}
+
+TEST("computing what a scene does not need changes no bit") {
+  for (const double viscosity : {0.1, 0.0}) {
+    const Setting at = setting(7, {}, viscosity);
+    CHECK_NEAR(fast_force<double>(at, {}, 0.0, false), fast_force<double>(at, {}, 0.0, true), 0.0);
+    CHECK_NEAR(fast_force<float>(at, {}, 0.0, false), fast_force<float>(at, {}, 0.0, true), 0.0);
+  }
+}
+
+TEST("the lagged velocity of Eq. 9 is the backward difference of the length") {
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, 2);
+  network.rest_position(0, 1) = 1.0;
+  network.mass = VectorXd::Ones(2);
+  network.fixed = {0, 1};
+  network.springs = {{0, 1, 10.0, 0.5, 1.0}};
+  const NetworkProblem problem(network);
+  NetworkSystem<double> system(problem, {.lagged_velocity = true}, h, true);
+  const VectorXd v = VectorXd::Constant(3, 1e3);  // must be ignored
+  VectorXd f(3);
+  system.force(0.0, 0.0, problem.initial_position(), v, f);
+  CHECK_NEAR(f.norm(), 0.0, 0.0);  // length unchanged since the start, and at rest
+  const VectorXd q = VectorXd::Unit(3, 0) * -0.02;
+  system.force(h, h, q, v, f);
+  CHECK_NEAR(f(0), 10.0 * 0.02 + 0.5 * 0.02 / h, 1e-10);
+  system.force(2 * h, 2 * h, q, v, f);
+  CHECK_NEAR(f(0), 10.0 * 0.02, 1e-13);
+}
+
+TEST("damping equals C w of the specification") {
+  for (const PrintedForm& form : forms) {
+    const Setting at = setting(8, form);
+    NetworkSystem<double> system(at.problem, form, h, true);
+    Eigen::SparseMatrix<double> k, c;
+    at.problem.jacobian(at.q, at.v, k, c);
+    VectorXd f(at.problem.dof());
+    system.damping(at.q, at.v, f);
+    const VectorXd expected = c * at.v;
+    CHECK_NEAR(f, expected, 1e-14 * expected.norm());
+  }
+}
+
+TEST("the matrix of the implicit schemes is M + a C + b K of the specification") {
+  for (const PrintedForm& form : forms) {
+    const Setting at = setting(9, form);
+    NetworkSystem<double> system(at.problem, form, h, true);
+    Eigen::SparseMatrix<double> k, c, a;
+    at.problem.jacobian(at.q, at.v, k, c);
+    system.pattern(a);
+    system.jacobian(at.q, at.v, 0.3, 0.7, a);
+    const MatrixXd expected = MatrixXd(at.problem.mass().asDiagonal()) + 0.3 * MatrixXd(c) + 0.7 * MatrixXd(k);
+    CHECK_NEAR(MatrixXd(a), expected, 1e-14 * expected.norm());
+  }
+}
+
+TEST("energy equals that of the specification and zero lengths are counted") {
+  const Setting at = setting(10);
+  NetworkSystem<double> system(at.problem, {}, h, true);
+  // The spring between fixed nodes stores a constant that the fast path leaves out.
+  const Spring& idle = at.problem.network().springs.back();
+  const double length =
+      (at.problem.network().rest_position.col(3) - at.problem.network().rest_position.col(0)).norm();
+  const double held = 0.5 * idle.stiffness * std::pow(length - idle.rest_length, 2);
+  double others = 0.0;  // random springs may join fixed nodes too
+  for (const Spring& s : at.problem.network().springs) {
+    if (&s == &idle || at.problem.coordinate(s.a) >= 0 || at.problem.coordinate(s.b) >= 0) { continue; }
+    const double l = (at.problem.network().rest_position.col(s.b) -
+                      at.problem.network().rest_position.col(s.a)).norm();
+    others += 0.5 * s.stiffness * std::pow(l - s.rest_length, 2);
+  }
+  CHECK_NEAR(system.energy(at.q, at.v) + held + others, at.problem.energy(at.q, at.v), 1e-15);
+  CHECK(system.zero_length_springs(at.q) >= 1);
+}
+
+TEST("kernels are named for what they compute") {
+  CHECK(kernel_name({.damped = true}, false) == "springs-damped-double");
+  CHECK(kernel_name({.damped = false}, true) == "springs-undamped-float");
+  CHECK(kernel_name({.printed = true}, false) == "springs-printed-double");
+}
+
+}  // namespace

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/step_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/stepping/stability.hpp"
+#include "tests/check.hpp"
+#include "tests/model/moving_scene.hpp"
+
+namespace {
+
+using namespace palpate;
+
+StepPlan plan_of(const Scene& scene, bool skip = true) {
+  return plan_steps(scene, *make_problem(scene), skip);
+}
+
+bool mentions(const std::vector<std::string>& lines, std::string_view part) {
+  return std::ranges::any_of(
+      lines, [&](const std::string& line) { return line.find(part) != std::string::npos; });
+}
+
+TEST("auto picks velocity Verlet with enough substeps for soft tissue") {
+  const StepPlan plan = plan_of(moving_scene("auto"));
+  CHECK(plan.integrator->name == "velocity-verlet");
+  CHECK(plan.h <= stability_margin * plan.stable_step.at("velocity-verlet"));
+  CHECK_NEAR(plan.h * plan.substeps, 1e-3, 1e-18);
+  CHECK(plan.integrator_reason.find("second order, explicit") != std::string::npos);
+  CHECK(plan.substeps_reason.find("h stays below 0.5 of the stable step") != std::string::npos);
+}
+
+TEST("auto turns to the implicit midpoint rule where explicit schemes need over 200 substeps") {
+  Scene scene = moving_scene("auto");
+  scene.tissue.lattice.stiffness = 1e8;
+  const StepPlan plan = plan_of(scene);
+  CHECK(plan.integrator->name == "implicit-midpoint" && plan.substeps == 1);
+  CHECK(plan.integrator_reason.find("explicit schemes would need") != std::string::npos);
+  CHECK(plan.substeps_reason == "an implicit scheme needs one");
+}
+
+TEST("the number of substeps is the smallest that keeps the margin") {
+  for (const char* name : {"euler-cromer", "leapfrog", "rk4", "velocity-verlet"}) {
+    Scene scene = moving_scene(name);
+    scene.tissue.lattice.stiffness = 2e4;
+    const StepPlan plan = plan_of(scene);
+    const double limit = plan.stable_step.at(name);
+    CHECK(plan.substeps > 1);
+    CHECK(1e-3 / plan.substeps <= stability_margin * limit);
+    CHECK(1e-3 / (plan.substeps - 1) > stability_margin * limit);
+  }
+}
+
+TEST("asked-for integrator and substeps are taken, with a warning when they cannot be stable") {
+  Scene scene = moving_scene("leapfrog");
+  scene.simulation.substeps = 3;
+  const StepPlan fine = plan_of(scene);
+  CHECK(fine.substeps == 3 && fine.integrator->name == "leapfrog");
+  CHECK(fine.integrator_reason == "asked for by the scene" && fine.warnings.empty());
+  scene.tissue.lattice.stiffness = 1e7;
+  CHECK(mentions(plan_of(scene).warnings, "is above the stable step"));
+}
+
+TEST("undamped Euler takes one step a tick, says that none is stable, and warns") {
+  Scene scene = moving_scene("euler");
+  scene.simulation.substeps.reset();
+  scene.tissue.lattice.viscosity = 0.0;
+  const StepPlan plan = plan_of(scene);
+  CHECK(plan.substeps == 1);
+  CHECK(plan.substeps_reason == "no step is stable; one a tick");
+  CHECK(mentions(plan.warnings, "expect divergence"));
+}
+
+TEST("the printed form takes Euler-Cromer and one step a tick") {
+  Scene scene = moving_scene("auto");
+  scene.simulation.printed = PrintedForm::all();
+  const StepPlan plan = plan_of(scene);
+  CHECK(plan.integrator->name == "euler-cromer" && plan.substeps == 1);
+  CHECK(plan.kernel == "springs-printed-double");
+}
+
+TEST("the lagged velocity is refused where forces are evaluated more than once a step") {
+  Scene scene = moving_scene("rk4");
+  scene.simulation.printed.lagged_velocity = true;
+  CHECK_THROWS(plan_of(scene), "lagged_velocity needs");
+  scene.simulation.integrator = "feynman-newton";
+  CHECK(plan_of(scene).integrator->one_evaluation);
+}
+
+TEST("an unknown integrator is refused by name") {
+  CHECK_THROWS(plan_of(moving_scene("leapfrogg")), "unknown integrator \"leapfrogg\"");
+}
+
+TEST("what is skipped is said, with its reason, and nothing is skipped when asked not to") {
+  Scene scene = moving_scene("auto");
+  const std::vector<std::string> loaded = plan_of(scene).skipped;
+  CHECK(!mentions(loaded, "dampers") && !mentions(loaded, "gravity") && !mentions(loaded, "loads"));
+  CHECK(mentions(loaded, "stepping of fixed nodes: 9"));
+  CHECK(mentions(loaded, "springs between fixed nodes: 20"));  // 12 edges, 8 diagonals of 3 x 3
+  scene.tissue.lattice.viscosity = 0.0;
+  scene.tissue.gravity.setZero();
+  scene.loads.clear();
+  const StepPlan bare = plan_of(scene);
+  CHECK(mentions(bare.skipped, "dampers: every spring has zero viscosity"));
+  CHECK(mentions(bare.skipped, "gravity: zero") && mentions(bare.skipped, "loads: the scene has none"));
+  CHECK(bare.kernel == "springs-undamped-double");
+  CHECK(plan_of(scene, false).skipped.empty());
+  CHECK(plan_of(scene, false).kernel == "springs-damped-double");
+}
+
+TEST("every registered integrator has its stable step in the plan") {
+  const StepPlan plan = plan_of(moving_scene("auto"));
+  CHECK(plan.stable_step.size() == integrators().size());
+  for (const IntegratorInfo* scheme : integrators()) {
+    CHECK(plan.stable_step.at(std::string(scheme->name)) == stable_step(*scheme, plan.bounds));
+  }
+}
+
+}  // namespace

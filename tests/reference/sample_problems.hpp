@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+// Problems that several tests of the references use.
+
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include "model/dynamics/lattice.hpp"
+#include "model/dynamics/problem.hpp"
+
+namespace sample {
+
+/// Exact motion of m x'' + c x' + k x = F0 cos(W t), from the roots of the characteristic
+/// polynomial; c^2 = 4 m k, c = k = 0 and undamped resonance excepted.
+struct Motion {
+  double position;
+  double velocity;
+};
+
+inline Motion exact(const palpate::Oscillator& o, double t) {
+  using Complex = std::complex<double>;
+  const double gamma = o.viscosity / (2.0 * o.mass);
+  const Complex root = std::sqrt(Complex(gamma * gamma - o.stiffness / o.mass));
+  const Complex r1 = -gamma + root;
+  const Complex r2 = -gamma - root;
+  const Complex drive(0.0, o.drive_frequency);
+  const Complex steady = o.drive_amplitude / o.mass / ((drive - r1) * (drive - r2));
+  const double x0 = o.displacement - steady.real();
+  const double v0 = o.velocity - (drive * steady).real();
+  const Complex a = (v0 - r2 * x0) / (r1 - r2);
+  const Complex b = x0 - a;
+  const Complex ea = a * std::exp(r1 * t);
+  const Complex eb = b * std::exp(r2 * t);
+  const Complex es = steady * std::exp(drive * t);
+  return {(ea + eb + es).real(), (r1 * ea + r2 * eb + drive * es).real()};
+}
+
+/// Critically damped free motion, c^2 = 4 m k.
+inline Motion exact_critical(const palpate::Oscillator& o, double t) {
+  const double gamma = o.viscosity / (2.0 * o.mass);
+  const double rise = o.velocity + gamma * o.displacement;
+  const double decay = std::exp(-gamma * t);
+  return {(o.displacement + rise * t) * decay, (o.velocity - gamma * rise * t) * decay};
+}
+
+inline std::vector<double> instants(double end, int count) {
+  std::vector<double> times;
+  for (int n = 0; n <= count; ++n) { times.push_back(end * n / count); }
+  return times;
+}
+
+struct Block {
+  int nodes = 4;             ///< per edge
+  double stiffness = 1000.0; ///< [N/m]
+  double viscosity = 0.05;   ///< [N s/m]
+  double node_mass = 0.5e-3; ///< [kg]
+};
+
+/// A cube of 5 mm spacing whose z-max face is fixed.
+inline palpate::SpringNetwork block(const Block& b = {}) {
+  const palpate::LatticeShape shape{.nodes = {b.nodes, b.nodes, b.nodes}, .spacing = 5e-3};
+  palpate::SpringNetwork network =
+      palpate::uniform_lattice(shape, b.stiffness, b.viscosity, b.node_mass);
+  for (int j = 0; j < b.nodes; ++j) {
+    for (int i = 0; i < b.nodes; ++i) {
+      network.fixed[static_cast<std::size_t>(shape.index(i, j, b.nodes - 1))] = 1;
+    }
+  }
+  return network;
+}
+
+/// A 10 ms push on the first node, from 5 ms on.
+inline palpate::Load pulse(double newton) {
+  return {.nodes = {0}, .force = {0.3 * newton, 0.1 * newton, newton}, .start = 5e-3, .end = 15e-3,
+          .profile = palpate::Profile::half_sine};
+}
+
+/// Forwards everything; tests override what they plant an error in. `base` must outlive it.
+class Wrapped : public palpate::Problem {
+ public:
+  explicit Wrapped(const palpate::Problem& base) : base_(&base) {}
+  Eigen::Index dof() const override { return base_->dof(); }
+  const Eigen::VectorXd& mass() const override { return base_->mass(); }
+  Eigen::VectorXd initial_position() const override { return base_->initial_position(); }
+  Eigen::VectorXd initial_velocity() const override { return base_->initial_velocity(); }
+  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
+             const Eigen::Ref<const Eigen::VectorXd>& v,
+             Eigen::Ref<Eigen::VectorXd> f) const override {
+    base_->force(t, gate, q, v, f);
+  }
+  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
+                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
+                Eigen::SparseMatrix<double>& damping) const override {
+    base_->jacobian(q, v, stiffness, damping);
+  }
+  std::vector<double> breaks() const override { return base_->breaks(); }
+  double shortest_feature() const override { return base_->shortest_feature(); }
+  double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
+                const Eigen::Ref<const Eigen::VectorXd>& v) const override {
+    return base_->energy(q, v);
+  }
+
+ private:
+  const palpate::Problem* base_;
+};
+
+/// N equal masses on a line along z, one spring each, the first tied to a fixed node; the last too
+/// when `both_ends`. Nodes 1..N move.
+inline palpate::SpringNetwork chain(int masses, double stiffness, double mass, bool both_ends) {
+  const int nodes = masses + (both_ends ? 2 : 1);
+  palpate::SpringNetwork network;
+  network.rest_position = palpate::NodeVectors::Zero(3, nodes);
+  network.rest_position.row(2).setLinSpaced(nodes, 0.0, 0.01 * (nodes - 1));
+  network.mass = Eigen::VectorXd::Constant(nodes, mass);
+  network.fixed.assign(static_cast<std::size_t>(nodes), 0);
+  network.fixed.front() = 1;
+  if (both_ends) { network.fixed.back() = 1; }
+  for (int i = 1; i < nodes; ++i) {
+    network.springs.push_back({i - 1, i, stiffness, 0.0, 0.01});
+  }
+  return network;
+}
+
+}  // namespace sample

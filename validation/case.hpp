@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A case is one claim about the model with the code that measures it. The registry is the sum of
+/// the groups in cases/; `palpate validate` runs what is selected from it.
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "reference/cache.hpp"
+#include "validation/candidate.hpp"
+#include "validation/outcome.hpp"
+
+namespace palpate {
+
+/// What a case may use besides the code: nothing here is global, so a test can give each its own.
+struct CaseContext {
+  bool quick = false;  ///< a shorter form that judges the same claims
+  bool skip = true;    ///< false: compute what scenes do not need
+  /// Damages the candidate (never a reference), to see that a verdict turns red.
+  const Mutation* mutation = nullptr;
+  const reference::Cache* cache = nullptr;  ///< of slow references; nullptr: none
+  /// Networks that live outside the project, by name; empty when absent.
+  std::function<std::optional<SpringNetwork>(std::string_view)> outside_network{};
+};
+
+struct Case {
+  std::string name{};   ///< "oscillator/order/leapfrog"
+  std::string suite{};  ///< "accuracy", "stability", "haptics", "clinical", "timing", "model"
+  std::string claim{};  ///< the sentence that is judged
+  std::function<void(const CaseContext&, Outcome&)> measure{};
+  bool quick = true;         ///< part of --quick
+  double weight = 1.0;       ///< expected seconds: long cases start first
+};
+
+/// Every case, in the order of the groups.
+std::vector<Case> all_cases();
+
+/// Those whose name equals a pattern, or begins with one followed by '/'; all when there is none.
+/// Throws InputError when a pattern matches nothing or the selection is empty.
+std::vector<Case> select_cases(const std::vector<Case>& cases,
+                               std::span<const std::string> patterns, bool quick);
+
+/// Measures and judges one case. What it throws becomes an error outcome, never a crash.
+Outcome run_case(const Case& definition, const CaseContext& context);
+
+}  // namespace palpate

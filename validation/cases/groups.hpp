@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The groups of cases, one file or folder each.
+
+#include <vector>
+
+#include "validation/case.hpp"
+
+namespace palpate {
+
+std::vector<Case> oscillator_cases();  ///< the paper's Figs. 6-10 and Table 1
+std::vector<Case> errata_cases();      ///< each printed erratum alone and all together
+std::vector<Case> network_cases();     ///< elasticity, waves, invariants, order on networks
+std::vector<Case> patient_cases();     ///< a network sampled from a patient's MRI
+std::vector<Case> stability_cases();   ///< margins under stress
+
+}  // namespace palpate

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What a case of the harness finds: numbers with bounds, tables and figures, all plain data.
+/// results.json and the trace files are written from it, and report.html from those.
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace palpate {
+
+enum class Status { pass, fail, skip, error };
+std::string_view name_of(Status status);
+
+inline constexpr double unbounded = std::numeric_limits<double>::infinity();
+
+/// A measured number and the interval it must lie in; NaN lies in none.
+struct Quantity {
+  std::string name{};
+  double value = 0.0;
+  std::string unit = "1";
+  double lower = -unbounded;
+  double upper = unbounded;
+  std::string bound_from{};  ///< theory, a reference's own error, a publication; empty: not judged
+
+  [[nodiscard]] bool judged() const { return lower > -unbounded || upper < unbounded || !bound_from.empty(); }
+  [[nodiscard]] bool holds() const { return value >= lower && value <= upper; }
+};
+
+struct Series {
+  enum class Style { line, points, line_and_points, dashed, band };
+  std::string label{};
+  Style style = Style::line;
+  std::vector<double> x{};
+  std::vector<double> y{};   ///< band: the lower edge
+  std::vector<double> y2{};  ///< band: the upper edge
+};
+
+struct Axis {
+  std::string label{};  ///< with unit, "time (s)"
+  bool logarithmic = false;
+  std::optional<double> minimum{};
+  std::optional<double> maximum{};
+};
+
+/// Values on a regular grid, drawn as colours; z is row-major, z[row * columns + column].
+struct HeatMap {
+  std::string label{};
+  std::vector<double> x{};
+  std::vector<double> y{};
+  std::vector<double> z{};
+};
+
+struct Figure {
+  std::string id{};       ///< unique within its case, [a-z0-9-]
+  std::string title{};
+  std::string caption{};  ///< one sentence: what it shows
+  Axis x{};
+  Axis y{};
+  std::vector<Series> series{};
+  std::optional<HeatMap> heat_map{};
+  bool square = false;    ///< equal scales on both axes
+  bool timing = false;    ///< shows run times, so differs from run to run
+};
+
+using Cell = std::variant<std::string, double>;
+
+struct Table {
+  std::string id{};
+  std::string title{};
+  std::string caption{};
+  std::vector<std::string> columns{};  ///< with units
+  std::vector<std::vector<Cell>> rows{};
+  bool timing = false;
+};
+
+/// A measured run time or cost; never judged here, and left out when two runs are compared.
+struct Timing {
+  std::string name{};
+  double value = 0.0;
+  std::string unit = "s";
+};
+
+struct Outcome {
+  std::string name{};   ///< "oscillator/order/leapfrog"
+  std::string suite{};  ///< accuracy, stability, haptics, clinical, timing, model
+  std::string claim{};  ///< the sentence that is judged
+  Status status = Status::pass;
+  std::string reason{};  ///< of a skip or an error
+  double seconds = 0.0;
+  std::vector<Quantity> quantities{};
+  std::vector<Table> tables{};
+  std::vector<Figure> figures{};
+  std::vector<Timing> timings{};
+  std::vector<std::string> notes{};
+
+  void judge(Quantity quantity) { quantities.push_back(std::move(quantity)); }
+  void skip(std::string why) {
+    status = Status::skip;
+    reason = std::move(why);
+  }
+};
+
+/// Status from the quantities: fail when one does not hold or when nothing was judged at all.
+void conclude(Outcome& outcome);
+
+}  // namespace palpate

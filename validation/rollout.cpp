@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "validation/rollout.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace palpate {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+class Recording {
+ public:
+  Recording(Simulation& simulation, const RollOutOptions& options, Run& run)
+      : simulation_(simulation), run_(run), row_(simulation.columns().size()) {
+    run.trace.columns = simulation.columns();
+    const auto rows = static_cast<std::size_t>(simulation.tick_count() + 1);
+    run.trace.time.reserve(rows);
+    for (Column& column : run.trace.columns) { column.values.reserve(rows); }
+    const int frames = simulation.node_positions().cols() == 0 ? 0 : options.frames;
+    frame_interval_ = frames <= 1 ? 0.0
+                                  : static_cast<double>(simulation.tick_count()) / (frames - 1);
+    frames_ = frames;
+  }
+  void take() {
+    run_.trace.time.push_back(simulation_.time());
+    simulation_.sample(row_);
+    for (std::size_t n = 0; n < row_.size(); ++n) {
+      run_.trace.columns[n].values.push_back(row_[n]);
+    }
+    const double energy = simulation_.energy();
+    if (simulation_.ticks() == 0) { run_.energy.initial = run_.energy.maximum = energy; }
+    run_.energy.final = energy;
+    run_.energy.maximum = std::max(run_.energy.maximum, energy);
+    const auto kept = static_cast<double>(run_.trace.frames.size());
+    if (kept < frames_ && static_cast<double>(simulation_.ticks()) >= kept * frame_interval_ - 1e-9) {
+      run_.trace.frame_time.push_back(simulation_.time());
+      run_.trace.frames.push_back(simulation_.node_positions());
+    }
+  }
+
+ private:
+  Simulation& simulation_;
+  Run& run_;
+  std::vector<double> row_;
+  int frames_ = 0;
+  double frame_interval_ = 0.0;
+};
+
+}  // namespace
+
+Run roll_out(Simulation& simulation, const RollOutOptions& options) {
+  Run run;
+  Recording recording(simulation, options, run);
+  recording.take();
+  const long count = simulation.tick_count();
+  auto last_progress = Clock::now();
+  while (run.ticks < count && !run.diverged) {
+    if (options.stop != nullptr && options.stop->load(std::memory_order_relaxed)) {
+      run.interrupted = true;
+      break;
+    }
+    const auto begin = Clock::now();
+    const StepStatus status = simulation.tick();
+    const auto end = Clock::now();
+    const double seconds = std::chrono::duration<double>(end - begin).count();
+    run.seconds += seconds;
+    run.slowest_tick = std::max(run.slowest_tick, seconds);
+    run.steps += simulation.plan().substeps;
+    ++run.ticks;
+    if (status == StepStatus::diverged) {
+      run.diverged = true;
+      run.diverged_at = simulation.time();
+    } else {
+      recording.take();
+    }
+    if (options.progress && end - last_progress > std::chrono::milliseconds(250)) {
+      options.progress(static_cast<double>(run.ticks) / static_cast<double>(count));
+      last_progress = end;
+    }
+  }
+  run.zero_length_springs = simulation.zero_length_springs();
+  return run;
+}
+
+}  // namespace palpate
