@@ -38,6 +38,8 @@ class Cvode final : public Integrator {
     check(CVodeReInit(memory_.get(), segment.start, session_.state()), "CVodeReInit");
     check(CVodeSetMaxStep(memory_.get(), segment.max_step), "CVodeSetMaxStep");
     check(CVodeSetStopTime(memory_.get(), segment.end), "CVodeSetStopTime");
+    // Without it, a right-hand side that fails is approached by ten million steps of no length.
+    check(CVodeSetMinStep(memory_.get(), 1e-14 * segment.end), "CVodeSetMinStep");
     time_ = segment.start;
   }
 

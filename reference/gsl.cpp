@@ -44,8 +44,8 @@ class GslDriver final : public Integrator {
 
   void begin(const Segment& segment) override {
     const double first = 1e-3 * segment.max_step;
-    driver_.reset(gsl_odeiv2_driver_alloc_scaled_new(&equations_, type_, first, relative_, 0.0, 1.0,
-                                                     0.0, scale_.data()));
+    driver_.reset(gsl_odeiv2_driver_alloc_scaled_new(&equations_, type_, first, relative_, relative_,
+                                                     1.0, 0.0, scale_.data()));
     if (!driver_) { fail(name_, "gsl_odeiv2_driver_alloc_scaled_new", "NULL", segment.start, ""); }
     check(gsl_odeiv2_driver_set_hmax(driver_.get(), segment.max_step), "gsl_odeiv2_driver_set_hmax");
     check(gsl_odeiv2_driver_set_hmin(driver_.get(), 1e-12 * (segment.end - segment.start)),

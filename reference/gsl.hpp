@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// References by the GNU Scientific Library: nothing in common with the other solvers but the
-/// first-order form. Errors are controlled per coordinate at relative * scale. Restarted at breaks.
+/// first-order form. Errors are controlled per coordinate. Restarted at every break.
 
 #include <Eigen/Core>
 

@@ -130,12 +130,12 @@ std::string layout_commands(const Figure& figure) {
   // The key stands above the plot, in as many columns as fit a phone's width of text.
   std::size_t longest = 1;
   for (const Series& series : figure.series) { longest = std::max(longest, series.label.size()); }
-  const int columns = std::clamp(static_cast<int>(84 / (longest + 7)), 1, 4);
+  const int columns = std::clamp(static_cast<int>(66 / (longest + 7)), 1, 4);
   const int rows = (labelled + columns - 1) / columns;
-  const int plot_height = figure.square ? 560 : 380;
-  const int height = plot_height + 18 * std::max(rows, 0) + 14;
-  std::string text = "reset\nset encoding utf8\nset terminal svg size 760," + std::to_string(height) +
-                     " dynamic enhanced font \"sans-serif,14\" name \"plot\"\n";
+  const int plot_height = figure.square ? 560 : 360;
+  const int height = plot_height + 20 * std::max(rows, 0) + 14;
+  std::string text = "reset\nset encoding utf8\nset terminal svg size 640," + std::to_string(height) +
+                     " dynamic enhanced font \"sans-serif,15\" name \"plot\"\n";
   text += "set border 3 lw 0.8 lc rgb " + StandIn::ink() + "\nset tics nomirror out scale 0.6\n";
   text += "set grid lt 1 lw 0.6 lc rgb " + StandIn::grid() + "\n";
   text += labelled == 0 ? std::string("unset key\n")
@@ -175,7 +175,10 @@ std::string gnuplot_script(const Figure& figure, const std::string& output) {
              style_of(series, n) + " title " + quoted(series.label);
   }
   // An empty frame is better than no picture: it shows that there was nothing to draw.
-  if (plots.empty()) { plots = "[0:1] [0:1] -1 notitle"; }
+  if (plots.empty()) {
+    text += "unset logscale\n";
+    plots = "[0:1] [0:1] -1 notitle";
+  }
   return text + "plot " + plots + "\nunset output\n";
 }
 

@@ -36,7 +36,10 @@ std::string html_page(const std::string& title, const std::string& body,
 std::string html_facts(const std::vector<Fact>& facts) {
   std::string html = "<dl class=\"facts\">\n";
   for (const Fact& fact : facts) {
-    html += "<dt>" + escape_markup(fact.label) + "</dt><dd>" + escape_markup(fact.value);
+    const bool lines = fact.value.find('\n') != std::string::npos;
+    html += "<dt>" + escape_markup(fact.label) + "</dt><dd>" +
+            (lines ? "<details><summary>show</summary><pre>" : "") + escape_markup(fact.value) +
+            (lines ? "</pre></details>" : "");
     if (!fact.explanation.empty()) {
       html += " <span class=\"soft\">" + escape_markup(fact.explanation) + "</span>";
     }

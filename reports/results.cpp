@@ -16,4 +16,15 @@ Tally tally(const std::vector<Outcome>& outcomes) {
   return sum;
 }
 
+Results without_what_varies(Results results) {
+  results.provenance.clear();
+  for (Outcome& outcome : results.outcomes) {
+    outcome.seconds = 0.0;
+    outcome.timings.clear();
+    std::erase_if(outcome.tables, [](const Table& table) { return table.timing; });
+    std::erase_if(outcome.figures, [](const Figure& figure) { return figure.timing; });
+  }
+  return results;
+}
+
 }  // namespace palpate

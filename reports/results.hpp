@@ -31,4 +31,8 @@ struct Tally {
 };
 Tally tally(const std::vector<Outcome>& outcomes);
 
+/// The same without what may differ between two runs of one program on one input: seconds,
+/// timings, provenance, and the tables and figures that show run times.
+Results without_what_varies(Results results);
+
 }  // namespace palpate

@@ -66,14 +66,19 @@ CellMaterial layered_material(const Scene& scene, double top, double bottom) {
   return mean;
 }
 
-SpringNetwork build_layers(const Scene& scene) {
+/// As many cells deep as come nearest to the layers' thickness.
+LatticeShape layered_shape(const Scene& scene) {
   const LayerBlock& block = scene.tissue.block;
   const double depth =
       std::transform_reduce(scene.tissue.layers.begin(), scene.tissue.layers.end(), 0.0,
                             std::plus<>(), [](const Layer& layer) { return layer.thickness; });
-  const double a = block.spacing;
-  const int cells = std::max(1, static_cast<int>(std::lround(depth / a)));
-  const LatticeShape shape{{block.nodes[0], block.nodes[1], cells + 1}, a, block.connectivity};
+  const int cells = std::max(1, static_cast<int>(std::lround(depth / block.spacing)));
+  return {{block.nodes[0], block.nodes[1], cells + 1}, block.spacing, block.connectivity};
+}
+
+SpringNetwork build_layers(const Scene& scene) {
+  const LatticeShape shape = layered_shape(scene);
+  const double a = shape.spacing;
   return cell_lattice(shape, [&](int i, int j, int l) {
     const Eigen::Vector3d centre =
         shape.position(i, j, l) + Eigen::Vector3d::Constant(0.5 * a);
@@ -138,6 +143,8 @@ std::vector<int> face_nodes(const NodeVectors& rest_position, Face face) {
   }
   return nodes;
 }
+
+Eigen::Index layered_node_count(const Scene& scene) { return layered_shape(scene).node_count(); }
 
 SpringNetwork build_network(const Scene& scene) {
   SpringNetwork network = scene.tissue.source == Source::lattice  ? build_lattice(scene)

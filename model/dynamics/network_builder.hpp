@@ -23,6 +23,9 @@ BondStiffness bond_stiffness(double youngs_modulus, double spacing, int connecti
 /// The scene must have passed check_scene.
 SpringNetwork build_network(const Scene& scene);
 
+/// Nodes that build_network makes of a scene with source = layers, without building it.
+Eigen::Index layered_node_count(const Scene& scene);
+
 /// Nodes of a face: those within a millionth of the body's extent of its extreme coordinate.
 std::vector<int> face_nodes(const NodeVectors& rest_position, Face face);
 

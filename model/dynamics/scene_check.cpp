@@ -13,6 +13,8 @@ namespace palpate {
 
 namespace {
 
+constexpr double most_nodes = 5e7;
+
 std::string text(double value) {
   std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%g", value);
@@ -117,7 +119,7 @@ class Checker {
       must(count >= 2, key, std::to_string(count) + "; must be 2 or more");
       total *= count;
     }
-    must(!(total > 5e7), key, text(total) + " nodes; at most 5e7");
+    must(!(total > most_nodes), key, text(total) + " nodes; at most 5e7");
   }
 
   void check_lattice(const Lattice& lattice) {
@@ -144,8 +146,9 @@ class Checker {
       known_material(tissue.layers[n].material, at("layer", n, "material"));
       depth += tissue.layers[n].thickness;
     }
-    must(!(depth / tissue.block.spacing > 1e5), "tissue.layers.spacing",
-         "more than 1e5 cells deep; fewer");
+    const double planes = std::round(depth / tissue.block.spacing) + 1.0;
+    const double nodes = planes * tissue.block.nodes[0] * tissue.block.nodes[1];
+    must(!(nodes > most_nodes), "tissue.layers.spacing", text(nodes) + " nodes; at most 5e7");
   }
 
   void check_network(const SpringNetwork& network) {
@@ -186,7 +189,7 @@ class Checker {
       case Source::lattice:
         return static_cast<Eigen::Index>(tissue.lattice.nodes[0]) * tissue.lattice.nodes[1] *
                tissue.lattice.nodes[2];
-      case Source::layers: return build_network(scene_).node_count();
+      case Source::layers: return layered_node_count(scene_);
       case Source::network: return tissue.network.node_count();
       case Source::oscillator: return -1;
     }

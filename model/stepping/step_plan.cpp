@@ -114,7 +114,9 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   plan.bounds =
       network != nullptr ? spectral_bounds(*network) : spectral_bounds(scene.tissue.oscillator);
   for (const IntegratorInfo* info : integrators()) {
-    plan.stable_step[std::string(info->name)] = stable_step(*info, plan.bounds);
+    plan.stable_step[std::string(info->name)] =
+        network != nullptr ? stable_step(*info, plan.bounds)
+                           : stable_step(*info, plan.bounds.omega_upper, plan.bounds.damping_upper);
   }
   choose_integrator(scene, plan);
   if (scene.simulation.printed.lagged_velocity && !plan.integrator->one_evaluation) {
@@ -126,7 +128,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   choose_substeps(scene, plan);
   if (network == nullptr) {
     plan.kernel = single ? "oscillator-float" : "oscillator-double";
-    plan.skipped.emplace_back("network, loads and gravity: a single oscillator");
+    if (skip) { plan.skipped.emplace_back("network, loads and gravity: a single oscillator"); }
     return plan;
   }
   const PrintedForm& printed = scene.simulation.printed;
@@ -136,9 +138,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
                              .printed = printed.sign || printed.reversed || printed.direction ||
                                         printed.half_force || printed.lagged_velocity},
                             single);
-  if (skip) {
-    list_skipped(scene, *network, plan);
-  }
+  if (skip) { list_skipped(scene, *network, plan); }
   return plan;
 }
 

@@ -116,4 +116,14 @@ TEST("every registered integrator has its stable step in the plan") {
   }
 }
 
+TEST("an oscillator's stable steps are exact, for there is nothing to bound") {
+  Scene scene;
+  scene.tissue.source = Source::oscillator;
+  scene.tissue.oscillator = {.mass = 1.0, .stiffness = 1.0, .viscosity = 1.0};
+  scene.simulation.step = 0.1;
+  const StepPlan plan = plan_of(scene);
+  CHECK_NEAR(plan.stable_step.at("euler"), 1.0, 1e-9);                             // c / k
+  CHECK_NEAR(plan.stable_step.at("euler-cromer"), std::sqrt(5.0) - 1.0, 1e-9);     // S = 1/2
+}
+
 }  // namespace

@@ -26,10 +26,9 @@ constexpr Tolerance unit_scale{.relative = 1e-11, .position_scale = 1.0, .veloci
 /// that control the error per step let it grow with the number of steps.
 double expected_error(const NamedSolver& solver) {
   if (solver.family == "modal") { return 1e-13; }
-  if (solver.family == "bdf") { return 3e-7; }
-  if (solver.family == "adams") { return 3e-9; }
-  if (solver.family == "implicit runge-kutta") { return 1e-9; }
-  return 1e-9;
+  if (solver.family == "bdf") { return 1e-7; }
+  if (solver.family == "adams") { return 5e-9; }
+  return 1e-10;
 }
 
 void compare(const Oscillator& oscillator, sample::Motion (*exact)(const Oscillator&, double)) {

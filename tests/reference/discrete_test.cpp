@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#include "reference/discrete.hpp"
+
+#include <functional>
+#include <limits>
+
+#include "tests/check.hpp"
+#include "tests/reference/sample_problems.hpp"
+
+using namespace palpate::reference;
+using palpate::Oscillator;
+using Real = long double;
+
+namespace {
+
+const Oscillator sample_oscillator{.mass = 0.7, .stiffness = 2.3, .viscosity = 0.4,
+                                   .displacement = 0.9, .velocity = -0.3};
+
+/// The schemes as updates in order, as the paper's table and its corrections state them.
+using Update = std::function<void(Real& x, Real& v, Real h)>;
+Update update_of(std::string_view scheme, const Oscillator& o) {
+  const auto a = [o](Real x, Real v) {
+    return -(Real(o.stiffness) * x + Real(o.viscosity) * v) / Real(o.mass);
+  };
+  if (scheme == "euler") {
+    return [a](Real& x, Real& v, Real h) {
+      const Real next = v + h * a(x, v);
+      x += h * v;
+      v = next;
+    };
+  }
+  if (scheme == "euler-cromer") {
+    return [a](Real& x, Real& v, Real h) {
+      v += h * a(x, v);
+      x += h * v;
+    };
+  }
+  if (scheme.starts_with("feynman-newton")) {
+    return [a](Real& x, Real& v, Real h) {
+      x += h * v;
+      v += h * a(x, v);
+    };
+  }
+  if (scheme == "leapfrog") {
+    return [o](Real& x, Real& v, Real h) {
+      const Real drag = Real(o.viscosity) * h / (2 * Real(o.mass));
+      x += h * v;
+      v = ((1 - drag) * v - h * Real(o.stiffness) / Real(o.mass) * x) / (1 + drag);
+    };
+  }
+  if (scheme == "velocity-verlet") {
+    return [a](Real& x, Real& v, Real h) {
+      const Real before = a(x, v);
+      x += h * v + h * h / 2 * before;
+      v += h / 2 * (before + a(x, v + h * before));
+    };
+  }
+  if (scheme == "rk4") {
+    return [a](Real& x, Real& v, Real h) {
+      const Real x1 = v, v1 = a(x, v);
+      const Real x2 = v + h / 2 * v1, v2 = a(x + h / 2 * x1, v + h / 2 * v1);
+      const Real x3 = v + h / 2 * v2, v3 = a(x + h / 2 * x2, v + h / 2 * v2);
+      const Real x4 = v + h * v3, v4 = a(x + h * x3, v + h * v3);
+      x += h / 6 * (x1 + 2 * x2 + 2 * x3 + x4);
+      v += h / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
+    };
+  }
+  return [a, scheme](Real& x, Real& v, Real h) {  // implicit: fixed-point iteration to rounding
+    const Real weight = scheme == "implicit-euler" ? 1 : Real(0.5);
+    Real x1 = x, v1 = v;
+    for (int n = 0; n < 200; ++n) {
+      const Real xm = x + weight * (x1 - x), vm = v + weight * (v1 - v);
+      x1 = x + h * vm;
+      v1 = v + h * a(xm, vm);
+    }
+    x = x1;
+    v = v1;
+  };
+}
+
+double observed_order(std::string_view scheme, const Oscillator& o) {
+  const double end = 2.0;
+  double errors[2] = {};
+  for (int n = 0; n < 2; ++n) {
+    const long steps = 400L << n;
+    const Real x = discrete_state(scheme, o, end / static_cast<double>(steps), steps)(0);
+    errors[n] = std::abs(static_cast<double>(x) - sample::exact(o, end).position);
+  }
+  return std::log2(errors[0] / errors[1]);
+}
+
+}  // namespace
+
+TEST("powers of each matrix are the scheme stepped by its definition") {
+  const double h = 0.11;
+  for (const auto scheme : discrete_schemes()) {
+    DiscreteState state = discrete_start(scheme, sample_oscillator, h);
+    const Update update = update_of(scheme, sample_oscillator);
+    for (int n = 0; n < 137; ++n) { update(state(0), state(1), h); }
+    const DiscreteState closed = discrete_state(scheme, sample_oscillator, h, 137);
+    const Real size = 1 + state.cwiseAbs().maxCoeff();
+    CHECK_NEAR(static_cast<double>((closed - state).cwiseAbs().maxCoeff() / size), 0.0, 1e-16);
+  }
+}
+
+TEST("staggered schemes begin half a step ahead and the others do not") {
+  const Oscillator& o = sample_oscillator;
+  const double a0 = -(o.stiffness * o.displacement + o.viscosity * o.velocity) / o.mass;
+  for (const auto scheme : discrete_schemes()) {
+    const double ahead = velocity_is_staggered(scheme) ? 0.05 * a0 : 0.0;
+    const DiscreteState start = discrete_start(scheme, o, 0.1);
+    CHECK_NEAR(static_cast<double>(start(1)), o.velocity + ahead, 1e-15);
+  }
+}
+
+TEST("symplectic Euler oscillates at 2/h asin(omega h / 2)") {
+  const Oscillator undamped{.mass = 1.0, .stiffness = 4.0, .viscosity = 0.0};
+  for (const double h : {0.01, 0.25, 0.9}) {
+    for (const auto scheme : {"euler-cromer", "feynman-newton-printed", "leapfrog"}) {
+      const Amplification a = amplification(scheme, undamped, h);
+      const Real angle = std::acos((a(0, 0) + a(1, 1)) / 2);
+      const Real exact = 2 / Real(h) * std::asin(Real(2.0) * Real(h) / 2);
+      CHECK_NEAR(static_cast<double>(angle / Real(h) / exact), 1.0, 1e-14);
+      CHECK_NEAR(static_cast<double>(spectral_radius(a)), 1.0, 1e-15);
+    }
+  }
+}
+
+TEST("each scheme converges at the order that theory gives it") {
+  const Oscillator damped{.viscosity = 0.3, .velocity = 0.4};
+  const Oscillator undamped{.viscosity = 0.0, .velocity = 0.4};
+  const auto check = [](std::string_view scheme, const Oscillator& o, double order) {
+    CHECK_NEAR(observed_order(scheme, o), order, 0.05);  // what is left is curvature
+  };
+  for (const char* scheme : {"euler", "euler-cromer", "feynman-newton-printed", "implicit-euler"}) {
+    check(scheme, damped, 1.0);
+  }
+  check("feynman-newton", undamped, 2.0);
+  check("feynman-newton", damped, 1.0);
+  for (const char* scheme : {"leapfrog", "velocity-verlet", "implicit-midpoint"}) {
+    check(scheme, damped, 2.0);
+    check(scheme, undamped, 2.0);
+  }
+  check("rk4", damped, 4.0);
+}
+
+TEST("stability limits separate decay from growth") {
+  const double omega0 = 30.0;
+  for (const auto scheme : discrete_schemes()) {
+    for (const double s : {0.01, 0.35, 0.9, 1.0, 1.0001, 1.5, 4.0}) {
+      const double limit = stability_limit(scheme, omega0, s);
+      const Oscillator o{.mass = 1.0, .stiffness = omega0 * omega0, .viscosity = 2.0 * s * omega0};
+      if (std::isinf(limit)) {
+        CHECK(spectral_radius(amplification(scheme, o, 1e3)) <= 1.0L);
+        continue;
+      }
+      CHECK(spectral_radius(amplification(scheme, o, limit * (1.0 - 1e-6))) <= 1.0L);
+      CHECK(spectral_radius(amplification(scheme, o, limit * (1.0 + 1e-6))) > 1.0L);
+      CHECK(spectral_radius(amplification(scheme, o, 0.5 * limit)) <= 1.0L);
+    }
+  }
+}
+
+TEST("stability limits without damping are those of theory") {
+  CHECK(stability_limit("euler", 2.0, 0.0) == 0.0);
+  CHECK_NEAR(stability_limit("euler-cromer", 2.0, 0.0), 1.0, 1e-15);
+  CHECK_NEAR(stability_limit("leapfrog", 2.0, 0.0), 1.0, 1e-15);
+  CHECK_NEAR(stability_limit("velocity-verlet", 2.0, 0.0), 1.0, 1e-12);
+  CHECK_NEAR(stability_limit("rk4", 2.0, 0.0), std::sqrt(2.0), 1e-15);
+  CHECK(std::isinf(stability_limit("implicit-midpoint", 2.0, 0.0)));
+  CHECK(std::isinf(stability_limit("implicit-euler", 2.0, 0.0)));
+}
+
+TEST("the searched limit of rk4 tends to the known one as damping vanishes") {
+  CHECK_NEAR(stability_limit("rk4", 1.0, 1e-7), 2.0 * std::sqrt(2.0), 1e-5);
+}
+
+TEST("the paper's Euler example sits exactly on its border") {
+  CHECK_NEAR(stability_limit("euler", 1.0, 0.05), 0.1, 1e-16);  // c = 0.1, m = k = 1
+}
+
+TEST("a motion that itself grows has no stable step") {
+  for (const auto scheme : discrete_schemes()) { CHECK(stability_limit(scheme, 1.0, -0.1) == 0.0); }
+}
+
+TEST("an unknown scheme is refused") {
+  CHECK_THROWS(amplification("heun", sample_oscillator, 0.1), "heun");
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#include <cstdlib>
+#include <filesystem>
+
+#include "fixtures/io/file_bytes.hpp"
+#include "model/dynamics/scene_check.hpp"
+#include "reports/html_report.hpp"
+#include "reports/junit.hpp"
+#include "reports/results_folder.hpp"
+#include "reports/results_json.hpp"
+#include "tests/check.hpp"
+#include "tests/fixtures/scratch_folder.hpp"
+#include "tests/reports/sample_results.hpp"
+
+using namespace palpate;
+
+TEST("a quantity that is not a number never passes, whatever its bounds") {
+  for (const double bound : {0.0, unbounded}) {
+    Outcome outcome;
+    outcome.judge({.name = "x", .value = std::nan(""), .lower = -bound, .upper = bound, .bound_from = "theory"});
+    conclude(outcome);
+    CHECK(outcome.status == Status::fail);
+  }
+}
+
+TEST("a case that judged nothing fails, and a skipped one keeps its reason") {
+  Outcome empty;
+  empty.judge({.name = "only for information", .value = 1.0});
+  conclude(empty);
+  CHECK(empty.status == Status::fail);
+  Outcome skipped;
+  skipped.skip("absent");
+  conclude(skipped);
+  CHECK(skipped.status == Status::skip && skipped.reason == "absent");
+}
+
+TEST("results hold only when something passed and nothing fell short") {
+  CHECK(!tally({}).holds());
+  CHECK(!tally({Outcome{.status = Status::skip}}).holds());
+  CHECK(!tally({Outcome{.status = Status::pass}, Outcome{.status = Status::error}}).holds());
+  CHECK(tally({Outcome{.status = Status::pass}, Outcome{.status = Status::skip}}).holds());
+}
+
+TEST("results.json read back and written again has the same bytes") {
+  const std::string json = to_json(sample::results());
+  CHECK(to_json(results_from_json(json, "results.json")) == json);
+  CHECK(to_json(sample::results()) == json);
+}
+
+TEST("a results folder renders the same report from its files alone") {
+  const scratch::Folder folder;
+  const Results results = sample::results();
+  write_results_folder(folder.path(), results);
+  const Results again = read_results_folder(folder.path());
+  CHECK(to_html(again) == io::read_text(folder.path() / "report.html", 1U << 24U));
+  CHECK(to_json(again) == io::read_text(folder.path() / "results.json", 1U << 24U));
+}
+
+TEST("a results.json that is truncated, of another schema or without its traces is refused by name") {
+  const scratch::Folder folder;
+  write_results_folder(folder.path(), sample::results());
+  const std::string json = to_json(sample::results());
+  CHECK_THROWS(results_from_json(json.substr(0, json.size() / 2), "results.json"), "results.json");
+  std::string other = json;
+  other.replace(other.find("\"schema\": 1"), 11, "\"schema\": 7");
+  CHECK_THROWS(results_from_json(other, "results.json"), "schema 7");
+  std::filesystem::remove_all(folder.path() / "traces");
+  CHECK_THROWS(read_results_folder(folder.path()), "oscillator-order-rk4.h5");
+  CHECK_THROWS(read_results_folder(folder.path() / "absent"), "absent");
+}
+
+TEST("what varies between runs is left out and nothing else") {
+  Results a = sample::results();
+  Results b = a;
+  b.provenance["date"] = "tomorrow";
+  b.outcomes[0].seconds = 7.0;
+  b.outcomes[0].timings[0].value = 9.0;
+  CHECK(to_json(a) != to_json(b));
+  CHECK(to_json(without_what_varies(a)) == to_json(without_what_varies(b)));
+  b.outcomes[0].quantities[0].value += 1e-15;
+  CHECK(to_json(without_what_varies(a)) != to_json(without_what_varies(b)));
+}
+
+TEST("JUnit is well formed and counts every case once") {
+  const scratch::Folder folder;
+  const std::string xml = to_junit(sample::results());
+  io::replace_file(folder.path() / "results.xml", xml);
+  const std::string command = "xmllint --noout '" + (folder.path() / "results.xml").string() + "'";
+  CHECK(std::system(command.c_str()) == 0);
+  CHECK(xml.find("tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"1\"") != std::string::npos);
+  CHECK(xml.find("<property name=\"observed_order\" value=\"4.01\"/>") != std::string::npos);
+}

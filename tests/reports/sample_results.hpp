@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Results with one of everything that a report must show.
+
+#include <cmath>
+
+#include "reports/results.hpp"
+
+namespace sample {
+
+using namespace palpate;
+
+inline Figure curve() {
+  Figure figure{.id = "error-over-step",
+                .title = "Error <over> step & \"more\"",
+                .caption = "The error falls with the square of the step.",
+                .x = {.label = "step (s)", .logarithmic = true},
+                .y = {.label = "error (1)", .logarithmic = true}};
+  Series measured{.label = "measured_error^2", .style = Series::Style::line_and_points};
+  Series floor{.label = "floor", .style = Series::Style::dashed};
+  for (int n = 0; n < 8; ++n) {
+    const double h = std::pow(0.5, n);
+    measured.x.push_back(h);
+    measured.y.push_back(n == 3 ? std::nan("") : h * h);
+    floor.x.push_back(h);
+    floor.y.push_back(1e-6);
+  }
+  figure.series = {measured, floor,
+                   {.label = "band", .style = Series::Style::band, .x = {0.01, 1.0}, .y = {1e-5, 1e-3}, .y2 = {1e-4, 1e-2}}};
+  return figure;
+}
+
+inline Figure map() {
+  Figure figure{.id = "map", .title = "Growth", .caption = "Where a step amplifies.",
+                .x = {.label = "h omega (1)"}, .y = {.label = "damping ratio (1)"}};
+  HeatMap heat{.label = "log10 growth (1)"};
+  for (int n = 0; n < 12; ++n) {
+    heat.x.push_back(0.25 * n);
+    heat.y.push_back(0.1 * n);
+  }
+  for (int row = 0; row < 12; ++row) {
+    for (int column = 0; column < 12; ++column) { heat.z.push_back(std::sin(0.4 * row) * column); }
+  }
+  figure.heat_map = heat;
+  figure.series = {{.label = "theory", .x = {0.0, 2.75}, .y = {1.1, 0.0}}};
+  return figure;
+}
+
+inline Results results() {
+  Outcome good{.name = "oscillator/order/rk4", .suite = "accuracy", .claim = "rk4 converges at order 4", .seconds = 0.25};
+  good.judge({.name = "observed_order", .value = 4.01, .unit = "1", .lower = 3.85, .upper = 4.15, .bound_from = "theory"});
+  good.judge({.name = "error", .value = 1e-9, .unit = "m", .upper = 1e-8, .bound_from = "round-off"});
+  good.judge({.name = "rungs", .value = 6.0});
+  good.figures = {curve(), map()};
+  good.tables = {{.id = "errors", .title = "Errors", .caption = "At three steps.", .columns = {"scheme", "error (m)"},
+                  .rows = {{std::string("rk4 <fast>"), 1.23456789e-9}, {std::string("euler"), std::nan("")}}}};
+  good.timings = {{.name = "rk4", .value = 0.5}};
+  good.notes = {"a note with & and <tags>"};
+  conclude(good);
+  Outcome bad{.name = "network/patch-test", .suite = "accuracy", .claim = "a block has the modulus that it was built from"};
+  bad.judge({.name = "modulus", .value = std::nan(""), .unit = "Pa", .lower = 1.0, .upper = 2.0, .bound_from = "theory"});
+  conclude(bad);
+  Outcome skipped{.name = "patient/lumbar", .suite = "accuracy", .claim = "a patient's network moves as its references"};
+  skipped.skip("the folder lumbar_network is absent");
+  Outcome broken{.name = "stability/drift", .suite = "stability", .claim = "energy does not drift", .status = Status::error, .reason = "solver: flag -4"};
+  return {.title = "Palpate <validation>", .command = "palpate validate", .provenance = {{"version", "0.1.0"}, {"date", "today"}},
+          .outcomes = {good, bad, skipped, broken}};
+}
+
+}  // namespace sample

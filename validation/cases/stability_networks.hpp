@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What the cases of group "stability" share: small networks, their exact spectra, and the limits
+/// that theory gives for them.
+
+#include <cstdint>
+#include <random>
+
+#include <Eigen/Core>
+
+#include "model/dynamics/spring_network.hpp"
+#include "model/stepping/integrator.hpp"
+
+namespace palpate::stability {
+
+/// Uniform in [low, high) from the bits alone: the same on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : bits_(seed) {}
+  double operator()(double low, double high) {
+    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
+  }
+
+ private:
+  std::mt19937_64 bits_;
+};
+
+/// n^3 nodes of 1 g, 5 mm apart, 26 neighbours of 50 N/m, the far face held. Every viscosity is
+/// `relaxation` [s] times the stiffness, so damping is proportional and modes decouple.
+SpringNetwork cube(int n, double relaxation);
+
+/// Gives every free node a random displacement of up to `amplitude` [m].
+void displace(SpringNetwork& network, double amplitude, std::uint64_t seed = 1);
+
+/// Exact angular frequencies about the initial state [rad/s], ascending, and rates of M^-1 C [1/s].
+struct Spectrum {
+  Eigen::VectorXd omega{};
+  double damping_maximum = 0.0;
+};
+Spectrum spectrum_of(const SpringNetwork& network);
+
+/// Largest h [s] that one oscillator bears: the reference's where it knows the scheme, else the
+/// model's own.
+double scalar_limit(const IntegratorInfo& scheme, double omega, double damping_ratio);
+
+/// The same for a network whose damping is `relaxation` times its stiffness: the least over its
+/// modes, and the mode that sets it.
+struct NetworkLimit {
+  double h = 0.0;              ///< [s]
+  double omega = 0.0;          ///< of the mode that fails first [rad/s]
+  double damping_ratio = 0.0;  ///< of that mode
+};
+NetworkLimit network_limit(const IntegratorInfo& scheme, const Spectrum& spectrum,
+                           double relaxation);
+
+/// Growth per step of an oscillator under a scheme (spectral radius).
+double growth_per_step(const IntegratorInfo& scheme, double omega, double damping_ratio, double h);
+
+/// 20 log10(limit / used).
+double margin_db(double limit, double used);
+
+}  // namespace palpate::stability
