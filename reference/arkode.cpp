@@ -17,7 +17,8 @@ class Explicit final : public Integrator {
  public:
   Explicit(const char* name, const Problem& problem, const Tolerance& tolerance)
       : session_(name, problem, tolerance),
-        memory_(ERKStepCreate(Session::right_hand_side, 0.0, session_.state(), session_.context())) {
+        memory_(
+            ERKStepCreate(Session::right_hand_side, 0.0, session_.state(), session_.context())) {
     session_.check_made(memory_.get(), "ERKStepCreate");
     void* const memory = memory_.get();
     check(ERKStepSetErrHandlerFn(memory, Session::complain, &session_), "ERKStepSetErrHandlerFn");

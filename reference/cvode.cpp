@@ -19,7 +19,8 @@ class Cvode final : public Integrator {
       : session_(std::move(name), problem, tolerance),
         memory_(CVodeCreate(multistep, session_.context())) {
     session_.check_made(memory_.get(), "CVodeCreate");
-    check(CVodeSetErrHandlerFn(memory_.get(), Session::complain, &session_), "CVodeSetErrHandlerFn");
+    check(CVodeSetErrHandlerFn(memory_.get(), Session::complain, &session_),
+          "CVodeSetErrHandlerFn");
     check(CVodeInit(memory_.get(), Session::right_hand_side, 0.0, session_.state()), "CVodeInit");
     check(CVodeSetUserData(memory_.get(), &session_), "CVodeSetUserData");
     check(CVodeSVtolerances(memory_.get(), tolerance.relative, session_.absolute_tolerance()),

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "reference/discrete.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
-
-#include <Eigen/LU>
 
 namespace palpate::reference {
 
@@ -24,9 +23,7 @@ Amplification matrix(Real xx, Real xv, Real vx, Real vv) {
 }
 
 /// d(x, v)/dt = L (x, v)
-Amplification generator(Real stiffness, Real damping) {
-  return matrix(0, 1, -stiffness, -damping);
-}
+Amplification generator(Real stiffness, Real damping) { return matrix(0, 1, -stiffness, -damping); }
 
 Amplification euler(Real k, Real c, Real h) {
   return Amplification::Identity() + h * generator(k, c);
@@ -44,7 +41,8 @@ Amplification leapfrog(Real k, Real c, Real h) {
 }
 
 Amplification velocity_verlet(Real k, Real c, Real h) {
-  // Rows of a = -k x - c v, of x', of the predicted velocity v + h a, and of a' = -k x' - c (v + h a).
+  // Rows of a = -k x - c v, of x', of the predicted velocity v + h a, and of a' = -k x' - c (v + h
+  // a).
   using Row = Eigen::Matrix<Real, 1, 2>;
   const Row x(1, 0), v(0, 1), a(-k, -c);
   const Row x_next = x + h * v + h * h / 2 * a;
@@ -175,8 +173,7 @@ DiscreteState discrete_start(std::string_view scheme, const Oscillator& o, doubl
 
 DiscreteState discrete_state(std::string_view scheme, const Oscillator& oscillator, double h,
                              long steps) {
-  return power(amplification(scheme, oscillator, h), steps) *
-         discrete_start(scheme, oscillator, h);
+  return power(amplification(scheme, oscillator, h), steps) * discrete_start(scheme, oscillator, h);
 }
 
 long double spectral_radius(const Amplification& a) {

@@ -10,10 +10,9 @@
 ///   half a step later than x: "feynman-newton", "leapfrog", both begun with
 ///       v(h/2) = v(0) + (h/2) a(x(0), v(0)).
 
+#include <Eigen/Core>
 #include <string_view>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "model/dynamics/scene.hpp"
 

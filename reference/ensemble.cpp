@@ -134,7 +134,8 @@ std::optional<NetworkProblem> permuted(const NetworkProblem& problem) {
   for (Spring& spring : network.springs) { std::swap(spring.a, spring.b); }
   NetworkProblem shuffled(std::move(network), problem.loads(), problem.gravity());
   Eigen::VectorXd q = problem.initial_position();
-  q.array() += 1e-3 * q.cwiseAbs().maxCoeff() * Eigen::ArrayXd::LinSpaced(q.size(), -1.0, 1.0).sin();
+  q.array() +=
+      1e-3 * q.cwiseAbs().maxCoeff() * Eigen::ArrayXd::LinSpaced(q.size(), -1.0, 1.0).sin();
   const Eigen::VectorXd v = Eigen::ArrayXd::LinSpaced(q.size(), -1.0, 1.0).cube();
   Eigen::VectorXd f(q.size()), shuffled_f(q.size());
   problem.force(0.0, 0.0, q, v, f);
@@ -181,7 +182,8 @@ std::optional<double> energy_digits(const Problem& problem, const Solution& solu
   for (Eigen::Index n = 0; n < solution.position.cols(); ++n) {
     const auto v = solution.velocity.col(n);
     const double change = std::abs(problem.energy(solution.position.col(n), v) - begin);
-    drift = change <= drift ? drift : change;  // keeps a NaN
+    if (!std::isfinite(change)) { return 0.0; }
+    drift = std::max(drift, change);
     kinetic = std::max(kinetic, 0.5 * v.cwiseAbs2().dot(problem.mass()));
   }
   return digits(drift == 0.0 ? 0.0 : drift / kinetic);

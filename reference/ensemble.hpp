@@ -36,7 +36,7 @@ struct Reference {
   std::vector<Solution> second_opinions{};  ///< the other families
   std::vector<Rung> ladder{};               ///< coarse to fine, without the finest itself
   bool ladder_is_monotone = false;
-  double agreed_digits = 0.0;            ///< in position, worst instant, worst second opinion
+  double agreed_digits = 0.0;  ///< in position, worst instant, worst second opinion
   double agreed_velocity_digits = 0.0;
   std::vector<double> position_floor{};  ///< disagreement at each stored instant
   std::vector<double> velocity_floor{};

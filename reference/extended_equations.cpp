@@ -17,9 +17,11 @@ class OscillatorEquations final : public ExtendedEquations {
   Extended initial_position(std::size_t) const override { return o_.displacement; }
   void derivative(Extended t, double, const ExtendedState& y, ExtendedState& dy) const override {
     const Extended x = Extended(o_.displacement) + y[0];
-    const Extended drive = Extended(o_.drive_amplitude) * std::cos(Extended(o_.drive_frequency) * t);
+    const Extended drive =
+        Extended(o_.drive_amplitude) * std::cos(Extended(o_.drive_frequency) * t);
     dy[0] = y[1];
-    dy[1] = (drive - Extended(o_.stiffness) * x - Extended(o_.viscosity) * y[1]) / Extended(o_.mass);
+    dy[1] =
+        (drive - Extended(o_.stiffness) * x - Extended(o_.viscosity) * y[1]) / Extended(o_.mass);
   }
 
  private:
@@ -139,8 +141,8 @@ void NetworkEquations::derivative(Extended t, double gate, const ExtendedState& 
   add_loads(t, gate, dy);
   for (std::size_t c = 0; c < dof(); ++c) {
     const Extended mass = problem_.network().mass(static_cast<Eigen::Index>(moving_[c / 3]));
-    dy[dof() + c] = dy[dof() + c] / mass +
-                    Extended(problem_.gravity()(static_cast<Eigen::Index>(c % 3)));
+    dy[dof() + c] =
+        dy[dof() + c] / mass + Extended(problem_.gravity()(static_cast<Eigen::Index>(c % 3)));
   }
 }
 

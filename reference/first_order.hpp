@@ -5,11 +5,10 @@
 /// Displacements rather than positions, so that relative tolerances and rounding do not depend on
 /// where the origin lies.
 
-#include <cstdint>
-#include <vector>
-
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <cstdint>
+#include <vector>
 
 #include "model/dynamics/problem.hpp"
 

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <exception>
-#include <memory>
-#include <optional>
-#include <string>
-
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
 #include <gsl/gsl_version.h>
+#include <memory>
+#include <optional>
+#include <string>
 
 #include "reference/first_order.hpp"
 #include "reference/march.hpp"
@@ -44,10 +43,11 @@ class GslDriver final : public Integrator {
 
   void begin(const Segment& segment) override {
     const double first = 1e-3 * segment.max_step;
-    driver_.reset(gsl_odeiv2_driver_alloc_scaled_new(&equations_, type_, first, relative_, relative_,
-                                                     1.0, 0.0, scale_.data()));
+    driver_.reset(gsl_odeiv2_driver_alloc_scaled_new(&equations_, type_, first, relative_,
+                                                     relative_, 1.0, 0.0, scale_.data()));
     if (!driver_) { fail(name_, "gsl_odeiv2_driver_alloc_scaled_new", "NULL", segment.start, ""); }
-    check(gsl_odeiv2_driver_set_hmax(driver_.get(), segment.max_step), "gsl_odeiv2_driver_set_hmax");
+    check(gsl_odeiv2_driver_set_hmax(driver_.get(), segment.max_step),
+          "gsl_odeiv2_driver_set_hmax");
     check(gsl_odeiv2_driver_set_hmin(driver_.get(), 1e-12 * (segment.end - segment.start)),
           "gsl_odeiv2_driver_set_hmin");
     check(gsl_odeiv2_driver_set_nmax(driver_.get(), step_limit), "gsl_odeiv2_driver_set_nmax");
@@ -70,9 +70,7 @@ class GslDriver final : public Integrator {
     try {
       if (self.system_.derivative(t, y, dy)) { return GSL_SUCCESS; }
       self.cause_ = "the right-hand side is not finite";
-    } catch (const std::exception& error) {
-      self.cause_ = error.what();
-    }
+    } catch (const std::exception& error) { self.cause_ = error.what(); }
     return GSL_EBADFUNC;  // ends the integration; any other value only shortens the step
   }
 

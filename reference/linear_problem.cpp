@@ -21,9 +21,12 @@ const Problem& innermost(const Problem& problem) {
 
 ShapedLoad::Shape shape_of(Profile profile) {
   switch (profile) {
-    case Profile::ramp: return ShapedLoad::Shape::ramp;
-    case Profile::half_sine: return ShapedLoad::Shape::half_sine;
-    case Profile::constant: break;
+    case Profile::ramp:
+      return ShapedLoad::Shape::ramp;
+    case Profile::half_sine:
+      return ShapedLoad::Shape::half_sine;
+    case Profile::constant:
+      break;
   }
   return ShapedLoad::Shape::constant;
 }
@@ -99,13 +102,15 @@ std::vector<ShapedLoad> shaped_loads(const LinearProblem& problem) {
     throw SolverError("modal: the loads of this kind of problem are not known in closed form");
   }
   std::vector<ShapedLoad> shaped;
-  shaped.push_back({.amplitude = force_without_loads(base, problem.rest(),
-                                                     VectorXd::Zero(base.dof())),
-                    .start = -infinity,
-                    .end = infinity});
+  shaped.push_back(
+      {.amplitude = force_without_loads(base, problem.rest(), VectorXd::Zero(base.dof())),
+       .start = -infinity,
+       .end = infinity});
   for (const Load& load : network->loads()) {
-    ShapedLoad item{.shape = shape_of(load.profile), .amplitude = VectorXd::Zero(base.dof()),
-                    .start = load.start, .end = load.end};
+    ShapedLoad item{.shape = shape_of(load.profile),
+                    .amplitude = VectorXd::Zero(base.dof()),
+                    .start = load.start,
+                    .end = load.end};
     for (const int node : load.nodes) {
       const Eigen::Index c = network->coordinate(node);
       if (c >= 0) { item.amplitude.segment<3>(c) += load.force; }

@@ -12,8 +12,8 @@ namespace palpate::reference {
 /// Rest positions of a network, 0 for the oscillator, the initial position of anything else.
 Eigen::VectorXd rest_coordinates(const Problem& problem);
 
-/// M q'' = f(t, r, 0) - K (q - r) - C q', with K and C at rest coordinates r, and everything else as
-/// in `base`, which must outlive it. Linearising it again changes nothing.
+/// M q'' = f(t, r, 0) - K (q - r) - C q', with K and C at rest coordinates r, and everything else
+/// as in `base`, which must outlive it. Linearising it again changes nothing.
 class LinearProblem final : public Problem {
  public:
   explicit LinearProblem(const Problem& base);
@@ -62,8 +62,8 @@ struct ShapedLoad {
   double frequency = 0.0;       ///< [rad/s], cosine only
 };
 
-/// All that acts on `problem` besides springs and dampers: loads, weight, force at rest. SolverError
-/// for a kind of problem whose loads are not known in closed form.
+/// All that acts on `problem` besides springs and dampers: loads, weight, force at rest.
+/// SolverError for a kind of problem whose loads are not known in closed form.
 std::vector<ShapedLoad> shaped_loads(const LinearProblem& problem);
 
 }  // namespace palpate::reference

@@ -2,13 +2,12 @@
 #include "reference/long_double.hpp"
 
 #include <algorithm>
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
+#include <boost/version.hpp>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
-
-#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
-#include <boost/version.hpp>
 
 #include "reference/extended_equations.hpp"
 #include "reference/march.hpp"
@@ -23,8 +22,11 @@ constexpr const char* name = "long-double-fehlberg-7-8";
 class AdaptiveFehlberg {
  public:
   AdaptiveFehlberg(const ExtendedEquations& equations, const Tolerance& tolerance)
-      : equations_(equations), tolerance_(tolerance), state_(equations.initial_state()),
-        trial_(state_), error_(state_) {}
+      : equations_(equations),
+        tolerance_(tolerance),
+        state_(equations.initial_state()),
+        trial_(state_),
+        error_(state_) {}
 
   [[nodiscard]] const ExtendedState& state() const { return state_; }
   [[nodiscard]] long steps() const { return steps_; }
@@ -54,7 +56,9 @@ class AdaptiveFehlberg {
       const Extended factor =
           std::clamp(Extended(0.9L) * std::pow(std::max(size, Extended(1e-10L)), -1 / Extended(8)),
                      Extended(0.2L), Extended(4));
-      if (size > 1 || factor * h > step_ || !reaches_end) { step_ = std::min(h * factor, max_step_); }
+      if (size > 1 || factor * h > step_ || !reaches_end) {
+        step_ = std::min(h * factor, max_step_);
+      }
       if (step_ < 1e-16L * max_step_ || steps_ > last_step) {
         fail(name, "do_step", "a vanishing step or too many steps", double(time_), "");
       }
@@ -73,8 +77,8 @@ class AdaptiveFehlberg {
     const std::size_t n = equations_.dof();
     for (std::size_t c = 0; c < 2 * n; ++c) {
       const Extended scale = c < n ? tolerance_.position_scale : tolerance_.velocity_scale;
-      const Extended size = std::abs(error_[c]) /
-                            (Extended(tolerance_.relative) * (scale + std::abs(state_[c])));
+      const Extended size =
+          std::abs(error_[c]) / (Extended(tolerance_.relative) * (scale + std::abs(state_[c])));
       if (!std::isfinite(size) || !std::isfinite(trial_[c])) {
         return std::numeric_limits<Extended>::quiet_NaN();  // max() would drop it
       }
@@ -113,8 +117,10 @@ Solution solve_long_double(const Problem& problem, const std::vector<double>& ti
   if (!equations) { throw SolverError(std::string(name) + ": only networks and the oscillator"); }
   const std::vector<Segment> segments = segments_of(problem, times);
   AdaptiveFehlberg integrator(*equations, tolerance);
-  Solution solution{.solver = name, .version = std::string("Boost.odeint ") + BOOST_LIB_VERSION,
-                    .relative_tolerance = tolerance.relative, .time = times};
+  Solution solution{.solver = name,
+                    .version = std::string("Boost.odeint ") + BOOST_LIB_VERSION,
+                    .relative_tolerance = tolerance.relative,
+                    .time = times};
   solution.position.resize(problem.dof(), static_cast<Eigen::Index>(times.size()));
   solution.velocity.resizeLike(solution.position);
   store(*equations, integrator.state(), 0, solution);

@@ -63,8 +63,7 @@ VectorXd ManufacturedProblem::exact_acceleration(double t) const {
 }
 
 void ManufacturedProblem::force(double t, double gate, const Eigen::Ref<const VectorXd>& q,
-                                const Eigen::Ref<const VectorXd>& v,
-                                Eigen::Ref<VectorXd> f) const {
+                                const Eigen::Ref<const VectorXd>& v, Eigen::Ref<VectorXd> f) const {
   VectorXd along(dof());
   base_->force(t, gate, exact_position(t), exact_velocity(t), along);
   base_->force(t, gate, q, v, f);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A problem whose exact solution is chosen: any Problem, pushed by the force M q*'' - f(t, q*, q*')
-/// so that it moves along q*. The method of manufactured solutions, with every spring at work.
+/// A problem whose exact solution is chosen: any Problem, pushed by the force M q*'' - f(t, q*,
+/// q*') so that it moves along q*. The method of manufactured solutions, with every spring at work.
 
 #include <Eigen/Core>
 

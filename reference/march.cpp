@@ -33,8 +33,10 @@ Solution march(const Method& method, FirstOrderSystem& system, const std::vector
                const Tolerance& tolerance, Integrator& integrator) {
   const auto begun = std::chrono::steady_clock::now();
   const std::vector<Segment> segments = segments_of(system.problem(), times);
-  Solution solution{.solver = method.name, .version = method.version,
-                    .relative_tolerance = tolerance.relative, .time = times};
+  Solution solution{.solver = method.name,
+                    .version = method.version,
+                    .relative_tolerance = tolerance.relative,
+                    .time = times};
   solution.position.resize(system.dof(), static_cast<Eigen::Index>(times.size()));
   solution.velocity.resizeLike(solution.position);
   store(system, integrator.state(), 0, solution);
@@ -58,7 +60,8 @@ void fail(const std::string& solver, const std::string& function, const std::str
           double time, const std::string& why) {
   char instant[32];
   std::snprintf(instant, sizeof instant, "%.9g", time);
-  std::string message = solver + ": " + function + " failed with " + flag + " at t = " + instant + " s";
+  std::string message =
+      solver + ": " + function + " failed with " + flag + " at t = " + instant + " s";
   if (!why.empty()) { message += ": " + why; }
   throw SolverError(message);
 }

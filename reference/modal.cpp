@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "reference/modal.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <chrono>
 #include <cmath>
 #include <numbers>
 #include <string>
 #include <type_traits>
-
-#include <Eigen/Eigenvalues>
 
 #include "reference/linear_problem.hpp"
 #include "reference/mode_response.hpp"
@@ -29,7 +28,7 @@ struct Modes {
   Vector<Real> root_mass;      ///< sqrt(m)
   Vector<Real> omega_squared;  ///< ascending
   Vector<Real> gamma;
-  Matrix<Real> shapes;         ///< M^-1/2 Phi
+  Matrix<Real> shapes;  ///< M^-1/2 Phi
 };
 
 /// M^-1/2 A M^-1/2
@@ -99,8 +98,7 @@ ModeForce<Real> force_in(const Segment& segment, const std::vector<ShapedLoad>& 
     } else {
       const Real w = Real(load.frequency);
       const Real phase = w * Real(segment.start);
-      force.harmonics.push_back(
-          {w, amplitude * std::cos(phase), -amplitude * std::sin(phase)});
+      force.harmonics.push_back({w, amplitude * std::cos(phase), -amplitude * std::sin(phase)});
     }
   }
   return force;
@@ -166,7 +164,8 @@ Solution modal_solution(const Problem& problem, const std::vector<double>& times
   const Modes<Real> modes = modes_of<Real>(linear);
   const ModalHistory<Real> modal = history(linear, modes, times);
   Solution solution{.solver = std::is_same_v<Real, double> ? "modal" : "modal-long-double",
-                    .version = "modal superposition", .time = times};
+                    .version = "modal superposition",
+                    .time = times};
   Matrix<Real> position = modes.shapes * modal.position;
   position.colwise() += linear.rest().template cast<Real>();
   solution.position = position.template cast<double>();

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "reference/mode_response.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include <Eigen/Core>
 
 namespace palpate::reference {
 

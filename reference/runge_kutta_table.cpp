@@ -2,10 +2,9 @@
 #include "reference/runge_kutta_table.hpp"
 
 #include <algorithm>
-#include <cmath>
-
 #include <arkode/arkode_butcher_dirk.h>
 #include <arkode/arkode_butcher_erk.h>
+#include <cmath>
 
 namespace palpate::reference::sundials {
 

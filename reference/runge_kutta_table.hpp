@@ -9,10 +9,9 @@
 /// last stage is not at the end of the step, or when its last row is the solution row; any other
 /// is made safe by one more, unused, stage at the beginning of the step.
 
+#include <arkode/arkode_butcher.h>
 #include <memory>
 #include <string>
-
-#include <arkode/arkode_butcher.h>
 
 #include "reference/sundials.hpp"
 

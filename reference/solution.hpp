@@ -2,11 +2,10 @@
 #pragma once
 /// A trajectory of a Problem computed by somebody else's method, and how it was computed.
 
+#include <Eigen/Core>
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "model/dynamics/problem.hpp"
 
@@ -21,15 +20,15 @@ struct Tolerance {
 };
 
 struct Solution {
-  std::string solver{};          ///< "cvode-adams"
-  std::string version{};         ///< "SUNDIALS 6.4.1"
+  std::string solver{};   ///< "cvode-adams"
+  std::string version{};  ///< "SUNDIALS 6.4.1"
   double relative_tolerance = 0.0;
   long steps = 0;
-  long evaluations = 0;          ///< of the right-hand side
-  double seconds = 0.0;          ///< wall time
-  std::vector<double> time{};    ///< [s]
-  Eigen::MatrixXd position{};    ///< dof x times [m]
-  Eigen::MatrixXd velocity{};    ///< dof x times [m/s]
+  long evaluations = 0;        ///< of the right-hand side
+  double seconds = 0.0;        ///< wall time
+  std::vector<double> time{};  ///< [s]
+  Eigen::MatrixXd position{};  ///< dof x times [m]
+  Eigen::MatrixXd velocity{};  ///< dof x times [m/s]
 };
 
 /// A solver that could not do what was asked: the message names solver, flag and time.

@@ -12,8 +12,9 @@
 namespace palpate::reference {
 
 struct NamedSolver {
-  std::string name{};    ///< as in Solution::solver
-  std::string family{};  ///< "explicit runge-kutta", "adams", "bdf", "implicit runge-kutta", "modal"
+  std::string name{};  ///< as in Solution::solver
+  std::string
+      family{};  ///< "explicit runge-kutta", "adams", "bdf", "implicit runge-kutta", "modal"
   Solver solve = nullptr;
 };
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "reference/static_equilibrium.hpp"
 
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
-
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseLU>
 
 #include "reference/linear_problem.hpp"
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-
 #include <sundials/sundials_version.h>
 #include <sunlinsol/sunlinsol_klu.h>
 #include <sunmatrix/sunmatrix_sparse.h>
@@ -51,8 +50,7 @@ Session::Session(std::string solver, const Problem& problem, const Tolerance& to
 void Session::use_sparse_jacobian() {
   jacobian_.emplace(system_);
   const auto entries = static_cast<sunindextype>(jacobian_->rows().size());
-  matrix_.reset(
-      SUNSparseMatrix(jacobian_->size(), jacobian_->size(), entries, CSC_MAT, context()));
+  matrix_.reset(SUNSparseMatrix(jacobian_->size(), jacobian_->size(), entries, CSC_MAT, context()));
   check_made(matrix_.get(), "SUNSparseMatrix");
   linear_solver_.reset(SUNLinSol_KLU(state(), matrix(), context()));
   check_made(linear_solver_.get(), "SUNLinSol_KLU");
@@ -79,9 +77,7 @@ int Session::right_hand_side(realtype t, N_Vector y, N_Vector dy, void* session)
   try {
     if (self.system_.derivative(t, N_VGetArrayPointer(y), N_VGetArrayPointer(dy))) { return 0; }
     self.cause_ = "the right-hand side is not finite" + at(t);
-  } catch (const std::exception& error) {
-    self.cause_ = error.what();
-  }
+  } catch (const std::exception& error) { self.cause_ = error.what(); }
   return -1;
 }
 

@@ -5,15 +5,14 @@
 
 #include <exception>
 #include <memory>
+#include <nvector/nvector_serial.h>
 #include <optional>
 #include <string>
-#include <type_traits>
-
-#include <nvector/nvector_serial.h>
 #include <sundials/sundials_context.h>
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
 #include <sundials/sundials_nonlinearsolver.h>
+#include <type_traits>
 
 #include "reference/first_order.hpp"
 #include "reference/march.hpp"

@@ -3,9 +3,8 @@
 /// One number for the distance of two trajectories. A value that is not finite, anywhere, makes the
 /// error infinite: it can never pass a limit.
 
-#include <vector>
-
 #include <Eigen/Core>
+#include <vector>
 
 namespace palpate::reference {
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "reports/figure_svg.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -97,6 +99,85 @@ void drop_empty_groups(std::string& svg) {
   }
 }
 
+/// Inside tags: one decimal is a tenth of a pixel, and runs of space say nothing. Text between tags
+/// stays as it is.
+std::string compact(const std::string& svg) {
+  std::string out;
+  bool in_tag = false;
+  int decimals = -1;  // digits since the point of a number; -1: before any point
+  for (const char c : svg) {
+    if (c == '<') { in_tag = true; }
+    if (c == '>') { in_tag = false; }
+    const bool digit = c >= '0' && c <= '9';
+    decimals = c == '.' ? 0 : digit && decimals >= 0 ? decimals + 1 : digit ? decimals : -1;
+    const bool space = c == ' ' || c == '\t' || c == '\n';
+    if (in_tag && digit && decimals > 1) { continue; }
+    if (space && !out.empty() && (out.back() == ' ' || out.back() == '>')) { continue; }
+    out += space && in_tag ? ' ' : c;
+  }
+  return out;
+}
+
+/// One of gnuplot's markers: which shape, how large, what colour, and where.
+struct Marker {
+  int shape = 0;
+  double scale = 0.0;
+  std::string colour;
+  std::string at;  ///< "x,y"
+};
+
+/// Path of a marker around the current point, filled by its own outline's colour.
+std::string marker_path(const Marker& marker) {
+  const auto number = [&](double factor) { return short_number(std::round(10.0 * factor * marker.scale) / 10.0); };
+  const std::string r = number(0.9);
+  const std::string d = number(1.8);
+  switch (marker.shape) {
+    case 3:
+    case 4: return "m-" + r + ",-" + r + "h" + d + "v" + d + "h-" + d + "z";
+    case 7:
+    case 8: return "m0,-" + number(1.3) + "l-" + number(1.3) + "," + d + "h" + number(2.6) + "z";
+    case 11:
+    case 12: return "m0,-" + number(1.4) + "l" + number(1.4) + "," + number(1.4) + "l-" + number(1.4) + "," + number(1.4) + "l-" + number(1.4) + ",-" + number(1.4) + "z";
+    default: return "m-" + number(1.0) + ",0a" + number(1.0) + "," + number(1.0) + " 0 1 0 " + number(2.0) + ",0a" + number(1.0) + "," + number(1.0) + " 0 1 0 -" + number(2.0) + ",0z";
+  }
+}
+
+/// Open shapes are outlines, the others are filled.
+bool is_open(int shape) { return shape == 3 || shape == 5 || shape == 7 || shape == 11; }
+
+/// Runs of equal markers become one path each: a point costs its place and its outline, not an
+/// element.
+std::string merge_markers(const std::string& svg) {
+  static const std::regex marker(
+      "<use href='#gpPt([0-9]+)' transform='translate\\(([-0-9.,]+)\\) scale\\(([0-9.]+)\\)' color='([^']*)'/>");
+  std::string out;
+  Marker open;
+  std::string path;
+  const auto close = [&] {
+    if (path.empty()) { return; }
+    const bool outline = is_open(open.shape);
+    out += "<path d='" + path + "' fill='" + (outline ? "none" : open.colour) + "' stroke='" +
+           (outline ? open.colour : "none") + "'/>";
+    path.clear();
+  };
+  std::size_t done = 0;
+  for (std::sregex_iterator each(svg.begin(), svg.end(), marker), end; each != end; ++each) {
+    const auto begin = static_cast<std::size_t>(each->position());
+    const Marker found{std::stoi((*each)[1]), std::stod((*each)[3]), (*each)[4], (*each)[2]};
+    const bool continues = begin == done && found.shape == open.shape && found.scale == open.scale &&
+                           found.colour == open.colour;
+    if (!continues) {
+      close();
+      out += svg.substr(done, begin - done);
+    }
+    open = found;
+    path += "M" + found.at + marker_path(found);
+    done = begin + static_cast<std::size_t>(each->length());
+  }
+  close();
+  return out + svg.substr(done);
+}
+
 std::string for_page(std::string svg, const Figure& figure) {
   cut(svg, "<?xml", "?>");
   cut(svg, "<title>", "</title>");
@@ -108,11 +189,15 @@ std::string for_page(std::string svg, const Figure& figure) {
   replace_all(svg, "id=\"gnuplot_canvas\"", "");
   replace_all(svg, "id=\"plot_plot_", "data-plot=\"");
   replace_all(svg, "font-family=\"sans-serif\"", "");
-  replace_all(svg, "<svg", "<svg role=\"img\" aria-label=\"" + escape_markup(figure.title + ". " + figure.caption) + "\"");
   follow_theme(svg);
   drop_empty_groups(svg);
+  for (const char* is_default : {" class=\"gridline\"", " stroke-linecap=\"butt\"", " stroke-linejoin=\"miter\""}) {
+    replace_all(svg, is_default, "");
+  }
+  svg = merge_markers(compact(svg));
   const std::size_t begin = svg.find("<svg");
-  return begin == std::string::npos ? svg : svg.substr(begin);
+  const std::string label = escape_markup(figure.title + ". " + figure.caption);
+  return "<svg role=\"img\" aria-label=\"" + label + "\"" + svg.substr(std::min(begin + 4, svg.size()));
 }
 
 }  // namespace
@@ -133,20 +218,6 @@ std::vector<std::string> draw_figures(const std::vector<const Figure*>& figures)
     drawings.push_back(for_page(io::read_text(picture(n), 64U << 20U), *figures[n]));
   }
   return drawings;
-}
-
-std::string figure_definitions() {
-  return "<svg width=\"0\" height=\"0\" aria-hidden=\"true\" style=\"position:absolute\"><defs>"
-         "<circle id=\"gpDot\" r=\"0.5\" stroke-width=\"0.5\" stroke=\"currentColor\"/>"
-         "<rect id=\"gpPt3\" fill=\"none\" stroke-width=\"0.25\" stroke=\"currentColor\" x=\"-1\" y=\"-1\" width=\"2\" height=\"2\"/>"
-         "<rect id=\"gpPt4\" stroke-width=\"0.19\" stroke=\"currentColor\" fill=\"currentColor\" x=\"-1\" y=\"-1\" width=\"2\" height=\"2\"/>"
-         "<circle id=\"gpPt5\" fill=\"none\" stroke-width=\"0.25\" stroke=\"currentColor\" r=\"1\"/>"
-         "<circle id=\"gpPt6\" fill=\"currentColor\" stroke=\"none\" r=\"1\"/>"
-         "<path id=\"gpPt7\" fill=\"none\" stroke-width=\"0.25\" stroke=\"currentColor\" d=\"M0,-1.33 L-1.33,0.67 L1.33,0.67 z\"/>"
-         "<path id=\"gpPt8\" fill=\"currentColor\" stroke=\"none\" d=\"M0,-1.33 L-1.33,0.67 L1.33,0.67 z\"/>"
-         "<path id=\"gpPt11\" fill=\"none\" stroke-width=\"0.25\" stroke=\"currentColor\" d=\"M0,-1.4 L1.4,0 L0,1.4 L-1.4,0 z\"/>"
-         "<path id=\"gpPt12\" fill=\"currentColor\" stroke=\"none\" d=\"M0,-1.4 L1.4,0 L0,1.4 L-1.4,0 z\"/>"
-         "</defs></svg>";
 }
 
 }  // namespace palpate

@@ -21,7 +21,4 @@ class DrawingError : public std::runtime_error {
 /// DrawingError.
 std::vector<std::string> draw_figures(const std::vector<const Figure*>& figures);
 
-/// Marker shapes that the figures refer to: once per page, before the first figure.
-std::string figure_definitions();
-
 }  // namespace palpate

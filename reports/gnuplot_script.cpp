@@ -12,7 +12,7 @@ namespace palpate {
 
 namespace {
 
-constexpr std::size_t picture_columns = 1000;
+constexpr std::size_t picture_columns = 320;
 
 std::string colour(int red, int green, int blue) {
   std::array<char, 16> buffer{};

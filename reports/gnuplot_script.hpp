@@ -19,7 +19,7 @@ struct StandIn {
 };
 
 /// Draws the figure into `output`. Long lines are thinned to what a picture can show: the extremes
-/// of each of 1000 columns.
+/// of each of 320 columns.
 std::string gnuplot_script(const Figure& figure, const std::string& output);
 
 }  // namespace palpate

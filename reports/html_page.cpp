@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "reports/html_page.hpp"
 
-#include "reports/figure_svg.hpp"
 #include "reports/markup.hpp"
 #include "report_assets.hpp"
 
@@ -26,7 +25,7 @@ std::string html_page(const std::string& title, const std::string& body,
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<link rel=\"icon\" href=\"data:,\">\n<title>" +
       escape_markup(title) + "</title>\n<style>\n" + std::string(assets::report_css) +
-      "</style>\n</head>\n<body>\n" + figure_definitions() + "\n" + body;
+      "</style>\n</head>\n<body>\n" + body;
   for (const std::string_view script : scripts) {
     page += "<script>\n" + std::string(script) + "</script>\n";
   }

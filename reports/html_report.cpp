@@ -187,7 +187,7 @@ double share_of_bound(const Quantity& q) {
   if (above && below) {
     const double half = 0.5 * (q.upper - q.lower);
     const double away = std::abs(q.value - 0.5 * (q.upper + q.lower));
-    return half > 0.0 ? away / half : (away == 0.0 ? 1.0 : unbounded);
+    return half > 0.0 ? away / half : (away == 0.0 ? 0.0 : unbounded);  // met exactly, or not
   }
   if (below) { return q.upper > 0.0 ? std::max(0.0, q.value / q.upper) : (q.holds() ? 1.0 : unbounded); }
   if (above) {

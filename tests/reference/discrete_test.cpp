@@ -13,8 +13,8 @@ using Real = long double;
 
 namespace {
 
-const Oscillator sample_oscillator{.mass = 0.7, .stiffness = 2.3, .viscosity = 0.4,
-                                   .displacement = 0.9, .velocity = -0.3};
+const Oscillator sample_oscillator{
+    .mass = 0.7, .stiffness = 2.3, .viscosity = 0.4, .displacement = 0.9, .velocity = -0.3};
 
 /// The schemes as updates in order, as the paper's table and its corrections state them.
 using Update = std::function<void(Real& x, Real& v, Real h)>;

@@ -78,10 +78,9 @@ TEST("two families agree to nine digits on a nonlinear lattice under a load of 1
 
 TEST("the implicit pair agrees on a lattice with stiff damping") {
   const NetworkProblem problem(sample::block({.nodes = 3, .viscosity = 5.0}), {sample::pulse(0.5)});
-  const Reference reference =
-      establish(problem, times, {.relative = 1e-11},
-                {solver_named("arkode-esdirk-5-4"), solver_named("cvode-bdf")},
-                {.demanded_digits = 7.0});
+  const Reference reference = establish(
+      problem, times, {.relative = 1e-11},
+      {solver_named("arkode-esdirk-5-4"), solver_named("cvode-bdf")}, {.demanded_digits = 7.0});
   std::printf("  agreed %.1f digits\n", reference.agreed_digits);
   CHECK(reference.trustworthy);
 }

@@ -30,8 +30,10 @@ TEST("the linear problem touches the network at rest: the difference is of secon
   for (const double size : {1e-5, 1e-6}) {
     const VectorXd q = rest_coordinates(network) + size * shape;
     const VectorXd v = 100.0 * size * shape.reverse();
-    const double difference = (force_of(linear, 0.01, 0.01, q, v) -
-                               force_of(network, 0.01, 0.01, q, v)).cwiseAbs().maxCoeff();
+    const double difference =
+        (force_of(linear, 0.01, 0.01, q, v) - force_of(network, 0.01, 0.01, q, v))
+            .cwiseAbs()
+            .maxCoeff();
     if (before > 0.0) { CHECK_NEAR(before / difference, 100.0, 3.0); }
     before = difference;
   }
@@ -57,15 +59,15 @@ TEST("linearising twice is linearising once") {
 }
 
 TEST("the energy of the linear problem is the work of its forces, weight included") {
-  const NetworkProblem network(sample::block({.nodes = 3, .viscosity = 0.0}), {},
-                               {0.0, 0.5, 9.81});
+  const NetworkProblem network(sample::block({.nodes = 3, .viscosity = 0.0}), {}, {0.0, 0.5, 9.81});
   const LinearProblem linear(network);
   const VectorXd still = VectorXd::Zero(linear.dof());
   const VectorXd direction = VectorXd::LinSpaced(linear.dof(), -1.0, 1.0).array().cos();
   const VectorXd q = linear.rest() + 1e-3 * direction;
   const double h = 1e-5;  // the energy is quadratic: central differences are exact
-  const double slope = (linear.energy(q + h * direction, still) -
-                        linear.energy(q - h * direction, still)) / (2.0 * h);
+  const double slope =
+      (linear.energy(q + h * direction, still) - linear.energy(q - h * direction, still)) /
+      (2.0 * h);
   const double work = -force_of(linear, 0.0, 0.0, q, still).dot(direction);
   CHECK_NEAR(slope / work, 1.0, 1e-10);
 }

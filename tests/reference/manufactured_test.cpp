@@ -42,9 +42,11 @@ TEST("solvers recover the chosen motion of a nonlinear lattice") {
     exact.position.col(n) = problem.exact_position(times[static_cast<std::size_t>(n)]);
   }
   const double peak = peak_displacement(exact.position);
-  const std::pair<const char*, double> expected[] = {
-      {"arkode-fehlberg-7-8", 1e-10}, {"gsl-rk8pd", 1e-10}, {"cvode-adams", 1e-7},
-      {"arkode-esdirk-5-4", 1e-8}, {"cvode-bdf", 1e-6}};
+  const std::pair<const char*, double> expected[] = {{"arkode-fehlberg-7-8", 1e-10},
+                                                     {"gsl-rk8pd", 1e-10},
+                                                     {"cvode-adams", 1e-7},
+                                                     {"arkode-esdirk-5-4", 1e-8},
+                                                     {"cvode-bdf", 1e-6}};
   for (const auto& [name, limit] : expected) {
     const Solution solution = solver_named(name).solve(problem, times, {.relative = 1e-10});
     const double error = trajectory_error(solution.position, exact.position, peak);

@@ -35,7 +35,10 @@ double distance(const Solution& a, const Solution& b) {
 std::vector<Load> overlapping_loads(double newton) {
   const Load half_sine = sample::pulse(newton);
   const Load step{.nodes = {3, 5}, .force = {0.0, newton, 0.0}, .start = 0.0, .end = 8e-3};
-  const Load ramp{.nodes = {7}, .force = {newton, 0.0, newton}, .start = 2e-3, .end = 12e-3,
+  const Load ramp{.nodes = {7},
+                  .force = {newton, 0.0, newton},
+                  .start = 2e-3,
+                  .end = 12e-3,
                   .profile = Profile::ramp};
   const Load lasting{.nodes = {1}, .force = {0.0, 0.0, newton}, .start = 4e-3};
   return {half_sine, step, ramp, lasting};
@@ -52,7 +55,7 @@ TEST("a fixed-free chain has its exact natural frequencies") {
                          std::sin((2 * j - 1) * std::numbers::pi / (2.0 * (2 * n + 1)));
     CHECK_NEAR(omega(2 * n + j - 1) / exact, 1.0, 1e-12);  // 2 n sideways motions come first
   }
-  CHECK_NEAR(omega(2 * n - 1), 0.0, 1e-12);
+  CHECK_NEAR(omega(2 * n - 1) / omega(3 * n - 1), 0.0, 1e-7);  // the root of rounding
 }
 
 TEST("a chain fixed at both ends has its exact natural frequencies") {
@@ -94,10 +97,11 @@ TEST("the lattice itself tends to the modal solution in proportion to the amplit
   for (const double newton : {1e-3, 1e-4}) {
     const NetworkProblem network(sample::block({.nodes = 3}), {sample::pulse(newton)});
     const auto times = sample::instants(0.03, 10);
-    const double error = distance(solve_cvode_adams(network, times, {.relative = 1e-12,
-                                                    .position_scale = newton * 1e-3,
-                                                    .velocity_scale = newton * 1e-1}),
-                                  modal_solution<double>(network, times));
+    const double error = distance(
+        solve_cvode_adams(
+            network, times,
+            {.relative = 1e-12, .position_scale = newton * 1e-3, .velocity_scale = newton * 1e-1}),
+        modal_solution<double>(network, times));
     std::printf("  %g N: %.1e\n", newton, error);
     if (before > 0.0) { CHECK_NEAR(before / error, 10.0, 1.0); }
     before = error;
@@ -115,7 +119,8 @@ TEST("a free body under a constant push moves as a whole by F t^2 / 2 M") {
   const Eigen::VectorXd moved = solution.position.col(1) - solution.position.col(0);
   const double mass = body.mass.sum();
   const double centre = moved.dot(problem.mass().cwiseProduct(
-                            Eigen::Vector3d(0.0, 0.0, 1.0).replicate(body.mass.size(), 1))) / mass;
+                            Eigen::Vector3d(0.0, 0.0, 1.0).replicate(body.mass.size(), 1))) /
+                        mass;
   CHECK_NEAR(centre / (1e-4 * end * end / (2.0 * mass)), 1.0, 1e-9);  // of positions of 1e-2 m
 }
 

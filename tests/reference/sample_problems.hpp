@@ -51,10 +51,10 @@ inline std::vector<double> instants(double end, int count) {
 }
 
 struct Block {
-  int nodes = 4;             ///< per edge
-  double stiffness = 1000.0; ///< [N/m]
-  double viscosity = 0.05;   ///< [N s/m]
-  double node_mass = 0.5e-3; ///< [kg]
+  int nodes = 4;              ///< per edge
+  double stiffness = 1000.0;  ///< [N/m]
+  double viscosity = 0.05;    ///< [N s/m]
+  double node_mass = 0.5e-3;  ///< [kg]
 };
 
 /// A cube of 5 mm spacing whose z-max face is fixed.
@@ -72,7 +72,10 @@ inline palpate::SpringNetwork block(const Block& b = {}) {
 
 /// A 10 ms push on the first node, from 5 ms on.
 inline palpate::Load pulse(double newton) {
-  return {.nodes = {0}, .force = {0.3 * newton, 0.1 * newton, newton}, .start = 5e-3, .end = 15e-3,
+  return {.nodes = {0},
+          .force = {0.3 * newton, 0.1 * newton, newton},
+          .start = 5e-3,
+          .end = 15e-3,
           .profile = palpate::Profile::half_sine};
 }
 
@@ -116,9 +119,7 @@ inline palpate::SpringNetwork chain(int masses, double stiffness, double mass, b
   network.fixed.assign(static_cast<std::size_t>(nodes), 0);
   network.fixed.front() = 1;
   if (both_ends) { network.fixed.back() = 1; }
-  for (int i = 1; i < nodes; ++i) {
-    network.springs.push_back({i - 1, i, stiffness, 0.0, 0.01});
-  }
+  for (int i = 1; i < nodes; ++i) { network.springs.push_back({i - 1, i, stiffness, 0.0, 0.01}); }
   return network;
 }
 

@@ -56,7 +56,8 @@ TEST("a tripod carries its load: the force balance holds for a large deflection"
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  // Hooke's law, written here once more
   for (int foot = 0; foot < 3; ++foot) {
     const Eigen::Vector3d leg = rest.position - problem.network().rest_position.col(foot);
-    const double rest_length = problem.network().springs[static_cast<std::size_t>(foot)].rest_length;
+    const double rest_length =
+        problem.network().springs[static_cast<std::size_t>(foot)].rest_length;
     reaction -= 100.0 * (leg.norm() - rest_length) * leg.normalized();
   }
   CHECK_NEAR(reaction, Eigen::Vector3d(-load), 1e-12);

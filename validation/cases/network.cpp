@@ -1,8 +1,20 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <iterator>
+
 #include "validation/cases/groups.hpp"
+#include "validation/cases/network_parts.hpp"
 
 namespace palpate {
 
-std::vector<Case> network_cases() { return {}; }
+std::vector<Case> network_cases() {
+  using namespace networks;
+  std::vector<Case> cases;
+  for (const auto part :
+       {elasticity_cases, wave_cases}) {
+    std::ranges::move(part(), std::back_inserter(cases));
+  }
+  return cases;
+}
 
 }  // namespace palpate

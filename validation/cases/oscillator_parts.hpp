@@ -14,6 +14,7 @@ std::vector<Case> stability_limit_cases();  ///< oscillator/stability-limit/<sch
 std::vector<Case> regime_cases();           ///< oscillator/regimes
 std::vector<Case> figure_cases();           ///< oscillator/figure-6 ... figure-9
 std::vector<Case> phase_cases();            ///< oscillator/figure-10
-std::vector<Case> comparison_cases();       ///< oscillator/who-is-closest, oscillator/sweep
+std::vector<Case> comparison_cases();       ///< oscillator/who-is-closest
+std::vector<Case> sweep_cases();            ///< oscillator/sweep
 
 }  // namespace palpate::oscillator

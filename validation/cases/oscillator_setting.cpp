@@ -8,6 +8,8 @@
 
 #include <Eigen/SVD>
 
+#include "reference/discrete.hpp"
+
 namespace palpate::oscillator {
 
 namespace {
@@ -58,6 +60,15 @@ std::vector<double> equation_6_samples(const Oscillator& oscillator,
   std::vector<double> x;
   for (const double t : time) {
     x.push_back(equation_6_plotted(oscillator, oscillator.displacement, 0.0, t));
+  }
+  return x;
+}
+
+std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator, double h,
+                                     long steps) {
+  std::vector<double> x;
+  for (long n = 0; n <= steps; ++n) {
+    x.push_back(static_cast<double>(reference::discrete_state(scheme, oscillator, h, n)(0)));
   }
   return x;
 }

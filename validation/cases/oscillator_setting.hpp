@@ -39,6 +39,9 @@ struct Samples {
 Samples samples_of(const Motion& motion);
 Samples exact_samples(const Oscillator& oscillator, const std::vector<double>& time);
 std::vector<double> equation_6_samples(const Oscillator& oscillator, const std::vector<double>& time);
+/// Positions of a scheme's own closed form (reference/discrete.hpp).
+std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator, double h,
+                                     long steps);
 /// 0, h, ... steps h.
 std::vector<double> instants(double h, long steps);
 

@@ -26,6 +26,10 @@ double largest(const std::vector<double>& x, std::size_t begin, std::size_t end)
   return value;
 }
 
+/// A motion that has shrunk by this factor is stable; far below it squares underflow and what is
+/// left says nothing about the scheme.
+constexpr double vanished = 1e-100;
+
 /// Whether a run of `steps` steps ends larger than it was in its second quarter, when the parts of
 /// the motion that decay are gone.
 bool grows(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
@@ -36,6 +40,7 @@ bool grows(const CaseContext& context, const Oscillator& oscillator, std::string
   if (motion.diverged || count != static_cast<std::size_t>(steps) + 1) { return true; }
   const double early = largest(samples.position, count / 4, count / 2);
   const double late = largest(samples.position, 3 * (count / 4), count);
+  if (late < vanished) { return false; }
   return !(late <= early * (1.0 + 1e-4));  // 1e-4: the peaks fall between samples
 }
 

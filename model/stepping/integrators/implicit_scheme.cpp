@@ -44,15 +44,17 @@ void ImplicitScheme<Real>::precondition(const Vector<Real>& r, Vector<Real>& out
 template <class Real>
 void ImplicitScheme<Real>::solve(const Vector<Real>& right) noexcept {
   correction_.setZero();
-  r_ = right;
-  shadow_ = right;
+  const Real size = right.template lpNorm<Eigen::Infinity>();
+  if (size == Real(0)) { return; }
+  r_ = right / size;  // of size one, so that no square leaves the range of the numbers
+  shadow_ = r_;
   p_.setZero();
   v_.setZero();
   Real rho = 1;
   Real alpha = 1;
   Real omega = 1;
   constexpr Real close = std::is_same_v<Real, float> ? Real(1e-4) : Real(1e-6);
-  const Real enough = close * right.norm();
+  const Real enough = close * r_.norm();
   for (int n = 0; n < most_linear_iterations && r_.norm() > enough; ++n) {
     const Real next = shadow_.dot(r_);
     p_ = r_ + (next / rho * (alpha / omega)) * (p_ - omega * v_);
@@ -62,13 +64,24 @@ void ImplicitScheme<Real>::solve(const Vector<Real>& right) noexcept {
     alpha = rho / shadow_.dot(v_);
     correction_ += alpha * p_hat_;
     r_ -= alpha * v_;
-    if (!(r_.norm() > enough)) { return; }
+    if (!(r_.norm() > enough)) { break; }
     precondition(r_, s_hat_);
     t_.noalias() = a_ * s_hat_;
     omega = t_.dot(r_) / t_.squaredNorm();
     correction_ += omega * s_hat_;
     r_ -= omega * t_;
   }
+  correction_ *= size;
+}
+
+/// Positions are stored to a rounding, which moves the residual by K times it; below that Newton's
+/// method has nothing left to find. K_ii (theta h)^2 <= A_ii.
+template <class Real>
+bool ImplicitScheme<Real>::residual_is_rounding(Real h) const noexcept {
+  constexpr Real roundings = 8 * std::numeric_limits<Real>::epsilon();
+  const Real theta = static_cast<Real>(theta_);
+  const Real reach = roundings * stage_q_.template lpNorm<Eigen::Infinity>() / (theta * theta * h);
+  return (residual_.array().abs() <= reach * a_.diagonal().array()).all();
 }
 
 template <class Real>
@@ -86,6 +99,7 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
     residual_ = dt * force_ - system.mass().cwiseProduct(change_);
     system.jacobian(stage_q_, stage_v_, th, th * th, a_);
+    const bool at_rounding = residual_is_rounding(dt);
     solve(residual_);
     change_ += correction_;
     const Real size = correction_.template lpNorm<Eigen::Infinity>();
@@ -93,7 +107,7 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
                        change_.template lpNorm<Eigen::Infinity>();
     const bool settled = size <= tolerance * scale;
     const bool stalled = size >= last && size <= Real(1e4) * tolerance * scale;  // at round-off
-    if (settled || stalled) {
+    if (settled || stalled || at_rounding) {
       stage_v_ = state.velocity + theta * change_;
       state.position += dt * stage_v_;
       state.velocity += change_;

@@ -3,6 +3,7 @@
 /// (M + h/2 C) (v+ - v-) = h f(x, v-);  x' = x + h v+. Order two for every damping. The kick's
 /// matrix is symmetric and positive definite and near M inside the stability limit, so conjugate
 /// gradients with M as preconditioner need few products and no matrix.
+#include <algorithm>
 #include <limits>
 
 #include "model/stepping/integrators/explicit_scheme.hpp"
@@ -44,7 +45,10 @@ class Leapfrog final : public StaggeredScheme<Real> {
     direction_ = scaled_;
     Real rho = residual_.dot(scaled_);
     constexpr Real epsilon = std::numeric_limits<Real>::epsilon();
-    const Real enough = epsilon * epsilon * f.dot(inverse_mass.cwiseProduct(f));
+    // Squares of a motion that has all but died out underflow, and ratios of them mean nothing.
+    constexpr Real faintest = std::numeric_limits<Real>::min() / epsilon;
+    const Real enough =
+        std::max(epsilon * epsilon * f.dot(inverse_mass.cwiseProduct(f)), faintest);
     for (int n = 0; n < most_iterations && rho > enough; ++n) {
       system.damping(q, direction_, product_);
       product_ = system.mass().cwiseProduct(direction_) + weight * product_;

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What the cases of groups "network" and "patient" share: small lattices, deterministic random
+/// numbers, references of two families, and how errors are drawn.
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "model/dynamics/lattice.hpp"
+#include "model/dynamics/problem.hpp"
+#include "reference/solution.hpp"
+#include "validation/case.hpp"
+#include "validation/metrics.hpp"
+
+namespace palpate::networks {
+
+inline constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// Uniform in [low, high) from the bits alone: the same on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : bits_(seed) {}
+  double operator()(double low, double high) {
+    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
+  }
+  Eigen::VectorXd vector(Eigen::Index size, double amplitude) {
+    Eigen::VectorXd values(size);
+    for (double& value : values) { value = (*this)(-amplitude, amplitude); }
+    return values;
+  }
+
+ private:
+  std::mt19937_64 bits_;
+};
+
+/// A block of one material, built cell by cell and free on all sides.
+struct Block {
+  std::array<int, 3> nodes{4, 4, 4};
+  double spacing = 5e-3;         ///< [m]
+  int connectivity = 26;
+  double youngs_modulus = 5e3;   ///< [Pa]
+  double density = 1000.0;       ///< [kg/m^3]
+  double relaxation = 0.0;       ///< c / k of every spring [s]: damping proportional to stiffness
+
+  [[nodiscard]] LatticeShape shape() const { return {nodes, spacing, connectivity}; }
+};
+SpringNetwork block_network(const Block& block);
+
+void hold(SpringNetwork& network, Face face);
+/// Gives every free node a random displacement of up to `amplitude` [m] along each axis.
+void displace(SpringNetwork& network, double amplitude, std::uint64_t seed);
+
+/// The network with the planted fault, for claims about a network that does not move.
+SpringNetwork candidate(const CaseContext& context, SpringNetwork network);
+
+/// The equation of motion of a scene around a network.
+NetworkProblem problem_of(const Scene& scene, const SpringNetwork& network);
+
+/// K = -df/dq at the initial state.
+Eigen::SparseMatrix<double> stiffness_of(const Problem& problem);
+/// Largest natural angular frequency of a network about its initial state [rad/s], from a dense
+/// eigensolution: small networks only.
+double highest_frequency(const Problem& problem);
+
+/// 0, step, ... count * step, as the model counts them.
+std::vector<double> instants(double step, long count);
+
+/// A reference on which two families of solvers agree.
+struct Truth {
+  reference::Solution solution{};
+  std::vector<double> floor{};  ///< their disagreement at each instant, over the peak [1]
+  double worst_floor = 0.0;     ///< the largest of these
+  double agreed_digits = 0.0;
+  bool ladder_falls = false;    ///< a hundredfold looser primary is further away
+};
+struct TruthSettings {
+  std::array<std::string, 2> solvers{"arkode-fehlberg-7-8", "cvode-adams"};
+  reference::Tolerance tolerance{};
+  double second_relative = 0.0;  ///< tolerance of the second; 0: that of the first
+};
+Truth find_truth(const CaseContext& context, const Problem& problem,
+                 const std::vector<double>& times, const TruthSettings& settings);
+/// Judges agreement and ladder, and puts into words what was compared.
+void judge_truth(const Truth& truth, const TruthSettings& settings, double demanded_digits,
+                 Outcome& outcome);
+
+/// Distance of a motion from a truth sampled at the same instants; NaN when it stopped early.
+TrajectoryError distance(const Motion& motion, const reference::Solution& truth);
+
+std::string text(double value);  ///< "%.3g"
+Series line(std::string label, std::vector<double> x, std::vector<double> y,
+            Series::Style style = Series::Style::line);
+std::vector<double> row(const Eigen::MatrixXd& matrix, Eigen::Index index);
+/// The larger one, or NaN when either is NaN.
+double worse(double a, double b);
+
+}  // namespace palpate::networks
