@@ -9,7 +9,12 @@
 /// last stage is not at the end of the step, or when its last row is the solution row; any other
 /// is made safe by one more, unused, stage at the beginning of the step.
 
+// The library's header uses FILE and leaves it to others to declare it first.
+// clang-format off
+#include <cstdio>
 #include <arkode/arkode_butcher.h>
+// clang-format on
+
 #include <memory>
 #include <string>
 
