@@ -49,7 +49,8 @@ void climb(const Problem& problem, const Tolerance& finest, const NamedSolver& p
     tolerance.relative *= std::pow(options.rung_ratio, below);
     Rung rung{tolerance.relative, infinity, infinity};
     try {
-      const Solution coarse = primary.solve(problem, reference.solution.time, tolerance);
+      const Solution coarse = solve_cached(options.cache, primary.name, primary.solve, problem,
+                                           reference.solution.time, tolerance);
       rung.position_error =
           trajectory_error(coarse.position, reference.solution.position, scales.position);
       rung.velocity_error =
@@ -87,13 +88,15 @@ void raise(std::vector<double>& floor, const std::vector<double>& errors) {
 }
 
 void ask_others(const Problem& problem, const Tolerance& finest,
-                const std::vector<NamedSolver>& families, Reference& reference) {
+                const std::vector<NamedSolver>& families, const EstablishOptions& options,
+                Reference& reference) {
   const Solution& primary = reference.solution;
   const Scales scales = scales_of(primary);
   bool complete = true;
   for (auto other = families.begin() + 1; other != families.end(); ++other) {
     try {
-      Solution opinion = other->solve(problem, primary.time, finest);
+      Solution opinion =
+          solve_cached(options.cache, other->name, other->solve, problem, primary.time, finest);
       raise(reference.position_floor,
             instant_errors(opinion.position, primary.position, scales.position));
       raise(reference.velocity_floor,
@@ -195,8 +198,9 @@ Reference establish(const Problem& problem, const std::vector<double>& times,
   check_families(families);
   const NamedSolver& primary = families.front();
   Reference reference;
-  reference.solution = primary.solve(problem, times, finest);
-  ask_others(problem, finest, families, reference);
+  reference.solution =
+      solve_cached(options.cache, primary.name, primary.solve, problem, times, finest);
+  ask_others(problem, finest, families, options, reference);
   judge_agreement(options, reference);
   judge_steps(problem, reference);
   climb(problem, finest, primary, options, reference);

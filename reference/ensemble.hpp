@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "reference/cache.hpp"
 #include "reference/solution.hpp"
 #include "reference/solvers.hpp"
 
@@ -17,6 +18,7 @@ struct EstablishOptions {
   int rungs = 4;                 ///< tolerances of the primary; 1 where a ladder costs too much
   double rung_ratio = 100.0;     ///< between neighbouring tolerances
   double demanded_digits = 9.0;  ///< of agreement, in position
+  const Cache* cache = nullptr;  ///< of solutions between runs; nullptr: none
   bool permute_springs = false;  ///< run once more with the springs in another order
 };
 

@@ -9,7 +9,7 @@
 
 #include "model/dynamics/network_builder.hpp"
 #include "reference/arkode.hpp"
-#include "reference/cache.hpp"
+#include "validation/metrics.hpp"
 
 namespace palpate::errata {
 
@@ -20,7 +20,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double faint = 1e-9;  ///< [m] displacement of a mode at the start; a spring is 5 mm
+constexpr double faint = 1e-9;   ///< [m] displacement of a mode at the start; a spring is 5 mm
+constexpr double small = 5e-7;   ///< [m] and at the end: a strain of 1e-4
 
 std::vector<int> free_nodes(const SpringNetwork& network) {
   std::vector<int> nodes;
@@ -163,7 +164,9 @@ Rate measure_rate(const CaseContext& context, const PrintedForm& printed, double
   const long steps = std::clamp(std::lround(5.0 / std::abs(per_step)), 1L, 20000L);
   Scene scene = lattice_scene(h, static_cast<double>(steps) * h);
   scene.simulation.printed = printed;
-  const SpringNetwork start = displaced(network, mode, faint);
+  const double amplitude =
+      std::clamp(small / std::exp(per_step * static_cast<double>(steps)), 1e-13, faint);
+  const SpringNetwork start = displaced(network, mode, amplitude);
   const Motion motion = simulate(context, scene, &start, {.velocity = true, .every = steps});
   const double seconds = static_cast<double>(steps) * h;
   Rate rate{.predicted = per_step / h, .motion = dominant_mode(linear).value.real(),
@@ -185,17 +188,38 @@ double reference_rate(const PrintedForm& printed) {
   return log_growth(mode, network, solution.position, solution.velocity) / seconds;
 }
 
-MatrixXd solve_pressed(const CaseContext& context, const std::vector<double>& times,
-                       const PrintedForm& printed) {
+MatrixXd solve_pressed(const std::vector<double>& times, const PrintedForm& printed) {
   const Scene scene = pressed_scene(step, duration);
   const SpringNetwork network = build_network(scene);
   const NetworkProblem problem(network, resolve_loads(scene, network), Eigen::Vector3d::Zero(),
                                printed);
-  const reference::Tolerance tolerance{1e-10, 1e-4, 1e-1};
-  return reference::solve_cached(context.cache, "arkode-explicit", reference::solve_arkode_explicit,
-                                 problem, times, tolerance)
-             .position.colwise() -
+  return reference::solve_arkode_explicit(problem, times, {1e-11, 1e-4, 1e-1}).position.colwise() -
          rest_of(network);
+}
+
+Pressed run_pressed(const CaseContext& context, const PrintedForm& printed, long ticks) {
+  const double h = duration / static_cast<double>(ticks);
+  const Scene scene = pressed_scene(h, duration, printed);
+  const SpringNetwork network = build_network(scene);
+  const Motion motion = simulate(context, scene, &network, {.every = ticks / sample_count});
+  Pressed pressed{.time = motion.time, .diverged = motion.diverged,
+                  .diverged_at = motion.diverged_at};
+  if (motion.position.rows() == rest_of(network).size()) {
+    pressed.displacement = motion.position.colwise() - rest_of(network);
+  }
+  return pressed;
+}
+
+std::vector<double> pressed_times() {
+  std::vector<double> times;
+  for (long n = 0; n <= sample_count; ++n) {
+    times.push_back(duration * static_cast<double>(n) / static_cast<double>(sample_count));
+  }
+  return times;
+}
+
+double distance(const MatrixXd& found, const MatrixXd& truth) {
+  return trajectory_error(found, truth, VectorXd::Zero(truth.rows())).maximum;
 }
 
 }  // namespace palpate::errata

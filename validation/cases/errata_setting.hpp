@@ -65,9 +65,21 @@ Rate measure_rate(const CaseContext& context, const PrintedForm& printed, double
 /// The same growth in a solution of the printed equations by somebody else's solver.
 double reference_rate(const PrintedForm& printed);
 
-/// Displacements of the free coordinates of a run from their rest.
-Eigen::MatrixXd solve_pressed(const CaseContext& context, const std::vector<double>& times,
-                              const PrintedForm& printed);
+/// A lattice that is pressed from t = 0 on, sampled at pressed_times().
+struct Pressed {
+  std::vector<double> time{};      ///< [s]
+  Eigen::MatrixXd displacement{};  ///< free coordinates x times [m]
+  bool diverged = false;
+  double diverged_at = 0.0;        ///< [s]
+};
+inline constexpr long sample_count = 100;
+std::vector<double> pressed_times();
+/// `ticks`: a multiple of sample_count.
+Pressed run_pressed(const CaseContext& context, const PrintedForm& printed, long ticks);
+/// The same by ARKODE.
+Eigen::MatrixXd solve_pressed(const std::vector<double>& times, const PrintedForm& printed);
+/// Largest difference over the peak of the truth; NaN when a run ended early.
+double distance(const Eigen::MatrixXd& found, const Eigen::MatrixXd& truth);
 
 /// One line of the summary.
 struct Finding {

@@ -11,7 +11,8 @@ std::vector<Case> network_cases() {
   using namespace networks;
   std::vector<Case> cases;
   for (const auto part :
-       {elasticity_cases, wave_cases}) {
+       {elasticity_cases, wave_cases, skew_cases, conservation_cases,
+        work_cases, invariance_cases}) {
     std::ranges::move(part(), std::back_inserter(cases));
   }
   return cases;

@@ -10,6 +10,11 @@ std::vector<Case> stability_cases() {
   stability::add_blow_up_cases(cases);
   stability::add_bound_cases(cases);
   stability::add_map_cases(cases);
+  stability::add_contrast_cases(cases);
+  stability::add_abuse_cases(cases);
+  stability::add_step_cases(cases);
+  stability::add_denormal_cases(cases);
+  stability::add_drift_cases(cases);
   return cases;
 }
 

@@ -31,9 +31,7 @@ double growth_of_run(const CaseContext& context, const IntegratorInfo& scheme,
   const Scene scene = scene_of(std::string(scheme.name), h, h * static_cast<double>(steps));
   const Motion motion = simulate(context, scene, &network, Wanted{.every = std::max(1L, steps / 40)});
   if (motion.diverged || !motion.position.allFinite()) { return infinite; }
-  SpringNetwork resting = network;
-  resting.initial_displacement = {};
-  const Eigen::VectorXd rest = NetworkProblem(resting).initial_position();
+  const Eigen::VectorXd rest = rest_position(network);
   const Eigen::VectorXd largest =
       (motion.position.colwise() - rest).cwiseAbs().colwise().maxCoeff().transpose();
   return largest.maxCoeff() / largest(0);

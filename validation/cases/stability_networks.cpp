@@ -88,6 +88,33 @@ double growth_per_step(const IntegratorInfo& scheme, double omega, double dampin
       reference::spectral_radius(reference::amplification(scheme.name, unit_mass, h)));
 }
 
+Eigen::Matrix2d invariant_form(const IntegratorInfo& scheme, double z) {
+  if (!reference_knows(scheme)) { return Eigen::Matrix2d::Identity(); }
+  // Undamped, the mean of two half-step velocities is the velocity of velocity Verlet.
+  const std::string_view name =
+      reference::velocity_is_staggered(scheme.name) ? "velocity-verlet" : scheme.name;
+  const Oscillator unit{.mass = 1.0, .stiffness = 1.0, .viscosity = 0.0};
+  const Eigen::Matrix2d a = reference::amplification(name, unit, z).cast<double>();
+  if (std::abs(a.determinant() - 1.0) > 1e-14 || std::abs(a.trace()) >= 2.0) {
+    return Eigen::Matrix2d::Identity();
+  }
+  Eigen::Matrix2d form;
+  form << -a(1, 0), 0.5 * (a(0, 0) - a(1, 1)), 0.5 * (a(0, 0) - a(1, 1)), a(0, 1);
+  return form / z;
+}
+
+double energy_ratio_bound(const IntegratorInfo& scheme, double z) {
+  const Eigen::Vector2d values =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(invariant_form(scheme, z)).eigenvalues();
+  return values(1) / values(0);
+}
+
+VectorXd rest_position(const SpringNetwork& network) {
+  SpringNetwork resting = network;
+  resting.initial_displacement = {};
+  return NetworkProblem(resting).initial_position();
+}
+
 double margin_db(double limit, double used) { return 20.0 * std::log10(limit / used); }
 
 }  // namespace palpate::stability

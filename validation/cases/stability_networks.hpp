@@ -56,6 +56,17 @@ NetworkLimit network_limit(const IntegratorInfo& scheme, const Spectrum& spectru
 /// Growth per step of an oscillator under a scheme (spectral radius).
 double growth_per_step(const IntegratorInfo& scheme, double omega, double damping_ratio, double h);
 
+/// Quadratic form a x^2 + 2 b x v + c v^2 that a scheme keeps exactly on x'' + x = 0 at step z, for
+/// the velocity that the model reports; the energy itself for schemes that keep no form.
+Eigen::Matrix2d invariant_form(const IntegratorInfo& scheme, double z);
+
+/// Largest energy over the initial one on that oscillator, for the worst start: 1 where no step
+/// gains energy.
+double energy_ratio_bound(const IntegratorInfo& scheme, double z);
+
+/// Positions of the coordinates with every spring at rest [m].
+Eigen::VectorXd rest_position(const SpringNetwork& network);
+
 /// 20 log10(limit / used).
 double margin_db(double limit, double used);
 
