@@ -159,6 +159,19 @@ TEST("a NaN at the start is divergence at the first tick, for any scheme and pre
   }
 }
 
+TEST("a NaN in a mass or a stiffness is divergence at the first tick too") {
+  for (const IntegratorInfo* scheme : integrators()) {
+    for (const bool in_mass : {true, false}) {
+      const Scene scene = moving_scene(scheme->name);
+      SpringNetwork network = dynamic_cast<const NetworkProblem&>(*make_problem(scene)).network();
+      (in_mass ? network.mass(4) : network.springs[7].stiffness) =
+          std::numeric_limits<double>::quiet_NaN();
+      Simulation simulation(scene, network);
+      CHECK(simulation.tick() == StepStatus::diverged);
+    }
+  }
+}
+
 TEST("node positions hold the fixed nodes in their places") {
   Simulation simulation(moving_scene("auto"));
   for (int n = 0; n < 20; ++n) { (void)simulation.tick(); }

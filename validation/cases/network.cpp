@@ -12,7 +12,8 @@ std::vector<Case> network_cases() {
   std::vector<Case> cases;
   for (const auto part :
        {elasticity_cases, wave_cases, skew_cases, conservation_cases,
-        work_cases, invariance_cases}) {
+        work_cases, invariance_cases, load_cases, kernel_cases, manufactured_cases,
+        approximation_cases}) {
     std::ranges::move(part(), std::back_inserter(cases));
   }
   return cases;

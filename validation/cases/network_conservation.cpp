@@ -136,7 +136,6 @@ void measure_momentum(const CaseContext& context, Outcome& outcome) {
 struct EnergyRun {
   double lowest = 0.0;
   double highest = 0.0;
-  double late_highest = 0.0;  ///< over the last half
   std::vector<double> time{};
   std::vector<double> ratio{};
 };
@@ -150,11 +149,10 @@ EnergyRun run_energy(const CaseContext& context, const SpringNetwork& network,
     const double ratio = motion.energy[n] / motion.energy.front();
     run.lowest = std::isnan(ratio) ? ratio : std::min(run.lowest, ratio);
     run.highest = worse(run.highest, ratio);
-    if (2 * n > motion.energy.size()) { run.late_highest = worse(run.late_highest, ratio); }
     run.time.push_back(motion.time[n]);
     run.ratio.push_back(ratio);
   }
-  if (motion.diverged) { run.highest = run.late_highest = unbounded; }
+  if (motion.diverged) { run.highest = unbounded; }
   return run;
 }
 
@@ -234,12 +232,14 @@ double largest_rise(const std::vector<double>& ratio) {
 void judge_damped(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = shaking(0.1, 4e-4);
   const NetworkProblem problem(network);
-  const Truth truth = find_truth(context, problem, instants(2e-4, 200), {.tolerance = {.relative = 1e-11}});
+  const Truth truth =
+      find_truth(context, problem, instants(2e-4, 200), {.tolerance = {.relative = 1e-11}});
   std::vector<double> exact;
   for (Index n = 0; n < truth.solution.position.cols(); ++n) {
     exact.push_back(problem.energy(truth.solution.position.col(n), truth.solution.velocity.col(n)));
   }
-  for (double& value : exact) { value /= problem.energy(truth.solution.position.col(0), truth.solution.velocity.col(0)); }
+  const double initial = exact.front();
+  for (double& value : exact) { value /= initial; }
   outcome.judge({.name = "largest_rise_reference", .value = largest_rise(exact), .upper = 1e-10,
                  .bound_from = "theory: dampers only take energy; ten times the tolerance"});
   Figure figure{.id = "energy-damped",
@@ -252,8 +252,7 @@ void judge_damped(const CaseContext& context, Outcome& outcome) {
   const double z = h * highest_frequency(problem);
   for (const IntegratorInfo* scheme : integrators()) {
     const std::string name(scheme->name);
-    if (scheme->implicit && context.quick) { continue; }
-    const EnergyRun run = run_energy(context, network, name, h, scheme->implicit ? 500 : 4000);
+    const EnergyRun run = run_energy(context, network, name, h, scheme->implicit ? (context.quick ? 100 : 500) : 4000);
     // What a scheme reports is its modified energy to within z/2 of itself at first order.
     const bool monotone = name == "implicit-euler" || name == "rk4";
     outcome.judge({.name = "largest_rise_" + name, .value = largest_rise(run.ratio),

@@ -68,7 +68,7 @@ double miss_of_area(const CaseContext& context, const Drawn& one, double c, doub
   const double found = area_factor(orbit);
   const double theory = one.area_factor(c, h);
   table.rows.push_back({one.title, c, h, found, theory, std::exp(-c * h)});
-  // The area, h, is a difference of products of order one; 60 steps divide what the ends err by.
+  // The area, h, is a difference of products of order one; what 60 steps add the root divides.
   return std::abs(found - theory) / (10.0 * epsilon / h);
 }
 

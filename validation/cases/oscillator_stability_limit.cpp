@@ -37,7 +37,8 @@ bool grows(const CaseContext& context, const Oscillator& oscillator, std::string
   const Motion motion = run(context, oscillator, scheme, h, steps);
   const Samples samples = samples_of(motion);
   const std::size_t count = samples.position.size();
-  if (motion.diverged || count != static_cast<std::size_t>(steps) + 1) { return true; }
+  const bool whole = count == static_cast<std::size_t>(steps) + 1;
+  if (motion.diverged || !whole || std::isnan(largest(samples.position, 0, count))) { return true; }
   const double early = largest(samples.position, count / 4, count / 2);
   const double late = largest(samples.position, 3 * (count / 4), count);
   if (late < vanished) { return false; }

@@ -99,7 +99,7 @@ Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
   for (int n = 0; n < points; ++n) {
     const double s = highest_damping * n / (points - 1);
     const double expected = scalar_limit(scheme, 1.0, s);
-    if (expected == 0.0) { continue; }  // judged with the lattice: every step amplifies
+    if (expected == 0.0) { continue; }
     const double measured = measured_border(context, scheme, s, expected);
     borders.measured.x.push_back(s);
     borders.measured.y.push_back(measured);
@@ -129,6 +129,10 @@ void measure(const IntegratorInfo& scheme, const CaseContext& context, Outcome& 
                    .upper = 2e-3,
                    .bound_from = "closed forms and exact 2 x 2 matrices; runs resolve 0.1 %"});
     figure.series = {std::move(borders.theory), std::move(borders.measured)};
+    if (scalar_limit(scheme, 1.0, 0.0) == 0.0) {
+      outcome.notes.emplace_back("S = 0 has no border: every step amplifies, which is judged on a "
+                                 "lattice by stability/blow-up");
+    }
   }
   outcome.figures.push_back(std::move(figure));
 }

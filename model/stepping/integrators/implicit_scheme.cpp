@@ -98,6 +98,7 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     stage_q_ = state.position + th * stage_v_;
     system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
     residual_ = dt * force_ - system.mass().cwiseProduct(change_);
+    if (!residual_.allFinite()) { break; }  // the norms below may pass over a NaN
     system.jacobian(stage_q_, stage_v_, th, th * th, a_);
     const bool at_rounding = residual_is_rounding(dt);
     solve(residual_);
