@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Figures as SVG for a page, drawn by gnuplot: same data, same bytes. Colours are CSS variables of
-/// the page (html_style.css), so that a figure follows its light or dark theme.
+/// Figures as SVG for a page, drawn by gnuplot: same data, same bytes. Colours and lines are classes
+/// of report.css, so that a figure follows the page's light or dark theme.
 
 #include <stdexcept>
 #include <string>
@@ -17,8 +17,11 @@ class DrawingError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One <svg> element per figure, in order. All are drawn by one gnuplot process. Throws
-/// DrawingError.
+/// One <svg> element per figure, in order, without title and legend. All are drawn by one gnuplot
+/// process. Throws DrawingError.
 std::vector<std::string> draw_figures(const std::vector<const Figure*>& figures);
+
+/// The legend of a figure as an HTML list; empty when its series have no labels.
+std::string html_legend(const Figure& figure);
 
 }  // namespace palpate

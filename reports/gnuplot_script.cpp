@@ -6,30 +6,35 @@
 #include <cmath>
 #include <cstdio>
 
+#include "reports/axis_range.hpp"
+#include "reports/figure_look.hpp"
 #include "reports/markup.hpp"
+#include "reports/thinning.hpp"
 
 namespace palpate {
 
 namespace {
 
-constexpr std::size_t picture_columns = 320;
+constexpr int width = 480;
+constexpr double plot_width = 400.0;  // less margins; thinning needs no more than about right
+constexpr double plot_height = 240.0;
 
-std::string colour(int red, int green, int blue) {
-  std::array<char, 16> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "\"#%02x%02x%02x\"", red, green, blue);
+std::string lc(int blue) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), " lc rgb \"#%02x%02x%02x\"", StandIn::red,
+                StandIn::green, blue);
   return buffer.data();
 }
 
-/// Single-quoted; gnuplot doubles a quote inside.
-std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) { out += c == '\'' ? "''" : std::string(1, c); }
-  return out + "'";
+std::string lc(const Look& look) {
+  return lc(look.colour == ink_colour ? StandIn::ink : StandIn::first_series + look.colour);
 }
 
-bool drawable(const Figure& figure, double x, double y) {
-  return std::isfinite(x) && std::isfinite(y) && (!figure.x.logarithmic || x > 0.0) &&
-         (!figure.y.logarithmic || y > 0.0);
+/// Single-quoted; gnuplot doubles a quote inside, and a line break would end the command.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) { out += c == '\'' ? "''" : std::string(1, c == '\n' ? ' ' : c); }
+  return out + "'";
 }
 
 void add_row(std::string& block, std::initializer_list<double> values) {
@@ -41,39 +46,29 @@ void add_row(std::string& block, std::initializer_list<double> values) {
   block += '\n';
 }
 
-/// Indices to draw: all of a short series, the first, least, greatest and last of each stretch of a
-/// long one.
-std::vector<std::size_t> thinned(const std::vector<double>& y) {
-  std::vector<std::size_t> kept;
-  const std::size_t stretch = std::max<std::size_t>(1, y.size() / picture_columns);
-  if (stretch < 4) {
-    for (std::size_t n = 0; n < y.size(); ++n) { kept.push_back(n); }
-    return kept;
-  }
-  for (std::size_t begin = 0; begin < y.size(); begin += stretch) {
-    const std::size_t end = std::min(begin + stretch, y.size());
-    const auto [low, high] = std::minmax_element(y.begin() + static_cast<long>(begin),
-                                                 y.begin() + static_cast<long>(end));
-    std::array<std::size_t, 4> picks{begin, static_cast<std::size_t>(low - y.begin()),
-                                     static_cast<std::size_t>(high - y.begin()), end - 1};
-    std::ranges::sort(picks);
-    for (const std::size_t n : picks) {
-      if (kept.empty() || kept.back() != n) { kept.push_back(n); }
-    }
-  }
-  return kept;
+/// Fraction of the axis; not finite where the axis has no place for the value.
+double place(const Axis& axis, const Range& range, double value) {
+  // Either may run downwards.
+  const double span = axis.logarithmic ? std::log(range.high / range.low) : range.high - range.low;
+  const double along = axis.logarithmic ? std::log(value / range.low) : value - range.low;
+  return span == 0.0 ? 0.5 + 0.0 * along : along / span;
 }
 
-std::string data_block(const Figure& figure, const Series& series, std::size_t index) {
+Projection projection(const Figure& figure) {
+  return [&figure, x = x_range(figure), y = y_range(figure)](double a, double b) {
+    return Pixel{plot_width * place(figure.x, x, a), plot_height * place(figure.y, y, b)};
+  };
+}
+
+std::string data_block(const Figure& figure, std::size_t index) {
+  const Series& series = figure.series[index];
+  const Projection project = projection(figure);
   std::string block = "$s" + std::to_string(index) + " << EOD\n";
-  const bool band = series.style == Series::Style::band;
-  for (const std::size_t n : thinned(series.y)) {
-    if (n >= series.x.size() || (band && n >= series.y2.size())) { break; }
-    if (!drawable(figure, series.x[n], series.y[n])) {
+  for (const std::size_t n : thinned(series, project)) {
+    const Pixel at = project(series.x[n], series.y[n]);
+    if (!std::isfinite(at.x) || !std::isfinite(at.y)) {
       block += "\n";  // a gap in the line
-      continue;
-    }
-    if (band) {
+    } else if (series.style == Series::Style::band) {
       add_row(block, {series.x[n], series.y[n], series.y2[n]});
     } else {
       add_row(block, {series.x[n], series.y[n]});
@@ -82,40 +77,44 @@ std::string data_block(const Figure& figure, const Series& series, std::size_t i
   return block + "EOD\n";
 }
 
-std::string style_of(const Series& series, std::size_t index) {
-  const std::string lc = " lc rgb " + StandIn::series(index);
-  const std::string dash = index >= series_colours ? " dt 4" : "";
-  const std::string point = " pt " + std::to_string(std::array{7, 5, 9, 13, 6, 4, 8, 12}[index % 8]);
-  switch (series.style) {
-    case Series::Style::points: return "with points ps 0.55" + point + lc;
-    case Series::Style::line_and_points: return "with linespoints lw 1.8 ps 0.5" + point + dash + lc;
-    case Series::Style::dashed: return "with lines lw 1.8 dt 2" + lc;
-    case Series::Style::band: return "with filledcurves fs transparent solid 0.22 noborder" + lc;
-    case Series::Style::line: break;
-  }
-  return "with lines lw 1.8" + dash + lc;
+int point_type(Shape shape) {
+  constexpr std::array<int, shape_count> types{7, 5, 9, 13, 6, 4};
+  return types.at(static_cast<std::size_t>(shape));
 }
 
-std::string axis_commands(const char* name, const Axis& axis) {
+/// `halo` widens the drawing so that it shows as a rim behind the series.
+std::string style_of(const Look& look, const std::string& colour, bool halo) {
+  if (look.band) { return " with filledcurves fs transparent solid 0.22 noborder" + colour; }
+  const std::string lines = halo ? " lw 4.2" : " lw 1.7";
+  const std::string points =
+      std::string(halo ? " ps 0.85" : " ps 0.55") + " pt " + std::to_string(point_type(look.shape));
+  const std::string dash = look.dash == 0 ? "" : look.dash == 1 ? " dt (10,6)" : " dt (10,5,2,5)";
+  if (look.line && look.points) { return " with linespoints" + lines + points + dash + colour; }
+  return look.line ? " with lines" + lines + dash + colour : " with points" + points + colour;
+}
+
+std::string axis_commands(const char* name, const Axis& axis, const Range& range) {
   const std::string n(name);
-  std::string text = "set " + n + "label " + quoted(axis.label) + " noenhanced\n";
-  if (axis.logarithmic) {
-    text += "set logscale " + n + "\nset format " + n + " \"10^{%L}\"\n";
-  } else {
-    text += "set format " + n + " \"%g\"\n";
+  std::string text = "set " + n + "label " + quoted(without_unit_one(axis.label)) + " noenhanced\n";
+  if (range.empty) { return text; }
+  const bool fixed = axis.logarithmic || axis.minimum || axis.maximum;
+  if (fixed && range.low != range.high) {
+    text += "set " + n + "range [" + exact_number(range.low) + ":" + exact_number(range.high) + "]\n";
   }
-  if (axis.minimum || axis.maximum) {
-    text += "set " + n + "range [" + (axis.minimum ? exact_number(*axis.minimum) : "*") + ":" +
-            (axis.maximum ? exact_number(*axis.maximum) : "*") + "]\n";
+  if (!axis.logarithmic) { return text; }
+  text += "set logscale " + n + "\nset " + n + "tics (";
+  for (const Tick& tick : logarithmic_ticks(range)) {
+    text += (text.back() == '(' ? "" : ", ") + ("\"" + tick.label) + "\" " +
+            exact_number(tick.value) + (tick.label.empty() ? " 1" : " 0");
   }
-  return text;
+  return text + ")\n";
 }
 
 std::string heat_map_block(const HeatMap& map) {
   std::string block = "$heat << EOD\n";
   for (std::size_t row = 0; row < map.y.size(); ++row) {
     for (std::size_t column = 0; column < map.x.size(); ++column) {
-      const double z = map.z[row * map.x.size() + column];
+      const double z = map.z.at(row * map.x.size() + column);
       block += exact_number(map.x[column]) + " " + exact_number(map.y[row]) + " " +
                (std::isfinite(z) ? exact_number(z) : "NaN") + "\n";
     }
@@ -124,60 +123,86 @@ std::string heat_map_block(const HeatMap& map) {
   return block + "EOD\n";
 }
 
-std::string layout_commands(const Figure& figure) {
-  const auto labelled = static_cast<int>(std::ranges::count_if(
-      figure.series, [](const Series& series) { return !series.label.empty(); }));
-  // The key stands above the plot, in as many columns as fit a phone's width of text.
-  std::size_t longest = 1;
-  for (const Series& series : figure.series) { longest = std::max(longest, series.label.size()); }
-  const int columns = std::clamp(static_cast<int>(66 / (longest + 7)), 1, 4);
-  const int rows = (labelled + columns - 1) / columns;
-  const int plot_height = figure.square ? 560 : 360;
-  const int height = plot_height + 20 * std::max(rows, 0) + 14;
-  std::string text = "reset\nset encoding utf8\nset terminal svg size 640," + std::to_string(height) +
-                     " dynamic enhanced font \"sans-serif,15\" name \"plot\"\n";
-  text += "set border 3 lw 0.8 lc rgb " + StandIn::ink() + "\nset tics nomirror out scale 0.6\n";
-  text += "set grid lt 1 lw 0.6 lc rgb " + StandIn::grid() + "\n";
-  text += labelled == 0 ? std::string("unset key\n")
-                        : "set key noenhanced above left Left reverse samplen 2 spacing 1.1 maxcols " +
-                              std::to_string(columns) + " maxrows " + std::to_string(rows) + "\n";
+/// From blue over pale to orange about zero when the values have both signs, else viridis.
+std::string palette(const HeatMap& map) {
+  double least = unbounded;
+  double most = -unbounded;
+  for (const double z : map.z) {
+    if (std::isfinite(z)) { least = std::min(least, z), most = std::max(most, z); }
+  }
+  std::string text = "set palette maxcolors 64 ";
+  if (!(least < 0.0 && most > 0.0)) {
+    text += "defined (0 '#440154', 1 '#414487', 2 '#2a788e', 3 '#22a884', 4 '#7ad151', 5 '#fde725')\n";
+    const bool flat = least == most;
+    return text + (flat ? "set cbrange [" + exact_number(least - 0.5) + ":" +
+                              exact_number(most + 0.5) + "]\n"
+                        : "");
+  }
+  const std::string reach = exact_number(std::max(-least, most));
+  return text + "defined (0 '#17406d', 1 '#3f7fb8', 2 '#a9cbe3', 3 '#f4f1ea', 4 '#f3bd8f', 5 "
+                "'#d9722e', 6 '#7f2d0c')\nset cbrange [-" + reach + ":" + reach + "]\n";
+}
+
+std::string heat_map_commands(const Figure& figure, const Range& x, const Range& y) {
+  const auto span = [](const char* axis, const Range& range) {
+    return std::string("set ") + axis + "range [" + exact_number(range.low) + ":" +
+           exact_number(range.high) + "]\n";
+  };
+  return heat_map_block(*figure.heat_map) + "set cblabel " +
+         quoted(without_unit_one(figure.heat_map->label)) + " noenhanced\n" +
+         palette(*figure.heat_map) + span("x", x) + span("y", y) +
+         "unset grid\nset border 15 front\nset tics front\nset colorbox noborder\n";
+}
+
+int height(const Figure& figure, const Range& x, const Range& y) {
+  if (!figure.square || x.empty || y.empty || x.high == x.low) { return 300; }
+  const double ratio = std::abs((y.high - y.low) / (x.high - x.low));
+  return static_cast<int>(std::clamp(60.0 + plot_width * ratio, 220.0, 480.0));
+}
+
+std::string layout_commands(const Figure& figure, int tall) {
+  std::string text = "reset\nset encoding utf8\nset minussign\nset terminal svg size " +
+                     std::to_string(width) + "," + std::to_string(tall) +
+                     " dynamic enhanced font \"sans-serif,13.5\"\n";
+  text += "set border 3 lw 1" + lc(StandIn::ink) + "\nset tics nomirror out scale 0.5,0.25\n" +
+          "set grid lt 1 lw 1" + lc(StandIn::grid) + "\nunset key\n" +
+          "set xtics offset 0,0.25\nset ytics offset 0.4,0\nset xlabel offset 0,0.5\n" +
+          "set ylabel offset 0.6,0\nset format \"%g\"\n";
+  text += figure.heat_map ? "set cbtics offset -0.6,0\nset cblabel offset 1.2,0\n" : "set rmargin 2.5\n";
   if (figure.square) { text += "set size ratio -1\n"; }
   return text;
 }
 
 }  // namespace
 
-std::string StandIn::ink() { return colour(1, 2, 1); }
-std::string StandIn::grid() { return colour(1, 2, 2); }
-std::string StandIn::series(std::size_t index) {
-  return colour(1, 2, 16 + static_cast<int>(index % series_colours));
-}
-
 std::string gnuplot_script(const Figure& figure, const std::string& output) {
-  std::string text = layout_commands(figure);
+  const Range x = x_range(figure);
+  const Range y = y_range(figure);
+  const std::vector<Look> looks = looks_of(figure);
+  std::string text = layout_commands(figure, height(figure, x, y));
   text += "set output " + quoted(output) + "\n";
-  text += axis_commands("x", figure.x) + axis_commands("y", figure.y);
+  text += axis_commands("x", figure.x, x) + axis_commands("y", figure.y, y);
   std::string plots;
-  if (figure.heat_map) {
-    text += heat_map_block(*figure.heat_map);
-    text += "set cblabel " + quoted(figure.heat_map->label) + " noenhanced" +
-            "\nset palette defined (0 '#440154', 1 '#414487', 2 '#2a788e', 3 '#22a884', 4 "
-            "'#7ad151', 5 '#fde725')\nset autoscale fix\nset colorbox noborder\n";
-    plots = "$heat using 1:2:3 with image notitle";
+  const auto add = [&plots](const std::string& plot) { plots += (plots.empty() ? "" : ", ") + plot; };
+  if (figure.heat_map && !figure.heat_map->z.empty()) {
+    text += heat_map_commands(figure, x, y);
+    add("$heat using 1:2:3 with image");
   }
-  for (std::size_t n = 0; n < figure.series.size(); ++n) {
-    const Series& series = figure.series[n];
-    const bool anything = std::ranges::any_of(series.y, [](double y) { return std::isfinite(y); });
-    if (!anything) { continue; }
-    text += data_block(figure, series, n);
-    plots += (plots.empty() ? "" : ", ") + std::string("$s") + std::to_string(n) + " " +
-             (series.style == Series::Style::band ? "using 1:2:3 " : "using 1:2 ") +
-             style_of(series, n) + " title " + quoted(series.label);
+  for (const bool bands : {true, false}) {  // bands lie behind the rest
+    for (std::size_t n = 0; n < figure.series.size(); ++n) {
+      if (looks[n].band != bands || x.empty || y.empty) { continue; }
+      const std::string block = data_block(figure, n);
+      if (block.find_first_of("0123456789", block.find('\n')) == std::string::npos) { continue; }
+      text += block;
+      const std::string source = "$s" + std::to_string(n) + (bands ? " using 1:2:3" : " using 1:2");
+      if (figure.heat_map && !bands) { add(source + style_of(looks[n], lc(StandIn::paper), true)); }
+      add(source + style_of(looks[n], lc(looks[n]), false));
+    }
   }
   // An empty frame is better than no picture: it shows that there was nothing to draw.
   if (plots.empty()) {
-    text += "unset logscale\n";
-    plots = "[0:1] [0:1] -1 notitle";
+    text += "unset logscale\nset tics autofreq\n";
+    add("[0:1] [0:1] -1");
   }
   return text + "plot " + plots + "\nunset output\n";
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A Figure in gnuplot's language.
+/// A Figure in gnuplot's language. Colours are stand-ins that gnuplot_svg.hpp exchanges for classes
+/// of the page.
 
 #include <string>
 
@@ -8,18 +9,18 @@
 
 namespace palpate {
 
-/// Number of distinct series colours; more series repeat them with another dash.
-inline constexpr int series_colours = 8;
-
-/// Stand-in colours that draw_figures exchanges for CSS variables: "rgb(1,2,n)".
+/// "rgb(1,2,n)" stands for a colour of the page.
 struct StandIn {
-  static std::string ink();
-  static std::string grid();
-  static std::string series(std::size_t index);
+  static constexpr int red = 1;
+  static constexpr int green = 2;
+  static constexpr int ink = 1;
+  static constexpr int grid = 2;
+  static constexpr int paper = 3;
+  static constexpr int first_series = 16;
 };
 
-/// Draws the figure into `output`. Long lines are thinned to what a picture can show: the extremes
-/// of each of 320 columns.
+/// Draws the figure into the file `output`, without title and legend, which are text of the page.
+/// Long series are thinned to what the picture can show (thinning.hpp).
 std::string gnuplot_script(const Figure& figure, const std::string& output);
 
 }  // namespace palpate

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "reports/html_page.hpp"
 
-#include "reports/markup.hpp"
+#include <algorithm>
+
 #include "report_assets.hpp"
+#include "reports/figure_look.hpp"
+#include "reports/figure_svg.hpp"
+#include "reports/markup.hpp"
 
 namespace palpate {
 
@@ -13,7 +17,16 @@ std::string cell_markup(const Cell& cell) {
     return "<td>" + escape_markup(*text) + "</td>";
   }
   const double value = std::get<double>(cell);
-  return "<td class=\"number\" title=\"" + exact_number(value) + "\">" + short_number(value) + "</td>";
+  return "<td class=\"number\" title=\"" + exact_number(value) + "\">" + short_number(value) +
+         "</td>";
+}
+
+/// A column is one of numbers when its first cell is.
+std::string column_head(const Table& table, std::size_t column) {
+  const bool number = !table.rows.empty() && column < table.rows.front().size() &&
+                      std::holds_alternative<double>(table.rows.front()[column]);
+  return std::string(number ? "<th scope=\"col\" class=\"number\">" : "<th scope=\"col\">") +
+         escape_markup(without_unit_one(table.columns[column])) + "</th>";
 }
 
 }  // namespace
@@ -23,7 +36,8 @@ std::string html_page(const std::string& title, const std::string& body,
   std::string page =
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<link rel=\"icon\" href=\"data:,\">\n<title>" +
+      "<meta name=\"color-scheme\" content=\"light dark\">\n<link rel=\"icon\" href=\"data:,\">\n"
+      "<title>" +
       escape_markup(title) + "</title>\n<style>\n" + std::string(assets::report_css) +
       "</style>\n</head>\n<body>\n" + body;
   for (const std::string_view script : scripts) {
@@ -32,42 +46,62 @@ std::string html_page(const std::string& title, const std::string& body,
   return page + "</body>\n</html>\n";
 }
 
+std::string html_banner(const Banner& banner) {
+  std::string print;
+  for (const std::string& each : banner.small_print) {
+    if (!each.empty()) { print += "<span>" + escape_markup(each) + "</span> "; }
+  }
+  return "<header class=\"top\">\n<h1>" + escape_markup(banner.title) +
+         "</h1>\n<p class=\"print\">" + print + "</p>\n<div class=\"verdict " +
+         (banner.held ? "pass" : "fail") + "\" role=\"status\"><strong>" +
+         escape_markup(banner.verdict) + "</strong>" +
+         (banner.detail.empty() ? "" : "<span>" + escape_markup(banner.detail) + "</span>") +
+         "</div>\n</header>\n";
+}
+
 std::string html_facts(const std::vector<Fact>& facts) {
+  if (facts.empty()) { return {}; }
   std::string html = "<dl class=\"facts\">\n";
   for (const Fact& fact : facts) {
     const bool lines = fact.value.find('\n') != std::string::npos;
-    html += "<dt>" + escape_markup(fact.label) + "</dt><dd>" +
+    html += "<div><dt>" + escape_markup(fact.label) + "</dt><dd>" +
             (lines ? "<details><summary>show</summary><pre>" : "") + escape_markup(fact.value) +
             (lines ? "</pre></details>" : "");
     if (!fact.explanation.empty()) {
       html += " <span class=\"soft\">" + escape_markup(fact.explanation) + "</span>";
     }
-    html += "</dd>\n";
+    html += "</dd></div>\n";
   }
   return html + "</dl>\n";
 }
 
 std::string html_table(const Table& table) {
-  std::string html = "<div class=\"scroll\"><table class=\"data\">\n<caption><b>" +
-                     escape_markup(table.title) + "</b>" + escape_markup(table.caption) +
-                     "</caption>\n<thead><tr>";
-  for (std::size_t n = 0; n < table.columns.size(); ++n) {
-    const bool number = !table.rows.empty() && n < table.rows.front().size() &&
-                        std::holds_alternative<double>(table.rows.front()[n]);
-    html += std::string(number ? "<th class=\"number\">" : "<th>") + escape_markup(table.columns[n]) + "</th>";
+  constexpr std::size_t long_table = 24;
+  constexpr std::size_t wide_table = 6;
+  const bool folded = table.rows.size() > long_table;
+  std::string html = "<div class=\"exhibit" +
+                     std::string(table.columns.size() >= wide_table || folded ? " wide" : "") + "\">";
+  if (folded) {
+    html += "<details><summary>" + escape_markup(table.title) + " (" +
+            std::to_string(table.rows.size()) + " rows)</summary>\n";
   }
+  html += "<div class=\"scroll\"><table class=\"data\">\n<caption>";
+  if (!folded) { html += "<b>" + escape_markup(table.title) + "</b> "; }
+  html += escape_markup(table.caption) + "</caption>\n<thead><tr>";
+  for (std::size_t n = 0; n < table.columns.size(); ++n) { html += column_head(table, n); }
   html += "</tr></thead>\n<tbody>\n";
   for (const auto& row : table.rows) {
     html += "<tr>";
     for (const Cell& cell : row) { html += cell_markup(cell); }
     html += "</tr>\n";
   }
-  return html + "</tbody></table></div>\n";
+  return html + "</tbody></table></div>" + (folded ? "</details>" : "") + "</div>\n";
 }
 
 std::string html_figure(const Figure& figure, const std::string& svg) {
-  return "<figure><b>" + escape_markup(figure.title) + "</b>\n" + svg + "\n<figcaption>" +
-         escape_markup(figure.caption) + "</figcaption></figure>\n";
+  return "<figure class=\"exhibit\"><b>" + escape_markup(figure.title) + "</b>\n" +
+         html_legend(figure) + svg + "\n<figcaption>" + escape_markup(figure.caption) +
+         "</figcaption></figure>\n";
 }
 
 std::string html_badge(Status status) {
@@ -75,10 +109,16 @@ std::string html_badge(Status status) {
   return "<span class=\"badge " + name + "\">" + name + "</span>";
 }
 
+std::string html_notes(const std::vector<std::string>& notes) {
+  if (notes.empty()) { return {}; }
+  std::string html = "<ul class=\"notes\">";
+  for (const std::string& note : notes) { html += "<li>" + escape_markup(note) + "</li>"; }
+  return html + "</ul>\n";
+}
+
 std::string html_provenance(const std::vector<Fact>& facts, const std::string& command) {
   return "<footer>\n<h2 id=\"provenance\">Where this comes from</h2>\n" + html_facts(facts) +
-         "<p class=\"soft\">To see it again:</p>\n<pre>" + escape_markup(command) +
-         "</pre>\n</footer>\n";
+         "<h3>To see it again</h3>\n<pre>" + escape_markup(command) + "</pre>\n</footer>\n";
 }
 
 }  // namespace palpate

@@ -12,12 +12,4 @@ namespace palpate {
 /// Same results, same bytes. Throws DrawingError.
 std::string to_html(const Results& results);
 
-/// The quantity of an outcome that is nearest to, or furthest beyond, its bound; nullptr when none
-/// is judged.
-const Quantity* tightest_quantity(const Outcome& outcome);
-
-/// How much of the room between target and bound a quantity uses: below 1 it holds. NaN counts as
-/// infinitely far out.
-double share_of_bound(const Quantity& quantity);
-
 }  // namespace palpate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "reports/markup.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -8,17 +9,56 @@
 
 namespace palpate {
 
+namespace {
+
+/// Length of the UTF-8 character at the beginning; 0 when it is broken.
+std::size_t character_length(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text[0]);
+  const std::size_t length = first < 0x80 ? 1 : first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : first < 0xF5 ? 4 : 0;
+  if (length > text.size()) { return 0; }
+  for (std::size_t n = 1; n < length; ++n) {
+    if ((static_cast<unsigned char>(text[n]) & 0xC0U) != 0x80U) { return 0; }
+  }
+  return length;
+}
+
+std::string superscript(int exponent) {
+  constexpr std::array digits{"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string text = exponent < 0 ? "⁻" : "";
+  for (const char c : std::to_string(std::abs(exponent))) {
+    text += digits.at(static_cast<std::size_t>(c - '0'));
+  }
+  return text;
+}
+
+/// "12350" to "12 350" with narrow spaces, from five digits before the point on.
+std::string grouped(const std::string& digits) {
+  const std::size_t point = std::min(digits.find('.'), digits.size());
+  std::string text;
+  for (std::size_t n = 0; n < digits.size(); ++n) {
+    const bool group = point > 4 && n > 0 && n < point && (point - n) % 3 == 0;
+    text += (group ? "\u202f" : "") + std::string(1, digits[n]);
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string escape_markup(std::string_view text) {
   std::string out;
-  for (const char c : text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = character_length(text.substr(at));
+    const char c = text[at];
+    const bool control = static_cast<unsigned char>(c) < 32 && c != '\n' && c != '\t';
     switch (c) {
       case '&': out += "&amp;"; break;
       case '<': out += "&lt;"; break;
       case '>': out += "&gt;"; break;
       case '"': out += "&quot;"; break;
       case '\'': out += "&#39;"; break;
-      default: out += static_cast<unsigned char>(c) < 32 && c != '\n' && c != '\t' ? '?' : c;
+      default: out += length == 0 || control ? "?" : text.substr(at, length);
     }
+    at += std::max<std::size_t>(length, 1);
   }
   return out;
 }
@@ -31,14 +71,32 @@ std::string exact_number(double value) {
   return {buffer.data(), end};
 }
 
-std::string short_number(double value) {
+std::string plain_number(double value, int digits) {
   if (!std::isfinite(value)) { return exact_number(value); }
   if (value == std::round(value) && std::abs(value) < 1e6) {
     return std::to_string(static_cast<long>(value));
   }
   std::array<char, 40> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.4g", value);
+  std::snprintf(buffer.data(), buffer.size(), "%.*g", digits, value);
   return buffer.data();
+}
+
+std::string short_number(double value, int digits) {
+  if (std::isnan(value)) { return "not a number"; }
+  if (std::isinf(value)) { return value > 0.0 ? "∞" : "−∞"; }
+  const std::string plain = plain_number(std::abs(value), digits);
+  const std::string sign = value < 0.0 ? "−" : "";
+  const std::size_t e = plain.find('e');
+  if (e == std::string::npos) { return sign + grouped(plain); }
+  const std::string mantissa = plain.substr(0, e);
+  const std::string power = "10" + superscript(std::stoi(plain.substr(e + 1)));
+  return sign + (mantissa == "1" ? power : mantissa + "\u202f×\u202f" + power);
+}
+
+int digits_apart(double a, double b) {
+  int digits = 4;
+  while (digits < 17 && a != b && plain_number(a, digits) == plain_number(b, digits)) { ++digits; }
+  return digits;
 }
 
 }  // namespace palpate

@@ -7,13 +7,20 @@
 
 namespace palpate {
 
-/// & < > " ' escaped; control characters that XML forbids become a question mark.
+/// & < > " ' escaped; bytes that XML forbids (control characters, broken UTF-8) become a question
+/// mark.
 std::string escape_markup(std::string_view text);
 
 /// Shortest text that reads back as the same double; "nan", "inf", "-inf".
 std::string exact_number(double value);
 
-/// Four significant digits: "0.001234", "1.235e-07", "12350".
-std::string short_number(double value);
+/// For programs, at most that many significant digits: "0.001234", "1.235e-07", "12350".
+std::string plain_number(double value, int digits = 4);
+
+/// For people: "0.001234", "1.235 × 10⁻⁷", "12 350", "−3"; no break inside.
+std::string short_number(double value, int digits = 4);
+
+/// How many digits, four or more, two numbers need that they do not read the same.
+int digits_apart(double a, double b);
 
 }  // namespace palpate

@@ -44,7 +44,8 @@ std::vector<Block> blocks_of(const NetworkProblem& problem, Which which) {
     }
     double tension = s.stiffness * (length - s.rest_length);
     if (which == Which::stretched_stiffness) { tension = std::max(0.0, tension); }
-    blocks.push_back({a, b, s.stiffness * along + tension / length * (Matrix3d::Identity() - along)});
+    const Matrix3d across = Matrix3d::Identity() - along;
+    blocks.push_back({a, b, s.stiffness * along + tension / length * across});
   }
   return blocks;
 }

@@ -8,9 +8,9 @@ namespace palpate {
 
 /// Of the motion about the initial state: M x'' + C x' + K x = 0.
 struct SpectralBounds {
-  double omega_estimate = 0.0;   ///< highest frequency, by power iteration: never above the true one [rad/s]
-  double omega_upper = 0.0;      ///< guaranteed bound: never below the true one [rad/s]
-  double damping_upper = 0.0;    ///< guaranteed bound on the eigenvalues of M^-1 C [1/s]
+  double omega_estimate = 0.0;  ///< highest frequency by iteration, never above the true one [rad/s]
+  double omega_upper = 0.0;     ///< guaranteed bound: never below the true one [rad/s]
+  double damping_upper = 0.0;   ///< guaranteed bound on the eigenvalues of M^-1 C [1/s]
   /// Smallest c / k of all springs [s]: v'Cv >= this v'Kv at rest lengths. The sideways stiffness
   /// that stretching adds to a spring has no damping of its own.
   double relaxation_lower = 0.0;

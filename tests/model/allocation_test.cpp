@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "tests/model/allocation_count.hpp"
-
 #include <cstdio>
 #include <memory>
 #include <vector>
 
 #include "model/stepping/simulation.hpp"
 #include "tests/check.hpp"
+#include "tests/model/allocation_count.hpp"
 #include "tests/model/moving_scene.hpp"
 
 namespace {

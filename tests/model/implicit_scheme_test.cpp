@@ -26,7 +26,10 @@ TEST("damped tissue comes to rest and stays there, in either precision") {
     for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
       for (const double push : {1e-12, 1e-9, 1e-6, 1e-3}) {
         Scene scene;
-        scene.simulation = {.duration = 2.0, .step = 1e-3, .substeps = 1, .integrator = name,
+        scene.simulation = {.duration = 2.0,
+                            .step = 1e-3,
+                            .substeps = 1,
+                            .integrator = name,
                             .precision = precision};
         scene.tissue.source = Source::network;
         Simulation simulation(scene, pushed_lattice(push));
@@ -54,8 +57,8 @@ State<double> one_step(double theta, const Oscillator& o, double h) {
 }
 
 TEST("one step on an oscillator is its closed form at any step length") {
-  const Oscillator o{.mass = 1.0, .stiffness = 4.0, .viscosity = 0.6, .displacement = 0.3,
-                     .velocity = -0.8};
+  const Oscillator o{
+      .mass = 1.0, .stiffness = 4.0, .viscosity = 0.6, .displacement = 0.3, .velocity = -0.8};
   for (const double theta : {1.0, 0.5}) {
     for (const double h : {1e-6, 1e-3, 0.1, 1.0, 1e3, 1e6}) {
       // (1 + theta h c + (theta h)^2 k) D = -h (k (x + theta h v) + c v)

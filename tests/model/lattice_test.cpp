@@ -44,7 +44,8 @@ TEST("no spring occurs twice, joins a node with itself, or is longer than a cell
     CHECK(s.a != s.b);
     CHECK(seen.insert(std::minmax(s.a, s.b)).second);
     CHECK(s.rest_length <= 0.01 * std::sqrt(3.0) * (1.0 + 1e-12));
-    const double distance = (network.rest_position.col(s.b) - network.rest_position.col(s.a)).norm();
+    const double distance =
+        (network.rest_position.col(s.b) - network.rest_position.col(s.a)).norm();
     CHECK_NEAR(s.rest_length, distance, 1e-17);
   }
 }
@@ -52,7 +53,8 @@ TEST("no spring occurs twice, joins a node with itself, or is longer than a cell
 TEST("x and y are centred on zero, z runs inwards, and x counts fastest") {
   const LatticeShape shape{{3, 5, 2}, 0.01, 26};
   const SpringNetwork network = uniform_lattice(shape, 1.0, 0.0, 1.0);
-  CHECK_NEAR(network.rest_position.col(shape.index(2, 0, 1)), Eigen::Vector3d(0.01, -0.02, 0.01), 1e-17);
+  CHECK_NEAR(network.rest_position.col(shape.index(2, 0, 1)), Eigen::Vector3d(0.01, -0.02, 0.01),
+             1e-17);
   CHECK(shape.index(1, 0, 0) == 1 && shape.index(0, 1, 0) == 3 && shape.index(0, 0, 1) == 15);
 }
 
@@ -72,12 +74,12 @@ TEST("each cell gives a quarter edge, half a face diagonal and a body diagonal")
   const auto k = [&](std::array<int, 3> a, std::array<int, 3> b) {
     return stiffness_between(network, shape.index(a[0], a[1], a[2]), shape.index(b[0], b[1], b[2]));
   };
-  CHECK_NEAR(k({1, 1, 1}, {2, 1, 1}), 2.0 * k2, 1e-12);        // inside: four cells
-  CHECK_NEAR(k({1, 1, 0}, {2, 1, 0}), 1.0 * k2, 1e-12);        // on a face: two
-  CHECK_NEAR(k({1, 0, 0}, {2, 0, 0}), 0.5 * k2, 1e-12);        // on an edge: one
-  CHECK_NEAR(k({1, 1, 1}, {2, 2, 1}), k2, 1e-12);              // inside: two cells
-  CHECK_NEAR(k({1, 1, 0}, {2, 2, 0}), 0.5 * k2, 1e-12);        // on a face: one
-  CHECK_NEAR(k({1, 1, 1}, {2, 2, 2}), 0.375 * k2, 1e-12);      // always one cell
+  CHECK_NEAR(k({1, 1, 1}, {2, 1, 1}), 2.0 * k2, 1e-12);    // inside: four cells
+  CHECK_NEAR(k({1, 1, 0}, {2, 1, 0}), 1.0 * k2, 1e-12);    // on a face: two
+  CHECK_NEAR(k({1, 0, 0}, {2, 0, 0}), 0.5 * k2, 1e-12);    // on an edge: one
+  CHECK_NEAR(k({1, 1, 1}, {2, 2, 1}), k2, 1e-12);          // inside: two cells
+  CHECK_NEAR(k({1, 1, 0}, {2, 2, 0}), 0.5 * k2, 1e-12);    // on a face: one
+  CHECK_NEAR(k({1, 1, 1}, {2, 2, 2}), 0.375 * k2, 1e-12);  // always one cell
 }
 
 TEST("the stiffness of all springs adds up to that of the cells") {
@@ -108,8 +110,9 @@ TEST("bond stiffnesses satisfy the isotropy condition and give Young's modulus E
 }
 
 TEST("a damping ratio is of each spring against its reduced mass") {
-  const SpringNetwork network =
-      cell_lattice(cube(3, 26), [](int, int, int) { return CellMaterial{3.75e3, 1000.0, 0.3, {}}; });
+  const SpringNetwork network = cell_lattice(cube(3, 26), [](int, int, int) {
+    return CellMaterial{3.75e3, 1000.0, 0.3, {}};
+  });
   for (const Spring& s : network.springs) {
     const double reduced = 1.0 / (1.0 / network.mass(s.a) + 1.0 / network.mass(s.b));
     CHECK_NEAR(s.viscosity, 0.3 * 2.0 * std::sqrt(s.stiffness * reduced), 1e-14);
@@ -117,8 +120,9 @@ TEST("a damping ratio is of each spring against its reduced mass") {
 }
 
 TEST("a given viscosity wins over the damping ratio and is each spring's own") {
-  const SpringNetwork network =
-      cell_lattice(cube(3, 26), [](int, int, int) { return CellMaterial{3.75e3, 1000.0, 0.3, 0.02}; });
+  const SpringNetwork network = cell_lattice(cube(3, 26), [](int, int, int) {
+    return CellMaterial{3.75e3, 1000.0, 0.3, 0.02};
+  });
   for (const Spring& s : network.springs) { CHECK_NEAR(s.viscosity, 0.02, 1e-16); }
 }
 

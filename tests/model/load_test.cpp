@@ -34,7 +34,9 @@ TEST("a load without an end never ends") { CHECK(load_factor(Load{}, 1e12, 1e12)
 double impulses(const IntegratorInfo& scheme, const Load& load, double step, int ticks,
                 int substeps = 1) {
   Scene scene;
-  scene.simulation = {.duration = ticks * step, .step = step, .substeps = substeps,
+  scene.simulation = {.duration = ticks * step,
+                      .step = step,
+                      .substeps = substeps,
                       .integrator = std::string(scheme.name)};
   scene.tissue.source = Source::network;
   SpringNetwork& network = scene.tissue.network;
@@ -49,16 +51,18 @@ double impulses(const IntegratorInfo& scheme, const Load& load, double step, int
   return v(2) * mass * substeps / step;
 }
 
-Load push(double start, double end) { return {.nodes = {0}, .force = {0, 0, 1}, .start = start, .end = end}; }
+Load push(double start, double end) {
+  return {.nodes = {0}, .force = {0, 0, 1}, .start = start, .end = end};
+}
 
 // Each step adds round-off of its own size, so n steps agree to a few n units of rounding.
 TEST("every scheme gives one step's impulse for each step that begins in [start, end)") {
   for (const IntegratorInfo* scheme : integrators()) {
     CHECK_NEAR(impulses(*scheme, push(2e-3, 5e-3), 1e-3, 10), 3.0, 1e-12);
-    CHECK_NEAR(impulses(*scheme, push(2.5e-3, 4.5e-3), 1e-3, 10), 2.0, 1e-12);   // 3, 4
-    CHECK_NEAR(impulses(*scheme, push(2.1e-3, 2.9e-3), 1e-3, 10), 0.0, 1e-12);   // none begins there
+    CHECK_NEAR(impulses(*scheme, push(2.5e-3, 4.5e-3), 1e-3, 10), 2.0, 1e-12);  // 3, 4
+    CHECK_NEAR(impulses(*scheme, push(2.1e-3, 2.9e-3), 1e-3, 10), 0.0, 1e-12);  // none begins there
     CHECK_NEAR(impulses(*scheme, push(0.0, 1.0), 1e-3, 10), 10.0, 1e-12);
-    CHECK_NEAR(impulses(*scheme, push(2e-3, 5e-3), 1e-3, 10, 4), 12.0, 1e-12);   // of the integrator
+    CHECK_NEAR(impulses(*scheme, push(2e-3, 5e-3), 1e-3, 10, 4), 12.0, 1e-12);  // of the integrator
   }
 }
 

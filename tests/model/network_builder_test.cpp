@@ -120,12 +120,14 @@ TEST("vertical springs of a layered block carry their own layer's stiffness") {
 
 TEST("the cells of an inclusion are of its material, and later inclusions win") {
   Scene scene = cube_scene();
-  const Inclusion all{.shape = Inclusion::Shape::box, .centre = {0.0, 0.0, 0.02},
-                      .size = {1.0, 1.0, 1.0}, .material = "hard"};
+  const Inclusion all{.shape = Inclusion::Shape::box,
+                      .centre = {0.0, 0.0, 0.02},
+                      .size = {1.0, 1.0, 1.0},
+                      .material = "hard"};
   scene.tissue.inclusions = {all};
   CHECK_NEAR(build_network(scene).mass.sum(), 64e-6 * 2000.0, 1e-14);
-  const Inclusion ball{.centre = {0.005, 0.005, 0.025}, .size = {0.011, 0.0, 0.0},
-                       .material = "soft"};
+  const Inclusion ball{
+      .centre = {0.005, 0.005, 0.025}, .size = {0.011, 0.0, 0.0}, .material = "soft"};
   scene.tissue.inclusions = {all, ball};  // holds the centre of one cell alone
   CHECK_NEAR(build_network(scene).mass.sum(), 63e-6 * 2000.0 + 1e-6 * 1000.0, 1e-14);
   scene.tissue.inclusions = {ball, all};
@@ -134,8 +136,11 @@ TEST("the cells of an inclusion are of its material, and later inclusions win") 
 
 TEST("uniform weights give every spring and every node the same") {
   Scene scene;
-  scene.tissue.lattice = {.nodes = {3, 3, 3}, .weights = LatticeWeights::uniform, .stiffness = 7.0,
-                          .viscosity = 0.3, .node_mass = 2e-3};
+  scene.tissue.lattice = {.nodes = {3, 3, 3},
+                          .weights = LatticeWeights::uniform,
+                          .stiffness = 7.0,
+                          .viscosity = 0.3,
+                          .node_mass = 2e-3};
   const SpringNetwork network = build_network(scene);
   for (const Spring& s : network.springs) { CHECK(s.stiffness == 7.0 && s.viscosity == 0.3); }
   CHECK_NEAR(network.mass, Eigen::VectorXd::Constant(27, 2e-3), 0.0);

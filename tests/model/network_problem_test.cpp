@@ -38,8 +38,11 @@ MatrixXd numerical_derivative(const VectorXd& at, Function function) {
   return result;
 }
 
-const PrintedForm forms[] = {{}, {.sign = true}, {.sign = true, .reversed = true},
-                             {.direction = true}, {.half_force = true},
+const PrintedForm forms[] = {{},
+                             {.sign = true},
+                             {.sign = true, .reversed = true},
+                             {.direction = true},
+                             {.half_force = true},
                              {.sign = true, .direction = true, .half_force = true}};
 
 TEST("K and C are the derivatives of the force, in every printed form") {
@@ -52,8 +55,10 @@ TEST("K and C are the derivatives of the force, in every printed form") {
       Eigen::SparseMatrix<double> stiffness;
       Eigen::SparseMatrix<double> damping;
       problem.jacobian(q, v, stiffness, damping);
-      const MatrixXd k = -numerical_derivative(q, [&](const VectorXd& x) { return force_of(problem, x, v); });
-      const MatrixXd c = -numerical_derivative(v, [&](const VectorXd& x) { return force_of(problem, q, x); });
+      const MatrixXd k =
+          -numerical_derivative(q, [&](const VectorXd& x) { return force_of(problem, x, v); });
+      const MatrixXd c =
+          -numerical_derivative(v, [&](const VectorXd& x) { return force_of(problem, q, x); });
       CHECK_NEAR(MatrixXd(stiffness), k, difference_error * k.norm());
       CHECK_NEAR(MatrixXd(damping), c, difference_error * c.norm());
     }
@@ -119,7 +124,8 @@ TEST("dampers take power and never give any") {
     Random random(seed);
     const VectorXd q = moved(damped, random);
     const VectorXd v = random.vector(damped.dof(), 1.0);
-    const VectorXd drag = force_of(damped, q, v) - force_of(damped, q, VectorXd::Zero(damped.dof()));
+    const VectorXd drag =
+        force_of(damped, q, v) - force_of(damped, q, VectorXd::Zero(damped.dof()));
     CHECK(drag.dot(v) < 0.0);
   }
 }

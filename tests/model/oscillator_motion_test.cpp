@@ -36,8 +36,7 @@ Column truth(const Oscillator& o, double t) {
   a.row(1) << -o.stiffness / m, -o.viscosity / m, o.drive_amplitude / m, 0;
   a(2, 3) = -w;
   a(3, 2) = w;
-  return exponential(a * static_cast<long double>(t)) *
-         Column(o.displacement, o.velocity, 1, 0);
+  return exponential(a * static_cast<long double>(t)) * Column(o.displacement, o.velocity, 1, 0);
 }
 
 /// Distance of (x, v / omega0) from the truth, over the size of the truth at that instant plus that
@@ -53,7 +52,10 @@ double relative_error(const Oscillator& o, double t) {
 }
 
 Oscillator with_ratio(double s) {
-  return {.mass = 2.0, .stiffness = 8.0, .viscosity = 2.0 * s * 4.0, .displacement = 0.7,
+  return {.mass = 2.0,
+          .stiffness = 8.0,
+          .viscosity = 2.0 * s * 4.0,
+          .displacement = 0.7,
           .velocity = -1.3};
 }
 
@@ -89,16 +91,20 @@ TEST("driven motion is exact below, at and above resonance") {
 }
 
 TEST("undamped resonance grows as t sin(w t) F / (2 m w)") {
-  const Oscillator o{.mass = 1.0, .stiffness = 4.0, .viscosity = 0.0, .displacement = 0.0,
-                     .drive_amplitude = 1.0, .drive_frequency = 2.0};
+  const Oscillator o{.mass = 1.0,
+                     .stiffness = 4.0,
+                     .viscosity = 0.0,
+                     .displacement = 0.0,
+                     .drive_amplitude = 1.0,
+                     .drive_frequency = 2.0};
   for (const double t : {1.0, 10.0, 100.0}) {
     CHECK_NEAR(exact_motion(o, t).position, t * std::sin(2.0 * t) / 4.0, 1e-13 * t);
   }
 }
 
 TEST("a free mass with drag slows down exponentially") {
-  const Oscillator o{.mass = 2.0, .stiffness = 0.0, .viscosity = 1.0, .displacement = 0.0,
-                     .velocity = 3.0};
+  const Oscillator o{
+      .mass = 2.0, .stiffness = 0.0, .viscosity = 1.0, .displacement = 0.0, .velocity = 3.0};
   for (const double t : {0.1, 1.0, 20.0}) {
     CHECK_NEAR(exact_motion(o, t).velocity, 3.0 * std::exp(-0.5 * t), 1e-15);
     CHECK_NEAR(exact_motion(o, t).position, 6.0 * (1.0 - std::exp(-0.5 * t)), 1e-14);

@@ -29,9 +29,9 @@ struct RandomNetwork {
   int nodes = 12;
   int springs = 40;
   int fixed = 2;
-  double decades = 2.0;        ///< of stiffness, viscosity and mass
-  double stretch = 0.2;        ///< rest lengths differ from distances by up to this share
-  double viscosity = 0.1;      ///< [N s/m] the largest; 0: undamped
+  double decades = 2.0;    ///< of stiffness, viscosity and mass
+  double stretch = 0.2;    ///< rest lengths differ from distances by up to this share
+  double viscosity = 0.1;  ///< [N s/m] the largest; 0: undamped
 };
 
 /// Every node has a spring to an earlier one; ends are in random order.
@@ -41,8 +41,10 @@ inline SpringNetwork random_network(std::uint64_t seed, const RandomNetwork& wan
     return largest * std::pow(10.0, -random(0.0, wanted.decades));
   };
   SpringNetwork network;
-  network.rest_position = NodeVectors::NullaryExpr(3, wanted.nodes, [&] { return random(-0.01, 0.01); });
-  network.initial_velocity = NodeVectors::NullaryExpr(3, wanted.nodes, [&] { return random(-0.1, 0.1); });
+  network.rest_position =
+      NodeVectors::NullaryExpr(3, wanted.nodes, [&] { return random(-0.01, 0.01); });
+  network.initial_velocity =
+      NodeVectors::NullaryExpr(3, wanted.nodes, [&] { return random(-0.1, 0.1); });
   network.mass = Eigen::VectorXd::NullaryExpr(wanted.nodes, [&] { return decades(1e-2); });
   network.fixed.assign(static_cast<std::size_t>(wanted.nodes), 0);
   for (int n = 0; n < wanted.fixed; ++n) { network.fixed[static_cast<std::size_t>(3 * n)] = 1; }

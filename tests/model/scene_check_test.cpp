@@ -42,7 +42,8 @@ void check_each(const std::vector<Fault>& faults) {
     fault.plant(scene);
     const std::vector<Violation> found = check_scene(scene);
     if (!reported(found, fault)) {
-      std::printf("  %s: %s\n", fault.key, found.empty() ? "nothing found" : found[0].message.c_str());
+      std::printf("  %s: %s\n", fault.key,
+                  found.empty() ? "nothing found" : found[0].message.c_str());
     }
     CHECK(reported(found, fault));
   }
@@ -63,9 +64,11 @@ TEST("numbers of the simulation are positive and finite, and ticks are countable
 
 TEST("materials have positive moduli and no negative damping") {
   check_each({
-      {"material.fat.youngs_modulus", "must be > 0", [](Scene& s) { s.materials[0].youngs_modulus = 0.0; }},
+      {"material.fat.youngs_modulus", "must be > 0",
+       [](Scene& s) { s.materials[0].youngs_modulus = 0.0; }},
       {"material.fat.density", "must be > 0", [](Scene& s) { s.materials[0].density = nan; }},
-      {"material.fat.damping_ratio", "must be >= 0", [](Scene& s) { s.materials[0].damping_ratio = -0.1; }},
+      {"material.fat.damping_ratio", "must be >= 0",
+       [](Scene& s) { s.materials[0].damping_ratio = -0.1; }},
       {"material.fat.viscosity", "must be >= 0", [](Scene& s) { s.materials[0].viscosity = -1.0; }},
       {"material.fat.friction", "must be >= 0", [](Scene& s) { s.materials[0].friction = -1.0; }},
   });
@@ -74,10 +77,15 @@ TEST("materials have positive moduli and no negative damping") {
 TEST("a lattice has two nodes a side, a spacing, a known material and 6, 18 or 26 neighbours") {
   check_each({
       {"tissue.lattice.nodes", "2 or more", [](Scene& s) { s.tissue.lattice.nodes[1] = 1; }},
-      {"tissue.lattice.nodes", "at most 5e7", [](Scene& s) { s.tissue.lattice.nodes = {9999, 9999, 9999}; }},
+      {"tissue.lattice.nodes", "at most 5e7",
+       [](Scene& s) {
+         s.tissue.lattice.nodes = {9999, 9999, 9999};
+       }},
       {"tissue.lattice.spacing", "must be > 0", [](Scene& s) { s.tissue.lattice.spacing = 0.0; }},
-      {"tissue.lattice.connectivity", "6, 18 or 26", [](Scene& s) { s.tissue.lattice.connectivity = 7; }},
-      {"tissue.lattice.material", "known are fat", [](Scene& s) { s.tissue.lattice.material = "bone"; }},
+      {"tissue.lattice.connectivity", "6, 18 or 26",
+       [](Scene& s) { s.tissue.lattice.connectivity = 7; }},
+      {"tissue.lattice.material", "known are fat",
+       [](Scene& s) { s.tissue.lattice.material = "bone"; }},
       {"tissue.gravity", "not finite", [](Scene& s) { s.tissue.gravity.x() = nan; }},
   });
 }
@@ -91,9 +99,21 @@ TEST("uniform weights need stiffness and mass of their own, and no material") {
   uniform(scene);
   CHECK(check_scene(scene).empty());
   check_each({
-      {"tissue.lattice.stiffness", "must be > 0", [&](Scene& s) { uniform(s); s.tissue.lattice.stiffness = 0.0; }},
-      {"tissue.lattice.node_mass", "must be > 0", [&](Scene& s) { uniform(s); s.tissue.lattice.node_mass = -1.0; }},
-      {"tissue.lattice.viscosity", "must be >= 0", [&](Scene& s) { uniform(s); s.tissue.lattice.viscosity = -1.0; }},
+      {"tissue.lattice.stiffness", "must be > 0",
+       [&](Scene& s) {
+         uniform(s);
+         s.tissue.lattice.stiffness = 0.0;
+       }},
+      {"tissue.lattice.node_mass", "must be > 0",
+       [&](Scene& s) {
+         uniform(s);
+         s.tissue.lattice.node_mass = -1.0;
+       }},
+      {"tissue.lattice.viscosity", "must be >= 0",
+       [&](Scene& s) {
+         uniform(s);
+         s.tissue.lattice.viscosity = -1.0;
+       }},
   });
 }
 
@@ -103,9 +123,21 @@ TEST("layers have thickness and known materials, and there is at least one") {
     s.tissue.layers = {{"skin", "fat", 0.01}};
   };
   check_each({
-      {"layer", "at least one", [&](Scene& s) { layered(s); s.tissue.layers.clear(); }},
-      {"layer[0].thickness", "must be > 0", [&](Scene& s) { layered(s); s.tissue.layers[0].thickness = 0.0; }},
-      {"layer[0].material", "unknown material", [&](Scene& s) { layered(s); s.tissue.layers[0].material = "none such"; }},
+      {"layer", "at least one",
+       [&](Scene& s) {
+         layered(s);
+         s.tissue.layers.clear();
+       }},
+      {"layer[0].thickness", "must be > 0",
+       [&](Scene& s) {
+         layered(s);
+         s.tissue.layers[0].thickness = 0.0;
+       }},
+      {"layer[0].material", "unknown material",
+       [&](Scene& s) {
+         layered(s);
+         s.tissue.layers[0].material = "none such";
+       }},
   });
 }
 
@@ -115,7 +147,11 @@ TEST("loads act on nodes that exist, on either nodes or a face, and end after th
       {"load[0].nodes", "exactly one", [](Scene& s) { s.loads[0].face = Face::z_min; }},
       {"load[0].nodes", "exactly one", [](Scene& s) { s.loads[0].nodes.clear(); }},
       {"load[0].end", "after start", [](Scene& s) { s.loads[0].end = 0.0; }},
-      {"load[0].end", "need an end", [](Scene& s) { s.loads[0].end = infinite; s.loads[0].profile = Profile::ramp; }},
+      {"load[0].end", "need an end",
+       [](Scene& s) {
+         s.loads[0].end = infinite;
+         s.loads[0].profile = Profile::ramp;
+       }},
       {"load[0].start", "must be >= 0", [](Scene& s) { s.loads[0].start = -1.0; }},
       {"load[0].force", "not finite", [](Scene& s) { s.loads[0].force.y() = infinite; }},
   });
@@ -133,7 +169,11 @@ TEST("records have names of their own, quantities, and nodes that exist") {
 TEST("an oscillator has mass and neither loads nor records") {
   const auto oscillating = [](Scene& s) { s.tissue.source = Source::oscillator; };
   check_each({
-      {"tissue.oscillator.mass", "must be > 0", [&](Scene& s) { oscillating(s); s.tissue.oscillator.mass = 0.0; }},
+      {"tissue.oscillator.mass", "must be > 0",
+       [&](Scene& s) {
+         oscillating(s);
+         s.tissue.oscillator.mass = 0.0;
+       }},
       {"load", "no [[load]]", oscillating},
       {"record", "no nodes to record", oscillating},
   });
@@ -151,9 +191,21 @@ TEST("a network's springs join two different nodes and its free nodes have mass"
   heavy.tissue.network.mass(0) = 0.0;  // fixed nodes need none
   CHECK(check_scene(heavy).empty());
   check_each({
-      {"tissue.network.springs", "0 to 1", [&](Scene& s) { network(s); s.tissue.network.springs = {{0, 2, 1, 0, 1}}; }},
-      {"tissue.network.springs", "two different", [&](Scene& s) { network(s); s.tissue.network.springs = {{1, 1, 1, 0, 1}}; }},
-      {"tissue.network.nodes", "must be > 0", [&](Scene& s) { network(s); s.tissue.network.mass(1) = 0.0; }},
+      {"tissue.network.springs", "0 to 1",
+       [&](Scene& s) {
+         network(s);
+         s.tissue.network.springs = {{0, 2, 1, 0, 1}};
+       }},
+      {"tissue.network.springs", "two different",
+       [&](Scene& s) {
+         network(s);
+         s.tissue.network.springs = {{1, 1, 1, 0, 1}};
+       }},
+      {"tissue.network.nodes", "must be > 0",
+       [&](Scene& s) {
+         network(s);
+         s.tissue.network.mass(1) = 0.0;
+       }},
   });
 }
 

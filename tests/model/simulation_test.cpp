@@ -177,7 +177,8 @@ TEST("node positions hold the fixed nodes in their places") {
   for (int n = 0; n < 20; ++n) { (void)simulation.tick(); }
   const NodeVectors all = simulation.node_positions();
   const auto& problem = dynamic_cast<const NetworkProblem&>(simulation.problem());
-  CHECK_NEAR(NodeVectors(all.rightCols(9)), NodeVectors(problem.network().rest_position.rightCols(9)), 0.0);
+  CHECK_NEAR(NodeVectors(all.rightCols(9)),
+             NodeVectors(problem.network().rest_position.rightCols(9)), 0.0);
   CHECK((all.leftCols(9) - problem.network().rest_position.leftCols(9)).norm() > 1e-6);
 }
 

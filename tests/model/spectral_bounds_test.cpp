@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "model/stepping/spectral_bounds.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-
-#include <Eigen/Eigenvalues>
 
 #include "tests/check.hpp"
 #include "tests/model/random_network.hpp"
@@ -38,9 +37,11 @@ Truth truth_of(const NetworkProblem& problem) {
 TEST("estimate <= true highest frequency <= upper bound on random networks") {
   double loosest = 1.0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const NetworkProblem problem(random_network(
-        seed, {.nodes = 15, .springs = 60, .fixed = static_cast<int>(seed % 4),
-               .decades = static_cast<double>(seed % 7), .stretch = 0.6}));
+    const NetworkProblem problem(random_network(seed, {.nodes = 15,
+                                                       .springs = 60,
+                                                       .fixed = static_cast<int>(seed % 4),
+                                                       .decades = static_cast<double>(seed % 7),
+                                                       .stretch = 0.6}));
     const Truth truth = truth_of(problem);
     const SpectralBounds bounds = spectral_bounds(problem);
     CHECK(bounds.omega_estimate <= truth.omega * (1.0 + 1e-9));

@@ -34,7 +34,8 @@ TEST("a spring at rest length exerts no force") {
 
 TEST("the damper resists the extension rate and ignores sideways motion") {
   const Vector3d sideways(1.0, 0.0, 0.0);
-  CHECK_NEAR(force_on_a({}, 0.5 * stretched, 3.0 * unit + sideways), Vector3d(3.0 * c * unit), 1e-13);
+  CHECK_NEAR(force_on_a({}, 0.5 * stretched, 3.0 * unit + sideways), Vector3d(3.0 * c * unit),
+             1e-13);
 }
 
 TEST("the printed sign pushes a stretched spring's ends apart and keeps the damper") {

@@ -22,17 +22,17 @@ struct Setting {
 };
 
 Setting setting(std::uint64_t seed, const PrintedForm& form = {}, double viscosity = 0.1) {
-  SpringNetwork network = random_network(seed, {.nodes = 20, .springs = 80, .fixed = 4,
-                                                .viscosity = viscosity});
+  SpringNetwork network =
+      random_network(seed, {.nodes = 20, .springs = 80, .fixed = 4, .viscosity = viscosity});
   network.rest_position.col(7) = network.rest_position.col(8);  // a pair without direction
   network.springs.push_back({7, 8, 100.0, 0.1, 1e-3});
   network.springs.push_back({0, 3, 100.0, 0.1, 1e-3});  // both ends fixed
   if (viscosity == 0.0) {
     for (Spring& s : network.springs) { s.viscosity = 0.0; }
   }
-  const std::vector<Load> loads{{.nodes = {0, 5, 5}, .force = {1, 2, 3}},
-                                {.nodes = {9}, .force = {0, 0, 1}, .start = 1.0, .end = 2.0,
-                                 .profile = Profile::half_sine}};
+  const std::vector<Load> loads{
+      {.nodes = {0, 5, 5}, .force = {1, 2, 3}},
+      {.nodes = {9}, .force = {0, 0, 1}, .start = 1.0, .end = 2.0, .profile = Profile::half_sine}};
   NetworkProblem problem(network, loads, weight, form);
   Random random(seed + 50);
   VectorXd q = problem.initial_position() + random.vector(problem.dof(), 1e-3);
@@ -56,8 +56,11 @@ VectorXd specified_force(const Setting& at, double t) {
   return f;
 }
 
-const PrintedForm forms[] = {{}, {.sign = true}, {.sign = true, .reversed = true},
-                             {.direction = true}, {.half_force = true},
+const PrintedForm forms[] = {{},
+                             {.sign = true},
+                             {.sign = true, .reversed = true},
+                             {.direction = true},
+                             {.half_force = true},
                              {.sign = true, .direction = true, .half_force = true}};
 
 // Each coordinate is a sum of about 20 terms no larger than the largest force.
@@ -134,7 +137,8 @@ TEST("the matrix of the implicit schemes is M + a C + b K of the specification")
     at.problem.jacobian(at.q, at.v, k, c);
     system.pattern(a);
     system.jacobian(at.q, at.v, 0.3, 0.7, a);
-    const MatrixXd expected = MatrixXd(at.problem.mass().asDiagonal()) + 0.3 * MatrixXd(c) + 0.7 * MatrixXd(k);
+    const MatrixXd expected =
+        MatrixXd(at.problem.mass().asDiagonal()) + 0.3 * MatrixXd(c) + 0.7 * MatrixXd(k);
     CHECK_NEAR(MatrixXd(a), expected, 1e-14 * expected.norm());
   }
 }
@@ -145,13 +149,17 @@ TEST("energy equals that of the specification and zero lengths are counted") {
   // The spring between fixed nodes stores a constant that the fast path leaves out.
   const Spring& idle = at.problem.network().springs.back();
   const double length =
-      (at.problem.network().rest_position.col(3) - at.problem.network().rest_position.col(0)).norm();
+      (at.problem.network().rest_position.col(3) - at.problem.network().rest_position.col(0))
+          .norm();
   const double held = 0.5 * idle.stiffness * std::pow(length - idle.rest_length, 2);
   double others = 0.0;  // random springs may join fixed nodes too
   for (const Spring& s : at.problem.network().springs) {
-    if (&s == &idle || at.problem.coordinate(s.a) >= 0 || at.problem.coordinate(s.b) >= 0) { continue; }
-    const double l = (at.problem.network().rest_position.col(s.b) -
-                      at.problem.network().rest_position.col(s.a)).norm();
+    if (&s == &idle || at.problem.coordinate(s.a) >= 0 || at.problem.coordinate(s.b) >= 0) {
+      continue;
+    }
+    const double l =
+        (at.problem.network().rest_position.col(s.b) - at.problem.network().rest_position.col(s.a))
+            .norm();
     others += 0.5 * s.stiffness * std::pow(l - s.rest_length, 2);
   }
   CHECK_NEAR(system.energy(at.q, at.v) + held + others, at.problem.energy(at.q, at.v), 1e-15);

@@ -102,7 +102,8 @@ TEST("what is skipped is said, with its reason, and nothing is skipped when aske
   scene.loads.clear();
   const StepPlan bare = plan_of(scene);
   CHECK(mentions(bare.skipped, "dampers: every spring has zero viscosity"));
-  CHECK(mentions(bare.skipped, "gravity: zero") && mentions(bare.skipped, "loads: the scene has none"));
+  CHECK(mentions(bare.skipped, "gravity: zero") &&
+        mentions(bare.skipped, "loads: the scene has none"));
   CHECK(bare.kernel == "springs-undamped-double");
   CHECK(plan_of(scene, false).skipped.empty());
   CHECK(plan_of(scene, false).kernel == "springs-damped-double");
@@ -122,8 +123,8 @@ TEST("an oscillator's stable steps are exact, for there is nothing to bound") {
   scene.tissue.oscillator = {.mass = 1.0, .stiffness = 1.0, .viscosity = 1.0};
   scene.simulation.step = 0.1;
   const StepPlan plan = plan_of(scene);
-  CHECK_NEAR(plan.stable_step.at("euler"), 1.0, 1e-9);                             // c / k
-  CHECK_NEAR(plan.stable_step.at("euler-cromer"), std::sqrt(5.0) - 1.0, 1e-9);     // S = 1/2
+  CHECK_NEAR(plan.stable_step.at("euler"), 1.0, 1e-9);                          // c / k
+  CHECK_NEAR(plan.stable_step.at("euler-cromer"), std::sqrt(5.0) - 1.0, 1e-9);  // S = 1/2
 }
 
 }  // namespace

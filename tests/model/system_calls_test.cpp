@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: MIT
 /// A tick asks nothing of the operating system: it runs in a child process that is killed by its
 /// first system call. Uncontended locks make no call, so those are counted.
+#include <cstddef>
+#include <cstdlib>
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
+#include <mutex>
 #include <pthread.h>
-#include <dlfcn.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <cstddef>
-#include <cstdlib>
-#include <mutex>
 
 #include "model/stepping/simulation.hpp"
 #include "tests/check.hpp"
@@ -91,7 +90,8 @@ TEST("a thousand sampled ticks of any scheme make no system call") {
     for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
       Simulation simulation(moving_scene(scheme->name, precision));
       std::vector<double> row(simulation.columns().size());
-      CHECK(without_system_calls([&] { return thousand_ticks(simulation, row); }) == Verdict::silent);
+      CHECK(without_system_calls([&] { return thousand_ticks(simulation, row); }) ==
+            Verdict::silent);
     }
   }
 }

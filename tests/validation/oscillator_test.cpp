@@ -35,8 +35,8 @@ void check_caught(const std::vector<std::string>& names, const Mutation& mutatio
 
 const std::vector<std::string>& schemes() {
   static const std::vector<std::string> all{
-      "euler",    "euler-cromer",    "feynman-newton", "feynman-newton-printed", "leapfrog",
-      "velocity-verlet", "rk4", "implicit-euler", "implicit-midpoint"};
+      "euler",           "euler-cromer", "feynman-newton", "feynman-newton-printed", "leapfrog",
+      "velocity-verlet", "rk4",          "implicit-euler", "implicit-midpoint"};
   return all;
 }
 
@@ -51,10 +51,10 @@ std::vector<std::string> of_every_scheme(const std::string& check, bool with_imp
 }
 
 const std::vector<std::string>& single_cases() {
-  static const std::vector<std::string> names{
-      "oscillator/regimes",  "oscillator/figure-6",  "oscillator/figure-7",
-      "oscillator/figure-8", "oscillator/figure-9",  "oscillator/figure-10",
-      "oscillator/who-is-closest", "oscillator/sweep"};
+  static const std::vector<std::string> names{"oscillator/regimes",        "oscillator/figure-6",
+                                              "oscillator/figure-7",       "oscillator/figure-8",
+                                              "oscillator/figure-9",       "oscillator/figure-10",
+                                              "oscillator/who-is-closest", "oscillator/sweep"};
   return names;
 }
 
@@ -72,9 +72,7 @@ TEST("each contracted case exists and every one passes as it is") {
   }
   const std::vector<Case> cases = oscillator_cases();
   CHECK(cases.size() == names.size());
-  for (const std::string& name : names) {
-    CHECK(outcome_of(name, nullptr).status == Status::pass);
-  }
+  for (const std::string& name : names) { CHECK(outcome_of(name, nullptr).status == Status::pass); }
 }
 
 TEST("a damper that feeds energy in turns every case red") {
@@ -99,9 +97,9 @@ TEST("one position that is not a number turns every case red") {
                                 std::numeric_limits<double>::quiet_NaN();
                           }};
   check_caught_everywhere(mutation);
-  check_caught({"oscillator/stability-limit/implicit-euler",
-                "oscillator/stability-limit/implicit-midpoint"},
-               mutation);
+  check_caught(
+      {"oscillator/stability-limit/implicit-euler", "oscillator/stability-limit/implicit-midpoint"},
+      mutation);
 }
 
 /// A stability limit does not depend on when samples were taken, nor does an order of one notice

@@ -42,22 +42,23 @@ TEST("without a fault every case of the group passes") {
 }
 
 TEST("damping with the wrong sign is seen") {
-  const Mutation fault{.name = "damping turned round", .model = [](Scene& scene, SpringNetwork& network) {
+  const Mutation fault{.name = "damping turned round",
+                       .model = [](Scene& scene, SpringNetwork& network) {
                          for (Spring& s : network.springs) { s.viscosity = -s.viscosity; }
                          scene.tissue.oscillator.viscosity = -scene.tissue.oscillator.viscosity;
                        }};
-  check_red(fault, {"stability/blow-up/euler", "stability/blow-up/euler-cromer",
-                    "stability/blow-up/leapfrog", "stability/blow-up/rk4",
-                    "stability/map/velocity-verlet", "stability/map/implicit-midpoint",
-                    "stability/inverted"});
+  check_red(fault,
+            {"stability/blow-up/euler", "stability/blow-up/euler-cromer",
+             "stability/blow-up/leapfrog", "stability/blow-up/rk4", "stability/map/velocity-verlet",
+             "stability/map/implicit-midpoint", "stability/inverted"});
 }
 
 TEST("a step used twice is seen") {
   const Mutation fault{.name = "step twice", .step_twice = true};
-  check_red(fault, {"stability/blow-up/euler-cromer", "stability/blow-up/feynman-newton",
-                    "stability/blow-up/velocity-verlet", "stability/map/euler",
-                    "stability/map/leapfrog", "stability/drift/oscillator",
-                    "stability/zero-length"});
+  check_red(fault,
+            {"stability/blow-up/euler-cromer", "stability/blow-up/feynman-newton",
+             "stability/blow-up/velocity-verlet", "stability/map/euler", "stability/map/leapfrog",
+             "stability/drift/oscillator", "stability/zero-length"});
 }
 
 TEST("one per cent of stiffness is seen") {
@@ -71,7 +72,8 @@ TEST("one per cent of stiffness is seen") {
 }
 
 TEST("one per cent of mass is seen") {
-  const Mutation mass{.name = "nodes 1 % lighter", .model = [](Scene& scene, SpringNetwork& network) {
+  const Mutation mass{.name = "nodes 1 % lighter",
+                      .model = [](Scene& scene, SpringNetwork& network) {
                         network.mass *= 0.99;
                         scene.tissue.oscillator.mass *= 0.99;
                       }};
@@ -80,10 +82,11 @@ TEST("one per cent of mass is seen") {
 
 TEST("a NaN at one node is never a pass") {
   const Mutation fault{.name = "NaN at one node", .motion = [](Motion& motion) {
-                         motion.position(motion.position.rows() / 2, motion.position.cols() / 2) = nan;
+                         motion.position(motion.position.rows() / 2, motion.position.cols() / 2) =
+                             nan;
                        }};
-  check_red(fault, {"stability/blow-up/leapfrog", "stability/zero-length",
-                    "stability/huge-force", "stability/denormals"});
+  check_red(fault, {"stability/blow-up/leapfrog", "stability/zero-length", "stability/huge-force",
+                    "stability/denormals"});
 }
 
 TEST("a NaN in the energy is never a pass") {

@@ -19,7 +19,8 @@ struct Erratum {
 
 const std::array<Erratum, 7>& all_errata() {
   static const std::array<Erratum, 7> all{
-      Erratum{"sign", "With the printed sign a lattice diverges at the rate that its equations say.",
+      Erratum{"sign",
+              "With the printed sign a lattice diverges at the rate that its equations say.",
               measure_sign},
       Erratum{"reversed",
               "With the printed force turned round the dampers make a lattice diverge at the rate "
@@ -40,11 +41,13 @@ const std::array<Erratum, 7>& all_errata() {
 }
 
 void measure_summary(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "errata", .title = "What each printed form does",
-              .caption = "Each erratum alone and all together, measured on the model and predicted "
-                         "from the printed equations.",
-              .columns = {"erratum", "printed in", "what it does", "quantity", "measured",
-                          "predicted"}};
+  Table table{
+      .id = "errata",
+      .title = "What each printed form does",
+      .caption =
+          "Each erratum alone and all together, measured on the model and predicted "
+          "from the printed equations.",
+      .columns = {"erratum", "printed in", "what it does", "quantity", "measured", "predicted"}};
   for (const Erratum& erratum : all_errata()) {
     Outcome own;
     const Finding finding = erratum.measure(context, own);
@@ -52,7 +55,8 @@ void measure_summary(const CaseContext& context, Outcome& outcome) {
     outcome.judge({.name = erratum.name + ": claims that do not hold",
                    .value = static_cast<double>(std::ranges::count_if(
                        own.quantities, [](const Quantity& q) { return q.judged() && !q.holds(); })),
-                   .upper = 0.0, .bound_from = "errata/" + erratum.name});
+                   .upper = 0.0,
+                   .bound_from = "errata/" + erratum.name});
     outcome.judge({.name = erratum.name + ": measured over predicted",
                    .value = finding.measured / finding.predicted});
     table.rows.push_back({finding.erratum, finding.printed, finding.effect, finding.quantity,
@@ -66,15 +70,18 @@ void measure_summary(const CaseContext& context, Outcome& outcome) {
 std::vector<Case> errata_cases() {
   std::vector<Case> cases;
   for (const Erratum& erratum : all_errata()) {
-    cases.push_back({.name = "errata/" + erratum.name, .suite = "model", .claim = erratum.claim,
-                     .measure = [&erratum](const CaseContext& context, Outcome& outcome) {
-                       erratum.measure(context, outcome);
-                     },
+    cases.push_back({.name = "errata/" + erratum.name,
+                     .suite = "model",
+                     .claim = erratum.claim,
+                     .measure = [&erratum](const CaseContext& context,
+                                           Outcome& outcome) { erratum.measure(context, outcome); },
                      .weight = 0.5});
   }
-  cases.push_back({.name = "errata/summary", .suite = "model",
+  cases.push_back({.name = "errata/summary",
+                   .suite = "model",
                    .claim = "Each printed form does what its equations predict.",
-                   .measure = measure_summary, .weight = 3.0});
+                   .measure = measure_summary,
+                   .weight = 3.0});
   return cases;
 }
 

@@ -55,8 +55,11 @@ double reference_depth(const PrintedForm& printed, double force) {
 
 void judge_ratio(Outcome& outcome, const std::string& name, double value, double expected,
                  double tolerance, const std::string& from) {
-  outcome.judge({.name = name, .value = value, .lower = expected * (1.0 - tolerance),
-                 .upper = expected * (1.0 + tolerance), .bound_from = from});
+  outcome.judge({.name = name,
+                 .value = value,
+                 .lower = expected * (1.0 - tolerance),
+                 .upper = expected * (1.0 + tolerance),
+                 .bound_from = from});
 }
 
 /// Stiffness felt by a finger, printed over corrected.
@@ -85,8 +88,8 @@ void judge_decay(const CaseContext& context, Outcome& outcome, const PrintedForm
   judge_ratio(outcome, name + ": decay of the slowest mode over its prediction",
               rate.measured / rate.predicted, 1.0, 1e-4,
               "eigenvalue of the linearised printed step; strains of 1e-4 bend it");
-  outcome.judge({.name = name + ": decay of the slowest mode", .value = -rate.measured,
-                 .unit = "1/s"});
+  outcome.judge(
+      {.name = name + ": decay of the slowest mode", .value = -rate.measured, .unit = "1/s"});
 }
 
 /// The printed form is a well-posed model of other tissue: ARKODE on it must agree with it.
@@ -96,10 +99,12 @@ void judge_other_tissue(const CaseContext& context, Outcome& outcome, const Prin
   const Pressed coarse = run_pressed(context, printed, ticks);
   const Pressed fine = run_pressed(context, printed, 2 * ticks);
   const double expected = 2.0 * distance(fine.displacement, coarse.displacement);
-  outcome.judge({.name = "printed form against ARKODE on the printed equations",
-                 .value = distance(coarse.displacement, truth), .lower = 0.85 * expected,
-                 .upper = 1.15 * expected,
-                 .bound_from = "twice the change on halving the step (order 1), +-15 % of order 2"});
+  outcome.judge(
+      {.name = "printed form against ARKODE on the printed equations",
+       .value = distance(coarse.displacement, truth),
+       .lower = 0.85 * expected,
+       .upper = 1.15 * expected,
+       .bound_from = "twice the change on halving the step (order 1), +-15 % of order 2"});
 }
 
 }  // namespace
@@ -108,19 +113,22 @@ Finding measure_direction(const CaseContext& context, Outcome& outcome) {
   const PrintedForm printed{.direction = true};
   const double expected = predicted_depth({}, touch) / predicted_depth(printed, touch);
   const double found = judge_stiffness(context, outcome, printed, expected);
-  outcome.judge({.name = "stiffness ratio over the shortest spring's length", .value = found / 0.005,
-                 .lower = 1.0, .upper = std::sqrt(3.0),
+  outcome.judge({.name = "stiffness ratio over the shortest spring's length",
+                 .value = found / 0.005,
+                 .lower = 1.0,
+                 .upper = std::sqrt(3.0),
                  .bound_from = "springs are from 1 to sqrt 3 spacings long"});
   judge_decay(context, outcome, {}, "corrected");
   judge_decay(context, outcome, printed, "direction");
   judge_other_tissue(context, outcome, printed);
   compare_pressed(context, outcome, printed, "direction");
   outcome.notes.emplace_back(
-      "Multiplying by d makes a spring's stiffness k L in N: with lengths in metres this lattice is "
+      "Multiplying by d makes a spring's stiffness k L in N: with lengths in metres this lattice "
+      "is "
       "some 150 times too soft, with lengths in millimetres it would be too stiff, and diagonals "
       "gain on edges.");
-  return {"direction", "Eq. 12", "stiffness scales with each spring's length in metres",
-          "stiffness ratio (1)", found, expected};
+  return {"direction",           "Eq. 12", "stiffness scales with each spring's length in metres",
+          "stiffness ratio (1)", found,    expected};
 }
 
 Finding measure_half_force(const CaseContext& context, Outcome& outcome) {
@@ -130,18 +138,19 @@ Finding measure_half_force(const CaseContext& context, Outcome& outcome) {
   // force under twice the load.
   const Eigen::VectorXd halved = rest_under(context, printed, press);
   const Eigen::VectorXd doubled = rest_under(context, {}, 2.0 * press);
-  const double difference = halved.size() == doubled.size()
-                                ? (halved - doubled).norm() / doubled.norm()
-                                : std::nan("");
-  outcome.judge({.name = "half forces under a load less whole forces under twice the load",
-                 .value = difference, .upper = 1e-9,
-                 .bound_from = "equal equilibria; Newton to 64 eps, 1e-18 m of rounding in 1e-3 m"});
+  const double difference =
+      halved.size() == doubled.size() ? (halved - doubled).norm() / doubled.norm() : std::nan("");
+  outcome.judge(
+      {.name = "half forces under a load less whole forces under twice the load",
+       .value = difference,
+       .upper = 1e-9,
+       .bound_from = "equal equilibria; Newton to 64 eps, 1e-18 m of rounding in 1e-3 m"});
   judge_decay(context, outcome, {}, "corrected");
   judge_decay(context, outcome, printed, "half force");
   judge_other_tissue(context, outcome, printed);
   compare_pressed(context, outcome, printed, "half-force");
-  return {"half force", "Eq. 14", "half as stiff and half as damped", "stiffness ratio (1)", found,
-          0.5};
+  return {"half force",          "Eq. 14", "half as stiff and half as damped",
+          "stiffness ratio (1)", found,    0.5};
 }
 
 }  // namespace palpate::errata

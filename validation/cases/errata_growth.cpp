@@ -14,7 +14,10 @@ namespace {
 
 void judge_ratio(Outcome& outcome, const std::string& name, double value, double tolerance,
                  const std::string& from) {
-  outcome.judge({.name = name, .value = value, .lower = 1.0 - tolerance, .upper = 1.0 + tolerance,
+  outcome.judge({.name = name,
+                 .value = value,
+                 .lower = 1.0 - tolerance,
+                 .upper = 1.0 + tolerance,
                  .bound_from = from});
 }
 
@@ -25,7 +28,9 @@ void judge_rate(Outcome& outcome, const std::string& name, const Rate& rate) {
 }
 
 void judge_divergence(Outcome& outcome, const std::string& name, bool diverged) {
-  outcome.judge({.name = name + ": diverges", .value = diverged ? 1.0 : 0.0, .lower = 1.0,
+  outcome.judge({.name = name + ": diverges",
+                 .value = diverged ? 1.0 : 0.0,
+                 .lower = 1.0,
                  .bound_from = "a positive rate of growth"});
 }
 
@@ -40,8 +45,8 @@ void judge_runaway(const CaseContext& context, Outcome& outcome, const PrintedFo
                    const std::string& name, double seconds) {
   const Motion motion = run_away(context, printed, seconds);
   judge_divergence(outcome, name, motion.diverged);
-  outcome.judge({.name = name + ": out of all bounds at", .value = motion.diverged_at,
-                 .unit = "s"});
+  outcome.judge(
+      {.name = name + ": out of all bounds at", .value = motion.diverged_at, .unit = "s"});
 }
 
 }  // namespace
@@ -53,12 +58,16 @@ Finding measure_sign(const CaseContext& context, Outcome& outcome) {
   judge_ratio(outcome, "ARKODE on the printed equations: growth over its prediction",
               reference_rate(printed) / rate.motion, 1e-4,
               "eigenvalue of the linearised printed equations; strains of 1e-4 bend it");
-  outcome.judge({.name = "rate of the printed equations without steps", .value = rate.motion,
-                 .unit = "1/s"});
+  outcome.judge(
+      {.name = "rate of the printed equations without steps", .value = rate.motion, .unit = "1/s"});
   judge_runaway(context, outcome, printed, "sign", 1.0);
   compare_pressed(context, outcome, printed, "sign");
-  return {"sign", "Eqs. 11-13", "a stretched spring pushes its ends apart: every network diverges",
-          "growth (1/s)", rate.measured, rate.predicted};
+  return {"sign",
+          "Eqs. 11-13",
+          "a stretched spring pushes its ends apart: every network diverges",
+          "growth (1/s)",
+          rate.measured,
+          rate.predicted};
 }
 
 Finding measure_reversed(const CaseContext& context, Outcome& outcome) {
@@ -68,13 +77,16 @@ Finding measure_reversed(const CaseContext& context, Outcome& outcome) {
   judge_ratio(outcome, "ARKODE on the printed equations: growth over its prediction",
               reference_rate(printed) / rate.motion, 1e-4,
               "eigenvalue of the linearised printed equations; strains of 1e-4 bend it");
-  outcome.judge({.name = "rate of the printed equations without steps", .value = rate.motion,
-                 .unit = "1/s"});
+  outcome.judge(
+      {.name = "rate of the printed equations without steps", .value = rate.motion, .unit = "1/s"});
   judge_runaway(context, outcome, printed, "reversed", 1.0);
   compare_pressed(context, outcome, printed, "reversed");
-  return {"sign, turned round", "Eqs. 11-13, force reversed",
-          "the damper feeds energy in: every network with viscosity diverges", "growth (1/s)",
-          rate.measured, rate.predicted};
+  return {"sign, turned round",
+          "Eqs. 11-13, force reversed",
+          "the damper feeds energy in: every network with viscosity diverges",
+          "growth (1/s)",
+          rate.measured,
+          rate.predicted};
 }
 
 Finding measure_no_time_step(const CaseContext& context, Outcome& outcome) {
@@ -98,18 +110,24 @@ Finding measure_no_time_step(const CaseContext& context, Outcome& outcome) {
   const Motion slow = simulate(context, seconds, &network);
   const bool comparable = ticks.position.cols() == 101 && slow.position.cols() == 101 &&
                           ticks.position.allFinite() && slow.position.allFinite();
-  const double difference = comparable
-                                ? (ticks.position - slow.position).cwiseAbs().maxCoeff()
-                                : std::nan("");
+  const double difference =
+      comparable ? (ticks.position - slow.position).cwiseAbs().maxCoeff() : std::nan("");
   outcome.judge({.name = "soft lattice: printed ticks less corrected steps of 1 s",
-                 .value = difference, .unit = "m", .upper = 0.0,
+                 .value = difference,
+                 .unit = "m",
+                 .upper = 0.0,
                  .bound_from = "the same operations in the same order"});
   compare_pressed(context, outcome, printed, "no-time-step");
   outcome.notes.emplace_back(
-      "Without the time step every tick advances the tissue by one second; only tissue whose fastest "
+      "Without the time step every tick advances the tissue by one second; only tissue whose "
+      "fastest "
       "frequency is below 2 rad/s would survive it.");
-  return {"no time step", "pseudo-code", "every tick is a step of 1 s: diverges at once",
-          "log growth per tick (1)", rate.measured * step, rate.predicted * step};
+  return {"no time step",
+          "pseudo-code",
+          "every tick is a step of 1 s: diverges at once",
+          "log growth per tick (1)",
+          rate.measured * step,
+          rate.predicted * step};
 }
 
 Finding measure_all_printed(const CaseContext& context, Outcome& outcome) {
@@ -119,8 +137,8 @@ Finding measure_all_printed(const CaseContext& context, Outcome& outcome) {
   judge_rate(outcome, "all printed", rate);
   judge_runaway(context, outcome, printed, "all printed", duration);
   compare_pressed(context, outcome, printed, "all-printed");
-  return {"all as printed", "Eqs. 9-14 and pseudo-code", "diverges within a few ticks",
-          "log growth per tick (1)", rate.measured * step, rate.predicted * step};
+  return {"all as printed",          "Eqs. 9-14 and pseudo-code", "diverges within a few ticks",
+          "log growth per tick (1)", rate.measured * step,        rate.predicted * step};
 }
 
 }  // namespace palpate::errata

@@ -20,8 +20,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double faint = 1e-9;   ///< [m] displacement of a mode at the start; a spring is 5 mm
-constexpr double small = 5e-7;   ///< [m] and at the end: a strain of 1e-4
+constexpr double faint = 1e-9;  ///< [m] displacement of a mode at the start; a spring is 5 mm
+constexpr double small = 5e-7;  ///< [m] and at the end: a strain of 1e-4
 
 std::vector<int> free_nodes(const SpringNetwork& network) {
   std::vector<int> nodes;
@@ -63,9 +63,13 @@ VectorXd rest_of(const SpringNetwork& network) {
 Scene lattice_scene(double h, double seconds, const std::string& integrator) {
   Scene scene = scene_of(integrator, h, seconds);
   scene.tissue.source = Source::lattice;
-  scene.tissue.lattice = {.nodes = {3, 3, 3}, .spacing = 0.005, .connectivity = 26,
-                          .weights = LatticeWeights::uniform, .stiffness = 50.0,
-                          .viscosity = 0.02, .node_mass = 1e-3};
+  scene.tissue.lattice = {.nodes = {3, 3, 3},
+                          .spacing = 0.005,
+                          .connectivity = 26,
+                          .weights = LatticeWeights::uniform,
+                          .stiffness = 50.0,
+                          .viscosity = 0.02,
+                          .node_mass = 1e-3};
   return scene;
 }
 
@@ -169,8 +173,8 @@ Rate measure_rate(const CaseContext& context, const PrintedForm& printed, double
   const SpringNetwork start = displaced(network, mode, amplitude);
   const Motion motion = simulate(context, scene, &start, {.velocity = true, .every = steps});
   const double seconds = static_cast<double>(steps) * h;
-  Rate rate{.predicted = per_step / h, .motion = dominant_mode(linear).value.real(),
-            .steps = steps};
+  Rate rate{
+      .predicted = per_step / h, .motion = dominant_mode(linear).value.real(), .steps = steps};
   rate.measured = motion.steps == steps && !motion.diverged
                       ? log_growth(mode, network, motion.position, motion.velocity) / seconds
                       : nan;
@@ -202,8 +206,8 @@ Pressed run_pressed(const CaseContext& context, const PrintedForm& printed, long
   const Scene scene = pressed_scene(h, duration, printed);
   const SpringNetwork network = build_network(scene);
   const Motion motion = simulate(context, scene, &network, {.every = ticks / sample_count});
-  Pressed pressed{.time = motion.time, .diverged = motion.diverged,
-                  .diverged_at = motion.diverged_at};
+  Pressed pressed{
+      .time = motion.time, .diverged = motion.diverged, .diverged_at = motion.diverged_at};
   if (motion.position.rows() == rest_of(network).size()) {
     pressed.displacement = motion.position.colwise() - rest_of(network);
   }

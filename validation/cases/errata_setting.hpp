@@ -14,9 +14,9 @@
 
 namespace palpate::errata {
 
-inline constexpr double step = 1e-4;       ///< h [s], a tenth of the stable step
-inline constexpr double duration = 0.05;   ///< [s] of a pressed lattice
-inline constexpr double press = 0.02;      ///< [N] on the middle of the top, inwards
+inline constexpr double step = 1e-4;      ///< h [s], a tenth of the stable step
+inline constexpr double duration = 0.05;  ///< [s] of a pressed lattice
+inline constexpr double press = 0.02;     ///< [N] on the middle of the top, inwards
 inline constexpr int pressed_node = 4;
 
 /// 3 x 3 x 3 nodes of 1 g, 5 mm apart, 26 neighbours, 50 N/m and 0.02 N s/m each, bottom fixed.
@@ -34,8 +34,8 @@ struct Linear {
 Linear linearise(const SpringNetwork& network, const PrintedForm& printed,
                  double damping_factor = 1.0);
 
-/// A mode of s(n+1) = S s(n), or of s' = S s: with S^T w = z w, w^T s multiplies by z, whatever else
-/// s holds.
+/// A mode of s(n+1) = S s(n), or of s' = S s: with S^T w = z w, w^T s multiplies by z, whatever
+/// else s holds.
 struct Mode {
   Eigen::VectorXcd left{};  ///< w, turned so that its largest position weight is real
   std::complex<double> value{};
@@ -70,7 +70,7 @@ struct Pressed {
   std::vector<double> time{};      ///< [s]
   Eigen::MatrixXd displacement{};  ///< free coordinates x times [m]
   bool diverged = false;
-  double diverged_at = 0.0;        ///< [s]
+  double diverged_at = 0.0;  ///< [s]
 };
 inline constexpr long sample_count = 100;
 std::vector<double> pressed_times();

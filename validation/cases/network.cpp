@@ -10,10 +10,9 @@ namespace palpate {
 std::vector<Case> network_cases() {
   using namespace networks;
   std::vector<Case> cases;
-  for (const auto part :
-       {elasticity_cases, wave_cases, skew_cases, conservation_cases,
-        work_cases, invariance_cases, load_cases, kernel_cases, manufactured_cases,
-        approximation_cases}) {
+  for (const auto part : {elasticity_cases, wave_cases, skew_cases, momentum_cases, energy_cases,
+                          work_cases, invariance_cases, block_cases, order_cases, load_cases,
+                          kernel_cases, manufactured_cases, approximation_cases}) {
     std::ranges::move(part(), std::back_inserter(cases));
   }
   return cases;

@@ -2,10 +2,9 @@
 /// The lattice at rest is a cubic elastic solid: its assembled stiffness under uniform traction and
 /// under affine boundary displacement, against the homogenised moduli.
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <functional>
-
-#include <Eigen/Cholesky>
 
 #include "model/dynamics/network_builder.hpp"
 #include "validation/cases/network_parts.hpp"
@@ -31,7 +30,8 @@ struct CubicModuli {
 
 /// How many axes a spring of a lattice spans: 1 edge, 2 face diagonal, 3 body diagonal.
 int kind_of(const SpringNetwork& network, const Spring& spring, double spacing) {
-  const Eigen::Vector3d d = network.rest_position.col(spring.b) - network.rest_position.col(spring.a);
+  const Eigen::Vector3d d =
+      network.rest_position.col(spring.b) - network.rest_position.col(spring.a);
   return static_cast<int>((d.array().abs() > 0.5 * spacing).count());
 }
 
@@ -81,8 +81,8 @@ void pull_on_rollers(const Block& block, const MatrixXd& stiffness, const NodeVe
         const bool edge_x = i == 0 || i + 1 == shape.nodes[0];
         const bool edge_y = j == 0 || j + 1 == shape.nodes[1];
         if (l + 1 != shape.nodes[2]) { continue; }
-        force(static_cast<Index>(first + 2)) = traction * shape.spacing * shape.spacing *
-                                               (edge_x ? 0.5 : 1.0) * (edge_y ? 0.5 : 1.0);
+        force(static_cast<Index>(first + 2)) =
+            traction * shape.spacing * shape.spacing * (edge_x ? 0.5 : 1.0) * (edge_y ? 0.5 : 1.0);
       }
     }
   }
@@ -184,7 +184,8 @@ void anisotropic(const CaseContext& context, Outcome& outcome) {
     s.stiffness *= factor[static_cast<std::size_t>(kind_of(network, s, block.spacing) - 1)];
   }
   BondStiffness bonds = bond_stiffness(block.youngs_modulus, block.spacing, 26);
-  bonds = {bonds.edge * factor[0], bonds.face_diagonal * factor[1], bonds.body_diagonal * factor[2]};
+  bonds = {bonds.edge * factor[0], bonds.face_diagonal * factor[1],
+           bonds.body_diagonal * factor[2]};
   const CubicModuli expected = formula(bonds, block.spacing);
   const Measured measured = measure_moduli(block, candidate(context, network));
   const auto judge = [&](const std::string& name, double error) {
@@ -214,17 +215,21 @@ void masses(const CaseContext& context, Outcome& outcome) {
 void measure_patch_test(const CaseContext& context, Outcome& outcome) {
   Table table{.id = "moduli",
               .title = "Homogenised moduli",
-              .caption = "Moduli measured on a block of 5 x 4 x 6 nodes under uniform traction on "
-                         "rollers and under affine boundary displacement, beside their formulas.",
+              .caption =
+                  "Moduli measured on a block of 5 x 4 x 6 nodes under uniform traction on "
+                  "rollers and under affine boundary displacement, beside their formulas.",
               .columns = {"neighbours", "E (Pa)", "Poisson's ratio", "C11 (Pa)", "C12 (Pa)",
                           "C44 (Pa)", "C11 formula (Pa)", "C12 formula (Pa)", "C44 formula (Pa)"}};
   Figure figure{.id = "traction",
                 .title = "Displacement under uniform traction",
-                .caption = "Every node of a block pulled by 1 Pa lies on the straight line of a "
-                           "homogeneous solid, whatever its neighbours.",
+                .caption =
+                    "Every node of a block pulled by 1 Pa lies on the straight line of a "
+                    "homogeneous solid, whatever its neighbours.",
                 .x = {.label = "distance from the roller (mm)"},
                 .y = {.label = "displacement along the pull (µm)"}};
-  for (const int connectivity : {6, 18, 26}) { patch(context, connectivity, outcome, table, figure); }
+  for (const int connectivity : {6, 18, 26}) {
+    patch(context, connectivity, outcome, table, figure);
+  }
   const Block block;
   figure.series.push_back(line("t z / E", {0.0, 1e3 * 5.0 * block.spacing},
                                {0.0, 1e6 * 5.0 * block.spacing / block.youngs_modulus},

@@ -2,12 +2,11 @@
 /// What a motion must not depend on: place, orientation and handedness of the frame, numbering,
 /// units, and the instant at which a resting body is first loaded.
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numeric>
-
-#include <Eigen/Geometry>
 
 #include "validation/cases/network_parts.hpp"
 #include "validation/cases/network_support.hpp"
@@ -45,8 +44,11 @@ Changed base_case() {
   }
   base.scene = scene_of("velocity-verlet", step, steps * step);
   base.scene.tissue.gravity = {0.5, -0.25, 9.0};
-  base.scene.loads = {{.nodes = {5, 6}, .force = {3e-3, 2e-3, 5e-3}, .start = 10 * step,
-                       .end = 90 * step, .profile = Profile::half_sine}};
+  base.scene.loads = {{.nodes = {5, 6},
+                       .force = {3e-3, 2e-3, 5e-3},
+                       .start = 10 * step,
+                       .end = 90 * step,
+                       .profile = Profile::half_sine}};
   base.back = [](const Vector3d& x) { return x; };
   base.reach = base.network.initial_position().cwiseAbs().maxCoeff();
   return base;
@@ -170,7 +172,8 @@ double largest_difference(const Changed& base, const Motion& base_motion, const 
   if (motion.position.cols() != base_motion.position.cols() + delay) { return std::nan(""); }
   double largest = 0.0;
   for (const int node : base_problem.free_nodes()) {
-    const int there = changed.node_of.empty() ? node : changed.node_of[static_cast<std::size_t>(node)];
+    const int there =
+        changed.node_of.empty() ? node : changed.node_of[static_cast<std::size_t>(node)];
     const Index from = base_problem.coordinate(node);
     const Index to = problem.coordinate(there);
     for (Index n = 0; n < base_motion.position.cols(); ++n) {
@@ -201,7 +204,9 @@ void judge(const CaseContext& context, const std::string& name, const Changed& b
       (base_motion.position.colwise() - base_motion.position.col(0)).cwiseAbs().maxCoeff();
   const double reach = std::max(base.reach, changed.reach);
   const double bound = changed.exact ? 0.0 : rounding_bound(base, reach, peak);
-  outcome.judge({.name = name, .value = difference, .upper = bound,
+  outcome.judge({.name = name,
+                 .value = difference,
+                 .upper = bound,
                  .bound_from = changed.exact
                                    ? "every operation maps to itself: the same bits"
                                    : "rounding of positions each step, through the stiffest mode "
@@ -212,8 +217,9 @@ void judge(const CaseContext& context, const std::string& name, const Changed& b
 void measure(const CaseContext& context, Outcome& outcome) {
   Table table{.id = "invariance",
               .title = "Motions that must be equal",
-              .caption = "Largest difference over the peak displacement after mapping back, and the "
-                         "growth that rounding allows.",
+              .caption =
+                  "Largest difference over the peak displacement after mapping back, and the "
+                  "growth that rounding allows.",
               .columns = {"change", "difference (1)", "bound (1)"}};
   const Changed base = base_case();
   judge(context, "translated", base, translated(), 0, table, outcome);
@@ -221,7 +227,8 @@ void measure(const CaseContext& context, Outcome& outcome) {
   judge(context, "renumbered", base, renumbered(), 0, table, outcome);
   judge(context, "mirrored", base, mirrored(), 0, table, outcome);
   judge(context, "units_mm_g_ms", base, in_units(1e3, 1e3, 1e3, false), 0, table, outcome);
-  judge(context, "units_powers_of_two", base, in_units(1024.0, 512.0, 2048.0, true), 0, table, outcome);
+  judge(context, "units_powers_of_two", base, in_units(1024.0, 512.0, 2048.0, true), 0, table,
+        outcome);
   judge(context, "later_by_17_steps", delayed(0), delayed(17), 17, table, outcome);
   outcome.tables.push_back(std::move(table));
 }

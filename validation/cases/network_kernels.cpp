@@ -17,8 +17,8 @@ struct Variant {
   const char* name;
   PrintedForm printed{};
   bool damped = true;
-  bool held = true;     ///< one face fixed, so that some springs are anchors
-  bool loaded = true;   ///< loads and weight
+  bool held = true;    ///< one face fixed, so that some springs are anchors
+  bool loaded = true;  ///< loads and weight
   bool skip = true;
 };
 
@@ -50,9 +50,13 @@ NetworkProblem problem_for(const CaseContext& context, const Variant& variant) {
   std::vector<Load> loads;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
   if (variant.loaded) {
-    loads = {{.nodes = {2, 7}, .force = {0.02, -0.01, 0.03}, .end = 0.1, .profile = Profile::half_sine},
-             {.nodes = {3}, .force = {-0.01, 0.0, 0.02}, .start = 0.02, .end = 0.08,
-              .profile = Profile::ramp}};
+    loads = {
+        {.nodes = {2, 7}, .force = {0.02, -0.01, 0.03}, .end = 0.1, .profile = Profile::half_sine},
+        {.nodes = {3},
+         .force = {-0.01, 0.0, 0.02},
+         .start = 0.02,
+         .end = 0.08,
+         .profile = Profile::ramp}};
     gravity = {0.0, 1.0, 9.81};
   }
   return NetworkProblem(candidate(context, network), loads, gravity, variant.printed);
@@ -66,8 +70,9 @@ double force_error(const NetworkProblem& kernel, const NetworkProblem& specifica
   Random random(22);
   double error = 0.0;
   for (int state = 0; state < states; ++state) {
-    const Vector<Real> q = (specification.initial_position() +
-                            random.vector(specification.dof(), 1e-3)).template cast<Real>();
+    const Vector<Real> q =
+        (specification.initial_position() + random.vector(specification.dof(), 1e-3))
+            .template cast<Real>();
     const Vector<Real> v = random.vector(specification.dof(), 0.2).template cast<Real>();
     const double t = random(0.0, 0.1);
     Vector<Real> f(specification.dof());
@@ -97,8 +102,8 @@ double jacobian_error(const NetworkProblem& kernel, const NetworkProblem& specif
   Eigen::SparseMatrix<double> stiffness;
   Eigen::SparseMatrix<double> damping;
   specification.jacobian(q, v, stiffness, damping);
-  Eigen::MatrixXd expected = on_damping * Eigen::MatrixXd(damping) +
-                             on_stiffness * Eigen::MatrixXd(stiffness);
+  Eigen::MatrixXd expected =
+      on_damping * Eigen::MatrixXd(damping) + on_stiffness * Eigen::MatrixXd(stiffness);
   expected.diagonal() += specification.mass();
   return (Eigen::MatrixXd(assembled) - expected).cwiseAbs().maxCoeff() /
          expected.cwiseAbs().maxCoeff();
@@ -107,8 +112,9 @@ double jacobian_error(const NetworkProblem& kernel, const NetworkProblem& specif
 void measure(const CaseContext& context, Outcome& outcome) {
   Table table{.id = "kernels",
               .title = "Kernels against the specification",
-              .caption = "Largest difference of forces over the largest force in seeded random "
-                         "states, and of the Jacobian over its largest entry.",
+              .caption =
+                  "Largest difference of forces over the largest force in seeded random "
+                  "states, and of the Jacobian over its largest entry.",
               .columns = {"variant", "double (1)", "float (1)", "Jacobian (1)"}};
   const CaseContext unharmed{};
   const int states = context.quick ? 5 : 20;
@@ -119,11 +125,17 @@ void measure(const CaseContext& context, Outcome& outcome) {
     const double in_float = force_error<float>(kernel, specification, variant, states);
     const double matrix = jacobian_error(kernel, specification, variant);
     const std::string name = variant.name;
-    outcome.judge({.name = "double_" + name, .value = in_double, .upper = 1e-13,
+    outcome.judge({.name = "double_" + name,
+                   .value = in_double,
+                   .upper = 1e-13,
                    .bound_from = "26 springs of a node, each k L / f = 10 times a few roundings"});
-    outcome.judge({.name = "float_" + name, .value = in_float, .upper = 1e-5,
+    outcome.judge({.name = "float_" + name,
+                   .value = in_float,
+                   .upper = 1e-5,
                    .bound_from = "the same in single precision, inputs rounded alike"});
-    outcome.judge({.name = "jacobian_" + name, .value = matrix, .upper = 1e-13,
+    outcome.judge({.name = "jacobian_" + name,
+                   .value = matrix,
+                   .upper = 1e-13,
                    .bound_from = "sums of 26 blocks, a few roundings each"});
     table.rows.push_back({name, in_double, in_float, matrix});
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/// A load acts on the integrator steps that begin in [start, end): the impulse on a free node counts
-/// them. Instants are whole numbers of a small unit here, so that the expected count is exact.
+/// A load acts on the integrator steps that begin in [start, end): the impulse on a free node
+/// counts them. Instants are whole numbers of a small unit here, so that the expected count is
+/// exact.
 
 #include <array>
 #include <cmath>
@@ -20,11 +21,11 @@ constexpr double mass = 0.25;   ///< [kg]
 /// A tick, its substeps, and a load, in units of `unit` seconds.
 struct Timing {
   const char* name;
-  double unit;    ///< [s]
+  double unit;  ///< [s]
   long tick;
   int substeps;
   long ticks;
-  double start;   ///< [s] as a person would write or compute it
+  double start;  ///< [s] as a person would write or compute it
   double end;
   long start_units;
   long end_units;
@@ -51,7 +52,8 @@ long expected_steps(const Timing& timing) {
   long count = 0;
   for (long n = 0; n < total; ++n) {
     const long begin = n * timing.tick;  // in units / substeps
-    if (begin >= timing.start_units * timing.substeps && begin < timing.end_units * timing.substeps) {
+    if (begin >= timing.start_units * timing.substeps &&
+        begin < timing.end_units * timing.substeps) {
       ++count;
     }
   }
@@ -71,25 +73,32 @@ double impulse_in_steps(const CaseContext& context, const std::string& scheme, c
                         Profile profile) {
   const double tick = timing.unit * static_cast<double>(timing.tick);
   Scene scene = scene_of(scheme, tick, tick * static_cast<double>(timing.ticks), timing.substeps);
-  scene.loads = {{.nodes = {0}, .force = {0.0, 0.0, force}, .start = timing.start,
-                  .end = timing.end, .profile = profile}};
+  scene.loads = {{.nodes = {0},
+                  .force = {0.0, 0.0, force},
+                  .start = timing.start,
+                  .end = timing.end,
+                  .profile = profile}};
   const SpringNetwork network = one_node();
   const Motion motion = simulate(context, scene, &network, {.velocity = true});
   return motion.velocity(2, motion.velocity.cols() - 1) * mass / (force * motion.h);
 }
 
 void judge_counts(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "steps",
-              .title = "Steps on which a load acts",
-              .caption = "Impulse of a constant load over h F under Euler-Cromer, beside the number "
-                         "of steps that begin in [start, end).",
-              .columns = {"load", "start (s)", "end (s)", "h (s)", "impulse (steps)", "expected (steps)"}};
+  Table table{
+      .id = "steps",
+      .title = "Steps on which a load acts",
+      .caption =
+          "Impulse of a constant load over h F under Euler-Cromer, beside the number "
+          "of steps that begin in [start, end).",
+      .columns = {"load", "start (s)", "end (s)", "h (s)", "impulse (steps)", "expected (steps)"}};
   for (const Timing& timing : timings) {
     const auto expected = static_cast<double>(expected_steps(timing));
     const double steps = impulse_in_steps(context, "euler-cromer", timing, Profile::constant);
     const double rounding = epsilon * (expected + 4.0) * expected;
     outcome.judge({.name = std::string("impulse_error_") + timing.name,
-                   .value = std::abs(steps - expected), .unit = "steps", .upper = rounding,
+                   .value = std::abs(steps - expected),
+                   .unit = "steps",
+                   .upper = rounding,
                    .bound_from = "an exact count; one rounding of the velocity per step"});
     table.rows.push_back({timing.name, timing.start, timing.end,
                           timing.unit * static_cast<double>(timing.tick) / timing.substeps, steps,
@@ -110,8 +119,10 @@ void judge_schemes(const CaseContext& context, Outcome& outcome) {
           impulse_in_steps(context, std::string(scheme->name), timing, Profile::constant);
       error = worse(error, std::abs(steps - expected));
     }
-    outcome.judge({.name = "largest_impulse_error_" + std::string(scheme->name), .value = error,
-                   .unit = "steps", .upper = 64.0 * epsilon * 200.0 * 200.0,
+    outcome.judge({.name = "largest_impulse_error_" + std::string(scheme->name),
+                   .value = error,
+                   .unit = "steps",
+                   .upper = 64.0 * epsilon * 200.0 * 200.0,
                    .bound_from = "an exact count of at most 200 steps; 64 roundings a step"});
   }
 }
@@ -124,7 +135,9 @@ void judge_profiles(const CaseContext& context, Outcome& outcome) {
   const double ramp = (n - 1.0) / 2.0;                               // sum of k / n
   const auto judge = [&](const char* name, Profile profile, double expected) {
     const double steps = impulse_in_steps(context, "euler-cromer", aligned, profile);
-    outcome.judge({.name = name, .value = std::abs(steps / expected - 1.0), .upper = 1e-14 * n,
+    outcome.judge({.name = name,
+                   .value = std::abs(steps / expected - 1.0),
+                   .upper = 1e-14 * n,
                    .bound_from = "closed sum over the steps; a few roundings each"});
   };
   judge("half_sine_impulse_error", Profile::half_sine, sine);

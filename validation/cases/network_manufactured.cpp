@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "model/stepping/integrator.hpp"
 #include "model/stepping/network_system.hpp"
 #include "reference/manufactured.hpp"
 #include "reference/solvers.hpp"
@@ -57,13 +58,16 @@ SpringNetwork lattice() {
   SpringNetwork network = block_network(block);
   hold(network, Face::z_max);
   Random random(31);
-  for (Spring& s : network.springs) { s.stiffness *= random(0.5, 2.0); }  // damping not proportional
+  for (Spring& s : network.springs) {
+    s.stiffness *= random(0.5, 2.0);
+  }  // damping not proportional
   return network;
 }
 
 /// Largest distance from q* at the end over the largest |q* - q*(0)|.
 double error_of(const IntegratorInfo& scheme, const NetworkProblem& kernel,
-                const ManufacturedProblem& motion, const NetworkProblem& specification, long steps) {
+                const ManufacturedProblem& motion, const NetworkProblem& specification,
+                long steps) {
   const double h = duration / static_cast<double>(steps);
   PushedSystem system(kernel, motion, specification, h);
   State<double> state{motion.initial_position(), motion.initial_velocity()};
@@ -100,7 +104,8 @@ void judge_references(const CaseContext& context, const ManufacturedProblem& mot
       exact.col(static_cast<Eigen::Index>(n)) = motion.exact_position(times[n]);
     }
     const double error = trajectory_error(solution.position, exact, exact.col(0)).maximum;
-    outcome.judge({.name = std::string("reference_error_") + name, .value = error,
+    outcome.judge({.name = std::string("reference_error_") + name,
+                   .value = error,
                    .upper = 1e3 * tolerance.relative,
                    .bound_from = "exact motion; local tolerance " + text(tolerance.relative) +
                                  " over at most 1000 steps"});
@@ -115,8 +120,9 @@ void measure(const CaseContext& context, Outcome& outcome) {
   judge_references(context, motion, outcome);
   Figure figure{.id = "order",
                 .title = "Error against a manufactured motion",
-                .caption = "Every scheme follows the chosen motion of a damped nonlinear lattice "
-                           "with its own order.",
+                .caption =
+                    "Every scheme follows the chosen motion of a damped nonlinear lattice "
+                    "with its own order.",
                 .x = {.label = "step (s)", .logarithmic = true},
                 .y = {.label = "largest error / peak", .logarithmic = true}};
   for (const IntegratorInfo* scheme : integrators()) {
@@ -129,10 +135,15 @@ void measure(const CaseContext& context, Outcome& outcome) {
     }
     const ObservedOrder order = observed_order(steps, errors, 1e-13);
     const double expected = scheme->order_damped;
-    outcome.judge({.name = "order_" + std::string(scheme->name), .value = order.slope,
-                   .lower = expected - 0.15, .upper = expected + 0.15, .bound_from = "theory"});
-    outcome.judge({.name = "falls_" + std::string(scheme->name), .value = order.monotone ? 1.0 : 0.0,
-                   .lower = 1.0, .bound_from = "errors must fall with the step"});
+    outcome.judge({.name = "order_" + std::string(scheme->name),
+                   .value = order.slope,
+                   .lower = expected - 0.15,
+                   .upper = expected + 0.15,
+                   .bound_from = "theory"});
+    outcome.judge({.name = "falls_" + std::string(scheme->name),
+                   .value = order.monotone ? 1.0 : 0.0,
+                   .lower = 1.0,
+                   .bound_from = "errors must fall with the step"});
     figure.series.push_back(
         line(std::string(scheme->name), steps, errors, Series::Style::line_and_points));
   }

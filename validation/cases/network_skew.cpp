@@ -69,15 +69,22 @@ Series slice(const Block& block, const SpringNetwork& network, const Motion& mot
 void judge_residual(int connectivity, double residual, double turned, Outcome& outcome) {
   if (connectivity == 6) {
     const double expected = 1.0 / std::sqrt(1.0 + shear * shear);
-    outcome.judge({.name = "residual_over_initial_shear", .value = residual,
-                   .lower = expected - 1e-6, .upper = expected + 1e-6,
+    outcome.judge({.name = "residual_over_initial_shear",
+                   .value = residual,
+                   .lower = expected - 1e-6,
+                   .upper = expected + 1e-6,
                    .bound_from = "theory: columns shorten to their rest length along the direction "
                                  "they were given, so 1/sqrt(1 + shear^2) stays"});
     return;
   }
-  outcome.judge({.name = "residual_over_initial_shear", .value = std::abs(residual), .upper = 1e-6,
+  outcome.judge({.name = "residual_over_initial_shear",
+                 .value = std::abs(residual),
+                 .upper = 1e-6,
                  .bound_from = "theory: C44 > 0, so every mode decays over 40 relaxation times"});
-  outcome.judge({.name = "furthest_node_from_rest", .value = turned, .unit = "m", .upper = 2e-9,
+  outcome.judge({.name = "furthest_node_from_rest",
+                 .value = turned,
+                 .unit = "m",
+                 .upper = 2e-9,
                  .bound_from = "1e-6 of the smallest block's initial displacement of 2 mm"});
 }
 
@@ -95,18 +102,22 @@ void measure(const CaseContext& context, int connectivity, Outcome& outcome) {
   }
   const double away = (motion.position.rightCols<1>() - rest).cwiseAbs().maxCoeff();
   judge_residual(connectivity, values.back() / shear, away, outcome);
-  outcome.judge({.name = "diverged", .value = motion.diverged ? 1.0 : 0.0, .upper = 0.0,
+  outcome.judge({.name = "diverged",
+                 .value = motion.diverged ? 1.0 : 0.0,
+                 .upper = 0.0,
                  .bound_from = "steps below the stability limit"});
-  Figure figure{.id = "shear",
-                .title = "Shear of a released block, " + std::to_string(connectivity) + " neighbours",
-                .caption = connectivity == 6
-                               ? "Lattices of 6 neighbours have no shear stiffness: the skewed block "
-                                 "stays skewed."
-                               : "The released block comes back to its shape.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "shear (1)"}};
+  Figure figure{
+      .id = "shear",
+      .title = "Shear of a released block, " + std::to_string(connectivity) + " neighbours",
+      .caption = connectivity == 6
+                     ? "Lattices of 6 neighbours have no shear stiffness: the skewed block "
+                       "stays skewed."
+                     : "The released block comes back to its shape.",
+      .x = {.label = "time (s)"},
+      .y = {.label = "shear (1)"}};
   figure.series.push_back(line("mean shear of the released face", motion.time, values));
-  figure.series.push_back(line("initial", {0.0, motion.time.back()}, {shear, shear}, Series::Style::dashed));
+  figure.series.push_back(
+      line("initial", {0.0, motion.time.back()}, {shear, shear}, Series::Style::dashed));
   outcome.figures.push_back(std::move(figure));
   Figure shape{.id = "slice",
                .title = "Middle slice before and after",
@@ -121,16 +132,18 @@ void measure(const CaseContext& context, int connectivity, Outcome& outcome) {
 
 Case skew_case(int connectivity) {
   const std::string neighbours = std::to_string(connectivity);
-  return {.name = "network/skew/" + neighbours,
-          .suite = "accuracy",
-          .claim = connectivity == 6
-                       ? "A sheared block of 6-neighbour springs keeps its shear: 6 neighbours have "
-                         "no shear stiffness."
-                       : "A sheared block of " + neighbours + "-neighbour springs comes back to its "
+  return {
+      .name = "network/skew/" + neighbours,
+      .suite = "accuracy",
+      .claim = connectivity == 6
+                   ? "A sheared block of 6-neighbour springs keeps its shear: 6 neighbours have "
+                     "no shear stiffness."
+                   : "A sheared block of " + neighbours +
+                         "-neighbour springs comes back to its "
                          "shape.",
-          .measure = [connectivity](const CaseContext& context,
-                                    Outcome& outcome) { measure(context, connectivity, outcome); },
-          .weight = 1.0};
+      .measure = [connectivity](const CaseContext& context,
+                                Outcome& outcome) { measure(context, connectivity, outcome); },
+      .weight = 1.0};
 }
 
 }  // namespace

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "validation/cases/network_support.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-
-#include <Eigen/Eigenvalues>
 
 #include "model/dynamics/network_builder.hpp"
 #include "reference/solvers.hpp"
@@ -18,8 +17,7 @@ using Eigen::Index;
 
 SpringNetwork block_network(const Block& block) {
   const CellMaterial material{.youngs_modulus = block.youngs_modulus, .density = block.density};
-  SpringNetwork network =
-      cell_lattice(block.shape(), [&](int, int, int) { return material; });
+  SpringNetwork network = cell_lattice(block.shape(), [&](int, int, int) { return material; });
   for (Spring& spring : network.springs) { spring.viscosity = block.relaxation * spring.stiffness; }
   return network;
 }
@@ -90,9 +88,10 @@ Truth find_truth(const CaseContext& context, const Problem& problem,
   const double peak = reference::peak_displacement(truth.solution.position);
   truth.floor = reference::instant_errors(other.position, truth.solution.position, peak);
   truth.worst_floor = std::ranges::max(truth.floor);
+  truth.l2_floor =
+      trajectory_error(other.position, truth.solution.position, truth.solution.position.col(0)).l2;
   truth.agreed_digits = reference::digits(truth.worst_floor);
-  const double looser =
-      reference::trajectory_error(coarse.position, truth.solution.position, peak);
+  const double looser = reference::trajectory_error(coarse.position, truth.solution.position, peak);
   truth.ladder_falls = looser >= 1e-13 || truth.worst_floor <= 1e-12;
   return truth;
 }
@@ -103,6 +102,10 @@ void judge_truth(const Truth& truth, const TruthSettings& settings, double deman
                  .value = truth.agreed_digits,
                  .lower = demanded_digits,
                  .bound_from = "two families must agree at every stored instant"});
+  outcome.judge({.name = "reference_ladder_falls",
+                 .value = truth.ladder_falls ? 1.0 : 0.0,
+                 .lower = 1.0,
+                 .bound_from = "a hundredfold looser primary must be further away than rounding"});
   outcome.notes.push_back("Reference: " + settings.solvers[0] + " (" + truth.solution.version +
                           ", relative tolerance " + text(settings.tolerance.relative) +
                           ") against " + settings.solvers[1] + ".");

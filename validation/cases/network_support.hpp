@@ -3,14 +3,13 @@
 /// What the cases of groups "network" and "patient" share: small lattices, deterministic random
 /// numbers, references of two families, and how errors are drawn.
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <limits>
 #include <random>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "model/dynamics/lattice.hpp"
 #include "model/dynamics/problem.hpp"
@@ -42,11 +41,11 @@ class Random {
 /// A block of one material, built cell by cell and free on all sides.
 struct Block {
   std::array<int, 3> nodes{4, 4, 4};
-  double spacing = 5e-3;         ///< [m]
+  double spacing = 5e-3;  ///< [m]
   int connectivity = 26;
-  double youngs_modulus = 5e3;   ///< [Pa]
-  double density = 1000.0;       ///< [kg/m^3]
-  double relaxation = 0.0;       ///< c / k of every spring [s]: damping proportional to stiffness
+  double youngs_modulus = 5e3;  ///< [Pa]
+  double density = 1000.0;      ///< [kg/m^3]
+  double relaxation = 0.0;      ///< c / k of every spring [s]: damping proportional to stiffness
 
   [[nodiscard]] LatticeShape shape() const { return {nodes, spacing, connectivity}; }
 };
@@ -76,8 +75,9 @@ struct Truth {
   reference::Solution solution{};
   std::vector<double> floor{};  ///< their disagreement at each instant, over the peak [1]
   double worst_floor = 0.0;     ///< the largest of these
+  double l2_floor = 0.0;        ///< their disagreement in the root mean square [1]
   double agreed_digits = 0.0;
-  bool ladder_falls = false;    ///< a hundredfold looser primary is further away
+  bool ladder_falls = false;  ///< a hundredfold looser primary is further away
 };
 struct TruthSettings {
   std::array<std::string, 2> solvers{"arkode-fehlberg-7-8", "cvode-adams"};

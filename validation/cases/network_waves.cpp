@@ -2,11 +2,10 @@
 /// Frequencies of chains and bars against closed forms: of the assembled matrices, and measured
 /// from motions.
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <complex>
 #include <numbers>
-
-#include <Eigen/Eigenvalues>
 
 #include "model/dynamics/network_builder.hpp"
 #include "validation/cases/network_parts.hpp"
@@ -51,7 +50,8 @@ ModeRun run_mode(const CaseContext& context, SpringNetwork network, const Vector
   constexpr int substeps = 25;
   network.initial_displacement = NodeVectors::Zero(3, network.node_count());
   network.initial_displacement.row(2) = shape.transpose();
-  const Motion motion = simulate(context, scene_of("rk4", sample, 40.0 * sample, substeps), &network);
+  const Motion motion =
+      simulate(context, scene_of("rk4", sample, 40.0 * sample, substeps), &network);
   const NetworkProblem problem(network);
   VectorXd weights = VectorXd::Zero(problem.dof());
   for (const int node : problem.free_nodes()) {
@@ -72,7 +72,9 @@ SpringNetwork chain_of(int masses, double stiffness, double mass, double spacing
   network.mass = VectorXd::Constant(masses + 1, mass);
   network.fixed.assign(static_cast<std::size_t>(masses) + 1, 0);
   network.fixed.front() = 1;
-  for (int i = 0; i < masses; ++i) { network.springs.push_back({i, i + 1, stiffness, 0.0, spacing}); }
+  for (int i = 0; i < masses; ++i) {
+    network.springs.push_back({i, i + 1, stiffness, 0.0, spacing});
+  }
   return network;
 }
 
@@ -94,49 +96,63 @@ VectorXd frequencies_along_z(const NetworkProblem& problem) {
       .cwiseSqrt();
 }
 
-void measure_chain(const CaseContext& context, Outcome& outcome) {
-  constexpr int masses = 20;
+struct ChainErrors {
+  double matrix = 0.0;  ///< of the assembled frequencies
+  double motion = 0.0;  ///< of those measured from motions
+  double scheme = 0.0;  ///< of those against RK4's own
+};
+
+constexpr int chain_masses = 20;
+
+ChainErrors compare_chain(const CaseContext& context, Series& formula, Series& points) {
   constexpr double stiffness = 80.0;  // [N/m]
   constexpr double mass = 2e-3;       // [kg]
   constexpr double spacing = 0.01;    // [m]
-  const SpringNetwork network = chain_of(masses, stiffness, mass, spacing);
+  const SpringNetwork network = chain_of(chain_masses, stiffness, mass, spacing);
   const VectorXd assembled = frequencies_along_z(NetworkProblem(candidate(context, network)));
-  Figure figure{.id = "frequencies",
-                .title = "Natural frequencies of a fixed-free chain of 20 masses",
-                .caption = "Frequencies measured from single modes followed by RK4 lie on the "
-                           "closed form of the chain.",
-                .x = {.label = "mode j"},
-                .y = {.label = "angular frequency (rad/s)"}};
-  Series formula{.label = "2 sqrt(k/m) sin((2j-1) pi / (2(2N+1)))"};
-  Series points{.label = "measured from motion", .style = Series::Style::points};
-  double matrix_error = 0.0;
-  double motion_error = 0.0;
-  double scheme_error = 0.0;
-  for (int j = 1; j <= masses; ++j) {
-    const double omega = chain_frequency(j, masses, stiffness, mass);
-    formula.x.push_back(j);
-    formula.y.push_back(omega);
-    matrix_error = worse(matrix_error, std::abs(assembled(j - 1) / omega - 1.0));
-    VectorXd shape(masses + 1);
-    for (int i = 0; i <= masses; ++i) {
-      shape(i) = 1e-4 * std::sin((2.0 * j - 1.0) * pi * i / (2.0 * masses + 1.0));
+  ChainErrors errors;
+  for (int j = 1; j <= chain_masses; ++j) {
+    const double omega = chain_frequency(j, chain_masses, stiffness, mass);
+    VectorXd shape(chain_masses + 1);
+    for (int i = 0; i <= chain_masses; ++i) {
+      shape(i) = 1e-4 * std::sin((2.0 * j - 1.0) * pi * i / (2.0 * chain_masses + 1.0));
     }
     const ModeRun run = run_mode(context, network, shape, omega);
+    errors.matrix = worse(errors.matrix, std::abs(assembled(j - 1) / omega - 1.0));
+    errors.scheme = worse(errors.scheme, std::abs(run.measured / run.expected - 1.0));
+    errors.motion = worse(errors.motion, std::abs(run.measured / omega - 1.0));
+    formula.x.push_back(j);
+    formula.y.push_back(omega);
     points.x.push_back(j);
     points.y.push_back(run.measured);
-    scheme_error = worse(scheme_error, std::abs(run.measured / run.expected - 1.0));
-    motion_error = worse(motion_error, std::abs(run.measured / omega - 1.0));
   }
-  outcome.judge({.name = "assembled_frequency_error", .value = matrix_error, .upper = 1e-12,
+  return errors;
+}
+
+void measure_chain(const CaseContext& context, Outcome& outcome) {
+  Series formula{.label = "2 sqrt(k/m) sin((2j-1) pi / (2(2N+1)))"};
+  Series points{.label = "measured from motion", .style = Series::Style::points};
+  const ChainErrors errors = compare_chain(context, formula, points);
+  outcome.judge({.name = "assembled_frequency_error",
+                 .value = errors.matrix,
+                 .upper = 1e-12,
                  .bound_from = "theory; rounding of the eigenvalues times their spread of 700"});
-  outcome.judge({.name = "measured_frequency_error", .value = motion_error,
+  outcome.judge({.name = "measured_frequency_error",
+                 .value = errors.motion,
                  .upper = 1.01 * 1e-8 / 120.0 + 1e-11,
                  .bound_from = "theory: (omega h)^4 / 120 of RK4, and the rounding of the fit"});
-  outcome.judge({.name = "measured_minus_rk4_frequency", .value = scheme_error, .upper = 1e-11,
+  outcome.judge({.name = "measured_minus_rk4_frequency",
+                 .value = errors.scheme,
+                 .upper = 1e-11,
                  .bound_from = "discrete theory of RK4; rounding of positions over displacements, "
                                "3e-13 a sample, over the squared phase between samples"});
-  figure.series = {std::move(formula), std::move(points)};
-  outcome.figures.push_back(std::move(figure));
+  outcome.figures.push_back({.id = "frequencies",
+                             .title = "Natural frequencies of a fixed-free chain of 20 masses",
+                             .caption = "Frequencies measured from single modes followed by RK4 "
+                                        "lie on the closed form of the chain.",
+                             .x = {.label = "mode j"},
+                             .y = {.label = "angular frequency (rad/s)"},
+                             .series = {std::move(formula), std::move(points)}});
 }
 
 /// Modes that move whole planes of a bar along it, sides held on rollers: free-free with half
@@ -154,8 +170,7 @@ struct Bar {
 
 Bar bar_of(int connectivity, int cells) {
   Bar bar{.block = {.nodes = {3, 3, cells + 1}, .connectivity = connectivity}, .cells = cells};
-  const BondStiffness k =
-      bond_stiffness(bar.block.youngs_modulus, bar.block.spacing, connectivity);
+  const BondStiffness k = bond_stiffness(bar.block.youngs_modulus, bar.block.spacing, connectivity);
   const double c11 =
       (k.edge + 2.0 * k.face_diagonal + 4.0 / 3.0 * k.body_diagonal) / bar.block.spacing;
   bar.speed = std::sqrt(c11 / bar.block.density);
@@ -184,12 +199,53 @@ double assembled_error(const Bar& bar, const SpringNetwork& network, int j, Seri
   return worse(std::abs(omega / bar.omega(j) - 1.0), residual);
 }
 
+constexpr int bar_cells = 24;
+
+void judge_assembled(const CaseContext& context, int connectivity, Figure& figure,
+                     Outcome& outcome) {
+  const Bar bar = bar_of(connectivity, bar_cells);
+  const SpringNetwork network = candidate(context, block_network(bar.block));
+  Series points{.label = std::to_string(connectivity) + " neighbours, assembled",
+                .style = Series::Style::points};
+  double error = 0.0;
+  for (int j = 1; j <= bar_cells; ++j) {
+    error = worse(error, assembled_error(bar, network, j, points));
+  }
+  outcome.judge({.name = "assembled_error_" + std::to_string(connectivity),
+                 .value = error,
+                 .upper = 1e-11,
+                 .bound_from = "theory; rounding of forces that cancel by (q a)^2 = 0.02"});
+  figure.series.push_back(std::move(points));
+}
+
+/// With 6 neighbours a plane wave needs no rollers: it can be followed in motion.
+void judge_motion(const CaseContext& context, Figure& figure, Outcome& outcome) {
+  const Bar bar = bar_of(6, bar_cells);
+  const SpringNetwork network = block_network(bar.block);
+  Series measured{.label = "6 neighbours, from motion", .style = Series::Style::points};
+  double error = 0.0;
+  for (int j = 1; j <= bar_cells; j += context.quick ? 6 : 3) {
+    const VectorXd shape = plane_wave(bar, network, j, 1e-3 * bar.block.spacing);
+    const ModeRun run = run_mode(context, network, shape, bar.omega(j));
+    error = worse(error, std::abs(run.measured / run.expected - 1.0));
+    measured.x.push_back(bar.wave_number(j) * bar.block.spacing / pi);
+    measured.y.push_back(run.measured * bar.block.spacing / bar.speed);
+  }
+  outcome.judge({.name = "motion_error_6",
+                 .value = error,
+                 .upper = 1e-10,
+                 .bound_from = "discrete theory of RK4; rounding of positions over displacements, "
+                               "1e-12 a sample, over the squared phase between samples"});
+  figure.series.push_back(std::move(measured));
+}
+
 void measure_dispersion(const CaseContext& context, Outcome& outcome) {
-  constexpr int cells = 24;
   Figure figure{.id = "dispersion",
                 .title = "Longitudinal waves along an axis of the lattice",
-                .caption = "Frequencies of plane waves, from the assembled matrices and from "
-                           "motions, on the lattice dispersion; the dashed line is the continuum.",
+                .caption =
+                    "Frequencies of plane waves, from the assembled matrices (sides on "
+                    "rollers) and from motions, on the lattice dispersion; the dashed line "
+                    "is the continuum.",
                 .x = {.label = "q a / pi"},
                 .y = {.label = "omega a / c"}};
   Series curve{.label = "2 sin(q a / 2)"};
@@ -197,36 +253,12 @@ void measure_dispersion(const CaseContext& context, Outcome& outcome) {
     curve.x.push_back(n / 60.0);
     curve.y.push_back(2.0 * std::sin(n * pi / 120.0));
   }
-  figure.series = {std::move(curve), line("continuum", {0.0, 0.7}, {0.0, 0.7 * pi}, Series::Style::dashed)};
+  figure.series.push_back(std::move(curve));
+  figure.series.push_back(line("continuum", {0.0, 0.7}, {0.0, 0.7 * pi}, Series::Style::dashed));
   for (const int connectivity : {6, 18, 26}) {
-    const Bar bar = bar_of(connectivity, cells);
-    const SpringNetwork network = candidate(context, block_network(bar.block));
-    Series points{.label = std::to_string(connectivity) + " neighbours, assembled",
-                  .style = Series::Style::points};
-    double error = 0.0;
-    for (int j = 1; j <= cells; ++j) {
-      error = worse(error, assembled_error(bar, network, j, points));
-    }
-    outcome.judge({.name = "assembled_error_" + std::to_string(connectivity), .value = error,
-                   .upper = 1e-11,
-                   .bound_from = "theory; rounding of forces that cancel by (q a)^2 = 0.02"});
-    figure.series.push_back(std::move(points));
+    judge_assembled(context, connectivity, figure, outcome);
   }
-  // With 6 neighbours a plane wave needs no rollers: it can be followed in motion.
-  const Bar bar = bar_of(6, cells);
-  const SpringNetwork network = block_network(bar.block);
-  Series measured{.label = "6 neighbours, from motion", .style = Series::Style::points};
-  double error = 0.0;
-  for (int j = 1; j <= cells; j += context.quick ? 6 : 3) {
-    const ModeRun run =
-        run_mode(context, network, plane_wave(bar, network, j, 1e-3 * bar.block.spacing), bar.omega(j));
-    error = worse(error, std::abs(run.measured / run.expected - 1.0));
-    measured.x.push_back(bar.wave_number(j) * bar.block.spacing / pi);
-    measured.y.push_back(run.measured * bar.block.spacing / bar.speed);
-  }
-  outcome.judge({.name = "motion_error_6", .value = error, .upper = 1e-10,
-                 .bound_from = "discrete theory of RK4; rounding of positions over displacements"});
-  figure.series.push_back(std::move(measured));
+  judge_motion(context, figure, outcome);
   outcome.figures.push_back(std::move(figure));
 }
 

@@ -28,7 +28,9 @@ SpringNetwork loaded_network() {
 
 Scene loaded_scene(const std::string& scheme, long ticks, int substeps) {
   Scene scene = scene_of(scheme, duration / static_cast<double>(ticks), duration, substeps);
-  scene.loads = {{.face = Face::z_min, .force = {4e-3, -2e-3, 8e-3}, .end = duration,
+  scene.loads = {{.face = Face::z_min,
+                  .force = {4e-3, -2e-3, 8e-3},
+                  .end = duration,
                   .profile = Profile::half_sine}};
   return scene;
 }
@@ -100,12 +102,15 @@ void judge_scheme(const CaseContext& context, const NetworkProblem& problem,
                                      : imbalance(problem, motion.position, motion.velocity));
   }
   const ObservedOrder order = observed_order(steps, errors, 1e-12, 1.0);
-  outcome.judge({.name = "order_" + std::string(scheme.name), .value = order.slope,
-                 .lower = scheme.order_damped - 0.15,
-                 .bound_from = "theory: the balance closes at least as fast as the motion converges"});
-  outcome.quantities.push_back({.name = "imbalance_" + std::string(scheme.name),
-                                .value = errors.back()});
-  figure.series.push_back(line(std::string(scheme.name), steps, errors, Series::Style::line_and_points));
+  outcome.judge(
+      {.name = "order_" + std::string(scheme.name),
+       .value = order.slope,
+       .lower = scheme.order_damped - 0.15,
+       .bound_from = "theory: the balance closes at least as fast as the motion converges"});
+  outcome.quantities.push_back(
+      {.name = "imbalance_" + std::string(scheme.name), .value = errors.back()});
+  figure.series.push_back(
+      line(std::string(scheme.name), steps, errors, Series::Style::line_and_points));
 }
 
 void measure(const CaseContext& context, Outcome& outcome) {
@@ -115,21 +120,24 @@ void measure(const CaseContext& context, Outcome& outcome) {
   const Truth truth = find_truth(context, problem, instants(duration / samples, samples),
                                  {.tolerance = {.relative = 1e-12}});
   const double reference = imbalance(problem, truth.solution.position, truth.solution.velocity);
-  outcome.judge({.name = "imbalance_reference", .value = reference, .upper = 1e-9,
+  outcome.judge({.name = "imbalance_reference",
+                 .value = reference,
+                 .upper = 1e-9,
                  .bound_from = "theory; 512 samples of Boole's rule at (omega h)^6 and the "
                                "reference's own tolerance"});
   Figure figure{.id = "imbalance",
                 .title = "Energy balance under load",
-                .caption = "What is missing between the work of the loads, the change of energy and "
-                           "the dissipation, over the largest energy; the reference is dashed.",
+                .caption =
+                    "What is missing between the work of the loads, the change of energy and "
+                    "the dissipation, over the largest energy; the reference is dashed.",
                 .x = {.label = "step (s)", .logarithmic = true},
                 .y = {.label = "imbalance (1)", .logarithmic = true}};
   for (const IntegratorInfo* scheme : integrators()) {
     if (scheme->implicit && context.quick) { continue; }
     judge_scheme(context, problem, *scheme, figure, outcome);
   }
-  figure.series.push_back(line("reference", {duration / 2048, duration / 128}, {reference, reference},
-                               Series::Style::dashed));
+  figure.series.push_back(line("reference", {duration / 2048, duration / 128},
+                               {reference, reference}, Series::Style::dashed));
   outcome.figures.push_back(std::move(figure));
 }
 

@@ -30,7 +30,8 @@ double operations(std::string_view scheme) {
 struct Closed {
   std::vector<double> position;
   std::vector<double> velocity;  ///< at the instant of the position, as the model gives it
-  std::vector<double> rounding;  ///< what one eps per operation and step can add up to, per operation
+  std::vector<double>
+      rounding;  ///< what one eps per operation and step can add up to, per operation
 };
 
 Closed closed_form(std::string_view scheme, const Oscillator& oscillator, double h, long steps) {
@@ -50,9 +51,9 @@ Closed closed_form(std::string_view scheme, const Oscillator& oscillator, double
     weighted(1, 0) /= omega;
     power.push_back(weighted.norm());
     product = (one * product).eval();
-    const long double v = n == 0          ? static_cast<long double>(oscillator.velocity)
+    const long double v = n == 0      ? static_cast<long double>(oscillator.velocity)
                           : staggered ? (last(1) + state(1)) / 2
-                                          : state(1);
+                                      : state(1);
     last = state;
     closed.position.push_back(static_cast<double>(state(0)));
     closed.velocity.push_back(static_cast<double>(v));
@@ -80,9 +81,11 @@ double rounding_per_step(const Samples& found, const Closed& closed, double omeg
 void measure_discrete(const CaseContext& context, Outcome& outcome, std::string_view scheme) {
   const long steps = context.quick ? 200 : 500;
   const double limit = operations(scheme);
-  Figure figure{.id = "difference", .title = "Model minus closed form of " + std::string(scheme),
-                .caption = "The position differs from the scheme's own closed form by rounding "
-                           "only, at every step and damping.",
+  Figure figure{.id = "difference",
+                .title = "Model minus closed form of " + std::string(scheme),
+                .caption =
+                    "The position differs from the scheme's own closed form by rounding "
+                    "only, at every step and damping.",
                 .x = {.label = "time (s)"},
                 .y = {.label = "absolute difference (m)", .logarithmic = true}};
   const auto judge = [&](const std::string& label, const Oscillator& oscillator, double h) {
@@ -90,7 +93,8 @@ void measure_discrete(const CaseContext& context, Outcome& outcome, std::string_
     const Closed closed = closed_form(scheme, oscillator, h, steps);
     outcome.judge({.name = "rounding per step, " + label,
                    .value = rounding_per_step(found, closed, natural_frequency(oscillator)),
-                   .unit = "eps", .upper = limit,
+                   .unit = "eps",
+                   .upper = limit,
                    .bound_from = "one eps for each of the " + text(limit) +
                                  " operations of a step, carried on by the powers of its matrix"});
     Series series{.label = label, .style = Series::Style::points};
@@ -118,13 +122,13 @@ std::vector<Case> discrete_cases() {
   std::vector<Case> cases;
   for (const IntegratorInfo* info : integrators()) {
     const std::string scheme(info->name);
-    cases.push_back({.name = "oscillator/discrete/" + scheme, .suite = "accuracy",
-                     .claim = "The model steps " + scheme +
-                              " exactly as its definition says, to rounding.",
-                     .measure = [scheme](const CaseContext& context, Outcome& outcome) {
-                       measure_discrete(context, outcome, scheme);
-                     },
-                     .weight = 0.3});
+    cases.push_back(
+        {.name = "oscillator/discrete/" + scheme,
+         .suite = "accuracy",
+         .claim = "The model steps " + scheme + " exactly as its definition says, to rounding.",
+         .measure = [scheme](const CaseContext& context,
+                             Outcome& outcome) { measure_discrete(context, outcome, scheme); },
+         .weight = 0.3});
   }
   return cases;
 }

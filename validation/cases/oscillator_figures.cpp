@@ -49,8 +49,12 @@ double slope_at_zero(const Curve& curve) {
 
 void judge_near(Outcome& outcome, const std::string& name, double value, const std::string& unit,
                 double expected, double tolerance, const std::string& from) {
-  outcome.judge({.name = name, .value = value, .unit = unit, .lower = expected - tolerance,
-                 .upper = expected + tolerance, .bound_from = from});
+  outcome.judge({.name = name,
+                 .value = value,
+                 .unit = unit,
+                 .lower = expected - tolerance,
+                 .upper = expected + tolerance,
+                 .bound_from = from});
 }
 
 void judge_forms(Outcome& outcome, double c, Table& table) {
@@ -64,8 +68,8 @@ void judge_forms(Outcome& outcome, double c, Table& table) {
   const double zero_rounding = 1e-12;  // zeros near 25 s are known to an eps of 25
   const double slope_rounding = 1e-9;  // h^4 of the extrapolation and eps A / h
   const auto zeros = zeros_of(printed).size();
-  judge_near(outcome, "zeros of the printed form" + label, static_cast<double>(zeros), "1", 0.0, 0.0,
-             "theory: a bare exponential has none");
+  judge_near(outcome, "zeros of the printed form" + label, static_cast<double>(zeros), "1", 0.0,
+             0.0, "theory: a bare exponential has none");
   judge_near(outcome, "frequency as plotted" + label, frequency_of(zeros_of(plotted)), "rad/s", 1.0,
              zero_rounding, "theory: omega0, whatever c is; rounding");
   judge_near(outcome, "initial velocity as plotted" + label, slope_at_zero(plotted), "m/s",
@@ -84,12 +88,14 @@ void judge_forms(Outcome& outcome, double c, Table& table) {
 Figure draw_forms(double c) {
   Oscillator o = paper_oscillator(c);
   o.displacement = amplitude;
-  Figure figure{.id = "c-" + id_of(text(c)), .title = "Eq. 6 in three readings, c = " + text(c) +
-                                                          " N s/m",
-                .caption = "The printed form only decays; as plotted it swings at omega0 and does "
-                           "not start from rest; the exact motion, which the model follows, swings at "
-                           "omega1 and does.",
-                .x = {.label = "time (s)"}, .y = {.label = "position (m)"}};
+  Figure figure{.id = "c-" + id_of(text(c)),
+                .title = "Eq. 6 in three readings, c = " + text(c) + " N s/m",
+                .caption =
+                    "The printed form only decays; as plotted it swings at omega0 and does "
+                    "not start from rest; the exact motion, which the model follows, swings at "
+                    "omega1 and does.",
+                .x = {.label = "time (s)"},
+                .y = {.label = "position (m)"}};
   Series printed{.label = "as printed", .style = Series::Style::dashed};
   Series plotted{.label = "as plotted", .style = Series::Style::line_and_points};
   Series exact{.label = "exact"};
@@ -112,9 +118,11 @@ void judge_model(const CaseContext& context, Outcome& outcome, double c, Figure&
   const Samples found = samples_of(run(context, o, "rk4", h, steps));
   const Samples exact = exact_samples(o, instants(h, steps));
   // The energy norm never grows: Taylor remainders of (h |G|)^5 / 120 only add up, |G|^2 = 2 + c^2.
-  const double bound = static_cast<double>(steps) * std::pow(h * std::sqrt(2.0 + c * c), 5.0) / 120.0;
+  const double bound =
+      static_cast<double>(steps) * std::pow(h * std::sqrt(2.0 + c * c), 5.0) / 120.0;
   outcome.judge({.name = "model from the exact form over its peak, c = " + text(c),
-                 .value = peak_distance(found.position, exact.position), .upper = bound,
+                 .value = peak_distance(found.position, exact.position),
+                 .upper = bound,
                  .bound_from = "Taylor remainder of 500 steps"});
   Series points{.label = "model, Runge-Kutta", .style = Series::Style::points};
   for (std::size_t n = 0; n < found.time.size(); n += 20) {
@@ -125,7 +133,8 @@ void judge_model(const CaseContext& context, Outcome& outcome, double c, Figure&
 }
 
 void measure_figure_6(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "forms", .title = "What the three readings of Eq. 6 do",
+  Table table{.id = "forms",
+              .title = "What the three readings of Eq. 6 do",
               .caption = "Zeros, frequencies and initial velocities of the three forms.",
               .columns = {"c (N s/m)", "zeros as printed (1)", "frequency as plotted (rad/s)",
                           "omega1 (rad/s)", "initial velocity as plotted (m/s)",
@@ -138,8 +147,10 @@ void measure_figure_6(const CaseContext& context, Outcome& outcome) {
   }
   outcome.tables.push_back(std::move(table));
   outcome.notes.emplace_back(
-      "Eq. 6 as printed multiplies omega0 t by a phase of zero and cannot oscillate; the curves that "
-      "the paper plots have the frequency of an undamped spring and are thrown inwards at gamma A.");
+      "Eq. 6 as printed multiplies omega0 t by a phase of zero and cannot oscillate; the curves "
+      "that "
+      "the paper plots have the frequency of an undamped spring and are thrown inwards at gamma "
+      "A.");
 }
 
 /// Figs. 7-9: one scheme each, with the trace and determinant of its step (m = k = 1).
@@ -167,7 +178,9 @@ const std::array<SchemeFigure, 3>& scheme_figures() {
 
 void add_targets(Figure& figure, const Oscillator& oscillator) {
   const std::vector<double> fine = instants(0.1, 250);
-  figure.series.push_back({.label = "Eq. 6 as plotted", .style = Series::Style::dashed, .x = fine,
+  figure.series.push_back({.label = "Eq. 6 as plotted",
+                           .style = Series::Style::dashed,
+                           .x = fine,
                            .y = equation_6_samples(oscillator, fine)});
   figure.series.push_back(
       {.label = "exact", .x = fine, .y = exact_samples(oscillator, fine).position});
@@ -186,8 +199,7 @@ Recurrence compare(Misses& misses, const SchemeFigure& one, double c, double h,
   const long steps = std::lround(paper_duration / h);
   misses.position = worse(
       misses.position,
-      peak_distance(curve.position,
-                    closed_positions(one.scheme, paper_oscillator(c), h, steps)));
+      peak_distance(curve.position, closed_positions(one.scheme, paper_oscillator(c), h, steps)));
   const double rounding = 10.0 * epsilon * found.condition;
   misses.trace = worse(misses.trace, std::abs(found.trace - one.trace(c, h)) / rounding);
   misses.determinant =
@@ -196,32 +208,39 @@ Recurrence compare(Misses& misses, const SchemeFigure& one, double c, double h,
 }
 
 void judge_misses(Outcome& outcome, const Misses& misses) {
-  for (const auto& [name, value] : {std::pair{"trace", misses.trace},
-                                    std::pair{"determinant", misses.determinant}}) {
+  for (const auto& [name, value] :
+       {std::pair{"trace", misses.trace}, std::pair{"determinant", misses.determinant}}) {
     outcome.judge({.name = std::string("largest miss of the step's ") + name + " over its rounding",
-                   .value = value, .upper = 1.0,
+                   .value = value,
+                   .upper = 1.0,
                    .bound_from = "theory of the step; 10 operations a step at one eps each, times "
                                  "the condition of the fit"});
   }
   outcome.judge({.name = "largest distance from the closed form over its peak",
-                 .value = misses.position, .upper = 10.0 * 250.0 * epsilon,
+                 .value = misses.position,
+                 .upper = 10.0 * 250.0 * epsilon,
                  .bound_from = "10 operations in each of 250 steps at one eps each"});
 }
 
 void measure_scheme_figure(const CaseContext& context, Outcome& outcome, const SchemeFigure& one) {
-  Table table{.id = "distances", .title = one.title + " against Eq. 6",
-              .caption = "Root mean square distances over 25 s, and the trace and determinant of "
-                         "the step read off the curve and from theory.",
-              .columns = {"c (N s/m)", "h (s)", "from Eq. 6 as plotted (m)",
-                          "from the exact motion (m)", "trace (1)", "its theory (1)",
-                          "determinant (1)", "its theory (1)"}};
+  Table table{
+      .id = "distances",
+      .title = one.title + " against Eq. 6",
+      .caption =
+          "Root mean square distances over 25 s, and the trace and determinant of "
+          "the step read off the curve and from theory.",
+      .columns = {"c (N s/m)", "h (s)", "from Eq. 6 as plotted (m)", "from the exact motion (m)",
+                  "trace (1)", "its theory (1)", "determinant (1)", "its theory (1)"}};
   Misses misses;
   for (const double c : paper_viscosities) {
     const Oscillator oscillator = paper_oscillator(c);
-    Figure figure{.id = "c-" + id_of(text(c)), .title = one.title + ", c = " + text(c) + " N s/m",
-                  .caption = one.title + " at both steps of the paper beside Eq. 6 as plotted and "
-                                         "the exact motion.",
-                  .x = {.label = "time (s)"}, .y = {.label = "position (m)"}};
+    Figure figure{.id = "c-" + id_of(text(c)),
+                  .title = one.title + ", c = " + text(c) + " N s/m",
+                  .caption = one.title +
+                             " at both steps of the paper beside Eq. 6 as plotted and "
+                             "the exact motion.",
+                  .x = {.label = "time (s)"},
+                  .y = {.label = "position (m)"}};
     for (const double h : paper_steps) {
       const long steps = std::lround(paper_duration / h);
       const Samples found = samples_of(run(context, oscillator, one.scheme, h, steps));
@@ -232,7 +251,8 @@ void measure_scheme_figure(const CaseContext& context, Outcome& outcome, const S
            rms_distance(found.position, exact.position), recurrence.trace, one.trace(c, h),
            recurrence.determinant, one.determinant(c, h)});
       figure.series.push_back({.label = one.title + ", h = " + text(h) + " s",
-                               .style = Series::Style::line_and_points, .x = found.time,
+                               .style = Series::Style::line_and_points,
+                               .x = found.time,
                                .y = found.position});
     }
     add_targets(figure, oscillator);
@@ -246,17 +266,20 @@ void measure_scheme_figure(const CaseContext& context, Outcome& outcome, const S
 
 std::vector<Case> figure_cases() {
   std::vector<Case> cases{
-      {.name = "oscillator/figure-6", .suite = "accuracy",
+      {.name = "oscillator/figure-6",
+       .suite = "accuracy",
        .claim = "Eq. 6 as printed, as plotted and exact are three different motions.",
-       .measure = measure_figure_6, .weight = 0.1}};
+       .measure = measure_figure_6,
+       .weight = 0.1}};
   for (const SchemeFigure& one : scheme_figures()) {
-    cases.push_back({.name = "oscillator/" + one.name, .suite = "accuracy",
-                     .claim = one.title + " moves by the recurrence that its definition gives at "
-                                          "every damping and step of the paper.",
-                     .measure = [&one](const CaseContext& context, Outcome& outcome) {
-                       measure_scheme_figure(context, outcome, one);
-                     },
-                     .weight = 0.3});
+    cases.push_back(
+        {.name = "oscillator/" + one.name,
+         .suite = "accuracy",
+         .claim = one.title + " moves by the recurrence that its definition gives at "
+                              "every damping and step of the paper.",
+         .measure = [&one](const CaseContext& context,
+                           Outcome& outcome) { measure_scheme_figure(context, outcome, one); },
+         .weight = 0.3});
   }
   return cases;
 }

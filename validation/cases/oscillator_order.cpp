@@ -73,22 +73,32 @@ Ladder climb(const CaseContext& context, const Setting& setting, std::string_vie
 
 void judge_slope(Outcome& outcome, const std::string& what, int order, const ObservedOrder& found) {
   const double p = order;
-  outcome.judge({.name = "order of " + what, .value = found.slope, .lower = p - tolerance,
-                 .upper = p + tolerance,
-                 .bound_from = "Taylor expansion of one step gives order " + std::to_string(order)});
-  outcome.judge({.name = "rungs used for " + what, .value = static_cast<double>(found.rungs),
-                 .lower = 4.0, .bound_from = "fewer than four errors show no slope"});
-  outcome.judge({.name = "errors of " + what + " fall with h", .value = found.monotone ? 1.0 : 0.0,
-                 .lower = 1.0, .bound_from = "convergence"});
+  outcome.judge(
+      {.name = "order of " + what,
+       .value = found.slope,
+       .lower = p - tolerance,
+       .upper = p + tolerance,
+       .bound_from = "Taylor expansion of one step gives order " + std::to_string(order)});
+  outcome.judge({.name = "rungs used for " + what,
+                 .value = static_cast<double>(found.rungs),
+                 .lower = 4.0,
+                 .bound_from = "fewer than four errors show no slope"});
+  outcome.judge({.name = "errors of " + what + " fall with h",
+                 .value = found.monotone ? 1.0 : 0.0,
+                 .lower = 1.0,
+                 .bound_from = "convergence"});
   outcome.judge({.name = "r^2 of " + what, .value = found.r_squared});
 }
 
 void draw(Figure& figure, const std::string& name, const Ladder& ladder,
           const ObservedOrder& order) {
-  figure.series.push_back({.label = name + ", measured", .style = Series::Style::points,
-                           .x = ladder.h, .y = ladder.position_error});
+  figure.series.push_back({.label = name + ", measured",
+                           .style = Series::Style::points,
+                           .x = ladder.h,
+                           .y = ladder.position_error});
   Series fit{.label = name + ", slope " + text(std::round(100.0 * order.slope) / 100.0),
-             .style = Series::Style::dashed, .x = ladder.h};
+             .style = Series::Style::dashed,
+             .x = ladder.h};
   double level = 0.0;  // the line through the middle of the errors
   for (std::size_t n = 0; n < ladder.h.size(); ++n) {
     level += std::log(ladder.position_error[n]) - order.slope * std::log(ladder.h[n]);
@@ -100,8 +110,10 @@ void draw(Figure& figure, const std::string& name, const Ladder& ladder,
 
 void judge_registry(Outcome& outcome, const IntegratorInfo& info, const Theory& expected) {
   const auto same = [&](const std::string& name, int announced, int order) {
-    outcome.judge({.name = name, .value = static_cast<double>(announced),
-                   .lower = static_cast<double>(order), .upper = static_cast<double>(order),
+    outcome.judge({.name = name,
+                   .value = static_cast<double>(announced),
+                   .lower = static_cast<double>(order),
+                   .upper = static_cast<double>(order),
                    .bound_from = "Taylor expansion of one step"});
   };
   same("announced order, undamped", info.order_undamped, expected.undamped);
@@ -111,18 +123,21 @@ void judge_registry(Outcome& outcome, const IntegratorInfo& info, const Theory& 
 void measure_order(const CaseContext& context, Outcome& outcome, const IntegratorInfo& info,
                    const Theory& expected) {
   judge_registry(outcome, info, expected);
-  Figure figure{.id = "error-over-step", .title = "Convergence of " + std::string(info.name),
+  Figure figure{.id = "error-over-step",
+                .title = "Convergence of " + std::string(info.name),
                 .caption = "Largest position error over " + text(duration) +
                            " s against the exact motion, relative to its peak, falls with the "
                            "step at the slope that the dashed lines show.",
                 .x = {.label = "step h (s)", .logarithmic = true},
                 .y = {.label = "largest error over peak (1)", .logarithmic = true}};
-  Table table{.id = "errors", .title = "Errors on the ladder of steps",
+  Table table{.id = "errors",
+              .title = "Errors on the ladder of steps",
               .caption = "Largest errors relative to the peak of the exact motion.",
               .columns = {"oscillator", "h (s)", "position error (1)", "velocity error (1)"}};
-  for (const Setting& setting : {Setting{"undamped", thrown(paper_oscillator(0.0)), expected.undamped},
-                                 Setting{"damped", thrown(paper_oscillator(0.5)), expected.damped},
-                                 Setting{"driven", thrown(driven_oscillator()), expected.damped}}) {
+  for (const Setting& setting :
+       {Setting{"undamped", thrown(paper_oscillator(0.0)), expected.undamped},
+        Setting{"damped", thrown(paper_oscillator(0.5)), expected.damped},
+        Setting{"driven", thrown(driven_oscillator()), expected.damped}}) {
     const Ladder ladder = climb(context, setting, info.name);
     const ObservedOrder position = observed_order(ladder.h, ladder.position_error, round_off);
     const ObservedOrder velocity = observed_order(ladder.h, ladder.velocity_error, round_off);
@@ -130,8 +145,8 @@ void measure_order(const CaseContext& context, Outcome& outcome, const Integrato
     judge_slope(outcome, "velocity, " + setting.name, setting.order, velocity);
     draw(figure, setting.name, ladder, position);
     for (std::size_t n = 0; n < ladder.h.size(); ++n) {
-      table.rows.push_back({setting.name, ladder.h[n], ladder.position_error[n],
-                            ladder.velocity_error[n]});
+      table.rows.push_back(
+          {setting.name, ladder.h[n], ladder.position_error[n], ladder.velocity_error[n]});
     }
   }
   outcome.figures.push_back(std::move(figure));
@@ -147,21 +162,23 @@ std::vector<Case> order_cases() {
   std::vector<Case> cases;
   for (const IntegratorInfo* info : integrators()) {
     const auto* expected = std::ranges::find(theory, info->name, &Theory::scheme);
-    const std::string orders =
-        expected == theory.end() ? "a known order"
-                                 : "order " + std::to_string(expected->undamped) +
-                                       " without damping and " + std::to_string(expected->damped) +
-                                       " with it";
-    cases.push_back({.name = "oscillator/order/" + std::string(info->name), .suite = "accuracy",
+    const std::string orders = expected == theory.end()
+                                   ? "a known order"
+                                   : "order " + std::to_string(expected->undamped) +
+                                         " without damping and " +
+                                         std::to_string(expected->damped) + " with it";
+    cases.push_back({.name = "oscillator/order/" + std::string(info->name),
+                     .suite = "accuracy",
                      .claim = "The error of " + std::string(info->name) + " falls with " + orders +
                               ", driven or not.",
-                     .measure = [info, expected](const CaseContext& context, Outcome& outcome) {
-                       if (expected == theory.end()) {
-                         throw std::invalid_argument("no order is known from theory for " +
-                                                     std::string(info->name));
-                       }
-                       measure_order(context, outcome, *info, *expected);
-                     },
+                     .measure =
+                         [info, expected](const CaseContext& context, Outcome& outcome) {
+                           if (expected == theory.end()) {
+                             throw std::invalid_argument("no order is known from theory for " +
+                                                         std::string(info->name));
+                           }
+                           measure_order(context, outcome, *info, *expected);
+                         },
                      .weight = 1.0});
   }
   return cases;

@@ -30,9 +30,9 @@ const std::array<Drawn, 3>& drawn_schemes() {
 }
 
 /// Two successive states span a parallelogram; each step multiplies its area by the determinant.
-double area_factor(const Samples& orbit) {
-  const std::size_t count = orbit.position.size();
-  if (count < 4 || orbit.velocity.size() != count) { return nan; }
+double area_factor(const Samples& orbit, long steps) {
+  const std::size_t count = static_cast<std::size_t>(steps) + 1;
+  if (orbit.position.size() != count || orbit.velocity.size() != count) { return nan; }
   const auto area = [&](std::size_t n) {
     return orbit.position[n] * orbit.velocity[n + 1] - orbit.position[n + 1] * orbit.velocity[n];
   };
@@ -45,14 +45,18 @@ Figure draw(const CaseContext& context, const Drawn& one, double c) {
   const Oscillator oscillator = paper_oscillator(c);
   Figure figure{.id = one.scheme + "-c-" + id_of(text(c)),
                 .title = "Phase portrait of " + one.title + ", c = " + text(c) + " N s/m",
-                .caption = "The orbit of " + one.title + " at both steps of the paper beside that "
+                .caption = "The orbit of " + one.title +
+                           " at both steps of the paper beside that "
                            "of the exact motion.",
-                .x = {.label = "position (m)"}, .y = {.label = "velocity (m/s)"}, .square = true};
+                .x = {.label = "position (m)"},
+                .y = {.label = "velocity (m/s)"},
+                .square = true};
   for (const double h : paper_steps) {
     const long steps = std::lround(paper_duration / h);
     const Samples orbit = samples_of(run(context, oscillator, one.scheme, h, steps));
     figure.series.push_back({.label = "h = " + text(h) + " s",
-                             .style = Series::Style::line_and_points, .x = orbit.position,
+                             .style = Series::Style::line_and_points,
+                             .x = orbit.position,
                              .y = orbit.velocity});
   }
   const Samples exact = exact_samples(oscillator, instants(0.05, 500));
@@ -61,11 +65,12 @@ Figure draw(const CaseContext& context, const Drawn& one, double c) {
 }
 
 /// |measured - theory| over its rounding.
-double miss_of_area(const CaseContext& context, const Drawn& one, double c, double h, Table& table) {
+double miss_of_area(const CaseContext& context, const Drawn& one, double c, double h,
+                    Table& table) {
   // Long enough to see, short enough for the orbit not to vanish in rounding.
   const long steps = 60;
   const Samples orbit = samples_of(run(context, paper_oscillator(c), one.scheme, h, steps));
-  const double found = area_factor(orbit);
+  const double found = area_factor(orbit, steps);
   const double theory = one.area_factor(c, h);
   table.rows.push_back({one.title, c, h, found, theory, std::exp(-c * h)});
   // The area, h, is a difference of products of order one; what 60 steps add the root divides.
@@ -73,9 +78,11 @@ double miss_of_area(const CaseContext& context, const Drawn& one, double c, doub
 }
 
 void measure_figure_10(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "areas", .title = "What a step does to an area of the phase plane",
-              .caption = "Measured factor, determinant of the step, and the exact exp(-c h / m).",
-              .columns = {"scheme", "c (N s/m)", "h (s)", "measured (1)", "theory (1)", "exact (1)"}};
+  Table table{
+      .id = "areas",
+      .title = "What a step does to an area of the phase plane",
+      .caption = "Measured factor, determinant of the step, and the exact exp(-c h / m).",
+      .columns = {"scheme", "c (N s/m)", "h (s)", "measured (1)", "theory (1)", "exact (1)"}};
   for (const Drawn& one : drawn_schemes()) {
     double miss = 0.0;
     for (const double h : paper_steps) {
@@ -84,7 +91,8 @@ void measure_figure_10(const CaseContext& context, Outcome& outcome) {
       }
     }
     outcome.judge({.name = "largest miss of the area factor of " + one.title + " over its rounding",
-                   .value = miss, .upper = 1.0,
+                   .value = miss,
+                   .upper = 1.0,
                    .bound_from = "theory: determinant of the step; 10 operations a step at one eps "
                                  "each, in an area of h"});
     outcome.figures.push_back(draw(context, one, 0.0));
@@ -100,10 +108,12 @@ void measure_figure_10(const CaseContext& context, Outcome& outcome) {
 }  // namespace
 
 std::vector<Case> phase_cases() {
-  return {{.name = "oscillator/figure-10", .suite = "accuracy",
+  return {{.name = "oscillator/figure-10",
+           .suite = "accuracy",
            .claim = "Each scheme gains or loses area of the phase plane as its step's determinant "
                     "says.",
-           .measure = measure_figure_10, .weight = 0.5}};
+           .measure = measure_figure_10,
+           .weight = 0.5}};
 }
 
 }  // namespace palpate::oscillator

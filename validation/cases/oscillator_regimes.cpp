@@ -65,7 +65,8 @@ double relative_difference(const Oscillator& o, const Samples& found, const Samp
     so_far = o.drive_amplitude == 0.0 ? size : std::max(so_far, size);
     if (so_far == 0.0) { continue; }  // rest before the drive has acted
     largest = worse(largest, std::hypot(found.position[n] - truth.position[n],
-                                        (found.velocity[n] - truth.velocity[n]) / omega) / so_far);
+                                        (found.velocity[n] - truth.velocity[n]) / omega) /
+                                 so_far);
   }
   return largest;
 }
@@ -104,13 +105,17 @@ std::vector<Named> regimes() {
 }
 
 void judge_closed_form(Outcome& outcome) {
-  Table table{.id = "differences", .title = "Exact motion against a Taylor series in long double",
+  Table table{.id = "differences",
+              .title = "Exact motion against a Taylor series in long double",
               .caption = "Largest difference over 25 s relative to the motion then, by regime.",
               .columns = {"motion", "S (1)", "class", "relative difference (1)"}};
-  Figure figure{.id = "regimes", .title = "One oscillator, all regimes",
-                .caption = "The exact free motion passes smoothly from undamped through critical "
-                           "(c = 2) to overdamped (c = 3).",
-                .x = {.label = "time (s)"}, .y = {.label = "position (m)"}};
+  Figure figure{.id = "regimes",
+                .title = "One oscillator, all regimes",
+                .caption =
+                    "The exact free motion passes smoothly from undamped through critical "
+                    "(c = 2) to overdamped (c = 3).",
+                .x = {.label = "time (s)"},
+                .y = {.label = "position (m)"}};
   double free = 0.0;
   double near_critical = 0.0;
   double driven = 0.0;
@@ -128,7 +133,9 @@ void judge_closed_form(Outcome& outcome) {
     }
   }
   const auto judge = [&](const std::string& name, double value) {
-    outcome.judge({.name = name, .value = value, .upper = 1e-13,
+    outcome.judge({.name = name,
+                   .value = value,
+                   .upper = 1e-13,
                    .bound_from = "the closed form is required to 1e-13; the series errs by 1e-17"});
   };
   judge("free motion", free);
@@ -153,14 +160,19 @@ void judge_solvers(Outcome& outcome) {
       return peak_distance(exact.position, found.position);
     };
     const auto accurate = reference::solve_long_double(problem, times, {1e-16, 1.0, 1.0});
-    outcome.judge({.name = name + ", Fehlberg 7(8) in long double", .value = difference(accurate),
-                   .upper = 1e-13, .bound_from = "the closed form is required to 1e-13"});
+    outcome.judge({.name = name + ", Fehlberg 7(8) in long double",
+                   .value = difference(accurate),
+                   .upper = 1e-13,
+                   .bound_from = "the closed form is required to 1e-13"});
     const double tolerance = 1e-11;
     const auto adams = reference::solve_cvode_adams(problem, times, {tolerance, 1.0, 1.0});
-    outcome.judge({.name = name + ", CVODE Adams", .value = difference(adams),
-                   .upper = 2.0 * std::numbers::sqrt2 * tolerance * static_cast<double>(adams.steps),
-                   .bound_from = "its local errors, an RMS of 1e-11 (1 + |y|) over two states, add "
-                                 "up over its " + std::to_string(adams.steps) + " steps at most"});
+    outcome.judge(
+        {.name = name + ", CVODE Adams",
+         .value = difference(adams),
+         .upper = 2.0 * std::numbers::sqrt2 * tolerance * static_cast<double>(adams.steps),
+         .bound_from = "its local errors, an RMS of 1e-11 (1 + |y|) over two states, add "
+                       "up over its " +
+                       std::to_string(adams.steps) + " steps at most"});
   };
   for (const double c : {0.0, 0.1, 2.0, 3.0}) { judge("c = " + text(c), paper_oscillator(c)); }
   judge("driven", driven_oscillator());
@@ -183,7 +195,9 @@ void judge_model(const CaseContext& context, Outcome& outcome) {
     const double bound = static_cast<double>(steps) * std::pow(h * norm, 5.0) / 120.0;
     worst = worse(worst, error / bound);
   }
-  outcome.judge({.name = "Runge-Kutta run over its error bound", .value = worst, .upper = 1.0,
+  outcome.judge({.name = "Runge-Kutta run over its error bound",
+                 .value = worst,
+                 .upper = 1.0,
                  .bound_from = "Taylor remainder (h |G|)^5 / 120 per step"});
 }
 
@@ -191,7 +205,8 @@ void measure_regimes(const CaseContext& context, Outcome& outcome) {
   judge_closed_form(outcome);
   judge_solvers(outcome);
   judge_model(context, outcome);
-  Table names{.id = "classes", .title = "Classes of damping",
+  Table names{.id = "classes",
+              .title = "Classes of damping",
               .caption = "What the paper's settings are, with m = 1 kg and k = 1 N/m.",
               .columns = {"c (N s/m)", "S (1)", "class", "the paper's text"}};
   int agreeing = 0;
@@ -204,7 +219,9 @@ void measure_regimes(const CaseContext& context, Outcome& outcome) {
                                             : "overdamped";
     agreeing += found == expected ? 1 : 0;
     names.rows.push_back({c, damping_ratio(o), found,
-                          std::string(c == 0.7 ? "overdamped" : c == 1.8 ? "critically damped" : "")});
+                          std::string(c == 0.7   ? "overdamped"
+                                      : c == 1.8 ? "critically damped"
+                                                 : "")});
   }
   outcome.judge({.name = "settings in the class that c^2 - 4 m k says",
                  .value = static_cast<double>(agreeing),
@@ -220,9 +237,11 @@ void measure_regimes(const CaseContext& context, Outcome& outcome) {
 }  // namespace
 
 std::vector<Case> regime_cases() {
-  return {{.name = "oscillator/regimes", .suite = "accuracy",
+  return {{.name = "oscillator/regimes",
+           .suite = "accuracy",
            .claim = "The exact motion is right to 1e-13 in every regime, driven or not.",
-           .measure = measure_regimes, .weight = 1.0}};
+           .measure = measure_regimes,
+           .weight = 1.0}};
 }
 
 }  // namespace palpate::oscillator

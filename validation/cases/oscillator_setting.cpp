@@ -64,8 +64,8 @@ std::vector<double> equation_6_samples(const Oscillator& oscillator,
   return x;
 }
 
-std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator, double h,
-                                     long steps) {
+std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator,
+                                     double h, long steps) {
   std::vector<double> x;
   for (long n = 0; n <= steps; ++n) {
     x.push_back(static_cast<double>(reference::discrete_state(scheme, oscillator, h, n)(0)));
@@ -97,9 +97,7 @@ double peak_distance(const std::vector<double>& a, const std::vector<double>& b)
   return distance / peak;
 }
 
-double worse(double a, double b) {
-  return std::isnan(a) || std::isnan(b) ? nan : std::max(a, b);
-}
+double worse(double a, double b) { return std::isnan(a) || std::isnan(b) ? nan : std::max(a, b); }
 
 double natural_frequency(const Oscillator& oscillator) {
   return std::sqrt(oscillator.stiffness / oscillator.mass);
@@ -119,8 +117,7 @@ Recurrence identify_recurrence(const std::vector<double>& x) {
   if (!a.allFinite() || !b.allFinite()) { return {nan, nan, nan}; }
   const Eigen::JacobiSVD<Eigen::MatrixX2d> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::Vector2d c = svd.solve(b);  // c0/2 + c1 = trace, c0/2 - c1 = -determinant
-  return {0.5 * c(0) + c(1), c(1) - 0.5 * c(0),
-          svd.singularValues()(0) / svd.singularValues()(1)};
+  return {0.5 * c(0) + c(1), c(1) - 0.5 * c(0), svd.singularValues()(0) / svd.singularValues()(1)};
 }
 
 std::string text(double value) {
@@ -133,7 +130,11 @@ std::string id_of(std::string_view words) {
   std::string id;
   for (const char c : words) {
     const bool plain = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
-    if (plain) { id += c; } else if (!id.empty() && id.back() != '-') { id += '-'; }
+    if (plain) {
+      id += c;
+    } else if (!id.empty() && id.back() != '-') {
+      id += '-';
+    }
   }
   return id;
 }

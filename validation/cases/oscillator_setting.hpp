@@ -38,10 +38,11 @@ struct Samples {
 };
 Samples samples_of(const Motion& motion);
 Samples exact_samples(const Oscillator& oscillator, const std::vector<double>& time);
-std::vector<double> equation_6_samples(const Oscillator& oscillator, const std::vector<double>& time);
+std::vector<double> equation_6_samples(const Oscillator& oscillator,
+                                       const std::vector<double>& time);
 /// Positions of a scheme's own closed form (reference/discrete.hpp).
-std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator, double h,
-                                     long steps);
+std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator,
+                                     double h, long steps);
 /// 0, h, ... steps h.
 std::vector<double> instants(double h, long steps);
 
@@ -64,7 +65,7 @@ struct Recurrence {
 };
 Recurrence identify_recurrence(const std::vector<double>& x);
 
-std::string text(double value);  ///< "%g"
+std::string text(double value);             ///< "%g"
 std::string id_of(std::string_view words);  ///< an id from words
 
 }  // namespace palpate::oscillator

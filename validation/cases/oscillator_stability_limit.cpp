@@ -75,12 +75,16 @@ void judge_limit(const CaseContext& context, Outcome& outcome, const IntegratorI
   const double theory = reference::stability_limit(info.name, 1.0, s);
   const Found found = search(context, oscillator, info.name);
   const std::string label = "S = " + text(s);
-  outcome.judge({.name = "limit of h omega0 found, " + label, .value = found.limit,
-                 .lower = theory * (1.0 - precision), .upper = theory * (1.0 + precision),
+  outcome.judge({.name = "limit of h omega0 found, " + label,
+                 .value = found.limit,
+                 .lower = theory * (1.0 - precision),
+                 .upper = theory * (1.0 + precision),
                  .bound_from = "theory: " + text(theory) + ", within the 0.1 % of the search"});
   const double planned = stable_step(info, 1.0, 2.0 * s);
-  outcome.judge({.name = "limit that the model plans with, " + label, .value = planned / theory,
-                 .lower = 1.0 - 1e-6, .upper = 1.0 + 1e-6,
+  outcome.judge({.name = "limit that the model plans with, " + label,
+                 .value = planned / theory,
+                 .lower = 1.0 - 1e-6,
+                 .upper = 1.0 + 1e-6,
                  .bound_from = "theory; rounding of 1e-13 in |A| moves a double root by its root"});
   table.rows.push_back({s, found.limit, found.uncertain, theory, planned});
   measured.x.push_back(s);
@@ -93,7 +97,8 @@ void draw_limits(const IntegratorInfo& info, Series measured, Outcome& outcome) 
     line.x.push_back(0.01 * n);
     line.y.push_back(reference::stability_limit(info.name, 1.0, 0.01 * n));
   }
-  outcome.figures.push_back({.id = "limit", .title = "Longest stable step of " + std::string(info.name),
+  outcome.figures.push_back({.id = "limit",
+                             .title = "Longest stable step of " + std::string(info.name),
                              .caption = "The step at which runs begin to grow, found by bisection, "
                                         "lies on the limit that theory gives for every damping.",
                              .x = {.label = "damping ratio S (1)"},
@@ -118,18 +123,24 @@ void judge_paper_setting(const CaseContext& context, Outcome& outcome) {
     const double theory = std::sqrt(1.0 - c * h + h * h);
     // Each of about 10 operations a step errs by eps, magnified by 1/h^2 where W cancels.
     const double rounding = 10.0 * epsilon / (h * h) + 10.0 * epsilon;
-    outcome.judge({.name = "growth per step, c = " + text(c) + ", h = " + text(h) + " (" + what + ")",
-                   .value = growth_per_step(samples_of(motion)), .lower = theory - rounding,
-                   .upper = theory + rounding, .bound_from = "theory: sqrt(1 - c h + h^2)"});
+    outcome.judge(
+        {.name = "growth per step, c = " + text(c) + ", h = " + text(h) + " (" + what + ")",
+         .value = growth_per_step(samples_of(motion)),
+         .lower = theory - rounding,
+         .upper = theory + rounding,
+         .bound_from = "theory: sqrt(1 - c h + h^2)"});
   };
   judge(0.1, 0.25, 400, "diverges");
   judge(0.1, 0.1, 20000, "on the border");
   for (const double h : {0.25, 0.1, 0.01, 0.001}) { judge(0.0, h, 400, "no step is stable"); }
   const Motion gone = run(context, paper_oscillator(0.1), "euler", 0.25, 2000);
-  outcome.judge({.name = "c = 0.1, h = 0.25 leaves every bound", .value = gone.diverged ? 1.0 : 0.0,
-                 .lower = 1.0, .bound_from = "theory: 1.0375^(n/2) passes 1e6 at n = 751"});
+  outcome.judge({.name = "c = 0.1, h = 0.25 leaves every bound",
+                 .value = gone.diverged ? 1.0 : 0.0,
+                 .lower = 1.0,
+                 .bound_from = "theory: 1.0375^(n/2) passes 1e6 at n = 751"});
   outcome.notes.emplace_back(
-      "Explicit Euler without damping grows at every step length; with c = 0.1 N s/m it diverges at "
+      "Explicit Euler without damping grows at every step length; with c = 0.1 N s/m it diverges "
+      "at "
       "h = 0.25 s and h = 0.1 s lies exactly on the border, where it neither grows nor decays.");
 }
 
@@ -145,8 +156,10 @@ void judge_unlimited(const CaseContext& context, Outcome& outcome, const Integra
                              : std::numeric_limits<double>::quiet_NaN();
     // The solver stops within 64 eps of v, which h turns into a position.
     const double rounding = 64.0 * epsilon * h * static_cast<double>(steps);
-    outcome.judge({.name = "largest |x| at h omega0 = 1000, S = " + text(s), .value = reach,
-                   .unit = "m", .upper = 1.0 + rounding,
+    outcome.judge({.name = "largest |x| at h omega0 = 1000, S = " + text(s),
+                   .value = reach,
+                   .unit = "m",
+                   .upper = 1.0 + rounding,
                    .bound_from = "theory: no step amplifies; 64 eps h per step of rounding"});
   }
   outcome.notes.push_back(std::string(info.name) + " has no limit: it is stable at every step.");
@@ -163,7 +176,8 @@ void measure_stability(const CaseContext& context, Outcome& outcome, const Integ
     std::erase(ratios, 0.0);  // no step is stable: judged by its growth instead
     judge_paper_setting(context, outcome);
   }
-  Table table{.id = "limits", .title = "Longest stable step of " + std::string(info.name),
+  Table table{.id = "limits",
+              .title = "Longest stable step of " + std::string(info.name),
               .caption = "Found by bisection on runs of the model, and by theory.",
               .columns = {"S (1)", "h omega0 found (1)", "half of the last bracket (1)",
                           "theory (1)", "planned with (1)"}};
@@ -179,15 +193,15 @@ std::vector<Case> stability_limit_cases() {
   std::vector<Case> cases;
   for (const IntegratorInfo* info : integrators()) {
     const std::string scheme(info->name);
-    cases.push_back({.name = "oscillator/stability-limit/" + scheme, .suite = "stability",
-                     .claim = info->implicit
-                                  ? scheme + " is stable at every step."
-                                  : "The longest stable step of " + scheme +
-                                        " is the one that theory gives, at every damping.",
-                     .measure = [info](const CaseContext& context, Outcome& outcome) {
-                       measure_stability(context, outcome, *info);
-                     },
-                     .weight = info->implicit ? 0.2 : 2.0});
+    cases.push_back(
+        {.name = "oscillator/stability-limit/" + scheme,
+         .suite = "stability",
+         .claim = info->implicit ? scheme + " is stable at every step."
+                                 : "The longest stable step of " + scheme +
+                                       " is the one that theory gives, at every damping.",
+         .measure = [info](const CaseContext& context,
+                           Outcome& outcome) { measure_stability(context, outcome, *info); },
+         .weight = info->implicit ? 0.2 : 2.0});
   }
   return cases;
 }

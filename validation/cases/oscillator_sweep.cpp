@@ -39,28 +39,35 @@ void sweep_scheme(const CaseContext& context, Outcome& outcome, const Integrator
     table.rows.push_back(std::move(row));
   }
   const double steps = paper_duration / 0.01;
-  outcome.judge({.name = "error less the closed form's error, " + scheme, .value = surprise,
+  outcome.judge({.name = "error less the closed form's error, " + scheme,
+                 .value = surprise,
                  .upper = 100.0 * steps * epsilon,
                  .bound_from = "closed form; at most 100 operations a step at one eps each"});
   const std::size_t last = table.rows.size() - 1;
   const double coarse = std::get<double>(table.rows[last - 1].back());
   const double fine = std::get<double>(table.rows[last].back());
   outcome.judge({.name = "decades of error per decade of step, driven, " + scheme,
-                 .value = std::log10(coarse / fine), .lower = info.order_damped - 0.15,
-                 .upper = info.order_damped + 0.15, .bound_from = "order of the scheme with damping"});
+                 .value = std::log10(coarse / fine),
+                 .lower = info.order_damped - 0.15,
+                 .upper = info.order_damped + 0.15,
+                 .bound_from = "order of the scheme with damping"});
 }
 
 void measure_sweep(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "errors", .title = "Errors of every scheme over the sweep of damping",
-              .caption = "Largest position error against the exact motion relative to its peak, "
-                         "for free motions by c and for the driven one.",
+  Table table{.id = "errors",
+              .title = "Errors of every scheme over the sweep of damping",
+              .caption =
+                  "Largest position error against the exact motion relative to its peak, "
+                  "for free motions by c and for the driven one.",
               .columns = {"scheme", "h (s)"}};
   for (const double c : swept_viscosities) { table.columns.push_back("c = " + text(c) + " (1)"); }
   table.columns.emplace_back("driven (1)");
   for (const IntegratorInfo* info : integrators()) { sweep_scheme(context, outcome, *info, table); }
-  Figure figure{.id = "errors", .title = "Error over damping, h = 0.01 s",
-                .caption = "The order of a scheme sets its error at every damping; of the half-step "
-                           "methods only the centred damping keeps it.",
+  Figure figure{.id = "errors",
+                .title = "Error over damping, h = 0.01 s",
+                .caption =
+                    "The order of a scheme sets its error at every damping; of the half-step "
+                    "methods only the centred damping keeps it.",
                 .x = {.label = "c (N s/m)"},
                 .y = {.label = "largest error over peak (1)", .logarithmic = true}};
   for (std::size_t n = 1; n < table.rows.size(); n += 2) {
@@ -79,10 +86,12 @@ void measure_sweep(const CaseContext& context, Outcome& outcome) {
 }  // namespace
 
 std::vector<Case> sweep_cases() {
-  return {{.name = "oscillator/sweep", .suite = "accuracy",
+  return {{.name = "oscillator/sweep",
+           .suite = "accuracy",
            .claim = "Every scheme errs by what its closed form predicts, from no damping to "
                     "overdamped.",
-           .measure = measure_sweep, .weight = 3.0}};
+           .measure = measure_sweep,
+           .weight = 3.0}};
 }
 
 }  // namespace palpate::oscillator

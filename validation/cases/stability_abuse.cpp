@@ -49,10 +49,11 @@ void judge_through_zero(const CaseContext& context, Outcome& outcome) {
   for (Eigen::Index n = 0; n < exact.size(); ++n) {
     exact(n) = gap * std::cos(discrete * motion.time[static_cast<std::size_t>(n)]);
   }
-  outcome.judge({.name = "error of a spring that swings through zero length",
-                 .value = trajectory_error(separation, exact, Eigen::VectorXd::Zero(1)).maximum,
-                 .upper = 1e-10,
-                 .bound_from = "velocity Verlet's own cosine; 1000 roundings, and no force below 1 pm"});
+  outcome.judge(
+      {.name = "error of a spring that swings through zero length",
+       .value = trajectory_error(separation, exact, Eigen::VectorXd::Zero(1)).maximum,
+       .upper = 1e-10,
+       .bound_from = "velocity Verlet's own cosine; 1000 roundings, and no force below 1 pm"});
 }
 
 void measure_zero_length(const CaseContext& context, Outcome& outcome) {
@@ -84,9 +85,11 @@ double energy_bound(const IntegratorInfo& scheme, double z) {
 }
 
 void measure_inverted(const CaseContext& context, Outcome& outcome) {
-  Figure figure{.id = "energy", .title = "Energy after a node was pushed through its cells",
+  Figure figure{.id = "energy",
+                .title = "Energy after a node was pushed through its cells",
                 .caption = "Undamped 3 x 3 x 3 block, energy at every tick over the initial one.",
-                .x = {.label = "time (s)"}, .y = {.label = "energy / initial (1)"}};
+                .x = {.label = "time (s)"},
+                .y = {.label = "energy / initial (1)"}};
   const double fastest = spectrum_of(inverted_block(0.0)).omega.maxCoeff();
   for (const IntegratorInfo* scheme : integrators()) {
     if (scheme->name == "euler") { continue; }  // gains energy from any undamped motion
@@ -96,30 +99,32 @@ void measure_inverted(const CaseContext& context, Outcome& outcome) {
     Series series{.label = std::string(scheme->name), .x = motion.time};
     for (const double e : motion.energy) { series.y.push_back(e / motion.energy.front()); }
     const double growth = motion.diverged ? std::nan("") : *std::ranges::max_element(series.y);
-    outcome.judge({.name = std::string(scheme->name) + ": largest energy over initial",
-                   .value = growth,
-                   .upper = energy_bound(*scheme, fastest * motion.h),
-                   .bound_from = scheme->implicit
-                                     ? "modified energy of the scheme: (h w)^2 / 12 on the fastest mode"
-                                     : "quadratic form kept on the fastest mode at half the limit"});
+    outcome.judge(
+        {.name = std::string(scheme->name) + ": largest energy over initial",
+         .value = growth,
+         .upper = energy_bound(*scheme, fastest * motion.h),
+         .bound_from = scheme->implicit
+                           ? "modified energy of the scheme: (h w)^2 / 12 on the fastest mode"
+                           : "quadratic form kept on the fastest mode at half the limit"});
     figure.series.push_back(std::move(series));
   }
   for (const IntegratorInfo* scheme : integrators()) {
     const SpringNetwork network = inverted_block(2e-3);
     const Motion motion =
         simulate(context, automatic_scene(*scheme, 0.5), &network, {.energy = true});
-    outcome.judge({.name = std::string(scheme->name) + ": final energy over initial, damped",
-                   .value = motion.diverged ? std::nan("")
-                                            : motion.energy.back() / motion.energy.front(),
-                   .upper = 1.0,
-                   .bound_from = "dampers only take energy"});
+    outcome.judge(
+        {.name = std::string(scheme->name) + ": final energy over initial, damped",
+         .value = motion.diverged ? std::nan("") : motion.energy.back() / motion.energy.front(),
+         .upper = 1.0,
+         .bound_from = "dampers only take energy"});
   }
   outcome.figures.push_back(std::move(figure));
 }
 
 void measure_huge_force(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = cube(3, 4e-4);
-  Table table{.id = "verdicts", .title = "A force of 1 MN on a node of 1 g",
+  Table table{.id = "verdicts",
+              .title = "A force of 1 MN on a node of 1 g",
               .columns = {"integrator", "verdict", "at (s)", "largest displacement seen (m)"}};
   int unclear = 0;
   for (const IntegratorInfo* scheme : integrators()) {
@@ -147,10 +152,18 @@ SpringNetwork spoiled(Place place, double value) {
   network.initial_displacement = NodeVectors::Zero(3, network.node_count());
   network.initial_velocity = network.initial_displacement;
   switch (place) {
-    case Place::displacement: network.initial_displacement(1, 4) = value; break;
-    case Place::velocity: network.initial_velocity(1, 4) = value; break;
-    case Place::mass: network.mass(4) = value; break;
-    case Place::stiffness: network.springs[7].stiffness = value; break;
+    case Place::displacement:
+      network.initial_displacement(1, 4) = value;
+      break;
+    case Place::velocity:
+      network.initial_velocity(1, 4) = value;
+      break;
+    case Place::mass:
+      network.mass(4) = value;
+      break;
+    case Place::stiffness:
+      network.springs[7].stiffness = value;
+      break;
   }
   return network;
 }
@@ -165,7 +178,8 @@ void measure_nan(const CaseContext& context, Outcome& outcome) {
          {Place::displacement, Place::velocity, Place::mass, Place::stiffness}) {
       for (const double value : {nan, infinite}) {
         if (place == Place::mass && value == infinite) { continue; }  // just never moves
-        for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+        for (const Precision precision :
+             {Precision::double_precision, Precision::single_precision}) {
           const SpringNetwork network = spoiled(place, value);
           Scene scene = scene_of(std::string(scheme->name), 1e-3, 0.01, 1);
           scene.simulation.precision = precision;
@@ -193,8 +207,8 @@ void add_abuse_cases(std::vector<Case>& cases) {
   cases.push_back(abuse("stability/zero-length",
                         "a spring of zero length exerts no force, makes no NaN, and may be passed",
                         measure_zero_length));
-  cases.push_back(abuse("stability/inverted",
-                        "a node pushed through its cells gains no energy", measure_inverted));
+  cases.push_back(abuse("stability/inverted", "a node pushed through its cells gains no energy",
+                        measure_inverted));
   cases.push_back(abuse("stability/huge-force",
                         "a force of 1 MN ends in a finite state or in divergence with its time",
                         measure_huge_force));

@@ -19,17 +19,18 @@ namespace palpate::stability {
 
 namespace {
 
-constexpr double tiny = 5e-12;            // [m] of 5 mm: strains of 1e-9, so linear theory holds
-constexpr double moderate = 1e-6;         // [m]
-constexpr double blown_up = 1e3;          // times the initial displacement
-constexpr double resolution = 1e-3;       // runs are long enough to show growth this far beyond
+constexpr double tiny = 5e-12;       // [m] of 5 mm: strains of 1e-9, so linear theory holds
+constexpr double moderate = 1e-6;    // [m]
+constexpr double blown_up = 1e3;     // times the initial displacement
+constexpr double resolution = 1e-3;  // runs are long enough to show growth this far beyond
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// Largest displacement in a run over the largest at its start.
 double growth_of_run(const CaseContext& context, const IntegratorInfo& scheme,
                      const SpringNetwork& network, double h, long steps) {
   const Scene scene = scene_of(std::string(scheme.name), h, h * static_cast<double>(steps));
-  const Motion motion = simulate(context, scene, &network, Wanted{.every = std::max(1L, steps / 40)});
+  const Motion motion =
+      simulate(context, scene, &network, Wanted{.every = std::max(1L, steps / 40)});
   if (motion.diverged || !motion.position.allFinite()) { return infinite; }
   const Eigen::VectorXd rest = rest_position(network);
   const Eigen::VectorXd largest =
@@ -39,8 +40,8 @@ double growth_of_run(const CaseContext& context, const IntegratorInfo& scheme,
 
 /// Steps after which `blown_up` is passed a hundredfold at `resolution` beyond the limit.
 long steps_needed(const IntegratorInfo& scheme, const NetworkLimit& limit) {
-  const double growth = growth_per_step(scheme, limit.omega, limit.damping_ratio,
-                                        limit.h * (1.0 + resolution));
+  const double growth =
+      growth_per_step(scheme, limit.omega, limit.damping_ratio, limit.h * (1.0 + resolution));
   return std::lround(std::clamp(std::log(100.0 * blown_up) / std::log(growth), 2e3, 3e5));
 }
 
@@ -126,7 +127,8 @@ Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringN
   const long steps = steps_needed(scheme, row.limit);
   std::vector<Run> runs;
   row.measured = blow_up_step(
-      row.limit.h, [&](double h) { return growth_of_run(context, scheme, network, h, steps); }, runs);
+      row.limit.h, [&](double h) { return growth_of_run(context, scheme, network, h, steps); },
+      runs);
   Series points{.label = text("S = %.3g", row.limit.damping_ratio), .style = Series::Style::points};
   for (const Run& run : runs) {
     if (!std::isfinite(run.growth)) { continue; }
@@ -173,7 +175,8 @@ void judge_always_unstable(const IntegratorInfo& scheme, const CaseContext& cont
 }
 
 void tabulate(const std::vector<Row>& rows, Outcome& outcome) {
-  Table table{.id = "limits", .title = "Steps at which the lattice blows up",
+  Table table{.id = "limits",
+              .title = "Steps at which the lattice blows up",
               .caption = "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
               .columns = {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
                           "guaranteed (ms)", "automatic (ms)", "margin (dB)"}};
@@ -186,14 +189,18 @@ void tabulate(const std::vector<Row>& rows, Outcome& outcome) {
 }
 
 void draw(std::vector<Series> growth, Outcome& outcome) {
-  Figure figure{.id = "growth", .title = "Growth around the stability limit",
-                .caption = "Largest displacement of a run over its initial one, for every step "
-                           "that the bisection tried; runs above the line count as blown up.",
+  Figure figure{.id = "growth",
+                .title = "Growth around the stability limit",
+                .caption =
+                    "Largest displacement of a run over its initial one, for every step "
+                    "that the bisection tried; runs above the line count as blown up.",
                 .x = {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
                 .y = {.label = "largest displacement / initial (1)", .logarithmic = true}};
   figure.series = std::move(growth);
-  figure.series.push_back({.label = "counts as blown up", .style = Series::Style::dashed,
-                           .x = {0.94, 1.06}, .y = {blown_up, blown_up}});
+  figure.series.push_back({.label = "counts as blown up",
+                           .style = Series::Style::dashed,
+                           .x = {0.94, 1.06},
+                           .y = {blown_up, blown_up}});
   outcome.figures.push_back(std::move(figure));
 }
 

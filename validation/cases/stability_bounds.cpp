@@ -12,7 +12,8 @@ namespace palpate::stability {
 
 namespace {
 
-/// Masses, stiffness and viscosity over `decades`; some nodes fixed; rest lengths off by up to 60 %.
+/// Masses, stiffness and viscosity over `decades`; some nodes fixed; rest lengths off by up to 60
+/// %.
 SpringNetwork random_network(std::uint64_t seed, double decades) {
   Random random(seed);
   constexpr int nodes = 16;
@@ -29,8 +30,7 @@ SpringNetwork random_network(std::uint64_t seed, double decades) {
     const int b = n + 1 < nodes ? n + 1 : static_cast<int>(random(1.0, nodes));
     const int a = static_cast<int>(random(0.0, b));
     const double length = (network.rest_position.col(b) - network.rest_position.col(a)).norm();
-    network.springs.push_back(
-        {a, b, spread(1e4), spread(1.0), length * (1.0 + random(-0.6, 0.6))});
+    network.springs.push_back({a, b, spread(1e4), spread(1.0), length * (1.0 + random(-0.6, 0.6))});
   }
   return network;
 }
@@ -59,32 +59,53 @@ Ratios ratios_of(int networks) {
   return ratios;
 }
 
+void draw(Ratios ratios, Outcome& outcome) {
+  Figure figure{.id = "ratios",
+                .title = "Bounds over exact values",
+                .caption =
+                    "Random networks of 16 nodes and 60 springs: the estimate must stay "
+                    "below 1 and the guaranteed bounds above it.",
+                .x = {.label = "spread of mass, stiffness and viscosity (decades)"},
+                .y = {.label = "bound / exact value (1)"}};
+  figure.series = {
+      std::move(ratios.estimate),
+      std::move(ratios.upper),
+      std::move(ratios.damping),
+      {.label = "exact", .style = Series::Style::dashed, .x = {0.0, 6.0}, .y = {1.0, 1.0}}};
+  outcome.figures.push_back(std::move(figure));
+}
+
 void measure(const CaseContext& context, Outcome& outcome) {
   Ratios ratios = ratios_of(context.quick ? 60 : 400);
   const auto [low_estimate, high_estimate] = std::ranges::minmax(ratios.estimate.y);
   const auto [low_upper, high_upper] = std::ranges::minmax(ratios.upper.y);
   const auto [low_damping, high_damping] = std::ranges::minmax(ratios.damping.y);
   const char* exact = "exact eigenvalues of the assembled matrices";
-  outcome.judge({.name = "largest estimate over true frequency", .value = high_estimate,
-                 .upper = 1.0 + 1e-9, .bound_from = exact});
-  outcome.judge({.name = "smallest estimate over true frequency", .value = low_estimate,
-                 .lower = 0.95, .bound_from = "500 iterations from a start with every wave length"});
-  outcome.judge({.name = "smallest frequency bound over true", .value = low_upper,
-                 .lower = 1.0 - 1e-11, .bound_from = exact});
-  outcome.judge({.name = "largest frequency bound over true", .value = high_upper, .upper = 1.5,
+  outcome.judge({.name = "largest estimate over true frequency",
+                 .value = high_estimate,
+                 .upper = 1.0 + 1e-9,
+                 .bound_from = exact});
+  outcome.judge({.name = "smallest estimate over true frequency",
+                 .value = low_estimate,
+                 .lower = 0.95,
+                 .bound_from = "500 iterations from a start with every wave length"});
+  outcome.judge({.name = "smallest frequency bound over true",
+                 .value = low_upper,
+                 .lower = 1.0 - 1e-11,
+                 .bound_from = exact});
+  outcome.judge({.name = "largest frequency bound over true",
+                 .value = high_upper,
+                 .upper = 1.5,
                  .bound_from = "looser, and automatic substeps would waste a third of the work"});
-  outcome.judge({.name = "smallest damping bound over true", .value = low_damping,
-                 .lower = 1.0 - 1e-11, .bound_from = exact});
-  outcome.judge({.name = "largest damping bound over true", .value = high_damping, .upper = 2.25,
+  outcome.judge({.name = "smallest damping bound over true",
+                 .value = low_damping,
+                 .lower = 1.0 - 1e-11,
+                 .bound_from = exact});
+  outcome.judge({.name = "largest damping bound over true",
+                 .value = high_damping,
+                 .upper = 2.25,
                  .bound_from = "as the bound of the frequency, which is its square root"});
-  Figure figure{.id = "ratios", .title = "Bounds over exact values",
-                .caption = "Random networks of 16 nodes and 60 springs: the estimate must stay "
-                           "below 1 and the guaranteed bounds above it.",
-                .x = {.label = "spread of mass, stiffness and viscosity (decades)"},
-                .y = {.label = "bound / exact value (1)"}};
-  figure.series = {std::move(ratios.estimate), std::move(ratios.upper), std::move(ratios.damping),
-                   {.label = "exact", .style = Series::Style::dashed, .x = {0.0, 6.0}, .y = {1.0, 1.0}}};
-  outcome.figures.push_back(std::move(figure));
+  draw(std::move(ratios), outcome);
 }
 
 }  // namespace

@@ -47,10 +47,10 @@ SpringNetwork block(Varied varied, double ratio) {
 
 struct Rung {
   double ratio = 0.0;
-  double limit = 0.0;         ///< of the scheme that stepped, from the exact spectrum [s]
+  double limit = 0.0;  ///< of the scheme that stepped, from the exact spectrum [s]
   Motion motion{};
-  double energy_growth = 0.0; ///< largest over initial
-  double energy_bound = 0.0;  ///< the same, from theory
+  double energy_growth = 0.0;  ///< largest over initial
+  double energy_bound = 0.0;   ///< the same, from theory
 };
 
 Scene automatic_scene(const std::string& integrator) {
@@ -67,15 +67,13 @@ Rung climb(const CaseContext& context, const std::string& integrator, Varied var
   rung.motion = simulate(context, automatic_scene(integrator), &network, {.energy = true});
   // "auto" leaves the explicit scheme for the implicit midpoint rule, which has no limit.
   const bool explicit_step = integrator != "auto" || rung.motion.substeps > 1;
-  const IntegratorInfo& scheme =
-      *find_integrator(integrator != "auto" ? integrator
-                       : explicit_step      ? "velocity-verlet"
-                                            : "implicit-midpoint");
+  const IntegratorInfo& scheme = *find_integrator(integrator != "auto" ? integrator
+                                                  : explicit_step      ? "velocity-verlet"
+                                                                       : "implicit-midpoint");
   rung.limit = network_limit(scheme, spectrum, 0.0).h;
   const auto& energy = rung.motion.energy;
-  rung.energy_growth = rung.motion.diverged
-                           ? std::nan("")
-                           : *std::ranges::max_element(energy) / energy.front();
+  rung.energy_growth =
+      rung.motion.diverged ? std::nan("") : *std::ranges::max_element(energy) / energy.front();
   rung.energy_bound = energy_ratio_bound(scheme, spectrum.omega.maxCoeff() * rung.motion.h);
   return rung;
 }
@@ -108,29 +106,37 @@ void judge_ladder(const std::string& integrator, const std::vector<Rung>& ladder
 void judge_accuracy(const CaseContext& context, Varied varied, Outcome& outcome) {
   const SpringNetwork network = block(varied, 100.0);
   Scene scene = automatic_scene("velocity-verlet");
-  scene.loads = {{.face = Face::z_min, .force = {0.0, 0.0, 1e-6}, .start = 0.0, .end = 0.02,
+  scene.loads = {{.face = Face::z_min,
+                  .force = {0.0, 0.0, 1e-6},
+                  .start = 0.0,
+                  .end = 0.02,
                   .profile = Profile::half_sine}};
   const Motion motion = simulate(context, scene, &network);
   const NetworkProblem problem(network, resolve_loads(scene, network));
   const reference::Solution exact = reference::modal_solution<double>(problem, motion.time);
   constexpr double omega = 500.0;
-  outcome.judge({.name = "velocity-verlet: error of a slow push at ratio 100",
-                 .value = trajectory_error(motion.position, exact.position,
-                                           problem.initial_position()).maximum,
-                 .upper = std::pow(omega * motion.h, 2) / 24.0 * omega * duration,
-                 .bound_from = "modal superposition; (h w)^2 / 24 w T at w = 500 rad/s"});
+  outcome.judge(
+      {.name = "velocity-verlet: error of a slow push at ratio 100",
+       .value =
+           trajectory_error(motion.position, exact.position, problem.initial_position()).maximum,
+       .upper = std::pow(omega * motion.h, 2) / 24.0 * omega * duration,
+       .bound_from = "modal superposition; (h w)^2 / 24 w T at w = 500 rad/s"});
 }
 
 void measure(const CaseContext& context, Varied varied, Outcome& outcome) {
   const char* what = varied == Varied::stiffness ? "stiffness contrast" : "mass ratio";
-  Table table{.id = "ladder", .title = "Automatic substeps over six decades",
-              .caption = "Margin is 20 log10 of the true limit over the step taken; it is infinite "
-                         "where the implicit midpoint rule was chosen.",
+  Table table{.id = "ladder",
+              .title = "Automatic substeps over six decades",
+              .caption =
+                  "Margin is 20 log10 of the true limit over the step taken; it is infinite "
+                  "where the implicit midpoint rule was chosen.",
               .columns = {"integrator", std::string(what) + " (1)", "substeps (1)", "step (us)",
                           "margin (dB)", "largest energy / initial (1)", "theory (1)"}};
-  Figure figure{.id = "step", .title = std::string("Step over ") + what,
-                .caption = "Steps that automatic substeps take in a tick of 1 ms, and the limit "
-                           "from the exact spectrum.",
+  Figure figure{.id = "step",
+                .title = std::string("Step over ") + what,
+                .caption =
+                    "Steps that automatic substeps take in a tick of 1 ms, and the limit "
+                    "from the exact spectrum.",
                 .x = {.label = std::string(what) + " (1)", .logarithmic = true},
                 .y = {.label = "step (s)", .logarithmic = true}};
   for (const char* integrator : {"euler-cromer", "velocity-verlet", "auto"}) {
@@ -159,9 +165,8 @@ Case contrast_case(const char* name, Varied varied) {
           .suite = "stability",
           .claim = "automatic substeps keep a run bounded over six decades of " +
                    std::string(varied == Varied::stiffness ? "stiffness" : "mass"),
-          .measure = [varied](const CaseContext& context, Outcome& outcome) {
-            measure(context, varied, outcome);
-          },
+          .measure = [varied](const CaseContext& context,
+                              Outcome& outcome) { measure(context, varied, outcome); },
           .weight = 2.0};
 }
 

@@ -28,7 +28,9 @@ SpringNetwork chain(double amplitude) {
     network.rest_position(0, i) = 0.005 * i;
     if (i > 0) { network.springs.push_back({i - 1, i, 50.0, 0.01, 0.004}); }
     if (network.is_fixed(i)) { continue; }
-    for (const int axis : {1, 2}) { network.initial_displacement(axis, i) = random(-amplitude, amplitude); }
+    for (const int axis : {1, 2}) {
+      network.initial_displacement(axis, i) = random(-amplitude, amplitude);
+    }
   }
   return network;
 }
@@ -61,7 +63,8 @@ Pass run(const CaseContext& context, const std::string& scheme, double amplitude
 }
 
 void measure(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "cost", .title = "Run time at denormal amplitudes",
+  Table table{.id = "cost",
+              .title = "Run time at denormal amplitudes",
               .columns = {"integrator", "1e-3 m (s)", "1e-310 m (s)", "slowdown (1)"},
               .timing = true};
   constexpr double slowdown_allowed = 10.0;
@@ -74,16 +77,18 @@ void measure(const CaseContext& context, Outcome& outcome) {
     const double slowdown = small.seconds / normal.seconds;
     slowest = std::max(slowest, slowdown);
     table.rows.push_back({name, normal.seconds, small.seconds, slowdown});
-    outcome.judge({.name = name + ": largest displacement over initial at 1e-310 m",
-                   .value = small.growth,
-                   .upper = 9.0,
-                   .bound_from = "no mode exceeds its initial amplitude; 76 modes at worst in phase"});
+    outcome.judge(
+        {.name = name + ": largest displacement over initial at 1e-310 m",
+         .value = small.growth,
+         .upper = 9.0,
+         .bound_from = "no mode exceeds its initial amplitude; 76 modes at worst in phase"});
   }
   outcome.judge({.name = "some scheme is slowed down more than tenfold (0 or 1)",
                  .value = slowest > slowdown_allowed ? 1.0 : 0.0,
                  .upper = 0.0,
                  .bound_from = "design: no scene may miss its deadline by coming to rest"});
-  outcome.timings.push_back({.name = "largest slowdown by denormals", .value = slowest, .unit = "1"});
+  outcome.timings.push_back(
+      {.name = "largest slowdown by denormals", .value = slowest, .unit = "1"});
   outcome.tables.push_back(std::move(table));
 }
 

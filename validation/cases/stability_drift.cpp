@@ -19,8 +19,8 @@ Motion oscillate(const CaseContext& context, const std::string& scheme, long tic
   const double tick = z * substeps;
   Scene scene = scene_of(scheme, tick, tick * static_cast<double>(ticks), substeps);
   scene.tissue.source = Source::oscillator;
-  scene.tissue.oscillator = {.mass = 1.0, .stiffness = 1.0, .viscosity = 0.0, .displacement = 1.0,
-                             .velocity = 0.0};
+  scene.tissue.oscillator = {
+      .mass = 1.0, .stiffness = 1.0, .viscosity = 0.0, .displacement = 1.0, .velocity = 0.0};
   return simulate(context, scene, nullptr, {.velocity = true, .energy = true});
 }
 
@@ -33,7 +33,7 @@ double trend(const Eigen::VectorXd& y) {
 }
 
 struct Drift {
-  double lowest = 0.0;   ///< energy over initial
+  double lowest = 0.0;  ///< energy over initial
   double highest = 0.0;
   Eigen::VectorXd kept{};  ///< the invariant form at every sample, over its initial value
 };
@@ -75,10 +75,13 @@ void judge(const IntegratorInfo& scheme, const Motion& motion, const Drift& drif
 }
 
 void measure(const CaseContext& context, Outcome& outcome) {
-  Figure figure{.id = "kept", .title = "Change of the invariant over the run",
-                .caption = "Relative change of the quadratic form that each scheme keeps exactly, "
-                           "in units of accumulated random rounding.",
-                .x = {.label = "steps (1)"}, .y = {.label = "change / (eps sqrt(steps)) (1)"}};
+  Figure figure{.id = "kept",
+                .title = "Change of the invariant over the run",
+                .caption =
+                    "Relative change of the quadratic form that each scheme keeps exactly, "
+                    "in units of accumulated random rounding.",
+                .x = {.label = "steps (1)"},
+                .y = {.label = "change / (eps sqrt(steps)) (1)"}};
   for (const char* name : {"euler-cromer", "feynman-newton", "feynman-newton-printed", "leapfrog",
                            "velocity-verlet", "implicit-midpoint"}) {
     const IntegratorInfo& scheme = *find_integrator(name);
@@ -104,16 +107,18 @@ void measure_network(const CaseContext& context, Outcome& outcome) {
   displace(network, 1e-7);
   const int substeps = context.quick ? 250 : 5000;
   const double tick = 0.5 / fastest * substeps;
-  const Motion motion = simulate(context, scene_of("velocity-verlet", tick, 2000.0 * tick, substeps),
-                                 &network, {.energy = true});
+  const Motion motion =
+      simulate(context, scene_of("velocity-verlet", tick, 2000.0 * tick, substeps), &network,
+               {.energy = true});
   const Eigen::VectorXd energy =
       Eigen::Map<const Eigen::VectorXd>(motion.energy.data(), std::ssize(motion.energy)) /
       motion.energy.front();
   const double bound = energy_ratio_bound(*find_integrator("velocity-verlet"), 0.5);
-  outcome.judge({.name = "highest energy over initial",
-                 .value = motion.diverged ? std::nan("") : energy.maxCoeff(),
-                 .upper = bound * (1.0 + 1e-4),
-                 .bound_from = "form kept by velocity Verlet on the fastest mode; strains of 2e-5"});
+  outcome.judge(
+      {.name = "highest energy over initial",
+       .value = motion.diverged ? std::nan("") : energy.maxCoeff(),
+       .upper = bound * (1.0 + 1e-4),
+       .bound_from = "form kept by velocity Verlet on the fastest mode; strains of 2e-5"});
   const double swing = std::sqrt((energy.array() - energy.mean()).square().mean());
   outcome.judge({.name = "trend of the energy over its swing",
                  .value = std::abs(trend(energy)) / swing,
@@ -126,8 +131,9 @@ void measure_network(const CaseContext& context, Outcome& outcome) {
 void add_drift_cases(std::vector<Case>& cases) {
   cases.push_back({.name = "stability/drift/oscillator",
                    .suite = "stability",
-                   .claim = "ten million undamped steps change what a symplectic scheme keeps by no "
-                            "more than rounding",
+                   .claim =
+                       "ten million undamped steps change what a symplectic scheme keeps by no "
+                       "more than rounding",
                    .measure = measure,
                    .weight = 4.0});
   cases.push_back({.name = "stability/drift/network",

@@ -23,8 +23,11 @@ Motion run(const CaseContext& context, const IntegratorInfo& scheme, double damp
            long steps, long every) {
   Scene scene = scene_of(std::string(scheme.name), h, h * static_cast<double>(steps));
   scene.tissue.source = Source::oscillator;
-  scene.tissue.oscillator = {.mass = 1.0, .stiffness = 1.0, .viscosity = 2.0 * damping_ratio,
-                             .displacement = 1.0, .velocity = 0.3};
+  scene.tissue.oscillator = {.mass = 1.0,
+                             .stiffness = 1.0,
+                             .viscosity = 2.0 * damping_ratio,
+                             .displacement = 1.0,
+                             .velocity = 0.3};
   return simulate(context, scene, nullptr, {.velocity = true, .every = every});
 }
 
@@ -70,12 +73,14 @@ double measured_border(const CaseContext& context, const IntegratorInfo& scheme,
   const long steps = std::lround(std::clamp(wanted, 500.0, 2e6));
   double low = 0.0;
   double high = 2.0 * expected;
-  if (!blows_up(context, scheme, s, high, steps)) { return std::numeric_limits<double>::infinity(); }
+  if (!blows_up(context, scheme, s, high, steps)) {
+    return std::numeric_limits<double>::infinity();
+  }
   double middle = expected;  // expected first: both sides of it are near then
   while (high - low > 0.5 * resolution * expected) {
     (blows_up(context, scheme, s, middle, steps) ? high : low) = middle;
     const double gap = resolution * expected;
-    middle = low == expected   ? std::min(expected + gap, 0.5 * (low + high))
+    middle = low == expected    ? std::min(expected + gap, 0.5 * (low + high))
              : high == expected ? std::max(expected - gap, 0.5 * (low + high))
                                 : 0.5 * (low + high);
   }
@@ -110,9 +115,11 @@ Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
 }
 
 void measure(const IntegratorInfo& scheme, const CaseContext& context, Outcome& outcome) {
-  Figure figure{.id = "map", .title = "Growth per step of " + std::string(scheme.name),
-                .caption = "Growth of x'' + 2 S x' + x = 0 per step, measured over 60 steps; the "
-                           "points are the border found by bisection of long runs.",
+  Figure figure{.id = "map",
+                .title = "Growth per step of " + std::string(scheme.name),
+                .caption =
+                    "Growth of x'' + 2 S x' + x = 0 per step, measured over 60 steps; the "
+                    "points are the border found by bisection of long runs.",
                 .x = {.label = "damping ratio S (1)", .minimum = 0.0, .maximum = highest_damping},
                 .y = {.label = "h omega0 (1)", .minimum = 0.0, .maximum = highest_step}};
   figure.heat_map = heat_map(context, scheme);
@@ -130,8 +137,9 @@ void measure(const IntegratorInfo& scheme, const CaseContext& context, Outcome& 
                    .bound_from = "closed forms and exact 2 x 2 matrices; runs resolve 0.1 %"});
     figure.series = {std::move(borders.theory), std::move(borders.measured)};
     if (scalar_limit(scheme, 1.0, 0.0) == 0.0) {
-      outcome.notes.emplace_back("S = 0 has no border: every step amplifies, which is judged on a "
-                                 "lattice by stability/blow-up");
+      outcome.notes.emplace_back(
+          "S = 0 has no border: every step amplifies, which is judged on a "
+          "lattice by stability/blow-up");
     }
   }
   outcome.figures.push_back(std::move(figure));

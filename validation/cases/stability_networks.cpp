@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "validation/cases/stability_networks.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include <Eigen/Eigenvalues>
 
 #include "model/dynamics/lattice.hpp"
 #include "model/dynamics/problem.hpp"
@@ -37,7 +36,9 @@ SpringNetwork cube(int n, double relaxation) {
   constexpr double stiffness = 50.0;
   const LatticeShape shape{{n, n, n}, 0.005, 26};
   SpringNetwork network = uniform_lattice(shape, stiffness, relaxation * stiffness, 1e-3);
-  for (int i = (n - 1) * n * n; i < n * n * n; ++i) { network.fixed[static_cast<std::size_t>(i)] = 1; }
+  for (int i = (n - 1) * n * n; i < n * n * n; ++i) {
+    network.fixed[static_cast<std::size_t>(i)] = 1;
+  }
   return network;
 }
 

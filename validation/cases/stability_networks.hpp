@@ -3,10 +3,9 @@
 /// What the cases of group "stability" share: small networks, their exact spectra, and the limits
 /// that theory gives for them.
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <random>
-
-#include <Eigen/Core>
 
 #include "model/dynamics/spring_network.hpp"
 #include "model/stepping/integrator.hpp"

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "reports/axis_range.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+#include "reports/markup.hpp"
+
+namespace palpate {
+
+namespace {
+
+void include(Range& range, const Axis& axis, const std::vector<double>& values) {
+  for (const double value : values) {
+    if (!std::isfinite(value) || (axis.logarithmic && value <= 0.0)) { continue; }
+    range.low = range.empty ? value : std::min(range.low, value);
+    range.high = range.empty ? value : std::max(range.high, value);
+    range.empty = false;
+  }
+}
+
+/// Cells of a heat map reach half a cell beyond their centres.
+void include_cells(Range& range, const Axis& axis, const std::vector<double>& centres) {
+  include(range, axis, centres);
+  if (centres.size() < 2 || axis.logarithmic) { return; }
+  const double half = 0.5 * std::abs(centres[1] - centres[0]);
+  range.low -= half;
+  range.high += half;
+}
+
+Range finish(Range range, const Axis& axis, bool tight) {
+  if (!range.empty && axis.logarithmic && !tight) {
+    const double pad = std::max(0.04 * std::log10(range.high / range.low), 0.05);
+    range.low *= std::pow(10.0, -pad);
+    range.high *= std::pow(10.0, pad);
+  }
+  if (tight) { return range; }  // a limit of the axis would cut cells in half
+  if (axis.minimum) { range.low = *axis.minimum; }
+  if (axis.maximum) { range.high = *axis.maximum; }
+  return range;
+}
+
+std::string power_of_ten(int exponent) {
+  return "10^{" + std::string(exponent < 0 ? "−" : "") + std::to_string(std::abs(exponent)) + "}";
+}
+
+std::string plain_label(double mantissa, int exponent) {
+  if (exponent >= -3 && exponent <= 3) { return plain_number(mantissa * std::pow(10.0, exponent)); }
+  const std::string power = power_of_ten(exponent);
+  return mantissa == 1.0 ? power : plain_number(mantissa) + "·" + power;
+}
+
+std::vector<Tick> decade_ticks(const Range& range, int first, int last) {
+  const int step = std::max(1, (last - first + 7) / 8);
+  std::vector<Tick> ticks;
+  for (int exponent = first - 1; exponent <= last; ++exponent) {
+    const double decade = std::pow(10.0, exponent);
+    const bool labelled = (exponent - first) % step == 0;
+    if (decade >= range.low && decade <= range.high) {
+      ticks.push_back({decade, labelled ? power_of_ten(exponent) : ""});
+    }
+    if (last - first > 6) { continue; }
+    for (int n = 2; n < 10; ++n) {
+      if (n * decade >= range.low && n * decade <= range.high) { ticks.push_back({n * decade, ""}); }
+    }
+  }
+  return ticks;
+}
+
+std::vector<Tick> even_ticks(const Range& range) {
+  const double rough = (range.high - range.low) / 5.0;
+  const double decade = std::pow(10.0, std::floor(std::log10(rough)));
+  const double step = decade * (rough / decade < 2.0 ? 2.0 : rough / decade < 5.0 ? 5.0 : 10.0);
+  std::vector<Tick> ticks;
+  for (double n = std::ceil(range.low / step); n * step <= range.high; ++n) {
+    ticks.push_back({n * step, plain_number(n * step)});
+  }
+  return ticks;
+}
+
+}  // namespace
+
+Range x_range(const Figure& figure) {
+  Range range;
+  for (const Series& series : figure.series) { include(range, figure.x, series.x); }
+  if (figure.heat_map) {
+    range = {};
+    include_cells(range, figure.x, figure.heat_map->x);
+  }
+  return finish(range, figure.x, figure.heat_map.has_value());
+}
+
+Range y_range(const Figure& figure) {
+  Range range;
+  for (const Series& series : figure.series) {
+    include(range, figure.y, series.y);
+    include(range, figure.y, series.y2);
+  }
+  if (figure.heat_map) {
+    range = {};
+    include_cells(range, figure.y, figure.heat_map->y);
+  }
+  return finish(range, figure.y, figure.heat_map.has_value());
+}
+
+std::vector<Tick> logarithmic_ticks(const Range& range) {
+  const auto first = static_cast<int>(std::ceil(std::log10(range.low) - 1e-9));
+  const auto last = static_cast<int>(std::floor(std::log10(range.high) + 1e-9));
+  if (std::log10(range.high / range.low) > 2.5) { return decade_ticks(range, first, last); }
+  std::vector<Tick> ticks;
+  for (int exponent = first - 1; exponent <= last; ++exponent) {
+    for (const double mantissa : std::array{1.0, 2.0, 5.0}) {
+      const double value = mantissa * std::pow(10.0, exponent);
+      if (value < range.low || value > range.high) { continue; }
+      ticks.push_back({value, plain_label(mantissa, exponent)});
+    }
+  }
+  return ticks.size() >= 3 ? ticks : even_ticks(range);
+}
+
+}  // namespace palpate

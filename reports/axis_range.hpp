@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What an axis spans, and where a logarithmic one has its ticks.
+
+#include <string>
+#include <vector>
+
+#include "validation/outcome.hpp"
+
+namespace palpate {
+
+struct Range {
+  double low = 0.0;
+  double high = 1.0;
+  bool empty = true;  ///< nothing can be drawn
+};
+
+Range x_range(const Figure& figure);
+Range y_range(const Figure& figure);
+
+struct Tick {
+  double value = 0.0;
+  std::string label{};  ///< gnuplot's enhanced text; empty: a minor tick
+};
+
+/// Over less than two and a half decades at 1, 2 and 5, or evenly where that gives too few; else at
+/// whole decades, at most about eight.
+std::vector<Tick> logarithmic_ticks(const Range& range);
+
+}  // namespace palpate

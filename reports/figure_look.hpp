@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// How the series of a figure look, the same in the picture and in its legend.
+
+#include <vector>
+
+#include "validation/outcome.hpp"
+
+namespace palpate {
+
+/// Colours of the page (report.css): --series-0 to --series-7, and --ink as number 8.
+inline constexpr int series_colours = 8;
+inline constexpr int ink_colour = series_colours;
+
+enum class Shape { disc, square, triangle, diamond, open_disc, open_square };
+inline constexpr int shape_count = 6;
+
+struct Look {
+  int colour = 0;
+  Shape shape = Shape::disc;
+  bool line = true;
+  bool points = false;
+  bool band = false;
+  int dash = 0;  ///< 0 solid, 1 dashed, 2 dots and dashes: the colours come round again
+};
+
+/// One per series. Where points and dashed lines alternate through the whole figure, each dashed
+/// line takes the colour of the points before it. On a heat map the first series is drawn in ink.
+std::vector<Look> looks_of(const Figure& figure);
+
+/// An axis label or column title as people read it: without the unit of pure numbers, " (1)".
+std::string without_unit_one(const std::string& label);
+
+}  // namespace palpate

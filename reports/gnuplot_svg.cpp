@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include "reports/gnuplot_svg.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "reports/gnuplot_script.hpp"
+#include "reports/markup.hpp"
+#include "reports/svg_path.hpp"
+
+namespace palpate {
+
+namespace {
+
+/// Name and attributes of one tag; the name of an end tag starts with '/'.
+struct Tag {
+  std::string name;
+  std::map<std::string, std::string> attributes;
+
+  [[nodiscard]] std::string get(const std::string& key, const std::string& otherwise = "") const {
+    const auto found = attributes.find(key);
+    return found == attributes.end() ? otherwise : found->second;
+  }
+};
+
+/// gnuplot quotes with ' or ", and sometimes puts spaces around '='.
+Tag parse_tag(std::string_view text) {
+  Tag tag;
+  const std::size_t name_end = std::min(text.find_first_of(" \n\t/>", 1), text.size());
+  tag.name = text.substr(0, name_end);
+  std::size_t at = name_end;
+  while (true) {
+    const std::size_t equals = text.find('=', at);
+    if (equals == std::string_view::npos) { return tag; }
+    const std::size_t key_end = text.find_last_not_of(" \n\t", equals - 1) + 1;
+    const std::size_t key = text.find_last_of(" \n\t", key_end - 1) + 1;
+    const std::size_t open = text.find_first_of("'\"", equals);
+    const std::size_t close = text.find(text[open], open + 1);
+    tag.attributes[std::string(text.substr(key, key_end - key))] =
+        text.substr(open + 1, close - open - 1);
+    at = close + 1;
+  }
+}
+
+/// Class of a stand-in colour ("rgb(  1,   2,  16)" is "s0"), or the colour itself as a value.
+struct Colour {
+  std::string css_class{};
+  std::string value{};
+};
+
+Colour colour_of(const std::string& text) {
+  int red = 0;
+  int green = 0;
+  int blue = 0;
+  if (std::sscanf(text.c_str(), "rgb(%d,%d,%d)", &red, &green, &blue) != 3) { return {"k", {}}; }
+  if (red == StandIn::red && green == StandIn::green) {
+    if (blue >= StandIn::first_series) { return {"s" + std::to_string(blue - StandIn::first_series), {}}; }
+    return {blue == StandIn::grid ? "g" : blue == StandIn::paper ? "p" : "k", {}};
+  }
+  std::array<char, 8> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "#%02x%02x%02x", red & 255, green & 255, blue & 255);
+  return {{}, buffer.data()};
+}
+
+/// gnuplot's marker numbers for the shapes of a Look.
+Shape shape_of(const std::string& reference) {
+  static const std::map<std::string, Shape> shapes{
+      {"#gpPt6", Shape::disc},       {"#gpPt4", Shape::square},      {"#gpPt8", Shape::triangle},
+      {"#gpPt12", Shape::diamond},   {"#gpPt5", Shape::open_disc},   {"#gpPt3", Shape::open_square}};
+  const auto found = shapes.find(reference);
+  return found == shapes.end() ? Shape::disc : found->second;
+}
+
+class Rewriter {
+ public:
+  std::string rewrite(const std::string& svg, const std::string& label) {
+    std::size_t at = 0;
+    while ((at = svg.find('<', at)) != std::string::npos) {
+      const std::size_t end = svg.find('>', at);
+      if (end == std::string::npos) { break; }
+      const Tag tag = parse_tag(std::string_view(svg).substr(at + 1, end - at - 1));
+      at = end + 1;
+      if (tag.name == "defs" || tag.name == "title" || tag.name == "desc") {
+        at = svg.find("</" + tag.name, at);
+      } else if (tag.name == "text") {
+        const std::size_t close = svg.find("</text>", at);
+        text(svg.substr(at, close - at));
+        at = close;
+      } else {
+        element(tag);
+      }
+    }
+    flush();
+    return "<svg role=\"img\" viewBox=\"" + view_box_ + "\" aria-label=\"" + escape_markup(label) +
+           "\">" + out_ + texts_ + "</svg>";
+  }
+
+ private:
+  void element(const Tag& tag) {
+    if (tag.name == "svg") { view_box_ = tag.get("viewBox"); }
+    if (tag.name == "g") { groups_.push_back(tag); }
+    // What lies above must not join a path that lies below.
+    if (tag.get("id").starts_with("plot_plot_")) { flush(); }
+    if (tag.name == "/g" && !groups_.empty()) { groups_.pop_back(); }
+    if (tag.name == "path") { path(tag); }
+    if (tag.name == "polygon") { polygon(tag); }
+    if (tag.name == "use") { marker(tag); }
+    if (tag.name == "image") { image(tag); }
+  }
+
+  [[nodiscard]] std::string inherited(const std::string& key, const std::string& otherwise) const {
+    for (auto group = groups_.rbegin(); group != groups_.rend(); ++group) {
+      if (group->attributes.contains(key)) { return group->get(key); }
+    }
+    return otherwise;
+  }
+
+  /// Lines of equal attributes become one path, all ticks for instance.
+  SvgPath& open(const std::string& attributes) {
+    for (auto& [known, path] : open_) {
+      if (known == attributes) { return path; }
+    }
+    return open_.emplace_back(attributes, SvgPath{}).second;
+  }
+
+  void flush() {
+    for (const auto& [attributes, path] : open_) {
+      if (!path.empty()) { out_ += "<path " + attributes + " d=\"" + path.data() + "\"/>"; }
+    }
+    open_.clear();
+  }
+
+  void path(const Tag& tag) {
+    const Colour colour = colour_of(tag.get("stroke"));
+    std::string attributes = "class=\"l " + colour.css_class + "\" stroke-width=\"" +
+                             svg_number(std::atof(inherited("stroke-width", "1").c_str())) + "\"";
+    const std::string dashes = tag.get("stroke-dasharray");
+    if (!dashes.empty()) { attributes += " stroke-dasharray=\"" + dashes + "\""; }
+    open(attributes).append(tag.get("d"));
+  }
+
+  void polygon(const Tag& tag) {
+    const Colour colour = colour_of(tag.get("fill"));
+    std::string attributes = colour.css_class.empty() ? "fill=\"" + colour.value + "\" shape-rendering=\"crispEdges\""
+                                                      : "class=\"f " + colour.css_class + "\"";
+    const std::string opacity = tag.get("fill-opacity");
+    if (!opacity.empty()) { attributes += " opacity=\"" + svg_number(std::atof(opacity.c_str())) + "\""; }
+    SvgPath& shape = open(attributes);
+    shape.append(tag.get("points"));
+    shape.close();
+  }
+
+  void marker(const Tag& tag) {
+    double x = 0.0;
+    double y = 0.0;
+    double scale = 0.0;
+    if (std::sscanf(tag.get("transform").c_str(), "translate(%lf,%lf) scale(%lf)", &x, &y, &scale) != 3) {
+      return;
+    }
+    const Shape shape = shape_of(tag.get("xlink:href"));
+    const std::string colour = colour_of(tag.get("color")).css_class;
+    open(marker_attributes(shape, colour, scale)).marker(shape, x, y, scale);
+  }
+
+  void image(const Tag& tag) {
+    flush();
+    out_ += "<image";
+    for (const char* key : {"x", "y", "width", "height"}) {
+      out_ += std::string(" ") + key + "=\"" + tag.get(key) + "\"";
+    }
+    out_ += " preserveAspectRatio=\"none\" href=\"" + tag.get("xlink:href") + "\"/>";
+  }
+
+  /// The content keeps its tspans (exponents) without what only repeats the default.
+  void text(const std::string& content) {
+    std::string inner;
+    for (std::size_t at = 0; at < content.size();) {
+      const std::size_t end = content[at] == '<' ? content.find('>', at) + 1 : content.find('<', at);
+      const std::string piece = content.substr(at, end - at);
+      at = std::min(end, content.size());
+      inner += piece[0] == '<' ? tspan(parse_tag(std::string_view(piece).substr(1, piece.size() - 2)))
+                               : piece;
+    }
+    const std::size_t first = inner.find_first_not_of(' ');
+    if (first == std::string::npos) { return; }
+    const std::string anchor = inherited("text-anchor", "start");
+    texts_ += "<text " + position(inherited("transform", "")) +
+            (anchor == "start" ? "" : " text-anchor=\"" + anchor + "\"") + ">" +
+            inner.substr(first) + "</text>";
+  }
+
+  static std::string tspan(const Tag& tag) {
+    const std::string dy = tag.get("dy");
+    if (tag.name == "/tspan" || dy.empty()) { return {}; }
+    // SVG has no end for a shift: an exponent lasts until the one that takes it back.
+    const bool up = dy[0] == '-';
+    return up ? "<tspan class=\"up\" dy=\"-5\">" : "</tspan>";
+  }
+
+  static std::string position(const std::string& transform) {
+    double x = 0.0;
+    double y = 0.0;
+    double angle = 0.0;
+    const int found = std::sscanf(transform.c_str(), "translate(%lf,%lf) rotate(%lf)", &x, &y, &angle);
+    if (found < 3) { return "x=\"" + svg_number(x) + "\" y=\"" + svg_number(y) + "\""; }
+    return "transform=\"translate(" + svg_number(x) + " " + svg_number(y) + ")rotate(" +
+           svg_number(angle) + ")\"";
+  }
+
+  std::string out_{}, texts_{}, view_box_{};
+  std::vector<Tag> groups_{};
+  std::vector<std::pair<std::string, SvgPath>> open_{};
+};
+
+}  // namespace
+
+std::string svg_for_page(const std::string& gnuplot, const std::string& label) {
+  return Rewriter().rewrite(gnuplot, label);
+}
+
+}  // namespace palpate
