@@ -63,7 +63,9 @@ std::vector<Tick> decade_ticks(const Range& range, int first, int last) {
     }
     if (last - first > 6) { continue; }
     for (int n = 2; n < 10; ++n) {
-      if (n * decade >= range.low && n * decade <= range.high) { ticks.push_back({n * decade, ""}); }
+      if (n * decade >= range.low && n * decade <= range.high) {
+        ticks.push_back({n * decade, ""});
+      }
     }
   }
   return ticks;

@@ -4,16 +4,11 @@
 #include <algorithm>
 
 #include "fixtures/io/hdf5_file.hpp"
+#include "model/dynamics/scene_check.hpp"
 
 namespace palpate {
 
 namespace {
-
-std::string series_group(const Figure& figure, std::size_t index) {
-  return "/figures/" + figure.id + "/series_" + std::to_string(index);
-}
-
-std::string heat_map_group(const Figure& figure) { return "/figures/" + figure.id + "/heat_map"; }
 
 void write_figure(io::Hdf5File& file, const Figure& figure) {
   for (std::size_t n = 0; n < figure.series.size(); ++n) {
@@ -30,11 +25,45 @@ void write_figure(io::Hdf5File& file, const Figure& figure) {
     file.write(group + "/y", figure.heat_map->y, figure.y.label);
     file.write(group + "/z", figure.heat_map->z, figure.heat_map->label);
   }
+  file.make_group("/figures/" + figure.id);
   file.write_attribute("/figures/" + figure.id, "title", figure.title);
   file.write_attribute("/figures/" + figure.id, "caption", figure.caption);
 }
 
+/// Names the file and what is wrong in it.
+void require(bool fits, const std::filesystem::path& file, const std::string& group) {
+  if (!fits) {
+    throw InputError(file.string() + ": " + group + ": data sets of different lengths");
+  }
+}
+
+void read_figure(const io::Hdf5File& file, const std::filesystem::path& path, Figure& figure) {
+  for (std::size_t n = 0; n < figure.series.size(); ++n) {
+    Series& series = figure.series[n];
+    const std::string group = series_group(figure, n);
+    series.x = file.read(group + "/x");
+    series.y = file.read(group + "/y");
+    if (file.contains(group + "/y2")) { series.y2 = file.read(group + "/y2"); }
+    const bool band = series.style == Series::Style::band;
+    require(series.x.size() == series.y.size() && (!band || series.x.size() == series.y2.size()),
+            path, group);
+  }
+  if (!figure.heat_map) { return; }
+  HeatMap& map = *figure.heat_map;
+  const std::string group = heat_map_group(figure);
+  map.x = file.read(group + "/x");
+  map.y = file.read(group + "/y");
+  map.z = file.read(group + "/z");
+  require(map.z.size() == map.x.size() * map.y.size(), path, group);
+}
+
 }  // namespace
+
+std::string series_group(const Figure& figure, std::size_t index) {
+  return "/figures/" + figure.id + "/series_" + std::to_string(index);
+}
+
+std::string heat_map_group(const Figure& figure) { return "/figures/" + figure.id + "/heat_map"; }
 
 std::string trace_file_name(const std::string& case_name) {
   std::string name = case_name;
@@ -52,21 +81,9 @@ void write_figure_data(const std::filesystem::path& traces, const Outcome& outco
 
 void read_figure_data(const std::filesystem::path& traces, Outcome& outcome) {
   if (outcome.figures.empty()) { return; }
-  const io::Hdf5File file = io::Hdf5File::open(traces / trace_file_name(outcome.name));
-  for (Figure& figure : outcome.figures) {
-    for (std::size_t n = 0; n < figure.series.size(); ++n) {
-      const std::string group = series_group(figure, n);
-      figure.series[n].x = file.read(group + "/x");
-      figure.series[n].y = file.read(group + "/y");
-      if (file.contains(group + "/y2")) { figure.series[n].y2 = file.read(group + "/y2"); }
-    }
-    if (figure.heat_map) {
-      const std::string group = heat_map_group(figure);
-      figure.heat_map->x = file.read(group + "/x");
-      figure.heat_map->y = file.read(group + "/y");
-      figure.heat_map->z = file.read(group + "/z");
-    }
-  }
+  const std::filesystem::path path = traces / trace_file_name(outcome.name);
+  const io::Hdf5File file = io::Hdf5File::open(path);
+  for (Figure& figure : outcome.figures) { read_figure(file, path, figure); }
 }
 
 }  // namespace palpate

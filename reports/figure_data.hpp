@@ -11,10 +11,16 @@ namespace palpate {
 /// Name of a case's file inside traces/.
 std::string trace_file_name(const std::string& case_name);
 
+/// Groups inside the file: "/figures/error-over-step/series_0" holds x, y and for a band y2.
+std::string series_group(const Figure& figure, std::size_t index);
+/// Holds x, y and the row-major z.
+std::string heat_map_group(const Figure& figure);
+
 /// Writes the file of a case that has figures; does nothing otherwise.
 void write_figure_data(const std::filesystem::path& traces, const Outcome& outcome);
 
-/// Fills in the numbers of the outcome's figures. Throws InputError when they are not there.
+/// Fills in the numbers of the outcome's figures. Throws InputError when they are not
+/// there or do not fit together.
 void read_figure_data(const std::filesystem::path& traces, Outcome& outcome);
 
 }  // namespace palpate

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-
 #include <sys/wait.h>
 
 #include "fixtures/io/file_bytes.hpp"
@@ -53,7 +52,7 @@ std::string file_text(const std::filesystem::path& path) {
 void run_gnuplot(const std::filesystem::path& folder) {
   const std::string in = "'" + folder.string() + "/";
   const std::string command =
-      "GNUTERM=svg LC_ALL=C gnuplot -d " + in + "figures.gp' 2>" + in + "log' </dev/null";
+      "GNUTERM=svg LC_ALL=C.UTF-8 gnuplot -d " + in + "figures.gp' 2>" + in + "log' </dev/null";
   const int status = std::system(command.c_str());
   if (status == 0) { return; }
   if (WIFEXITED(status) && WEXITSTATUS(status) == 127) {
@@ -66,10 +65,13 @@ void run_gnuplot(const std::filesystem::path& folder) {
 std::string sample(const Look& look) {
   const std::string colour = look.colour == ink_colour ? "k" : "s" + std::to_string(look.colour);
   std::string svg = "<svg class=\"sample\" viewBox=\"0 0 28 12\" aria-hidden=\"true\">";
-  if (look.band) { svg += "<path class=\"f " + colour + "\" opacity=\".3\" d=\"M1 1h26v10h-26z\"/>"; }
+  if (look.band) {
+    svg += "<path class=\"f " + colour + "\" opacity=\".3\" d=\"M1 1h26v10h-26z\"/>";
+  }
   if (look.line) {
     const char* dashes[] = {"", " stroke-dasharray=\"6 3.5\"", " stroke-dasharray=\"7 3 1.5 3\""};
-    svg += "<path class=\"l " + colour + "\" stroke-width=\"2\"" + dashes[look.dash] + " d=\"M1 6h26\"/>";
+    svg += "<path class=\"l " + colour + "\" stroke-width=\"2\"" + dashes[look.dash] +
+           " d=\"M1 6h26\"/>";
   }
   if (look.points) {
     constexpr double r = 3.0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Figures as SVG for a page, drawn by gnuplot: same data, same bytes. Colours and lines are classes
-/// of report.css, so that a figure follows the page's light or dark theme.
+/// Figures as SVG for a page, drawn by gnuplot: same data, same bytes. Colours and lines are
+/// classes of report.css, so that a figure follows the page's light or dark theme.
 
 #include <stdexcept>
 #include <string>

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "reports/axis_range.hpp"
+#include "reports/field_units.hpp"
 #include "reports/figure_look.hpp"
 #include "reports/markup.hpp"
 #include "reports/thinning.hpp"
@@ -18,6 +19,7 @@ namespace {
 constexpr int width = 480;
 constexpr double plot_width = 400.0;  // less margins; thinning needs no more than about right
 constexpr double plot_height = 240.0;
+constexpr std::size_t most_markers = 60;
 
 std::string lc(int blue) {
   std::array<char, 32> buffer{};
@@ -83,13 +85,17 @@ int point_type(Shape shape) {
 }
 
 /// `halo` widens the drawing so that it shows as a rim behind the series.
-std::string style_of(const Look& look, const std::string& colour, bool halo) {
+std::string style_of(const Look& look, std::size_t samples, const std::string& colour, bool halo) {
   if (look.band) { return " with filledcurves fs transparent solid 0.22 noborder" + colour; }
   const std::string lines = halo ? " lw 4.2" : " lw 1.7";
   const std::string points =
       std::string(halo ? " ps 0.85" : " ps 0.55") + " pt " + std::to_string(point_type(look.shape));
   const std::string dash = look.dash == 0 ? "" : look.dash == 1 ? " dt (10,6)" : " dt (10,5,2,5)";
-  if (look.line && look.points) { return " with linespoints" + lines + points + dash + colour; }
+  // Markers on a line tell series apart; too many would hide what lies beneath.
+  const std::string every = " pointinterval " + std::to_string(samples / most_markers + 1);
+  if (look.line && look.points) {
+    return " with linespoints" + lines + points + every + dash + colour;
+  }
   return look.line ? " with lines" + lines + dash + colour : " with points" + points + colour;
 }
 
@@ -99,7 +105,8 @@ std::string axis_commands(const char* name, const Axis& axis, const Range& range
   if (range.empty) { return text; }
   const bool fixed = axis.logarithmic || axis.minimum || axis.maximum;
   if (fixed && range.low != range.high) {
-    text += "set " + n + "range [" + exact_number(range.low) + ":" + exact_number(range.high) + "]\n";
+    text +=
+        "set " + n + "range [" + exact_number(range.low) + ":" + exact_number(range.high) + "]\n";
   }
   if (!axis.logarithmic) { return text; }
   text += "set logscale " + n + "\nset " + n + "tics (";
@@ -132,15 +139,18 @@ std::string palette(const HeatMap& map) {
   }
   std::string text = "set palette maxcolors 64 ";
   if (!(least < 0.0 && most > 0.0)) {
-    text += "defined (0 '#440154', 1 '#414487', 2 '#2a788e', 3 '#22a884', 4 '#7ad151', 5 '#fde725')\n";
+    text +=
+        "defined (0 '#440154', 1 '#414487', 2 '#2a788e', 3 '#22a884', 4 '#7ad151', 5 '#fde725')\n";
     const bool flat = least == most;
     return text + (flat ? "set cbrange [" + exact_number(least - 0.5) + ":" +
                               exact_number(most + 0.5) + "]\n"
                         : "");
   }
   const std::string reach = exact_number(std::max(-least, most));
-  return text + "defined (0 '#17406d', 1 '#3f7fb8', 2 '#a9cbe3', 3 '#f4f1ea', 4 '#f3bd8f', 5 "
-                "'#d9722e', 6 '#7f2d0c')\nset cbrange [-" + reach + ":" + reach + "]\n";
+  return text +
+         "defined (0 '#17406d', 1 '#3f7fb8', 2 '#a9cbe3', 3 '#f4f1ea', 4 '#f3bd8f', 5 "
+         "'#d9722e', 6 '#7f2d0c')\nset cbrange [-" +
+         reach + ":" + reach + "]\n";
 }
 
 std::string heat_map_commands(const Figure& figure, const Range& x, const Range& y) {
@@ -168,14 +178,20 @@ std::string layout_commands(const Figure& figure, int tall) {
           "set grid lt 1 lw 1" + lc(StandIn::grid) + "\nunset key\n" +
           "set xtics offset 0,0.25\nset ytics offset 0.4,0\nset xlabel offset 0,0.5\n" +
           "set ylabel offset 0.6,0\nset format \"%g\"\n";
-  text += figure.heat_map ? "set cbtics offset -0.6,0\nset cblabel offset 1.2,0\n" : "set rmargin 2.5\n";
+  text += figure.heat_map ? "set cbtics offset -0.6,0\nset cblabel offset 1.2,0\n"
+                          : "set rmargin 2.5\n";
+  // Curves fill the width; points alone keep off the edges.
+  const bool curves = std::ranges::any_of(
+      figure.series, [](const Series& each) { return each.style != Series::Style::points; });
+  if (curves && !figure.square) { text += "set autoscale xfix\n"; }
   if (figure.square) { text += "set size ratio -1\n"; }
   return text;
 }
 
 }  // namespace
 
-std::string gnuplot_script(const Figure& figure, const std::string& output) {
+std::string gnuplot_script(const Figure& in_si, const std::string& output) {
+  const Figure figure = in_field_units(in_si);
   const Range x = x_range(figure);
   const Range y = y_range(figure);
   const std::vector<Look> looks = looks_of(figure);
@@ -183,8 +199,10 @@ std::string gnuplot_script(const Figure& figure, const std::string& output) {
   text += "set output " + quoted(output) + "\n";
   text += axis_commands("x", figure.x, x) + axis_commands("y", figure.y, y);
   std::string plots;
-  const auto add = [&plots](const std::string& plot) { plots += (plots.empty() ? "" : ", ") + plot; };
-  if (figure.heat_map && !figure.heat_map->z.empty()) {
+  const auto add = [&plots](const std::string& plot) {
+    plots += (plots.empty() ? "" : ", ") + plot;
+  };
+  if (figure.heat_map && x.high > x.low && y.high > y.low) {
     text += heat_map_commands(figure, x, y);
     add("$heat using 1:2:3 with image");
   }
@@ -192,11 +210,14 @@ std::string gnuplot_script(const Figure& figure, const std::string& output) {
     for (std::size_t n = 0; n < figure.series.size(); ++n) {
       if (looks[n].band != bands || x.empty || y.empty) { continue; }
       const std::string block = data_block(figure, n);
+      const auto samples = static_cast<std::size_t>(std::ranges::count(block, '\n'));
       if (block.find_first_of("0123456789", block.find('\n')) == std::string::npos) { continue; }
       text += block;
       const std::string source = "$s" + std::to_string(n) + (bands ? " using 1:2:3" : " using 1:2");
-      if (figure.heat_map && !bands) { add(source + style_of(looks[n], lc(StandIn::paper), true)); }
-      add(source + style_of(looks[n], lc(looks[n]), false));
+      if (figure.heat_map && !bands) {
+        add(source + style_of(looks[n], samples, lc(StandIn::paper), true));
+      }
+      add(source + style_of(looks[n], samples, lc(looks[n]), false));
     }
   }
   // An empty frame is better than no picture: it shows that there was nothing to draw.

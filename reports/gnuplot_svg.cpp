@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <regex>
 #include <utility>
 #include <vector>
 
@@ -59,7 +60,9 @@ Colour colour_of(const std::string& text) {
   int blue = 0;
   if (std::sscanf(text.c_str(), "rgb(%d,%d,%d)", &red, &green, &blue) != 3) { return {"k", {}}; }
   if (red == StandIn::red && green == StandIn::green) {
-    if (blue >= StandIn::first_series) { return {"s" + std::to_string(blue - StandIn::first_series), {}}; }
+    if (blue >= StandIn::first_series) {
+      return {"s" + std::to_string(blue - StandIn::first_series), {}};
+    }
     return {blue == StandIn::grid ? "g" : blue == StandIn::paper ? "p" : "k", {}};
   }
   std::array<char, 8> buffer{};
@@ -70,8 +73,8 @@ Colour colour_of(const std::string& text) {
 /// gnuplot's marker numbers for the shapes of a Look.
 Shape shape_of(const std::string& reference) {
   static const std::map<std::string, Shape> shapes{
-      {"#gpPt6", Shape::disc},       {"#gpPt4", Shape::square},      {"#gpPt8", Shape::triangle},
-      {"#gpPt12", Shape::diamond},   {"#gpPt5", Shape::open_disc},   {"#gpPt3", Shape::open_square}};
+      {"#gpPt6", Shape::disc},     {"#gpPt4", Shape::square},    {"#gpPt8", Shape::triangle},
+      {"#gpPt12", Shape::diamond}, {"#gpPt5", Shape::open_disc}, {"#gpPt3", Shape::open_square}};
   const auto found = shapes.find(reference);
   return found == shapes.end() ? Shape::disc : found->second;
 }
@@ -129,6 +132,9 @@ class Rewriter {
   }
 
   void flush() {
+    // The grid lies under axes and ticks.
+    std::ranges::stable_partition(
+        open_, [](const auto& each) { return each.first.starts_with("class=\"l g\""); });
     for (const auto& [attributes, path] : open_) {
       if (!path.empty()) { out_ += "<path " + attributes + " d=\"" + path.data() + "\"/>"; }
     }
@@ -146,10 +152,13 @@ class Rewriter {
 
   void polygon(const Tag& tag) {
     const Colour colour = colour_of(tag.get("fill"));
-    std::string attributes = colour.css_class.empty() ? "fill=\"" + colour.value + "\" shape-rendering=\"crispEdges\""
-                                                      : "class=\"f " + colour.css_class + "\"";
+    std::string attributes = colour.css_class.empty()
+                                 ? "fill=\"" + colour.value + "\" shape-rendering=\"crispEdges\""
+                                 : "class=\"f " + colour.css_class + "\"";
     const std::string opacity = tag.get("fill-opacity");
-    if (!opacity.empty()) { attributes += " opacity=\"" + svg_number(std::atof(opacity.c_str())) + "\""; }
+    if (!opacity.empty()) {
+      attributes += " opacity=\"" + svg_number(std::atof(opacity.c_str())) + "\"";
+    }
     SvgPath& shape = open(attributes);
     shape.append(tag.get("points"));
     shape.close();
@@ -159,7 +168,8 @@ class Rewriter {
     double x = 0.0;
     double y = 0.0;
     double scale = 0.0;
-    if (std::sscanf(tag.get("transform").c_str(), "translate(%lf,%lf) scale(%lf)", &x, &y, &scale) != 3) {
+    if (std::sscanf(tag.get("transform").c_str(), "translate(%lf,%lf) scale(%lf)", &x, &y,
+                    &scale) != 3) {
       return;
     }
     const Shape shape = shape_of(tag.get("xlink:href"));
@@ -180,18 +190,30 @@ class Rewriter {
   void text(const std::string& content) {
     std::string inner;
     for (std::size_t at = 0; at < content.size();) {
-      const std::size_t end = content[at] == '<' ? content.find('>', at) + 1 : content.find('<', at);
+      const std::size_t end =
+          content[at] == '<' ? content.find('>', at) + 1 : content.find('<', at);
       const std::string piece = content.substr(at, end - at);
       at = std::min(end, content.size());
-      inner += piece[0] == '<' ? tspan(parse_tag(std::string_view(piece).substr(1, piece.size() - 2)))
-                               : piece;
+      inner += piece[0] == '<'
+                   ? tspan(parse_tag(std::string_view(piece).substr(1, piece.size() - 2)))
+                   : piece;
     }
     const std::size_t first = inner.find_first_not_of(' ');
     if (first == std::string::npos) { return; }
     const std::string anchor = inherited("text-anchor", "start");
     texts_ += "<text " + position(inherited("transform", "")) +
-            (anchor == "start" ? "" : " text-anchor=\"" + anchor + "\"") + ">" +
-            inner.substr(first) + "</text>";
+              (anchor == "start" ? "" : " text-anchor=\"" + anchor + "\"") + ">" +
+              with_powers(inner.substr(first)) + "</text>";
+  }
+
+  /// A tick label "−5e−05" as a power of ten.
+  static std::string with_powers(const std::string& text) {
+    static const std::regex scientific("^([−0-9.]+)e(−|-|\\+?)0*([1-9][0-9]*)$");
+    std::smatch parts;
+    if (!std::regex_match(text, parts, scientific)) { return text; }
+    const std::string sign = parts[2].str().empty() || parts[2] == "+" ? "" : "−";
+    return parts[1].str() + "·10<tspan class=\"up\" dy=\"-5\">" + sign + parts[3].str() +
+           "</tspan>";
   }
 
   static std::string tspan(const Tag& tag) {
@@ -206,7 +228,8 @@ class Rewriter {
     double x = 0.0;
     double y = 0.0;
     double angle = 0.0;
-    const int found = std::sscanf(transform.c_str(), "translate(%lf,%lf) rotate(%lf)", &x, &y, &angle);
+    const int found =
+        std::sscanf(transform.c_str(), "translate(%lf,%lf) rotate(%lf)", &x, &y, &angle);
     if (found < 3) { return "x=\"" + svg_number(x) + "\" y=\"" + svg_number(y) + "\""; }
     return "transform=\"translate(" + svg_number(x) + " " + svg_number(y) + ")rotate(" +
            svg_number(angle) + ")\"";

@@ -49,8 +49,9 @@ std::string cost_of(const Outcome& outcome) {
 
 std::string seconds_text(double seconds) {
   constexpr double worth_telling = 0.1;
-  return seconds >= worth_telling ? "<span class=\"seconds\">" + short_number(seconds, 2) + "\u00a0s</span>"
-                       : "";
+  return seconds >= worth_telling
+             ? "<span class=\"seconds\">" + short_number(seconds, 2) + "\u00a0s</span>"
+             : "";
 }
 
 std::string exhibits(const Outcome& outcome, const std::vector<std::string>& drawings) {
@@ -62,8 +63,8 @@ std::string exhibits(const Outcome& outcome, const std::vector<std::string>& dra
   html += cost_of(outcome);
   const bool many = outcome.figures.size() > 4;
   return html.empty() ? html
-                      : "<div class=\"exhibits" + std::string(many ? " many" : "") + "\">\n" + html +
-                            "</div>\n";
+                      : "<div class=\"exhibits" + std::string(many ? " many" : "") + "\">\n" +
+                            html + "</div>\n";
 }
 
 }  // namespace

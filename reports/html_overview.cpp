@@ -25,10 +25,14 @@ std::vector<const Outcome*> worst_first(const std::vector<Outcome>& outcomes) {
     const Quantity* tight = tightest_quantity(*outcome);
     const double share = tight == nullptr || met_exactly(*tight) ? 0.0 : share_of_bound(*tight);
     switch (outcome->status) {
-      case Status::error: return std::pair(0, 0.0);
-      case Status::fail: return std::pair(1, -share);
-      case Status::pass: return std::pair(2, -share);
-      case Status::skip: break;
+      case Status::error:
+        return std::pair(0, 0.0);
+      case Status::fail:
+        return std::pair(1, -share);
+      case Status::pass:
+        return std::pair(2, -share);
+      case Status::skip:
+        break;
     }
     return std::pair(3, 0.0);
   };
@@ -51,18 +55,19 @@ std::string numbers_of(const Outcome& outcome) {
     return "<td class=\"why\" colspan=\"4\">" + escape_markup(outcome.reason) + "</td>";
   }
   return "<td class=\"quantity\">" + escape_markup(q->name) + "<small>" +
-         escape_markup(q->bound_from) + "</small></td><td class=\"number\" data-label=\"measured\" " +
-         "title=\"" + exact_number(q->value) + "\">" + escape_markup(measured_text(*q)) +
+         escape_markup(q->bound_from) +
+         "</small></td><td class=\"number\" data-label=\"measured\" " + "title=\"" +
+         exact_number(q->value) + "\">" + escape_markup(measured_text(*q)) +
          "</td><td class=\"number\" data-label=\"allowed\">" + escape_markup(allowed_text(*q)) +
          "</td>" + share_cell(*q);
 }
 
 std::string case_rows(const Outcome& outcome) {
-  std::string rows = "<tbody data-status=\"" + std::string(name_of(outcome.status)) + "\"><tr><td>" +
-                     html_badge(outcome.status) + "</td><th scope=\"row\"><a href=\"#" +
-                     case_anchor(outcome.name) + "\">" + escape_markup(outcome.name) +
-                     "</a><small>" + escape_markup(outcome.claim) + "</small></th>" +
-                     numbers_of(outcome) + "</tr>\n";
+  std::string rows = "<tbody data-status=\"" + std::string(name_of(outcome.status)) +
+                     "\"><tr><td>" + html_badge(outcome.status) +
+                     "</td><th scope=\"row\"><a href=\"#" + case_anchor(outcome.name) + "\">" +
+                     escape_markup(outcome.name) + "</a><small>" + escape_markup(outcome.claim) +
+                     "</small></th>" + numbers_of(outcome) + "</tr>\n";
   if (outcome.quantities.size() > 1) {
     rows += "<tr class=\"more\"><td></td><td colspan=\"5\"><details><summary>all " +
             std::to_string(outcome.quantities.size()) + " quantities</summary>\n" +
@@ -72,15 +77,18 @@ std::string case_rows(const Outcome& outcome) {
 }
 
 std::string filters(const Tally& sum) {
-  const auto button = [](const std::string& status, const std::string& label, int count, bool pressed) {
+  const auto button = [](const std::string& status, const std::string& label, int count,
+                         bool pressed) {
     return "<button type=\"button\" data-status=\"" + status + "\" aria-pressed=\"" +
            (pressed ? "true" : "false") + "\">" + label + " <span>" + std::to_string(count) +
            "</span></button>";
   };
-  return "<div class=\"filters\" hidden><input type=\"search\" placeholder=\"Filter by case, claim or "
+  return "<div class=\"filters\" hidden><input type=\"search\" placeholder=\"Filter by case, claim "
+         "or "
          "quantity\" aria-label=\"Filter cases\">" +
          button("", "all", sum.all(), true) + button("fail", "failed", sum.failed, false) +
-         button("error", "errors", sum.errors, false) + button("pass", "passed", sum.passed, false) +
+         button("error", "errors", sum.errors, false) +
+         button("pass", "passed", sum.passed, false) +
          button("skip", "skipped", sum.skipped, false) + "</div>\n";
 }
 
@@ -92,19 +100,19 @@ std::pair<std::string, std::string> split_name(const std::string& name) {
 }
 
 std::string contents_of(const Suite& suite) {
-  std::string html = "<dl>";
-  std::string group = "\n";
+  std::vector<std::pair<std::string, std::string>> groups;  // parent, links
   for (const Outcome* outcome : suite.outcomes) {
     const auto [parent, leaf] = split_name(outcome->name);
-    if (parent != group) {
-      html += std::string(group == "\n" ? "" : "</dd></div>\n") + "<div><dt>" + escape_markup(parent) +
-              "</dt><dd>";
-      group = parent;
-    }
-    html += "<a class=\"" + std::string(name_of(outcome->status)) + "\" href=\"#" +
-            case_anchor(outcome->name) + "\">" + escape_markup(leaf) + "</a> ";
+    auto group = std::ranges::find(groups, parent, &std::pair<std::string, std::string>::first);
+    if (group == groups.end()) { group = groups.insert(groups.end(), {parent, {}}); }
+    group->second += "<a class=\"" + std::string(name_of(outcome->status)) + "\" href=\"#" +
+                     case_anchor(outcome->name) + "\">" + escape_markup(leaf) + "</a> ";
   }
-  return html + "</dd></div></dl>\n";
+  std::string html = "<dl>";
+  for (const auto& [parent, links] : groups) {
+    html += "<div><dt>" + escape_markup(parent) + "</dt><dd>" + links + "</dd></div>\n";
+  }
+  return html + "</dl>\n";
 }
 
 }  // namespace
@@ -135,11 +143,12 @@ std::string about_suite(const std::string& name) {
 
 std::string verdict_text(const Tally& sum) {
   const int ran = sum.all() - sum.skipped;
-  const std::string skipped = sum.skipped == 0 ? "" : "; " + std::to_string(sum.skipped) + " skipped";
+  const std::string skipped =
+      sum.skipped == 0 ? "" : "; " + std::to_string(sum.skipped) + " skipped";
   if (ran == 0) { return "FAIL: no case ran" + skipped; }
   if (sum.holds()) {
-    return "PASS: " + std::to_string(sum.passed) + " of " + count_of(ran, "case holds", "cases hold") +
-           skipped;
+    return "PASS: " + std::to_string(sum.passed) + " of " +
+           count_of(ran, "case holds", "cases hold") + skipped;
   }
   return "FAIL: " + std::to_string(sum.failed + sum.errors) + " of " +
          count_of(ran, "case falls short", "cases fall short") + skipped;
@@ -157,9 +166,12 @@ std::string html_suites(const std::vector<Suite>& suites) {
     const Tally sum = tally(bare);
     const int ran = sum.all() - sum.skipped;
     const bool fell = sum.failed + sum.errors > 0;
-    html += "<li class=\"" + std::string(fell ? "fail" : sum.passed > 0 ? "pass" : "skip") +
-            "\"><a href=\"#" + suite_anchor(suite) + "\">" + escape_markup(suite.name) +
-            "</a><b>" + std::to_string(sum.passed) + " of " + std::to_string(ran) + "</b><small>" +
+    html += "<li class=\"" +
+            std::string(fell             ? "fail"
+                        : sum.passed > 0 ? "pass"
+                                         : "skip") +
+            "\"><a href=\"#" + suite_anchor(suite) + "\">" + escape_markup(suite.name) + "</a><b>" +
+            std::to_string(sum.passed) + " of " + std::to_string(ran) + "</b><small>" +
             (sum.skipped > 0 ? std::to_string(sum.skipped) + " skipped, " : "") +
             short_number(seconds, 2) + "\u00a0s</small></li>\n";
   }
@@ -170,7 +182,8 @@ std::string html_case_table(const std::vector<Outcome>& outcomes) {
   std::string html =
       "<h2 id=\"cases\">Cases, worst first</h2>\n" + filters(tally(outcomes)) +
       "<div class=\"scroll\"><table class=\"cases\"><thead><tr><th scope=\"col\">verdict</th>"
-      "<th scope=\"col\">case and claim</th><th scope=\"col\">tightest quantity, and where its bound "
+      "<th scope=\"col\">case and claim</th><th scope=\"col\">tightest quantity, and where its "
+      "bound "
       "comes from</th><th scope=\"col\" class=\"number\">measured</th><th scope=\"col\" "
       "class=\"number\">allowed</th><th scope=\"col\">bound used</th></tr></thead>\n";
   for (const Outcome* outcome : worst_first(outcomes)) { html += case_rows(*outcome); }
@@ -178,7 +191,8 @@ std::string html_case_table(const std::vector<Outcome>& outcomes) {
 }
 
 std::string html_contents(const std::vector<Suite>& suites) {
-  std::string html = "<nav class=\"contents\" aria-label=\"Contents\" id=\"contents\">\n<h2>Contents</h2>\n";
+  std::string html =
+      "<nav class=\"contents\" aria-label=\"Contents\" id=\"contents\">\n<h2>Contents</h2>\n";
   for (const Suite& suite : suites) {
     html += "<h3><a href=\"#" + suite_anchor(suite) + "\">" + escape_markup(suite.name) +
             "</a></h3>\n" + contents_of(suite);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "report_assets.hpp"
+
 #include "reports/figure_look.hpp"
 #include "reports/figure_svg.hpp"
 #include "reports/markup.hpp"
@@ -80,7 +81,8 @@ std::string html_table(const Table& table) {
   constexpr std::size_t wide_table = 6;
   const bool folded = table.rows.size() > long_table;
   std::string html = "<div class=\"exhibit" +
-                     std::string(table.columns.size() >= wide_table || folded ? " wide" : "") + "\">";
+                     std::string(table.columns.size() >= wide_table || folded ? " wide" : "") +
+                     "\">";
   if (folded) {
     html += "<details><summary>" + escape_markup(table.title) + " (" +
             std::to_string(table.rows.size()) + " rows)</summary>\n";

@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "report_assets.hpp"
+
 #include "reports/figure_svg.hpp"
 #include "reports/html_case.hpp"
 #include "reports/html_overview.hpp"
@@ -83,15 +84,15 @@ std::string to_html(const Results& results) {
   const std::vector<Suite> suites = suites_of(results.outcomes);
   const Drawings drawings = draw_all(results.outcomes);
   const std::string version = known(results, "version");
-  std::string body = html_banner({.title = results.title,
-                                  .small_print = {results.command, known(results, "date"),
-                                                  version.empty() ? "" : "version " + version,
-                                                  known(results, "commit")},
-                                  .held = sum.holds(),
-                                  .verdict = verdict_text(sum),
-                                  .detail = detail_text(results.outcomes, sum)});
-  body += "<main>\n" + html_suites(suites) + html_case_table(results.outcomes) +
-          html_contents(suites);
+  std::string body = html_banner(
+      {.title = results.title,
+       .small_print = {results.command, known(results, "date"),
+                       version.empty() ? "" : "version " + version, known(results, "commit")},
+       .held = sum.holds(),
+       .verdict = verdict_text(sum),
+       .detail = detail_text(results.outcomes, sum)});
+  body +=
+      "<main>\n" + html_suites(suites) + html_case_table(results.outcomes) + html_contents(suites);
   for (const Suite& suite : suites) { body += suite_section(suite, drawings); }
   std::vector<Fact> facts;
   for (const auto& [name, value] : results.provenance) { facts.push_back({name, value, {}}); }

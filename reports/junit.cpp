@@ -43,12 +43,15 @@ std::string fallen_quantities(const Outcome& outcome) {
 std::string verdict(const Outcome& outcome) {
   const std::string message = escape_markup(fallen_quantities(outcome));
   switch (outcome.status) {
-    case Status::pass: return {};
-    case Status::skip: return "      <skipped message=\"" + message + "\"/>\n";
+    case Status::pass:
+      return {};
+    case Status::skip:
+      return "      <skipped message=\"" + message + "\"/>\n";
     case Status::fail:
-      return "      <failure type=\"bound\" message=\"" + escape_markup(outcome.claim) + "\">" +
-             message + "</failure>\n";
-    case Status::error: break;
+      return "      <failure type=\"bound\" message=\"" + message.substr(0, message.find('\n')) +
+             "\">" + escape_markup(outcome.claim) + "\n" + message + "</failure>\n";
+    case Status::error:
+      break;
   }
   return "      <error type=\"exception\" message=\"" + message + "\"/>\n";
 }
@@ -88,8 +91,8 @@ std::string to_junit(const Results& results) {
     xml += "  <testsuite name=\"" + escape_markup(suite) + "\"" + counts(members[suite]) + ">\n";
     for (const Outcome* outcome : members[suite]) {
       xml += "    <testcase classname=\"palpate." + escape_markup(suite) + "\" name=\"" +
-             escape_markup(outcome->name) + "\" time=\"" + seconds_text(outcome->seconds) + "\">\n" +
-             properties(*outcome) + verdict(*outcome) + "    </testcase>\n";
+             escape_markup(outcome->name) + "\" time=\"" + seconds_text(outcome->seconds) +
+             "\">\n" + properties(*outcome) + verdict(*outcome) + "    </testcase>\n";
     }
     xml += "  </testsuite>\n";
   }

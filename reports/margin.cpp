@@ -47,7 +47,7 @@ bool met_exactly(const Quantity& q) {
 const Quantity* tightest_quantity(const Outcome& outcome) {
   const Quantity* tightest = nullptr;
   const auto rank = [](const Quantity& q) {
-    return std::tuple(!q.holds(), !met_exactly(q), share_of_bound(q));
+    return std::tuple(!q.holds(), std::isnan(q.value), !met_exactly(q), share_of_bound(q));
   };
   for (const Quantity& q : outcome.quantities) {
     if (!q.judged()) { continue; }
@@ -81,7 +81,8 @@ std::string share_text(const Quantity& q) {
   const double share = share_of_bound(q);
   if (!std::isfinite(share)) { return "beyond"; }
   if (!q.holds()) { return share < 10.0 ? short_number(share, 2) + " times" : "over 10 times"; }
-  return share < 0.001 ? "< 0.1\u00a0%" : short_number(100.0 * share, share < 0.1 ? 2 : 3) + "\u00a0%";
+  return share < 0.001 ? "< 0.1\u00a0%"
+                       : short_number(100.0 * share, share < 0.1 ? 2 : 3) + "\u00a0%";
 }
 
 }  // namespace palpate

@@ -15,8 +15,8 @@ double share_of_bound(const Quantity& quantity);
 /// A count or a yes-or-no: it holds by equalling its bound, so its share of 1 is no narrow escape.
 bool met_exactly(const Quantity& quantity);
 
-/// The judged quantity furthest beyond its bound, else nearest to it; what is met exactly comes last.
-/// nullptr when none is judged.
+/// The judged quantity furthest beyond its bound, else nearest to it; what is met exactly comes
+/// last. nullptr when none is judged.
 const Quantity* tightest_quantity(const Outcome& outcome);
 
 /// For people: "≤ 0.002 m", "0.85 to 1.15", "= 0", "finite".

@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-/// & < > " ' escaped; bytes that XML forbids (control characters, broken UTF-8) become a question
-/// mark.
+/// & < > " ' escaped; control characters, which XML forbids, become a question mark, and
+/// broken UTF-8 the sign that Unicode has for it.
 std::string escape_markup(std::string_view text);
 
 /// Shortest text that reads back as the same double; "nan", "inf", "-inf".

@@ -14,7 +14,9 @@ void write_results_folder(const std::filesystem::path& folder, const Results& re
   const std::filesystem::path traces = folder / "traces";
   std::error_code problem;
   std::filesystem::create_directories(traces, problem);
-  if (problem) { throw InputError(traces.string() + ": cannot be made; a folder that can be written"); }
+  if (problem) {
+    throw InputError(traces.string() + ": cannot be made; a folder that can be written");
+  }
   for (const Outcome& outcome : results.outcomes) { write_figure_data(traces, outcome); }
   io::replace_file(folder / "results.json", to_json(results));
   io::replace_file(folder / "results.xml", to_junit(results));

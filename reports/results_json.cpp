@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-
 #include <nlohmann/json.hpp>
 
 #include "model/dynamics/scene_check.hpp"
+#include "reports/figure_data.hpp"
 
 namespace palpate {
 
@@ -47,7 +47,9 @@ Json to_json(const Quantity& q) {
           {"lower", bound(q.lower)},
           {"upper", bound(q.upper)},
           {"bound_from", q.bound_from},
-          {"status", !q.judged() ? "info" : q.holds() ? "pass" : "fail"}};
+          {"status", !q.judged() ? "info"
+                     : q.holds() ? "pass"
+                                 : "fail"}};
 }
 
 Quantity quantity_from(const Json& json) {
@@ -75,19 +77,19 @@ Axis axis_from(const Json& json) {
 
 Json to_json(const Figure& figure) {
   Json series = Json::array();
-  for (const Series& each : figure.series) {
-    series.push_back(
-        {{"label", each.label}, {"style", style_names.at(static_cast<std::size_t>(each.style))}});
+  for (std::size_t n = 0; n < figure.series.size(); ++n) {
+    const Series& each = figure.series[n];
+    series.push_back({{"label", each.label},
+                      {"style", style_names.at(static_cast<std::size_t>(each.style))},
+                      {"group", series_group(figure, n)}});
   }
-  Json json{{"id", figure.id},
-            {"title", figure.title},
-            {"caption", figure.caption},
-            {"x", to_json(figure.x)},
-            {"y", to_json(figure.y)},
-            {"square", figure.square},
-            {"timing", figure.timing},
-            {"series", series}};
-  json["heat_map"] = figure.heat_map ? Json(figure.heat_map->label) : Json(nullptr);
+  Json json{{"id", figure.id},         {"title", figure.title},  {"caption", figure.caption},
+            {"x", to_json(figure.x)},  {"y", to_json(figure.y)}, {"square", figure.square},
+            {"timing", figure.timing}, {"series", series}};
+  json["heat_map"] = Json(nullptr);
+  if (figure.heat_map) {
+    json["heat_map"] = {{"label", figure.heat_map->label}, {"group", heat_map_group(figure)}};
+  }
   return json;
 }
 
@@ -108,7 +110,7 @@ Figure figure_from(const Json& json) {
     figure.series.push_back(std::move(series));
   }
   if (!json.at("heat_map").is_null()) {
-    figure.heat_map = HeatMap{.label = json.at("heat_map").get<std::string>()};
+    figure.heat_map = HeatMap{.label = json.at("heat_map").at("label").get<std::string>()};
   }
   return figure;
 }
@@ -119,7 +121,8 @@ Json to_json(const Table& table) {
     Json cells = Json::array();
     for (const Cell& cell : row) {
       const auto* text = std::get_if<std::string>(&cell);
-      cells.push_back(text != nullptr ? Json(*text) : Json{{"value", number(std::get<double>(cell))}});
+      cells.push_back(text != nullptr ? Json(*text)
+                                      : Json{{"value", number(std::get<double>(cell))}});
     }
     rows.push_back(std::move(cells));
   }
@@ -156,7 +159,8 @@ Json list_of(const std::vector<Item>& items) {
 Json to_json(const Outcome& outcome) {
   Json timings = Json::array();
   for (const Timing& timing : outcome.timings) {
-    timings.push_back({{"name", timing.name}, {"value", number(timing.value)}, {"unit", timing.unit}});
+    timings.push_back(
+        {{"name", timing.name}, {"value", number(timing.value)}, {"unit", timing.unit}});
   }
   const bool skipped = outcome.status == Status::skip;
   Json json{{"name", outcome.name},
@@ -168,6 +172,8 @@ Json to_json(const Outcome& outcome) {
   json["seconds"] = outcome.seconds;
   json["quantities"] = list_of(outcome.quantities);
   json["tables"] = list_of(outcome.tables);
+  json["traces"] =
+      outcome.figures.empty() ? Json(nullptr) : Json("traces/" + trace_file_name(outcome.name));
   json["figures"] = list_of(outcome.figures);
   json["notes"] = outcome.notes;
   json["timings"] = timings;
@@ -181,6 +187,14 @@ Status status_from(const std::string& name) {
   throw std::runtime_error("unknown status " + name);
 }
 
+/// A pass that its own numbers contradict was not written by this program.
+void check_verdict(const Outcome& outcome) {
+  Outcome again = outcome;
+  conclude(again);
+  if (again.status == outcome.status || outcome.status != Status::pass) { return; }
+  throw std::runtime_error("case " + outcome.name + " says pass, but its quantities do not");
+}
+
 Outcome outcome_from(const Json& json) {
   Outcome outcome{.name = json.at("name"),
                   .suite = json.at("suite"),
@@ -189,13 +203,16 @@ Outcome outcome_from(const Json& json) {
                   .reason = json.at("skipped").is_null() ? json.at("message").get<std::string>()
                                                          : json.at("skipped").get<std::string>(),
                   .seconds = json.at("seconds")};
-  for (const Json& each : json.at("quantities")) { outcome.quantities.push_back(quantity_from(each)); }
+  for (const Json& each : json.at("quantities")) {
+    outcome.quantities.push_back(quantity_from(each));
+  }
   for (const Json& each : json.at("tables")) { outcome.tables.push_back(table_from(each)); }
   for (const Json& each : json.at("figures")) { outcome.figures.push_back(figure_from(each)); }
   outcome.notes = json.at("notes").get<std::vector<std::string>>();
   for (const Json& each : json.at("timings")) {
     outcome.timings.push_back({each.at("name"), number_from(each.at("value")), each.at("unit")});
   }
+  check_verdict(outcome);
   return outcome;
 }
 
@@ -207,7 +224,7 @@ std::string to_json(const Results& results) {
             {"command", results.command},
             {"provenance", results.provenance},
             {"cases", list_of(results.outcomes)}};
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 Results results_from_json(const std::string& text, const std::string& name) {

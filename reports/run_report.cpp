@@ -2,6 +2,7 @@
 #include "reports/run_report.hpp"
 
 #include "report_assets.hpp"
+
 #include "reports/figure_svg.hpp"
 #include "reports/markup.hpp"
 #include "reports/trace_figures.hpp"

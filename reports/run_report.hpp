@@ -13,9 +13,9 @@ namespace palpate {
 
 struct RunReport {
   std::string title{};
-  bool held = true;            ///< false: the banner is red
-  std::string verdict{};       ///< one line
-  std::string detail{};        ///< one sentence under it
+  bool held = true;       ///< false: the banner is red
+  std::string verdict{};  ///< one line
+  std::string detail{};   ///< one sentence under it
   std::vector<Fact> facts{};
   std::vector<std::string> skipped{};
   std::vector<std::string> warnings{};

@@ -32,12 +32,16 @@ std::string svg_number(double value) { return tenths_text(tenths_of(value)); }
 std::string marker_attributes(Shape shape, const std::string& colour_class, double r) {
   const std::string width = "\" stroke-width=\"" + svg_number(2.0 * r) + "\"";
   switch (shape) {
-    case Shape::disc: return "class=\"l c " + colour_class + width;
-    case Shape::square: return "class=\"l q " + colour_class + width;
+    case Shape::disc:
+      return "class=\"l c " + colour_class + width;
+    case Shape::square:
+      return "class=\"l q " + colour_class + width;
     case Shape::triangle:
-    case Shape::diamond: return "class=\"f " + colour_class + "\"";
+    case Shape::diamond:
+      return "class=\"f " + colour_class + "\"";
     case Shape::open_disc:
-    case Shape::open_square: break;
+    case Shape::open_square:
+      break;
   }
   return "class=\"l " + colour_class + "\"";
 }
@@ -92,7 +96,9 @@ void SvgPath::marker(Shape shape, double x, double y, double r) {
   const auto by = [](double dx, double dy) { return pair_text(tenths_of(dx), tenths_of(dy)); };
   switch (shape) {
     case Shape::disc:
-    case Shape::square: data_ += at + "h0"; return;
+    case Shape::square:
+      data_ += at + "h0";
+      return;
     case Shape::triangle:
       data_ += from(0.0, -1.3 * r) + "l" + by(-1.3 * r, 2.1 * r) + "h" + svg_number(2.6 * r) + "z";
       return;
@@ -107,7 +113,9 @@ void SvgPath::marker(Shape shape, double x, double y, double r) {
                radius + " 0 1 0-" + d + " 0";
       return;
     }
-    case Shape::open_square: data_ += from(-r, -r) + "h" + d + "v" + d + "h-" + d + "z"; return;
+    case Shape::open_square:
+      data_ += from(-r, -r) + "h" + d + "v" + d + "h-" + d + "z";
+      return;
   }
 }
 

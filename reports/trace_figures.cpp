@@ -57,12 +57,12 @@ std::string subject_of(const Group& group) {
 
 Figure figure_of(const Group& group, const Trace& trace, std::size_t index) {
   const std::string subject = subject_of(group);
-  Figure figure{.id = "trace-" + std::to_string(index),
-                .title = group.record.empty() ? subject : group.record + ": " + subject,
-                .caption = as_displacement(group) ? "Displacement from the first tick."
-                                                  : "At every tick.",
-                .x = {.label = "time (s)"},
-                .y = {.label = subject + " (" + group.unit + ")"}};
+  Figure figure{
+      .id = "trace-" + std::to_string(index),
+      .title = group.record.empty() ? subject : group.record + ": " + subject,
+      .caption = as_displacement(group) ? "Displacement from the first tick." : "At every tick.",
+      .x = {.label = "time (s)"},
+      .y = {.label = subject + " (" + group.unit + ")"}};
   for (const Column* column : group.columns) {
     Series series{.label = short_name(*column), .x = trace.time, .y = column->values};
     if (as_displacement(group)) {
@@ -83,10 +83,11 @@ struct Furthest {
 Furthest furthest_of(const Trace& trace) {
   Furthest furthest;
   for (std::size_t n = 1; n < trace.frames.size(); ++n) {
-    if (trace.frames[n].cols() != trace.frames[0].cols() || !trace.frames[n].allFinite()) { continue; }
+    if (trace.frames[n].cols() != trace.frames[0].cols() || !trace.frames[n].allFinite()) {
+      continue;
+    }
     Eigen::Index node = 0;
-    const double distance =
-        (trace.frames[n] - trace.frames[0]).colwise().norm().maxCoeff(&node);
+    const double distance = (trace.frames[n] - trace.frames[0]).colwise().norm().maxCoeff(&node);
     if (distance > furthest.distance) { furthest = {n, node, distance}; }
   }
   return furthest;
@@ -107,7 +108,8 @@ Figure slice(const Trace& trace, const Furthest& furthest) {
   const double factor = enlargement(furthest.distance, extent.maxCoeff());
   const double half_thickness = std::max(0.02 * extent.y(), 1e-9);
   Series before{.label = "at rest", .style = Series::Style::points};
-  const double time = furthest.frame < trace.frame_time.size() ? trace.frame_time[furthest.frame] : 0.0;
+  const double time =
+      furthest.frame < trace.frame_time.size() ? trace.frame_time[furthest.frame] : 0.0;
   Series after{.label = "at " + short_number(time) + " s", .style = Series::Style::points};
   for (Eigen::Index i = 0; i < rest.cols(); ++i) {
     if (std::abs(rest(1, i) - rest(1, furthest.node)) > half_thickness) { continue; }
@@ -148,7 +150,9 @@ std::vector<Figure> figures_over_time(const Trace& trace) {
 
 std::optional<Figure> snapshot_figure(const Trace& trace) {
   constexpr Eigen::Index fewest_nodes = 8;
-  if (trace.frames.size() < 2 || trace.frames.front().cols() < fewest_nodes) { return std::nullopt; }
+  if (trace.frames.size() < 2 || trace.frames.front().cols() < fewest_nodes) {
+    return std::nullopt;
+  }
   const Furthest furthest = furthest_of(trace);
   if (furthest.distance <= 0.0) { return std::nullopt; }
   return slice(trace, furthest);

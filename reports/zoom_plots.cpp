@@ -2,11 +2,12 @@
 #include "reports/zoom_plots.hpp"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 
-#include <nlohmann/json.hpp>
-
 #include "report_assets.hpp"
+
+#include "reports/field_units.hpp"
 #include "reports/figure_look.hpp"
 #include "reports/markup.hpp"
 #include "reports/thinning.hpp"
@@ -74,7 +75,8 @@ std::string html_zoom_section(const std::vector<Figure>& figures) {
                      "all again.</p>\n<noscript><p>This part needs scripts; the pictures above do "
                      "not.</p></noscript>\n";
   for (const Figure& figure : figures) {
-    html += "<h3>" + escape_markup(figure.title) + "</h3><div class=\"zoom\" id=\"zoom-" + figure.id +
+    html += "<h3>" + escape_markup(figure.title) + "</h3><div class=\"zoom-legend\" id=\"zoom-" +
+            figure.id + "-legend\"></div><div class=\"zoom\" id=\"zoom-" + figure.id +
             "\"></div>\n";
   }
   return html + "</details>\n";
@@ -84,7 +86,7 @@ std::string zoom_script(const std::vector<Figure>& figures) {
   if (figures.empty()) { return {}; }
   std::string script(assets::zoom_js);
   script += "zoomPlots(function (plot) {\n";
-  for (const Figure& figure : figures) { script += plot_of(figure); }
+  for (const Figure& figure : figures) { script += plot_of(in_field_units(figure)); }
   return script + "});\n";
 }
 

@@ -12,7 +12,7 @@ function zoomPlots(makeAll) {
       ylabel: unit,
       strokeWidth: 1.6,
       legend: 'always',
-      labelsSeparateLines: false,
+      labelsDiv: document.getElementById(id + '-legend'),
       gridLineColor: colour('--grid'),
       axisLineColor: colour('--soft'),
       axes: {

@@ -1,5 +1,7 @@
-# cmake -D PROGRAM=... -D ARGS="a;b" -D EXIT=2 [-D STDOUT=regex] [-D STDERR=regex] [-D ABSENT=path]
-#       [-D PRESENT="a;b"] -P expect_cli.cmake
+# cmake -D PROGRAM=... -D ARGS="a|b" -D EXIT=2 [-D STDOUT=regex] [-D STDERR=regex] [-D ABSENT=path]
+#       [-D PRESENT="a|b"] -P expect_cli.cmake
+string(REPLACE "|" ";" ARGS "${ARGS}")
+string(REPLACE "|" ";" PRESENT "${PRESENT}")
 if(DEFINED ABSENT)
   file(REMOVE_RECURSE "${ABSENT}")
 endif()

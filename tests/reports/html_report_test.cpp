@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "reports/html_report.hpp"
 
-#include "reports/run_report.hpp"
+#include <regex>
+#include <set>
+
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 
@@ -9,47 +11,73 @@ using namespace palpate;
 
 namespace {
 
-bool contains(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
 
-Trace short_trace() {
-  Trace trace{.time = {0.0, 0.1, 0.2}};
-  trace.columns = {{"tip</script>.x_m", "m", {1.0, 1.1, std::nan("")}}, {"tip</script>.y_m", "m", {0.0, 0.0, 0.0}}};
-  return trace;
+std::vector<std::string> all_matches(const std::string& text, const char* pattern) {
+  const std::regex expression(pattern);
+  std::vector<std::string> found;
+  for (std::sregex_iterator each(text.begin(), text.end(), expression), end; each != end; ++each) {
+    found.push_back((*each)[1]);
+  }
+  return found;
 }
 
 }  // namespace
 
 TEST("a report makes no request and escapes what it shows") {
-  for (const std::string& html : {to_html(sample::results()), to_html(RunReport{.title = "<run>"}, short_trace())}) {
-    for (const char* request : {"src=\"http", "href=\"http", "url(http", "@import", "sourceMappingURL", "<run>", "<tags>"}) {
-      CHECK(!contains(html, request));
-    }
+  const std::string html = to_html(sample::results());
+  for (const char* request : {"src=\"http", "href=\"http", "url(http", "@import",
+                              "sourceMappingURL", "<tags>", "<fast>", "<over>"}) {
+    CHECK(!contains(html, request));
   }
 }
 
-TEST("the verdict is red when a case fell short and green when all hold") {
+TEST("the verdict comes first, red when a case fell short and green when all hold") {
   Results results = sample::results();
-  CHECK(contains(to_html(results), "class=\"verdict fail\""));
+  CHECK(contains(
+      to_html(results),
+      "class=\"verdict fail\" role=\"status\"><strong>FAIL: 2 of 3 cases fall short; 1 skipped<"));
   results.outcomes.resize(1);
-  CHECK(contains(to_html(results), "class=\"verdict pass\""));
+  CHECK(contains(to_html(results),
+                 "class=\"verdict pass\" role=\"status\"><strong>PASS: 1 of 1 case holds<"));
   results.outcomes.clear();
-  CHECK(contains(to_html(results), "class=\"verdict fail\""));
+  CHECK(contains(to_html(results), "<strong>FAIL: no case ran<"));
 }
 
 TEST("the worst case stands first in the table") {
   const std::string html = to_html(sample::results());
-  const auto row = [&](const char* name) { return html.find(name, html.find("<tbody>")); };
+  const auto row = [&](const char* name) { return html.find(name, html.find("<tbody")); };
   CHECK(row("stability/drift") < row("network/patch-test"));
   CHECK(row("network/patch-test") < row("oscillator/order/rk4"));
+  CHECK(row("oscillator/order/rk4") < row("patient/lumbar"));
 }
 
-TEST("the share of a bound is below one exactly when the quantity holds") {
-  for (const Quantity& q : {Quantity{.value = 1.0, .lower = 0.5, .upper = 1.2}, Quantity{.value = 1.3, .lower = 0.5, .upper = 1.2},
-                            Quantity{.value = 1e-9, .upper = 1e-8}, Quantity{.value = 1e-7, .upper = 1e-8},
-                            Quantity{.value = 9.0, .lower = 8.0}, Quantity{.value = 7.0, .lower = 8.0},
-                            Quantity{.value = std::nan(""), .upper = 1.0}}) {
-    CHECK((share_of_bound(q) <= 1.0) == q.holds());
+TEST("every link leads to one place on the page") {
+  const std::string html = to_html(sample::results());
+  const std::vector<std::string> ids = all_matches(html, " id=\"([^\"]*)\"");
+  const std::set<std::string> unique(ids.begin(), ids.end());
+  CHECK(unique.size() == ids.size());
+  for (const std::string& target : all_matches(html, "href=\"#([^\"]*)\"")) {
+    CHECK(unique.contains(target));
   }
 }
 
-TEST("the same results give the same bytes") { CHECK(to_html(sample::results()) == to_html(sample::results())); }
+TEST("every class that a figure uses is in the style sheet") {
+  const std::string html = to_html(sample::results());
+  for (const std::string& classes : all_matches(html, "<path class=\"([^\"]*)\"")) {
+    for (const std::string& one : all_matches(classes, "([a-z0-9]+)")) {
+      CHECK(contains(html, "." + one + " {"));
+    }
+  }
+}
+
+TEST("a skipped case and an error say why") {
+  const std::string html = to_html(sample::results());
+  CHECK(contains(html, "the folder lumbar_network is absent") && contains(html, "solver: flag -4"));
+}
+
+TEST("the same results give the same bytes") {
+  CHECK(to_html(sample::results()) == to_html(sample::results()));
+}

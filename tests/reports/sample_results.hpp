@@ -25,14 +25,22 @@ inline Figure curve() {
     floor.x.push_back(h);
     floor.y.push_back(1e-6);
   }
-  figure.series = {measured, floor,
-                   {.label = "band", .style = Series::Style::band, .x = {0.01, 1.0}, .y = {1e-5, 1e-3}, .y2 = {1e-4, 1e-2}}};
+  figure.series = {measured,
+                   floor,
+                   {.label = "band",
+                    .style = Series::Style::band,
+                    .x = {0.01, 1.0},
+                    .y = {1e-5, 1e-3},
+                    .y2 = {1e-4, 1e-2}}};
   return figure;
 }
 
 inline Figure map() {
-  Figure figure{.id = "map", .title = "Growth", .caption = "Where a step amplifies.",
-                .x = {.label = "h omega (1)"}, .y = {.label = "damping ratio (1)"}};
+  Figure figure{.id = "map",
+                .title = "Growth",
+                .caption = "Where a step amplifies.",
+                .x = {.label = "h omega (1)"},
+                .y = {.label = "damping ratio (1)"}};
   HeatMap heat{.label = "log10 growth (1)"};
   for (int n = 0; n < 12; ++n) {
     heat.x.push_back(0.25 * n);
@@ -47,23 +55,51 @@ inline Figure map() {
 }
 
 inline Results results() {
-  Outcome good{.name = "oscillator/order/rk4", .suite = "accuracy", .claim = "rk4 converges at order 4", .seconds = 0.25};
-  good.judge({.name = "observed_order", .value = 4.01, .unit = "1", .lower = 3.85, .upper = 4.15, .bound_from = "theory"});
-  good.judge({.name = "error", .value = 1e-9, .unit = "m", .upper = 1e-8, .bound_from = "round-off"});
+  Outcome good{.name = "oscillator/order/rk4",
+               .suite = "accuracy",
+               .claim = "rk4 converges at order 4",
+               .seconds = 0.25};
+  good.judge({.name = "observed_order",
+              .value = 4.01,
+              .unit = "1",
+              .lower = 3.85,
+              .upper = 4.15,
+              .bound_from = "theory"});
+  good.judge(
+      {.name = "error", .value = 1e-9, .unit = "m", .upper = 1e-8, .bound_from = "round-off"});
   good.judge({.name = "rungs", .value = 6.0});
   good.figures = {curve(), map()};
-  good.tables = {{.id = "errors", .title = "Errors", .caption = "At three steps.", .columns = {"scheme", "error (m)"},
-                  .rows = {{std::string("rk4 <fast>"), 1.23456789e-9}, {std::string("euler"), std::nan("")}}}};
+  good.tables = {
+      {.id = "errors",
+       .title = "Errors",
+       .caption = "At three steps.",
+       .columns = {"scheme", "error (m)"},
+       .rows = {{std::string("rk4 <fast>"), 1.23456789e-9}, {std::string("euler"), std::nan("")}}}};
   good.timings = {{.name = "rk4", .value = 0.5}};
   good.notes = {"a note with & and <tags>"};
   conclude(good);
-  Outcome bad{.name = "network/patch-test", .suite = "accuracy", .claim = "a block has the modulus that it was built from"};
-  bad.judge({.name = "modulus", .value = std::nan(""), .unit = "Pa", .lower = 1.0, .upper = 2.0, .bound_from = "theory"});
+  Outcome bad{.name = "network/patch-test",
+              .suite = "accuracy",
+              .claim = "a block has the modulus that it was built from"};
+  bad.judge({.name = "modulus",
+             .value = std::nan(""),
+             .unit = "Pa",
+             .lower = 1.0,
+             .upper = 2.0,
+             .bound_from = "theory"});
   conclude(bad);
-  Outcome skipped{.name = "patient/lumbar", .suite = "accuracy", .claim = "a patient's network moves as its references"};
+  Outcome skipped{.name = "patient/lumbar",
+                  .suite = "accuracy",
+                  .claim = "a patient's network moves as its references"};
   skipped.skip("the folder lumbar_network is absent");
-  Outcome broken{.name = "stability/drift", .suite = "stability", .claim = "energy does not drift", .status = Status::error, .reason = "solver: flag -4"};
-  return {.title = "Palpate <validation>", .command = "palpate validate", .provenance = {{"version", "0.1.0"}, {"date", "today"}},
+  Outcome broken{.name = "stability/drift",
+                 .suite = "stability",
+                 .claim = "energy does not drift",
+                 .status = Status::error,
+                 .reason = "solver: flag -4"};
+  return {.title = "Palpate <validation>",
+          .command = "palpate validate",
+          .provenance = {{"version", "0.1.0"}, {"date", "today"}},
           .outcomes = {good, bad, skipped, broken}};
 }
 

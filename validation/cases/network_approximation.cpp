@@ -36,12 +36,12 @@ Scene pulled_cube(int nodes, const std::string& scheme, double step, double dura
 double face_drift(const Scene& scene, const Motion& motion) {
   const SpringNetwork network = build_network(scene);
   const NetworkProblem problem(network);
-  double drift = 0.0;
+  double drift = motion.diverged || !motion.position.allFinite() ? std::nan("") : 0.0;
   for (const int node : face_nodes(network.rest_position, Face::z_min)) {
     for (Index n = 0; n < motion.position.cols(); ++n) {
       const Eigen::Vector3d away = motion.position.col(n).segment<3>(problem.coordinate(node)) -
                                    network.rest_position.col(node);
-      drift = worse(drift, away.cwiseAbs().maxCoeff());
+      drift = worse(drift, largest_of(away));
     }
   }
   return drift;

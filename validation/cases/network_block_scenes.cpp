@@ -14,6 +14,7 @@ BlockStudy cube_study(bool quick) {
   study.probe = 955;
   study.scene = scene_of("rk4", 1e-3, 0.1);
   study.scene.loads = {{.nodes = {study.probe}, .force = {0.0, 0.0, 0.1}}};
+  study.settings.rungs = quick ? 2 : 4;
   study.settings.tolerance.relative = 1e-11;
   study.implicit_rungs = quick ? 0 : 2;
   return study;
@@ -59,8 +60,8 @@ BlockStudy seven_layer_study(bool quick) {
                         .force = {0.0, 0.0, 0.03},
                         .end = quick ? 0.01 : 0.02,
                         .profile = Profile::half_sine}};
-  study.settings.tolerance.relative = 1e-12;
-  study.settings.second_relative = 1e-13;
+  study.settings.rungs = quick ? 2 : 4;
+  study.settings.tolerance.relative = 1e-13;
   study.implicit_substeps = 4;
   study.implicit_rungs = quick ? 0 : 2;
   return study;
@@ -86,6 +87,7 @@ BlockStudy heterogeneous_study(bool quick) {
                         .force = {1e-3, 0.0, 3e-3},
                         .end = quick ? 0.02 : 0.04,
                         .profile = Profile::half_sine}};
+  study.settings.rungs = quick ? 2 : 4;
   study.settings.tolerance.relative = 1e-11;
   study.implicit_substeps = 2;
   return study;

@@ -236,7 +236,7 @@ Truth judge_block(const CaseContext& context, const BlockStudy& study, Outcome& 
   const double tick = study.scene.simulation.step;
   const long ticks = std::lround(study.scene.simulation.duration / tick);
   const Truth truth = find_truth(context, problem, instants(tick, ticks), study.settings);
-  judge_truth(truth, study.settings, study.demanded_digits, outcome);
+  judge_truth(truth, study.settings, outcome);
   judge_schemes(context, study, truth, spectral_bounds(problem), outcome);
   outcome.figures.push_back(motion_figure(context, study, problem, truth));
   outcome.figures.push_back(section_figure(study, problem, truth));

@@ -14,7 +14,6 @@ struct BlockStudy {
   LatticeShape shape{};
   int probe = 0;  ///< node that is drawn
   TruthSettings settings{};
-  double demanded_digits = 9.0;
   int implicit_rungs = 2;     ///< of one tick and halves of it; 0: none
   int implicit_substeps = 1;  ///< of the first
   std::string what{};         ///< "the cube", in captions

@@ -94,8 +94,8 @@ void pull_on_rollers(const Block& block, const MatrixXd& stiffness, const NodeVe
   measured.youngs = traction / strain.z();
   measured.poisson = -0.5 * (strain.x() + strain.y()) / strain.z();
   NodeVectors affine = strain.asDiagonal() * (rest.colwise() - rest.col(0));
-  const double away = (u - affine.reshaped()).cwiseAbs().maxCoeff();
-  measured.not_affine = away / u.cwiseAbs().maxCoeff();
+  const double away = largest_of(u - affine.reshaped());
+  measured.not_affine = away / largest_of(u);
   measured.traction_displacement = u;
 }
 

@@ -122,8 +122,9 @@ double largest_rise(const std::vector<double>& ratio) {
 void judge_damped(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = shaking(0.1, 4e-4);
   const NetworkProblem problem(network);
-  const Truth truth =
-      find_truth(context, problem, instants(2e-4, 200), {.tolerance = {.relative = 1e-11}});
+  const TruthSettings settings{.tolerance = {.relative = 1e-11}};
+  const Truth truth = find_truth(context, problem, instants(2e-4, 200), settings);
+  judge_truth(truth, settings, outcome);
   std::vector<double> exact;
   for (Index n = 0; n < truth.solution.position.cols(); ++n) {
     exact.push_back(problem.energy(truth.solution.position.col(n), truth.solution.velocity.col(n)));

@@ -179,11 +179,11 @@ double largest_difference(const Changed& base, const Motion& base_motion, const 
     for (Index n = 0; n < base_motion.position.cols(); ++n) {
       const Vector3d mapped = changed.back(motion.position.col(n + delay).segment<3>(to));
       const Vector3d difference = mapped - base_motion.position.col(n).segment<3>(from);
-      largest = worse(largest, difference.cwiseAbs().maxCoeff());
+      largest = worse(largest, largest_of(difference));
     }
   }
   const auto start = base_motion.position.col(0);
-  return largest / (base_motion.position.colwise() - start).cwiseAbs().maxCoeff();
+  return largest / largest_of(base_motion.position.colwise() - start);
 }
 
 /// Every step rounds the positions by half a unit of `reach`; through the stiffest mode that is an
@@ -200,8 +200,7 @@ void judge(const CaseContext& context, const std::string& name, const Changed& b
   const Motion base_motion = simulate(context, base.scene, &base.network);
   const Motion motion = simulate(context, changed.scene, &changed.network);
   const double difference = largest_difference(base, base_motion, changed, motion, delay);
-  const double peak =
-      (base_motion.position.colwise() - base_motion.position.col(0)).cwiseAbs().maxCoeff();
+  const double peak = largest_of(base_motion.position.colwise() - base_motion.position.col(0));
   const double reach = std::max(base.reach, changed.reach);
   const double bound = changed.exact ? 0.0 : rounding_bound(base, reach, peak);
   outcome.judge({.name = name,

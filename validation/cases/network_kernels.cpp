@@ -81,7 +81,7 @@ double force_error(const NetworkProblem& kernel, const NetworkProblem& specifica
     specification.force(t, t, q.template cast<double>(), v.template cast<double>(), expected);
     const Eigen::VectorXd difference = f.template cast<double>() - expected;
     if (!difference.allFinite()) { return std::nan(""); }
-    error = worse(error, difference.cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff());
+    error = worse(error, largest_of(difference) / largest_of(expected));
   }
   return error;
 }
@@ -105,8 +105,7 @@ double jacobian_error(const NetworkProblem& kernel, const NetworkProblem& specif
   Eigen::MatrixXd expected =
       on_damping * Eigen::MatrixXd(damping) + on_stiffness * Eigen::MatrixXd(stiffness);
   expected.diagonal() += specification.mass();
-  return (Eigen::MatrixXd(assembled) - expected).cwiseAbs().maxCoeff() /
-         expected.cwiseAbs().maxCoeff();
+  return largest_of(Eigen::MatrixXd(assembled) - expected) / largest_of(expected);
 }
 
 void measure(const CaseContext& context, Outcome& outcome) {

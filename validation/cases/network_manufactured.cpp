@@ -82,8 +82,8 @@ double error_of(const IntegratorInfo& scheme, const NetworkProblem& kernel,
     const Eigen::VectorXd exact = motion.exact_position(static_cast<double>(n + 1) * h);
     const Eigen::VectorXd away = state.position - exact;
     if (!away.allFinite()) { return std::nan(""); }
-    error = worse(error, away.cwiseAbs().maxCoeff());
-    peak = worse(peak, (exact - motion.initial_position()).cwiseAbs().maxCoeff());
+    error = worse(error, largest_of(away));
+    peak = worse(peak, largest_of(exact - motion.initial_position()));
   }
   return error / peak;
 }

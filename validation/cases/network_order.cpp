@@ -39,7 +39,7 @@ Scene pushed(const std::string& scheme, int substeps) {
   return scene;
 }
 
-const TruthSettings settings{.tolerance = {.relative = 1e-12}, .second_relative = 1e-13};
+const TruthSettings settings{.tolerance = {.relative = 1e-13}, .demanded_digits = 10.0};
 
 /// Substeps a tick: errors between 10 % and the reference's floor, steps below the stability limit.
 std::vector<int> ladder(const IntegratorInfo& scheme, int order, bool quick) {
@@ -61,50 +61,60 @@ double nonlinear_share(const NetworkProblem& problem, const Truth& truth) {
       .maximum;
 }
 
+struct Ladder {
+  std::vector<double> steps{};   ///< [s]
+  std::vector<double> errors{};  ///< largest, over the peak
+};
+
+Ladder climb(const CaseContext& context, const IntegratorInfo& scheme, int order,
+             const SpringNetwork& network, const Truth& truth) {
+  Ladder climbed;
+  for (const int substeps : ladder(scheme, order, context.quick)) {
+    const Motion motion = simulate(context, pushed(std::string(scheme.name), substeps), &network);
+    climbed.steps.push_back(tick / substeps);
+    climbed.errors.push_back(motion.diverged ? std::nan("")
+                                             : distance(motion, truth.solution).maximum);
+  }
+  return climbed;
+}
+
+void draw(const Ladder& climbed, int order, const std::string& how, double floor, Figure& figure) {
+  const auto& [steps, errors] = climbed;
+  const std::vector<double> ends{steps.front(), steps.back()};
+  const double slope = errors.back() * std::pow(ends[0] / ends[1], order);
+  figure.series.push_back(line(how, steps, errors, Series::Style::line_and_points));
+  figure.series.push_back(
+      line("order " + std::to_string(order), ends, {slope, errors.back()}, Series::Style::dashed));
+  figure.series.push_back(line("reference, " + how, ends, {floor, floor}, Series::Style::dashed));
+}
+
 void judge_order(const CaseContext& context, const IntegratorInfo& scheme, bool damped,
                  Figure& figure, Outcome& outcome) {
-  const std::string name(scheme.name);
   const std::string how = damped ? "damped" : "undamped";
   const int expected = damped ? scheme.order_damped : scheme.order_undamped;
   const SpringNetwork network = lattice(damped);
-  const NetworkProblem problem = problem_of(pushed(name, 1), network);
+  const NetworkProblem problem = problem_of(pushed("rk4", 1), network);
   const Truth truth = find_truth(context, problem, instants(tick, ticks), settings);
-  std::vector<double> steps;
-  std::vector<double> errors;
-  for (const int substeps : ladder(scheme, expected, context.quick)) {
-    const Motion motion = simulate(context, pushed(name, substeps), &network);
-    steps.push_back(tick / substeps);
-    errors.push_back(motion.diverged ? std::nan("") : distance(motion, truth.solution).maximum);
-  }
+  const Ladder climbed = climb(context, scheme, expected, network, truth);
   const double floor = std::max(100.0 * truth.worst_floor, 1e-12);
-  const ObservedOrder order = observed_order(steps, errors, floor);
-  outcome.judge({.name = "observed_order_" + how,
-                 .value = order.slope,
-                 .lower = expected - 0.15,
-                 .upper = expected + 0.15,
-                 .bound_from = "theory"});
-  outcome.judge({.name = "errors_fall_" + how,
-                 .value = order.monotone ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .bound_from = "a smaller step must be closer"});
+  const ObservedOrder order = observed_order(climbed.steps, climbed.errors, floor);
+  const auto judge = [&](const std::string& what, double value, double lower, double upper,
+                         const std::string& why) {
+    outcome.judge({.name = what + "_" + how,
+                   .value = value,
+                   .lower = lower,
+                   .upper = upper,
+                   .bound_from = why});
+  };
+  judge("observed_order", order.slope, expected - 0.15, expected + 0.15, "theory");
+  judge("errors_fall", order.monotone ? 1.0 : 0.0, 1.0, unbounded, "a smaller step must be closer");
+  judge("reference_agreed_digits", truth.trustworthy ? truth.agreed_digits : 0.0,
+        settings.demanded_digits, unbounded, "two families of solvers must agree to ten digits");
+  judge("nonlinear_share", nonlinear_share(problem, truth), 0.01, unbounded,
+        "less would judge a linear lattice");
   outcome.quantities.push_back({.name = "rungs_" + how, .value = static_cast<double>(order.rungs)});
   outcome.quantities.push_back({.name = "r_squared_" + how, .value = order.r_squared});
-  outcome.judge({.name = "agreed_digits_" + how,
-                 .value = truth.agreed_digits,
-                 .lower = 10.0,
-                 .bound_from = "two families of solvers must agree to ten digits"});
-  outcome.judge({.name = "nonlinear_share_" + how,
-                 .value = nonlinear_share(problem, truth),
-                 .lower = 0.01,
-                 .bound_from = "less would judge a linear lattice"});
-  figure.series.push_back(line(how, steps, errors, Series::Style::line_and_points));
-  const std::vector<double> ends{steps.front(), steps.back()};
-  figure.series.push_back(
-      line("order " + std::to_string(expected), ends,
-           {errors.back() * std::pow(ends[0] / ends[1], expected), errors.back()},
-           Series::Style::dashed));
-  figure.series.push_back(line("reference, " + how, ends, {truth.worst_floor, truth.worst_floor},
-                               Series::Style::dashed));
+  draw(climbed, expected, how, truth.worst_floor, figure);
 }
 
 void measure(const CaseContext& context, const IntegratorInfo& scheme, Outcome& outcome) {
@@ -119,38 +129,7 @@ void measure(const CaseContext& context, const IntegratorInfo& scheme, Outcome& 
   outcome.figures.push_back(std::move(figure));
 }
 
-/// The reference of the cases above, under every check that a reference can be put to.
-void measure_reference(const CaseContext& context, Outcome& outcome) {
-  const NetworkProblem problem = problem_of(pushed("rk4", 1), lattice(true));
-  using reference::solver_named;
-  std::vector<reference::NamedSolver> families{solver_named(settings.solvers[0]),
-                                               solver_named(settings.solvers[1]),
-                                               solver_named("gsl-rk8pd")};
-  if (!context.quick) { families.push_back(solver_named("long-double-fehlberg-7-8")); }
-  const reference::Reference result =
-      reference::establish(problem, instants(tick, ticks), settings.tolerance, families,
-                           {.rungs = 5, .demanded_digits = 10.0, .permute_springs = true});
-  outcome.judge({.name = "agreed_digits",
-                 .value = result.agreed_digits,
-                 .lower = 10.0,
-                 .bound_from = "demanded by the order cases: two digits below their finest rung"});
-  outcome.judge({.name = "agreed_velocity_digits",
-                 .value = result.agreed_velocity_digits,
-                 .lower = 9.0,
-                 .bound_from = "one digit less than positions"});
-  outcome.judge({.name = "ladder_is_monotone",
-                 .value = result.ladder_is_monotone ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .bound_from = "tighter tolerances must come closer"});
-  outcome.judge({.name = "conditioning_digits",
-                 .value = result.conditioning_digits.value_or(0.0),
-                 .lower = 10.0,
-                 .bound_from = "springs in another order may cost no digit asked for"});
-  outcome.judge({.name = "trustworthy",
-                 .value = result.trustworthy ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .bound_from = "every check of the reference"});
-  if (!result.reason.empty()) { outcome.notes.push_back(result.reason); }
+Figure ladder_figure(const reference::Reference& found) {
   Figure figure{.id = "ladder",
                 .title = "Ladder of tolerances of the reference",
                 .caption =
@@ -159,15 +138,46 @@ void measure_reference(const CaseContext& context, Outcome& outcome) {
                 .x = {.label = "relative tolerance", .logarithmic = true},
                 .y = {.label = "largest difference / peak", .logarithmic = true}};
   Series rungs{.label = settings.solvers[0], .style = Series::Style::line_and_points};
-  for (const reference::Rung& rung : result.ladder) {
+  for (const reference::Rung& rung : found.ladder) {
     rungs.x.push_back(rung.relative_tolerance);
     rungs.y.push_back(rung.position_error);
   }
-  const double floor = std::pow(10.0, -result.agreed_digits);
+  const double floor = std::pow(10.0, -found.agreed_digits);
   figure.series.push_back(
       line("agreement", {rungs.x.back(), rungs.x.front()}, {floor, floor}, Series::Style::dashed));
   figure.series.push_back(std::move(rungs));
-  outcome.figures.push_back(std::move(figure));
+  return figure;
+}
+
+/// The reference of the cases above, under every check that a reference can be put to.
+void measure_reference(const CaseContext& context, Outcome& outcome) {
+  const NetworkProblem problem = problem_of(pushed("rk4", 1), lattice(true));
+  using reference::solver_named;
+  std::vector<reference::NamedSolver> families{solver_named(settings.solvers[0]),
+                                               solver_named(settings.solvers[1]),
+                                               solver_named("gsl-rk8pd")};
+  if (!context.quick) { families.push_back(solver_named("long-double-fehlberg-7-8")); }
+  const reference::Reference found =
+      reference::establish(problem, instants(tick, ticks), settings.tolerance, families,
+                           {.rungs = 5,
+                            .demanded_digits = settings.demanded_digits,
+                            .cache = context.cache,
+                            .permute_springs = true});
+  const auto judge = [&](const char* name, double value, double lower, const char* why) {
+    outcome.judge({.name = name, .value = value, .lower = lower, .bound_from = why});
+  };
+  judge("agreed_digits", found.agreed_digits, settings.demanded_digits,
+        "demanded by the order cases: two digits below their finest rung");
+  judge("agreed_velocity_digits", found.agreed_velocity_digits, settings.demanded_digits - 1.0,
+        "one digit less than positions");
+  judge("ladder_is_monotone", found.ladder_is_monotone ? 1.0 : 0.0, 1.0,
+        "tighter tolerances must come closer");
+  judge("conditioning_digits", found.conditioning_digits.value_or(0.0), settings.demanded_digits,
+        "springs in another order may cost no digit asked for");
+  judge("trustworthy", found.trustworthy ? 1.0 : 0.0, 1.0, "every check of the reference");
+  if (!found.reason.empty()) { outcome.notes.push_back(found.reason); }
+  for (const std::string& note : found.notes) { outcome.notes.push_back(note); }
+  outcome.figures.push_back(ladder_figure(found));
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 #include <cstdio>
 
 #include "model/dynamics/network_builder.hpp"
+#include "reference/ensemble.hpp"
 #include "reference/solvers.hpp"
-#include "reference/trajectory_error.hpp"
 
 namespace palpate::networks {
 
@@ -74,38 +74,36 @@ std::vector<double> instants(double step, long count) {
 
 Truth find_truth(const CaseContext& context, const Problem& problem,
                  const std::vector<double>& times, const TruthSettings& settings) {
-  const auto solve = [&](const std::string& name, double relative) {
-    reference::Tolerance tolerance = settings.tolerance;
-    tolerance.relative = relative;
-    return reference::solve_cached(context.cache, name, reference::solver_named(name).solve,
-                                   problem, times, tolerance);
-  };
-  const double fine = settings.tolerance.relative;
-  const double other_fine = settings.second_relative > 0.0 ? settings.second_relative : fine;
-  Truth truth{.solution = solve(settings.solvers[0], fine)};
-  const reference::Solution other = solve(settings.solvers[1], other_fine);
-  const reference::Solution coarse = solve(settings.solvers[0], 100.0 * fine);
-  const double peak = reference::peak_displacement(truth.solution.position);
-  truth.floor = reference::instant_errors(other.position, truth.solution.position, peak);
-  truth.worst_floor = std::ranges::max(truth.floor);
-  truth.l2_floor =
-      trajectory_error(other.position, truth.solution.position, truth.solution.position.col(0)).l2;
-  truth.agreed_digits = reference::digits(truth.worst_floor);
-  const double looser = reference::trajectory_error(coarse.position, truth.solution.position, peak);
-  truth.ladder_falls = looser >= 1e-13 || truth.worst_floor <= 1e-12;
+  using reference::solver_named;
+  reference::Reference found =
+      reference::establish(problem, times, settings.tolerance,
+                           {solver_named(settings.solvers[0]), solver_named(settings.solvers[1])},
+                           {.rungs = settings.rungs,
+                            .demanded_digits = settings.demanded_digits,
+                            .cache = context.cache});
+  Truth truth{.agreed_digits = found.agreed_digits,
+              .trustworthy = found.trustworthy,
+              .reason = std::move(found.reason)};
+  if (!found.second_opinions.empty()) {
+    const Eigen::MatrixXd& q = found.solution.position;
+    truth.worst_floor = std::ranges::max(found.position_floor);
+    truth.l2_floor = trajectory_error(found.second_opinions.front().position, q, q.col(0)).l2;
+  }
+  truth.solution = std::move(found.solution);
   return truth;
 }
 
-void judge_truth(const Truth& truth, const TruthSettings& settings, double demanded_digits,
-                 Outcome& outcome) {
+void judge_truth(const Truth& truth, const TruthSettings& settings, Outcome& outcome) {
   outcome.judge({.name = "reference_agreed_digits",
                  .value = truth.agreed_digits,
-                 .lower = demanded_digits,
+                 .lower = settings.demanded_digits,
                  .bound_from = "two families must agree at every stored instant"});
-  outcome.judge({.name = "reference_ladder_falls",
-                 .value = truth.ladder_falls ? 1.0 : 0.0,
+  outcome.judge({.name = "reference_trustworthy",
+                 .value = truth.trustworthy ? 1.0 : 0.0,
                  .lower = 1.0,
-                 .bound_from = "a hundredfold looser primary must be further away than rounding"});
+                 .bound_from = "agreement, steps taken, and a ladder of " +
+                               std::to_string(settings.rungs) + " tolerances"});
+  if (!truth.reason.empty()) { outcome.notes.push_back("Reference: " + truth.reason + "."); }
   outcome.notes.push_back("Reference: " + settings.solvers[0] + " (" + truth.solution.version +
                           ", relative tolerance " + text(settings.tolerance.relative) +
                           ") against " + settings.solvers[1] + ".");
@@ -133,6 +131,11 @@ std::vector<double> row(const Eigen::MatrixXd& matrix, Index index) {
 
 double worse(double a, double b) {
   return std::isnan(a) || std::isnan(b) ? std::numeric_limits<double>::quiet_NaN() : std::max(a, b);
+}
+
+double largest_of(const Eigen::Ref<const Eigen::MatrixXd>& values) {
+  return values.allFinite() ? values.cwiseAbs().maxCoeff()
+                            : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace palpate::networks

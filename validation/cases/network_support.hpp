@@ -73,22 +73,22 @@ std::vector<double> instants(double step, long count);
 /// A reference on which two families of solvers agree.
 struct Truth {
   reference::Solution solution{};
-  std::vector<double> floor{};  ///< their disagreement at each instant, over the peak [1]
-  double worst_floor = 0.0;     ///< the largest of these
-  double l2_floor = 0.0;        ///< their disagreement in the root mean square [1]
+  double worst_floor = 0.0;  ///< largest disagreement of the families over the peak [1]
+  double l2_floor = 0.0;     ///< their disagreement in the root mean square [1]
   double agreed_digits = 0.0;
-  bool ladder_falls = false;  ///< a hundredfold looser primary is further away
+  bool trustworthy = false;  ///< every check of reference::establish
+  std::string reason{};      ///< why not
 };
 struct TruthSettings {
   std::array<std::string, 2> solvers{"arkode-fehlberg-7-8", "cvode-adams"};
   reference::Tolerance tolerance{};
-  double second_relative = 0.0;  ///< tolerance of the second; 0: that of the first
+  int rungs = 2;  ///< of the ladder of tolerances, a hundredfold apart
+  double demanded_digits = 9.0;
 };
 Truth find_truth(const CaseContext& context, const Problem& problem,
                  const std::vector<double>& times, const TruthSettings& settings);
 /// Judges agreement and ladder, and puts into words what was compared.
-void judge_truth(const Truth& truth, const TruthSettings& settings, double demanded_digits,
-                 Outcome& outcome);
+void judge_truth(const Truth& truth, const TruthSettings& settings, Outcome& outcome);
 
 /// Distance of a motion from a truth sampled at the same instants; NaN when it stopped early.
 TrajectoryError distance(const Motion& motion, const reference::Solution& truth);
@@ -99,5 +99,7 @@ Series line(std::string label, std::vector<double> x, std::vector<double> y,
 std::vector<double> row(const Eigen::MatrixXd& matrix, Eigen::Index index);
 /// The larger one, or NaN when either is NaN.
 double worse(double a, double b);
+/// Largest |value|, or NaN when one is not finite (Eigen's maxCoeff may pass one over).
+double largest_of(const Eigen::Ref<const Eigen::MatrixXd>& values);
 
 }  // namespace palpate::networks

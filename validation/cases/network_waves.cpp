@@ -194,8 +194,8 @@ double assembled_error(const Bar& bar, const SpringNetwork& network, int j, Seri
   const double omega = std::sqrt(shape.dot(along) / shape.dot(inertia));
   points.x.push_back(bar.wave_number(j) * bar.block.spacing / pi);
   points.y.push_back(omega * bar.block.spacing / bar.speed);
-  const double residual = (along - omega * omega * inertia).cwiseAbs().maxCoeff() /
-                          (omega * omega * inertia).cwiseAbs().maxCoeff();
+  const double residual =
+      largest_of(along - omega * omega * inertia) / largest_of(omega * omega * inertia);
   return worse(std::abs(omega / bar.omega(j) - 1.0), residual);
 }
 

@@ -117,8 +117,9 @@ void measure(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = loaded_network();
   const NetworkProblem problem = problem_of(loaded_scene("rk4", 64, 1), network);
   constexpr long samples = 512;
-  const Truth truth = find_truth(context, problem, instants(duration / samples, samples),
-                                 {.tolerance = {.relative = 1e-12}});
+  const TruthSettings settings{.tolerance = {.relative = 1e-12}};
+  const Truth truth = find_truth(context, problem, instants(duration / samples, samples), settings);
+  judge_truth(truth, settings, outcome);
   const double reference = imbalance(problem, truth.solution.position, truth.solution.velocity);
   outcome.judge({.name = "imbalance_reference",
                  .value = reference,

@@ -107,7 +107,7 @@ Recurrence identify_recurrence(const std::vector<double>& x) {
   if (x.size() < 6) { return {nan, nan, nan}; }
   // Rows (x(n), x(n-1)) differ little at small steps; sums and differences are better scaled.
   const auto rows = static_cast<Eigen::Index>(x.size()) - 2;
-  Eigen::MatrixX2d a(rows, 2);
+  Eigen::MatrixXd a(rows, 2);
   Eigen::VectorXd b(rows);
   for (Eigen::Index n = 0; n < rows; ++n) {
     const auto i = static_cast<std::size_t>(n);
@@ -115,7 +115,7 @@ Recurrence identify_recurrence(const std::vector<double>& x) {
     b(n) = x[i + 2];
   }
   if (!a.allFinite() || !b.allFinite()) { return {nan, nan, nan}; }
-  const Eigen::JacobiSVD<Eigen::MatrixX2d> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::Vector2d c = svd.solve(b);  // c0/2 + c1 = trace, c0/2 - c1 = -determinant
   return {0.5 * c(0) + c(1), c(1) - 0.5 * c(0), svd.singularValues()(0) / svd.singularValues()(1)};
 }

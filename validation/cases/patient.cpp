@@ -111,14 +111,22 @@ void judge_scheme(const std::vector<Shown>& all, const Rungs& rungs, double floo
   }
   const Shown& fine = *mine.back();
   const std::string name = rungs.scheme;
+  const bool high_order = rungs.order >= 4.0;
   outcome.judge({.name = "largest error of " + name + ", finest step",
                  .value = fine.error.maximum,
-                 .unit = "of peak"});
+                 .unit = "of peak",
+                 .upper = high_order ? 1e-4 : unbounded,
+                 .bound_from = high_order ? "asked of order four at omega_max h = 0.15" : ""});
   if (mine.size() < 2) { return; }
   const Shown& coarse = **(mine.end() - 2);
   const double order = std::log(coarse.error.maximum / fine.error.maximum) /
                        std::log(static_cast<double>(fine.substeps) / coarse.substeps);
   const bool at_floor = fine.error.maximum < 100.0 * floor;
+  if (at_floor) {
+    outcome.notes.push_back("The order of " + name +
+                            " is not judged: its error is below a hundred times the floor of the "
+                            "references.");
+  }
   outcome.judge({.name = "order of " + name + " between its two finest steps",
                  .value = order,
                  .lower = at_floor ? -unbounded : rungs.order - 0.3,
