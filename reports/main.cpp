@@ -13,6 +13,7 @@
 #include "reports/cli/commands.hpp"
 #include "reports/cli/interrupt.hpp"
 #include "reports/cli/provenance.hpp"
+#include "reports/figure_svg.hpp"
 
 namespace {
 
@@ -116,6 +117,8 @@ int main(int argc, char** argv) {
     return chosen();
   } catch (const InputError& error) {
     return refuse(error.what(), bad_input);
+  } catch (const DrawingError& error) {
+    return refuse(error.what(), machine_cannot);
   } catch (const std::exception& error) {
     return refuse(error.what(), fell_short);
   }

@@ -15,9 +15,9 @@ namespace palpate {
 namespace {
 
 constexpr int pressed_node = 2324;
-constexpr double tick = 1e-3;       // s
-constexpr double duration = 0.1;    // s
-constexpr double released = 0.05;   // s
+constexpr double tick = 1e-3;      // s
+constexpr double duration = 0.1;   // s
+constexpr double released = 0.05;  // s
 constexpr double demanded_digits = 8.0;
 
 Load press() {
@@ -60,10 +60,10 @@ std::vector<double> ticks() {
 
 reference::Reference references(const CaseContext& context, const NetworkProblem& problem) {
   using reference::solver_named;
-  return reference::establish(problem, ticks(), {.relative = 1e-11},
-                              {solver_named("arkode-fehlberg-7-8"), solver_named("cvode-adams"),
-                               solver_named("gsl-rk8pd")},
-                              {.demanded_digits = demanded_digits, .cache = context.cache});
+  return reference::establish(
+      problem, ticks(), {.relative = 1e-11},
+      {solver_named("arkode-fehlberg-7-8"), solver_named("cvode-adams"), solver_named("gsl-rk8pd")},
+      {.demanded_digits = demanded_digits, .cache = context.cache});
 }
 
 void judge_references(const reference::Reference& truth, Outcome& outcome) {
@@ -137,8 +137,9 @@ void judge_scheme(const std::vector<Shown>& all, const Rungs& rungs, double floo
 Table table_of(const std::vector<Shown>& all) {
   Table table{.id = "schemes",
               .title = "Every integrator on the patient's network",
-              .caption = "Errors are over all nodes and ticks, relative to the peak displacement; "
-                         "evaluations are of the force.",
+              .caption =
+                  "Errors are over all nodes and ticks, relative to the peak displacement; "
+                  "evaluations are of the force.",
               .columns = {"integrator", "substeps a tick", "h (s)", "largest error (1)",
                           "L2 error (1)", "steps (1)"}};
   for (const Shown& each : all) {
@@ -150,14 +151,15 @@ Table table_of(const std::vector<Shown>& all) {
 }
 
 Figure error_figure(const std::vector<Shown>& all, double floor, bool over_cost) {
-  Figure figure{.id = over_cost ? "error-over-cost" : "error-over-step",
-                .title = over_cost ? "Error against run time" : "Error against step",
-                .caption = over_cost
-                               ? "What each digit costs on this machine; left and below is better."
-                               : "Each scheme's error falls with its order towards the references' floor.",
-                .x = {.label = over_cost ? "wall time (s)" : "step h (s)", .logarithmic = true},
-                .y = {.label = "largest error (of peak displacement)", .logarithmic = true},
-                .timing = over_cost};
+  Figure figure{
+      .id = over_cost ? "error-over-cost" : "error-over-step",
+      .title = over_cost ? "Error against run time" : "Error against step",
+      .caption = over_cost
+                     ? "What each digit costs on this machine; left and below is better."
+                     : "Each scheme's error falls with its order towards the references' floor.",
+      .x = {.label = over_cost ? "wall time (s)" : "step h (s)", .logarithmic = true},
+      .y = {.label = "largest error (of peak displacement)", .logarithmic = true},
+      .timing = over_cost};
   double least = unbounded;
   double most = 0.0;
   for (const Rungs& rungs : ladder()) {
@@ -184,11 +186,13 @@ Figure motion_figure(const NetworkProblem& problem, const std::vector<Shown>& al
   const Eigen::Index z = problem.coordinate(pressed_node) + 2;
   Figure figure{.id = "pressed-node",
                 .title = "The pressed node",
-                .caption = "Inward displacement under 0.02 N for 50 ms and free afterwards: the "
-                           "reference, and the coarsest run of three schemes.",
+                .caption =
+                    "Inward displacement under 0.02 N for 50 ms and free afterwards: the "
+                    "reference, and the coarsest run of three schemes.",
                 .x = {.label = "time (s)"},
                 .y = {.label = "displacement along z (m)"}};
-  const auto add = [&](const std::string& label, const Eigen::MatrixXd& position, Series::Style style) {
+  const auto add = [&](const std::string& label, const Eigen::MatrixXd& position,
+                       Series::Style style) {
     Series series{.label = label, .style = style};
     for (Eigen::Index n = 0; n < position.cols(); ++n) {
       series.x.push_back(truth.time[static_cast<std::size_t>(n)]);
@@ -220,7 +224,8 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
   const auto network =
       context.outside_network ? context.outside_network("lumbar_network") : std::nullopt;
   if (!network) {
-    outcome.skip("the data set lumbar_network is absent (--data DIR or PALPATE_DATA names its folder)");
+    outcome.skip(
+        "the data set lumbar_network is absent (--data DIR or PALPATE_DATA names its folder)");
     return;
   }
   const NetworkProblem problem(*network, {press()});
@@ -232,8 +237,9 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
     for (const int substeps : rungs.substeps) {
       all.push_back(show(context, *network, rungs, substeps, truth.solution));
       const Shown& last = all.back();
-      outcome.timings.push_back({std::string(rungs.scheme) + ", " + std::to_string(substeps) + " substeps",
-                                 last.motion.seconds});
+      outcome.timings.push_back(
+          {std::string(rungs.scheme) + ", " + std::to_string(substeps) + " substeps",
+           last.motion.seconds});
     }
     judge_scheme(all, rungs, floor, outcome);
   }
