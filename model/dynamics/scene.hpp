@@ -15,6 +15,7 @@
 #include <Eigen/Core>
 
 #include "model/dynamics/spring_network.hpp"
+#include "model/dynamics/tool.hpp"
 
 namespace palpate {
 
@@ -47,6 +48,10 @@ struct SimulationSettings {
   PrintedForm printed{};                             ///< all false: the corrected physics
 };
 
+/// What a needle meets in a tissue (model/EQUATIONS.md, "Needle tip"). Bone is rigid: nodes in it are
+/// fixed, and it is never pierced.
+enum class TissueRole { tissue, epidural_space, dura, bone };
+
 /// Tissue as a homogeneous isotropic solid; springs follow from it (PHYSICS, lattice elasticity).
 struct Material {
   std::string name{};
@@ -56,7 +61,12 @@ struct Material {
   std::optional<double> viscosity{};   ///< [N s/m] per spring, instead of damping_ratio
   double cutting_force = 0.0;          ///< [N]
   double friction = 0.0;               ///< [N/m] per metre of shaft
+  std::optional<TissueRole> role{};    ///< empty: from its name, role_of()
 };
+
+/// A material's role: what it states, else what its name says ("epidural", "dura", "bone" as part of
+/// it, in this order), else tissue.
+TissueRole role_of(const Material& material);
 
 enum class LatticeWeights { cell, uniform };
 
@@ -154,6 +164,10 @@ struct Scene {
   std::vector<Material> materials{};  ///< those of the file and of the shipped library
   std::vector<Load> loads{};
   std::vector<Record> records{};
+  std::optional<Needle> needle{};    ///< at most one of needle and probe
+  std::optional<Probe> probe{};
+  std::optional<Drive> drive{};      ///< of the tool; empty with a tool: the default drive
+  std::optional<Syringe> syringe{};  ///< only with a needle
   Output output{};
 };
 
