@@ -19,6 +19,8 @@ class Recording {
     const auto rows = static_cast<std::size_t>(simulation.tick_count() + 1);
     run.trace.time.reserve(rows);
     for (Column& column : run.trace.columns) { column.values.reserve(rows); }
+    run.trace.text_columns = simulation.text_columns();
+    words_.resize(run.trace.text_columns.size());
     const int frames = simulation.node_positions().cols() == 0 ? 0 : options.frames;
     frame_interval_ = frames <= 1 ? 0.0
                                   : static_cast<double>(simulation.tick_count()) / (frames - 1);
@@ -29,6 +31,10 @@ class Recording {
     simulation_.sample(row_);
     for (std::size_t n = 0; n < row_.size(); ++n) {
       run_.trace.columns[n].values.push_back(row_[n]);
+    }
+    simulation_.sample_text(words_, run_.trace.events);
+    for (std::size_t n = 0; n < words_.size(); ++n) {
+      run_.trace.text_columns[n].values.push_back(words_[n]);
     }
     const double energy = simulation_.energy();
     if (simulation_.ticks() == 0) { run_.energy.initial = run_.energy.maximum = energy; }
@@ -45,6 +51,7 @@ class Recording {
   Simulation& simulation_;
   Run& run_;
   std::vector<double> row_;
+  std::vector<std::string> words_;
   int frames_ = 0;
   double frame_interval_ = 0.0;
 };

@@ -123,11 +123,8 @@ void NetworkSystem<Real>::sort_springs(const NetworkProblem& problem, bool skip)
 template <class Real>
 void NetworkSystem<Real>::force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                                 Vector<Real>& f) noexcept {
-  if (weighs_) {
-    f = weight_;
-  } else {
-    f.setZero();
-  }
+  f.setZero();  // may be longer than this network: a tool's coordinate comes after it
+  if (weighs_) { f.head(weight_.size()) = weight_; }
   kernel_(springs_, q.data(), v.data(), f.data());
   if (!fixed_pairs_.links.empty()) {
     kernel_(fixed_pairs_, fixed_q_.data(), fixed_v_.data(), fixed_f_.data());

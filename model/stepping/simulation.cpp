@@ -9,6 +9,8 @@
 #include "model/stepping/network_system.hpp"
 #include "model/stepping/oscillator_system.hpp"
 #include "model/stepping/recorder.hpp"
+#include "model/stepping/tool_system.hpp"
+#include "model/dynamics/syringe.hpp"
 
 namespace palpate {
 
@@ -47,6 +49,9 @@ class Simulation::Core {
   [[nodiscard]] virtual std::size_t spring_count() const noexcept = 0;
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept = 0;
   void sample(std::span<double> row) noexcept;
+  virtual void sample_tool(std::span<double> row) noexcept = 0;
+  virtual void sample_text(std::span<std::string> row, std::vector<Event>& events) = 0;
+  virtual ToolReport tool() noexcept = 0;
 
   std::unique_ptr<Problem> problem;
   StepPlan plan;
@@ -55,6 +60,7 @@ class Simulation::Core {
   long ticks = 0;
   std::unique_ptr<Recorder> recorder;
   std::vector<Column> columns;
+  std::vector<TextColumn> text_columns;
 
  protected:
   Eigen::VectorXd sample_q_;
@@ -71,6 +77,7 @@ void Simulation::Core::sample(std::span<double> row) noexcept {
   }
   const double t = static_cast<double>(ticks) * tick_length;
   recorder->sample(t, load_gate(t, plan.h), sample_q_, sample_v_, row);
+  sample_tool(row.subspan(recorder->columns().size()));
 }
 
 template <class Real>
@@ -90,6 +97,7 @@ class Simulation::CoreOf final : public Simulation::Core {
       system_ = std::move(made);
       recorder = std::make_unique<Recorder>(scene, *network);
       columns = recorder->columns();
+      if (scene.needle || scene.probe) { add_tool(scene, *network); }
     } else {
       auto made = std::make_unique<OscillatorSystem<Real>>(scene.tissue.oscillator);
       oscillator_ = made.get();
@@ -98,19 +106,24 @@ class Simulation::CoreOf final : public Simulation::Core {
     }
     state_ = {problem->initial_position().template cast<Real>(),
               problem->initial_velocity().template cast<Real>()};
+    if (contact_ != nullptr) { put_tool_in_place(); }
     start_position_ = state_.position;
     velocity_ = state_.velocity;
     sample_q_.setZero(problem->dof());
     sample_v_.setZero(problem->dof());
     integrator_ = plan.integrator->template make<Real>();
-    integrator_->prepare(*system_, state_, update_length_);
+    integrator_->prepare(stepped(), state_, update_length_);
   }
 
   StepStatus tick() noexcept override {
     const double begin = static_cast<double>(ticks) * tick_length;
-    if (ticks == 0) { integrator_->start(*system_, state_, 0.0, update_length_); }
-    for (int n = 0; n < plan.substeps; ++n) {
-      integrator_->step(*system_, state_, begin + n * plan.h, update_length_);
+    if (ticks == 0) { integrator_->start(stepped(), state_, 0.0, update_length_); }
+    if (contact_ == nullptr) {
+      for (int n = 0; n < plan.substeps; ++n) {
+        integrator_->step(*system_, state_, begin + n * plan.h, update_length_);
+      }
+    } else {
+      for (int n = 0; n < plan.substeps; ++n) { step_with_tool(begin + n * plan.h); }
     }
     ++ticks;
     velocity_is_current_ = false;
@@ -120,16 +133,58 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
 
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept override {
-    q = state_.position.template cast<double>();
+    q = state_.position.head(q.size()).template cast<double>();
   }
   void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept override {
     refresh_velocity();
-    v = velocity_.template cast<double>();
+    v = velocity_.head(v.size()).template cast<double>();
   }
   double energy() noexcept override {
     refresh_velocity();
-    return network_ != nullptr ? network_->energy(state_.position, velocity_)
-                               : oscillator_->energy(state_.position, velocity_);
+    if (network_ == nullptr) { return oscillator_->energy(state_.position, velocity_); }
+    double energy = network_->energy(state_.position, velocity_);
+    if (contact_ != nullptr && contact_->is_coordinate()) {
+      energy += 0.5 * contact_->mass() * contact_->velocity() * contact_->velocity();
+    }
+    return energy;
+  }
+  void sample_tool(std::span<double> row) noexcept override {
+    if (contact_ == nullptr) { return; }
+    measure_tool();
+    const ToolForces& f = contact_->forces();
+    std::size_t place = 0;
+    for (const double value : {contact_->place() * contact_->path().direction().z(), f.total,
+                               f.cutting, f.friction, f.stiffness, f.applied}) {
+      row[place++] = value;
+    }
+    if (syringe_) {
+      row[place++] = syringe_->pressure();
+      row[place++] = syringe_->thumb();
+    }
+    row[place++] = contact_->place();
+    row[place++] = contact_->in_tissue() ? contact_->cut() : 0.0;
+    row[place++] = f.lateral;
+  }
+  void sample_text(std::span<std::string> row, std::vector<Event>& events) override {
+    if (contact_ == nullptr) { return; }
+    row[0] = contact_->in_tissue() ? contact_->interval().label : "";
+    row[1].clear();
+    for (const ToolHappening& happening : contact_->happenings()) {
+      const std::string name(name_of(happening.event));
+      row[1] += (row[1].empty() ? "" : ";") + name;
+      events.push_back({happening.time, name, contact_->path().intervals()[happening.interval].label});
+    }
+    contact_->clear_happenings();
+  }
+  ToolReport tool() noexcept override {
+    if (contact_ == nullptr) { return {}; }
+    measure_tool();
+    network_->damping(state_.position, velocity_, scratch_);
+    const double power = -static_cast<double>(scratch_.head(network_->dof())
+                                                  .dot(velocity_.head(network_->dof())));
+    return {contact_->place(), contact_->velocity(), contact_->depth(),  contact_->cut(),
+            contact_->slip(),  contact_->mass(),     contact_->forces(), contact_->losses(),
+            std::abs(power)};
   }
   [[nodiscard]] int zero_length_springs() const noexcept override {
     return network_ != nullptr ? network_->zero_length_springs(state_.position) : 0;
@@ -146,12 +201,64 @@ class Simulation::CoreOf final : public Simulation::Core {
   /// Staggered schemes carry another instant's velocity; the one of t = 0 is the given one.
   void refresh_velocity() noexcept {
     if (velocity_is_current_ || ticks == 0) { return; }
-    integrator_->velocity_at(*system_, state_, static_cast<double>(ticks) * tick_length,
+    integrator_->velocity_at(stepped(), state_, static_cast<double>(ticks) * tick_length,
                              update_length_, velocity_);
     velocity_is_current_ = true;
   }
 
+  void add_tool(const Scene& scene, const NetworkProblem& network) {
+    contact_ = std::make_unique<ToolContact<Real>>(scene, network);
+    with_tool_ = std::make_unique<ToolSystem<Real>>(*network_, *contact_);
+    if (scene.syringe) { syringe_.emplace(*scene.syringe); }
+    scratch_.setZero(with_tool_->dof());
+    const auto add = [this](const char* name, const char* unit) { columns.push_back({name, unit, {}}); };
+    add("tool.depth_m", "m");
+    for (const char* name : {"tool.force_n", "tool.cutting_n", "tool.friction_n",
+                             "tool.stiffness_n", "tool.applied_n"}) {
+      add(name, "N");
+    }
+    if (syringe_) {
+      add("syringe.pressure_pa", "Pa");
+      add("syringe.thumb_n", "N");
+    }
+    add("tool.insertion_m", "m");
+    add("tool.cut_m", "m");
+    add("tool.lateral_n", "N");
+    text_columns = {{"tool.layer", {}}, {"tool.event", {}}};
+  }
+  void put_tool_in_place() {
+    if (contact_->is_coordinate()) {
+      const Eigen::Index last = state_.position.size();
+      state_.position.conservativeResize(last + 1);
+      state_.velocity.conservativeResize(last + 1);
+      state_.position(last) = static_cast<Real>(contact_->initial_place());
+      state_.velocity(last) = Real(0);
+    }
+    contact_->begin(state_);
+  }
+  System<Real>& stepped() noexcept {
+    return with_tool_ != nullptr ? static_cast<System<Real>&>(*with_tool_) : *system_;
+  }
+  void step_with_tool(double t) noexcept {
+    contact_->begin_step(t, plan.h, state_, plan.integrator->implicit);
+    integrator_->step(*with_tool_, state_, t, plan.h);
+    contact_->end_step(t + plan.h, state_);
+    if (syringe_) {
+      syringe_->advance(plan.h, contact_->in_tissue(), contact_->interval().role);
+    }
+  }
+  /// Forces at the present state, not at the last stage of a step.
+  void measure_tool() noexcept {
+    refresh_velocity();
+    const double t = static_cast<double>(ticks) * tick_length;
+    with_tool_->force(t, load_gate(t, plan.h), state_.position, velocity_, scratch_);
+  }
+
   std::unique_ptr<System<Real>> system_;
+  std::unique_ptr<ToolContact<Real>> contact_;
+  std::unique_ptr<ToolSystem<Real>> with_tool_;
+  std::optional<SyringePressure> syringe_;
+  Vector<Real> scratch_;
   NetworkSystem<Real>* network_ = nullptr;
   OscillatorSystem<Real>* oscillator_ = nullptr;
   std::unique_ptr<Integrator<Real>> integrator_;
@@ -194,6 +301,13 @@ const StepPlan& Simulation::plan() const noexcept { return core_->plan; }
 const Problem& Simulation::problem() const noexcept { return *core_->problem; }
 const std::vector<Column>& Simulation::columns() const noexcept { return core_->columns; }
 void Simulation::sample(std::span<double> row) noexcept { core_->sample(row); }
+const std::vector<TextColumn>& Simulation::text_columns() const noexcept {
+  return core_->text_columns;
+}
+void Simulation::sample_text(std::span<std::string> row, std::vector<Event>& events) {
+  core_->sample_text(row, events);
+}
+ToolReport Simulation::tool() noexcept { return core_->tool(); }
 void Simulation::coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept { core_->coordinates(q); }
 void Simulation::velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept { core_->velocities(v); }
 double Simulation::energy() noexcept { return core_->energy(); }

@@ -9,10 +9,24 @@
 #include "model/dynamics/problem.hpp"
 #include "model/dynamics/trace.hpp"
 #include "model/stepping/step_plan.hpp"
+#include "model/stepping/tool_forces.hpp"
 
 namespace palpate {
 
 enum class StepStatus { ok, diverged };
+
+/// The tool of a scene at an instant, for audits of momentum and energy.
+struct ToolReport {
+  double place = 0.0;       ///< s [m]
+  double velocity = 0.0;    ///< s' [m/s]
+  double depth = 0.0;       ///< of the tip in undeformed tissue [m]
+  double cut = 0.0;         ///< deepest cut [m]
+  double slip = 0.0;        ///< of the shaft against the tissue [m/s]
+  double mass = 0.0;        ///< [kg]; zero under a prescribed trajectory
+  ToolForces forces{};
+  ToolLosses losses{};
+  double damping_power = 0.0;  ///< of the tissue's dampers [W]
+};
 
 class Simulation {
  public:
@@ -37,6 +51,10 @@ class Simulation {
   [[nodiscard]] const std::vector<Column>& columns() const noexcept;
   /// Values of the columns now; `row` has one place for each.
   void sample(std::span<double> row) noexcept;
+  /// Names of the columns of text; empty without a tool.
+  [[nodiscard]] const std::vector<TextColumn>& text_columns() const noexcept;
+  /// Their values now. What happened since the last call is told and forgotten.
+  void sample_text(std::span<std::string> row, std::vector<Event>& events);
   /// Position of the coordinates of problem() [m].
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept;
   void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept;  ///< at the tick [m/s]
@@ -44,6 +62,8 @@ class Simulation {
   [[nodiscard]] NodeVectors node_positions() const;
   /// Kinetic plus elastic energy and the potential of gravity [J].
   [[nodiscard]] double energy() noexcept;
+  /// The tool now; zero without one.
+  [[nodiscard]] ToolReport tool() noexcept;
   [[nodiscard]] int zero_length_springs() const noexcept;
   [[nodiscard]] std::size_t spring_count() const noexcept;  ///< that are computed
   [[nodiscard]] std::size_t memory_bytes() const noexcept;

@@ -99,6 +99,10 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem, StepPlan& p
   }
   if (scene.tissue.gravity.isZero()) { plan.skipped.emplace_back("gravity: zero"); }
   if (scene.loads.empty()) { plan.skipped.emplace_back("loads: the scene has none"); }
+  if (!scene.needle) { plan.skipped.emplace_back("needle and shaft friction: the scene has none"); }
+  if (!scene.probe) { plan.skipped.emplace_back("probe: the scene has none"); }
+  if (!scene.syringe) { plan.skipped.emplace_back("syringe: the scene has none"); }
+  plan.skipped.emplace_back("haptic device: the scene has none");
   if (!scene.simulation.printed.any()) {
     plan.skipped.emplace_back("printed forms of the paper: not asked for");
   }
@@ -113,6 +117,11 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool single = scene.simulation.precision == Precision::single_precision;
   plan.bounds =
       network != nullptr ? spectral_bounds(*network) : spectral_bounds(scene.tissue.oscillator);
+  if (network != nullptr && scene.drive && scene.drive->kind == Drive::Kind::force) {
+    const double mass = scene.needle ? scene.needle->mass : scene.probe->mass;
+    plan.bounds.damping_upper =
+        std::max(plan.bounds.damping_upper, scene.drive->hand_viscosity / mass);
+  }
   for (const IntegratorInfo* info : integrators()) {
     plan.stable_step[std::string(info->name)] =
         network != nullptr ? stable_step(*info, plan.bounds)

@@ -37,6 +37,8 @@ class System {
   virtual void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping,
                         Real on_stiffness, Eigen::SparseMatrix<Real>& a) noexcept = 0;
   virtual void pattern(Eigen::SparseMatrix<Real>& a) = 0;  ///< allocates
+  /// product = A x becomes that of the Jacobian with what sticks to a tool held; see force().
+  virtual void hold(const Vector<Real>& /*x*/, Vector<Real>& /*product*/) noexcept {}
 
   void acceleration(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                     Vector<Real>& a) noexcept {

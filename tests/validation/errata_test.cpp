@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tests/check.hpp"
+#include "tests/validation/planted_faults.hpp"
 #include "validation/cases/groups.hpp"
 
 namespace {
@@ -30,7 +31,7 @@ Outcome outcome_of(const std::string& name, const Mutation* mutation) {
 enum class Lagged { measured, left_out };
 
 void check_caught(const Mutation& mutation, Lagged lagged = Lagged::left_out) {
-  for (const std::string& name : names()) {
+  for (const std::string& name : tried(std::span<const std::string>(names()))) {
     if (name == "errata/lagged-velocity" && lagged == Lagged::left_out) { continue; }
     const Status status = outcome_of(name, &mutation).status;
     if (status != Status::fail) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tests/check.hpp"
+#include "tests/validation/planted_faults.hpp"
 #include "validation/case.hpp"
 
 namespace {
@@ -18,7 +19,7 @@ Outcome outcome_of(const std::string& name, const Mutation* mutation = nullptr) 
 }
 
 void check_red(const Mutation& mutation, std::initializer_list<const char*> names) {
-  for (const char* name : names) {
+  for (const char* name : tried(std::span<const char* const>(names))) {
     const Outcome outcome = outcome_of(name, &mutation);
     if (outcome.status != Status::fail) {
       std::printf("  %s stays %s under %s\n", name, name_of(outcome.status).data(),

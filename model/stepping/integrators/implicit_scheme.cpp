@@ -42,7 +42,7 @@ void ImplicitScheme<Real>::precondition(const Vector<Real>& r, Vector<Real>& out
 }
 
 template <class Real>
-void ImplicitScheme<Real>::solve(const Vector<Real>& right) noexcept {
+void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right) noexcept {
   correction_.setZero();
   const Real size = right.template lpNorm<Eigen::Infinity>();
   if (size == Real(0)) { return; }
@@ -61,12 +61,14 @@ void ImplicitScheme<Real>::solve(const Vector<Real>& right) noexcept {
     rho = next;
     precondition(p_, p_hat_);
     v_.noalias() = a_ * p_hat_;
+    system.hold(p_hat_, v_);
     alpha = rho / shadow_.dot(v_);
     correction_ += alpha * p_hat_;
     r_ -= alpha * v_;
     if (!(r_.norm() > enough)) { break; }
     precondition(r_, s_hat_);
     t_.noalias() = a_ * s_hat_;
+    system.hold(s_hat_, t_);
     omega = t_.dot(r_) / t_.squaredNorm();
     correction_ += omega * s_hat_;
     r_ -= omega * t_;
@@ -75,13 +77,14 @@ void ImplicitScheme<Real>::solve(const Vector<Real>& right) noexcept {
 }
 
 /// Positions are stored to a rounding, which moves the residual by h K times it; below that Newton's
-/// method has nothing left to find. (theta h)^2 K_ii <= A_ii - M_ii.
+/// method has nothing left to find. (theta h)^2 K_ii <= A_ii - M_ii where all is stretched.
 template <class Real>
 bool ImplicitScheme<Real>::residual_is_rounding(const Vector<Real>& mass, Real h) const noexcept {
   constexpr Real roundings = 8 * std::numeric_limits<Real>::epsilon();
   const Real theta = static_cast<Real>(theta_);
   const Real reach = roundings * stage_q_.template lpNorm<Eigen::Infinity>() / (theta * theta * h);
-  return (residual_.array().abs() <= reach * (a_.diagonal() - mass).array()).all();
+  // Compressed springs push sideways: their part of the diagonal may be negative.
+  return (residual_.array().abs() <= reach * (a_.diagonal() - mass).array().abs()).all();
 }
 
 template <class Real>
@@ -100,7 +103,7 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     if (!residual_.allFinite()) { break; }  // the norms below may pass over a NaN
     system.jacobian(stage_q_, stage_v_, th, th * th, a_);
     const bool at_rounding = residual_is_rounding(system.mass(), dt);
-    solve(residual_);
+    solve(system, residual_);
     change_ += correction_;
     const Real size = correction_.template lpNorm<Eigen::Infinity>();
     const Real scale = state.velocity.template lpNorm<Eigen::Infinity>() +

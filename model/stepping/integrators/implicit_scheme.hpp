@@ -23,7 +23,7 @@ class ImplicitScheme : public Integrator<Real> {
 
  private:
   void precondition(const Vector<Real>& r, Vector<Real>& out) noexcept;
-  void solve(const Vector<Real>& right) noexcept;  ///< correction_ = A^-1 right
+  void solve(System<Real>& system, const Vector<Real>& right) noexcept;  ///< correction_ = A^-1 right
   [[nodiscard]] bool residual_is_rounding(const Vector<Real>& mass, Real h) const noexcept;
 
   double theta_;

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+/// What changes between two steps: modes of tip and shaft, and the velocities of what begins to stick.
+#include <algorithm>
+#include <cmath>
+
+#include "model/stepping/tool_contact.hpp"
+
+namespace palpate {
+
+namespace {
+/// A tip this far off the skin has left it; one that rests there is not told of every rebound [m].
+constexpr double clear_of_skin = 1e-6;
+}  // namespace
+
+std::string_view name_of(ToolEvent event) {
+  switch (event) {
+    case ToolEvent::contact: return "contact";
+    case ToolEvent::puncture: return "puncture";
+    case ToolEvent::loss_of_resistance: return "loss-of-resistance";
+    case ToolEvent::bone: return "bone";
+    case ToolEvent::dural_puncture: return "dural-puncture";
+    case ToolEvent::withdrawn: break;
+  }
+  return "withdrawn";
+}
+
+template <class Real>
+void ToolContact<Real>::happen(double t, ToolEvent event, std::size_t interval) noexcept {
+  if (happening_count_ < happenings_.size()) {
+    happenings_[happening_count_++] = {t, event, interval};
+  }
+}
+
+/// The tip begins to cut an interval: reported once each, in order.
+template <class Real>
+void ToolContact<Real>::enter(std::size_t interval, double t) noexcept {
+  for (std::size_t next = entered_ ? deepest_ + 1 : 0; next <= interval; ++next) {
+    const TissueRole role = path_.intervals()[next].role;
+    happen(t,
+           role == TissueRole::epidural_space ? ToolEvent::loss_of_resistance
+           : role == TissueRole::dura         ? ToolEvent::dural_puncture
+                                              : ToolEvent::puncture,
+           next);
+    deepest_ = next;
+    entered_ = true;
+  }
+}
+
+template <class Real>
+void ToolContact<Real>::begin(const State<Real>& state) noexcept {
+  gather(state.position, state.velocity);
+  change_tip(0.0);
+}
+
+template <class Real>
+void ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool predict) noexcept {
+  step_begin_ = t;
+  predict_ = predict;
+  depth_begin_ = depth_;
+  if (is_coordinate()) { return; }
+  const double from = std::min(trajectory_.place(t), path_.bone());
+  const double to = std::min(trajectory_.place(t + h), path_.bone());
+  const double velocity = (to - from) / h;
+  const bool jumps = std::abs(velocity - velocity_) > 1e-12 * std::abs(velocity);
+  place_begin_ = from;
+  velocity_ = velocity;
+  if (jumps && in_tissue()) {
+    gather(state.position, state.velocity);
+    weigh();
+    contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
+    contact_.shaft_held = shaft_ == ShaftMode::stick && may_hold_shaft();
+    match_velocities(state);
+  }
+}
+
+template <class Real>
+Eigen::Vector2d ToolContact<Real>::losing() const noexcept {
+  double slip = velocity_;
+  for (std::size_t k = 0; k < knots_.size() && limit_ > 0.0; ++k) {
+    slip -= shaft_share_[k] * knots_[k].velocity;
+  }
+  const double cut = cutting_force() * (velocity_ - velocity_at(at_));
+  return {tip_ == TipMode::cutting ? cut : 0.0,
+          shaft_ == ShaftMode::stick ? 0.0 : limit_ * std::abs(slip)};
+}
+
+template <class Real>
+void ToolContact<Real>::end_step(double t, State<Real>& state) noexcept {
+  gather(state.position, state.velocity);
+  if (predict_) {  // now the law is looked at
+    predict_ = false;
+    if (contact_.tip_held) { take_tip(tip_force_); }
+    if (contact_.shaft_held) { take_shaft(shaft_force_); }
+  }
+  place_tool(t, state.position, state.velocity);
+  const bool tip_held = contact_.tip_held;
+  const bool shaft_held = contact_.shaft_held;
+  if (in_tissue()) {
+    weigh();
+    const Eigen::Vector2d lost = 0.5 * (t - step_begin_) * (losing_begin_ + losing());
+    losses_.cutting += lost.x();
+    losses_.friction += lost.y();
+  }
+  if (is_coordinate()) {
+    if (!at_bone_ && place_ >= path_.bone() && velocity_ > 0.0) {
+      place_ = path_.bone();
+      losses_.impact += 0.5 * mass_ * velocity_ * velocity_;
+      velocity_ = 0.0;
+      state.position(tool_) = static_cast<Real>(place_);
+      state.velocity(tool_) = Real(0);
+      at_bone_ = true;
+    } else if (at_bone_ && bone_force_ == 0.0) {
+      at_bone_ = false;
+    }
+  } else {
+    at_bone_ = trajectory_.place(t) >= path_.bone();
+  }
+  if (at_bone_ && !bone_seen_) {
+    happen(t, ToolEvent::bone, path_.interval_at(path_.bone()));
+    bone_seen_ = true;
+  }
+  contact_.tip_held = tip_held;
+  change_tip(t);
+  weigh();
+  contact_.tip_held = tip_held;
+  contact_.shaft_held = shaft_held;
+  change_shaft();
+  contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
+  contact_.shaft_held = shaft_ == ShaftMode::stick && may_hold_shaft();
+  if (in_tissue()) {
+    match_positions(state);
+    match_velocities(state);
+  }
+  losing_begin_ = losing();
+  // How fast the tip moves on through the undeformed tissue, for schemes that predict it.
+  depth_rate_ = 0.0;
+  if ((tip_ == TipMode::cutting || tip_ == TipMode::in_track) && at_.knot + 1 < knots_.size()) {
+    const Knot& low = knots_[at_.knot];
+    const Knot& high = knots_[at_.knot + 1];
+    const double stretch = 1.0 + (high.displacement - low.displacement) / (high.depth - low.depth);
+    if (stretch > 0.0) { depth_rate_ = (velocity_ - velocity_at(at_)) / stretch; }
+  }
+}
+
+template <class Real>
+void ToolContact<Real>::change_tip(double t) noexcept {
+  const double skin = knots_.front().depth;
+  const double here = depth_at(place_);
+  switch (tip_) {
+    case TipMode::outside:
+      if (here >= skin) {
+        tip_ = cut_ > skin ? TipMode::in_track : TipMode::stuck;
+        depth_ = cut_ > skin ? std::min(here, cut_) : cut_;
+        tip_force_ = 0.0;
+        if (clear_) { happen(t, ToolEvent::contact, path_.interval_at(skin)); }
+        clear_ = false;
+      } else if (!clear_ && here < skin - clear_of_skin) {
+        clear_ = true;
+        happen(t, ToolEvent::withdrawn, path_.interval_at(skin));
+      }
+      break;
+    case TipMode::in_track:
+      depth_ = here;
+      if (here >= cut_) {
+        tip_ = TipMode::stuck;
+        tip_force_ = 0.0;
+        depth_ = cut_;
+      } else if (here < skin) {
+        tip_ = TipMode::outside;
+        depth_ = skin;
+      }
+      break;
+    case TipMode::stuck:
+      depth_ = cut_;
+      if (contact_.tip_held || contact_.tip_tip <= 0.0) { break; }
+      if (tip_force_ > 0.0 || (cutting_force() == 0.0 && velocity_ > velocity_at(at_))) {
+        tip_ = TipMode::cutting;
+        enter(path_.interval_at(cut_), t);
+      } else {
+        tip_ = cut_ > skin ? TipMode::in_track : TipMode::outside;
+      }
+      break;
+    case TipMode::cutting: {
+      const std::size_t before = path_.interval_at(cut_);
+      cut_ = depth_ = std::max(here, cut_);
+      const std::size_t after = path_.interval_at(cut_);
+      const auto& intervals = path_.intervals();
+      if (after > before) {
+        if (intervals[after].cutting_force > intervals[before].cutting_force) {
+          tip_ = TipMode::stuck;
+          if (after > before + 1) { enter(after - 1, t); }
+        } else {
+          enter(after, t);
+        }
+      } else if (!(velocity_ > velocity_at(path_.place(cut_)))) {
+        tip_ = TipMode::stuck;
+      }
+      break;
+    }
+  }
+}
+
+template <class Real>
+void ToolContact<Real>::change_shaft() noexcept {
+  if (!(limit_ > 0.0)) {
+    shaft_ = ShaftMode::stick;
+    shaft_force_ = 0.0;
+    slip_ = 0.0;
+    return;
+  }
+  slip_ = velocity_;
+  for (std::size_t k = 0; k < knots_.size(); ++k) { slip_ -= shaft_share_[k] * knots_[k].velocity; }
+  const bool turned = (shaft_ == ShaftMode::forward && slip_ <= 0.0) ||
+                      (shaft_ == ShaftMode::backward && slip_ >= 0.0);
+  if (turned) {
+    shaft_ = ShaftMode::stick;
+  } else if (shaft_ == ShaftMode::stick && !contact_.shaft_held && slip_ != 0.0) {
+    shaft_ = slip_ > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+  }
+}
+
+template <class Real>
+void ToolContact<Real>::match_positions(State<Real>& state) noexcept {
+  if (!contact_.tip_held) { return; }
+  const double gap = place_ - depth_ - displacement_at(at_);
+  const double push_by = gap / contact_.tip_tip;
+  for (const std::size_t k : {at_.knot, at_.knot + 1}) {
+    if (k >= knots_.size()) { break; }
+    const double share = tip_share(k) * push_by;
+    knots_[k].displacement += share * knots_[k].mobility;
+    for (std::size_t i = knots_[k].first; i < knots_[k].first + knots_[k].count; ++i) {
+      const Support& s = supports_[i];
+      state.position.template segment<3>(s.coordinate) +=
+          (share * s.weight * s.inverse_mass * n_).template cast<Real>();
+    }
+  }
+  if (is_coordinate() && !at_bone_) {
+    place_ -= push_by / mass_;
+    state.position(tool_) = static_cast<Real>(place_);
+  }
+}
+
+template <class Real>
+void ToolContact<Real>::match_velocities(State<Real>& state) noexcept {
+  double tip = velocity_;
+  double shaft = velocity_;
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    tip -= tip_share(k) * knots_[k].velocity;
+    if (limit_ > 0.0) { shaft -= shaft_share_[k] * knots_[k].velocity; }
+  }
+  const Eigen::Vector2d impulse = answer(tip, shaft, contact_.tip_held, contact_.shaft_held);
+  losses_.impact += 0.5 * (impulse.x() * tip + impulse.y() * shaft);
+  if (!is_coordinate()) { losses_.jerk += impulse.sum() * velocity_; }
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    Knot& knot = knots_[k];
+    const double along = tip_share(k) * impulse.x() +
+                         (limit_ > 0.0 ? shaft_share_[k] * impulse.y() : 0.0);
+    const bool locked = is_locked(knot);
+    if (along == 0.0 && !locked) { continue; }
+    Eigen::Vector3d change = along * n_;
+    if (locked) {
+      Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+        velocity += supports_[i].weight *
+                    state.velocity.template segment<3>(supports_[i].coordinate)
+                        .template cast<double>();
+      }
+      const Eigen::Vector3d sideways = (velocity - n_.dot(velocity) * n_) / knot.mobility;
+      losses_.impact += 0.5 * sideways.squaredNorm() * knot.mobility;
+      change -= sideways;
+    }
+    knot.velocity += along * knot.mobility;
+    for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+      const Support& s = supports_[i];
+      state.velocity.template segment<3>(s.coordinate) +=
+          (s.weight * s.inverse_mass * change).template cast<Real>();
+    }
+  }
+  if (is_coordinate() && !at_bone_) {
+    velocity_ -= impulse.sum() / mass_;
+    state.velocity(tool_) = static_cast<Real>(velocity_);
+  }
+}
+
+template void ToolContact<double>::begin(const State<double>&) noexcept;
+template void ToolContact<float>::begin(const State<float>&) noexcept;
+template void ToolContact<double>::begin_step(double, double, State<double>&, bool) noexcept;
+template void ToolContact<float>::begin_step(double, double, State<float>&, bool) noexcept;
+template void ToolContact<double>::end_step(double, State<double>&) noexcept;
+template void ToolContact<float>::end_step(double, State<float>&) noexcept;
+
+}  // namespace palpate
