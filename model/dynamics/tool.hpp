@@ -49,7 +49,7 @@ struct Drive {
   double hand_viscosity = 50.0;    ///< [N s/m] of the hand, against the tool's velocity
 };
 
-/// Fluid column between thumb and needle tip (model/EQUATIONS.md, "Syringe").
+/// Fluid column between thumb and needle tip (model/EQUATIONS.md, "Syringe"). The defaults are saline.
 struct Syringe {
   double plunger_area = 1.767e-4;       ///< [m^2]
   double compliance = 2.0e-12;          ///< C [m^3/Pa] of the wall and any air
@@ -59,5 +59,8 @@ struct Syringe {
   double epidural_resistance = 2.0e10;  ///< R into the epidural space [Pa s/m^3]
   double open_resistance = 1.0e9;       ///< R of the needle itself, tip in air [Pa s/m^3]
 };
+
+/// 10 ml of air instead: C = V / p0, and flows 55 times those of saline, the ratio of viscosities.
+Syringe air_syringe();
 
 }  // namespace palpate

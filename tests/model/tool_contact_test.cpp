@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/tool_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/dynamics/network_builder.hpp"
+#include "model/stepping/simulation.hpp"
+#include "tests/check.hpp"
+#include "tests/model/tool_scenes.hpp"
+
+namespace {
+
+using namespace palpate;
+
+/// A run with what a test asks about every tick.
+struct Insertion {
+  explicit Insertion(const Scene& scene) : simulation(scene), row(simulation.columns().size()) {
+    read();
+  }
+  bool tick() {
+    const bool ok = simulation.tick() == StepStatus::ok;
+    read();
+    return ok;
+  }
+  void read() {
+    simulation.sample(row);
+    simulation.sample_text(words, events);
+    tool = simulation.tool();
+  }
+  template <class Body>
+  void run(Body&& body) {
+    while (simulation.ticks() < simulation.tick_count()) {
+      CHECK(tick());
+      body();
+    }
+  }
+  void run() {
+    run([] {});
+  }
+  [[nodiscard]] std::string names() const {
+    std::string all;
+    for (const Event& e : events) { all += (all.empty() ? "" : " ") + e.kind; }
+    return all;
+  }
+  [[nodiscard]] double time_of(const std::string& kind, const std::string& label) const {
+    const auto found = std::ranges::find_if(
+        events, [&](const Event& e) { return e.kind == kind && e.detail == label; });
+    return found == events.end() ? -1.0 : found->time;
+  }
+
+  Simulation simulation;
+  std::vector<double> row;
+  std::vector<std::string> words{"", ""};
+  std::vector<Event> events;
+  ToolReport tool;
+};
+
+Scene timed(Scene scene, double duration, double step, int substeps,
+            const std::string& integrator = "velocity-verlet") {
+  scene.simulation = {
+      .duration = duration, .step = step, .substeps = substeps, .integrator = integrator};
+  return scene;
+}
+
+TEST("a needle meets its layers in order and loses resistance in the epidural space") {
+  Insertion run(timed(layered_scene(), 0.75, 1e-3, 10));
+  double peak = 0.0;
+  run.run([&] { peak = std::max(peak, run.tool.forces.total); });
+  CHECK(run.names() == "contact puncture puncture loss-of-resistance");
+  CHECK(run.events.front().time == 0.0);
+  CHECK(run.tool.forces.cutting == 0.0);
+  CHECK(run.tool.depth > 0.010);
+  // F_c of the ligament and the friction of the whole track.
+  CHECK(peak > 0.6 && peak < 0.6 + 20.0 * 0.004 + 50.0 * 0.006 + 1e-9);
+  CHECK(run.words[0] == "epidural space");
+}
+
+TEST("the parts add up to the total, and the total is what a prescribed drive applies") {
+  Insertion run(timed(layered_scene(), 0.5, 1e-3, 10));
+  run.run([&] {
+    const ToolForces& f = run.tool.forces;
+    CHECK(f.total == f.cutting + f.friction + f.stiffness);
+    CHECK(f.applied == f.total);
+    CHECK(f.cutting == 0.0 || f.stiffness == 0.0);
+  });
+}
+
+TEST("before the first puncture the force is the stiffness of a chain times the depth") {
+  Scene scene = timed(chain_scene(), 1.9, 1e-3, 20);
+  scene.drive->speed = 1e-3;  // 1.9 mm; the skin gives way at 2 mm
+  Insertion run(scene);
+  run.run([&] { CHECK_NEAR(run.tool.forces.stiffness, 200.0 * run.tool.place, 1e-4); });
+  CHECK(run.names() == "contact");
+}
+
+TEST("the tip sticks until the cutting force and punctures there") {
+  Scene scene = timed(chain_scene(), 2.1, 1e-3, 20);
+  scene.drive->speed = 1e-3;
+  Insertion run(scene);
+  run.run();
+  CHECK(run.names() == "contact puncture");
+  CHECK_NEAR(run.time_of("puncture", "skin"), 0.4 / 200.0 / 1e-3, 2e-3);
+  CHECK(run.tool.forces.cutting == 0.4);
+}
+
+TEST("a needle drawn back and put in again cuts nothing on its old track, but rubs") {
+  Scene scene = timed(layered_scene(), 1.2, 1e-3, 10);
+  scene.drive->depth = 0.006;
+  scene.drive->hold = 0.05;
+  scene.drive->withdraw_speed = 0.02;
+  Insertion run(scene);
+  double backwards = 0.0;
+  run.run([&] { backwards = std::min(backwards, run.tool.forces.friction); });
+  CHECK(run.names().find("withdrawn") != std::string::npos);
+  CHECK(backwards < 0.0);
+}
+
+TEST("what rests under less than its limit stays where it is") {
+  Scene scene = timed(chain_scene(), 100.0, 1e-3, 10);
+  scene.drive = Drive{.kind = Drive::Kind::force, .force = 0.3, .rise = 0.1};
+  Insertion run(scene);
+  for (int n = 0; n < 2000; ++n) { CHECK(run.tick()); }
+  const double place = run.tool.place;
+  for (int n = 0; n < 90000; ++n) { run.simulation.tick(); }
+  run.read();
+  CHECK_NEAR(run.tool.place, place, 1e-12);
+  CHECK_NEAR(run.tool.forces.stiffness, 0.3, 1e-9);
+}
+
+TEST("the hand's force, the tissue's and inertia balance") {
+  Scene scene = timed(layered_scene(), 0.5, 1e-4, 1);
+  scene.drive = Drive{.kind = Drive::Kind::force, .force = 1.2, .rise = 0.4};
+  Insertion run(scene);
+  double before = run.tool.velocity;
+  double force = run.tool.forces.applied - run.tool.forces.total;
+  double momentum = 0.0;
+  run.run([&] {
+    const double now = run.tool.forces.applied - run.tool.forces.total;
+    momentum += 0.5 * 1e-4 * (force + now);
+    force = now;
+  });
+  // Impulses of plastic impacts come on top of the forces; they are a thousandth here.
+  CHECK_NEAR(momentum, run.tool.mass * (run.tool.velocity - before), 2e-3 * run.tool.mass * 0.1);
+}
+
+TEST("a hundred newtons do not move a tip into bone") {
+  Scene scene = timed(layered_scene(), 2.0, 1e-3, 10);
+  scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
+  scene.tissue.layers[1] = {"lamina", "bone", 0.006};
+  scene.drive = Drive{.kind = Drive::Kind::force, .force = 100.0, .rise = 1.0};
+  Insertion run(scene);
+  double deepest = 0.0;
+  run.run([&] { deepest = std::max(deepest, run.tool.place); });
+  CHECK(deepest <= 0.004);
+  CHECK_NEAR(run.tool.place, 0.004, 1e-15);
+  CHECK(run.names() == "contact puncture bone");
+  CHECK_NEAR(run.tool.forces.total, run.tool.forces.applied, 1e-9);
+}
+
+TEST("a prescribed trajectory into bone goes on without the tool") {
+  Scene scene = timed(layered_scene(), 0.5, 1e-3, 10);
+  scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
+  scene.tissue.layers[1] = {"lamina", "bone", 0.006};
+  Insertion run(scene);
+  run.run();
+  CHECK_NEAR(run.tool.place, 0.004, 1e-15);
+  CHECK_NEAR(run.tool.forces.stiffness, 5000.0 * (0.02 * 0.5 - 0.004), 0.5);
+}
+
+TEST("a probe cuts nothing and rubs nothing") {
+  Scene scene = timed(layered_scene(), 0.3, 1e-3, 10);
+  scene.needle.reset();
+  scene.probe = Probe{.size = {0.004, 0.004}};
+  Insertion run(scene);
+  run.run([&] {
+    CHECK(run.tool.forces.cutting == 0.0 && run.tool.forces.friction == 0.0);
+    CHECK(run.tool.forces.lateral == 0.0);
+  });
+  CHECK(run.tool.forces.stiffness > 0.0);
+  CHECK(run.names() == "contact");
+}
+
+TEST("work of the hand is stored, lost in dampers, cutting, friction and impacts, or moves") {
+  const double h = 2e-5;
+  Scene scene = timed(layered_scene(), 0.6, h, 1, "rk4");
+  Insertion run(scene);
+  const double initial = run.simulation.energy();
+  double work = 0.0;
+  double damped = 0.0;
+  ToolReport before = run.tool;
+  run.run([&] {
+    work += 0.5 * h * run.tool.velocity * (before.forces.applied + run.tool.forces.applied);
+    damped += 0.5 * h * (before.damping_power + run.tool.damping_power);
+    before = run.tool;
+  });
+  const ToolLosses& lost = run.tool.losses;
+  const double hand = work + lost.jerk;
+  const double rest = hand - (run.simulation.energy() - initial) - damped - lost.cutting -
+                      lost.friction - lost.impact;
+  CHECK(hand > 1e-3);
+  CHECK_NEAR(rest / hand, 0.0, 2e-5);
+}
+
+TEST("slanting needles press sideways, straight ones do not") {
+  Scene straight = timed(layered_scene(), 0.4, 1e-3, 10);
+  Insertion along(straight);
+  along.run([&] { CHECK(along.tool.forces.lateral < 1e-9); });
+  Scene slanting = straight;
+  slanting.needle->direction = {std::tan(0.26), 0.0, 1.0};
+  Insertion aside(slanting);
+  aside.run();
+  CHECK(aside.tool.forces.lateral > 1e-3);
+}
+
+TEST("every scheme that may carry a tool gives the same force, to its order") {
+  Insertion best(timed(layered_scene(), 0.4, 1e-3, 200, "rk4"));
+  best.run();
+  for (const char* name : {"euler-cromer", "velocity-verlet", "implicit-midpoint", "implicit-euler",
+                           "feynman-newton-printed"}) {
+    Insertion run(timed(layered_scene(), 0.4, 1e-3, 20, name));
+    run.run();
+    CHECK_NEAR(run.tool.forces.total, best.tool.forces.total, 5e-3);
+    CHECK_NEAR(run.tool.depth, best.tool.depth, 5e-5);
+  }
+}
+
+TEST("in single precision a needle does what it does in double") {
+  Scene scene = timed(layered_scene(), 0.4, 1e-3, 10);
+  Insertion exact(scene);
+  scene.simulation.precision = Precision::single_precision;
+  Insertion single(scene);
+  exact.run();
+  single.run();
+  CHECK_NEAR(single.tool.forces.total, exact.tool.forces.total, 2e-2);
+  CHECK(single.names() == exact.names());
+}
+
+}  // namespace
