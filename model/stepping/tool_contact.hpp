@@ -106,6 +106,7 @@ class ToolContact {
   void match_velocities(State<Real>& state) noexcept;
   void match_positions(State<Real>& state) noexcept;
   void change_tip(double t) noexcept;
+  void leave(double t) noexcept;
   void change_shaft() noexcept;
   void enter(std::size_t interval, double t) noexcept;
   /// What cutting and rubbing take at this instant [W].
@@ -138,6 +139,7 @@ class ToolContact {
   bool at_bone_ = false;
   bool bone_seen_ = false;
   bool clear_ = true;         ///< off the skin by more than a rebound
+  bool present_ = false;      ///< contact was told, and no withdrawal since
   double place_ = 0.0;
   double velocity_ = 0.0;
   double depth_ = 0.0;

@@ -153,10 +153,11 @@ void ToolContact<Real>::change_tip(double t) noexcept {
         depth_ = cut_ > skin ? std::min(here, cut_) : cut_;
         tip_force_ = 0.0;
         if (clear_) { happen(t, ToolEvent::contact, path_.interval_at(skin)); }
+        present_ = present_ || clear_;
         clear_ = false;
-      } else if (!clear_ && here < skin - clear_of_skin) {
+      } else if (here < skin - clear_of_skin) {
+        leave(t);
         clear_ = true;
-        happen(t, ToolEvent::withdrawn, path_.interval_at(skin));
       }
       break;
     case TipMode::in_track:
@@ -168,6 +169,7 @@ void ToolContact<Real>::change_tip(double t) noexcept {
       } else if (here < skin) {
         tip_ = TipMode::outside;
         depth_ = skin;
+        leave(t);
       }
       break;
     case TipMode::stuck:
@@ -198,6 +200,12 @@ void ToolContact<Real>::change_tip(double t) noexcept {
       break;
     }
   }
+}
+
+template <class Real>
+void ToolContact<Real>::leave(double t) noexcept {
+  if (present_) { happen(t, ToolEvent::withdrawn, 0); }
+  present_ = false;
 }
 
 template <class Real>

@@ -19,7 +19,7 @@ double weight_sum(const NeedlePath& path, const NeedlePath::Knot& knot) {
 }
 
 TEST("knots lie where the line meets the planes of nodes, with weights that find the point again") {
-  Scene scene = layered_scene();
+  Scene scene = layered_scene(0.002);
   scene.needle->entry = {0.0013, -0.0021};
   scene.needle->direction = {0.25, 0.1, 1.0};
   const SpringNetwork network = build_network(scene);
@@ -36,7 +36,7 @@ TEST("knots lie where the line meets the planes of nodes, with weights that find
 }
 
 TEST("no node belongs to two knots") {
-  Scene scene = layered_scene();
+  Scene scene = layered_scene(0.002);
   scene.needle->entry = {0.0013, -0.0021};
   scene.needle->direction = {0.5, -0.3, 1.0};
   const SpringNetwork network = build_network(scene);
@@ -49,7 +49,7 @@ TEST("no node belongs to two knots") {
 }
 
 TEST("a line that leaves the block ends there") {
-  Scene scene = layered_scene();
+  Scene scene = layered_scene(0.002);
   scene.needle->entry = {0.0039, 0.0};
   scene.needle->direction = {1.0, 0.0, 1.0};
   const NeedlePath path = NeedlePath::of_needle(scene, build_network(scene));
@@ -57,7 +57,7 @@ TEST("a line that leaves the block ends there") {
 }
 
 TEST("intervals are the layers, longer for a slanting needle") {
-  Scene scene = layered_scene();
+  Scene scene = layered_scene(0.002);
   const double sixty = std::sqrt(3.0);
   scene.needle->direction = {sixty, 0.0, 1.0};
   const NeedlePath path = NeedlePath::of_needle(scene, build_network(scene));
@@ -71,7 +71,7 @@ TEST("intervals are the layers, longer for a slanting needle") {
 }
 
 TEST("a bone across the line ends what a needle may do") {
-  Scene scene = layered_scene();
+  Scene scene = layered_scene(0.002);
   scene.materials.push_back(
       {.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
   scene.tissue.inclusions.push_back({.shape = Inclusion::Shape::sphere,
@@ -84,7 +84,7 @@ TEST("a bone across the line ends what a needle may do") {
 }
 
 TEST("a box hides the layers that it covers and lets them go on behind it") {
-  Scene scene = layered_scene();
+  Scene scene = layered_scene(0.002);
   scene.materials.push_back({.name = "implant", .youngs_modulus = 1e4, .cutting_force = 9.0});
   scene.tissue.inclusions.push_back({.shape = Inclusion::Shape::box,
                                      .centre = {0.0, 0.0, 0.005},
@@ -106,8 +106,8 @@ TEST("friction of a shaft is the integral over its length, whatever the spacing"
     const NeedlePath path = NeedlePath::of_needle(scene, build_network(scene));
     std::vector<double> share(path.knots().size());
     for (const double depth : {0.0, 0.0007, 0.004, 0.0055, 0.011}) {
-      const double exact = 20.0 * std::min(depth, 0.004) +
-                           50.0 * std::clamp(depth - 0.004, 0.0, 0.006);
+      const double exact = 2.0 * std::min(depth, 0.004) +
+                           5.0 * std::clamp(depth - 0.004, 0.0, 0.006);
       CHECK_NEAR(path.friction(depth, share), exact, 1e-15);
       CHECK_NEAR(std::accumulate(share.begin(), share.end(), 0.0), exact, 1e-15);
     }
@@ -115,7 +115,7 @@ TEST("friction of a shaft is the integral over its length, whatever the spacing"
 }
 
 TEST("shares of friction and tip move on continuously with the depth") {
-  const Scene scene = layered_scene();
+  const Scene scene = layered_scene(0.002);
   const NeedlePath path = NeedlePath::of_needle(scene, build_network(scene));
   std::vector<double> before(path.knots().size());
   std::vector<double> after(path.knots().size());
@@ -124,7 +124,7 @@ TEST("shares of friction and tip move on continuously with the depth") {
     path.friction(depth, before);
     path.friction(depth + step, after);
     for (std::size_t k = 0; k < before.size(); ++k) {
-      CHECK(std::abs(after[k] - before[k]) <= 1.0000001 * 50.0 * step);
+      CHECK(std::abs(after[k] - before[k]) <= 1.0000001 * 5.0 * step);
     }
   }
 }
@@ -140,7 +140,7 @@ TEST("the knots of a bare chain are its nodes") {
 }
 
 TEST("a probe's footprint counts nodes by their area beneath it") {
-  Scene scene = layered_scene();
+  Scene scene = layered_scene(0.002);
   scene.needle.reset();
   scene.probe = Probe{.shape = Probe::Shape::ultrasound, .size = {0.004, 0.002}};
   const SpringNetwork network = build_network(scene);

@@ -31,7 +31,10 @@ struct Insertion {
   template <class Body>
   void run(Body&& body) {
     while (simulation.ticks() < simulation.tick_count()) {
-      CHECK(tick());
+      if (!tick()) {
+        CHECK(!"diverged");
+        return;
+      }
       body();
     }
   }
@@ -56,15 +59,16 @@ struct Insertion {
   ToolReport tool;
 };
 
-Scene timed(Scene scene, double duration, double step, int substeps,
-            const std::string& integrator = "velocity-verlet") {
+/// Substeps: automatic unless given.
+Scene timed(Scene scene, double duration, double step,
+            const std::string& integrator = "velocity-verlet", std::optional<int> substeps = {}) {
   scene.simulation = {
       .duration = duration, .step = step, .substeps = substeps, .integrator = integrator};
   return scene;
 }
 
 TEST("a needle meets its layers in order and loses resistance in the epidural space") {
-  Insertion run(timed(layered_scene(), 0.75, 1e-3, 10));
+  Insertion run(timed(layered_scene(), 0.75, 1e-3));
   double peak = 0.0;
   run.run([&] { peak = std::max(peak, run.tool.forces.total); });
   CHECK(run.names() == "contact puncture puncture loss-of-resistance");
@@ -72,12 +76,12 @@ TEST("a needle meets its layers in order and loses resistance in the epidural sp
   CHECK(run.tool.forces.cutting == 0.0);
   CHECK(run.tool.depth > 0.010);
   // F_c of the ligament and the friction of the whole track.
-  CHECK(peak > 0.6 && peak < 0.6 + 20.0 * 0.004 + 50.0 * 0.006 + 1e-9);
+  CHECK(peak > 0.15 && peak < 0.15 + 2.0 * 0.004 + 5.0 * 0.006 + 1e-9);
   CHECK(run.words[0] == "epidural space");
 }
 
 TEST("the parts add up to the total, and the total is what a prescribed drive applies") {
-  Insertion run(timed(layered_scene(), 0.5, 1e-3, 10));
+  Insertion run(timed(layered_scene(), 0.5, 1e-3));
   run.run([&] {
     const ToolForces& f = run.tool.forces;
     CHECK(f.total == f.cutting + f.friction + f.stiffness);
@@ -87,50 +91,54 @@ TEST("the parts add up to the total, and the total is what a prescribed drive ap
 }
 
 TEST("before the first puncture the force is the stiffness of a chain times the depth") {
-  Scene scene = timed(chain_scene(), 1.9, 1e-3, 20);
+  Scene scene = timed(chain_scene(), 1.9, 1e-3);
   scene.drive->speed = 1e-3;  // 1.9 mm; the skin gives way at 2 mm
   Insertion run(scene);
-  run.run([&] { CHECK_NEAR(run.tool.forces.stiffness, 200.0 * run.tool.place, 1e-4); });
+  run.run([&] {  // after the jolt of the first contact
+    if (run.simulation.time() < 0.1) { return; }
+    CHECK_NEAR(run.tool.forces.stiffness, 50.0 * run.tool.place, 1e-4);
+  });
   CHECK(run.names() == "contact");
 }
 
 TEST("the tip sticks until the cutting force and punctures there") {
-  Scene scene = timed(chain_scene(), 2.1, 1e-3, 20);
+  Scene scene = timed(chain_scene(), 2.1, 1e-3);
   scene.drive->speed = 1e-3;
   Insertion run(scene);
   run.run();
   CHECK(run.names() == "contact puncture");
-  CHECK_NEAR(run.time_of("puncture", "skin"), 0.4 / 200.0 / 1e-3, 2e-3);
-  CHECK(run.tool.forces.cutting == 0.4);
+  CHECK_NEAR(run.time_of("puncture", "skin"), 0.1 / 50.0 / 1e-3, 2e-3);
+  CHECK(run.tool.forces.cutting == 0.1);
 }
 
 TEST("a needle drawn back and put in again cuts nothing on its old track, but rubs") {
-  Scene scene = timed(layered_scene(), 1.2, 1e-3, 10);
+  Scene scene = timed(layered_scene(), 1.2, 1e-3);
   scene.drive->depth = 0.006;
   scene.drive->hold = 0.05;
   scene.drive->withdraw_speed = 0.02;
   Insertion run(scene);
   double backwards = 0.0;
   run.run([&] { backwards = std::min(backwards, run.tool.forces.friction); });
-  CHECK(run.names().find("withdrawn") != std::string::npos);
+  CHECK(run.names() == "contact puncture puncture withdrawn");
   CHECK(backwards < 0.0);
 }
 
 TEST("what rests under less than its limit stays where it is") {
-  Scene scene = timed(chain_scene(), 100.0, 1e-3, 10);
-  scene.drive = Drive{.kind = Drive::Kind::force, .force = 0.3, .rise = 0.1};
+  Scene scene = timed(chain_scene(), 100.0, 1e-3);
+  scene.drive = Drive{.kind = Drive::Kind::force, .force = 0.08, .rise = 0.1, .hand_viscosity = 5.0};
   Insertion run(scene);
-  for (int n = 0; n < 2000; ++n) { CHECK(run.tick()); }
+  for (int n = 0; n < 10000; ++n) { run.simulation.tick(); }
+  run.read();
   const double place = run.tool.place;
   for (int n = 0; n < 90000; ++n) { run.simulation.tick(); }
   run.read();
   CHECK_NEAR(run.tool.place, place, 1e-12);
-  CHECK_NEAR(run.tool.forces.stiffness, 0.3, 1e-9);
+  CHECK_NEAR(run.tool.forces.stiffness, 0.08, 1e-9);
 }
 
 TEST("the hand's force, the tissue's and inertia balance") {
-  Scene scene = timed(layered_scene(), 0.5, 1e-4, 1);
-  scene.drive = Drive{.kind = Drive::Kind::force, .force = 1.2, .rise = 0.4};
+  Scene scene = timed(layered_scene(), 0.5, 1e-4);
+  scene.drive = Drive{.kind = Drive::Kind::force, .force = 0.25, .rise = 0.4};
   Insertion run(scene);
   double before = run.tool.velocity;
   double force = run.tool.forces.applied - run.tool.forces.total;
@@ -145,7 +153,7 @@ TEST("the hand's force, the tissue's and inertia balance") {
 }
 
 TEST("a hundred newtons do not move a tip into bone") {
-  Scene scene = timed(layered_scene(), 2.0, 1e-3, 10);
+  Scene scene = timed(layered_scene(), 2.0, 1e-3);
   scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
   scene.tissue.layers[1] = {"lamina", "bone", 0.006};
   scene.drive = Drive{.kind = Drive::Kind::force, .force = 100.0, .rise = 1.0};
@@ -159,7 +167,7 @@ TEST("a hundred newtons do not move a tip into bone") {
 }
 
 TEST("a prescribed trajectory into bone goes on without the tool") {
-  Scene scene = timed(layered_scene(), 0.5, 1e-3, 10);
+  Scene scene = timed(layered_scene(), 0.5, 1e-3);
   scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
   scene.tissue.layers[1] = {"lamina", "bone", 0.006};
   Insertion run(scene);
@@ -169,7 +177,7 @@ TEST("a prescribed trajectory into bone goes on without the tool") {
 }
 
 TEST("a probe cuts nothing and rubs nothing") {
-  Scene scene = timed(layered_scene(), 0.3, 1e-3, 10);
+  Scene scene = timed(layered_scene(), 0.3, 1e-3);
   scene.needle.reset();
   scene.probe = Probe{.size = {0.004, 0.004}};
   Insertion run(scene);
@@ -182,8 +190,8 @@ TEST("a probe cuts nothing and rubs nothing") {
 }
 
 TEST("work of the hand is stored, lost in dampers, cutting, friction and impacts, or moves") {
-  const double h = 2e-5;
-  Scene scene = timed(layered_scene(), 0.6, h, 1, "rk4");
+  const double h = 1e-5;
+  Scene scene = timed(layered_scene(), 0.6, h, "rk4", 1);
   Insertion run(scene);
   const double initial = run.simulation.energy();
   double work = 0.0;
@@ -199,11 +207,12 @@ TEST("work of the hand is stored, lost in dampers, cutting, friction and impacts
   const double rest = hand - (run.simulation.energy() - initial) - damped - lost.cutting -
                       lost.friction - lost.impact;
   CHECK(hand > 1e-3);
+  // The trapezoids above miss h/2 of the hand's power at each jump of force or speed.
   CHECK_NEAR(rest / hand, 0.0, 2e-5);
 }
 
 TEST("slanting needles press sideways, straight ones do not") {
-  Scene straight = timed(layered_scene(), 0.4, 1e-3, 10);
+  Scene straight = timed(layered_scene(), 0.4, 1e-3);
   Insertion along(straight);
   along.run([&] { CHECK(along.tool.forces.lateral < 1e-9); });
   Scene slanting = straight;
@@ -214,11 +223,11 @@ TEST("slanting needles press sideways, straight ones do not") {
 }
 
 TEST("every scheme that may carry a tool gives the same force, to its order") {
-  Insertion best(timed(layered_scene(), 0.4, 1e-3, 200, "rk4"));
+  Insertion best(timed(layered_scene(), 0.4, 1e-3, "rk4", 200));
   best.run();
   for (const char* name : {"euler-cromer", "velocity-verlet", "implicit-midpoint", "implicit-euler",
                            "feynman-newton-printed"}) {
-    Insertion run(timed(layered_scene(), 0.4, 1e-3, 20, name));
+    Insertion run(timed(layered_scene(), 0.4, 1e-3, name, 50));
     run.run();
     CHECK_NEAR(run.tool.forces.total, best.tool.forces.total, 5e-3);
     CHECK_NEAR(run.tool.depth, best.tool.depth, 5e-5);
@@ -226,7 +235,7 @@ TEST("every scheme that may carry a tool gives the same force, to its order") {
 }
 
 TEST("in single precision a needle does what it does in double") {
-  Scene scene = timed(layered_scene(), 0.4, 1e-3, 10);
+  Scene scene = timed(layered_scene(), 0.4, 1e-3);
   Insertion exact(scene);
   scene.simulation.precision = Precision::single_precision;
   Insertion single(scene);

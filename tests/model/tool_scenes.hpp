@@ -10,19 +10,19 @@ namespace palpate {
 
 inline std::vector<Material> tool_materials() {
   return {{.name = "soft",
-           .youngs_modulus = 20e3,
+           .youngs_modulus = 100e3,
            .damping_ratio = 0.5,
-           .cutting_force = 0.4,
-           .friction = 20.0,
+           .cutting_force = 0.1,
+           .friction = 2.0,
            .role = TissueRole::tissue},
           {.name = "firm",
-           .youngs_modulus = 60e3,
+           .youngs_modulus = 200e3,
            .damping_ratio = 0.5,
-           .cutting_force = 0.6,
-           .friction = 50.0,
+           .cutting_force = 0.15,
+           .friction = 5.0,
            .role = TissueRole::tissue},
           {.name = "loose",
-           .youngs_modulus = 20e3,
+           .youngs_modulus = 50e3,
            .damping_ratio = 0.5,
            .role = TissueRole::epidural_space}};
 }
@@ -31,8 +31,8 @@ inline std::vector<Layer> tool_layers() {
   return {{"skin", "soft", 0.004}, {"ligament", "firm", 0.006}, {"epidural space", "loose", 0.006}};
 }
 
-/// 5 x 5 columns of three layers; 16 mm deep, 8 mm wide.
-inline Scene layered_scene(double spacing = 0.002) {
+/// Columns of three layers; 16 mm deep, 8 mm wide.
+inline Scene layered_scene(double spacing = 0.004) {
   Scene scene;
   scene.tissue.source = Source::layers;
   const int across = static_cast<int>(std::lround(0.008 / spacing)) + 1;
@@ -45,7 +45,7 @@ inline Scene layered_scene(double spacing = 0.002) {
 }
 
 /// Ten equal springs in a row along z, the last node fixed.
-inline Scene chain_scene(double stiffness = 2000.0, double node_mass = 2e-4) {
+inline Scene chain_scene(double stiffness = 500.0, double node_mass = 2e-4) {
   constexpr int nodes = 11;
   constexpr double spacing = 0.002;
   Scene scene;
