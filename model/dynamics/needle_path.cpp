@@ -169,7 +169,9 @@ NeedlePath NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network
     total += covered;
     depth += covered * at.z();
   }
-  if (supports.empty()) { throw std::invalid_argument("no node lies beneath the probe"); }
+  const bool free = std::ranges::any_of(
+      supports, [&](const Support& s) { return !network.is_fixed(s.node); });
+  if (!free) { throw std::invalid_argument("no free node lies beneath the probe"); }
   for (Support& s : supports) { s.weight /= total; }
   path.add_knot(depth / total, supports);
   path.intervals_ = {{.cutting_force = std::numeric_limits<double>::infinity(),

@@ -172,7 +172,13 @@ void ToolContact<Real>::solve(double tool_acceleration) noexcept {
   const bool sticks = shaft_ == ShaftMode::stick && may_hold_shaft();
   const bool stuck = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
   const double slipping = shaft_ == ShaftMode::backward ? -limit_ : limit_;
-  tip_force_ = tip_ == TipMode::cutting ? cutting_force() : tip_ == TipMode::stuck ? tip_force_ : 0.0;
+  const bool rigid = tip_ == TipMode::stuck && !stuck;  // only fixed nodes around the tip
+  if (tip_ == TipMode::cutting || (rigid && velocity_ > 0.0)) {
+    tip_force_ = cutting_force();
+  } else if (!rigid || velocity_ < 0.0) {
+    tip_force_ = 0.0;
+  }
+  contact_.tip_held = contact_.shaft_held = false;
   shaft_force_ = shaft_ == ShaftMode::stick && !sticks ? std::clamp(shaft_force_, -limit_, limit_)
                                                        : slipping;
   if (stuck && sticks) {

@@ -174,7 +174,7 @@ void ToolContact<Real>::change_tip(double t) noexcept {
       break;
     case TipMode::stuck:
       depth_ = cut_;
-      if (contact_.tip_held || contact_.tip_tip <= 0.0) { break; }
+      if (contact_.tip_held || (contact_.tip_tip <= 0.0 && velocity_ == 0.0)) { break; }
       if (tip_force_ > 0.0 || (cutting_force() == 0.0 && velocity_ > velocity_at(at_))) {
         tip_ = TipMode::cutting;
         enter(path_.interval_at(cut_), t);
