@@ -15,8 +15,10 @@ namespace palpate {
 
 namespace {
 
-/// Above this many explicit substeps a tick the implicit midpoint rule is chosen.
+/// Above this many explicit substeps a tick an implicit scheme is chosen: the midpoint rule, or with
+/// a tool implicit Euler, which damps what each change between sticking and slipping sets off.
 constexpr int most_automatic_substeps = 200;
+constexpr int most_automatic_substeps_with_tool = 25;
 
 std::string number(double value) {
   std::array<char, 32> buffer{};
@@ -48,8 +50,12 @@ void choose_integrator(const Scene& scene, StepPlan& plan) {
   }
   const double needed = substeps_for(settings.step, plan.stable_step.at("velocity-verlet"));
   const double given = settings.substeps ? *settings.substeps : needed;
-  const bool explicit_works = needed <= most_automatic_substeps && given >= needed * stability_margin;
-  plan.integrator = find_integrator(explicit_works ? "velocity-verlet" : "implicit-midpoint");
+  const bool tool = scene.needle || scene.probe;
+  const int most = tool ? most_automatic_substeps_with_tool : most_automatic_substeps;
+  const bool explicit_works = needed <= most && given >= needed * stability_margin;
+  plan.integrator = find_integrator(explicit_works ? "velocity-verlet"
+                                    : tool         ? "implicit-euler"
+                                                   : "implicit-midpoint");
   plan.integrator_reason =
       explicit_works
           ? "second order, explicit, stable with " + number(needed) + " substeps a tick"
