@@ -13,6 +13,7 @@
 namespace palpate {
 
 struct CaseContext;
+struct Insertion;
 
 /// A sampled motion of the coordinates of a problem (free nodes, three each, in node order).
 struct Motion {
@@ -33,6 +34,7 @@ struct Mutation {
   std::string name{};
   std::function<void(Scene&, SpringNetwork&)> model{};  ///< before the run; network may be empty
   std::function<void(Motion&)> motion{};                ///< after it
+  std::function<void(Insertion&)> insertion{};          ///< after that of a tool
   bool step_twice = false;                              ///< every step taken with twice its length
 };
 

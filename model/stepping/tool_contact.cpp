@@ -266,6 +266,9 @@ void ToolContact<Real>::apply(double t, const Vector<Real>& q, const Vector<Real
   forces_.total = forces_.cutting + forces_.friction + forces_.stiffness;
   forces_.applied = is_coordinate() ? hand : forces_.total;
   forces_.lateral = sideways_.norm();
+  hand_power_end_ = forces_.applied * velocity_;
+  if (first_evaluation_) { hand_power_begin_ = hand_power_end_; }
+  first_evaluation_ = false;
   sideways_.setZero();
 }
 

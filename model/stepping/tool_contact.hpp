@@ -159,6 +159,9 @@ class ToolContact {
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;
   Eigen::Vector2d losing_begin_{0.0, 0.0};
+  bool first_evaluation_ = false;
+  double hand_power_begin_ = 0.0;
+  double hand_power_end_ = 0.0;
 
   Eigen::Vector3d sideways_{0.0, 0.0, 0.0};  ///< of the tissue on the needle [N]
   ToolForces forces_{};

@@ -34,6 +34,9 @@ struct ToolLosses {
   double friction = 0.0;
   double impact = 0.0;  ///< plastic impacts where contacts begin or the drive jumps
   double jerk = 0.0;    ///< work of the hand in such impacts
+  double impulse = 0.0; ///< momentum along the tool that impacts gave the tissue [N s]
+  double hand = 0.0;    ///< its other work: trapezoids over each step, from its first and last
+                        ///< evaluation, so for schemes that evaluate at both ends
 };
 
 /// As in traces: "contact", "puncture", "loss-of-resistance", "bone", "dural-puncture", "withdrawn".

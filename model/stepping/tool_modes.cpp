@@ -57,6 +57,7 @@ void ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool 
   step_begin_ = t;
   predict_ = predict;
   depth_begin_ = depth_;
+  first_evaluation_ = true;
   if (is_coordinate()) { return; }
   const double from = std::min(trajectory_.place(t), path_.bone());
   const double to = std::min(trajectory_.place(t + h), path_.bone());
@@ -93,6 +94,7 @@ void ToolContact<Real>::end_step(double t, State<Real>& state) noexcept {
     if (contact_.shaft_held) { take_shaft(shaft_force_); }
   }
   place_tool(t, state.position, state.velocity);
+  losses_.hand += 0.5 * (t - step_begin_) * (hand_power_begin_ + hand_power_end_);
   const bool tip_held = contact_.tip_held;
   const bool shaft_held = contact_.shaft_held;
   if (in_tissue()) {
@@ -184,7 +186,7 @@ void ToolContact<Real>::change_tip(double t) noexcept {
       break;
     case TipMode::cutting: {
       const std::size_t before = path_.interval_at(cut_);
-      cut_ = depth_ = std::max(here, cut_);
+      cut_ = depth_ = std::max(here, skin);  // a step may end a little behind the deepest point
       const std::size_t after = path_.interval_at(cut_);
       const auto& intervals = path_.intervals();
       if (after > before) {
@@ -258,6 +260,7 @@ void ToolContact<Real>::match_velocities(State<Real>& state) noexcept {
   }
   const Eigen::Vector2d impulse = answer(tip, shaft, contact_.tip_held, contact_.shaft_held);
   losses_.impact += 0.5 * (impulse.x() * tip + impulse.y() * shaft);
+  losses_.impulse += impulse.sum();
   if (!is_coordinate()) { losses_.jerk += impulse.sum() * velocity_; }
   for (std::size_t k = 0; k < knots_.size(); ++k) {
     Knot& knot = knots_[k];
