@@ -155,6 +155,9 @@ struct Record {
 
 struct Output {
   int frames = 60;  ///< snapshots of all nodes kept, evenly spaced over the ticks; 0: none
+  /// With a tool: what dampers take is summed up in every step, which costs two passes over the
+  /// springs. Not a key of scene files.
+  bool audit = false;
 };
 
 struct Scene {

@@ -179,12 +179,10 @@ class Simulation::CoreOf final : public Simulation::Core {
   ToolReport tool() noexcept override {
     if (contact_ == nullptr) { return {}; }
     measure_tool();
-    network_->damping(state_.position, velocity_, scratch_);
-    const double power = -static_cast<double>(scratch_.head(network_->dof())
-                                                  .dot(velocity_.head(network_->dof())));
+    ToolLosses losses = contact_->losses();
+    losses.damping = damped_;
     return {contact_->place(), contact_->velocity(), contact_->depth(),  contact_->cut(),
-            contact_->slip(),  contact_->mass(),     contact_->forces(), contact_->losses(),
-            std::abs(power)};
+            contact_->slip(),  contact_->mass(),     contact_->forces(), losses};
   }
   [[nodiscard]] int zero_length_springs() const noexcept override {
     return network_ != nullptr ? network_->zero_length_springs(state_.position) : 0;
@@ -211,6 +209,7 @@ class Simulation::CoreOf final : public Simulation::Core {
     with_tool_ = std::make_unique<ToolSystem<Real>>(*network_, *contact_);
     if (scene.syringe) { syringe_.emplace(*scene.syringe); }
     scratch_.setZero(with_tool_->dof());
+    audit_ = scene.output.audit;
     const auto add = [this](const char* name, const char* unit) { columns.push_back({name, unit, {}}); };
     add("tool.depth_m", "m");
     for (const char* name : {"tool.force_n", "tool.cutting_n", "tool.friction_n",
@@ -241,11 +240,19 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
   void step_with_tool(double t) noexcept {
     contact_->begin_step(t, plan.h, state_, plan.integrator->implicit);
+    const double before = audit_ ? damping_power() : 0.0;
     integrator_->step(*with_tool_, state_, t, plan.h);
+    if (audit_) { damped_ += 0.5 * plan.h * (before + damping_power()); }
     contact_->end_step(t + plan.h, state_);
     if (syringe_) {
       syringe_->advance(plan.h, contact_->in_tissue(), contact_->interval().role);
     }
+  }
+  /// What the tissue's dampers take now [W].
+  double damping_power() noexcept {
+    network_->damping(state_.position, state_.velocity, scratch_);
+    const Eigen::Index n = network_->dof();
+    return std::abs(static_cast<double>(scratch_.head(n).dot(state_.velocity.head(n))));
   }
   /// Forces at the present state, not at the last stage of a step.
   void measure_tool() noexcept {
@@ -259,6 +266,8 @@ class Simulation::CoreOf final : public Simulation::Core {
   std::unique_ptr<ToolSystem<Real>> with_tool_;
   std::optional<SyringePressure> syringe_;
   Vector<Real> scratch_;
+  bool audit_ = false;
+  double damped_ = 0.0;  ///< [J]
   NetworkSystem<Real>* network_ = nullptr;
   OscillatorSystem<Real>* oscillator_ = nullptr;
   std::unique_ptr<Integrator<Real>> integrator_;

@@ -25,7 +25,6 @@ struct ToolReport {
   double mass = 0.0;        ///< [kg]; zero under a prescribed trajectory
   ToolForces forces{};
   ToolLosses losses{};
-  double damping_power = 0.0;  ///< of the tissue's dampers [W]
 };
 
 class Simulation {

@@ -32,6 +32,7 @@ struct ToolHappening {
 struct ToolLosses {
   double cutting = 0.0;
   double friction = 0.0;
+  double damping = 0.0; ///< of the tissue; only where the scene asks for an audit
   double impact = 0.0;  ///< plastic impacts where contacts begin or the drive jumps
   double jerk = 0.0;    ///< work of the hand in such impacts
   double impulse = 0.0; ///< momentum along the tool that impacts gave the tissue [N s]

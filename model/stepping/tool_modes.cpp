@@ -71,6 +71,7 @@ void ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool 
     contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
     contact_.shaft_held = shaft_ == ShaftMode::stick && may_hold_shaft();
     match_velocities(state);
+    losing_begin_ = losing();
   }
 }
 

@@ -86,15 +86,14 @@ void measure_energy(const CaseContext& context, Outcome& outcome) {
   scene.drive->withdraw_speed = 0.04;
   scene.simulation = {.duration = context.quick ? 0.4 : 1.9, .step = h, .substeps = 1,
                       .integrator = "rk4"};
+  scene.output.audit = true;
   const Insertion run = insert_tool(context, scene, {.every = 1});
-  double damped = 0.0;
   double worst = 0.0;
   std::vector<double> time, hand, stored, lost;
   for (std::size_t n = 1; n < run.tool.size(); ++n) {
-    damped += 0.5 * h * (run.tool[n - 1].damping_power + run.tool[n].damping_power);
     const ToolLosses& l = run.tool[n].losses;
     const double work = l.hand + l.jerk;
-    const double gone = damped + l.cutting + l.friction + l.impact;
+    const double gone = l.damping + l.cutting + l.friction + l.impact;
     worst = worse(worst, work - (run.energy[n] - run.energy[0]) - gone);
     if (n % 2000 == 0) {
       time.push_back(run.time[n]);
@@ -116,7 +115,7 @@ void measure_energy(const CaseContext& context, Outcome& outcome) {
                             .columns = {"to", "energy (mJ)"},
                             .rows = {{std::string("cutting"), 1e3 * l.cutting},
                                      {std::string("friction"), 1e3 * l.friction},
-                                     {std::string("dampers"), 1e3 * damped},
+                                     {std::string("dampers"), 1e3 * l.damping},
                                      {std::string("impacts"), 1e3 * l.impact},
                                      {std::string("stored and moving"), 1e3 * run.energy.back()}}});
   Figure figure{.id = "energy",
