@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <span>
 
 #include "model/dynamics/network_builder.hpp"
+#include "model/dynamics/rules.hpp"
+#include "model/dynamics/tool_check.hpp"
 
 namespace palpate {
 
@@ -15,18 +16,7 @@ namespace {
 
 constexpr double most_nodes = 5e7;
 
-std::string text(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%g", value);
-  return buffer.data();
-}
-
-std::string at(std::string_view table, std::size_t index, std::string_view key) {
-  return std::string(table) + "[" + std::to_string(index) + "]." + std::string(key);
-}
-
-/// Collects violations; every rule reads as "this must hold, else say so".
-class Checker {
+class Checker : private Rules {
  public:
   explicit Checker(const Scene& scene) : scene_(scene) {}
 
@@ -36,23 +26,13 @@ class Checker {
     check_source();
     check_loads();
     check_records();
+    check_tool(scene_, *this);
     must(scene_.output.frames >= 0, "output.frames",
          std::to_string(scene_.output.frames) + "; must be 0 or more");
-    return std::move(violations_);
+    return take();
   }
 
  private:
-  void must(bool holds, std::string key, std::string message) {
-    if (!holds) { violations_.push_back({std::move(key), std::move(message)}); }
-  }
-  void positive(double value, std::string key, std::string_view unit) {
-    must(std::isfinite(value) && value > 0.0, std::move(key),
-         text(value) + " " + std::string(unit) + "; must be > 0");
-  }
-  void non_negative(double value, std::string key, std::string_view unit) {
-    must(std::isfinite(value) && value >= 0.0, std::move(key),
-         text(value) + " " + std::string(unit) + "; must be >= 0");
-  }
   void known_material(const std::string& name, std::string key) {
     std::string known;
     for (const Material& material : scene_.materials) {
@@ -68,7 +48,7 @@ class Checker {
     positive(s.step, "simulation.step", "s");
     must(!s.substeps || *s.substeps >= 1, "simulation.substeps", "must be \"auto\" or 1 or more");
     const double ticks = s.duration / s.step;
-    must(!(ticks > 1e9), "simulation.duration", text(ticks) + " ticks; at most 1e9");
+    must(!(ticks > 1e9), "simulation.duration", number_in_words(ticks) + " ticks; at most 1e9");
     must(!(ticks < 1.0 - 1e-9), "simulation.duration", "shorter than one step; at least one step");
     must(scene_.tissue.source != Source::oscillator || !s.printed.any() ||
              (!s.printed.direction && !s.printed.sign && !s.printed.reversed &&
@@ -99,6 +79,7 @@ class Checker {
       case Source::network: check_network(tissue.network); break;
       case Source::oscillator: check_oscillator(tissue.oscillator); break;
     }
+    if (tissue.source != Source::layers) { check_layers_of_needle(); }
     for (std::size_t n = 0; n < tissue.inclusions.size(); ++n) {
       const Inclusion& body = tissue.inclusions[n];
       known_material(body.material, at("inclusion", n, "material"));
@@ -119,7 +100,7 @@ class Checker {
       must(count >= 2, key, std::to_string(count) + "; must be 2 or more");
       total *= count;
     }
-    must(!(total > most_nodes), key, text(total) + " nodes; at most 5e7");
+    must(!(total > most_nodes), key, number_in_words(total) + " nodes; at most 5e7");
   }
 
   void check_lattice(const Lattice& lattice) {
@@ -135,20 +116,39 @@ class Checker {
     positive(lattice.node_mass, "tissue.lattice.node_mass", "kg");
   }
 
+  /// Returns their depth in all [m].
+  double check_each_layer(const std::vector<Layer>& layers) {
+    double depth = 0.0;
+    for (std::size_t n = 0; n < layers.size(); ++n) {
+      positive(layers[n].thickness, at("layer", n, "thickness"), "m");
+      known_material(layers[n].material, at("layer", n, "material"));
+      depth += layers[n].thickness;
+    }
+    return depth;
+  }
+
+  /// Layers beside another source tell a needle what it meets, where nothing else does.
+  void check_layers_of_needle() {
+    const std::vector<Layer>& layers = scene_.tissue.layers;
+    const bool needed = needs_layers_for_needle(scene_);
+    must(!needed || !layers.empty(), "layer",
+         "no [[layer]]; a needle in a tissue without materials needs at least one");
+    must(needed || layers.empty(), "layer",
+         "given; must be left out, unless source = \"layers\" or a needle is in a tissue without "
+         "materials");
+    if (needed) { check_each_layer(layers); }
+  }
+
   void check_layers(const Tissue& tissue) {
     check_node_counts(tissue.block.nodes, "tissue.layers.nodes");
     positive(tissue.block.spacing, "tissue.layers.spacing", "m");
     check_connectivity(tissue.block.connectivity, "tissue.layers.connectivity");
     must(!tissue.layers.empty(), "layer", "no [[layer]]; source \"layers\" needs at least one");
-    double depth = 0.0;
-    for (std::size_t n = 0; n < tissue.layers.size(); ++n) {
-      positive(tissue.layers[n].thickness, at("layer", n, "thickness"), "m");
-      known_material(tissue.layers[n].material, at("layer", n, "material"));
-      depth += tissue.layers[n].thickness;
-    }
+    const double depth = check_each_layer(tissue.layers);
     const double planes = std::round(depth / tissue.block.spacing) + 1.0;
     const double nodes = planes * tissue.block.nodes[0] * tissue.block.nodes[1];
-    must(!(nodes > most_nodes), "tissue.layers.spacing", text(nodes) + " nodes; at most 5e7");
+    must(!(nodes > most_nodes), "tissue.layers.spacing",
+         number_in_words(nodes) + " nodes; at most 5e7");
   }
 
   void check_network(const SpringNetwork& network) {
@@ -167,7 +167,8 @@ class Checker {
     for (Eigen::Index i = 0; i < network.node_count(); ++i) {
       if (!network.is_fixed(static_cast<int>(i)) && !(network.mass(i) > 0.0)) {
         must(false, "tissue.network.nodes",
-             "mass " + text(network.mass(i)) + " kg of node " + std::to_string(i) + "; must be > 0");
+             "mass " + number_in_words(network.mass(i)) + " kg of node " + std::to_string(i) +
+                 "; must be > 0");
         return;
       }
     }
@@ -184,7 +185,7 @@ class Checker {
   /// Number of nodes that indices may refer to; negative: not known because of earlier violations.
   [[nodiscard]] Eigen::Index node_count() const {
     const Tissue& tissue = scene_.tissue;
-    if (!violations_.empty()) { return -1; }
+    if (!none_broken()) { return -1; }
     switch (tissue.source) {
       case Source::lattice:
         return static_cast<Eigen::Index>(tissue.lattice.nodes[0]) * tissue.lattice.nodes[1] *
@@ -211,7 +212,8 @@ class Checker {
       must(load.force.allFinite(), at("load", n, "force"), "not finite; three finite numbers");
       non_negative(load.start, at("load", n, "start"), "s");
       must(load.end > load.start, at("load", n, "end"),
-           text(load.end) + " s; must be after start = " + text(load.start) + " s");
+           number_in_words(load.end) + " s; must be after start = " +
+               number_in_words(load.start) + " s");
       must(load.profile == Profile::constant || std::isfinite(load.end), at("load", n, "end"),
            "left out; profiles \"ramp\" and \"half-sine\" need an end");
     }
@@ -233,7 +235,6 @@ class Checker {
   }
 
   const Scene& scene_;
-  std::vector<Violation> violations_;
 };
 
 }  // namespace

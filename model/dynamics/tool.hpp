@@ -49,7 +49,7 @@ struct Drive {
   double hand_viscosity = 50.0;    ///< [N s/m] of the hand, against the tool's velocity
 };
 
-/// Fluid column between thumb and needle tip (model/EQUATIONS.md, "Syringe"). The defaults are saline.
+/// Fluid between thumb and needle tip (model/EQUATIONS.md, "Syringe"); saline by default.
 struct Syringe {
   double plunger_area = 1.767e-4;       ///< [m^2]
   double compliance = 2.0e-12;          ///< C [m^3/Pa] of the wall and any air

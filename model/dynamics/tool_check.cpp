@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "model/dynamics/tool_check.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace palpate {
+
+namespace {
+
+constexpr double most_pauses = 1e6;
+constexpr double rounding = 1e-9;  // of numbers that a person writes
+
+template <class Vector>
+std::string list_of(const Vector& values) {
+  std::string text;
+  for (const double value : values) {
+    text.append(text.empty() ? "[" : ", ").append(number_in_words(value));
+  }
+  return text + "]";
+}
+
+/// Half the edges of the skin; nothing for a tissue of no known shape.
+std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
+  const Lattice& lattice = tissue.lattice;
+  const LayerBlock& block = tissue.block;
+  if (tissue.source == Source::lattice) {
+    return 0.5 * lattice.spacing * Eigen::Vector2d(lattice.nodes[0] - 1, lattice.nodes[1] - 1);
+  }
+  if (tissue.source == Source::layers) {
+    return 0.5 * block.spacing * Eigen::Vector2d(block.nodes[0] - 1, block.nodes[1] - 1);
+  }
+  return {};
+}
+
+/// A place of the tool on the skin, with what of the tool lies around it.
+void check_entry(const Tissue& tissue, const Eigen::Vector2d& entry,
+                 const Eigen::Vector2d& half_size, const std::string& key, Rules& rules) {
+  if (!entry.allFinite()) { return rules.must(false, key, "not finite; two finite numbers"); }
+  const std::optional<Eigen::Vector2d> half = half_skin(tissue);
+  if (!half) { return; }
+  const Eigen::Vector2d reach = entry.cwiseAbs() + half_size;
+  const bool inside = (reach - *half).maxCoeff() <= rounding * half->maxCoeff();
+  const std::string what = half_size.isZero() ? "must be" : "all of its size must be";
+  rules.must(inside, key,
+             list_of(entry) + " m; " + what + " on the skin, |x| <= " + number_in_words(half->x()) +
+                 " and |y| <= " + number_in_words(half->y()));
+}
+
+void check_needle(const Scene& scene, const Needle& needle, Rules& rules) {
+  rules.positive(needle.diameter, "needle.diameter", "m");
+  rules.positive(needle.mass, "needle.mass", "kg");
+  check_entry(scene.tissue, needle.entry, Eigen::Vector2d::Zero(), "needle.entry", rules);
+  const double length = needle.direction.norm();
+  const bool has_length = std::isfinite(length) && length >= 1e-100;
+  rules.must(has_length, "needle.direction",
+             list_of(needle.direction) + "; must have a length from 1e-100 to 1e100");
+  rules.must(!has_length || needle.direction.z() >= (0.5 - rounding) * length, "needle.direction",
+             list_of(needle.direction) + "; must be within 60 degrees of [0, 0, 1]");
+}
+
+void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
+  rules.positive(probe.mass, "probe.mass", "kg");
+  const bool sized = probe.size.allFinite() && probe.size.minCoeff() > 0.0;
+  rules.must(sized, "probe.size", list_of(probe.size) + " m; must be > 0");
+  rules.must(probe.shape == Probe::Shape::ultrasound || probe.size.x() == probe.size.y(),
+             "probe.size", list_of(probe.size) + " m; must be one diameter for a fingertip");
+  if (sized) { check_entry(scene.tissue, probe.entry, 0.5 * probe.size, "probe.entry", rules); }
+}
+
+/// Pauses that an intermittent drive would make in the whole duration, at most.
+double pauses(const Drive& drive, double duration) {
+  if (drive.kind == Drive::Kind::force) { return duration / (drive.push + drive.pause); }
+  const double in_time = duration / (drive.advance / drive.speed + drive.pause);
+  return drive.depth ? std::min(in_time, (*drive.depth - drive.from) / drive.advance) : in_time;
+}
+
+void check_drive(const Drive& drive, double duration, Rules& rules) {
+  rules.non_negative(drive.start, "drive.start", "s");
+  rules.must(
+      std::isfinite(drive.from) && drive.from <= 0.0, "drive.from",
+      number_in_words(drive.from) + " m; must be <= 0, as the tip starts outside the tissue");
+  rules.positive(drive.speed, "drive.speed", "m/s");
+  rules.positive(drive.advance, "drive.advance", "m");
+  rules.non_negative(drive.pause, "drive.pause", "s");
+  rules.must(!drive.depth || (std::isfinite(*drive.depth) && *drive.depth > drive.from),
+             "drive.depth",
+             number_in_words(drive.depth.value_or(0.0)) +
+                 " m; must be > from = " + number_in_words(drive.from) + " m");
+  rules.non_negative(drive.hold, "drive.hold", "s");
+  rules.non_negative(drive.withdraw_speed, "drive.withdraw_speed", "m/s");
+  rules.positive(drive.grip_stiffness, "drive.grip_stiffness", "N/m");
+  rules.positive(drive.force, "drive.force", "N");
+  rules.non_negative(drive.rise, "drive.rise", "s");
+  rules.positive(drive.push, "drive.push", "s");
+  rules.non_negative(drive.withdraw_force, "drive.withdraw_force", "N");
+  rules.non_negative(drive.hand_viscosity, "drive.hand_viscosity", "N s/m");
+  if (drive.technique != Drive::Technique::intermittent) { return; }
+  const double count = pauses(drive, duration);
+  rules.must(!(count > most_pauses), "drive.technique",
+             number_in_words(count) + " pauses in the duration; must be at most 1e6");
+}
+
+void check_syringe(const Syringe& syringe, Rules& rules) {
+  rules.positive(syringe.plunger_area, "syringe.plunger_area", "m^2");
+  rules.positive(syringe.compliance, "syringe.compliance", "m^3/Pa");
+  rules.non_negative(syringe.thumb_force, "syringe.thumb_force", "N");
+  rules.non_negative(syringe.thumb_flow, "syringe.thumb_flow", "m^3/s");
+  rules.positive(syringe.tissue_resistance, "syringe.tissue_resistance", "Pa s/m^3");
+  rules.positive(syringe.epidural_resistance, "syringe.epidural_resistance", "Pa s/m^3");
+  rules.positive(syringe.open_resistance, "syringe.open_resistance", "Pa s/m^3");
+}
+
+/// The impulses of a contact need positions and velocities of the same instant.
+void check_stepping(const SimulationSettings& simulation, Rules& rules) {
+  const std::string& name = simulation.integrator;
+  rules.must(name != "leapfrog" && name != "feynman-newton" && name != "feynman-newton-printed",
+             "simulation.integrator",
+             "\"" + name +
+                 "\" keeps velocities of half steps; with a tool must be \"auto\", "
+                 "\"euler\", \"euler-cromer\", \"velocity-verlet\", \"rk4\", \"implicit-euler\" or "
+                 "\"implicit-midpoint\"");
+  rules.must(!simulation.printed.no_time_step, "simulation.printed.no_time_step",
+             "on; must be false with a tool, whose speed is in metres a second");
+  rules.must(!simulation.printed.lagged_velocity, "simulation.printed.lagged_velocity",
+             "on; must be false with a tool, whose contacts change velocities at once");
+}
+
+void check_company(const Scene& scene, Rules& rules) {
+  const bool tool = scene.needle || scene.probe;
+  const bool oscillator = scene.tissue.source == Source::oscillator;
+  rules.must(!scene.needle || !scene.probe, "probe",
+             "given beside [needle]; only one of them may be");
+  rules.must(!oscillator || !tool, scene.needle ? "needle" : "probe",
+             "given; must be left out with source = \"oscillator\", which has no skin");
+  rules.must(!scene.drive || tool, "drive",
+             "given without a tool; must be left out, or [needle] or [probe] added");
+  rules.must(!scene.syringe || scene.needle, "syringe",
+             "given without [needle]; must be left out, or [needle] added");
+}
+
+}  // namespace
+
+bool needs_layers_for_needle(const Scene& scene) {
+  const Tissue& tissue = scene.tissue;
+  return scene.needle &&
+         (tissue.source == Source::network ||
+          (tissue.source == Source::lattice && tissue.lattice.weights == LatticeWeights::uniform));
+}
+
+void check_tool(const Scene& scene, Rules& rules) {
+  check_company(scene, rules);
+  if (scene.needle) { check_needle(scene, *scene.needle, rules); }
+  if (scene.probe) { check_probe(scene, *scene.probe, rules); }
+  if (scene.drive) { check_drive(*scene.drive, scene.simulation.duration, rules); }
+  if (scene.syringe) { check_syringe(*scene.syringe, rules); }
+  if (scene.needle || scene.probe) { check_stepping(scene.simulation, rules); }
+}
+
+}  // namespace palpate
