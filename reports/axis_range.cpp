@@ -107,6 +107,13 @@ Range y_range(const Figure& figure) {
   return finish(range, figure.y, figure.heat_map.has_value());
 }
 
+double axis_share(const Axis& axis, const Range& range, double value) {
+  // Either may run downwards.
+  const double span = axis.logarithmic ? std::log(range.high / range.low) : range.high - range.low;
+  const double along = axis.logarithmic ? std::log(value / range.low) : value - range.low;
+  return span == 0.0 ? 0.5 + 0.0 * along : along / span;
+}
+
 std::vector<Tick> logarithmic_ticks(const Range& range) {
   const auto first = static_cast<int>(std::ceil(std::log10(range.low) - 1e-9));
   const auto last = static_cast<int>(std::floor(std::log10(range.high) + 1e-9));

@@ -18,6 +18,9 @@ struct Range {
 Range x_range(const Figure& figure);
 Range y_range(const Figure& figure);
 
+/// How far along the axis a value lies, 0 to 1; not finite where the axis has no place for it.
+double axis_share(const Axis& axis, const Range& range, double value);
+
 struct Tick {
   double value = 0.0;
   std::string label{};  ///< gnuplot's enhanced text; empty: a minor tick

@@ -71,6 +71,11 @@ Figure in_field_units(Figure figure) {
     scale(series.y, y.factor);
     scale(series.y2, y.factor);
   }
+  for (Zone& zone : figure.zones) {
+    zone.begin *= x.factor;
+    zone.end *= x.factor;
+  }
+  for (Mark& mark : figure.marks) { mark.x *= x.factor; }
   if (figure.heat_map) {
     scale(figure.heat_map->x, x.factor);
     scale(figure.heat_map->y, y.factor);

@@ -11,7 +11,7 @@ namespace palpate {
 /// Name of a case's file inside traces/.
 std::string trace_file_name(const std::string& case_name);
 
-/// Groups inside the file: "/figures/error-over-step/series_0" holds x, y and for a band y2.
+/// Groups inside the file: "/figures/error-over-step/series_0" holds x, y and for a band or an area y2.
 std::string series_group(const Figure& figure, std::size_t index);
 /// Holds x, y and the row-major z.
 std::string heat_map_group(const Figure& figure);

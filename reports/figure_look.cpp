@@ -31,14 +31,16 @@ std::vector<Look> looks_of(const Figure& figure) {
     Look look{.colour = turn % series_colours, .shape = static_cast<Shape>(turn % shape_count)};
     // Ink first, then the colours that neither palette contains.
     if (figure.heat_map) { look.colour = turn == 0 ? ink_colour : (turn + 2) % series_colours; }
-    look.line = style != Style::points && style != Style::band;
+    look.line = style != Style::points && !figure.series[n].filled();
     look.points = is_marked(style);
-    look.band = style == Style::band;
+    look.opacity = style == Style::band ? 0.22 : style == Style::area ? 0.5 : 0.0;
     look.dash = style == Style::dashed ? 1 : turn >= series_colours ? 2 : 0;
     looks.push_back(look);
   }
   return looks;
 }
+
+Shape shape_of_mark(std::size_t kind) { return static_cast<Shape>(kind % shape_count); }
 
 std::string without_unit_one(const std::string& label) {
   constexpr std::string_view one = " (1)";

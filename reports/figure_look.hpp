@@ -20,13 +20,16 @@ struct Look {
   Shape shape = Shape::disc;
   bool line = true;
   bool points = false;
-  bool band = false;
+  double opacity = 0.0;  ///< of what is filled; 0: nothing is
   int dash = 0;  ///< 0 solid, 1 dashed, 2 dots and dashes: the colours come round again
 };
 
 /// One per series. Where points and dashed lines alternate through the whole figure, each dashed
 /// line takes the colour of the points before it. On a heat map the first series is drawn in ink.
 std::vector<Look> looks_of(const Figure& figure);
+
+/// Sign of the n-th kind of mark; after six the shapes come round again.
+Shape shape_of_mark(std::size_t kind);
 
 /// An axis label or column title as people read it: without the unit of pure numbers, " (1)".
 std::string without_unit_one(const std::string& label);

@@ -11,6 +11,7 @@
 #include "reports/figure_look.hpp"
 #include "reports/gnuplot_script.hpp"
 #include "reports/gnuplot_svg.hpp"
+#include "reports/gnuplot_zones.hpp"
 #include "reports/markup.hpp"
 #include "reports/svg_path.hpp"
 
@@ -65,8 +66,9 @@ void run_gnuplot(const std::filesystem::path& folder) {
 std::string sample(const Look& look) {
   const std::string colour = look.colour == ink_colour ? "k" : "s" + std::to_string(look.colour);
   std::string svg = "<svg class=\"sample\" viewBox=\"0 0 28 12\" aria-hidden=\"true\">";
-  if (look.band) {
-    svg += "<path class=\"f " + colour + "\" opacity=\".3\" d=\"M1 1h26v10h-26z\"/>";
+  if (look.opacity > 0.0) {
+    svg += "<path class=\"f " + colour + "\" opacity=\"" + svg_number(look.opacity + 0.08) +
+           "\" d=\"M1 1h26v10h-26z\"/>";
   }
   if (look.line) {
     const char* dashes[] = {"", " stroke-dasharray=\"6 3.5\"", " stroke-dasharray=\"7 3 1.5 3\""};
@@ -80,6 +82,16 @@ std::string sample(const Look& look) {
     svg += "<path " + marker_attributes(look.shape, colour, r) + " d=\"" + path.data() + "\"/>";
   }
   return svg + "</svg>";
+}
+
+/// Line and sign of a kind of mark.
+std::string sample(Shape shape) {
+  constexpr double r = 3.0;
+  SvgPath path;
+  path.marker(shape, 14.0, 3.5, r);
+  return "<svg class=\"sample\" viewBox=\"0 0 28 12\" aria-hidden=\"true\">"
+         "<path class=\"l n\" stroke-width=\".9\" stroke-dasharray=\"1.5 1.5\" d=\"M14 6v6\"/>"
+         "<path " + marker_attributes(shape, "n", r) + " d=\"" + path.data() + "\"/></svg>";
 }
 
 }  // namespace
@@ -108,6 +120,10 @@ std::string html_legend(const Figure& figure) {
   for (std::size_t n = 0; n < figure.series.size(); ++n) {
     if (figure.series[n].label.empty()) { continue; }
     items += "<li>" + sample(looks[n]) + escape_markup(figure.series[n].label) + "</li>";
+  }
+  const std::vector<std::string> kinds = mark_labels(figure);
+  for (std::size_t n = 0; n < kinds.size(); ++n) {
+    items += "<li>" + sample(shape_of_mark(n)) + escape_markup(kinds[n]) + "</li>";
   }
   return items.empty() ? items : "<ul class=\"legend\">" + items + "</ul>";
 }

@@ -9,6 +9,8 @@
 #include "reports/axis_range.hpp"
 #include "reports/field_units.hpp"
 #include "reports/figure_look.hpp"
+#include "reports/gnuplot_text.hpp"
+#include "reports/gnuplot_zones.hpp"
 #include "reports/markup.hpp"
 #include "reports/thinning.hpp"
 
@@ -16,27 +18,14 @@ namespace palpate {
 
 namespace {
 
-constexpr int width = 480;
 constexpr double plot_width = 400.0;  // less margins; thinning needs no more than about right
 constexpr double plot_height = 240.0;
 constexpr std::size_t most_markers = 60;
 
-std::string lc(int blue) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), " lc rgb \"#%02x%02x%02x\"", StandIn::red,
-                StandIn::green, blue);
-  return buffer.data();
-}
+std::string lc(int stand_in) { return colour(stand_in); }
 
 std::string lc(const Look& look) {
   return lc(look.colour == ink_colour ? StandIn::ink : StandIn::first_series + look.colour);
-}
-
-/// Single-quoted; gnuplot doubles a quote inside, and a line break would end the command.
-std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) { out += c == '\'' ? "''" : std::string(1, c == '\n' ? ' ' : c); }
-  return out + "'";
 }
 
 void add_row(std::string& block, std::initializer_list<double> values) {
@@ -48,17 +37,9 @@ void add_row(std::string& block, std::initializer_list<double> values) {
   block += '\n';
 }
 
-/// Fraction of the axis; not finite where the axis has no place for the value.
-double place(const Axis& axis, const Range& range, double value) {
-  // Either may run downwards.
-  const double span = axis.logarithmic ? std::log(range.high / range.low) : range.high - range.low;
-  const double along = axis.logarithmic ? std::log(value / range.low) : value - range.low;
-  return span == 0.0 ? 0.5 + 0.0 * along : along / span;
-}
-
 Projection projection(const Figure& figure) {
   return [&figure, x = x_range(figure), y = y_range(figure)](double a, double b) {
-    return Pixel{plot_width * place(figure.x, x, a), plot_height * place(figure.y, y, b)};
+    return Pixel{plot_width * axis_share(figure.x, x, a), plot_height * axis_share(figure.y, y, b)};
   };
 }
 
@@ -70,7 +51,7 @@ std::string data_block(const Figure& figure, std::size_t index) {
     const Pixel at = project(series.x[n], series.y[n]);
     if (!std::isfinite(at.x) || !std::isfinite(at.y)) {
       block += "\n";  // a gap in the line
-    } else if (series.style == Series::Style::band) {
+    } else if (series.filled()) {
       add_row(block, {series.x[n], series.y[n], series.y2[n]});
     } else {
       add_row(block, {series.x[n], series.y[n]});
@@ -79,14 +60,12 @@ std::string data_block(const Figure& figure, std::size_t index) {
   return block + "EOD\n";
 }
 
-int point_type(Shape shape) {
-  constexpr std::array<int, shape_count> types{7, 5, 9, 13, 6, 4};
-  return types.at(static_cast<std::size_t>(shape));
-}
-
 /// `halo` widens the drawing so that it shows as a rim behind the series.
 std::string style_of(const Look& look, std::size_t samples, const std::string& colour, bool halo) {
-  if (look.band) { return " with filledcurves fs transparent solid 0.22 noborder" + colour; }
+  if (look.opacity > 0.0) {
+    return " with filledcurves fs transparent solid " + plain_number(look.opacity) + " noborder" +
+           colour;
+  }
   const std::string lines = halo ? " lw 4.2" : " lw 1.7";
   const std::string points =
       std::string(halo ? " ps 0.85" : " ps 0.55") + " pt " + std::to_string(point_type(look.shape));
@@ -99,11 +78,11 @@ std::string style_of(const Look& look, std::size_t samples, const std::string& c
   return look.line ? " with lines" + lines + dash + colour : " with points" + points + colour;
 }
 
-std::string axis_commands(const char* name, const Axis& axis, const Range& range) {
+/// `fixed`: the axis ends with its range, not at the next tick.
+std::string axis_commands(const char* name, const Axis& axis, const Range& range, bool fixed) {
   const std::string n(name);
   std::string text = "set " + n + "label " + quoted(without_unit_one(axis.label)) + " noenhanced\n";
   if (range.empty) { return text; }
-  const bool fixed = axis.logarithmic || axis.minimum || axis.maximum;
   if (fixed && range.low != range.high) {
     text +=
         "set " + n + "range [" + exact_number(range.low) + ":" + exact_number(range.high) + "]\n";
@@ -164,7 +143,10 @@ std::string heat_map_commands(const Figure& figure, const Range& x, const Range&
          "unset grid\nset border 15 front\nset tics front\nset colorbox noborder\n";
 }
 
+bool has_limits(const Axis& axis) { return axis.logarithmic || axis.minimum || axis.maximum; }
+
 int height(const Figure& figure, const Range& x, const Range& y) {
+  if (is_annotated(figure)) { return annotated_height(figure); }
   if (!figure.square || x.empty || y.empty || x.high == x.low) { return 300; }
   const double ratio = std::abs((y.high - y.low) / (x.high - x.low));
   return static_cast<int>(std::clamp(60.0 + plot_width * ratio, 220.0, 480.0));
@@ -172,7 +154,7 @@ int height(const Figure& figure, const Range& x, const Range& y) {
 
 std::string layout_commands(const Figure& figure, int tall) {
   std::string text = "reset\nset encoding utf8\nset minussign\nset terminal svg size " +
-                     std::to_string(width) + "," + std::to_string(tall) +
+                     std::to_string(picture_width) + "," + std::to_string(tall) +
                      " dynamic enhanced font \"sans-serif,13.5\"\n";
   text += "set border 3 lw 1" + lc(StandIn::ink) + "\nset tics nomirror out scale 0.5,0.25\n" +
           "set grid lt 1 lw 1" + lc(StandIn::grid) + "\nunset key\n" +
@@ -193,11 +175,15 @@ std::string layout_commands(const Figure& figure, int tall) {
 std::string gnuplot_script(const Figure& in_si, const std::string& output) {
   const Figure figure = in_field_units(in_si);
   const Range x = x_range(figure);
-  const Range y = y_range(figure);
+  // Labels and signs need to know where a value lies, so the axes end with their ranges.
+  const bool annotated = is_annotated(figure) && !figure.heat_map && !x.empty && x.high > x.low;
+  const Range y = annotated ? range_below_labels(figure, x, y_range(figure)) : y_range(figure);
   const std::vector<Look> looks = looks_of(figure);
   std::string text = layout_commands(figure, height(figure, x, y));
   text += "set output " + quoted(output) + "\n";
-  text += axis_commands("x", figure.x, x) + axis_commands("y", figure.y, y);
+  text += axis_commands("x", figure.x, x, annotated || has_limits(figure.x)) +
+          axis_commands("y", figure.y, y, annotated || has_limits(figure.y));
+  if (annotated) { text += annotation_commands(figure, x); }
   std::string plots;
   const auto add = [&plots](const std::string& plot) {
     plots += (plots.empty() ? "" : ", ") + plot;
@@ -206,9 +192,9 @@ std::string gnuplot_script(const Figure& in_si, const std::string& output) {
     text += heat_map_commands(figure, x, y);
     add("$heat using 1:2:3 with image");
   }
-  for (const bool bands : {true, false}) {  // bands lie behind the rest
+  for (const bool bands : {true, false}) {  // what is filled lies behind the rest
     for (std::size_t n = 0; n < figure.series.size(); ++n) {
-      if (looks[n].band != bands || x.empty || y.empty) { continue; }
+      if ((looks[n].opacity > 0.0) != bands || x.empty || y.empty) { continue; }
       const std::string block = data_block(figure, n);
       const auto samples = static_cast<std::size_t>(std::ranges::count(block, '\n'));
       if (block.find_first_of("0123456789", block.find('\n')) == std::string::npos) { continue; }

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "reports/gnuplot_script.hpp"
+#include "reports/gnuplot_text.hpp"
 #include "reports/markup.hpp"
 #include "reports/svg_path.hpp"
 
@@ -63,7 +63,13 @@ Colour colour_of(const std::string& text) {
     if (blue >= StandIn::first_series) {
       return {"s" + std::to_string(blue - StandIn::first_series), {}};
     }
-    return {blue == StandIn::grid ? "g" : blue == StandIn::paper ? "p" : "k", {}};
+    static const std::map<int, std::string> classes{{StandIn::grid, "g"},
+                                                    {StandIn::paper, "p"},
+                                                    {StandIn::zone_a, "za"},
+                                                    {StandIn::zone_b, "zb"},
+                                                    {StandIn::note, "n"}};
+    const auto found = classes.find(blue);
+    return {found == classes.end() ? "k" : found->second, {}};
   }
   std::array<char, 8> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "#%02x%02x%02x", red & 255, green & 255, blue & 255);
@@ -108,7 +114,7 @@ class Rewriter {
     if (tag.name == "svg") { view_box_ = tag.get("viewBox"); }
     if (tag.name == "g") { groups_.push_back(tag); }
     // What lies above must not join a path that lies below.
-    if (tag.get("id").starts_with("plot_plot_")) { flush(); }
+    if (tag.get("id").find("plot_plot_") != std::string::npos) { flush(); }
     if (tag.name == "/g" && !groups_.empty()) { groups_.pop_back(); }
     if (tag.name == "path") { path(tag); }
     if (tag.name == "polygon") { polygon(tag); }
@@ -132,9 +138,11 @@ class Rewriter {
   }
 
   void flush() {
-    // The grid lies under axes and ticks.
-    std::ranges::stable_partition(
-        open_, [](const auto& each) { return each.first.starts_with("class=\"l g\""); });
+    // Tints lie under the grid, the grid under axes and ticks.
+    for (const char* lower : {"class=\"l g\"", "class=\"f z"}) {
+      std::ranges::stable_partition(
+          open_, [&](const auto& each) { return each.first.starts_with(lower); });
+    }
     for (const auto& [attributes, path] : open_) {
       if (!path.empty()) { out_ += "<path " + attributes + " d=\"" + path.data() + "\"/>"; }
     }
@@ -201,7 +209,8 @@ class Rewriter {
     const std::size_t first = inner.find_first_not_of(' ');
     if (first == std::string::npos) { return; }
     const std::string anchor = inherited("text-anchor", "start");
-    texts_ += "<text " + position(inherited("transform", "")) +
+    const bool note = colour_of(inherited("fill", "")).css_class == "n";
+    texts_ += std::string(note ? "<text class=\"note\" " : "<text ") + position(inherited("transform", "")) +
               (anchor == "start" ? "" : " text-anchor=\"" + anchor + "\"") + ">" +
               with_powers(inner.substr(first)) + "</text>";
   }

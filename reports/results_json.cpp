@@ -16,8 +16,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int schema = 1;
-constexpr std::array<std::string_view, 5> style_names{"line", "points", "line-and-points", "dashed",
-                                                      "band"};
+constexpr std::array<std::string_view, 6> style_names{"line",   "points", "line-and-points",
+                                                      "dashed", "band",   "area"};
 
 /// JSON has no NaN and no infinity; they are written as text, and an open bound as null.
 Json number(double value) {
@@ -75,6 +75,35 @@ Axis axis_from(const Json& json) {
   return axis;
 }
 
+Json zones_of(const Figure& figure) {
+  Json list = Json::array();
+  for (const Zone& zone : figure.zones) {
+    list.push_back(
+        {{"label", zone.label}, {"begin", number(zone.begin)}, {"end", number(zone.end)}});
+  }
+  return list;
+}
+
+Json marks_of(const Figure& figure) {
+  Json list = Json::array();
+  for (const Mark& mark : figure.marks) {
+    list.push_back({{"label", mark.label}, {"x", number(mark.x)}});
+  }
+  return list;
+}
+
+/// Files written before there were zones and marks have neither.
+void read_annotations(const Json& json, Figure& figure) {
+  const Json none = Json::array();
+  for (const Json& each : json.value("zones", none)) {
+    figure.zones.push_back(
+        {each.at("label"), number_from(each.at("begin")), number_from(each.at("end"))});
+  }
+  for (const Json& each : json.value("marks", none)) {
+    figure.marks.push_back({each.at("label"), number_from(each.at("x"))});
+  }
+}
+
 Json to_json(const Figure& figure) {
   Json series = Json::array();
   for (std::size_t n = 0; n < figure.series.size(); ++n) {
@@ -86,6 +115,8 @@ Json to_json(const Figure& figure) {
   Json json{{"id", figure.id},         {"title", figure.title},  {"caption", figure.caption},
             {"x", to_json(figure.x)},  {"y", to_json(figure.y)}, {"square", figure.square},
             {"timing", figure.timing}, {"series", series}};
+  if (!figure.zones.empty()) { json["zones"] = zones_of(figure); }
+  if (!figure.marks.empty()) { json["marks"] = marks_of(figure); }
   json["heat_map"] = Json(nullptr);
   if (figure.heat_map) {
     json["heat_map"] = {{"label", figure.heat_map->label}, {"group", heat_map_group(figure)}};
@@ -109,6 +140,7 @@ Figure figure_from(const Json& json) {
     series.style = static_cast<Series::Style>(found - style_names.begin());
     figure.series.push_back(std::move(series));
   }
+  read_annotations(json, figure);
   if (!json.at("heat_map").is_null()) {
     figure.heat_map = HeatMap{.label = json.at("heat_map").at("label").get<std::string>()};
   }

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "reports/run_report.hpp"
 
+#include <span>
+
 #include "report_assets.hpp"
 
 #include "reports/figure_svg.hpp"
 #include "reports/markup.hpp"
+#include "reports/tool_facts.hpp"
+#include "reports/tool_figures.hpp"
 #include "reports/trace_figures.hpp"
 #include "reports/zoom_plots.hpp"
 
@@ -17,42 +21,55 @@ std::string notes_under(const std::string& heading, const std::vector<std::strin
 }
 
 std::string events_of(const Trace& trace) {
-  if (trace.events.empty()) { return {}; }
-  Table table{.title = "In order of time", .columns = {"time (s)", "event", "detail"}};
-  for (const Event& event : trace.events) {
-    table.rows.push_back({event.time, event.kind, event.detail});
-  }
-  return "<h2>Events</h2>\n" + html_table(table);
+  return trace.events.empty() ? "" : "<h2>Events</h2>\n" + html_table(events_table(trace));
 }
 
-std::string pictures_of(const std::vector<Figure>& figures) {
+/// Sections of pictures with their headings, drawn together.
+struct Sections {
+  std::string tool;
+  std::string traces;
+};
+
+std::string section(const char* heading, std::span<const Figure> figures,
+                    std::span<const std::string> drawings) {
   if (figures.empty()) { return {}; }
-  std::vector<const Figure*> pointers;
-  for (const Figure& figure : figures) { pointers.push_back(&figure); }
-  const std::vector<std::string> drawings = draw_figures(pointers);
-  std::string html = "<h2>Traces</h2>\n<div class=\"exhibits\">\n";
+  std::string html = std::string("<h2>") + heading + "</h2>\n<div class=\"exhibits\">\n";
   for (std::size_t n = 0; n < figures.size(); ++n) { html += html_figure(figures[n], drawings[n]); }
   return html + "</div>\n";
+}
+
+Sections sections_of(const std::vector<Figure>& tool, const std::vector<Figure>& traces) {
+  std::vector<const Figure*> all;
+  for (const Figure& figure : tool) { all.push_back(&figure); }
+  for (const Figure& figure : traces) { all.push_back(&figure); }
+  const std::vector<std::string> drawings = draw_figures(all);
+  const std::span<const std::string> drawn(drawings);
+  return {section("Forces on the tool", tool, drawn.first(tool.size())),
+          section("Traces", traces, drawn.subspan(tool.size()))};
 }
 
 }  // namespace
 
 std::string to_html(const RunReport& report, const Trace& trace) {
   const std::vector<Figure> over_time = figures_over_time(trace);
+  const std::vector<Figure> tool = tool_figures(trace);
   std::vector<Figure> figures = over_time;
   if (auto snapshot = snapshot_figure(trace)) { figures.push_back(std::move(*snapshot)); }
+  std::vector<Figure> zooms = tool_traces(trace);
+  zooms.insert(zooms.end(), over_time.begin(), over_time.end());
+  const Sections sections = sections_of(tool, figures);
   std::string body = html_banner({.title = report.title,
                                   .small_print = {report.command},
                                   .held = report.held,
                                   .verdict = report.verdict,
                                   .detail = report.detail});
   body += "<main>\n" + notes_under("Warnings", report.warnings) + "<h2>Key facts</h2>\n" +
-          html_facts(report.facts) + events_of(trace) + pictures_of(figures) +
-          html_zoom_section(over_time) +
+          html_facts(report.facts) + sections.tool + events_of(trace) + sections.traces +
+          html_zoom_section(zooms) +
           notes_under("Skipped, because the scene does not need it", report.skipped) + "</main>\n" +
           html_provenance(report.provenance, report.command);
-  if (over_time.empty()) { return html_page(report.title, body, {}); }
-  const std::string zoom = zoom_script(over_time);
+  if (zooms.empty()) { return html_page(report.title, body, {}); }
+  const std::string zoom = zoom_script(zooms);
   return html_page(report.title, body, {assets::dygraph_js, zoom});
 }
 

@@ -103,7 +103,7 @@ class Thinning {
   }
 
  private:
-  [[nodiscard]] bool band() const { return series_.style == Series::Style::band; }
+  [[nodiscard]] bool band() const { return series_.filled(); }
   [[nodiscard]] Pixel lower(std::size_t n) const { return project_(series_.x[n], series_.y[n]); }
   [[nodiscard]] Pixel upper(std::size_t n) const {
     return band() ? project_(series_.x[n], series_.y2[n]) : lower(n);
@@ -125,7 +125,7 @@ class Thinning {
 std::vector<std::size_t> thinned(const Series& series, const Projection& project) {
   Thinning thinning(series, project);
   if (series.style == Series::Style::points) { return thinning.points(); }
-  if (series.style == Series::Style::band || thinning.rises()) { return thinning.curve(); }
+  if (series.filled() || thinning.rises()) { return thinning.curve(); }
   return thinning.path();
 }
 

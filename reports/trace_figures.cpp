@@ -6,6 +6,7 @@
 #include <map>
 
 #include "reports/markup.hpp"
+#include "reports/tool_pass.hpp"
 
 namespace palpate {
 
@@ -33,6 +34,7 @@ std::string short_name(const Column& column) {
 std::vector<Group> groups_of(const Trace& trace) {
   std::vector<Group> groups;
   for (const Column& column : trace.columns) {
+    if (is_tool_column(column.name)) { continue; }
     const std::string record = record_of(column);
     if (groups.empty() || groups.back().record != record || groups.back().unit != column.unit) {
       groups.push_back({record, column.unit, {}});

@@ -11,7 +11,8 @@
 namespace palpate {
 
 /// One figure for each record and unit ("tip.x_m", "tip.y_m", "tip.z_m"). Positions are drawn as
-/// displacements from the first tick, as what moves is far smaller than where it is.
+/// displacements from the first tick, as what moves is far smaller than where it is. What belongs to
+/// a tool is in tool_figures.hpp.
 std::vector<Figure> figures_over_time(const Trace& trace);
 
 /// Nodes of the slice in which a node has moved furthest, at rest and then. Nothing when no frame

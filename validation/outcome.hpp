@@ -31,12 +31,15 @@ struct Quantity {
 };
 
 struct Series {
-  enum class Style { line, points, line_and_points, dashed, band };
+  /// band: faint, for what is allowed or uncertain; area: strong, for parts stacked on each other
+  enum class Style { line, points, line_and_points, dashed, band, area };
   std::string label{};
   Style style = Style::line;
   std::vector<double> x{};
-  std::vector<double> y{};   ///< band: the lower edge
-  std::vector<double> y2{};  ///< band: the upper edge
+  std::vector<double> y{};   ///< band and area: the lower edge
+  std::vector<double> y2{};  ///< band and area: the upper edge
+
+  [[nodiscard]] bool filled() const { return style == Style::band || style == Style::area; }
 };
 
 struct Axis {
@@ -54,6 +57,19 @@ struct HeatMap {
   std::vector<double> z{};
 };
 
+/// A stretch of the x axis with a name, drawn as a tint behind the curves.
+struct Zone {
+  std::string label{};
+  double begin = 0.0;
+  double end = 0.0;
+};
+
+/// A vertical line where something happened; marks of one label share a sign in the legend.
+struct Mark {
+  std::string label{};
+  double x = 0.0;
+};
+
 struct Figure {
   std::string id{};       ///< unique within its case, [a-z0-9-]
   std::string title{};
@@ -62,6 +78,8 @@ struct Figure {
   Axis y{};
   std::vector<Series> series{};
   std::optional<HeatMap> heat_map{};
+  std::vector<Zone> zones{};  ///< neighbours in alternating tints
+  std::vector<Mark> marks{};
   bool square = false;    ///< equal scales on both axes
   bool timing = false;    ///< shows run times, so differs from run to run
 };

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "reports/cli/run_facts.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "fixtures/io/file_bytes.hpp"
 #include "reports/markup.hpp"
 #include "reports/run_report.hpp"
+#include "reports/tool_facts.hpp"
 
 namespace palpate::cli {
 
@@ -34,6 +37,17 @@ void add_step_facts(std::vector<Fact>& facts, const StepPlan& plan) {
   facts.push_back({"kernel", plan.kernel, ""});
 }
 
+/// What a tick takes of the time that it has in a haptic loop.
+Fact tick_cost(const StepPlan& plan, const Run& run) {
+  const double tick = plan.h * plan.substeps;
+  const double mean = run.ticks > 0 ? run.seconds / static_cast<double>(run.ticks) : 0.0;
+  return {"time for a tick", with(1e3 * mean, "ms"),
+          short_number(100.0 * mean / tick, 3) + " % of its " + with(1e3 * tick, "ms") + ", with " +
+              std::to_string(plan.substeps) + (plan.substeps == 1 ? " step of " : " steps of ") +
+              std::string(plan.integrator->name) + "; the slowest took " +
+              with(1e3 * run.slowest_tick, "ms")};
+}
+
 void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const Run& run) {
   const double simulated = run.trace.time.back();
   facts.push_back({"wall time", with(run.seconds, "s"),
@@ -58,7 +72,9 @@ void write_run_report(const std::filesystem::path& folder, const LoadedScene& lo
                                      : "Ran to t = " + with(run.trace.time.back(), "s");
   report.detail = run.diverged ? "The motion left every bound; the traces are kept up to there."
                                : std::to_string(run.ticks) + " ticks, every state finite and in bounds.";
-  report.facts = scene_facts(loaded);
+  report.facts = tool_facts(run.trace);
+  if (!report.facts.empty()) { report.facts.push_back(tick_cost(plan, run)); }
+  std::ranges::move(scene_facts(loaded), std::back_inserter(report.facts));
   add_step_facts(report.facts, plan);
   add_cost_facts(report.facts, loaded, run);
   report.skipped = plan.skipped;
