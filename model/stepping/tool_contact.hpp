@@ -108,6 +108,8 @@ class ToolContact {
   void change_tip(double t) noexcept;
   void leave(double t) noexcept;
   void change_shaft() noexcept;
+  void turn_shaft() noexcept;
+  [[nodiscard]] double slip_now() const noexcept;
   void enter(std::size_t interval, double t) noexcept;
   /// What cutting and rubbing take at this instant [W].
   [[nodiscard]] Eigen::Vector2d losing() const noexcept;

@@ -2,6 +2,7 @@
 /// What changes between two steps: modes of tip and shaft, and the velocities of what begins to stick.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "model/stepping/tool_contact.hpp"
 
@@ -62,25 +63,43 @@ void ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool 
   const double from = std::min(trajectory_.place(t), path_.bone());
   const double to = std::min(trajectory_.place(t + h), path_.bone());
   const double velocity = (to - from) / h;
-  const bool jumps = std::abs(velocity - velocity_) > 1e-12 * std::abs(velocity);
+  // Differences of places are rounded: that alone is no jump.
+  const double rounding = 8.0 * std::numeric_limits<double>::epsilon() *
+                          std::max(std::abs(from), std::abs(to)) / h;
   place_begin_ = from;
+  if (std::abs(velocity - velocity_) <= rounding) { return; }
   velocity_ = velocity;
-  if (jumps && in_tissue()) {
+  if (in_tissue()) {
     gather(state.position, state.velocity);
     weigh();
-    contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
-    contact_.shaft_held = shaft_ == ShaftMode::stick && may_hold_shaft();
+    contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0 &&
+                        velocity_ > velocity_at(at_);  // the tip pushes, it cannot pull
+    contact_.shaft_held = false;                       // friction is bounded: no impulse
     match_velocities(state);
+    turn_shaft();
     losing_begin_ = losing();
   }
 }
 
 template <class Real>
-Eigen::Vector2d ToolContact<Real>::losing() const noexcept {
+double ToolContact<Real>::slip_now() const noexcept {
   double slip = velocity_;
   for (std::size_t k = 0; k < knots_.size() && limit_ > 0.0; ++k) {
     slip -= shaft_share_[k] * knots_[k].velocity;
   }
+  return slip;
+}
+
+/// After a jump of the drive the shaft slides the way it is moved, until it sticks again.
+template <class Real>
+void ToolContact<Real>::turn_shaft() noexcept {
+  slip_ = limit_ > 0.0 ? slip_now() : 0.0;
+  if (slip_ != 0.0) { shaft_ = slip_ > 0.0 ? ShaftMode::forward : ShaftMode::backward; }
+}
+
+template <class Real>
+Eigen::Vector2d ToolContact<Real>::losing() const noexcept {
+  const double slip = slip_now();
   const double cut = cutting_force() * (velocity_ - velocity_at(at_));
   return {tip_ == TipMode::cutting ? cut : 0.0,
           shaft_ == ShaftMode::stick ? 0.0 : limit_ * std::abs(slip)};
@@ -219,8 +238,7 @@ void ToolContact<Real>::change_shaft() noexcept {
     slip_ = 0.0;
     return;
   }
-  slip_ = velocity_;
-  for (std::size_t k = 0; k < knots_.size(); ++k) { slip_ -= shaft_share_[k] * knots_[k].velocity; }
+  slip_ = slip_now();
   const bool turned = (shaft_ == ShaftMode::forward && slip_ <= 0.0) ||
                       (shaft_ == ShaftMode::backward && slip_ >= 0.0);
   if (turned) {
