@@ -3,68 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <stdexcept>
 
 #include "model/dynamics/lattice.hpp"
+#include "model/dynamics/tissue_map.hpp"
 
 namespace palpate {
 
 namespace {
-
-const Material& material_named(const Scene& scene, std::string_view name) {
-  const auto found = std::ranges::find(scene.materials, name, &Material::name);
-  if (found == scene.materials.end()) {
-    throw std::invalid_argument("no material " + std::string(name));  // check_scene refuses it first
-  }
-  return *found;
-}
-
-CellMaterial cell_of(const Material& m) {
-  return {m.youngs_modulus, m.density, m.damping_ratio, m.viscosity};
-}
-
-bool contains(const Inclusion& body, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d away = point - body.centre;
-  if (body.shape == Inclusion::Shape::sphere) { return away.norm() <= 0.5 * body.size.x(); }
-  return (away.cwiseAbs() - 0.5 * body.size).maxCoeff() <= 0.0;
-}
-
-/// Material of the last inclusion that holds the cell's centre, else `otherwise`.
-CellMaterial with_inclusions(const Scene& scene, const Eigen::Vector3d& centre,
-                             const CellMaterial& otherwise) {
-  CellMaterial material = otherwise;
-  for (const Inclusion& body : scene.tissue.inclusions) {
-    if (contains(body, centre)) { material = cell_of(material_named(scene, body.material)); }
-  }
-  return material;
-}
-
-/// Mean over a cell's depth [top, bottom] of the layers that it crosses, by their share; below the
-/// last layer that layer goes on.
-CellMaterial layered_material(const Scene& scene, double top, double bottom) {
-  CellMaterial mean;
-  double viscosity = 0.0;
-  double viscosity_share = 0.0;
-  double begin = 0.0;
-  const auto& layers = scene.tissue.layers;
-  for (std::size_t n = 0; n < layers.size(); ++n) {
-    const double end = n + 1 == layers.size() ? std::numeric_limits<double>::infinity()
-                                              : begin + layers[n].thickness;
-    const double share = (std::min(bottom, end) - std::max(top, begin)) / (bottom - top);
-    begin = end;
-    if (share <= 0.0) { continue; }
-    const Material& m = material_named(scene, layers[n].material);
-    mean.youngs_modulus += share * m.youngs_modulus;
-    mean.density += share * m.density;
-    mean.damping_ratio += share * m.damping_ratio;
-    viscosity += share * m.viscosity.value_or(0.0);
-    viscosity_share += m.viscosity ? share : 0.0;
-  }
-  if (viscosity_share > 0.5) { mean.viscosity = viscosity / viscosity_share; }
-  return mean;
-}
 
 /// As many cells deep as come nearest to the layers' thickness.
 LatticeShape layered_shape(const Scene& scene) {
@@ -76,13 +22,11 @@ LatticeShape layered_shape(const Scene& scene) {
   return {{block.nodes[0], block.nodes[1], cells + 1}, block.spacing, block.connectivity};
 }
 
-SpringNetwork build_layers(const Scene& scene) {
-  const LatticeShape shape = layered_shape(scene);
-  const double a = shape.spacing;
+SpringNetwork build_cells(const Scene& scene, const LatticeShape& shape) {
   return cell_lattice(shape, [&](int i, int j, int l) {
-    const Eigen::Vector3d centre =
-        shape.position(i, j, l) + Eigen::Vector3d::Constant(0.5 * a);
-    return with_inclusions(scene, centre, layered_material(scene, l * a, (l + 1) * a));
+    return cell_material(scene, {.low = shape.position(i, j, l),
+                                 .size = shape.spacing,
+                                 .bottom = shape.spacing * (l + 1)});
   });
 }
 
@@ -92,12 +36,7 @@ SpringNetwork build_lattice(const Scene& scene) {
   if (lattice.weights == LatticeWeights::uniform) {
     return uniform_lattice(shape, lattice.stiffness, lattice.viscosity, lattice.node_mass);
   }
-  const CellMaterial material = cell_of(material_named(scene, lattice.material));
-  return cell_lattice(shape, [&](int i, int j, int l) {
-    const Eigen::Vector3d centre =
-        shape.position(i, j, l) + Eigen::Vector3d::Constant(0.5 * lattice.spacing);
-    return with_inclusions(scene, centre, material);
-  });
+  return build_cells(scene, shape);
 }
 
 void hold_faces(const Tissue& tissue, SpringNetwork& network) {
@@ -117,6 +56,14 @@ void hold_faces(const Tissue& tissue, SpringNetwork& network) {
     } else {
       network.fixed[i] = 1;
     }
+  }
+}
+
+void hold_bone(const Scene& scene, SpringNetwork& network) {
+  if (!has_bone(scene)) { return; }
+  for (Eigen::Index i = 0; i < network.node_count(); ++i) {
+    const bool bone = in_bone(scene, network.rest_position.col(i));
+    if (bone) { network.fixed[static_cast<std::size_t>(i)] = 1; }
   }
 }
 
@@ -147,10 +94,12 @@ std::vector<int> face_nodes(const NodeVectors& rest_position, Face face) {
 Eigen::Index layered_node_count(const Scene& scene) { return layered_shape(scene).node_count(); }
 
 SpringNetwork build_network(const Scene& scene) {
-  SpringNetwork network = scene.tissue.source == Source::lattice  ? build_lattice(scene)
-                          : scene.tissue.source == Source::layers ? build_layers(scene)
-                                                                  : scene.tissue.network;
+  const Source source = scene.tissue.source;
+  SpringNetwork network = source == Source::lattice  ? build_lattice(scene)
+                          : source == Source::layers ? build_cells(scene, layered_shape(scene))
+                                                     : scene.tissue.network;
   hold_faces(scene.tissue, network);
+  hold_bone(scene, network);
   return network;
 }
 

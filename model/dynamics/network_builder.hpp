@@ -19,7 +19,8 @@ struct BondStiffness {
 };
 BondStiffness bond_stiffness(double youngs_modulus, double spacing, int connectivity);
 
-/// The network of any source but the oscillator, with the scene's faces fixed (or made heavy).
+/// The network of any source but the oscillator, with the scene's faces fixed (or made heavy)
+/// and the nodes in bone fixed (tissue_map.hpp).
 /// The scene must have passed check_scene.
 SpringNetwork build_network(const Scene& scene);
 

@@ -146,4 +146,115 @@ TEST("uniform weights give every spring and every node the same") {
   CHECK_NEAR(network.mass, Eigen::VectorXd::Constant(27, 2e-3), 0.0);
 }
 
+/// Modulus of which the spring from an inner node straight down was made: k1 = 2 E a / 3.75.
+double modulus_below(const SpringNetwork& network, int node, int plane) {
+  const auto found = std::ranges::find_if(
+      network.springs, [&](const Spring& s) { return s.a == node && s.b == node + plane; });
+  return found->stiffness * 3.75 / (2.0 * 0.01);
+}
+
+/// Layers of soft tissue and of bone whose border lies in the middle of the third cell.
+Scene bone_scene() {
+  Scene scene = layered_scene();
+  scene.materials.push_back(material("bone", 1e9, 2000.0));
+  scene.tissue.layers = {{"fat", "soft", 0.025}, {"vertebra", "bone", 0.025}};
+  scene.tissue.fixed = std::vector<Face>{};
+  return scene;
+}
+
+TEST("nodes in a layer of bone are fixed, and no node that moves feels bone's modulus") {
+  const SpringNetwork network = build_network(bone_scene());
+  CHECK(network.node_count() == 3 * 3 * 6);
+  for (int i = 0; i < network.node_count(); ++i) {
+    CHECK(network.is_fixed(i) == (network.rest_position(2, i) > 0.025));
+  }
+  for (const Spring& s : network.springs) {
+    const bool held = network.is_fixed(s.a) && network.is_fixed(s.b);
+    CHECK(held || s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * (1.0 + 1e-12));  // of the soft alone
+  }
+  CHECK_NEAR(modulus_below(network, 4 + 18, 9), 1e3, 1e-9);  // half bone: the mean of the rest
+  CHECK_NEAR(mass_of_level(network, 0.02), 4e-6 * 1000.0, 1e-12);
+}
+
+TEST("a node on the surface of bone is fixed, and one a micrometre above it is free") {
+  Scene scene = bone_scene();
+  scene.tissue.layers[0].thickness = 0.03;
+  scene.tissue.layers[1].thickness = 0.02;
+  const auto count = [&] { return std::ranges::count(build_network(scene).fixed, 1); };
+  CHECK(count() == 27);
+  scene.tissue.layers[0].thickness = 0.03 + 0.9e-9;
+  CHECK(count() == 27);
+  scene.tissue.layers[0].thickness = 0.03 + 1e-6;
+  CHECK(count() == 18);
+}
+
+TEST("bone in the middle of layers fixes its nodes, and the layers around it keep their mean") {
+  Scene scene = bone_scene();
+  scene.tissue.layers = {{"fat", "soft", 0.015}, {"lamina", "bone", 0.01}, {"deep", "hard", 0.02}};
+  const SpringNetwork network = build_network(scene);
+  CHECK(std::ranges::count(network.fixed, 1) == 9);
+  CHECK_NEAR(modulus_below(network, 4 + 9, 9), 1e3, 1e-9);
+  CHECK_NEAR(modulus_below(network, 4 + 18, 9), 1e5, 1e-7);
+}
+
+TEST("an inclusion of bone fixes the nodes in it, and cells that it cuts stay as they were") {
+  Scene scene = cube_scene();
+  scene.materials.push_back(material("bone", 1e9, 2000.0));
+  scene.tissue.fixed = std::vector<Face>{};
+  Inclusion process{.shape = Inclusion::Shape::box,
+                    .centre = {0.0, 0.0, 0.02},
+                    .size = {0.02, 0.02, 0.02},
+                    .material = "bone"};
+  scene.tissue.inclusions = {process};
+  const SpringNetwork flush = build_network(scene);  // its surface runs through nodes
+  CHECK(std::ranges::count(flush.fixed, 1) == 27);
+  CHECK_NEAR(flush.mass.sum(), 56e-6 * 1000.0 + 8e-6 * 2000.0, 1e-14);
+  process.size.setConstant(0.016);  // holds the centres of its eight cells, and one node
+  scene.tissue.inclusions = {process};
+  const SpringNetwork cut = build_network(scene);
+  CHECK(std::ranges::count(cut.fixed, 1) == 1 && cut.is_fixed(62));
+  for (const Spring& s : cut.springs) { CHECK(s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * 1.000001); }
+  CHECK_NEAR(cut.mass.sum(), 64e-6 * 1000.0, 1e-14);
+}
+
+TEST("softer tissue within bone moves, and its border does not") {
+  Scene scene = bone_scene();
+  scene.tissue.layers = {{"vertebra", "bone", 0.05}};
+  scene.tissue.block.nodes = {7, 7};
+  scene.tissue.inclusions = {{.shape = Inclusion::Shape::box,
+                              .centre = {0.0, 0.0, 0.025},
+                              .size = {0.04, 0.04, 0.03},
+                              .material = "soft"}};
+  const SpringNetwork canal = build_network(scene);
+  CHECK(std::ranges::count(canal.fixed, 0) == 3 * 3 * 2);
+  scene.tissue.inclusions[0].size = {0.025, 0.025, 0.025};  // cuts cells whose centre is in bone
+  for (const SpringNetwork& network : {canal, build_network(scene)}) {
+    CHECK(std::ranges::count(network.fixed, 0) > 0);
+    for (const Spring& s : network.springs) {
+      const bool held = network.is_fixed(s.a) && network.is_fixed(s.b);
+      CHECK(held || s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * 1.000001);
+    }
+  }
+}
+
+TEST("bone holds the nodes of uniform lattices and of networks too") {
+  Scene scene = bone_scene();
+  scene.tissue.source = Source::lattice;
+  scene.tissue.lattice = {.nodes = {3, 3, 6}, .spacing = 0.01, .weights = LatticeWeights::uniform};
+  const SpringNetwork uniform = build_network(scene);
+  CHECK(std::ranges::count(uniform.fixed, 1) == 27);
+  scene.tissue.source = Source::network;
+  scene.tissue.network = uniform;
+  scene.tissue.network.fixed.assign(54, 0);
+  CHECK(build_network(scene).fixed == uniform.fixed);
+}
+
+TEST("a material called bone that is said to be tissue is like any other") {
+  Scene scene = bone_scene();
+  scene.materials.back().role = TissueRole::tissue;
+  const SpringNetwork network = build_network(scene);
+  CHECK(std::ranges::count(network.fixed, 1) == 0);
+  CHECK_NEAR(modulus_below(network, 4 + 18, 9), 0.5 * (1e3 + 1e9), 1e-3);
+}
+
 }  // namespace
