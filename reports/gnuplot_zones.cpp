@@ -16,11 +16,11 @@ namespace {
 
 constexpr double left = 66.0;  // margins [px]
 constexpr double right = 14.0;
-constexpr double bottom = 46.0;
+constexpr double bottom = 56.0;
 constexpr double plot_width = picture_width - left - right;
 constexpr double sign_row = 9.0;  // signs of marks stand in rows above the plot
 constexpr int most_sign_rows = 3;
-constexpr double tallest_label = 112.0;
+constexpr double tallest_label = 120.0;
 constexpr double label_pad = 4.0;  // above a label, and between it and the curves
 
 /// Pixels from the left edge of the plot.
@@ -152,7 +152,7 @@ double highest(const Figure& figure, const Range& x, double from, double to) {
 
 bool is_annotated(const Figure& figure) { return !figure.zones.empty() || !figure.marks.empty(); }
 
-int annotated_height(const Figure& figure) { return figure.zones.empty() ? 300 : 340; }
+int annotated_height(const Figure& figure) { return figure.zones.empty() ? 310 : 350; }
 
 std::vector<std::string> mark_labels(const Figure& figure) {
   std::vector<std::string> labels;

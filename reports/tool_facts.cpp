@@ -16,6 +16,8 @@ constexpr double mm = 1e3;
 constexpr double pascals_per_mmhg = 133.322;
 constexpr double settling = 0.1;  // [s] in which a loss of resistance is over
 
+constexpr double least_depth = 1e-12;  // [m] below it there is only rounding
+
 std::string with(double value, const char* unit) { return short_number(value) + "\u00a0" + unit; }
 
 std::string where(const Trace& trace, std::size_t row) {
@@ -104,7 +106,8 @@ Table events_table(const Trace& trace) {
   const std::vector<double>& force = values_of(trace, "tool.force_n");
   for (const Event& event : trace.events) {
     const std::size_t row = row_at(trace, event.time);
-    table.rows.push_back({event.time, in_words(event.kind), event.detail, mm * depth[row],
+    const double deep = std::abs(depth[row]) < least_depth ? 0.0 : mm * depth[row];
+    table.rows.push_back({event.time, in_words(event.kind), event.detail, deep,
                           force[row > 0 ? row - 1 : 0], force[row]});
   }
   return table;

@@ -65,7 +65,7 @@ Figure force_over_depth(const Trace& trace) {
   return {.id = "force-over-depth",
           .title = "Force against depth",
           .caption = caption + (returns(trace) ? " Where the tool comes back the curve returns." : ""),
-          .x = {.label = "tip depth (mm)"},
+          .x = {.label = cuts(trace) ? "tip depth (mm)" : "depth (mm)"},
           .y = {.label = "force (N)"},
           .series = {{.x = scaled(values_of(trace, "tool.depth_m"), mm),
                       .y = values_of(trace, "tool.force_n")}},

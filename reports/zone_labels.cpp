@@ -10,7 +10,7 @@ namespace palpate {
 
 namespace {
 
-constexpr double gap = 3.0;  // between a label and the edge of its zone, or another label
+constexpr double gap = 1.0;  // between a label and the border of its zone; twice to another label
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
@@ -66,7 +66,7 @@ std::optional<ZoneLabel> within(const ZoneSpan& zone, double tallest) {
 
 bool collides(const ZoneLabel& label, const std::vector<ZoneLabel>& others) {
   return std::ranges::any_of(others, [&](const ZoneLabel& other) {
-    return std::abs(label.middle - other.middle) < 0.5 * (label.width + other.width) + gap;
+    return std::abs(label.middle - other.middle) < 0.5 * (label.width + other.width) + 2.0 * gap;
   });
 }
 
