@@ -10,7 +10,9 @@ namespace palpate {
 
 namespace {
 
-constexpr double gap = 1.0;  // between a label and the border of its zone; twice to another label
+constexpr double gap = 1.0;  // between a label and the border of its zone, and to another label
+
+constexpr double overhang = 6.0;  // beyond the right edge, where the margin is empty
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
@@ -66,7 +68,7 @@ std::optional<ZoneLabel> within(const ZoneSpan& zone, double tallest) {
 
 bool collides(const ZoneLabel& label, const std::vector<ZoneLabel>& others) {
   return std::ranges::any_of(others, [&](const ZoneLabel& other) {
-    return std::abs(label.middle - other.middle) < 0.5 * (label.width + other.width) + 2.0 * gap;
+    return std::abs(label.middle - other.middle) < 0.5 * (label.width + other.width) + gap;
   });
 }
 
@@ -75,7 +77,7 @@ std::optional<ZoneLabel> squeezed(const ZoneSpan& zone, double width, double tal
   const std::string text = shortened(zone.label, tallest);
   if (text.empty()) { return {}; }
   ZoneLabel label = label_of({text}, 0.5 * (zone.begin + zone.end), true);
-  label.middle = std::clamp(label.middle, 0.5 * label.width, width - 0.5 * label.width);
+  label.middle = std::clamp(label.middle, 0.5 * label.width, width + overhang - 0.5 * label.width);
   return label;
 }
 
