@@ -100,8 +100,7 @@ Table events_table(const Trace& trace) {
     return table;
   }
   table.caption = "Forces of the tick before the event and of its own.";
-  table.columns = {"time (s)",   "event",            "layer",
-                   "depth (mm)", "force before (N)", "force (N)"};
+  table.columns = {"time (s)", "event", "layer", "depth (mm)", "force before (N)", "force (N)"};
   const std::vector<double>& depth = values_of(trace, "tool.depth_m");
   const std::vector<double>& force = values_of(trace, "tool.force_n");
   for (const Event& event : trace.events) {

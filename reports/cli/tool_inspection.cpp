@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "reports/cli/tool_inspection.hpp"
 
+#include <Eigen/IterativeLinearSolvers>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <optional>
 #include <string>
-
-#include <Eigen/IterativeLinearSolvers>
 
 #include "model/dynamics/needle_path.hpp"
 #include "reference/solution.hpp"
@@ -50,16 +49,16 @@ std::optional<int> gauge_of(double diameter) {
 }
 
 std::string pushes(const Drive& drive) {
-  const std::string rise = "the hand pushes with " + with(drive.force, "N") + ", risen in " +
-                           with(drive.rise, "s");
-  const std::string steps = drive.technique == Drive::Technique::intermittent
-                                ? ", " + with(drive.push, "s") + " at a time with pauses of " +
-                                      with(drive.pause, "s")
-                                : "";
-  const std::string end = drive.withdraw_force > 0.0
-                              ? "; after " + with(drive.hold, "s") + " it pulls with " +
-                                    with(drive.withdraw_force, "N")
-                              : "; it does not stop";
+  const std::string rise =
+      "the hand pushes with " + with(drive.force, "N") + ", risen in " + with(drive.rise, "s");
+  const std::string steps =
+      drive.technique == Drive::Technique::intermittent
+          ? ", " + with(drive.push, "s") + " at a time with pauses of " + with(drive.pause, "s")
+          : "";
+  const std::string end =
+      drive.withdraw_force > 0.0
+          ? "; after " + with(drive.hold, "s") + " it pulls with " + with(drive.withdraw_force, "N")
+          : "; it does not stop";
   return rise + steps + ", against " + with(drive.hand_viscosity, "N s/m") + " of its own" + end;
 }
 
@@ -70,11 +69,10 @@ std::string advances(const Drive& drive) {
                                       with(drive.pause, "s")
                                 : "";
   if (!drive.depth) { return speed + steps + ", as long as the run lasts"; }
-  const std::string end =
-      drive.withdraw_speed > 0.0
-          ? ", holds for " + with(drive.hold, "s") + " and is withdrawn at " +
-                with(mm * drive.withdraw_speed, "mm/s")
-          : " and stays there";
+  const std::string end = drive.withdraw_speed > 0.0
+                              ? ", holds for " + with(drive.hold, "s") + " and is withdrawn at " +
+                                    with(mm * drive.withdraw_speed, "mm/s")
+                              : " and stays there";
   return speed + steps + " to " + millimetres(*drive.depth) + end;
 }
 
@@ -205,7 +203,8 @@ nlohmann::ordered_json tool_inspection(const Scene& scene, const NetworkProblem&
   Json facts = Json::object();
   if (!scene.needle && !scene.probe) { return facts; }
   const NeedlePath path = tool_path(scene, problem.network());
-  facts["tool"] = scene.needle ? needle_facts(*scene.needle, path) : probe_facts(*scene.probe, path);
+  facts["tool"] =
+      scene.needle ? needle_facts(*scene.needle, path) : probe_facts(*scene.probe, path);
   const Drive drive = scene.drive.value_or(Drive{});
   facts["tool"]["drive"] = drive.kind == Drive::Kind::force ? "force" : "trajectory";
   facts["tool"]["drive_in_words"] = drive_in_words(drive);

@@ -65,7 +65,9 @@ TEST("a label is text: no command of gnuplot gets through") {
 
 TEST("zones and marks outside the axis, turned round or not numbers are left out or cut") {
   Figure figure = sample::layered();
-  figure.zones = {{"before", -5.0, -1.0}, {"across", -5.0, 2.0}, {"backwards", 6.0, 3.0},
+  figure.zones = {{"before", -5.0, -1.0},
+                  {"across", -5.0, 2.0},
+                  {"backwards", 6.0, 3.0},
                   {"nowhere", std::nan(""), 2.0}};
   figure.marks = {{"far", 99.0}, {"nowhere", std::nan("")}};
   const std::string script = gnuplot_script(figure, "out.svg");

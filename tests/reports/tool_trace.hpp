@@ -11,7 +11,10 @@ namespace sample {
 using namespace palpate;
 
 inline std::string layer_at(double depth_mm) {
-  return depth_mm <= 0.0 ? "" : depth_mm < 3.0 ? "skin" : depth_mm < 7.0 ? "ligament" : "epidural <space>";
+  return depth_mm <= 0.0  ? ""
+         : depth_mm < 3.0 ? "skin"
+         : depth_mm < 7.0 ? "ligament"
+                          : "epidural <space>";
 }
 
 /// Depths 0, 0, 1, ..., 10, 9, ..., 0 mm; cutting 2 N in the skin and 5 N in the ligament while it
