@@ -44,7 +44,8 @@ void read_figure(const io::Hdf5File& file, const std::filesystem::path& path, Fi
     series.x = file.read(group + "/x");
     series.y = file.read(group + "/y");
     if (file.contains(group + "/y2")) { series.y2 = file.read(group + "/y2"); }
-    require(series.x.size() == series.y.size() && (!series.filled() || series.x.size() == series.y2.size()),
+    require(series.x.size() == series.y.size() &&
+                (!series.filled() || series.x.size() == series.y2.size()),
             path, group);
   }
   if (!figure.heat_map) { return; }

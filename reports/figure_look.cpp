@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "reports/figure_look.hpp"
 
+#include <algorithm>
 #include <string_view>
 
 namespace palpate {
@@ -24,6 +25,8 @@ bool comes_in_pairs(const std::vector<Series>& series) {
 
 std::vector<Look> looks_of(const Figure& figure) {
   const bool pairs = comes_in_pairs(figure.series);
+  const bool stacked = std::ranges::any_of(
+      figure.series, [](const Series& series) { return series.style == Style::area; });
   std::vector<Look> looks;
   for (std::size_t n = 0; n < figure.series.size(); ++n) {
     const Style style = figure.series[n].style;
@@ -32,6 +35,7 @@ std::vector<Look> looks_of(const Figure& figure) {
     // Ink first, then the colours that neither palette contains.
     if (figure.heat_map) { look.colour = turn == 0 ? ink_colour : (turn + 2) % series_colours; }
     look.line = style != Style::points && !figure.series[n].filled();
+    if (stacked && !figure.series[n].filled()) { look.colour = ink_colour; }
     look.points = is_marked(style);
     look.opacity = style == Style::band ? 0.22 : style == Style::area ? 0.5 : 0.0;
     look.dash = style == Style::dashed ? 1 : turn >= series_colours ? 2 : 0;

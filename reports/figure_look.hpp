@@ -25,7 +25,8 @@ struct Look {
 };
 
 /// One per series. Where points and dashed lines alternate through the whole figure, each dashed
-/// line takes the colour of the points before it. On a heat map the first series is drawn in ink.
+/// line takes the colour of the points before it. On a heat map the first series is drawn in ink,
+/// and so are the lines over stacked areas.
 std::vector<Look> looks_of(const Figure& figure);
 
 /// Sign of the n-th kind of mark; after six the shapes come round again.

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdio>
+#include <string_view>
 
 namespace palpate {
 
@@ -14,9 +15,17 @@ std::string colour(int stand_in, const char* what) {
 }
 
 std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) { out += c == '\'' ? "''" : std::string(1, c == '\n' ? ' ' : c); }
-  return out + "'";
+  std::string out = "\"";
+  for (const char c : text) {
+    if (std::string_view("\"'\\`@").find(c) == std::string_view::npos) {
+      out += c == '\n' ? ' ' : c;
+      continue;
+    }
+    std::array<char, 8> code{};
+    std::snprintf(code.data(), code.size(), "\\%03o", static_cast<unsigned>(c));
+    out += code.data();
+  }
+  return out + "\"";
 }
 
 int point_type(Shape shape) {

@@ -27,7 +27,8 @@ inline constexpr int picture_width = 480;  ///< [px]
 /// " lc rgb '#010210'", or with "fc" or "tc" for what is filled or written.
 std::string colour(int stand_in, const char* what = "lc");
 
-/// Single-quoted; gnuplot doubles a quote inside, and a line break would end the command.
+/// In double quotes, with octal codes for all that gnuplot would act on; a line break, which would
+/// end the command, becomes a space.
 std::string quoted(const std::string& text);
 
 /// gnuplot's marker of a shape.

@@ -16,11 +16,11 @@ namespace {
 
 constexpr double left = 66.0;  // margins [px]
 constexpr double right = 14.0;
-constexpr double bottom = 46.0;
+constexpr double bottom = 56.0;
 constexpr double plot_width = picture_width - left - right;
 constexpr double sign_row = 9.0;  // signs of marks stand in rows above the plot
 constexpr int most_sign_rows = 3;
-constexpr double tallest_label = 112.0;
+constexpr double tallest_label = 104.0;
 constexpr double label_pad = 4.0;  // above a label, and between it and the curves
 
 /// Pixels from the left edge of the plot.
@@ -64,7 +64,8 @@ std::vector<Sign> signs_of(const Figure& figure, const Range& x) {
   for (const Mark& mark : marks) {
     const double at = across(figure, x, mark.x);
     if (!(at >= -0.5 && at <= plot_width + 0.5)) { continue; }
-    const auto* free = std::ranges::find_if(taken, [&](double last) { return at - last >= sign_row; });
+    const auto* free =
+        std::ranges::find_if(taken, [&](double last) { return at - last >= sign_row; });
     const auto* row = free == taken.end() ? taken.begin() : free;
     taken.at(static_cast<std::size_t>(row - taken.begin())) = at;
     const auto place = std::ranges::find(labels, mark.label) - labels.begin();
@@ -152,7 +153,7 @@ double highest(const Figure& figure, const Range& x, double from, double to) {
 
 bool is_annotated(const Figure& figure) { return !figure.zones.empty() || !figure.marks.empty(); }
 
-int annotated_height(const Figure& figure) { return figure.zones.empty() ? 300 : 340; }
+int annotated_height(const Figure& figure) { return figure.zones.empty() ? 310 : 350; }
 
 std::vector<std::string> mark_labels(const Figure& figure) {
   std::vector<std::string> labels;
@@ -169,8 +170,7 @@ Range range_below_labels(const Figure& figure, const Range& x, const Range& y) {
   const double span = range.high - range.low;
   if (!figure.y.minimum && range.low < 0.0) { range.low -= 0.04 * span; }
   range.high += 0.05 * span;
-  const double tall =
-      annotated_height(figure) - bottom - top_margin(signs_of(figure, x));
+  const double tall = annotated_height(figure) - bottom - top_margin(signs_of(figure, x));
   const double most = range.low + (range.high - range.low) / 0.55;  // curves keep their half
   double high = range.high;
   for (const ZoneLabel& label : place(figure, x).labels) {
@@ -189,7 +189,9 @@ std::string annotation_commands(const Figure& figure, const Range& x) {
   const std::vector<Sign> signs = signs_of(figure, x);
   const double tall = annotated_height(figure);
   const Frame frame{top_margin(signs), tall};
-  const auto screen = [](double share) { return "margin at screen " + plain_number(share, 7) + "\n"; };
+  const auto screen = [](double share) {
+    return "margin at screen " + plain_number(share, 7) + "\n";
+  };
   std::string text = "set l" + screen(left / picture_width) + "set r" +
                      screen(1.0 - right / picture_width) + "set b" + screen(bottom / tall) +
                      "set t" + screen(frame.screen(0.0));

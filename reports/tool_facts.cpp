@@ -16,6 +16,8 @@ constexpr double mm = 1e3;
 constexpr double pascals_per_mmhg = 133.322;
 constexpr double settling = 0.1;  // [s] in which a loss of resistance is over
 
+constexpr double least_depth = 1e-12;  // [m] below it there is only rounding
+
 std::string with(double value, const char* unit) { return short_number(value) + "\u00a0" + unit; }
 
 std::string where(const Trace& trace, std::size_t row) {
@@ -98,13 +100,13 @@ Table events_table(const Trace& trace) {
     return table;
   }
   table.caption = "Forces of the tick before the event and of its own.";
-  table.columns = {"time (s)",   "event",            "layer",
-                   "depth (mm)", "force before (N)", "force (N)"};
+  table.columns = {"time (s)", "event", "layer", "depth (mm)", "force before (N)", "force (N)"};
   const std::vector<double>& depth = values_of(trace, "tool.depth_m");
   const std::vector<double>& force = values_of(trace, "tool.force_n");
   for (const Event& event : trace.events) {
     const std::size_t row = row_at(trace, event.time);
-    table.rows.push_back({event.time, in_words(event.kind), event.detail, mm * depth[row],
+    const double deep = std::abs(depth[row]) < least_depth ? 0.0 : mm * depth[row];
+    table.rows.push_back({event.time, in_words(event.kind), event.detail, deep,
                           force[row > 0 ? row - 1 : 0], force[row]});
   }
   return table;

@@ -30,8 +30,8 @@ std::vector<double> scaled(const std::vector<double>& values, double factor) {
   return out;
 }
 
-std::vector<double> picked(const std::vector<double>& values,
-                           const std::vector<std::size_t>& rows, double factor = 1.0) {
+std::vector<double> picked(const std::vector<double>& values, const std::vector<std::size_t>& rows,
+                           double factor = 1.0) {
   std::vector<double> out;
   out.reserve(rows.size());
   for (const std::size_t row : rows) { out.push_back(factor * values[row]); }
@@ -62,23 +62,25 @@ Figure force_over_depth(const Trace& trace) {
       cuts(trace) ? "Resisting force along the needle over the depth of its tip; the tints are the "
                     "layers that the tip was in on its way in."
                   : "Resisting force over the depth of the tool below the undeformed skin.";
-  return {.id = "force-over-depth",
-          .title = "Force against depth",
-          .caption = caption + (returns(trace) ? " Where the tool comes back the curve returns." : ""),
-          .x = {.label = "tip depth (mm)"},
-          .y = {.label = "force (N)"},
-          .series = {{.x = scaled(values_of(trace, "tool.depth_m"), mm),
-                      .y = values_of(trace, "tool.force_n")}},
-          .zones = cuts(trace) ? layers_over_depth(trace) : std::vector<Zone>{},
-          .marks = events_over_depth(trace)};
+  return {
+      .id = "force-over-depth",
+      .title = "Force against depth",
+      .caption = caption + (returns(trace) ? " Where the tool comes back the curve returns." : ""),
+      .x = {.label = cuts(trace) ? "tip depth (mm)" : "depth (mm)"},
+      .y = {.label = "force (N)"},
+      .series = {{.x = scaled(values_of(trace, "tool.depth_m"), mm),
+                  .y = values_of(trace, "tool.force_n")}},
+      .zones = cuts(trace) ? layers_over_depth(trace) : std::vector<Zone>{},
+      .marks = events_over_depth(trace)};
 }
 
 Figure parts_over_depth(const Trace& trace) {
   const std::vector<std::size_t> rows = first_pass(trace);
   Figure figure{.id = "force-parts",
                 .title = "Cutting, friction and stiffness",
-                .caption = "The three parts of the resisting force stacked on each other, on the way "
-                           "in; the line is their sum.",
+                .caption =
+                    "The three parts of the resisting force stacked on each other, on the way "
+                    "in; the line is their sum.",
                 .x = {.label = "tip depth (mm)"},
                 .y = {.label = "force (N)"},
                 .zones = layers_over_depth(trace)};
@@ -87,11 +89,8 @@ Figure parts_over_depth(const Trace& trace) {
   for (const Part& part : parts) {
     std::vector<double> top = picked(values_of(trace, part.column), rows);
     for (std::size_t n = 0; n < top.size(); ++n) { top[n] += floor[n]; }
-    figure.series.push_back({.label = part.label,
-                             .style = Series::Style::area,
-                             .x = depth,
-                             .y = floor,
-                             .y2 = top});
+    figure.series.push_back(
+        {.label = part.label, .style = Series::Style::area, .x = depth, .y = floor, .y2 = top});
     floor = std::move(top);
   }
   figure.series.push_back(
@@ -110,15 +109,16 @@ Figure force_over_time(const Trace& trace) {
 }
 
 Figure pressure_over_time(const Trace& trace) {
-  return {.id = "pressure-over-time",
-          .title = "Syringe pressure over time",
-          .caption = "Gauge pressure behind the needle; the tints are the layers that the tip is in.",
-          .x = {.label = "time (s)"},
-          .y = {.label = "pressure (mmHg)"},
-          .series = {{.x = trace.time,
-                      .y = scaled(values_of(trace, "syringe.pressure_pa"), 1.0 / pascals_per_mmhg)}},
-          .zones = layers_over_time(trace),
-          .marks = events_over_time(trace)};
+  return {
+      .id = "pressure-over-time",
+      .title = "Syringe pressure over time",
+      .caption = "Gauge pressure behind the needle; the tints are the layers that the tip is in.",
+      .x = {.label = "time (s)"},
+      .y = {.label = "pressure (mmHg)"},
+      .series = {{.x = trace.time,
+                  .y = scaled(values_of(trace, "syringe.pressure_pa"), 1.0 / pascals_per_mmhg)}},
+      .zones = layers_over_time(trace),
+      .marks = events_over_time(trace)};
 }
 
 Figure lateral_over_depth(const Trace& trace) {
@@ -140,7 +140,9 @@ std::vector<Figure> tool_figures(const Trace& trace) {
   const bool needle = cuts(trace);
   if (needle) { figures.push_back(parts_over_depth(trace)); }
   figures.push_back(force_over_time(trace));
-  if (trace.find("syringe.pressure_pa") != nullptr) { figures.push_back(pressure_over_time(trace)); }
+  if (trace.find("syringe.pressure_pa") != nullptr) {
+    figures.push_back(pressure_over_time(trace));
+  }
   if (needle && largest(trace, "tool.lateral_n") > least_lateral) {
     figures.push_back(lateral_over_depth(trace));
   }
@@ -149,11 +151,12 @@ std::vector<Figure> tool_figures(const Trace& trace) {
 
 std::vector<Figure> tool_traces(const Trace& trace) {
   if (!has_tool(trace) || trace.time.size() < 2) { return {}; }
-  Figure force{.id = "tool-force",
-               .title = "Force",
-               .x = {.label = "time (s)"},
-               .y = {.label = "force (N)"},
-               .series = {{.label = "sum", .x = trace.time, .y = values_of(trace, "tool.force_n")}}};
+  Figure force{
+      .id = "tool-force",
+      .title = "Force",
+      .x = {.label = "time (s)"},
+      .y = {.label = "force (N)"},
+      .series = {{.label = "sum", .x = trace.time, .y = values_of(trace, "tool.force_n")}}};
   for (const Part& part : parts) {
     if (largest(trace, part.column) == 0.0) { continue; }
     force.series.push_back(

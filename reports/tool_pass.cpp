@@ -23,7 +23,11 @@ std::vector<Zone> zones_of(const Trace& trace, const std::vector<std::size_t>& r
     if (label != open && !label.empty()) { zones.push_back({label, at, at}); }
     open = label;
   }
-  std::erase_if(zones, [](const Zone& zone) { return !(zone.end > zone.begin); });
+  // A tip that rests on the skin is in it at one tick and above it at the next.
+  constexpr double pixel = 1.0 / 400.0;
+  const double span =
+      rows.empty() ? 0.0 : scale * (coordinate[rows.back()] - coordinate[rows.front()]);
+  std::erase_if(zones, [&](const Zone& zone) { return !(zone.end - zone.begin >= pixel * span); });
   return zones;
 }
 

@@ -10,7 +10,9 @@ namespace palpate {
 
 namespace {
 
-constexpr double gap = 3.0;  // between a label and the edge of its zone, or another label
+constexpr double gap = 1.0;  // between a label and the border of its zone, and to another label
+
+constexpr double overhang = 8.0;  // beyond the right edge, where the margin is empty
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
@@ -70,13 +72,18 @@ bool collides(const ZoneLabel& label, const std::vector<ZoneLabel>& others) {
   });
 }
 
-/// Upright, and over the borders of its zone where it must be.
-std::optional<ZoneLabel> squeezed(const ZoneSpan& zone, double width, double tallest) {
+/// Upright, over the borders of its zone or a little beside it where it must be.
+std::optional<ZoneLabel> squeezed(const ZoneSpan& zone, double width, double tallest,
+                                  const std::vector<ZoneLabel>& others) {
   const std::string text = shortened(zone.label, tallest);
   if (text.empty()) { return {}; }
   ZoneLabel label = label_of({text}, 0.5 * (zone.begin + zone.end), true);
-  label.middle = std::clamp(label.middle, 0.5 * label.width, width - 0.5 * label.width);
-  return label;
+  const double own = label.middle;
+  for (const double aside : {0.0, 2.0, -2.0, 4.0, -4.0}) {
+    label.middle = std::clamp(own + aside, 0.5 * label.width, width + overhang - 0.5 * label.width);
+    if (!collides(label, others)) { return label; }
+  }
+  return {};
 }
 
 }  // namespace
@@ -107,8 +114,9 @@ std::vector<ZoneLabel> place_zone_labels(const std::vector<ZoneSpan>& zones, dou
   std::ranges::stable_sort(
       rest, [](const auto* a, const auto* b) { return a->end - a->begin > b->end - b->begin; });
   for (const ZoneSpan* zone : rest) {
-    const auto label = squeezed(*zone, width, tallest);
-    if (label && !collides(*label, placed)) { placed.push_back(*label); }
+    if (auto label = squeezed(*zone, width, tallest, placed)) {
+      placed.push_back(std::move(*label));
+    }
   }
   return placed;
 }

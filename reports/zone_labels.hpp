@@ -24,7 +24,7 @@ struct ZoneLabel {
 };
 
 inline constexpr double zone_font = 11.0;  ///< [px]
-inline constexpr double zone_line = 12.5;  ///< from one line to the next [px]
+inline constexpr double zone_line = 12.0;  ///< from one line to the next [px]
 
 /// Of a text in a sans-serif face of `zone_font` [px]: rather too long than too short.
 double text_width(const std::string& text);

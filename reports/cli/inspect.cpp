@@ -9,6 +9,7 @@
 
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
+#include "reports/cli/tool_inspection.hpp"
 
 namespace palpate::cli {
 
@@ -53,6 +54,7 @@ Json facts_of(const LoadedScene& loaded) {
   Json facts{{"title", loaded.file.scene.title}};
   facts.update(network != nullptr ? network_facts(*network)
                                   : oscillator_facts(loaded.file.scene.tissue.oscillator));
+  if (network != nullptr) { facts.update(tool_inspection(loaded.file.scene, *network)); }
   facts["omega_max_rad_per_s"] = plan.bounds.omega_estimate;
   facts["omega_upper_bound_rad_per_s"] = plan.bounds.omega_upper;
   facts["damping_upper_bound_per_s"] = plan.bounds.damping_upper;
@@ -86,6 +88,11 @@ std::string text_of(const Json& value) {
 
 void print(const Json& facts) {
   for (const auto& [name, value] : facts.items()) {
+    if (name == "tool") {
+      print_tool(value);
+      continue;
+    }
+    if (name == "static_compliance_m_per_n" && value.is_null()) { continue; }  // its reason follows
     if (value.is_object() || value.is_array()) {
       std::printf("%s\n", name.c_str());
       for (const auto& [key, item] : value.items()) {

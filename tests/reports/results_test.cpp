@@ -50,6 +50,24 @@ TEST("results.json read back and written again has the same bytes") {
   CHECK(to_json(sample::results()) == json);
 }
 
+TEST("zones, marks and areas come back from results.json, and files without them are read") {
+  const Results again = results_from_json(to_json(sample::results()), "results.json");
+  const Figure& figure = again.outcomes[0].figures[2];
+  CHECK(figure.zones.size() == 3 && figure.zones[1].label == "ligamentum flavum");
+  CHECK(figure.zones[1].begin == 2.0 && figure.zones[1].end == 9.0);
+  CHECK(figure.marks.size() == 3 && figure.marks[2].label == "puncture & more");
+  CHECK(figure.marks[2].x == 9.0 && figure.series[0].style == Series::Style::area);
+  CHECK(again.outcomes[0].figures[0].zones.empty() && again.outcomes[0].figures[0].marks.empty());
+}
+
+TEST("an area without its upper edge is refused by name") {
+  const scratch::Folder folder;
+  Results results = sample::results();
+  results.outcomes[0].figures[2].series[1].y2.clear();
+  for (Outcome& outcome : results.outcomes) { write_figure_data(folder.path(), outcome); }
+  CHECK_THROWS(read_figure_data(folder.path(), results.outcomes[0]), "series_1");
+}
+
 TEST("a results folder renders the same report from its files alone") {
   const scratch::Folder folder;
   const Results results = sample::results();

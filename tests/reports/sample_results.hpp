@@ -54,6 +54,31 @@ inline Figure map() {
   return figure;
 }
 
+/// Two parts stacked over depth with their sum, three layers and what happened at their borders.
+inline Figure layered() {
+  Figure figure{.id = "parts",
+                .title = "Parts of a force",
+                .caption = "Stacked.",
+                .x = {.label = "depth (mm)"},
+                .y = {.label = "force (N)"}};
+  Series lower{.label = "friction", .style = Series::Style::area};
+  Series upper{.label = "cutting", .style = Series::Style::area};
+  Series sum{.label = "sum"};
+  for (int n = 0; n <= 40; ++n) {
+    const double depth = 0.25 * n;
+    for (Series* series : {&lower, &upper, &sum}) { series->x.push_back(depth); }
+    lower.y.push_back(0.0);
+    lower.y2.push_back(0.3 * depth);
+    upper.y.push_back(0.3 * depth);
+    upper.y2.push_back(0.3 * depth + 2.0);
+    sum.y.push_back(0.3 * depth + 2.0);
+  }
+  figure.series = {lower, upper, sum};
+  figure.zones = {{"skin <1>", 0.0, 2.0}, {"ligamentum flavum", 2.0, 9.0}, {"dura", 9.0, 10.0}};
+  figure.marks = {{"contact", 0.0}, {"puncture & more", 2.0}, {"puncture & more", 9.0}};
+  return figure;
+}
+
 inline Results results() {
   Outcome good{.name = "oscillator/order/rk4",
                .suite = "accuracy",
@@ -68,7 +93,7 @@ inline Results results() {
   good.judge(
       {.name = "error", .value = 1e-9, .unit = "m", .upper = 1e-8, .bound_from = "round-off"});
   good.judge({.name = "rungs", .value = 6.0});
-  good.figures = {curve(), map()};
+  good.figures = {curve(), map(), layered()};
   good.tables = {
       {.id = "errors",
        .title = "Errors",

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include "reports/cli/tool_inspection.hpp"
+
+#include <Eigen/IterativeLinearSolvers>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "model/dynamics/needle_path.hpp"
+#include "reference/solution.hpp"
+#include "reference/static_equilibrium.hpp"
+#include "reports/markup.hpp"
+
+namespace palpate::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double mm = 1e3;
+
+std::string with(double value, const char* unit) { return plain_number(value, 6) + " " + unit; }
+std::string millimetres(double value) { return with(mm * value, "mm"); }
+
+std::string name_of(TissueRole role) {
+  switch (role) {
+    case TissueRole::epidural_space:
+      return "epidural-space";
+    case TissueRole::dura:
+      return "dura";
+    case TissueRole::bone:
+      return "bone";
+    case TissueRole::tissue:
+      break;
+  }
+  return "tissue";
+}
+
+/// The thinnest to the thickest that is made, where the diameter is one of them.
+std::optional<int> gauge_of(double diameter) {
+  for (int gauge = 1; gauge < 40; ++gauge) {
+    const std::optional<double> made = diameter_of_gauge(gauge);
+    if (made && std::abs(*made - diameter) < 1e-9) { return gauge; }
+  }
+  return {};
+}
+
+std::string pushes(const Drive& drive) {
+  const std::string rise =
+      "the hand pushes with " + with(drive.force, "N") + ", risen in " + with(drive.rise, "s");
+  const std::string steps =
+      drive.technique == Drive::Technique::intermittent
+          ? ", " + with(drive.push, "s") + " at a time with pauses of " + with(drive.pause, "s")
+          : "";
+  const std::string end =
+      drive.withdraw_force > 0.0
+          ? "; after " + with(drive.hold, "s") + " it pulls with " + with(drive.withdraw_force, "N")
+          : "; it does not stop";
+  return rise + steps + ", against " + with(drive.hand_viscosity, "N s/m") + " of its own" + end;
+}
+
+std::string advances(const Drive& drive) {
+  const std::string speed = "advances at " + with(mm * drive.speed, "mm/s");
+  const std::string steps = drive.technique == Drive::Technique::intermittent
+                                ? ", " + millimetres(drive.advance) + " at a time with pauses of " +
+                                      with(drive.pause, "s")
+                                : "";
+  if (!drive.depth) { return speed + steps + ", as long as the run lasts"; }
+  const std::string end = drive.withdraw_speed > 0.0
+                              ? ", holds for " + with(drive.hold, "s") + " and is withdrawn at " +
+                                    with(mm * drive.withdraw_speed, "mm/s")
+                              : " and stays there";
+  return speed + steps + " to " + millimetres(*drive.depth) + end;
+}
+
+std::string drive_in_words(const Drive& drive) {
+  const std::string from =
+      drive.from == 0.0 ? "from the skin" : "from " + millimetres(drive.from) + " along its line";
+  return from + " at t = " + with(drive.start, "s") + ": " +
+         (drive.kind == Drive::Kind::force ? pushes(drive) : advances(drive));
+}
+
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json line_of(const NeedlePath& path) {
+  Json line = Json::array();
+  for (const PathInterval& interval : path.intervals()) {
+    line.push_back({{"label", interval.label},
+                    {"begin_m", interval.begin},
+                    {"end_m", finite_or_null(interval.end)},
+                    {"cutting_force_n", finite_or_null(interval.cutting_force)},
+                    {"friction_n_per_m", interval.friction},
+                    {"role", name_of(interval.role)}});
+  }
+  return line;
+}
+
+Json needle_facts(const Needle& needle, const NeedlePath& path) {
+  const Eigen::Vector3d& n = path.direction();
+  Json facts{{"kind", "needle"}};
+  const std::optional<int> gauge = gauge_of(needle.diameter);
+  facts["gauge"] = gauge ? Json(*gauge) : Json(nullptr);
+  facts["diameter_m"] = needle.diameter;
+  facts["entry_m"] = {needle.entry.x(), needle.entry.y()};
+  facts["direction"] = {n.x(), n.y(), n.z()};
+  facts["mass_kg"] = needle.mass;
+  facts["knots"] = path.knots().size();
+  facts["bone_at_m"] = finite_or_null(path.bone());
+  facts["line"] = line_of(path);
+  return facts;
+}
+
+Json probe_facts(const Probe& probe, const NeedlePath& path) {
+  const bool round = probe.shape == Probe::Shape::fingertip;
+  Json facts{{"kind", "probe"}, {"shape", round ? "fingertip" : "ultrasound"}};
+  facts["size_m"] = round ? Json{probe.size.x()} : Json{probe.size.x(), probe.size.y()};
+  facts["entry_m"] = {probe.entry.x(), probe.entry.y()};
+  facts["mass_kg"] = probe.mass;
+  facts["nodes_beneath"] = path.knots().front().count;
+  facts["on"] = path.intervals().front().label;
+  return facts;
+}
+
+/// K^-1 w of a large tissue, whose factors would take minutes: conjugate gradients. Throws
+/// SolverError where they do not converge, as on a singular stiffness.
+Eigen::VectorXd iterated_response(const NetworkProblem& problem, const Eigen::VectorXd& w) {
+  using Sparse = Eigen::SparseMatrix<double>;
+  Sparse stiffness;
+  Sparse damping;
+  problem.jacobian(problem.initial_position(), Eigen::VectorXd::Zero(problem.dof()), stiffness,
+                   damping);
+  Eigen::ConjugateGradient<Sparse, Eigen::Lower | Eigen::Upper> solver;
+  solver.setTolerance(1e-10);
+  solver.setMaxIterations(20000);
+  solver.compute(stiffness);
+  Eigen::VectorXd x = solver.solve(w);
+  if (solver.info() != Eigen::Success || !x.allFinite()) {
+    throw reference::SolverError("static response: no convergence");
+  }
+  return x;
+}
+
+/// c = w.K^-1 w at the first knot (EQUATIONS.md, "Needle tip").
+double static_compliance(const NeedlePath& path, const NetworkProblem& problem) {
+  Eigen::VectorXd w = Eigen::VectorXd::Zero(problem.dof());
+  for (const NeedlePath::Support& support : path.supports(path.knots().front())) {
+    const Eigen::Index at = problem.coordinate(support.node);
+    if (at >= 0) { w.segment<3>(at) += support.weight * path.direction(); }
+  }
+  if (w.isZero(0.0)) { return 0.0; }
+  constexpr Eigen::Index quickly_factored = 6000;
+  return w.dot(problem.dof() <= quickly_factored ? reference::linear_static_response(problem, w)
+                                                 : iterated_response(problem, w));
+}
+
+/// Rounding can hide that a stiffness is singular: a chain of all springs, each as soft as the
+/// softest, yields `chain`, and no lever in a tissue multiplies that a thousandfold.
+bool is_believable(double compliance, const NetworkProblem& problem) {
+  const SpringNetwork& network = problem.network();
+  const auto nodes = static_cast<std::size_t>(network.node_count());
+  if (problem.free_nodes().size() == nodes) { return false; }  // nothing holds it
+  double least = std::numeric_limits<double>::infinity();
+  for (const Spring& spring : network.springs) {
+    if (spring.stiffness > 0.0) { least = std::min(least, spring.stiffness); }
+  }
+  const double chain = static_cast<double>(network.springs.size()) / least;
+  return compliance >= 0.0 && compliance <= 1e3 * chain;
+}
+
+void add_compliance(Json& facts, const NeedlePath& path, const NetworkProblem& problem) {
+  double compliance = std::numeric_limits<double>::infinity();
+  try {
+    compliance = static_compliance(path, problem);
+  } catch (const reference::SolverError&) {
+    // Stays infinite: the stiffness is singular.
+  }
+  const bool finite = is_believable(compliance, problem);
+  facts["static_compliance_m_per_n"] = finite ? Json(compliance) : Json(nullptr);
+  if (!finite) { facts["static_compliance_reason"] = "infinite: the tissue can move freely"; }
+}
+
+std::string cell(const Json& value, double scale) {
+  return value.is_null() ? "-" : plain_number(scale * value.get<double>(), 6);
+}
+
+void print_line(const Json& line) {
+  std::printf("  %9s %9s %10s %13s  %-14s  %s\n", "from mm", "to mm", "cutting N", "friction N/m",
+              "role", "layer");
+  for (const Json& each : line) {
+    std::printf("  %9s %9s %10s %13s  %-14s  %s\n", cell(each["begin_m"], mm).c_str(),
+                cell(each["end_m"], mm).c_str(), cell(each["cutting_force_n"], 1.0).c_str(),
+                cell(each["friction_n_per_m"], 1.0).c_str(),
+                each["role"].get<std::string>().c_str(), each["label"].get<std::string>().c_str());
+  }
+}
+
+}  // namespace
+
+nlohmann::ordered_json tool_inspection(const Scene& scene, const NetworkProblem& problem) {
+  Json facts = Json::object();
+  if (!scene.needle && !scene.probe) { return facts; }
+  const NeedlePath path = tool_path(scene, problem.network());
+  facts["tool"] =
+      scene.needle ? needle_facts(*scene.needle, path) : probe_facts(*scene.probe, path);
+  const Drive drive = scene.drive.value_or(Drive{});
+  facts["tool"]["drive"] = drive.kind == Drive::Kind::force ? "force" : "trajectory";
+  facts["tool"]["drive_in_words"] = drive_in_words(drive);
+  facts["tool"]["syringe"] = scene.syringe.has_value();
+  add_compliance(facts, path, problem);
+  return facts;
+}
+
+void print_tool(const nlohmann::ordered_json& tool) {
+  std::printf("tool\n");
+  for (const auto& [name, value] : tool.items()) {
+    if (name == "line") { continue; }
+    const std::string text = value.is_string()         ? value.get<std::string>()
+                             : value.is_null()         ? "none"
+                             : value.is_number_float() ? plain_number(value.get<double>(), 6)
+                                                       : value.dump();
+    std::printf("  %-16s %s\n", name.c_str(), text.c_str());
+  }
+  if (tool.contains("line")) { print_line(tool["line"]); }
+}
+
+}  // namespace palpate::cli
