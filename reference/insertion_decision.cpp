@@ -66,7 +66,7 @@ double tip_violation(Tip tip, const Contact& now, double strength) {
 double shaft_violation(Shaft shaft, const Contact& now) {
   switch (shaft) {
     case Shaft::sticks:
-      return now.shaft_mobility * std::max(0.0, std::abs(now.shaft_force) - now.capacity);
+      return now.shaft_mobility * std::max(0.0, std::abs(now.shaft_force) - now.capacity - least_force);
     case Shaft::forward: return std::max(0.0, -now.shaft_slip_rate);
     case Shaft::backward: return std::max(0.0, now.shaft_slip_rate);
   }
@@ -121,7 +121,8 @@ void Transitions::enter(double time, const Mode& next, VectorXd& y) {
       case Tip::cutting: log_cut(time, y); break;
     }
   }
-  if (mode_.tip == Tip::outside || mechanics_.kinematics(mode_, y).capacity == 0.0) { return; }
+  const double capacity = mechanics_.kinematics(mode_, y).capacity;
+  if (mode_.tip == Tip::outside || capacity <= least_force) { return; }
   const bool sticks = mode_.shaft == Shaft::sticks;
   if (sticks != (shaft_before == Shaft::sticks)) {
     log(sticks ? Kind::shaft_sticks : Kind::shaft_slips, time, y);

@@ -48,8 +48,8 @@ void add_tip_roots(const Mode& mode, const Contact& now, const NeedleTrack& trac
 void add_shaft_roots(const Mode& mode, const Contact& now, std::vector<RootValue>& roots) {
   if (mode.tip == Tip::outside || (mode.tip == Tip::stuck && now.shaft_is_tip())) { return; }
   if (mode.shaft == Shaft::sticks) {
-    roots.push_back({Root::slip_forward, now.capacity - now.shaft_force});
-    roots.push_back({Root::slip_backward, now.capacity + now.shaft_force});
+    roots.push_back({Root::slip_forward, now.capacity + least_force - now.shaft_force});
+    roots.push_back({Root::slip_backward, now.capacity + least_force + now.shaft_force});
   } else {
     const double along = mode.shaft == Shaft::forward ? now.shaft_slip : -now.shaft_slip;
     roots.push_back({Root::shaft_stop, along + band});

@@ -16,6 +16,22 @@ Kind first_cut(TissueRole role) {
   return role == TissueRole::dura ? Kind::dural_puncture : Kind::puncture;
 }
 
+namespace {
+
+/// Impulses at tip and shaft [N s] that end their slips.
+Eigen::Vector2d impulses(const Contact& now, bool tip, bool shaft) {
+  if (tip && shaft) {
+    const double gram =
+        now.tip_mobility * now.shaft_mobility - now.mixed_mobility * now.mixed_mobility;
+    return {(now.shaft_mobility * now.slip - now.mixed_mobility * now.shaft_slip) / gram,
+            (now.tip_mobility * now.shaft_slip - now.mixed_mobility * now.slip) / gram};
+  }
+  return {tip ? now.slip / now.tip_mobility : 0.0,
+          shaft ? now.shaft_slip / now.shaft_mobility : 0.0};
+}
+
+}  // namespace
+
 Transitions::Transitions(Mechanics& mechanics, const InsertionOptions& options, double still)
     : mechanics_(mechanics),
       options_(options),
@@ -64,11 +80,13 @@ void Transitions::settle(double time, std::set<Root> fired, VectorXd& y) {
 }
 
 void Transitions::change(double time, const std::set<Root>& fired, VectorXd& y) {
+  remove_drift(y);
   move_tool(time, fired, y);
   move_along(time, fired, y);
   arrive(time, fired, y);
   decide(time, fired, y);
   remove_drift(y);
+  remove_slip(y);
 }
 
 void Transitions::move_tool(double time, const std::set<Root>& fired, VectorXd& y) {
@@ -147,18 +165,12 @@ void Transitions::strike(VectorXd& y) {
                      mode_.tip != Tip::outside && mode_.shaft == Shaft::sticks &&
                      std::abs(now.shaft_slip) > still_ && !now.shaft_is_tip();
   if (!tip && !shaft) { return; }
-  const double gram = now.tip_mobility * now.shaft_mobility - now.mixed_mobility * now.mixed_mobility;
-  double on_tip = tip ? now.slip / now.tip_mobility : 0.0;
-  double on_shaft = shaft ? now.shaft_slip / now.shaft_mobility : 0.0;
-  if (tip && shaft) {
-    on_tip = (now.shaft_mobility * now.slip - now.mixed_mobility * now.shaft_slip) / gram;
-    on_shaft = (now.tip_mobility * now.shaft_slip - now.mixed_mobility * now.slip) / gram;
-  }
-  impact_loss_ += 0.5 * (on_tip * now.slip + on_shaft * now.shaft_slip);
+  const Eigen::Vector2d given = impulses(now, tip, shaft);
+  impact_loss_ += 0.5 * given.dot(Eigen::Vector2d(now.slip, now.shaft_slip));
   if (!mechanics_.pushes()) {
-    y(mechanics_.work()) += (on_tip + on_shaft) * y(mechanics_.speed());
+    y(mechanics_.work()) += given.sum() * y(mechanics_.speed());
   }
-  push_track(mechanics_, mode_, now, {on_tip, on_shaft}, y, mechanics_.dof());
+  push_track(mechanics_, mode_, now, given, y, mechanics_.dof());
 }
 
 void Transitions::lock_knots(double time, std::size_t count, VectorXd& y) {
@@ -182,32 +194,21 @@ void Transitions::lock_knots(double time, std::size_t count, VectorXd& y) {
   }
 }
 
+double Transitions::tip_drift(const Contact& now, const VectorXd& y) const {
+  double place = mode_.cut;
+  for (std::size_t k = mode_.segment; k < mechanics_.track().knots.size(); ++k) {
+    const double h = now.tip_weights(static_cast<Eigen::Index>(k));
+    if (h != 0.0) { place += h * mechanics_.knot_displacement(k, y); }
+  }
+  return y(mechanics_.place()) - place;
+}
+
 void Transitions::remove_drift(VectorXd& y) {
   const Contact now = mechanics_.kinematics(mode_, y);
-  const Eigen::Index speeds = mechanics_.dof();
   if (mode_.tip == Tip::stuck && now.tip_mobility > 0.0) {
-    double place = mode_.cut;
-    for (std::size_t k = mode_.segment; k < mechanics_.track().knots.size(); ++k) {
-      const double h = now.tip_weights(static_cast<Eigen::Index>(k));
-      if (h != 0.0) { place += h * mechanics_.knot_displacement(k, y); }
-    }
-    const double drift = y(mechanics_.place()) - place;
+    const double drift = tip_drift(now, y);
     largest_drift_ = std::max(largest_drift_, std::abs(drift));
     push_track(mechanics_, mode_, now, {drift / now.tip_mobility, 0.0}, y, 0);
-  }
-  const bool sticks = mode_.tip != Tip::outside && mode_.shaft == Shaft::sticks &&
-                      now.shaft_mobility > 0.0;
-  if (mode_.tip == Tip::stuck && sticks && !now.shaft_is_tip()) {
-    const double gram =
-        now.tip_mobility * now.shaft_mobility - now.mixed_mobility * now.mixed_mobility;
-    push_track(mechanics_, mode_, now,
-               {(now.shaft_mobility * now.slip - now.mixed_mobility * now.shaft_slip) / gram,
-                (now.tip_mobility * now.shaft_slip - now.mixed_mobility * now.slip) / gram},
-               y, speeds);
-  } else if (mode_.tip == Tip::stuck && now.tip_mobility > 0.0) {
-    push_track(mechanics_, mode_, now, {now.slip / now.tip_mobility, 0.0}, y, speeds);
-  } else if (sticks) {
-    push_track(mechanics_, mode_, now, {0.0, now.shaft_slip / now.shaft_mobility}, y, speeds);
   }
   const Vector3d& n = mechanics_.track().direction;
   for (std::size_t k = 0; k < mode_.locked_at.size(); ++k) {
@@ -216,6 +217,19 @@ void Transitions::remove_drift(VectorXd& y) {
     off -= n.dot(off) * n;
     largest_drift_ = std::max(largest_drift_, off.norm());
     mechanics_.push_knot(k, -off / mechanics_.mobility(k), y, 0);
+  }
+}
+
+void Transitions::remove_slip(VectorXd& y) {
+  const Contact now = mechanics_.kinematics(mode_, y);
+  const Eigen::Index speeds = mechanics_.dof();
+  const bool tip = mode_.tip == Tip::stuck && now.tip_mobility > 0.0;
+  const bool shaft = mode_.tip != Tip::outside && mode_.shaft == Shaft::sticks &&
+                     now.shaft_mobility > 0.0 && !(tip && now.shaft_is_tip());
+  push_track(mechanics_, mode_, now, impulses(now, tip, shaft), y, speeds);
+  const Vector3d& n = mechanics_.track().direction;
+  for (std::size_t k = 0; k < mode_.locked_at.size(); ++k) {
+    if (mechanics_.mobility(k) == 0.0) { continue; }
     Vector3d velocity = mechanics_.knot_mean(k, y, speeds);
     velocity -= n.dot(velocity) * n;
     mechanics_.push_knot(k, -velocity / mechanics_.mobility(k), y, speeds);

@@ -73,6 +73,8 @@ class Transitions {
   void lock_knots(double time, std::size_t count, Eigen::VectorXd& y);
   void strike(Eigen::VectorXd& y);
   void remove_drift(Eigen::VectorXd& y);
+  void remove_slip(Eigen::VectorXd& y);
+  [[nodiscard]] double tip_drift(const Contact& now, const Eigen::VectorXd& y) const;
   void log_cut(double time, Eigen::VectorXd& y);
   void log(InsertionEvent::Kind kind, double time, const Eigen::VectorXd& y);
   [[nodiscard]] std::vector<Tip> tips(const std::set<Root>& fired, const Contact& now) const;
