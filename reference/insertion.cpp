@@ -224,9 +224,8 @@ Insertion solve_insertion(const Scene& scene, const SpringNetwork& network,
                           const InsertionOptions& options) {
   const auto begun = std::chrono::steady_clock::now();
   check_times(times);
-  Mechanics mechanics(scene, network, options);
-  const double still = std::min(1e3 * tolerance.relative * tolerance.velocity_scale, 1e-6);
-  Transitions transitions(mechanics, options, still);
+  Mechanics mechanics(scene, network, tolerance, options);
+  Transitions transitions(mechanics, options);
   Flow flow(mechanics, tolerance, options);
   const double end = times.back();
   const std::vector<HandPiece> hand = hand_motion(mechanics.drive(), end);
@@ -264,6 +263,7 @@ Insertion solve_insertion(const Scene& scene, const SpringNetwork& network,
   result.steps = flow.steps();
   result.evaluations = mechanics.evaluations();
   result.largest_drift = transitions.largest_drift();
+  result.largest_slip = transitions.largest_slip();
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;
 }

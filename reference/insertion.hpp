@@ -82,8 +82,9 @@ struct Insertion {
   std::vector<InsertionEvent> events{};  ///< in order of time
   long steps = 0;
   long evaluations = 0;
-  double seconds = 0.0;       ///< wall time
+  double seconds = 0.0;        ///< wall time
   double largest_drift = 0.0;  ///< of a constraint's place between two restarts [m]
+  double largest_slip = 0.0;   ///< of a constraint's velocity between two restarts [m/s]
 };
 
 /// times: ascending from 0. At an event or a jump an instant shows what was just before it; at 0

@@ -13,12 +13,13 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 Mechanics::Mechanics(const Scene& scene, const SpringNetwork& network,
-                     const InsertionOptions& options)
+                     const Tolerance& tolerance, const InsertionOptions& options)
     : problem_(network, resolve_loads(scene, network), scene.tissue.gravity,
                scene.simulation.printed),
       track_(needle_track(scene, network)),
       drive_(scene.drive.value_or(Drive{})),
       options_(options),
+      slip_error_(tolerance.relative * tolerance.velocity_scale),
       tool_mass_(scene.needle ? scene.needle->mass : scene.probe->mass),
       origin_(problem_.initial_position()),
       inverse_mass_(problem_.mass().cwiseInverse()),

@@ -60,7 +60,8 @@ struct Contact {
 
 class Mechanics {
  public:
-  Mechanics(const Scene& scene, const SpringNetwork& network, const InsertionOptions& options);
+  Mechanics(const Scene& scene, const SpringNetwork& network, const Tolerance& tolerance,
+            const InsertionOptions& options);
 
   [[nodiscard]] const NetworkProblem& problem() const { return problem_; }
   [[nodiscard]] const NeedleTrack& track() const { return track_; }
@@ -75,6 +76,8 @@ class Mechanics {
   /// 1/m, and 0 where the tool's motion is given.
   [[nodiscard]] double tool_mobility(const Mode& mode) const;
   [[nodiscard]] double mobility(std::size_t knot) const { return mobility_[knot]; }  ///< G_k
+  /// Slips below this are errors of the integration [m/s].
+  [[nodiscard]] double slip_error() const { return slip_error_; }
   [[nodiscard]] long evaluations() const { return evaluations_; }
 
   /// Depth, slips and weights; no forces.
@@ -108,6 +111,7 @@ class Mechanics {
   NeedleTrack track_;
   Drive drive_{};
   InsertionOptions options_;
+  double slip_error_ = 0.0;
   double tool_mass_ = 0.0;
   Eigen::VectorXd origin_;
   Eigen::VectorXd inverse_mass_;

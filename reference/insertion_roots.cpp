@@ -8,7 +8,7 @@ namespace palpate::reference::insertion {
 namespace {
 
 void add_tip_roots(const Mode& mode, const Contact& now, const NeedleTrack& track,
-                   std::vector<RootValue>& roots) {
+                   double slip_band, std::vector<RootValue>& roots) {
   const TrackInterval& part = track.intervals[mode.interval];
   const bool has_below = mode.segment + 1 < track.knots.size();
   const auto add_ahead = [&] {
@@ -28,7 +28,7 @@ void add_tip_roots(const Mode& mode, const Contact& now, const NeedleTrack& trac
       roots.push_back({Root::release, now.tip_force + least_force});
       break;
     case Tip::cutting:
-      roots.push_back({Root::stop, now.slip + band});
+      roots.push_back({Root::stop, now.slip + slip_band});
       add_ahead();
       break;
     case Tip::in_track:
@@ -45,14 +45,15 @@ void add_tip_roots(const Mode& mode, const Contact& now, const NeedleTrack& trac
   }
 }
 
-void add_shaft_roots(const Mode& mode, const Contact& now, std::vector<RootValue>& roots) {
+void add_shaft_roots(const Mode& mode, const Contact& now, double slip_band,
+                     std::vector<RootValue>& roots) {
   if (mode.tip == Tip::outside || (mode.tip == Tip::stuck && now.shaft_is_tip())) { return; }
   if (mode.shaft == Shaft::sticks) {
     roots.push_back({Root::slip_forward, now.capacity + least_force - now.shaft_force});
     roots.push_back({Root::slip_backward, now.capacity + least_force + now.shaft_force});
   } else {
     const double along = mode.shaft == Shaft::forward ? now.shaft_slip : -now.shaft_slip;
-    roots.push_back({Root::shaft_stop, along + band});
+    roots.push_back({Root::shaft_stop, along + slip_band});
   }
 }
 
@@ -72,8 +73,8 @@ std::vector<RootValue> roots_of(double time, const Mode& mode, const Eigen::Vect
     const double gap = track.entry() + mechanics.knot_displacement(0, y) - place;
     roots.push_back({Root::skin, gap + band});
   }
-  add_tip_roots(mode, now, track, roots);
-  add_shaft_roots(mode, now, roots);
+  add_tip_roots(mode, now, track, mechanics.slip_error(), roots);
+  add_shaft_roots(mode, now, mechanics.slip_error(), roots);
   if (on_bone) {
     const double left = mechanics.pushes() ? now.bone_force + least_force
                                            : mode.hand.at(time) - track.bone + 2.0 * band;

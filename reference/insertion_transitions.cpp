@@ -32,10 +32,10 @@ Eigen::Vector2d impulses(const Contact& now, bool tip, bool shaft) {
 
 }  // namespace
 
-Transitions::Transitions(Mechanics& mechanics, const InsertionOptions& options, double still)
+Transitions::Transitions(Mechanics& mechanics, const InsertionOptions& options)
     : mechanics_(mechanics),
       options_(options),
-      still_(still),
+      still_(std::min(1e3 * mechanics.slip_error(), 1e-6)),
       punctured_(mechanics.track().intervals.size(), false) {
   mode_.cut = mechanics.track().entry();
 }
@@ -226,6 +226,8 @@ void Transitions::remove_slip(VectorXd& y) {
   const bool tip = mode_.tip == Tip::stuck && now.tip_mobility > 0.0;
   const bool shaft = mode_.tip != Tip::outside && mode_.shaft == Shaft::sticks &&
                      now.shaft_mobility > 0.0 && !(tip && now.shaft_is_tip());
+  if (tip) { largest_slip_ = std::max(largest_slip_, std::abs(now.slip)); }
+  if (shaft) { largest_slip_ = std::max(largest_slip_, std::abs(now.shaft_slip)); }
   push_track(mechanics_, mode_, now, impulses(now, tip, shaft), y, speeds);
   const Vector3d& n = mechanics_.track().direction;
   for (std::size_t k = 0; k < mode_.locked_at.size(); ++k) {

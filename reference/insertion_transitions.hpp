@@ -11,8 +11,8 @@
 namespace palpate::reference::insertion {
 
 /// Distances and slips get a band, so that a function which has just been zero starts positive
-/// whatever its rounding; so does the force of a stuck tip.
-inline constexpr double band = 1e-12;        ///< [m], [m/s]
+/// whatever its rounding (slips: Mechanics::slip_error); so do the bounds of a constraint's force.
+inline constexpr double band = 1e-12;        ///< [m]
 inline constexpr double least_force = 1e-9;  ///< [N]
 
 enum class Root {
@@ -51,12 +51,13 @@ InsertionEvent::Kind first_cut(TissueRole role);
 /// The modes of one insertion, from contact to withdrawal.
 class Transitions {
  public:
-  Transitions(Mechanics& mechanics, const InsertionOptions& options, double still);
+  Transitions(Mechanics& mechanics, const InsertionOptions& options);
 
   [[nodiscard]] const Mode& mode() const { return mode_; }
   [[nodiscard]] const std::vector<InsertionEvent>& events() const { return events_; }
   [[nodiscard]] double impact_loss() const { return impact_loss_; }
   [[nodiscard]] double largest_drift() const { return largest_drift_; }
+  [[nodiscard]] double largest_slip() const { return largest_slip_; }
 
   /// A new piece of the hand's motion, then settle().
   void begin_piece(double time, const HandPiece& hand, double gate, Eigen::VectorXd& y);
@@ -90,6 +91,7 @@ class Transitions {
   std::vector<InsertionEvent> events_{};
   double impact_loss_ = 0.0;
   double largest_drift_ = 0.0;
+  double largest_slip_ = 0.0;
 };
 
 }  // namespace palpate::reference::insertion
