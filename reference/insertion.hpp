@@ -88,9 +88,8 @@ struct Insertion {
 };
 
 /// times: ascending from 0. At an event or a jump an instant shows what was just before it; at 0
-/// what is just after. Tolerance::position_scale and velocity_scale as for every reference; soft
-/// tissue only (functional iteration). SolverError when CVODE fails, when the tool begins inside the
-/// tissue, or at more than event_limit events.
+/// what is just after. Soft tissue only (functional iteration). SolverError when CVODE fails, when
+/// the tool begins inside the tissue, when modes do not settle, or at more than event_limit events.
 Insertion solve_insertion(const Scene& scene, const SpringNetwork& network,
                           const std::vector<double>& times, const Tolerance& tolerance,
                           const InsertionOptions& options = {});

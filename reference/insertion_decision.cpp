@@ -66,7 +66,8 @@ double tip_violation(Tip tip, const Contact& now, double strength) {
 double shaft_violation(Shaft shaft, const Contact& now) {
   switch (shaft) {
     case Shaft::sticks:
-      return now.shaft_mobility * std::max(0.0, std::abs(now.shaft_force) - now.capacity - least_force);
+      return now.shaft_mobility *
+             std::max(0.0, std::abs(now.shaft_force) - now.capacity - least_force);
     case Shaft::forward: return std::max(0.0, -now.shaft_slip_rate);
     case Shaft::backward: return std::max(0.0, now.shaft_slip_rate);
   }
@@ -85,7 +86,9 @@ void Transitions::decide(double time, const std::set<Root>& fired, VectorXd& y) 
   const Contact now = mechanics_.kinematics(mode_, y);
   const double strength = mechanics_.track().intervals[mode_.interval].cutting_force;
   const std::vector<Tip> open = tips(fired, now);
-  if (open.empty()) { throw SolverError("insertion: the tip meets fixed nodes that it cannot cut"); }
+  if (open.empty()) {
+    throw SolverError("insertion: the tip meets fixed nodes that it cannot cut");
+  }
   Mode best;
   double least = std::numeric_limits<double>::infinity();
   const double enough = least_force * std::max(now.tip_mobility, now.shaft_mobility);

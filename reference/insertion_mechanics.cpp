@@ -46,7 +46,7 @@ Mechanics::Mechanics(const Scene& scene, const SpringNetwork& network,
 }
 
 double Mechanics::tool_mobility(const Mode& mode) const {
-  return pushes() && mode.support == insertion::Support::hand ? 1.0 / tool_mass_ : 0.0;
+  return pushes() && mode.support == Support::hand ? 1.0 / tool_mass_ : 0.0;
 }
 
 Vector3d Mechanics::knot_mean(std::size_t knot, const VectorXd& y, Index from) const {
@@ -124,8 +124,9 @@ Contact Mechanics::kinematics(const Mode& mode, const VectorXd& y) const {
   return contact;
 }
 
+/// T and F_f from the rates of both slips without them.
 void Mechanics::solve_forces(const Mode& mode, double slip_rate, double shaft_rate,
-                             double tool_mobility, Contact& c) const {
+                             Contact& c) const {
   const bool sticks = mode.shaft == Shaft::sticks && mode.tip != Tip::outside;
   if (mode.tip == Tip::cutting) {
     c.tip_force = track_.intervals[mode.interval].cutting_force;
@@ -145,12 +146,12 @@ void Mechanics::solve_forces(const Mode& mode, double slip_rate, double shaft_ra
   c.slip_rate = slip_rate - c.tip_mobility * c.tip_force - c.mixed_mobility * c.shaft_force;
   c.shaft_slip_rate =
       shaft_rate - c.mixed_mobility * c.tip_force - c.shaft_mobility * c.shaft_force;
-  c.tool_acceleration -= tool_mobility * (c.tip_force + c.shaft_force);
+  c.tool_acceleration -= tool_mobility(mode) * (c.tip_force + c.shaft_force);
 }
 
-Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, VectorXd* dy) {
-  ++evaluations_;
-  Contact contact = kinematics(mode, y);
+/// Accelerations in dy_ without tool, but with passed knots held across n.
+void Mechanics::free_acceleration(double time, const Mode& mode, const VectorXd& y,
+                                  Contact& contact) {
   const Index n = dof();
   position_ = origin_ + y.head(n);
   velocity_ = y.segment(n, n);
@@ -165,38 +166,51 @@ Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, Ve
     push_knot(k, hold, dy_, n);
     contact.lateral -= hold;
   }
-  const bool pushed = pushes() && mode.support == insertion::Support::hand;
+}
+
+/// How fast l_k / L changes: with this times (h_k - l_k / L) [1/s], as the tip moves in the tissue.
+double Mechanics::share_rate(const Mode& mode, const Contact& contact, const VectorXd& y) const {
+  const bool moves = mode.tip == Tip::cutting || mode.tip == Tip::in_track;
+  if (!moves || contact.capacity == 0.0) { return 0.0; }
+  double steepness = 0.0;
+  const std::size_t k = mode.segment;
+  if (k + 1 < track_.knots.size()) {
+    steepness = (knot_displacement(k + 1, y) - knot_displacement(k, y)) /
+                (track_.knots[k + 1].depth - track_.knots[k].depth);
+  }
+  const double deepening = contact.slip / (1.0 + steepness);
+  return track_.intervals[mode.interval].friction * deepening / contact.capacity;
+}
+
+Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, VectorXd* dy) {
+  ++evaluations_;
+  Contact contact = kinematics(mode, y);
+  free_acceleration(time, mode, y, contact);
   const double hand = mode.hand.at(time);
-  contact.tool_acceleration =
-      pushed ? (hand - drive_.hand_viscosity * y(speed())) / tool_mass_ : 0.0;
+  if (pushes() && mode.support == Support::hand) {
+    contact.tool_acceleration = (hand - drive_.hand_viscosity * y(speed())) / tool_mass_;
+  }
   double slip_rate = contact.tool_acceleration;
   double shaft_rate = contact.tool_acceleration;
-  const std::size_t last = std::min(mode.segment + 1, track_.knots.size() - 1);
-  const double steepness =
-      last == mode.segment ? 0.0
-                           : (knot_displacement(last, y) - knot_displacement(mode.segment, y)) /
-                                 (track_.knots[last].depth - track_.knots[mode.segment].depth);
-  const bool tip_moves = mode.tip == Tip::cutting || mode.tip == Tip::in_track;
-  const double deepening = tip_moves ? contact.slip / (1.0 + steepness) : 0.0;
-  const double growth = contact.capacity > 0.0 ? track_.intervals[mode.interval].friction *
-                                                     deepening / contact.capacity
-                                               : 0.0;
-  for (std::size_t k = 0; k <= last; ++k) {
-    const auto i = static_cast<Index>(k);
-    const double acceleration = direction.dot(knot_mean(k, dy_, n));
-    const double velocity = direction.dot(knot_mean(k, y, n));
-    const double share = contact.shaft_weights(i);
-    slip_rate -= contact.tip_weights(i) * acceleration;
-    shaft_rate -= share * acceleration + growth * (contact.tip_weights(i) - share) * velocity;
+  const double rate = share_rate(mode, contact, y);
+  const Index last = std::min(static_cast<Index>(mode.segment) + 1,
+                              static_cast<Index>(track_.knots.size()) - 1);
+  for (Index k = 0; k <= last; ++k) {
+    const auto knot = static_cast<std::size_t>(k);
+    const double acceleration = track_.direction.dot(knot_mean(knot, dy_, dof()));
+    const double velocity = track_.direction.dot(knot_mean(knot, y, dof()));
+    const double share = contact.shaft_weights(k);
+    slip_rate -= contact.tip_weights(k) * acceleration;
+    shaft_rate -= share * acceleration + rate * (contact.tip_weights(k) - share) * velocity;
   }
-  solve_forces(mode, slip_rate, shaft_rate, tool_mobility(mode), contact);
-  if (pushes() && mode.support == insertion::Support::bone) {
+  solve_forces(mode, slip_rate, shaft_rate, contact);
+  if (pushes() && mode.support == Support::bone) {
     contact.bone_force = hand - contact.tip_force - contact.shaft_force;
   }
-  for (std::size_t k = 0; k <= last && mode.tip != Tip::outside; ++k) {
-    const auto i = static_cast<Index>(k);
-    push_knot(k, (contact.tip_force * contact.tip_weights(i) +
-                  contact.shaft_force * contact.shaft_weights(i)) * direction, dy_, n);
+  for (Index k = 0; k <= last && mode.tip != Tip::outside; ++k) {
+    const double force = contact.tip_force * contact.tip_weights(k) +
+                         contact.shaft_force * contact.shaft_weights(k);
+    push_knot(static_cast<std::size_t>(k), force * track_.direction, dy_, dof());
   }
   if (dy != nullptr) {
     dy_(place()) = y(speed());
@@ -215,7 +229,7 @@ void Mechanics::add_powers(double time, const Mode& mode, const Contact& contact
     power(0) = (mode.hand.at(time) - drive_.hand_viscosity * speed_now) * speed_now;
   } else {
     power(0) = (contact.tip_force + contact.shaft_force) * speed_now;
-    if (mode.support == insertion::Support::bone) {
+    if (mode.support == Support::bone) {
       power(0) += drive_.grip_stiffness * (mode.hand.at(time) - y(place())) * mode.hand.rate;
     }
   }
@@ -233,7 +247,7 @@ double Mechanics::stored_energy(double time, const Mode& mode, const VectorXd& y
   double energy = problem_.energy(origin_ + y.head(dof()), y.segment(dof(), dof()));
   if (pushes()) {
     energy += 0.5 * tool_mass_ * y(speed()) * y(speed());
-  } else if (mode.support == insertion::Support::bone) {
+  } else if (mode.support == Support::bone) {
     const double stretch = mode.hand.at(time) - y(place());
     energy += 0.5 * drive_.grip_stiffness * stretch * stretch;
   }

@@ -34,14 +34,14 @@ struct Mode {
 
 /// All that a mode needs to know at one instant.
 struct Contact {
-  double depth = 0.0;      ///< xi of the tip [m]
-  double slip = 0.0;       ///< s' - V(xi) [m/s]
-  double shaft_slip = 0.0; ///< W [m/s]
-  double capacity = 0.0;   ///< L [N]
+  double depth = 0.0;          ///< xi of the tip [m]
+  double slip = 0.0;           ///< s' - V(xi) [m/s]
+  double shaft_slip = 0.0;     ///< W [m/s]
+  double capacity = 0.0;       ///< L [N]
   double tip_force = 0.0;      ///< T [N]
   double shaft_force = 0.0;    ///< F_f [N]
   double bone_force = 0.0;     ///< [N] on a tool that the hand presses on bone
-  double tool_acceleration = 0.0;
+  double tool_acceleration = 0.0;  ///< s'' [m/s^2]
   double slip_rate = 0.0;        ///< d/dt slip at a fixed depth [m/s^2]
   double shaft_slip_rate = 0.0;  ///< W' [m/s^2]
   double tip_mobility = 0.0;     ///< A_tt [1/kg], the tool's included
@@ -88,7 +88,8 @@ class Mechanics {
   /// Displacement or velocity of a knot: `from` is the first index of u or v in y.
   [[nodiscard]] Eigen::Vector3d knot_mean(std::size_t knot, const Eigen::VectorXd& y,
                                           Eigen::Index from) const;
-  [[nodiscard]] double knot_displacement(std::size_t knot, const Eigen::VectorXd& y) const;  ///< U_k
+  /// U_k [m]
+  [[nodiscard]] double knot_displacement(std::size_t knot, const Eigen::VectorXd& y) const;
   /// Adds w_i / m_i times an impulse, force, ... on a knot to the nodes at `from` of y.
   void push_knot(std::size_t knot, const Eigen::Vector3d& impulse, Eigen::VectorXd& y,
                  Eigen::Index from) const;
@@ -102,7 +103,11 @@ class Mechanics {
   };
   [[nodiscard]] double depth_of(const Mode& mode, const Eigen::VectorXd& y) const;
   void add_shaft(const Mode& mode, Contact& contact) const;
-  void solve_forces(const Mode& mode, double slip_rate, double shaft_rate, double tool_mobility,
+  void free_acceleration(double time, const Mode& mode, const Eigen::VectorXd& y,
+                         Contact& contact);
+  [[nodiscard]] double share_rate(const Mode& mode, const Contact& contact,
+                                  const Eigen::VectorXd& y) const;
+  void solve_forces(const Mode& mode, double slip_rate, double shaft_rate,
                     Contact& contact) const;
   void add_powers(double time, const Mode& mode, const Contact& contact, const Eigen::VectorXd& y,
                   Eigen::VectorXd& dy);

@@ -61,7 +61,7 @@ class Transitions {
 
   /// A new piece of the hand's motion, then settle().
   void begin_piece(double time, const HandPiece& hand, double gate, Eigen::VectorXd& y);
-  /// The mode, and the velocities in y, right after `fired`; repeated until no function is negative.
+  /// The mode, and the velocities in y, right after `fired`; repeated until no root is negative.
   void settle(double time, std::set<Root> fired, Eigen::VectorXd& y);
 
  private:

@@ -9,9 +9,9 @@
 
 namespace palpate::reference {
 
-/// c = w.K^-1 w [m/N], w the knot weights at a depth xi [m] of the tool's line times n: what the tip
-/// sinks in for each newton. 0 where only fixed nodes bear it. SolverError where the tissue can move
-/// freely, or the scene has no tool.
+/// c = w.K^-1 w [m/N], w the knot weights at a depth xi [m] of the tool's line times n: how far the
+/// tip sinks in for each newton. 0 where only fixed nodes bear it. SolverError where the tissue can
+/// move freely, or the scene has no tool.
 double static_compliance(const Scene& scene, const SpringNetwork& network, double depth);
 
 struct ForceDepthVertex {

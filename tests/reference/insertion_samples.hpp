@@ -2,18 +2,22 @@
 #pragma once
 // Scenes of a needle with closed forms or small enough to be quick.
 
+#include <string>
+#include <vector>
+
 #include "model/dynamics/network_builder.hpp"
 #include "reference/insertion.hpp"
+#include "sample_problems.hpp"
 
 namespace sample {
 
 /// A chain of nodes below the entry, the last one fixed. Its stiffness is stiffness / springs.
 struct Chain {
   int springs = 5;
-  double spacing = 0.01;    ///< [m]
-  double stiffness = 200.0; ///< [N/m] of each spring
-  double viscosity = 1.0;   ///< [N s/m] of each spring
-  double mass = 1e-3;       ///< [kg] of each node
+  double spacing = 0.01;     ///< [m]
+  double stiffness = 200.0;  ///< [N/m] of each spring
+  double viscosity = 1.0;    ///< [N s/m] of each spring
+  double mass = 1e-3;        ///< [kg] of each node
 
   [[nodiscard]] palpate::SpringNetwork network() const {
     palpate::SpringNetwork made;
@@ -35,6 +39,10 @@ struct Stratum {
   double friction = 0.0;       ///< [N/m]
   palpate::TissueRole role = palpate::TissueRole::tissue;
 };
+
+inline const std::vector<Stratum> two_layers{{0.015, 0.06, 1.0}, {0.025, 0.12, 2.0}};
+inline const std::vector<Stratum> three_layers{
+    {0.012, 0.2, 10.0}, {0.01, 0.5, 15.0}, {0.1, 0.1, 5.0}};
 
 /// A needle into a network with these layers.
 inline palpate::Scene needle_scene(const palpate::SpringNetwork& network,
@@ -65,6 +73,16 @@ inline palpate::Scene block_scene(int across, const std::vector<Stratum>& strata
   scene.tissue.source = palpate::Source::layers;
   scene.tissue.block = {.nodes = {across, across}, .spacing = 0.005};
   return scene;
+}
+
+inline constexpr palpate::reference::InsertionOptions with_energy{
+    .account = palpate::reference::InsertionOptions::Account::energy};
+
+inline palpate::reference::Insertion solve(
+    const palpate::Scene& scene, double end, int count, double relative = 1e-9,
+    const palpate::reference::InsertionOptions& options = {}) {
+  return palpate::reference::solve_insertion(scene, palpate::build_network(scene),
+                                             instants(end, count), {.relative = relative}, options);
 }
 
 inline const palpate::reference::InsertionEvent* first_of(

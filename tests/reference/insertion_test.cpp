@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "insertion_samples.hpp"
-#include "sample_problems.hpp"
 #include "tests/check.hpp"
 
 using namespace palpate;
@@ -14,29 +13,6 @@ using Kind = InsertionEvent::Kind;
 namespace {
 
 constexpr Tolerance tight{.relative = 1e-9};
-constexpr InsertionOptions with_energy{.account = InsertionOptions::Account::energy};
-
-Insertion solve(const Scene& scene, double end, int count, double relative = 1e-9,
-                const InsertionOptions& options = {}) {
-  return solve_insertion(scene, build_network(scene), sample::instants(end, count),
-                         {.relative = relative}, options);
-}
-
-const std::vector<sample::Stratum> two_layers{{0.015, 0.06, 1.0}, {0.025, 0.12, 2.0}};
-const std::vector<sample::Stratum> three_layers{
-    {0.012, 0.2, 10.0}, {0.01, 0.5, 15.0}, {0.1, 0.1, 5.0}};
-
-/// M a - f(q, v) of the free nodes: what the needle does to them. a by a central difference.
-Eigen::VectorXd needle_force(const Scene& scene, const InsertionInstant& before,
-                             const InsertionInstant& now, const InsertionInstant& after) {
-  const NetworkProblem problem(build_network(scene));
-  const Eigen::VectorXd acceleration =
-      (after.velocities - before.velocities) / (after.time - before.time);
-  Eigen::VectorXd f(problem.dof());
-  problem.force(now.time, now.time, now.position, now.velocities, f);
-  return problem.mass().cwiseProduct(acceleration) - f;
-}
-
 }  // namespace
 
 TEST("a chain resists with k_eff s + c_eff v, is punctured at F_c and then resists with F_c") {
@@ -45,7 +21,7 @@ TEST("a chain resists with k_eff s + c_eff v, is punctured at F_c and then resis
   const double stiffness = chain.stiffness / chain.springs;
   const double viscosity = chain.viscosity / chain.springs;
   const Scene scene = sample::needle_scene(chain.network(), {{1.0, 0.2, 0.0}}, {.speed = v});
-  const Insertion run = solve(scene, 0.4, 400);
+  const Insertion run = sample::solve(scene, 0.4, 400);
   for (const InsertionInstant& now : run.instants) {
     if (now.time > 0.15 && now.time < 0.2445) {  // the impact has died out to exp(-28)
       CHECK_NEAR(now.stiffness, stiffness * v * now.time + viscosity * v, 1e-9);
@@ -66,7 +42,7 @@ TEST("a chain resists with k_eff s + c_eff v, is punctured at F_c and then resis
 TEST("the tip reaches the skin when its trajectory does, and rests before its start") {
   const Scene scene = sample::needle_scene(sample::Chain{}.network(), {{1.0, 0.2, 0.0}},
                                            {.start = 0.1, .from = -0.004, .speed = 0.02});
-  const Insertion run = solve(scene, 0.4, 40);
+  const Insertion run = sample::solve(scene, 0.4, 40);
   const auto* contact = sample::first_of(run, Kind::contact);
   CHECK(contact != nullptr);
   if (contact != nullptr) { CHECK_NEAR(contact->time, 0.3, 1e-9); }
@@ -80,15 +56,16 @@ TEST("the plastic impact at contact makes the skin as fast as the tip and loses 
   const sample::Chain chain;
   const Scene scene =
       sample::needle_scene(chain.network(), {{1.0, 0.2, 0.0}}, {.speed = 0.02});
-  const Insertion run = solve(scene, 0.1, 1);
+  const Insertion run = sample::solve(scene, 0.1, 1);
   CHECK_NEAR(run.instants[0].velocities(2), 0.02, 1e-15);
   CHECK_NEAR(run.instants[0].energy.impacts, 0.5 * chain.mass * 0.02 * 0.02, 1e-18);
   CHECK_NEAR(run.instants[0].energy.hand, chain.mass * 0.02 * 0.02, 1e-18);
 }
 
 TEST("each layer that resists more stops the tip at its beginning until T reaches its F_c") {
-  const Scene scene = sample::needle_scene(sample::Chain{}.network(), three_layers, {.speed = 0.02});
-  const Insertion run = solve(scene, 2.4, 100);
+  const Scene scene =
+      sample::needle_scene(sample::Chain{}.network(), sample::three_layers, {.speed = 0.02});
+  const Insertion run = sample::solve(scene, 2.4, 100);
   double stopped = -1.0;
   int punctures = 0;
   for (const InsertionEvent& event : run.events) {
@@ -119,7 +96,7 @@ TEST("the epidural space is a loss of resistance and dura is a dural puncture") 
                             {0.005, 0.0, 0.0, TissueRole::epidural_space},
                             {0.1, 0.1, 0.0, TissueRole::dura}},
                            {.speed = 0.02});
-  const Insertion run = solve(scene, 1.5, 10);
+  const Insertion run = sample::solve(scene, 1.5, 10);
   const auto* loss = sample::first_of(run, Kind::loss_of_resistance);
   const auto* dura = sample::first_of(run, Kind::dural_puncture);
   CHECK(loss != nullptr && dura != nullptr);
@@ -135,7 +112,7 @@ TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in bet
                            {.from = -0.001, .speed = 0.005, .depth = 0.03, .hold = 0.2,
                             .withdraw_speed = 0.005});
   const double turn = 0.031 / 0.005 + 0.2;
-  const Insertion run = solve(scene, 12.0, 1200);
+  const Insertion run = sample::solve(scene, 12.0, 1200);
   double slips_back = 0.0;
   for (const InsertionEvent& event : run.events) {
     if (event.kind == Kind::shaft_slips && slips_back == 0.0 && event.time > turn + 0.05) {
@@ -149,11 +126,13 @@ TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in bet
       CHECK_NEAR(now.friction, f * now.depth, 1e-12);
       in = now.friction;
     }
-    if (now.time > slips_back && now.depth > 1e-4) { CHECK_NEAR(now.friction, -f * now.depth, 1e-12); }
+    if (now.time > slips_back && now.depth > 1e-4) {
+      CHECK_NEAR(now.friction, -f * now.depth, 1e-12);
+    }
     CHECK_NEAR(now.total, now.friction, 0.0);
   }
-  // The shaft follows the tissue until its load has turned: 2 L c, c of the l_k / L in the chain. The
-  // tip moves in its track meanwhile (l_k changes a little) and dampers lag: hence 5 %.
+  // The shaft follows the tissue until its load has turned: 2 L c, c of the l_k / L in the chain.
+  // The tip moves in its track meanwhile (l_k changes a little) and dampers lag: hence 5 %.
   Eigen::VectorXd share = Eigen::VectorXd::Zero(6);
   const double depth = in / f;
   for (int k = 0; k < 6; ++k) {
@@ -172,97 +151,12 @@ TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in bet
   CHECK_NEAR(0.005 * (slips_back - turn), 2.0 * in * compliance, 0.05 * 2.0 * in * compliance);
 }
 
-TEST("the needle's forces on the nodes sum to F_r and lie at its knots") {
-  const Scene scene = sample::block_scene(5, two_layers, {.speed = 0.02});
-  for (const double at : {0.05, 0.2, 0.7, 0.83, 1.2}) {
-    const Insertion run = solve_insertion(scene, build_network(scene),
-                                          {0.0, at - 1e-5, at, at + 1e-5}, tight);
-    const Eigen::VectorXd force =
-        needle_force(scene, run.instants[1], run.instants[2], run.instants[3]);
-    double along = 0.0;
-    double beside = 0.0;
-    for (Eigen::Index i = 0; i < force.size() / 3; ++i) {
-      const bool on_line = i % 25 == 12;
-      along += on_line ? force(3 * i + 2) : 0.0;
-      if (!on_line) { beside = std::max(beside, force.segment<3>(3 * i).norm()); }
-    }
-    CHECK_NEAR(along, run.instants[2].total, 1e-6);  // h^2 / 6 of the third derivative of v
-    CHECK_NEAR(beside, 0.0, 1e-6);
-  }
-}
-
-TEST("knots that the tip has passed stay where they are across an oblique needle") {
-  Scene scene = sample::block_scene(5, two_layers, {.speed = 0.02, .depth = 0.03});
-  scene.needle->entry = {0.0012, 0.0007};
-  scene.needle->direction = {0.1, 0.05, 1.0};
-  const Insertion run = solve(scene, 1.4, 70);
-  const Eigen::Vector3d n = scene.needle->direction.normalized();
-  const auto weights_of = [&](double z) {  // bilinear, about the node below the left corner
-    const double x = (0.0012 + z * n.x() / n.z() + 0.01) / 0.005;
-    const double y = (0.0007 + z * n.y() / n.z() + 0.01) / 0.005;
-    return std::pair{x, y};
-  };
-  const auto mean_of = [&](const InsertionInstant& now, int plane) {
-    const auto [x, y] = weights_of(plane * 0.005);
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (int i = 0; i < 25; ++i) {
-      const double w = std::max(0.0, 1.0 - std::abs(x - i % 5)) *
-                       std::max(0.0, 1.0 - std::abs(y - i / 5));
-      mean += w * now.position.segment<3>(3 * (25 * plane + i));
-    }
-    return mean;
-  };
-  double lateral = 0.0;
-  for (const InsertionEvent& event : run.events) {
-    if (event.kind != Kind::knot_passed) { continue; }
-    const int plane = static_cast<int>(std::lround(event.depth * n.z() / 0.005));
-    Eigen::Vector3d first = Eigen::Vector3d::Constant(1e9);
-    for (const InsertionInstant& now : run.instants) {
-      if (now.time < event.time + 1e-9) { continue; }
-      if (first.x() > 1.0) { first = mean_of(now, plane); }
-      const Eigen::Vector3d moved = mean_of(now, plane) - first;
-      CHECK_NEAR((moved - n.dot(moved) * n).eval(), Eigen::Vector3d::Zero().eval(), 1e-11);
-      CHECK_NEAR(now.lateral.dot(n), 0.0, 1e-14);
-      lateral = std::max(lateral, now.lateral.norm());
-    }
-  }
-  CHECK(lateral > 1e-3);
-}
-
-TEST("what the hand gives is stored or lost, in a chain and in a block, there and back") {
-  const Drive drive{.speed = 0.02, .depth = 0.025, .hold = 0.2, .withdraw_speed = 0.03};
-  for (const Scene& scene : {sample::needle_scene(sample::Chain{}.network(), three_layers, drive),
-                             sample::block_scene(5, two_layers, drive)}) {
-    const Insertion run = solve(scene, 2.0, 20, 1e-9, with_energy);
-    const double hand = run.instants.back().energy.hand;
-    CHECK(hand > 1e-3);
-    CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * hand);
-    CHECK_NEAR(run.largest_drift, 0.0, 1e-11);
-    CHECK_NEAR(run.largest_slip, 0.0, 1e-8);  // 1e3 tolerances over at most 0.3 s of one mode
-    CHECK(run.seconds < 20.0);
-  }
-}
-
-TEST("a needle pushed by a force obeys its own equation and gives its energy away") {
-  Drive drive{.kind = Drive::Kind::force, .force = 0.7, .withdraw_force = 0.3,
-              .hand_viscosity = 5.0};
-  const Scene scene = sample::needle_scene(sample::Chain{}.network(), three_layers, drive);
-  const Insertion run = solve(scene, 2.0, 200, 1e-9, with_energy);
-  CHECK_NEAR(sample::imbalance(run), 0.0, 1e-6 * run.instants.back().energy.hand);
-  CHECK(sample::first_of(run, Kind::withdrawn) != nullptr);
-  const Insertion fine = solve_insertion(scene, build_network(scene),
-                                         {0.0, 0.6 - 1e-5, 0.6, 0.6 + 1e-5}, tight);
-  const auto& at = fine.instants;
-  const double acceleration = (at[3].velocity - at[1].velocity) / 2e-5;
-  CHECK_NEAR(scene.needle->mass * acceleration, at[2].applied - at[2].total, 1e-7);
-}
-
 TEST("bone stops the tip exactly and the hand pulls it by the grip") {
   const Scene scene = sample::needle_scene(
       sample::Chain{}.network(), {{0.02, 0.1, 0.0}, {0.1, 0.0, 0.0, TissueRole::bone}},
       {.speed = 0.02, .depth = 0.022, .hold = 0.2, .withdraw_speed = 0.02,
        .grip_stiffness = 1000.0});
-  const Insertion run = solve(scene, 1.5, 150, 1e-9, with_energy);
+  const Insertion run = sample::solve(scene, 1.5, 150, 1e-9, sample::with_energy);
   const auto* bone = sample::first_of(run, Kind::bone_contact);
   const auto* left = sample::first_of(run, Kind::bone_left);
   CHECK(bone != nullptr && left != nullptr);
@@ -286,7 +180,7 @@ TEST("a probe never cuts: it sinks in by its force over the stiffness and lets t
   scene.tissue.block = {.nodes = {5, 5}, .spacing = 0.005};
   scene.needle.reset();
   scene.probe = Probe{};
-  const Insertion run = solve(scene, 1.0, 50);
+  const Insertion run = sample::solve(scene, 1.0, 50);
   double largest = 0.0;
   for (const InsertionInstant& now : run.instants) {
     largest = std::max(largest, now.total);
@@ -297,24 +191,8 @@ TEST("a probe never cuts: it sinks in by its force over the stiffness and lets t
   CHECK(sample::first_of(run, Kind::withdrawn) != nullptr);
 }
 
-TEST("forces and instants of events converge with the tolerance") {
-  const Scene scene = sample::block_scene(5, two_layers, {.speed = 0.02});
-  const Insertion coarse = solve(scene, 1.2, 12, 1e-8);
-  const Insertion fine = solve(scene, 1.2, 12, 1e-10);
-  CHECK(coarse.events.size() == fine.events.size());
-  for (std::size_t n = 0; n < std::min(coarse.events.size(), fine.events.size()); ++n) {
-    CHECK(coarse.events[n].kind == fine.events[n].kind);
-    CHECK_NEAR(coarse.events[n].time, fine.events[n].time, 2e-8);
-  }
-  for (std::size_t n = 0; n < fine.instants.size(); ++n) {
-    CHECK_NEAR(coarse.instants[n].total, fine.instants[n].total, 1e-7);
-    CHECK_NEAR(coarse.instants[n].cut, fine.instants[n].cut, 1e-9);
-    CHECK_NEAR(coarse.instants[n].position, fine.instants[n].position, 1e-9);
-  }
-}
-
 TEST("times that do not ascend and a tip that begins in the tissue are refused") {
-  const Scene scene = sample::needle_scene(sample::Chain{}.network(), three_layers, {});
+  const Scene scene = sample::needle_scene(sample::Chain{}.network(), sample::three_layers, {});
   CHECK_THROWS(solve_insertion(scene, build_network(scene), {0.0, 0.2, 0.1}, tight), "ascend");
   Scene inside = scene;
   inside.drive->from = 0.001;

@@ -66,7 +66,7 @@ TEST("a slow insertion follows the quasi-static curve") {
   const auto run = solve_insertion(scene, network, sample::instants(28.0, 560), {.relative = 1e-8});
   for (const auto& now : run.instants) {
     if (now.time < 0.1) { continue; }  // the impact at contact dies out
-    // The dampers of the stuck chain carry c v / springs in contact, and half of that at most later.
+    // Dampers carry c v / springs at the skin and up to c v / 3 below, where fewer springs bear it.
     CHECK_NEAR(now.total, force_at(curve, now.place), 2.0 * speed);
   }
 }
