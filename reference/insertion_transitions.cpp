@@ -50,6 +50,7 @@ void Transitions::log(Kind kind, double time, const VectorXd& y) {
 }
 
 void Transitions::begin_piece(double time, const HandPiece& hand, double gate, VectorXd& y) {
+  if (time > 0.0) { note_slip(y); }
   mode_.hand = hand;
   mode_.gate = gate;
   if (!mechanics_.pushes() && mode_.support == Support::hand) {
@@ -68,6 +69,7 @@ void Transitions::begin_piece(double time, const HandPiece& hand, double gate, V
 
 void Transitions::settle(double time, std::set<Root> fired, VectorXd& y) {
   constexpr int most_changes = 50;
+  if (time > 0.0 && !fired.empty()) { note_slip(y); }
   for (int n = 0; n < most_changes; ++n) {
     change(time, fired, y);
     fired.clear();
@@ -203,6 +205,15 @@ double Transitions::tip_drift(const Contact& now, const VectorXd& y) const {
   return y(mechanics_.place()) - place;
 }
 
+/// How well accelerations alone have kept the velocities of the constraints.
+void Transitions::note_slip(const VectorXd& y) {
+  const Contact now = mechanics_.kinematics(mode_, y);
+  const bool tip = mode_.tip == Tip::stuck;
+  const bool shaft = mode_.tip != Tip::outside && mode_.shaft == Shaft::sticks;
+  if (tip) { largest_slip_ = std::max(largest_slip_, std::abs(now.slip)); }
+  if (shaft) { largest_slip_ = std::max(largest_slip_, std::abs(now.shaft_slip)); }
+}
+
 void Transitions::remove_drift(VectorXd& y) {
   const Contact now = mechanics_.kinematics(mode_, y);
   if (mode_.tip == Tip::stuck && now.tip_mobility > 0.0) {
@@ -226,8 +237,6 @@ void Transitions::remove_slip(VectorXd& y) {
   const bool tip = mode_.tip == Tip::stuck && now.tip_mobility > 0.0;
   const bool shaft = mode_.tip != Tip::outside && mode_.shaft == Shaft::sticks &&
                      now.shaft_mobility > 0.0 && !(tip && now.shaft_is_tip());
-  if (tip) { largest_slip_ = std::max(largest_slip_, std::abs(now.slip)); }
-  if (shaft) { largest_slip_ = std::max(largest_slip_, std::abs(now.shaft_slip)); }
   push_track(mechanics_, mode_, now, impulses(now, tip, shaft), y, speeds);
   const Vector3d& n = mechanics_.track().direction;
   for (std::size_t k = 0; k < mode_.locked_at.size(); ++k) {

@@ -73,6 +73,7 @@ class Transitions {
   void enter(double time, const Mode& next, Eigen::VectorXd& y);
   void lock_knots(double time, std::size_t count, Eigen::VectorXd& y);
   void strike(Eigen::VectorXd& y);
+  void note_slip(const Eigen::VectorXd& y);
   void remove_drift(Eigen::VectorXd& y);
   void remove_slip(Eigen::VectorXd& y);
   [[nodiscard]] double tip_drift(const Contact& now, const Eigen::VectorXd& y) const;
