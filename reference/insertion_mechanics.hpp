@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Between two events: constraints eliminated at the level of accelerations. Private to
+/// reference/insertion*.cpp.
+///   y = [u; v; s; s'; work of the hand; loss in dampers, friction, cutting]
+/// u = q - q(0) of the free nodes. Along n the tip feels T and the shaft F_f; knots are orthogonal
+/// in M^-1, so the lateral lock never mixes with either.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "model/dynamics/problem.hpp"
+#include "reference/hand_motion.hpp"
+#include "reference/insertion.hpp"
+#include "reference/needle_track.hpp"
+
+namespace palpate::reference::insertion {
+
+enum class Tip { outside, stuck, cutting, in_track };
+enum class Shaft { sticks, forward, backward };  ///< which way it slips through the tissue
+enum class Support { hand, bone };               ///< what decides the tool's place
+
+struct Mode {
+  Tip tip = Tip::outside;
+  Shaft shaft = Shaft::forward;
+  Support support = Support::hand;
+  std::size_t segment = 0;   ///< of the tip: knots segment and segment + 1
+  std::size_t interval = 0;  ///< of the tip; while it is stuck the one that it would cut
+  double cut = 0.0;          ///< d [m] unless the tip cuts
+  HandPiece hand{};
+  double gate = 0.0;                           ///< [s] which decides what loads are on
+  std::vector<Eigen::Vector3d> locked_at{};    ///< displacement across n of knots 0, 1, ...
+};
+
+/// All that a mode needs to know at one instant.
+struct Contact {
+  double depth = 0.0;          ///< xi of the tip [m]
+  double slip = 0.0;           ///< s' - V(xi) [m/s]
+  double shaft_slip = 0.0;     ///< W [m/s]
+  double capacity = 0.0;       ///< L [N]
+  double tip_force = 0.0;      ///< T [N]
+  double shaft_force = 0.0;    ///< F_f [N]
+  double bone_force = 0.0;     ///< [N] on a tool that the hand presses on bone
+  double tool_acceleration = 0.0;  ///< s'' [m/s^2]
+  double slip_rate = 0.0;        ///< d/dt slip at a fixed depth [m/s^2]
+  double shaft_slip_rate = 0.0;  ///< W' [m/s^2]
+  double tip_mobility = 0.0;     ///< A_tt [1/kg], the tool's included
+  double shaft_mobility = 0.0;   ///< A_ss [1/kg]
+  double mixed_mobility = 0.0;   ///< A_ts [1/kg]
+  Eigen::VectorXd tip_weights{};    ///< h_k at the tip [1]
+  Eigen::VectorXd shaft_weights{};  ///< l_k / L [1]
+  Eigen::Vector3d lateral{0.0, 0.0, 0.0};  ///< on the needle [N]
+
+  /// Below this the stuck tip and the shaft are one constraint.
+  [[nodiscard]] bool shaft_is_tip() const {
+    return tip_mobility * shaft_mobility - mixed_mobility * mixed_mobility <
+           1e-6 * tip_mobility * shaft_mobility;
+  }
+};
+
+class Mechanics {
+ public:
+  Mechanics(const Scene& scene, const SpringNetwork& network, const Tolerance& tolerance,
+            const InsertionOptions& options);
+
+  [[nodiscard]] const NetworkProblem& problem() const { return problem_; }
+  [[nodiscard]] const NeedleTrack& track() const { return track_; }
+  [[nodiscard]] const Drive& drive() const { return drive_; }
+  [[nodiscard]] bool pushes() const { return drive_.kind == Drive::Kind::force; }
+  [[nodiscard]] Eigen::Index dof() const { return problem_.dof(); }
+  [[nodiscard]] Eigen::Index size() const { return 2 * dof() + 6; }
+  [[nodiscard]] Eigen::Index place() const { return 2 * dof(); }      ///< index of s
+  [[nodiscard]] Eigen::Index speed() const { return 2 * dof() + 1; }  ///< index of s'
+  [[nodiscard]] Eigen::Index work() const { return 2 * dof() + 2; }   ///< index of the hand's work
+  [[nodiscard]] double tool_mass() const { return tool_mass_; }       ///< [kg]; by force only
+  /// 1/m, and 0 where the tool's motion is given.
+  [[nodiscard]] double tool_mobility(const Mode& mode) const;
+  [[nodiscard]] double mobility(std::size_t knot) const { return mobility_[knot]; }  ///< G_k
+  /// Slips below this are errors of the integration [m/s].
+  [[nodiscard]] double slip_error() const { return slip_error_; }
+  [[nodiscard]] long evaluations() const { return evaluations_; }
+
+  /// Depth, slips and weights; no forces.
+  [[nodiscard]] Contact kinematics(const Mode& mode, const Eigen::VectorXd& y) const;
+  /// The same with forces; dy as well where it is given.
+  Contact evaluate(double time, const Mode& mode, const Eigen::VectorXd& y, Eigen::VectorXd* dy);
+
+  /// Displacement or velocity of a knot: `from` is the first index of u or v in y.
+  [[nodiscard]] Eigen::Vector3d knot_mean(std::size_t knot, const Eigen::VectorXd& y,
+                                          Eigen::Index from) const;
+  /// U_k [m]
+  [[nodiscard]] double knot_displacement(std::size_t knot, const Eigen::VectorXd& y) const;
+  /// Adds w_i / m_i times an impulse, force, ... on a knot to the nodes at `from` of y.
+  void push_knot(std::size_t knot, const Eigen::Vector3d& impulse, Eigen::VectorXd& y,
+                 Eigen::Index from) const;
+  [[nodiscard]] double stored_energy(double time, const Mode& mode, const Eigen::VectorXd& y) const;
+
+ private:
+  struct FreeNode {
+    Eigen::Index coordinate = 0;
+    double weight = 0.0;
+    double per_mass = 0.0;  ///< w / m [1/kg]
+  };
+  [[nodiscard]] double depth_of(const Mode& mode, const Eigen::VectorXd& y) const;
+  void add_shaft(const Mode& mode, Contact& contact) const;
+  void free_acceleration(double time, const Mode& mode, const Eigen::VectorXd& y,
+                         Contact& contact);
+  [[nodiscard]] double share_rate(const Mode& mode, const Contact& contact,
+                                  const Eigen::VectorXd& y) const;
+  void solve_forces(const Mode& mode, double slip_rate, double shaft_rate,
+                    Contact& contact) const;
+  void add_powers(double time, const Mode& mode, const Contact& contact, const Eigen::VectorXd& y,
+                  Eigen::VectorXd& dy);
+
+  NetworkProblem problem_;
+  NeedleTrack track_;
+  Drive drive_{};
+  InsertionOptions options_;
+  double slip_error_ = 0.0;
+  double tool_mass_ = 0.0;
+  Eigen::VectorXd origin_;
+  Eigen::VectorXd inverse_mass_;
+  std::vector<std::vector<FreeNode>> supports_;  ///< free nodes of each knot
+  std::vector<Eigen::Vector3d> offset_;         ///< displacement of knots at t = 0 [m]
+  std::vector<double> mobility_;
+  long evaluations_ = 0;
+  Eigen::VectorXd position_, velocity_, force_, dy_, still_;
+};
+
+}  // namespace palpate::reference::insertion
