@@ -174,7 +174,8 @@ void ToolContact<Real>::solve(double tool_acceleration) noexcept {
   const double slipping = shaft_ == ShaftMode::backward ? -limit_ : limit_;
   const bool rigid = tip_ == TipMode::stuck && !stuck;  // only fixed nodes around the tip
   if (tip_ == TipMode::cutting || (rigid && velocity_ > 0.0)) {
-    tip_force_ = cutting_force();
+    // Bone has none: there the tip keeps the force with which it arrived, and bone adds its own.
+    if (std::isfinite(cutting_force())) { tip_force_ = cutting_force(); }
   } else if (!rigid || velocity_ < 0.0) {
     tip_force_ = 0.0;
   }

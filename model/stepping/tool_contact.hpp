@@ -108,7 +108,7 @@ class ToolContact {
   void change_tip(double t) noexcept;
   void leave(double t) noexcept;
   void change_shaft() noexcept;
-  void turn_shaft() noexcept;
+  void turn_shaft(double h) noexcept;
   [[nodiscard]] double slip_now() const noexcept;
   void enter(std::size_t interval, double t) noexcept;
   /// What cutting and rubbing take at this instant [W].

@@ -74,9 +74,8 @@ void ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool 
     weigh();
     contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0 &&
                         velocity_ > velocity_at(at_);  // the tip pushes, it cannot pull
-    contact_.shaft_held = false;                       // friction is bounded: no impulse
+    turn_shaft(h);
     match_velocities(state);
-    turn_shaft();
     losing_begin_ = losing();
   }
 }
@@ -90,11 +89,18 @@ double ToolContact<Real>::slip_now() const noexcept {
   return slip;
 }
 
-/// After a jump of the drive the shaft slides the way it is moved, until it sticks again.
+/// After a jump of the drive the shaft slides the way it is moved; it rests where its friction, which
+/// is bounded, can stop the slip within the step.
 template <class Real>
-void ToolContact<Real>::turn_shaft() noexcept {
+void ToolContact<Real>::turn_shaft(double h) noexcept {
   slip_ = limit_ > 0.0 ? slip_now() : 0.0;
-  if (slip_ != 0.0) { shaft_ = slip_ > 0.0 ? ShaftMode::forward : ShaftMode::backward; }
+  const bool rests = may_hold_shaft() && std::abs(slip_) <= limit_ * contact_.shaft_shaft * h;
+  contact_.shaft_held = rests;
+  if (rests) {
+    shaft_ = ShaftMode::stick;
+  } else if (slip_ != 0.0) {
+    shaft_ = slip_ > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+  }
 }
 
 template <class Real>
