@@ -36,6 +36,7 @@ std::vector<Case> chain_cases();     ///< a chain under the needle against its e
 std::vector<Case> balance_cases();   ///< parts, momentum, energy
 std::vector<Case> friction_cases();  ///< hysteresis, rest
 std::vector<Case> passage_cases();   ///< layers in order, loss of resistance, bone, angles, spacing
+std::vector<Case> reference_cases(); ///< against the reference that finds events as roots
 std::vector<Case> stress_cases();    ///< extremes of speed, force, step
 std::vector<Case> probe_cases();     ///< spread, palpation over bone
 std::vector<Case> moduli_cases();    ///< published moduli at 1 kHz
