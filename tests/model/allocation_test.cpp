@@ -7,6 +7,7 @@
 #include "tests/check.hpp"
 #include "tests/model/allocation_count.hpp"
 #include "tests/model/moving_scene.hpp"
+#include "tests/model/tool_scenes.hpp"
 
 namespace {
 
@@ -108,6 +109,36 @@ TEST("a diverging run allocates nothing") {
     const long before = check::allocations;
     for (int n = 0; n < 100; ++n) { (void)simulation.tick(); }
     CHECK_NEAR(static_cast<double>(check::allocations - before), 0.0, 0.0);
+  }
+}
+
+TEST("a whole insertion allocates nothing: contact, punctures, loss of resistance, withdrawal") {
+  for (const char* scheme : {"euler-cromer", "velocity-verlet", "rk4", "implicit-euler"}) {
+    for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+      Scene scene = layered_scene();
+      scene.syringe = Syringe{};
+      scene.drive->depth = 0.0125;
+      scene.drive->hold = 0.01;
+      scene.drive->withdraw_speed = 0.04;
+      scene.simulation = {
+          .duration = 1.1, .step = 1e-3, .integrator = scheme, .precision = precision};
+      const long count = allocations_of(scene, 1100);
+      if (count != 0) { std::printf("  %s: %ld allocations\n", scheme, count); }
+      CHECK_NEAR(static_cast<double>(count), 0.0, 0.0);
+    }
+  }
+}
+
+TEST("a tool under an applied force and a probe allocate nothing") {
+  for (const bool probe : {false, true}) {
+    Scene scene = layered_scene();
+    if (probe) {
+      scene.needle.reset();
+      scene.probe = Probe{.size = {0.004, 0.004}};
+    }
+    scene.drive = Drive{.kind = Drive::Kind::force, .force = 0.3, .rise = 0.2};
+    scene.simulation = {.duration = 1.0, .step = 1e-3};
+    CHECK_NEAR(static_cast<double>(allocations_of(scene, 500)), 0.0, 0.0);
   }
 }
 

@@ -18,6 +18,7 @@
 #include "model/stepping/simulation.hpp"
 #include "tests/check.hpp"
 #include "tests/model/moving_scene.hpp"
+#include "tests/model/tool_scenes.hpp"
 
 namespace {
 volatile long locks = 0;
@@ -108,6 +109,20 @@ TEST("a thousand sampled ticks of any scheme take no lock") {
   for (const IntegratorInfo* scheme : integrators()) {
     Simulation simulation(moving_scene(scheme->name));
     std::vector<double> row(simulation.columns().size());
+    const long before = locks;
+    CHECK(thousand_ticks(simulation, row));
+    CHECK(locks == before);
+  }
+}
+
+TEST("a thousand sampled ticks of an insertion make no system call and take no lock") {
+  for (const char* scheme : {"velocity-verlet", "implicit-euler"}) {
+    Scene scene = layered_scene();
+    scene.syringe = Syringe{};
+    scene.simulation = {.duration = 2.0, .step = 1e-3, .integrator = scheme};
+    Simulation simulation(scene);
+    std::vector<double> row(simulation.columns().size());
+    CHECK(without_system_calls([&] { return thousand_ticks(simulation, row); }) == Verdict::silent);
     const long before = locks;
     CHECK(thousand_ticks(simulation, row));
     CHECK(locks == before);
