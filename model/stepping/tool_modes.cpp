@@ -249,8 +249,10 @@ void ToolContact<Real>::change_shaft() noexcept {
                       (shaft_ == ShaftMode::backward && slip_ >= 0.0);
   if (turned) {
     shaft_ = ShaftMode::stick;
-  } else if (shaft_ == ShaftMode::stick && !contact_.shaft_held && slip_ != 0.0) {
-    shaft_ = slip_ > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+  } else if (shaft_ == ShaftMode::stick && !contact_.shaft_held) {
+    // What was held gives way to the force that was too much; the slip itself is rounding still.
+    const double sense = may_hold_shaft() ? shaft_force_ : slip_;
+    shaft_ = sense > 0.0 ? ShaftMode::forward : ShaftMode::backward;
   }
 }
 
