@@ -22,8 +22,9 @@ bool names(const Material& material, std::string_view part) {
 }  // namespace
 
 std::optional<double> diameter_of_gauge(int gauge) {
+  constexpr int thinnest_gauge = thickest_gauge + static_cast<int>(diameters.size()) - 1;
+  if (gauge < thickest_gauge || gauge > thinnest_gauge) { return {}; }
   const int index = gauge - thickest_gauge;
-  if (index < 0 || index >= static_cast<int>(diameters.size())) { return {}; }
   return diameters[static_cast<std::size_t>(index)];
 }
 

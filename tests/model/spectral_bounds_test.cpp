@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "model/stepping/spectral_bounds.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 
+#include "reference/dense_modes.hpp"
 #include "tests/check.hpp"
 #include "tests/model/random_network.hpp"
 
@@ -22,10 +22,7 @@ struct Truth {
 
 double largest(const MatrixXd& a, const VectorXd& mass) {
   const VectorXd s = mass.cwiseSqrt().cwiseInverse();
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(s.asDiagonal() * a * s.asDiagonal(),
-                                                 Eigen::EigenvaluesOnly)
-      .eigenvalues()
-      .maxCoeff();
+  return reference::symmetric_eigenvalues(s.asDiagonal() * a * s.asDiagonal()).maxCoeff();
 }
 
 Truth truth_of(const NetworkProblem& problem) {

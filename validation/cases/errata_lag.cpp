@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Eigenvalues>
 
 #include "model/dynamics/network_builder.hpp"
+#include "reference/dense_modes.hpp"
 #include "validation/cases/errata_parts.hpp"
 #include "validation/cases/errata_pressed.hpp"
 #include "validation/metrics.hpp"
@@ -70,7 +70,7 @@ ObservedOrder climb(const CaseContext& context, const Variant& variant,
 double predicted_limit(bool lagged) {
   const Linear linear = linearise(build_network(lattice_scene(step, step)), {});
   const Eigen::VectorXd squares =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(linear.stiffness).eigenvalues();
+      reference::symmetric_eigenvalues(linear.stiffness);
   double limit = std::numeric_limits<double>::infinity();
   for (const double square : squares) {
     const double omega = std::sqrt(square);
@@ -142,9 +142,10 @@ void judge_recurrence(const CaseContext& context, Outcome& outcome) {
   Scene scene = lattice_scene(step, static_cast<double>(steps) * step, "euler");
   scene.simulation.printed.lagged_velocity = true;
   SpringNetwork network = build_network(scene);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(linearise(network, {}).stiffness);
-  const Eigen::VectorXd shape = solver.eigenvectors().rightCols(1);
-  const double square = solver.eigenvalues().maxCoeff();
+  const reference::SymmetricModes modes =
+      reference::symmetric_modes(linearise(network, {}).stiffness);
+  const Eigen::VectorXd shape = modes.vectors.rightCols(1);
+  const double square = modes.values.maxCoeff();
   const double amplitude = 1e-9;
   // Nodes are numbered layer by layer and the fixed layer is the last, so free nodes come first.
   network.initial_displacement = NodeVectors::Zero(3, network.node_count());

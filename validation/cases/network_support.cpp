@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "validation/cases/network_support.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 
 #include "model/dynamics/network_builder.hpp"
+#include "reference/dense_modes.hpp"
 #include "reference/ensemble.hpp"
 #include "reference/solvers.hpp"
 
@@ -62,8 +62,7 @@ double highest_frequency(const Problem& problem) {
   const Eigen::VectorXd scale = problem.mass().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled =
       scale.asDiagonal() * Eigen::MatrixXd(stiffness_of(problem)) * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled, Eigen::EigenvaluesOnly);
-  return std::sqrt(solver.eigenvalues().maxCoeff());
+  return std::sqrt(reference::symmetric_eigenvalues(scaled).maxCoeff());
 }
 
 std::vector<double> instants(double step, long count) {

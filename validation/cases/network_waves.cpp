@@ -2,12 +2,12 @@
 /// Frequencies of chains and bars against closed forms: of the assembled matrices, and measured
 /// from motions.
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <complex>
 #include <numbers>
 
 #include "model/dynamics/network_builder.hpp"
+#include "reference/dense_modes.hpp"
 #include "validation/cases/network_parts.hpp"
 #include "validation/cases/network_support.hpp"
 
@@ -90,8 +90,7 @@ VectorXd frequencies_along_z(const NetworkProblem& problem) {
   const MatrixXd stiffness = MatrixXd(stiffness_of(problem))(along, along);
   const VectorXd scale = VectorXd(problem.mass()(along)).cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = scale.asDiagonal() * stiffness * scale.asDiagonal();
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(scaled, Eigen::EigenvaluesOnly)
-      .eigenvalues()
+  return reference::symmetric_eigenvalues(scaled)
       .cwiseMax(0.0)
       .cwiseSqrt();
 }
