@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/LU>
+
 #include "model/dynamics/lattice.hpp"
 #include "model/dynamics/problem.hpp"
 #include "model/stepping/stability.hpp"
