@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "reference/static_equilibrium.hpp"
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <string>
 
-#include "reference/linear_problem.hpp"
+#include "reference/static_response.hpp"
 
 namespace palpate::reference {
 
@@ -17,37 +14,6 @@ using Eigen::VectorXd;
 using Sparse = Eigen::SparseMatrix<double>;
 
 namespace {
-
-bool is_symmetric(const Sparse& matrix) {
-  const Sparse transposed = matrix.transpose();
-  return (matrix - transposed).norm() <= 1e-14 * matrix.norm();
-}
-
-/// With one round of iterative refinement: stiffness contrasts cost digits otherwise.
-template <class Factors>
-std::optional<VectorXd> refined(const Factors& factors, const Sparse& matrix,
-                                const VectorXd& right) {
-  VectorXd x = factors.solve(right);
-  x += factors.solve(right - matrix * x);
-  if (!x.allFinite()) { return std::nullopt; }
-  return x;
-}
-
-VectorXd solve(const Sparse& matrix, const VectorXd& right) {
-  if (is_symmetric(matrix)) {
-    const Eigen::SimplicialLDLT<Sparse> factors(matrix);
-    const bool usable = factors.info() == Eigen::Success &&
-                        factors.vectorD().minCoeff() > 1e-13 * factors.vectorD().maxCoeff();
-    if (usable) {
-      if (const auto x = refined(factors, matrix, right)) { return *x; }
-    }
-  }
-  Eigen::SparseLU<Sparse> factors(matrix);
-  if (factors.info() == Eigen::Success) {
-    if (const auto x = refined(factors, matrix, right)) { return *x; }
-  }
-  throw SolverError("static equilibrium: the stiffness is singular; the body can move freely");
-}
 
 class Residual {
  public:
@@ -101,7 +67,7 @@ Equilibrium static_equilibrium(const Problem& problem, const EquilibriumOptions&
                         " N after " + std::to_string(options.iteration_limit) + " iterations");
     }
     const Sparse stiffness = residual.stiffness(result.position);
-    const VectorXd step = solve(stiffness, f);
+    const VectorXd step = StaticResponse(stiffness)(f);
     double length = 1.0;
     VectorXd trial = result.position + step;
     VectorXd trial_force = residual(trial);
@@ -118,10 +84,6 @@ Equilibrium static_equilibrium(const Problem& problem, const EquilibriumOptions&
   }
   result.residual = first > 0.0 ? now / first : 0.0;
   return result;
-}
-
-VectorXd linear_static_response(const Problem& problem, const VectorXd& force) {
-  return solve(LinearProblem(problem).stiffness(), force);
 }
 
 }  // namespace palpate::reference

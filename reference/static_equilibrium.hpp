@@ -28,8 +28,4 @@ Equilibrium static_equilibrium(const Problem& problem, const EquilibriumOptions&
 Equilibrium static_equilibrium(const Problem& problem, const EquilibriumOptions& options,
                                const Eigen::VectorXd& start);
 
-/// Displacement K^-1 f [m] of the linearised problem under the forces f [N]: one solve at the rest
-/// position, with K there.
-Eigen::VectorXd linear_static_response(const Problem& problem, const Eigen::VectorXd& force);
-
 }  // namespace palpate::reference

@@ -13,21 +13,10 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// What the material states, else what its name says.
-TissueRole role_in(const Material& material) {
-  if (material.role) { return *material.role; }
-  const auto named = [&](const char* part) {
-    return material.name.find(part) != std::string::npos;
-  };
-  if (named("epidural")) { return TissueRole::epidural_space; }
-  if (named("dura")) { return TissueRole::dura; }
-  return named("bone") ? TissueRole::bone : TissueRole::tissue;
-}
-
 TrackInterval made_of(const Scene& scene, const std::string& material, const std::string& label) {
   const auto found = std::ranges::find(scene.materials, material, &Material::name);
   if (found == scene.materials.end()) { throw SolverError("insertion: no material " + material); }
-  const TissueRole role = role_in(*found);
+  const TissueRole role = role_of(*found);
   return {.cutting_force = role == TissueRole::bone ? infinity : found->cutting_force,
           .friction = found->friction,
           .role = role,

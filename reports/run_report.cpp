@@ -52,7 +52,8 @@ Sections sections_of(const std::vector<Figure>& tool, const std::vector<Figure>&
 
 std::string to_html(const RunReport& report, const Trace& trace) {
   const std::vector<Figure> over_time = figures_over_time(trace);
-  const std::vector<Figure> tool = tool_figures(trace);
+  std::vector<Figure> tool = tool_figures(trace);
+  tool.insert(tool.end(), report.tool_figures.begin(), report.tool_figures.end());
   std::vector<Figure> figures = over_time;
   if (auto snapshot = snapshot_figure(trace)) { figures.push_back(std::move(*snapshot)); }
   std::vector<Figure> zooms = tool_traces(trace);

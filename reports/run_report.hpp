@@ -8,6 +8,7 @@
 
 #include "model/dynamics/trace.hpp"
 #include "reports/html_page.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate {
 
@@ -17,6 +18,7 @@ struct RunReport {
   std::string verdict{};  ///< one line
   std::string detail{};   ///< one sentence under it
   std::vector<Fact> facts{};
+  std::vector<Figure> tool_figures{};  ///< after those of the trace
   std::vector<std::string> skipped{};
   std::vector<std::string> warnings{};
   std::vector<Fact> provenance{};

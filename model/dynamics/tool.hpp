@@ -3,6 +3,7 @@
 /// What a person writes about the tool of a scene: needle or probe, what drives it, the syringe.
 /// Plain data with documented defaults, SI units.
 
+#include <array>
 #include <optional>
 
 #include <Eigen/Core>
@@ -20,12 +21,23 @@ struct Needle {
 /// Outer diameter [m] of a Stubs needle gauge (ISO 9626), or nothing for one that is not made.
 std::optional<double> diameter_of_gauge(int gauge);
 
+/// A grid of places on the skin that a probe feels in turn, its middle at the probe's entry.
+struct PalpationGrid {
+  std::array<int, 2> sites{9, 9};  ///< along x and y
+  double spacing = 0.004;          ///< [m]
+
+  [[nodiscard]] Eigen::Vector2d half_span() const {
+    return 0.5 * spacing * Eigen::Vector2d(sites[0] - 1, sites[1] - 1);
+  }
+};
+
 /// Blunt tool that presses on the skin: the force is spread over its footprint, nothing is cut.
 struct Probe {
   enum class Shape { fingertip, ultrasound } shape = Shape::fingertip;
   Eigen::Vector2d size{0.015, 0.015};  ///< [m] fingertip: diameter; ultrasound: along x and y
   Eigen::Vector2d entry{0.0, 0.0};     ///< centre of the footprint [m]
   double mass = 0.1;                   ///< [kg] drive by force
+  std::optional<PalpationGrid> map{};  ///< of the stiffness that it feels, beside the run
 };
 
 struct Drive {

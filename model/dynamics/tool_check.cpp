@@ -2,6 +2,7 @@
 #include "model/dynamics/tool_check.hpp"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 namespace palpate {
@@ -9,6 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr double most_pauses = 1e6;
+constexpr long most_sites = 10000;  // of a palpation map
 constexpr double rounding = 1e-9;  // of numbers that a person writes
 
 template <class Vector>
@@ -59,6 +61,24 @@ void check_needle(const Scene& scene, const Needle& needle, Rules& rules) {
              list_of(needle.direction) + "; must be within 60 degrees of [0, 0, 1]");
 }
 
+void check_map(const Tissue& tissue, const Probe& probe, Rules& rules) {
+  const PalpationGrid& grid = *probe.map;
+  const auto [along_x, along_y] = grid.sites;
+  rules.positive(grid.spacing, "probe.map.spacing", "m");
+  const bool counted = along_x >= 1 && along_y >= 1;
+  rules.must(counted, "probe.map.sites",
+             list_of(std::array{double(along_x), double(along_y)}) + "; both must be >= 1");
+  const long count = static_cast<long>(along_x) * along_y;
+  rules.must(count <= most_sites, "probe.map.sites",
+             std::to_string(count) + " sites; must be at most " + std::to_string(most_sites));
+  const std::optional<Eigen::Vector2d> half = half_skin(tissue);
+  if (!half || !counted || !(grid.spacing > 0.0) || !probe.size.allFinite()) { return; }
+  const Eigen::Vector2d reach = probe.entry.cwiseAbs() + grid.half_span() + 0.5 * probe.size;
+  rules.must((reach - *half).maxCoeff() <= rounding * half->maxCoeff(), "probe.map",
+             "its sites with the probe reach to " + list_of(reach) + " m; the skin ends at " +
+                 list_of(*half) + " m");
+}
+
 void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
   rules.positive(probe.mass, "probe.mass", "kg");
   const bool sized = probe.size.allFinite() && probe.size.minCoeff() > 0.0;
@@ -66,6 +86,7 @@ void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
   rules.must(probe.shape == Probe::Shape::ultrasound || probe.size.x() == probe.size.y(),
              "probe.size", list_of(probe.size) + " m; must be one diameter for a fingertip");
   if (sized) { check_entry(scene.tissue, probe.entry, 0.5 * probe.size, "probe.entry", rules); }
+  if (probe.map) { check_map(scene.tissue, probe, rules); }
 }
 
 /// Pauses that an intermittent drive would make in the whole duration, at most.
@@ -114,12 +135,12 @@ void check_syringe(const Syringe& syringe, Rules& rules) {
 /// The impulses of a contact need positions and velocities of the same instant.
 void check_stepping(const SimulationSettings& simulation, Rules& rules) {
   const std::string& name = simulation.integrator;
-  rules.must(name != "leapfrog" && name != "feynman-newton" && name != "feynman-newton-printed",
+  rules.must(name != "leapfrog" && name != "feynman-newton",
              "simulation.integrator",
              "\"" + name +
                  "\" keeps velocities of half steps; with a tool must be \"auto\", "
-                 "\"euler\", \"euler-cromer\", \"velocity-verlet\", \"rk4\", \"implicit-euler\" or "
-                 "\"implicit-midpoint\"");
+                 "\"euler\", \"euler-cromer\", \"feynman-newton-printed\", \"velocity-verlet\", "
+                 "\"rk4\", \"implicit-euler\" or \"implicit-midpoint\"");
   rules.must(!simulation.printed.no_time_step, "simulation.printed.no_time_step",
              "on; must be false with a tool, whose speed is in metres a second");
   rules.must(!simulation.printed.lagged_velocity, "simulation.printed.lagged_velocity",

@@ -6,11 +6,11 @@
 #include <stdexcept>
 
 #include "model/dynamics/network_builder.hpp"
+#include "model/dynamics/syringe.hpp"
 #include "model/stepping/network_system.hpp"
 #include "model/stepping/oscillator_system.hpp"
 #include "model/stepping/recorder.hpp"
 #include "model/stepping/tool_system.hpp"
-#include "model/dynamics/syringe.hpp"
 
 namespace palpate {
 

@@ -45,7 +45,7 @@ ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem
     knots_.push_back(mine);
   }
   shaft_share_.assign(knots_.size(), 0.0);
-  place_ = place_begin_ = hand_place_ = start_place_;
+  place_ = place_begin_ = start_place_;
   depth_ = cut_ = knots_.front().depth;
 }
 

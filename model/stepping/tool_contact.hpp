@@ -155,8 +155,6 @@ class ToolContact {
 
   double step_begin_ = 0.0;
   double place_begin_ = 0.0;
-  double hand_velocity_ = 0.0;
-  double hand_place_ = 0.0;
   bool predict_ = false;
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;

@@ -8,6 +8,7 @@
 #include "reports/cli/commands.hpp"
 #include "reports/cli/interrupt.hpp"
 #include "reports/cli/loaded_scene.hpp"
+#include "reports/cli/palpation.hpp"
 #include "reports/cli/provenance.hpp"
 #include "reports/cli/run_facts.hpp"
 #include "reports/cli/summary.hpp"
@@ -60,7 +61,9 @@ int run(const RunOptions& options) {
   io::write_trace_hdf5(folder / "trace.h5", result.trace,
                        network != nullptr ? network->network() : SpringNetwork{}, provenance);
   io::replace_file(folder / "summary.json", summary_json(loaded, result));
-  write_run_report(folder, loaded, result, provenance);
+  const Palpation palpation = palpate_skin(loaded);
+  if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
+  write_run_report(folder, loaded, result, palpation, provenance);
   if (!options.quiet) { tell(result, loaded, folder); }
   if (result.interrupted) { return interrupted_code; }
   return result.diverged ? fell_short : done;

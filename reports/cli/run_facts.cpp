@@ -62,7 +62,8 @@ void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const R
 }  // namespace
 
 void write_run_report(const std::filesystem::path& folder, const LoadedScene& loaded,
-                      const Run& run, const std::map<std::string, std::string>& provenance) {
+                      const Run& run, const Palpation& palpation,
+                      const std::map<std::string, std::string>& provenance) {
   const StepPlan& plan = loaded.simulation.plan();
   RunReport report;
   report.title = loaded.file.scene.title.empty() ? "Palpate run" : loaded.file.scene.title;
@@ -79,6 +80,8 @@ void write_run_report(const std::filesystem::path& folder, const LoadedScene& lo
   add_cost_facts(report.facts, loaded, run);
   report.skipped = plan.skipped;
   report.warnings = plan.warnings;
+  std::ranges::copy(palpation.warnings, std::back_inserter(report.warnings));
+  if (palpation.figure) { report.tool_figures.push_back(*palpation.figure); }
   if (run.zero_length_springs > 0) {
     report.warnings.push_back(std::to_string(run.zero_length_springs) +
                               " springs have no length and exert no force");

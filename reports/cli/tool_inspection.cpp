@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "reports/cli/tool_inspection.hpp"
 
-#include <Eigen/IterativeLinearSolvers>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,7 +10,7 @@
 
 #include "model/dynamics/needle_path.hpp"
 #include "reference/solution.hpp"
-#include "reference/static_equilibrium.hpp"
+#include "reference/static_response.hpp"
 #include "reports/markup.hpp"
 
 namespace palpate::cli {
@@ -124,25 +123,6 @@ Json probe_facts(const Probe& probe, const NeedlePath& path) {
   return facts;
 }
 
-/// K^-1 w of a large tissue, whose factors would take minutes: conjugate gradients. Throws
-/// SolverError where they do not converge, as on a singular stiffness.
-Eigen::VectorXd iterated_response(const NetworkProblem& problem, const Eigen::VectorXd& w) {
-  using Sparse = Eigen::SparseMatrix<double>;
-  Sparse stiffness;
-  Sparse damping;
-  problem.jacobian(problem.initial_position(), Eigen::VectorXd::Zero(problem.dof()), stiffness,
-                   damping);
-  Eigen::ConjugateGradient<Sparse, Eigen::Lower | Eigen::Upper> solver;
-  solver.setTolerance(1e-10);
-  solver.setMaxIterations(20000);
-  solver.compute(stiffness);
-  Eigen::VectorXd x = solver.solve(w);
-  if (solver.info() != Eigen::Success || !x.allFinite()) {
-    throw reference::SolverError("static response: no convergence");
-  }
-  return x;
-}
-
 /// c = w.K^-1 w at the first knot (EQUATIONS.md, "Needle tip").
 double static_compliance(const NeedlePath& path, const NetworkProblem& problem) {
   Eigen::VectorXd w = Eigen::VectorXd::Zero(problem.dof());
@@ -151,9 +131,8 @@ double static_compliance(const NeedlePath& path, const NetworkProblem& problem) 
     if (at >= 0) { w.segment<3>(at) += support.weight * path.direction(); }
   }
   if (w.isZero(0.0)) { return 0.0; }
-  constexpr Eigen::Index quickly_factored = 6000;
-  return w.dot(problem.dof() <= quickly_factored ? reference::linear_static_response(problem, w)
-                                                 : iterated_response(problem, w));
+  constexpr Eigen::Index quickly_factorised = 6000;  // for a single answer
+  return reference::StaticResponse(problem, quickly_factorised).compliance(w);
 }
 
 /// Rounding can hide that a stiffness is singular: a chain of all springs, each as soft as the

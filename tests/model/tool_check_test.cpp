@@ -124,6 +124,20 @@ TEST("a probe has a mass, a size and lies on the skin as a whole") {
                                 s.probe->size = {0.06, 0.01};
                               }},
                          });
+  check_each(with_probe, {
+                             {"probe.map.spacing", "must be > 0",
+                              [](Scene& s) { s.probe->map = {.spacing = 0.0}; }},
+                             {"probe.map.sites", "both must be >= 1",
+                              [](Scene& s) {
+                                s.probe->map = {.sites = {0, 3}};
+                              }},
+                             {"probe.map.sites", "at most 10000",
+                              [](Scene& s) {
+                                s.probe->map = {.sites = {1001, 1000}, .spacing = 1e-9};
+                              }},
+                             {"probe.map", "the skin ends",
+                              [](Scene& s) { s.probe->map = {.spacing = 0.01}; }},
+                         });
   Scene edge = with_probe();
   edge.probe->entry = {0.015, -0.015};
   CHECK(check_scene(edge).empty());
@@ -252,8 +266,7 @@ TEST("a tool is refused with printed updates that have no velocity of the instan
 }
 
 TEST("every integrator is allowed with a tool by name or refused for its half steps") {
-  const std::set<std::string_view> half_steps{"leapfrog", "feynman-newton",
-                                              "feynman-newton-printed"};
+  const std::set<std::string_view> half_steps{"leapfrog", "feynman-newton"};
   Scene refused = with_needle();
   refused.simulation.integrator = "leapfrog";
   const std::vector<Violation> found = check_scene(refused);

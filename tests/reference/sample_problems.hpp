@@ -50,6 +50,24 @@ inline std::vector<double> instants(double end, int count) {
   return times;
 }
 
+/// A tripod: one free node held by three springs to the ground, loaded at it.
+inline palpate::NetworkProblem tripod(const Eigen::Vector3d& force,
+                                      const palpate::PrintedForm& printed = {}) {
+  palpate::SpringNetwork network;
+  network.rest_position.resize(3, 4);
+  network.rest_position << 0.0, 0.01, -0.01, 0.0,  //
+      0.01, -0.01, -0.01, 0.0,                     //
+      0.0, 0.0, 0.0, 0.02;
+  network.mass = Eigen::VectorXd::Ones(4);
+  network.fixed = {1, 1, 1, 0};
+  for (const int foot : {0, 1, 2}) {
+    const double length = (network.rest_position.col(3) - network.rest_position.col(foot)).norm();
+    network.springs.push_back({foot, 3, 100.0, 0.0, length});
+  }
+  return palpate::NetworkProblem(network, {palpate::Load{.nodes = {3}, .force = force}}, {0.0, 0.0, 0.0},
+                                 printed);
+}
+
 struct Block {
   int nodes = 4;              ///< per edge
   double stiffness = 1000.0;  ///< [N/m]

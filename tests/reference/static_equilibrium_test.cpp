@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "reference/static_equilibrium.hpp"
 
-#include "reference/linear_problem.hpp"
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
@@ -10,26 +9,9 @@ using palpate::Load;
 using palpate::NetworkProblem;
 using palpate::Oscillator;
 using palpate::OscillatorProblem;
-using palpate::PrintedForm;
 using namespace palpate::reference;
 
 namespace {
-
-/// A tripod: one free node held by three springs to the ground, loaded at it.
-NetworkProblem tripod(const Eigen::Vector3d& force, const PrintedForm& printed = {}) {
-  palpate::SpringNetwork network;
-  network.rest_position.resize(3, 4);
-  network.rest_position << 0.0, 0.01, -0.01, 0.0,  //
-      0.01, -0.01, -0.01, 0.0,                     //
-      0.0, 0.0, 0.0, 0.02;
-  network.mass = VectorXd::Ones(4);
-  network.fixed = {1, 1, 1, 0};
-  for (const int foot : {0, 1, 2}) {
-    const double length = (network.rest_position.col(3) - network.rest_position.col(foot)).norm();
-    network.springs.push_back({foot, 3, 100.0, 0.0, length});
-  }
-  return NetworkProblem(network, {Load{.nodes = {3}, .force = force}}, {0.0, 0.0, 0.0}, printed);
-}
 
 VectorXd force_at(const palpate::Problem& problem, const VectorXd& q) {
   VectorXd f(problem.dof());
@@ -51,7 +33,7 @@ TEST("a lattice pushed far comes to rest where no force is left") {
 
 TEST("a tripod carries its load: the force balance holds for a large deflection") {
   const Eigen::Vector3d load(0.05, -0.02, -0.4);
-  const NetworkProblem problem = tripod(load);
+  const NetworkProblem problem = sample::tripod(load);
   const Equilibrium rest = static_equilibrium(problem);
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();  // Hooke's law, written here once more
   for (int foot = 0; foot < 3; ++foot) {
@@ -74,18 +56,9 @@ TEST("what is at rest already needs no iteration") {
 }
 
 TEST("an unsymmetric stiffness, of the printed direction, is solved too") {
-  const NetworkProblem problem = tripod({2e-5, 1e-5, -3e-3}, {.direction = true});
+  const NetworkProblem problem = sample::tripod({2e-5, 1e-5, -3e-3}, {.direction = true});
   const Equilibrium rest = static_equilibrium(problem);
   CHECK_NEAR(force_at(problem, rest.position).cwiseAbs().maxCoeff(), 0.0, 1e-14);
-}
-
-TEST("the linear response is the limit of small loads") {
-  const Eigen::Vector3d load(3e-7, -1e-7, -2e-6);
-  const NetworkProblem problem = tripod(load);
-  const VectorXd linear = linear_static_response(problem, load);
-  const VectorXd moved = static_equilibrium(problem).position - problem.initial_position();
-  CHECK_NEAR(moved / linear.norm(), VectorXd(linear / linear.norm()), 1e-5);
-  CHECK_NEAR(LinearProblem(problem).stiffness() * linear, VectorXd(load), 1e-18);
 }
 
 TEST("a body that can move freely is an error") {

@@ -3,55 +3,14 @@
 /// the same cases are green.
 #include <cstdio>
 #include <limits>
-#include <map>
-#include <set>
 
-#include "tests/check.hpp"
 #include "tests/validation/planted_faults.hpp"
-#include "validation/case.hpp"
 
 namespace {
 
 using namespace palpate;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-/// References are the same with and without a fault: computed once.
-const reference::Cache& memory() {
-  static std::map<std::string, reference::Solution> kept;
-  static const reference::Cache cache{
-      .load = [](const std::string& key) -> std::optional<reference::Solution> {
-        const auto found = kept.find(key);
-        return found == kept.end() ? std::nullopt : std::optional(found->second);
-      },
-      .save = [](const std::string& key,
-                 const reference::Solution& solution) { kept.emplace(key, solution); }};
-  return cache;
-}
-
-Outcome outcome_of(const std::string& name, const Mutation* mutation) {
-  const std::vector<std::string> patterns{name};
-  const CaseContext context{.quick = true, .mutation = mutation, .cache = &memory()};
-  return run_case(select_cases(all_cases(), patterns, true).front(), context);
-}
-
-void check_status(const char* name, const Mutation* mutation, Status expected) {
-  const Outcome outcome = outcome_of(name, mutation);
-  if (outcome.status != expected) {
-    std::printf("  %s is %s %s %s\n", name, name_of(outcome.status).data(),
-                mutation != nullptr ? mutation->name.c_str() : "", outcome.reason.c_str());
-  }
-  CHECK(outcome.status == expected);
-}
-
-/// Red with the fault, green without.
-void check_red(const Mutation& mutation, std::initializer_list<const char*> names) {
-  static std::set<std::string> green;
-  for (const char* name : tried(std::span<const char* const>(names))) {
-    check_status(name, &mutation, Status::fail);
-    if (green.insert(name).second) { check_status(name, nullptr, Status::pass); }
-  }
-}
 
 TEST("one missing spring is seen") {
   const Mutation fault{.name = "one spring missing", .model = [](Scene&, SpringNetwork& network) {

@@ -3,39 +3,13 @@
 /// same cases are green.
 #include <cstdio>
 #include <limits>
-#include <set>
 
-#include "tests/check.hpp"
 #include "tests/validation/planted_faults.hpp"
-#include "validation/case.hpp"
 #include "validation/insertion.hpp"
 
 namespace {
 
 using namespace palpate;
-
-void check_status(const char* name, const Mutation* mutation, Status expected) {
-  const std::vector<std::string> patterns{name};
-  const CaseContext context{.quick = true, .mutation = mutation};
-  const Outcome outcome = run_case(select_cases(all_cases(), patterns, true).front(), context);
-  if (outcome.status != expected) {
-    std::printf("  %s is %s %s %s\n", name, name_of(outcome.status).data(),
-                mutation != nullptr ? mutation->name.c_str() : "", outcome.reason.c_str());
-    for (const Quantity& q : outcome.quantities) {
-      if (!q.holds()) { std::printf("    %s = %g\n", q.name.c_str(), q.value); }
-    }
-  }
-  CHECK(outcome.status == expected);
-}
-
-/// Red with the fault, green without.
-void check_red(const Mutation& mutation, std::initializer_list<const char*> names) {
-  static std::set<std::string> green;
-  for (const char* name : tried(std::span<const char* const>(names))) {
-    check_status(name, &mutation, Status::fail);
-    if (green.insert(name).second) { check_status(name, nullptr, Status::pass); }
-  }
-}
 
 TEST("a stiffness that is 1 % too high is seen") {
   const Mutation fault{.name = "stiffness +1 %", .model = [](Scene&, SpringNetwork& network) {

@@ -5,8 +5,8 @@
 
 #include "model/dynamics/needle_path.hpp"
 #include "model/dynamics/network_builder.hpp"
-#include "reference/static_equilibrium.hpp"
 #include "validation/cases/tool_setting.hpp"
+#include "validation/palpation_map.hpp"
 
 namespace palpate::tools {
 
@@ -48,39 +48,24 @@ void measure_probe(const CaseContext& context, Outcome& outcome) {
                  .upper = 1.0 + 1e-14, .bound_from = "the footprint shares out the whole force"});
 }
 
-/// Force at a small depth from one sparse solve per site.
-double stiffness_at(const Scene& scene, const NetworkProblem& problem) {
-  const NeedlePath path = tool_path(scene, problem.network());
-  Eigen::VectorXd push = Eigen::VectorXd::Zero(problem.dof());
-  for (const auto& s : path.supports(path.knots().front())) {
-    const Eigen::Index c = problem.coordinate(s.node);
-    if (c >= 0) { push(c + 2) = s.weight; }
-  }
-  return 1.0 / reference::linear_static_response(problem, push).dot(push);
-}
-
 void measure_map(const CaseContext& context, Outcome& outcome) {
   Scene scene = palpated_scene();
   const NetworkProblem problem(build_network(scene));
-  const int columns = context.quick ? 7 : 13;
-  const int rows = context.quick ? 5 : 9;
+  const PalpationGrid grid = context.quick ? PalpationGrid{.sites = {7, 5}, .spacing = 0.008}
+                                           : PalpationGrid{.sites = {13, 9}, .spacing = 0.004};
+  const auto [columns, rows] = grid.sites;
   Figure figure{.id = "palpation-map",
                 .title = "Palpation map over a spinous process",
                 .caption = "Stiffness under a fingertip 10 mm wide: the process, 8 mm x 24 mm of "
                            "bone 10 mm under the skin, is felt through the fat.",
                 .x = {.label = "x (mm)"},
                 .y = {.label = "y (mm)"},
+                .heat_map = palpation_map(scene, problem, grid),
                 .square = true};
-  HeatMap map{.label = "stiffness (N/mm)"};
-  for (int i = 0; i < columns; ++i) { map.x.push_back(-24.0 + 48.0 * i / (columns - 1)); }
-  for (int j = 0; j < rows; ++j) { map.y.push_back(-16.0 + 32.0 * j / (rows - 1)); }
-  for (const double y : map.y) {
-    for (const double x : map.x) {
-      scene.probe->entry = {1e-3 * x, 1e-3 * y};
-      map.z.push_back(1e-3 * stiffness_at(scene, problem));
-    }
-  }
-  const auto z = [&](int i, int j) { return map.z[static_cast<std::size_t>(j * columns + i)]; };
+  const HeatMap& map = *figure.heat_map;
+  const auto z = [&, n = columns](int i, int j) {
+    return map.z[static_cast<std::size_t>(j * n + i)];
+  };
   const double over = z(columns / 2, rows / 2);
   const double beside = z(0, rows / 2);
   outcome.judge({.name = "stiffness_over_bone_to_beside_it",
@@ -96,7 +81,7 @@ void measure_map(const CaseContext& context, Outcome& outcome) {
   }
   outcome.judge({.name = "asymmetry_of_the_map", .value = skew, .upper = 1e-9,
                  .bound_from = "the scene is symmetric; condition of the solve"});
-  figure.heat_map = std::move(map);
+
   outcome.figures.push_back(std::move(figure));
 
   // One site pressed in time must agree with its solve.

@@ -9,7 +9,7 @@ namespace palpate {
 
 std::vector<Case> tool_cases() {
   std::vector<Case> cases;
-  for (const auto part : {tools::chain_cases, tools::balance_cases, tools::friction_cases,
+  for (const auto part : {tools::chain_cases, tools::static_cases, tools::balance_cases, tools::friction_cases,
                           tools::passage_cases, tools::reference_cases, tools::stress_cases, tools::probe_cases,
                           tools::moduli_cases}) {
     for (Case& one : part()) { cases.push_back(std::move(one)); }

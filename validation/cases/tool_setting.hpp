@@ -33,6 +33,7 @@ Series curve(const std::string& label, std::vector<double> x, std::vector<double
              Series::Style style = Series::Style::line);
 
 std::vector<Case> chain_cases();     ///< a chain under the needle against its exact curve
+std::vector<Case> static_cases();    ///< a block against its static curve
 std::vector<Case> balance_cases();   ///< parts, momentum, energy
 std::vector<Case> friction_cases();  ///< hysteresis, rest
 std::vector<Case> passage_cases();   ///< layers in order, loss of resistance, bone, angles, spacing

@@ -23,7 +23,12 @@ constexpr Extreme extremes[] = {
      [](Scene& s) { for (Material& m : s.materials) { m.friction *= 1e3; } }},
     {"ticks of 0.1 ms", [](Scene& s) { s.simulation.step = 1e-4; }},
     {"ticks of 2 ms", [](Scene& s) { s.simulation.step = 2e-3; }},
-    {"a jump of 3 mm", [](Scene& s) { s.drive->from = 0.003; }},
+    {"a thrust of 5 m/s",
+     [](Scene& s) {
+       s.drive->from = -0.02;
+       s.drive->speed = 5.0;
+       s.simulation.duration = 0.008;
+     }},
     {"10 N at once",
      [](Scene& s) { s.drive = Drive{.kind = Drive::Kind::force, .force = 10.0, .rise = 0.0}; }},
     {"pushes of 5 N",
