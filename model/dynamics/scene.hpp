@@ -14,6 +14,7 @@
 
 #include <Eigen/Core>
 
+#include "model/dynamics/falcon_drive.hpp"
 #include "model/dynamics/spring_network.hpp"
 #include "model/dynamics/tool.hpp"
 
@@ -170,6 +171,7 @@ struct Scene {
   std::optional<Needle> needle{};    ///< at most one of needle and probe
   std::optional<Probe> probe{};
   std::optional<Drive> drive{};      ///< of the tool; empty with a tool: the default drive
+  std::optional<FalconDrive> falcon{};  ///< of a drive of that kind; empty: the default one
   std::optional<Syringe> syringe{};  ///< only with a needle
   Output output{};
 };

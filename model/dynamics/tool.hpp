@@ -41,7 +41,7 @@ struct Probe {
 };
 
 struct Drive {
-  enum class Kind { trajectory, force } kind = Kind::trajectory;
+  enum class Kind { trajectory, force, falcon } kind = Kind::trajectory;
   enum class Technique { continuous, intermittent } technique = Technique::continuous;
   double start = 0.0;              ///< [s] before it the tool rests
   double from = 0.0;               ///< tip on its line before the start [m]; 0: at the skin

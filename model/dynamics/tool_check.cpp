@@ -11,6 +11,11 @@ namespace {
 
 constexpr double most_pauses = 1e6;
 constexpr long most_sites = 10000;  // of a palpation map
+constexpr double slowest_rate = 100.0;   // of a haptic loop [Hz]
+constexpr double fastest_rate = 20000.0;
+constexpr int longest_delay = 100;       // ticks
+constexpr double lowest_grip = 0.08;     // z of the device on its axis, counts within +-1600 [m]
+constexpr double highest_grip = 0.175;
 constexpr double rounding = 1e-9;  // of numbers that a person writes
 
 template <class Vector>
@@ -132,6 +137,31 @@ void check_syringe(const Syringe& syringe, Rules& rules) {
   rules.positive(syringe.open_resistance, "syringe.open_resistance", "Pa s/m^3");
 }
 
+/// Whole ticks of the haptic loop in one of the tissue, to rounding.
+bool divides(double rate, double step) {
+  const double ticks = rate * step;
+  return std::abs(ticks - std::round(ticks)) <= rounding * ticks && std::round(ticks) >= 1.0;
+}
+
+void check_falcon(const Scene& scene, const FalconDrive& falcon, Rules& rules) {
+  const bool rated = falcon.rate >= slowest_rate && falcon.rate <= fastest_rate;
+  rules.must(rated, "falcon.rate", number_in_words(falcon.rate) + " Hz; must be from 100 to 20000");
+  const double step = scene.simulation.step;
+  rules.must(!rated || !(step > 0.0) || divides(falcon.rate, step), "simulation.step",
+             number_in_words(step) + " s; with a haptic loop must be a whole number of its ticks of " +
+                 number_in_words(1.0 / falcon.rate) + " s");
+  rules.must(falcon.delay >= 0 && falcon.delay <= longest_delay, "falcon.delay",
+             std::to_string(falcon.delay) + " ticks; must be from 0 to " +
+                 std::to_string(longest_delay));
+  rules.positive(falcon.coupling_stiffness, "falcon.coupling_stiffness", "N/m");
+  rules.non_negative(falcon.coupling_viscosity, "falcon.coupling_viscosity", "N s/m");
+  rules.must(falcon.start_height >= lowest_grip && falcon.start_height <= highest_grip,
+             "falcon.start_height",
+             number_in_words(falcon.start_height) + " m; must be from 0.08 to 0.175, within reach");
+  rules.non_negative(falcon.tremor, "falcon.tremor", "m");
+  rules.non_negative(falcon.reaction_delay, "falcon.reaction_delay", "s");
+}
+
 /// The impulses of a contact need positions and velocities of the same instant.
 void check_stepping(const SimulationSettings& simulation, Rules& rules) {
   const std::string& name = simulation.integrator;
@@ -156,6 +186,9 @@ void check_company(const Scene& scene, Rules& rules) {
              "given; must be left out with source = \"oscillator\", which has no skin");
   rules.must(!scene.drive || tool, "drive",
              "given without a tool; must be left out, or [needle] or [probe] added");
+  const bool held = scene.drive && scene.drive->kind == Drive::Kind::falcon;
+  rules.must(!scene.falcon || held, "falcon",
+             "given without drive.kind = \"falcon\"; must be left out, or that be given");
   rules.must(!scene.syringe || scene.needle, "syringe",
              "given without [needle]; must be left out, or [needle] added");
 }
@@ -173,6 +206,7 @@ void check_tool(const Scene& scene, Rules& rules) {
   check_company(scene, rules);
   if (scene.needle) { check_needle(scene, *scene.needle, rules); }
   if (scene.probe) { check_probe(scene, *scene.probe, rules); }
+  if (scene.falcon) { check_falcon(scene, *scene.falcon, rules); }
   if (scene.drive) { check_drive(*scene.drive, scene.simulation.duration, rules); }
   if (scene.syringe) { check_syringe(*scene.syringe, rules); }
   if (scene.needle || scene.probe) { check_stepping(scene.simulation, rules); }

@@ -52,6 +52,9 @@ class Simulation::Core {
   virtual void sample_tool(std::span<double> row) noexcept = 0;
   virtual void sample_text(std::span<std::string> row, std::vector<Event>& events) = 0;
   virtual ToolReport tool() noexcept = 0;
+  virtual void move_handle(double place, double velocity) noexcept = 0;
+  [[nodiscard]] virtual ToolMotion tool_motion() const noexcept = 0;
+  [[nodiscard]] virtual std::span<const ToolHappening> tool_happenings() const noexcept = 0;
 
   std::unique_ptr<Problem> problem;
   StepPlan plan;
@@ -183,6 +186,17 @@ class Simulation::CoreOf final : public Simulation::Core {
     losses.damping = damped_;
     return {contact_->place(), contact_->velocity(), contact_->depth(),  contact_->cut(),
             contact_->slip(),  contact_->mass(),     contact_->forces(), losses};
+  }
+  void move_handle(double place, double velocity) noexcept override {
+    if (contact_ != nullptr) { contact_->move_handle(place, velocity); }
+  }
+  [[nodiscard]] ToolMotion tool_motion() const noexcept override {
+    if (contact_ == nullptr) { return {}; }
+    return {contact_->place(), contact_->velocity()};
+  }
+  [[nodiscard]] std::span<const ToolHappening> tool_happenings() const noexcept override {
+    if (contact_ == nullptr) { return {}; }
+    return contact_->happenings();
   }
   [[nodiscard]] int zero_length_springs() const noexcept override {
     return network_ != nullptr ? network_->zero_length_springs(state_.position) : 0;
@@ -317,6 +331,13 @@ void Simulation::sample_text(std::span<std::string> row, std::vector<Event>& eve
   core_->sample_text(row, events);
 }
 ToolReport Simulation::tool() noexcept { return core_->tool(); }
+void Simulation::move_handle(double place, double velocity) noexcept {
+  core_->move_handle(place, velocity);
+}
+ToolMotion Simulation::tool_motion() const noexcept { return core_->tool_motion(); }
+std::span<const ToolHappening> Simulation::tool_happenings() const noexcept {
+  return core_->tool_happenings();
+}
 void Simulation::coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept { core_->coordinates(q); }
 void Simulation::velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept { core_->velocities(v); }
 double Simulation::energy() noexcept { return core_->energy(); }

@@ -15,6 +15,11 @@ namespace palpate {
 
 enum class StepStatus { ok, diverged };
 
+struct ToolMotion {
+  double place = 0.0;
+  double velocity = 0.0;
+};
+
 /// The tool of a scene at an instant, for audits of momentum and energy.
 struct ToolReport {
   double place = 0.0;       ///< s [m]
@@ -37,6 +42,9 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
+  /// Where the hand holds its end of the coupling during the next ticks: place s along the tool's
+  /// line [m] and velocity [m/s]. Only a drive of kind falcon asks for it.
+  void move_handle(double place, double velocity) noexcept;
   /// To the next tick. After `diverged` the state is what it was when that was seen.
   StepStatus tick() noexcept;
 
@@ -61,6 +69,10 @@ class Simulation {
   [[nodiscard]] NodeVectors node_positions() const;
   /// Kinetic plus elastic energy and the potential of gravity [J].
   [[nodiscard]] double energy() noexcept;
+  /// Place s [m] and velocity s' [m/s] of the tool now, without any evaluation; zero without one.
+  [[nodiscard]] ToolMotion tool_motion() const noexcept;
+  /// What happened to the tool since sample_text() told it.
+  [[nodiscard]] std::span<const ToolHappening> tool_happenings() const noexcept;
   /// The tool now; zero without one.
   [[nodiscard]] ToolReport tool() noexcept;
   [[nodiscard]] int zero_length_springs() const noexcept;

@@ -108,10 +108,30 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem, StepPlan& p
   if (!scene.needle) { plan.skipped.emplace_back("needle and shaft friction: the scene has none"); }
   if (!scene.probe) { plan.skipped.emplace_back("probe: the scene has none"); }
   if (!scene.syringe) { plan.skipped.emplace_back("syringe: the scene has none"); }
-  plan.skipped.emplace_back("haptic device: the scene has none");
+  if (!scene.drive || scene.drive->kind != Drive::Kind::falcon) {
+    plan.skipped.emplace_back("haptic device: the scene has none");
+  }
   if (!scene.simulation.printed.any()) {
     plan.skipped.emplace_back("printed forms of the paper: not asked for");
   }
+}
+
+/// A tool that is a coordinate has a frequency and a damping of its own; sticking to the tissue only
+/// brings frequencies closer together.
+void add_tool(const Scene& scene, SpectralBounds& bounds) {
+  if (scene.drive->kind == Drive::Kind::trajectory) { return; }
+  const double mass = scene.needle ? scene.needle->mass : scene.probe->mass;
+  double viscosity = scene.drive->hand_viscosity;
+  if (scene.drive->kind == Drive::Kind::falcon) {
+    const FalconDrive falcon = scene.falcon.value_or(FalconDrive{});
+    const double omega = std::sqrt(falcon.coupling_stiffness / mass);
+    viscosity = falcon.coupling_viscosity;
+    bounds.omega_upper = std::max(bounds.omega_upper, omega);
+    bounds.omega_estimate = std::max(bounds.omega_estimate, omega);
+    bounds.relaxation_lower =
+        std::min(bounds.relaxation_lower, viscosity / falcon.coupling_stiffness);
+  }
+  bounds.damping_upper = std::max(bounds.damping_upper, viscosity / mass);
 }
 
 }  // namespace
@@ -123,11 +143,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool single = scene.simulation.precision == Precision::single_precision;
   plan.bounds =
       network != nullptr ? spectral_bounds(*network) : spectral_bounds(scene.tissue.oscillator);
-  if (network != nullptr && scene.drive && scene.drive->kind == Drive::Kind::force) {
-    const double mass = scene.needle ? scene.needle->mass : scene.probe->mass;
-    plan.bounds.damping_upper =
-        std::max(plan.bounds.damping_upper, scene.drive->hand_viscosity / mass);
-  }
+  if (network != nullptr && scene.drive) { add_tool(scene, plan.bounds); }
   for (const IntegratorInfo* info : integrators()) {
     plan.stable_step[std::string(info->name)] =
         network != nullptr ? stable_step(*info, plan.bounds)

@@ -11,6 +11,13 @@ namespace {
 /// Below this share of independence the constraints of tip and shaft count as one.
 constexpr double independent = 1e-6;
 
+Coupling coupling_of(const Scene& scene, const Drive& drive) {
+  if (drive.kind == Drive::Kind::force) { return {.viscosity = drive.hand_viscosity}; }
+  if (drive.kind != Drive::Kind::falcon) { return {}; }
+  const FalconDrive falcon = scene.falcon.value_or(FalconDrive{});
+  return {falcon.coupling_stiffness, falcon.coupling_viscosity};
+}
+
 double mass_of(const Scene& scene) { return scene.needle ? scene.needle->mass : scene.probe->mass; }
 
 }  // namespace
@@ -21,9 +28,10 @@ ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem
       drive_(scene.drive.value_or(Drive{})),
       trajectory_(drive_, scene.simulation.duration + scene.simulation.step),
       needle_(scene.needle.has_value()),
+      coupling_(coupling_of(scene, drive_)),
       start_place_(drive_.from),
       n_(path_.direction()) {
-  if (drive_.kind == Drive::Kind::force) {
+  if (drive_.kind != Drive::Kind::trajectory) {
     tool_ = problem.dof();
     mass_ = mass_of(scene);
   }
@@ -45,8 +53,15 @@ ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem
     knots_.push_back(mine);
   }
   shaft_share_.assign(knots_.size(), 0.0);
-  place_ = place_begin_ = start_place_;
+  place_ = place_begin_ = handle_place_ = start_place_;
   depth_ = cut_ = knots_.front().depth;
+}
+
+template <class Real>
+double ToolContact<Real>::hand(double t) const noexcept {
+  const double pushed = drive_.kind == Drive::Kind::force ? hand_force(drive_, t) : 0.0;
+  return pushed + coupling_.stiffness * (handle_place_ - place_) +
+         coupling_.viscosity * (handle_velocity_ - velocity_);
 }
 
 template <class Real>
@@ -243,17 +258,16 @@ void ToolContact<Real>::apply(double t, const Vector<Real>& q, const Vector<Real
     }
     sideways_ -= force;
   }
-  const double hand = is_coordinate() ? hand_force(drive_, t) - drive_.hand_viscosity * velocity_
-                                      : 0.0;
-  solve(is_coordinate() && !at_bone_ ? hand / mass_ : 0.0);
+  const double pushed = is_coordinate() ? hand(t) : 0.0;
+  solve(is_coordinate() && !at_bone_ ? pushed / mass_ : 0.0);
   for (std::size_t k = 0; k < knots_.size(); ++k) {
     push(k, tip_share(k) * tip_force_ + (limit_ > 0.0 ? shaft_share_[k] * shaft_force_ : 0.0), f);
   }
   const double tissue = tip_force_ + shaft_force_;
   bone_force_ = 0.0;
   if (is_coordinate()) {
-    if (at_bone_) { bone_force_ = std::max(hand - tissue, 0.0); }
-    f(tool_) = static_cast<Real>(hand - tissue - bone_force_);
+    if (at_bone_) { bone_force_ = std::max(pushed - tissue, 0.0); }
+    f(tool_) = static_cast<Real>(pushed - tissue - bone_force_);
   } else {
     const double hand_place = trajectory_.place(t);
     if (hand_place > path_.bone()) {
@@ -265,7 +279,7 @@ void ToolContact<Real>::apply(double t, const Vector<Real>& q, const Vector<Real
   forces_.friction = shaft_force_;
   forces_.stiffness = (cuts ? 0.0 : tip_force_) + bone_force_;
   forces_.total = forces_.cutting + forces_.friction + forces_.stiffness;
-  forces_.applied = is_coordinate() ? hand : forces_.total;
+  forces_.applied = is_coordinate() ? pushed : forces_.total;
   forces_.lateral = sideways_.norm();
   hand_power_end_ = forces_.applied * velocity_;
   if (first_evaluation_) { hand_power_begin_ = hand_power_end_; }

@@ -16,6 +16,12 @@
 
 namespace palpate {
 
+/// Spring and damper between the hand, or what it holds, and a tool that is a coordinate.
+struct Coupling {
+  double stiffness = 0.0;  ///< [N/m]
+  double viscosity = 0.0;  ///< [N s/m]
+};
+
 template <class Real>
 class ToolContact {
  public:
@@ -24,7 +30,12 @@ class ToolContact {
   /// Under an applied force the tool is one more coordinate, after those of the network.
   [[nodiscard]] bool is_coordinate() const { return tool_ >= 0; }
   [[nodiscard]] double mass() const { return mass_; }
-  [[nodiscard]] double hand_viscosity() const { return drive_.hand_viscosity; }
+  [[nodiscard]] const Coupling& coupling() const { return coupling_; }
+  /// Where the hand holds the far end of the coupling from now on, s [m] and s' [m/s].
+  void move_handle(double place, double velocity) noexcept {
+    handle_place_ = place;
+    handle_velocity_ = velocity;
+  }
   [[nodiscard]] double initial_place() const { return start_place_; }
   /// The state at t = 0: a tip that begins on the skin is in contact from then on.
   void begin(const State<Real>& state) noexcept;
@@ -119,6 +130,8 @@ class ToolContact {
     return path_.intervals()[path_.interval_at(cut_)].cutting_force;
   }
   [[nodiscard]] double tool_mobility() const noexcept;
+  /// On a tool that is a coordinate [N].
+  [[nodiscard]] double hand(double t) const noexcept;
 
   NeedlePath path_;
   Drive drive_;
@@ -126,6 +139,7 @@ class ToolContact {
   bool needle_ = true;
   Eigen::Index tool_ = -1;  ///< its coordinate
   double mass_ = 0.0;
+  Coupling coupling_{};
   double start_place_ = 0.0;
   Eigen::Vector3d n_;
 
@@ -155,6 +169,8 @@ class ToolContact {
 
   double step_begin_ = 0.0;
   double place_begin_ = 0.0;
+  double handle_place_ = 0.0;
+  double handle_velocity_ = 0.0;
   bool predict_ = false;
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;

@@ -39,7 +39,8 @@ class ToolSystem final : public System<Real> {
     if (contact_.is_coordinate()) {
       a.valuePtr()[a.nonZeros() - 1] =
           static_cast<Real>(contact_.mass()) +
-          on_damping * static_cast<Real>(contact_.hand_viscosity());
+          on_damping * static_cast<Real>(contact_.coupling().viscosity) +
+          on_stiffness * static_cast<Real>(contact_.coupling().stiffness);
     }
   }
   void pattern(Eigen::SparseMatrix<Real>& a) override {

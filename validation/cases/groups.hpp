@@ -13,6 +13,7 @@ std::vector<Case> errata_cases();      ///< each printed erratum alone and all t
 std::vector<Case> network_cases();     ///< elasticity, waves, invariants, order on networks
 std::vector<Case> patient_cases();     ///< a network sampled from a patient's MRI
 std::vector<Case> stability_cases();   ///< margins under stress
+std::vector<Case> haptic_cases();      ///< loops through a device
 std::vector<Case> tool_cases();        ///< needle, probe, syringe
 
 }  // namespace palpate

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+/// Faults planted in haptic loops must turn the verdicts of group "haptics" red; without a fault the
+/// same cases are green.
+#include "tests/validation/planted_faults.hpp"
+
+namespace {
+
+using namespace palpate;
+
+TEST("one tick of delay too much is seen") {
+  const Mutation fault{.name = "one more tick of delay", .loop_delay = 1};
+  check_red(fault, {"haptics/wall/boundary", "haptics/wall/z-width", "haptics/wall/passivity"});
+}
+
+}  // namespace
