@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "device/falcon/kinematics.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace palpate::device::falcon {
+namespace {
+
+constexpr double longest_step = 0.030;  // [m]
+constexpr double last_step = 1e-9;      // [m] the error after it is its square times 1/m
+constexpr int most_steps = 40;
+constexpr double ring_radius = 0.075;  // [m] of second guesses, near the edge of the lens
+constexpr int ring_starts = 12;
+constexpr double angle_tolerance = 1e-9;  // [rad] between the angles asked for and those found
+
+/// Six times the volume that the closures' gradients span: negative from the centre outward until
+/// the mechanism collapses, where it is zero.
+double handedness(const std::array<Leg, 3>& legs) noexcept {
+  return legs[0].closure.cross(legs[1].closure).dot(legs[2].closure);
+}
+
+/// Whether the arms of `legs` stand at these angles.
+bool stands_at(const std::array<Leg, 3>& legs, const Eigen::Vector3d& cosine,
+               const Eigen::Vector3d& sine) noexcept {
+  for (int i = 0; i < 3; ++i) {
+    const Leg& leg = legs[static_cast<std::size_t>(i)];
+    const double sine_of_error = leg.sine * cosine[i] - leg.cosine * sine[i];
+    const double cosine_of_error = leg.cosine * cosine[i] + leg.sine * sine[i];
+    // At the edge of reach theta1 itself is lost to rounding: there the closure counts.
+    const double rounding = 1e-15 / leg.lever;
+    if (!(std::abs(sine_of_error) < angle_tolerance + rounding)) { return false; }
+    if (cosine_of_error < 0.0) { return false; }
+  }
+  return true;
+}
+
+}  // namespace
+
+Kinematics::Kinematics(const Geometry& geometry) : geometry_(geometry) {
+  for (std::size_t leg = 0; leg < 3; ++leg) {
+    const double cosine = std::cos(geometry.azimuth[leg]);
+    const double sine = std::sin(geometry.azimuth[leg]);
+    frames_[leg] = {.outward = {cosine, sine, 0.0}, .sideways = {-sine, cosine, 0.0}};
+  }
+}
+
+std::optional<std::array<Leg, 3>> Kinematics::legs(const Eigen::Vector3d& position) const noexcept {
+  std::array<Leg, 3> legs;
+  for (std::size_t leg = 0; leg < 3; ++leg) {
+    if (solve_leg(geometry_, frames_[leg], position, legs[leg]) == Reach::beyond) {
+      return std::nullopt;
+    }
+  }
+  if (handedness(legs) >= 0.0) { return std::nullopt; }
+  return legs;
+}
+
+std::optional<LegAngles> Kinematics::inverse(const Eigen::Vector3d& position) const noexcept {
+  const auto shapes = legs(position);
+  if (!shapes) { return std::nullopt; }
+  LegAngles angles;
+  for (int i = 0; i < 3; ++i) {
+    const Leg& leg = (*shapes)[static_cast<std::size_t>(i)];
+    angles.theta1[i] = std::atan2(leg.sine, leg.cosine);
+    angles.theta2[i] = std::atan2(leg.away, leg.outward);
+    angles.theta3[i] = std::atan2(leg.height, leg.sideways);
+  }
+  return angles;
+}
+
+void Kinematics::closures(const Eigen::Vector3d& cosine, const Eigen::Vector3d& sine,
+                          const Eigen::Vector3d& position, Eigen::Matrix3d& slope,
+                          Eigen::Vector3d& value) const noexcept {
+  const double b = geometry_.shin;
+  for (int i = 0; i < 3; ++i) {
+    const LegFrame& leg = frame(i);
+    // A guess may lie beyond the shin's length, where L has no slope to follow.
+    const double most = widest_swing * b;
+    const double across =
+        std::clamp(leg.sideways.dot(position) + geometry_.lateral_offset(), -most, most);
+    const double height = std::sqrt((b - across) * (b + across));
+    const double reach = geometry_.link_offset() + height;
+    const double outward =
+        leg.outward.dot(position) - geometry_.radial_offset() - geometry_.thigh * cosine[i];
+    const double away = position.z() - geometry_.thigh * sine[i];
+    value[i] = 0.5 * (outward * outward + away * away - reach * reach);
+    slope.row(i) = (outward * leg.outward + reach * across / height * leg.sideways).transpose();
+    slope(i, 2) += away;
+  }
+}
+
+std::optional<Eigen::Vector3d> Kinematics::newton(const Eigen::Vector3d& theta1,
+                                                  const Eigen::Vector3d& start) const noexcept {
+  const Eigen::Vector3d cosine = theta1.array().cos();
+  const Eigen::Vector3d sine = theta1.array().sin();
+  Eigen::Vector3d position = start;
+  Eigen::Matrix3d slope;
+  Eigen::Vector3d value;
+  bool converged = false;
+  for (int n = 0; n < most_steps && !converged; ++n) {
+    closures(cosine, sine, position, slope, value);
+    Eigen::Vector3d step = -(slope.inverse() * value);
+    const double length = step.norm();
+    if (!std::isfinite(length)) { return std::nullopt; }
+    if (length > longest_step) { step *= longest_step / length; }
+    position += step;
+    converged = length < last_step;
+  }
+  if (!converged) { return std::nullopt; }
+  const auto found = legs(position);
+  if (!found || !stands_at(*found, cosine, sine)) { return std::nullopt; }
+  return position;
+}
+
+std::optional<Eigen::Vector3d> Kinematics::forward(const Eigen::Vector3d& theta1,
+                                                   const Eigen::Vector3d& start) const noexcept {
+  std::optional<Eigen::Vector3d> position = newton(theta1, start);
+  for (const double z : {0.09, 0.13, 0.16}) {
+    for (int n = 0; n < ring_starts && !position; ++n) {
+      const double turn = 2.0 * std::numbers::pi * n / ring_starts;
+      position = newton(theta1, {ring_radius * std::cos(turn), ring_radius * std::sin(turn), z});
+    }
+  }
+  return position;
+}
+
+std::optional<Eigen::Matrix3d> Kinematics::jacobian(
+    const Eigen::Vector3d& position) const noexcept {
+  const auto shapes = legs(position);
+  if (!shapes) { return std::nullopt; }
+  return falcon::jacobian(*shapes);
+}
+
+Eigen::Matrix3d inverse_jacobian(const std::array<Leg, 3>& legs) noexcept {
+  Eigen::Matrix3d result;
+  for (int i = 0; i < 3; ++i) { result.row(i) = legs[static_cast<std::size_t>(i)].rate(); }
+  return result;
+}
+
+Eigen::Matrix3d jacobian(const std::array<Leg, 3>& legs) noexcept {
+  Eigen::Matrix3d closure;
+  Eigen::Vector3d lever;
+  for (int i = 0; i < 3; ++i) {
+    const Leg& leg = legs[static_cast<std::size_t>(i)];
+    closure.row(i) = leg.closure;
+    lever[i] = leg.lever;
+  }
+  return closure.inverse() * lever.asDiagonal();
+}
+
+Eigen::Vector3d force_of_torque(const Eigen::Matrix3d& jacobian,
+                                const Eigen::Vector3d& torque) noexcept {
+  return jacobian.transpose().inverse() * torque;
+}
+
+}  // namespace palpate::device::falcon
