@@ -41,6 +41,7 @@ void Emulator::move_body(double now_s) noexcept {
       body_.lose_power();
     }
     powered_ = powered;
+    if (device_faults_.begins_to_stick(time)) { device_faults_.hold(body_.present(), time); }
     body_.advance(body_step, firmware_.words(time), firmware_.homing(time));
   }
 }

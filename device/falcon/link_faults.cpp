@@ -141,16 +141,27 @@ bool DeviceFaults::powered(double now_s) const noexcept {
   return std::ranges::none_of(outages_, [&](const LinkFault& f) { return active(f, now_s); });
 }
 
-void DeviceFaults::apply(DevicePacket& packet, double now_s) noexcept {
+bool DeviceFaults::begins_to_stick(double now_s) const noexcept {
+  return std::ranges::any_of(stuck_, [&](const Stuck& stuck) {
+    return stuck.fault.kind == Kind::stuck_encoder && !stuck.count && active(stuck.fault, now_s);
+  });
+}
+
+void DeviceFaults::hold(const DevicePacket& present, double now_s) noexcept {
   for (Stuck& stuck : stuck_) {
+    if (stuck.count || !active(stuck.fault, now_s)) { continue; }
+    stuck.count = present.counts[static_cast<std::size_t>(stuck.fault.leg - 1)];
+  }
+}
+
+void DeviceFaults::apply(DevicePacket& packet, double now_s) const noexcept {
+  for (const Stuck& stuck : stuck_) {
     if (!active(stuck.fault, now_s)) { continue; }
-    if (stuck.fault.kind == Kind::stuck_encoder) {
-      std::int16_t& count = packet.counts[static_cast<std::size_t>(stuck.fault.leg - 1)];
-      if (!stuck.count) { stuck.count = count; }
-      count = *stuck.count;
-      continue;
+    if (stuck.fault.kind == Kind::stuck_button) {
+      packet.buttons = packet.buttons | stuck.fault.buttons;
+    } else if (stuck.count) {
+      packet.counts[static_cast<std::size_t>(stuck.fault.leg - 1)] = *stuck.count;
     }
-    packet.buttons = packet.buttons | stuck.fault.buttons;
   }
 }
 

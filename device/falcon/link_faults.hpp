@@ -95,8 +95,11 @@ class DeviceFaults {
  public:
   explicit DeviceFaults(const FaultScript& script);
   [[nodiscard]] bool powered(double now_s) const noexcept;
-  /// Holds stuck counts and buttons; call with each packet in the order of time.
-  void apply(DevicePacket& packet, double now_s) noexcept;
+  /// Whether an encoder sticks from now on, whose count hold() must be told.
+  [[nodiscard]] bool begins_to_stick(double now_s) const noexcept;
+  void hold(const DevicePacket& present, double now_s) noexcept;
+  /// Puts the stuck counts and buttons of this time into what the device would say.
+  void apply(DevicePacket& packet, double now_s) const noexcept;
 
  private:
   struct Stuck {
