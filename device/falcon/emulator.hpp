@@ -36,6 +36,9 @@ class Emulator final : public Served, private FirmwareSink {
   /// When serve() should be called next though nothing arrives, at the latest [s].
   [[nodiscard]] double next_call(double now_s) const noexcept;
 
+  /// Whether bytes are still on their way, in either direction.
+  [[nodiscard]] bool busy() const noexcept { return in_.next_arrival() || out_.next_arrival(); }
+
   void observe(EmulatorObserver* observer) noexcept { observer_ = observer; }
   [[nodiscard]] const Firmware& firmware() const noexcept { return firmware_; }
   [[nodiscard]] const FaultCounts& faults_to_device() const noexcept { return in_.counts(); }

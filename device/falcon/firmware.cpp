@@ -38,8 +38,9 @@ void Firmware::take(std::uint8_t byte, FirmwareSink& sink) noexcept {
       (state_ == FirmwareState::ready && byte == load_request && reader_.pending_bytes() == 0)) {
     sink.send({&byte, 1});
     ++echoed_bytes_;
-    if (state_ == FirmwareState::ready) { note(FirmwareEvent::load_begun, sink); }
+    const bool begins = state_ == FirmwareState::ready;
     state_ = FirmwareState::load;
+    if (begins) { note(FirmwareEvent::load_begun, sink); }
     return;
   }
   const bool in_hail = state_ != FirmwareState::run && byte == hail[hail_matched_];

@@ -85,7 +85,7 @@ TEST("a text that is no recording is refused with its line") {
   CHECK(refused(good).records().size() == 1);
   CHECK_THROWS(refused("x,to-device,3c\n"), "line 2: time_s");
   CHECK_THROWS(refused(good + "1,sideways,3c\n"), "line 3: direction");
-  CHECK_THROWS(refused(good + "1,to-host\n"), "line 3: direction");
+  CHECK_THROWS(refused(good + "1,to-host\n"), "line 3: bytes");
   CHECK_THROWS(refused("1,to-host,3c41\n"), "line 2: bytes");
   CHECK_THROWS(refused("1,to-host,3c414141414141414141414141413e41\n"), "line 2: bytes");
   CHECK_THROWS(refused(good + "0.4" + good.substr(3)), "line 3: time_s goes back");
