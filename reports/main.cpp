@@ -26,11 +26,15 @@ void add_common(CLI::App& command, CommonOptions& options, const std::string& na
   command.add_flag("--quiet", options.quiet, "say nothing but errors");
 }
 
-void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene) {
-  command.add_option("scene", scene, "scene file (TOML, docs/scenes.md)")->required()->type_name("SCENE");
-  command.add_option("--set", options.overrides, "scene key to override, value in TOML syntax; repeatable")
+void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file) {
+  command.add_option("--set", options.overrides, file + " key to override, value in TOML syntax; repeatable")
       ->type_name("dotted.key=value")
       ->allow_extra_args(false);
+}
+
+void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene) {
+  command.add_option("scene", scene, "scene file (TOML, docs/scenes.md)")->required()->type_name("SCENE");
+  add_overrides(command, options, "scene");
 }
 
 std::string integrator_help() {
@@ -102,6 +106,18 @@ int main(int argc, char** argv) {
       ->type_name("RESULTS");
   add_common(*command, report_options, "report");
   command->callback([&] { chosen = [&] { return report(report_options); }; });
+
+  FalconOptions falcon_options;
+  command = app.add_subcommand("falcon", "serve the emulated Novint Falcon on its wire protocol");
+  command->add_flag("--pty", falcon_options.pty, "on a new pseudo-terminal, whose path is the first line of output");
+  command->add_flag("--stdio", falcon_options.stdio, "on standard input and output, until the input ends");
+  command->add_option("--script", falcon_options.script, "faults, grip and buttons by time (TOML, docs/falcon.md)")
+      ->type_name("FILE");
+  add_overrides(*command, falcon_options, "script");
+  add_common(*command, falcon_options, "falcon");
+  command->footer("One of --pty and --stdio is needed. Ctrl-C ends the service; log.csv in DIR has every request.\n"
+                  "docs/falcon.md shows how to connect.");
+  command->callback([&] { chosen = [&] { return falcon(falcon_options); }; });
 
   for (CLI::App* each : app.get_subcommands({})) {
     each->set_version_flag("--version", version_text());

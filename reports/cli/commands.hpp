@@ -50,4 +50,12 @@ struct ReportOptions : CommonOptions {
 };
 int report(const ReportOptions& options);
 
+/// Exactly one of the modes.
+struct FalconOptions : CommonOptions {
+  bool pty = false;
+  bool stdio = false;
+  std::filesystem::path script{};  ///< empty: no faults, grip at rest
+};
+int falcon(const FalconOptions& options);
+
 }  // namespace palpate::cli

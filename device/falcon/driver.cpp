@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "device/falcon/driver.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace palpate::device::falcon {
+namespace {
+
+constexpr std::array<std::uint8_t, 3> hail_bytes{0x0A, 0x43, 0x0D};
+constexpr std::array<std::uint8_t, 4> hail_answer{0x0A, 0x44, 0x2C, 0x0D};
+constexpr std::array<std::uint8_t, 1> load_request{0x41};
+constexpr std::size_t block_bytes = 62;  // payload of one USB transfer of the real device
+
+}  // namespace
+
+OpenResult Driver::open(std::span<const std::uint8_t> image) noexcept {
+  if (!hail()) { return probe() ? OpenResult::was_running : OpenResult::no_answer; }
+  if (!upload(image)) { return OpenResult::echo_differs; }
+  return probe() ? OpenResult::loaded : OpenResult::no_answer;
+}
+
+bool Driver::hail() noexcept {
+  for (int n = 0; n < options_.hails; ++n) {
+    discard();
+    (void)link_.write(hail_bytes);
+    if (await(hail_answer, options_.hail_patience)) { return true; }
+  }
+  return false;
+}
+
+bool Driver::upload(std::span<const std::uint8_t> image) noexcept {
+  discard();
+  (void)link_.write(load_request);
+  bool right = await(load_request, options_.hail_patience);
+  while (right && !image.empty()) {
+    const auto block = image.first(std::min(block_bytes, image.size()));
+    (void)link_.write(block);
+    right = await(block, options_.hail_patience);
+    image = image.subspan(block.size());
+  }
+  return right;
+}
+
+/// Exactly these bytes, after at most a few strays: some hosts see a zero byte first (libnifalcon).
+bool Driver::await(std::span<const std::uint8_t> expected, double patience_s) noexcept {
+  const double deadline = link_.now() + patience_s;
+  std::size_t matched = 0;
+  while (matched < expected.size()) {
+    std::uint8_t byte = 0;
+    if (link_.read({&byte, 1}) == 0) {
+      if (link_.now() >= deadline || link_.ended()) { return false; }
+      (void)link_.wait_until(deadline);
+      continue;
+    }
+    if (byte == expected[matched]) {
+      ++matched;
+    } else if (matched > 0 || byte != 0) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool Driver::probe() noexcept {
+  for (int n = 0; n < options_.probes; ++n) {
+    if (exchange({})) { return true; }
+  }
+  return false;
+}
+
+std::optional<DevicePacket> Driver::exchange(const HostPacket& request) noexcept {
+  (void)read_newest(counts_.late);
+  ++counts_.requests;
+  const double deadline = link_.now() + options_.reply_deadline;
+  (void)link_.write(encode(request));
+  std::int64_t replies = 0;
+  std::optional<DevicePacket> newest = read_newest(replies);
+  while (!newest && link_.now() < deadline && !link_.ended()) {
+    (void)link_.wait_until(deadline);
+    newest = read_newest(replies);
+  }
+  ++(newest ? counts_.replies : counts_.lost);
+  if (replies > 1) { counts_.superfluous += replies - 1; }
+  return newest;
+}
+
+std::optional<DevicePacket> Driver::read_newest(std::int64_t& count) noexcept {
+  std::array<std::uint8_t, 512> buffer;
+  std::optional<DevicePacket> newest;
+  for (std::size_t bytes = 0; (bytes = link_.read(buffer)) > 0;) {
+    for (std::size_t n = 0; n < bytes; ++n) {
+      const std::optional<DevicePacket> packet = reader_.take(buffer[n]);
+      if (!packet) { continue; }
+      newest = packet;
+      ++count;
+    }
+  }
+  return newest;
+}
+
+void Driver::discard() noexcept {
+  std::array<std::uint8_t, 512> buffer;
+  while (link_.read(buffer) > 0) {}
+  reader_.give_up();
+}
+
+}  // namespace palpate::device::falcon

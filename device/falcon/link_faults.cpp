@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#include "device/falcon/link_faults.hpp"
+
+#include <algorithm>
+
+namespace palpate::device::falcon {
+namespace {
+
+using Kind = LinkFault::Kind;
+using Direction = LinkFault::Direction;
+
+constexpr std::uint64_t stream_stride = 0x9E3779B97F4A7C15U;  // seeds of streams far apart
+
+bool active(const LinkFault& fault, double now_s) noexcept {
+  return now_s >= fault.start && now_s < fault.end;
+}
+
+bool of_link(Kind kind) noexcept {
+  return kind == Kind::latency || kind == Kind::drop || kind == Kind::duplicate ||
+         kind == Kind::corrupt || kind == Kind::unplug;
+}
+
+std::mt19937_64 stream(const FaultScript& script, std::uint64_t number) {
+  return std::mt19937_64(script.seed + number * stream_stride);
+}
+
+/// The faults that happen at all: for windows the chance is drawn here, in the script's order, so
+/// that both directions and the device agree.
+std::vector<LinkFault> drawn(const FaultScript& script) {
+  std::vector<LinkFault> result;
+  std::mt19937_64 generator = stream(script, 0);
+  for (LinkFault fault : script.faults) {
+    const double number = unit_number(generator);
+    const bool window = fault.kind == Kind::unplug || !of_link(fault.kind);
+    if (window && number >= fault.probability) { continue; }
+    if (window) { fault.probability = 1.0; }
+    result.push_back(fault);
+  }
+  return result;
+}
+
+}  // namespace
+
+double unit_number(std::mt19937_64& generator) noexcept {
+  constexpr unsigned spare_bits = 64 - 53;
+  return static_cast<double>(generator() >> spare_bits) * 0x1p-53;
+}
+
+FaultChannel::FaultChannel(const FaultScript& script, Direction direction)
+    : faults_(drawn(script)),
+      for_writes_(stream(script, direction == Direction::to_device ? 1 : 2)),
+      for_bytes_(stream(script, direction == Direction::to_device ? 3 : 4)) {
+  std::erase_if(faults_, [&](const LinkFault& fault) {
+    return !of_link(fault.kind) ||
+           (fault.direction != Direction::both && fault.direction != direction);
+  });
+}
+
+/// Of the whole write [s]. Every fault draws its two numbers whether they are used or not, so that
+/// one fault's window does not shift the chances of another.
+double FaultChannel::delay(double now_s) noexcept {
+  double total = 0.0;
+  bool late = false;
+  for (const LinkFault& fault : faults_) {
+    if (fault.kind != Kind::latency) { continue; }
+    const double chance = unit_number(for_writes_);
+    const double share = unit_number(for_writes_);
+    if (!active(fault, now_s) || chance >= fault.probability) { continue; }
+    total += fault.latency + share * fault.jitter;
+    late = true;
+  }
+  if (late) { ++counts_.delayed_writes; }
+  return total;
+}
+
+bool FaultChannel::hit(Kind kind, double now_s, std::mt19937_64& generator) noexcept {
+  bool any = false;
+  for (const LinkFault& fault : faults_) {
+    if (fault.kind != kind) { continue; }
+    const double chance = unit_number(generator);
+    any = any || (active(fault, now_s) && chance < fault.probability);
+  }
+  return any;
+}
+
+void FaultChannel::put(std::uint8_t byte, double arrival) noexcept {
+  if (!under_way_.push({byte, arrival})) { ++counts_.overflowed; }
+}
+
+void FaultChannel::send(std::span<const std::uint8_t> bytes, double now_s) noexcept {
+  double arrival = now_s + delay(now_s);
+  if (!under_way_.empty()) { arrival = std::max(arrival, under_way_.back().arrival); }
+  for (std::uint8_t byte : bytes) {
+    ++counts_.bytes;
+    const bool dropped = hit(Kind::drop, now_s, for_bytes_);
+    const bool doubled = hit(Kind::duplicate, now_s, for_bytes_);
+    const bool corrupted = hit(Kind::corrupt, now_s, for_bytes_);
+    constexpr unsigned other_values = 255;  // what is added is never 0: the byte does change
+    const auto change = static_cast<unsigned>(unit_number(for_bytes_) * other_values) + 1;
+    const bool unplugged = hit(Kind::unplug, now_s, for_bytes_);
+    if (unplugged || dropped) {
+      ++(unplugged ? counts_.unplugged : counts_.dropped);
+      continue;
+    }
+    if (corrupted) {
+      byte = static_cast<std::uint8_t>(byte + change);
+      ++counts_.corrupted;
+    }
+    put(byte, arrival);
+    if (doubled) {
+      put(byte, arrival);
+      ++counts_.duplicated;
+    }
+  }
+}
+
+std::size_t FaultChannel::receive(std::span<std::uint8_t> into, double now_s) noexcept {
+  std::size_t count = 0;
+  while (count < into.size() && !under_way_.empty() && under_way_.front().arrival <= now_s) {
+    into[count++] = under_way_.front().byte;
+    under_way_.pop();
+  }
+  return count;
+}
+
+std::optional<double> FaultChannel::next_arrival() const noexcept {
+  if (under_way_.empty()) { return std::nullopt; }
+  return under_way_.front().arrival;
+}
+
+DeviceFaults::DeviceFaults(const FaultScript& script) {
+  for (const LinkFault& fault : drawn(script)) {
+    if (fault.kind == Kind::power_loss) { outages_.push_back(fault); }
+    if (fault.kind == Kind::stuck_encoder || fault.kind == Kind::stuck_button) {
+      stuck_.push_back({.fault = fault});
+    }
+  }
+}
+
+bool DeviceFaults::powered(double now_s) const noexcept {
+  return std::ranges::none_of(outages_, [&](const LinkFault& f) { return active(f, now_s); });
+}
+
+bool DeviceFaults::begins_to_stick(double now_s) const noexcept {
+  return std::ranges::any_of(stuck_, [&](const Stuck& stuck) {
+    return stuck.fault.kind == Kind::stuck_encoder && !stuck.count && active(stuck.fault, now_s);
+  });
+}
+
+void DeviceFaults::hold(const DevicePacket& present, double now_s) noexcept {
+  for (Stuck& stuck : stuck_) {
+    if (stuck.count || !active(stuck.fault, now_s)) { continue; }
+    stuck.count = present.counts[static_cast<std::size_t>(stuck.fault.leg - 1)];
+  }
+}
+
+void DeviceFaults::apply(DevicePacket& packet, double now_s) const noexcept {
+  for (const Stuck& stuck : stuck_) {
+    if (!active(stuck.fault, now_s)) { continue; }
+    if (stuck.fault.kind == Kind::stuck_button) {
+      packet.buttons = packet.buttons | stuck.fault.buttons;
+    } else if (stuck.count) {
+      packet.counts[static_cast<std::size_t>(stuck.fault.leg - 1)] = *stuck.count;
+    }
+  }
+}
+
+}  // namespace palpate::device::falcon

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The two packets of a Falcon's run phase, 16 bytes each way (libnifalcon's FalconComm and its
+/// firmware class, checked against recorded bytes):
+///
+///   byte 0       3C '<'
+///   bytes 1-12   three signed 16 bit numbers, least significant nibble first, nibble + 41
+///   byte 13      info bits + 41
+///   byte 14      41, unused
+///   byte 15      3E '>'
+///
+/// No byte of a well-formed packet but its first is '<', and none but its last is '>'.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace palpate::device::falcon {
+
+inline constexpr std::size_t packet_bytes = 16;
+inline constexpr std::uint8_t packet_begin = 0x3C;  ///< '<'
+inline constexpr std::uint8_t packet_end = 0x3E;    ///< '>'
+using PacketBytes = std::array<std::uint8_t, packet_bytes>;
+
+struct Leds {
+  bool green = false;
+  bool blue = false;
+  bool red = false;
+  bool operator==(const Leds&) const = default;
+};
+
+/// From far right to far left: plus, forward, centre (with the logo; nearest to the user), minus.
+struct Buttons {
+  bool plus = false;
+  bool forward = false;
+  bool centre = false;
+  bool minus = false;
+  bool operator==(const Buttons&) const = default;
+};
+
+/// Pressed in one or the other.
+constexpr Buttons operator|(const Buttons& a, const Buttons& b) noexcept {
+  return {.plus = a.plus || b.plus,
+          .forward = a.forward || b.forward,
+          .centre = a.centre || b.centre,
+          .minus = a.minus || b.minus};
+}
+
+/// What the host asks for. Homing stays on only while every packet asks for it.
+struct HostPacket {
+  static constexpr std::uint8_t most_info = 0x0F;  ///< homing 1, green 2, blue 4, red 8
+  std::array<std::int16_t, 3> words{};             ///< motors of legs 1-3; positive pulls inward
+  bool homing = false;
+  Leds leds{};
+  bool operator==(const HostPacket&) const = default;
+};
+
+/// What the device answers.
+struct DevicePacket {
+  static constexpr std::uint8_t most_info = 0x7F;  ///< plus 1 ... minus 8, homed legs 10, 20, 40
+  std::array<std::int16_t, 3> counts{};            ///< encoders of legs 1-3; they grow outward
+  Buttons buttons{};
+  std::array<bool, 3> homed{};
+  bool operator==(const DevicePacket&) const = default;
+};
+
+/// The bits of byte 13 before 41 is added.
+std::uint8_t info_bits(const HostPacket& packet) noexcept;
+std::uint8_t info_bits(const DevicePacket& packet) noexcept;
+
+PacketBytes encode(const HostPacket& packet) noexcept;
+PacketBytes encode(const DevicePacket& packet) noexcept;
+
+/// Whether the byte may stand at this place of a packet whose info bits are at most `most_info`.
+bool may_stand(std::size_t place, std::uint8_t byte, std::uint8_t most_info) noexcept;
+
+/// Nothing when a byte stands where it may not. Instances: HostPacket and DevicePacket.
+template <class Packet>
+std::optional<Packet> decode(const PacketBytes& bytes) noexcept;
+
+}  // namespace palpate::device::falcon

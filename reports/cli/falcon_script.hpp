@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The script of `palpate falcon`: what goes wrong when, and what the hand does (docs/falcon.md).
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "device/falcon/firmware.hpp"
+#include "device/falcon/link_faults.hpp"
+#include "device/falcon/scripted_grip.hpp"
+
+namespace palpate::cli {
+
+struct FalconScript {
+  device::falcon::FirmwareOptions firmware{};
+  device::falcon::FaultScript faults{};
+  device::falcon::GripScript grip{};
+};
+
+/// Reads and checks a script; an empty path is an empty script. Throws InputError with one line per
+/// problem, each with its place.
+FalconScript read_falcon_script(const std::filesystem::path& path,
+                                const std::vector<std::string>& overrides);
+
+}  // namespace palpate::cli
