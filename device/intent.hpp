@@ -74,6 +74,11 @@ class Intent {
   /// When the script has nothing left to do [s].
   [[nodiscard]] double end() const noexcept;
 
+  /// The whole script begins so much later [s].
+  void delay(double seconds) noexcept {
+    for (Segment& segment : segments_) { segment.begin += seconds; }
+  }
+
   /// The person feels resistance vanish. The intent goes on for the reaction time, then comes to
   /// rest smoothly; a withdrawal that the script has later begins right after. Only the first
   /// loss counts, and only while the script advances or pushes.

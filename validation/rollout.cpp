@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 
 namespace palpate {
 
@@ -14,8 +15,13 @@ using Clock = std::chrono::steady_clock;
 class Recording {
  public:
   Recording(Simulation& simulation, const RollOutOptions& options, Run& run)
-      : simulation_(simulation), run_(run), row_(simulation.columns().size()) {
+      : simulation_(simulation), falcon_(options.falcon), run_(run) {
     run.trace.columns = simulation.columns();
+    tissue_columns_ = run.trace.columns.size();
+    if (falcon_ != nullptr) {
+      std::ranges::move(FalconLoop::columns(), std::back_inserter(run.trace.columns));
+    }
+    row_.resize(run.trace.columns.size());
     const auto rows = static_cast<std::size_t>(simulation.tick_count() + 1);
     run.trace.time.reserve(rows);
     for (Column& column : run.trace.columns) { column.values.reserve(rows); }
@@ -28,7 +34,9 @@ class Recording {
   }
   void take() {
     run_.trace.time.push_back(simulation_.time());
-    simulation_.sample(row_);
+    const std::span<double> row(row_);
+    simulation_.sample(row.first(tissue_columns_));
+    if (falcon_ != nullptr) { falcon_->sample(row.subspan(tissue_columns_)); }
     for (std::size_t n = 0; n < row_.size(); ++n) {
       run_.trace.columns[n].values.push_back(row_[n]);
     }
@@ -49,7 +57,9 @@ class Recording {
 
  private:
   Simulation& simulation_;
+  FalconLoop* falcon_;
   Run& run_;
+  std::size_t tissue_columns_ = 0;
   std::vector<double> row_;
   std::vector<std::string> words_;
   int frames_ = 0;
@@ -70,7 +80,8 @@ Run roll_out(Simulation& simulation, const RollOutOptions& options) {
       break;
     }
     const auto begin = Clock::now();
-    const StepStatus status = simulation.tick();
+    const StepStatus status =
+        options.falcon != nullptr ? options.falcon->tick() : simulation.tick();
     const auto end = Clock::now();
     const double seconds = std::chrono::duration<double>(end - begin).count();
     run.seconds += seconds;

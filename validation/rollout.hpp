@@ -7,6 +7,7 @@
 
 #include "model/dynamics/trace.hpp"
 #include "model/stepping/simulation.hpp"
+#include "validation/falcon_loop.hpp"
 
 namespace palpate {
 
@@ -39,6 +40,7 @@ struct RollOutOptions {
   int frames = 0;                             ///< snapshots of all nodes, evenly over the ticks
   const std::atomic<bool>* stop = nullptr;    ///< looked at between ticks
   std::function<void(double share)> progress{};  ///< 0 to 1, a few times a second at most
+  FalconLoop* falcon = nullptr;               ///< of a scene whose tool a hand holds
 };
 
 /// Runs to the scene's duration, to divergence, or to a stop. The trace keeps every tick before

@@ -54,7 +54,13 @@ void tell(const Run& run, const LoadedScene& loaded, const std::filesystem::path
 int run(const RunOptions& options) {
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const std::filesystem::path folder = make_folder(options.folder("run"));
-  const Run result = roll_out(loaded.simulation, roll_out_options(loaded, options.quiet));
+  std::optional<FalconLoop> falcon;
+  RollOutOptions roll_out_how = roll_out_options(loaded, options.quiet);
+  const Scene& scene = loaded.file.scene;
+  if (scene.drive && scene.drive->kind == Drive::Kind::falcon) {
+    roll_out_how.falcon = &falcon.emplace(scene, loaded.simulation);
+  }
+  const Run result = roll_out(loaded.simulation, roll_out_how);
   const auto provenance = provenance_of(loaded);
   const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
   io::write_trace_csv(folder / "trace.csv", result.trace);

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#include "device/falcon/emulated_falcon.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace palpate::device::falcon {
+
+namespace {
+
+std::unique_ptr<DriverProfile> profile_of(const EmulatedFalconOptions& options) {
+  const Kinematics kinematics(options.body.geometry);
+  if (options.stock_profile) { return std::make_unique<StockProfile>(options.body.geometry); }
+  return std::make_unique<CorrectProfile>(kinematics, options.body.motors);
+}
+
+}  // namespace
+
+EmulatedFalcon::EmulatedFalcon(const EmulatedFalconOptions& options, const Hand& hand)
+    : options_(options),
+      kinematics_(options.body.geometry),
+      body_(options.body, hand),
+      emulator_(body_, FirmwareOptions{.loaded = true}, options.faults),
+      driver_(link_.host()),
+      profile_(profile_of(options)),
+      place_(options.body.start) {
+  link_.attach(emulator_);
+}
+
+DeviceSample EmulatedFalcon::exchange(const Eigen::Vector3d& force) noexcept {
+  if (options_.wire) { return exchange_packets(force); }
+  const Eigen::Vector3d place = body_.plant().position();
+  if (const auto legs = kinematics_.legs(place)) {
+    torque_ = torque_of_force(jacobian(*legs), force);
+  }
+  return {.position = place};
+}
+
+DeviceSample EmulatedFalcon::exchange_packets(const Eigen::Vector3d& force) noexcept {
+  const Command command = profile_->words(place_, force);
+  const int largest = options_.body.motors.largest_word;
+  saturated_ = std::ranges::any_of(command.asked, [largest](std::int64_t word) {
+    return std::llabs(word) > largest;
+  });
+  const std::optional<DevicePacket> reply = driver_.exchange({.words = command.sent});
+  if (!reply) { return {.position = place_, .answered = false}; }
+  const bool homed = std::ranges::all_of(reply->homed, [](bool leg) { return leg; });
+  place_ = profile_->position(reply->counts);
+  return {.position = place_, .homed = homed};
+}
+
+void EmulatedFalcon::run_until(double time) noexcept {
+  if (options_.wire) {
+    link_.run_until(time);
+  } else {
+    body_.advance_exactly(time - body_.plant().time(), torque_);
+  }
+}
+
+}  // namespace palpate::device::falcon

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A Falcon in lock step with its user: driver, wire, firmware, motors, mechanism and hand in one
+/// process and in virtual time.
+
+#include <memory>
+
+#include "device/falcon/driver.hpp"
+#include "device/falcon/driver_profile.hpp"
+#include "device/falcon/emulator.hpp"
+#include "device/falcon/memory_link.hpp"
+#include "device/falcon/plant_body.hpp"
+#include "device/haptic_device.hpp"
+
+namespace palpate::device::falcon {
+
+struct EmulatedFalconOptions {
+  PlantBodyOptions body{};
+  bool stock_profile = false;  ///< libnifalcon's defects in the driver; needs the wire
+  /// Through counts, words and packets; false: positions and torques pass as they are.
+  bool wire = true;
+  FaultScript faults{};
+};
+
+class EmulatedFalcon final : public HapticDevice {
+ public:
+  EmulatedFalcon(const EmulatedFalconOptions& options, const Hand& hand);
+
+  /// Over the wire, or past it.
+  DeviceSample exchange(const Eigen::Vector3d& force) noexcept override;
+  /// Moves the clock to this time [s]; packets take no time.
+  void run_until(double time) noexcept;
+
+  [[nodiscard]] double time() const noexcept { return body_.plant().time(); }  ///< [s]
+  [[nodiscard]] const PlantBody& body() const noexcept { return body_; }
+  [[nodiscard]] Hand& hand() noexcept { return body_.hand(); }
+  /// A word of the last request was clamped, or wrapped.
+  [[nodiscard]] bool saturated() const noexcept { return saturated_; }
+  [[nodiscard]] const DriverCounts& counts() const noexcept { return driver_.counts(); }
+
+ private:
+  DeviceSample exchange_packets(const Eigen::Vector3d& force) noexcept;
+
+  EmulatedFalconOptions options_;
+  Kinematics kinematics_;
+  PlantBody body_;
+  MemoryLink link_{Emulator::body_step};
+  Emulator emulator_;
+  Driver driver_;
+  std::unique_ptr<DriverProfile> profile_;
+  Eigen::Vector3d place_;   ///< as the driver knows it [m]
+  Eigen::Vector3d torque_ = Eigen::Vector3d::Zero();  ///< past the wire [N m]
+  bool saturated_ = false;
+};
+
+}  // namespace palpate::device::falcon

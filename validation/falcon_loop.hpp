@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A scene's tool in a hand, through an emulated Falcon: hand and device, driver and wire, coupling,
+/// tool and tissue, in lock step and virtual time (model/EQUATIONS.md, "Haptic loop").
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "device/falcon/emulated_falcon.hpp"
+#include "device/passivity.hpp"
+#include "device/servo_loop.hpp"
+#include "model/dynamics/scene.hpp"
+#include "model/stepping/simulation.hpp"
+
+namespace palpate {
+
+struct CaseContext;
+
+/// Over a whole run.
+struct FalconFacts {
+  long ticks = 0;                    ///< of the haptic loop
+  long saturated = 0;                ///< of them, with a motor at its limit
+  double largest_requested = 0.0;    ///< [N]
+  double largest_delivered = 0.0;    ///< [N]
+  double weakest_force = 0.0;        ///< that every direction can have at the start [N]
+  double axial_force = 0.0;          ///< against the insertion, at the start [N]
+  double least_energy = 0.0;         ///< of the observer at the port, never above 0 [J]
+  double least_energy_at = 0.0;      ///< [s]
+  double taken_by_controller = 0.0;  ///< [J]
+  std::optional<double> lost_resistance_at{};  ///< [s]
+  double overshoot = 0.0;            ///< of the tip beyond where resistance was lost [m]
+  double reaction = 0.0;             ///< of the hand after it [s]
+  long unanswered = 0;               ///< requests without a reply
+};
+
+class FalconLoop {
+ public:
+  /// Of a scene whose drive is the Falcon; `extra_delay` further ticks, for tests of the harness.
+  /// Both outlive the loop. Throws std::invalid_argument where the grip would start beyond reach.
+  FalconLoop(const Scene& scene, Simulation& simulation, int extra_delay = 0);
+
+  /// One tick of the simulation, with all ticks of the device in it.
+  StepStatus tick() noexcept;
+
+  /// Names and units of what sample() writes: "device.x_m", ...
+  [[nodiscard]] static std::vector<Column> columns();
+  void sample(std::span<double> row) const noexcept;
+  [[nodiscard]] FalconFacts facts() const noexcept;
+  [[nodiscard]] const device::falcon::EmulatedFalcon& falcon() const { return falcon_; }
+
+ private:
+  [[nodiscard]] Eigen::Vector3d render(const device::DeviceSample& sample, double time) noexcept;
+  [[nodiscard]] double guide(int axis, double velocity) const noexcept;
+  void estimate_velocity(const Eigen::Vector3d& place) noexcept;
+  void watch_tool() noexcept;
+
+  FalconDrive settings_;
+  Simulation& simulation_;
+  double period_;       ///< of the haptic loop [s]
+  int ticks_per_step_;  ///< of the tissue
+  device::falcon::EmulatedFalcon falcon_;
+  device::ServoLoop servo_;
+  device::PassivityObserver observer_{};
+  device::PassivityController controller_;
+  Eigen::Vector3d start_;
+  double start_place_;  ///< s of the tip there [m]
+  Eigen::Vector3d place_;
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
+  double velocity_share_;             ///< of a new difference in the estimate
+  bool in_tissue_ = false;
+  Eigen::Vector2d entry_{0.0, 0.0};   ///< of the grip when the tip went in [m]
+  double energy_shown_ = 0.0;
+  double deepest_ = 0.0;
+  FalconFacts facts_{};
+};
+
+}  // namespace palpate
