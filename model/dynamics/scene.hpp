@@ -45,6 +45,7 @@ struct SimulationSettings {
   double step = 1e-3;                                ///< [s] one tick
   std::optional<int> substeps{};                     ///< integrator steps per tick; empty: auto
   std::string integrator = "auto";                   ///< a name of integrator_registry, or "auto"
+  double solver_tolerance = 0.0;                     ///< of implicit schemes, relative; 0: rounding
   Precision precision = Precision::double_precision; ///< of the stepping, never of the reference
   PrintedForm printed{};                             ///< all false: the corrected physics
 };

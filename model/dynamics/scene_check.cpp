@@ -45,6 +45,8 @@ class Checker : private Rules {
   void check_simulation() {
     const SimulationSettings& s = scene_.simulation;
     positive(s.duration, "simulation.duration", "s");
+    must(s.solver_tolerance >= 0.0 && s.solver_tolerance < 1.0, "simulation.solver_tolerance",
+         number_in_words(s.solver_tolerance) + "; must be from 0 to below 1");
     positive(s.step, "simulation.step", "s");
     must(!s.substeps || *s.substeps >= 1, "simulation.substeps", "must be \"auto\" or 1 or more");
     const double ticks = s.duration / s.step;

@@ -18,6 +18,9 @@ class Integrator {
   virtual ~Integrator() = default;
   /// Allocates workspace for steps of about h [s]; called once, before the loop.
   virtual void prepare(System<Real>& system, const State<Real>& state, double h) = 0;
+  /// Relative error that a scheme which iterates may leave in a step's change of velocity; 0, and
+  /// without this call: rounding.
+  virtual void set_tolerance(double /*relative*/) noexcept {}
   /// From initial values to what the scheme carries, e.g. the velocity of half a step on.
   virtual void start(System<Real>& /*system*/, State<Real>& /*state*/, double /*t*/,
                      double /*h*/) noexcept {}

@@ -115,6 +115,7 @@ class Simulation::CoreOf final : public Simulation::Core {
     sample_q_.setZero(problem->dof());
     sample_v_.setZero(problem->dof());
     integrator_ = plan.integrator->template make<Real>();
+    integrator_->set_tolerance(scene.simulation.solver_tolerance);
     integrator_->prepare(stepped(), state_, update_length_);
   }
 

@@ -3,6 +3,8 @@
 /// What an integrator sees of a scene: M q'' = f(t, q, q') in the precision of the stepping.
 /// Everything is allocated on construction; calls after that allocate nothing.
 
+#include <functional>
+
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
@@ -39,6 +41,13 @@ class System {
   virtual void pattern(Eigen::SparseMatrix<Real>& a) = 0;  ///< allocates
   /// product = A x becomes that of the Jacobian with what sticks to a tool held; see force().
   virtual void hold(const Vector<Real>& /*x*/, Vector<Real>& /*product*/) noexcept {}
+  /// Before the first step: `solve` is P^-1 of a preconditioner that knows nothing of what sticks.
+  virtual void learn_response(
+      const std::function<void(const Vector<Real>&, Vector<Real>&)>& /*solve*/) {}
+  /// Before the products of one linear solve.
+  virtual void begin_holding() noexcept {}
+  /// solution = P^-1 r becomes that with what sticks held.
+  virtual void hold_solution(const Vector<Real>& /*r*/, Vector<Real>& /*solution*/) noexcept {}
 
   void acceleration(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                     Vector<Real>& a) noexcept {

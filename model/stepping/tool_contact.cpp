@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
+
 namespace palpate {
 
 namespace {
@@ -52,6 +54,8 @@ ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem
     mine.count = supports_.size() - mine.first;
     knots_.push_back(mine);
   }
+  across_[0] = n_.unitOrthogonal();
+  across_[1] = n_.cross(across_[0]);
   shaft_share_.assign(knots_.size(), 0.0);
   place_ = place_begin_ = handle_place_ = start_place_;
   depth_ = cut_ = knots_.front().depth;
@@ -328,6 +332,39 @@ void ToolContact<Real>::hold(const Vector<Real>& x, const Vector<Real>& mass,
     push(k, tip_share(k) * force.x() + (limit_ > 0.0 ? shaft_share_[k] * force.y() : 0.0), product);
   }
   if (is_coordinate() && !at_bone_) { product(tool_) -= static_cast<Real>(force.sum()); }
+}
+
+template <class Real>
+void ToolContact<Real>::learn_response(Eigen::Index dof,
+                                       const typename HeldResponse<Real>::Solve& solve) {
+  std::vector<std::size_t> begin;
+  for (const Knot& knot : knots_) { begin.push_back(knot.first); }
+  begin.push_back(supports_.size());
+  held_.learn(supports_, begin, tool_, mass_, dof, solve);
+}
+
+/// What hold() holds, as rows: tip, shaft, two directions across the needle for each locked knot,
+/// and a tool that bone stops.
+template <class Real>
+void ToolContact<Real>::begin_holding() noexcept {
+  held_.clear();
+  const double own = is_coordinate() && !at_bone_ ? 1.0 : 0.0;
+  if (contact_.tip_held) {
+    const std::size_t count = std::min<std::size_t>(2, knots_.size() - at_.knot);
+    const auto row = held_.add_row(at_.knot, count, own);
+    for (std::size_t n = 0; n < count; ++n) { row[n] = -tip_share(at_.knot + n) * n_; }
+  }
+  if (contact_.shaft_held) {
+    const auto row = held_.add_row(0, knots_.size(), own);
+    for (std::size_t k = 0; k < knots_.size(); ++k) { row[k] = -shaft_share_[k] * n_; }
+  }
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    if (!is_locked(knots_[k])) { continue; }
+    held_.add_row(k, 1, 0.0)[0] = across_[0];
+    held_.add_row(k, 1, 0.0)[0] = across_[1];
+  }
+  if (is_coordinate() && at_bone_) { held_.add_row(0, 0, 1.0); }
+  held_.factorise();
 }
 
 template class ToolContact<double>;

@@ -11,6 +11,7 @@
 #include "model/dynamics/drive_motion.hpp"
 #include "model/dynamics/needle_path.hpp"
 #include "model/dynamics/problem.hpp"
+#include "model/stepping/held_response.hpp"
 #include "model/stepping/system.hpp"
 #include "model/stepping/tool_forces.hpp"
 
@@ -47,6 +48,12 @@ class ToolContact {
   void apply(double t, const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept;
   /// product = A x of the free Jacobian becomes that of the Jacobian with what sticks held.
   void hold(const Vector<Real>& x, const Vector<Real>& mass, Vector<Real>& product) noexcept;
+  /// The same for a preconditioner; learn_response() allocates.
+  void learn_response(Eigen::Index dof, const typename HeldResponse<Real>::Solve& solve);
+  void begin_holding() noexcept;
+  void hold_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
+    held_.correct(r, solution);
+  }
   /// After a step that ended at t: changes of mode, and no drift where something sticks.
   void end_step(double t, State<Real>& state) noexcept;
 
@@ -71,12 +78,7 @@ class ToolContact {
   void clear_happenings() { happening_count_ = 0; }
 
  private:
-  /// A free node under a knot.
-  struct Support {
-    Eigen::Index coordinate;
-    double weight;
-    double inverse_mass;
-  };
+  using Support = typename HeldResponse<Real>::Support;
   struct Knot {
     std::size_t first;
     std::size_t count;
@@ -142,9 +144,11 @@ class ToolContact {
   Coupling coupling_{};
   double start_place_ = 0.0;
   Eigen::Vector3d n_;
+  std::array<Eigen::Vector3d, 2> across_;  ///< unit vectors square to n and each other
 
   std::vector<Support> supports_;
   std::vector<Knot> knots_;
+  HeldResponse<Real> held_{};  ///< only implicit schemes ask for it
   std::vector<double> shaft_share_;  ///< l_k / L
   double limit_ = 0.0;               ///< L [N]
   NeedlePath::Place at_{};           ///< of the tip between the knots

@@ -54,6 +54,14 @@ class ToolSystem final : public System<Real> {
   void hold(const Vector<Real>& x, Vector<Real>& product) noexcept override {
     contact_.hold(x, this->mass(), product);
   }
+  void learn_response(
+      const std::function<void(const Vector<Real>&, Vector<Real>&)>& solve) override {
+    contact_.learn_response(this->dof(), solve);
+  }
+  void begin_holding() noexcept override { contact_.begin_holding(); }
+  void hold_solution(const Vector<Real>& r, Vector<Real>& solution) noexcept override {
+    contact_.hold_solution(r, solution);
+  }
 
  private:
   NetworkSystem<Real>& network_;

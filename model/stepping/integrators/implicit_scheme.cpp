@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "model/stepping/integrators/implicit_scheme.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -26,6 +27,8 @@ void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& stat
   system.jacobian(state.position, stage_v_, th, th * th, a_);
   factor_.compute(a_);
   if (factor_.info() == Eigen::Success) { pivots_ = factor_.vectorD(); }  // a copy each call
+  system.learn_response(
+      [this](const Vector<Real>& right, Vector<Real>& solution) { precondition(right, solution); });
 }
 
 template <class Real>
@@ -55,11 +58,13 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
   Real omega = 1;
   constexpr Real close = Real(1e-2);  // Newton asks again anyway
   const Real enough = close * r_.norm();
+  system.begin_holding();
   for (int n = 0; n < most_linear_iterations && r_.norm() > enough; ++n) {
     const Real next = shadow_.dot(r_);
     p_ = r_ + (next / rho * (alpha / omega)) * (p_ - omega * v_);
     rho = next;
     precondition(p_, p_hat_);
+    system.hold_solution(p_, p_hat_);
     v_.noalias() = a_ * p_hat_;
     system.hold(p_hat_, v_);
     alpha = rho / shadow_.dot(v_);
@@ -67,6 +72,7 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
     r_ -= alpha * v_;
     if (!(r_.norm() > enough)) { break; }
     precondition(r_, s_hat_);
+    system.hold_solution(r_, s_hat_);
     t_.noalias() = a_ * s_hat_;
     system.hold(s_hat_, t_);
     omega = t_.dot(r_) / t_.squaredNorm();
@@ -93,7 +99,8 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
   const Real dt = static_cast<Real>(h);
   const Real theta = static_cast<Real>(theta_);
   const Real th = theta * dt;
-  constexpr Real tolerance = 64 * std::numeric_limits<Real>::epsilon();
+  const Real tolerance =
+      std::max(static_cast<Real>(tolerance_), 64 * std::numeric_limits<Real>::epsilon());
   Real last = std::numeric_limits<Real>::infinity();
   for (int n = 0; n < most_newton_iterations; ++n) {
     stage_v_ = state.velocity + theta * change_;
@@ -108,7 +115,10 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     const Real size = correction_.template lpNorm<Eigen::Infinity>();
     const Real scale = state.velocity.template lpNorm<Eigen::Infinity>() +
                        change_.template lpNorm<Eigen::Infinity>();
-    const bool settled = size <= tolerance * scale;
+    // Corrections shrink by a steady rate: what is left after this one is their geometric series. A
+    // first correction has the rate of the step before, trusted less each time (Hairer & Wanner).
+    rate_ = n == 0 ? std::pow(rate_, Real(0.8)) : size / last;
+    const bool settled = rate_ < Real(1) && size * rate_ <= tolerance * scale * (Real(1) - rate_);
     const bool stalled = size >= last && size <= Real(1e4) * tolerance * scale;  // at round-off
     if (settled || stalled || at_rounding) {
       stage_v_ = state.velocity + theta * change_;

@@ -4,7 +4,7 @@
 ///   vs = v + theta D,  qs = q + theta h vs,  M D = h f(t + theta h, qs, vs);  v' = v + D, q' = q + h vs.
 /// theta = 1 is implicit Euler, theta = 1/2 the implicit midpoint rule. Newton with the complete
 /// Jacobian; each linear system by BiCGSTAB, preconditioned with a sparse LDL^T factorisation that
-/// is made once, before the loop.
+/// is made once, before the loop, and with what sticks to a tool held in it.
 
 #include <memory>
 
@@ -19,6 +19,7 @@ class ImplicitScheme : public Integrator<Real> {
  public:
   explicit ImplicitScheme(double theta) : theta_(theta) {}
   void prepare(System<Real>& system, const State<Real>& state, double h) override;
+  void set_tolerance(double relative) noexcept override { tolerance_ = relative; }
   void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override;
 
  private:
@@ -27,6 +28,8 @@ class ImplicitScheme : public Integrator<Real> {
   [[nodiscard]] bool residual_is_rounding(const Vector<Real>& mass, Real h) const noexcept;
 
   double theta_;
+  double tolerance_ = 0.0;  ///< on the change of velocity over a step, relative; 0: rounding
+  Real rate_ = Real(1);     ///< by which corrections shrink
   Eigen::SparseMatrix<Real> a_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factor_;
   Vector<Real> pivots_;
