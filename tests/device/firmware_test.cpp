@@ -201,8 +201,8 @@ TEST("who listens hears every event and every request, in order") {
   firmware.receive(hail, 0.0, present, kept);
   firmware.receive(std::array<std::uint8_t, 1>{0x41}, 0.0, present, kept);
   firmware.receive(request, 0.0, present, kept);
-  CHECK((kept.events == std::vector{FirmwareEvent::hail, FirmwareEvent::load_begun,
-                                    FirmwareEvent::run_begun}));
+  CHECK((kept.events ==
+         std::vector{FirmwareEvent::hail, FirmwareEvent::load_begun, FirmwareEvent::run_begun}));
   CHECK((kept.requests == std::vector{HostPacket{.words = {3, 2, 1}}}));
 }
 
