@@ -192,6 +192,8 @@ TEST("power loss leads to boot without torque, and forgets half a packet") {
   CHECK((firmware.words(0.001) == std::array<std::int16_t, 3>{}));
   CHECK(answer(firmware, {request.begin() + 8, request.end()}, 0.002).empty());
   CHECK(answer(firmware, hail, 0.003) == hail_answer);
+  CHECK(answer(firmware, {}, 0.1).empty());
+  CHECK(firmware.count(FirmwareEvent::watchdog) == 0);  // there was no torque left to drop
 }
 
 TEST("who listens hears every event and every request, in order") {
