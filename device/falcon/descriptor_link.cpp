@@ -90,8 +90,8 @@ bool DescriptorLink::write(std::span<const std::uint8_t> bytes) noexcept {
 
 PtyLink::Ends PtyLink::open_ends() {
   Descriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
-  const bool made = master.number() >= 0 && ::grantpt(master.number()) == 0 &&
-                    ::unlockpt(master.number()) == 0;
+  const bool made =
+      master.number() >= 0 && ::grantpt(master.number()) == 0 && ::unlockpt(master.number()) == 0;
   std::array<char, 128> path{};
   if (!made || ::ptsname_r(master.number(), path.data(), path.size()) != 0) {
     fail("a pseudo-terminal");

@@ -102,7 +102,6 @@ std::optional<DevicePacket> Driver::read_newest(std::int64_t& count) noexcept {
 void Driver::discard() noexcept {
   std::array<std::uint8_t, 512> buffer;
   while (link_.read(buffer) > 0) {}
-  reader_.give_up();
 }
 
 }  // namespace palpate::device::falcon

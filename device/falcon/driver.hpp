@@ -21,18 +21,18 @@ struct DriverOptions {
 };
 
 enum class OpenResult {
-  loaded,        ///< the image was echoed rightly, and packets are answered
-  was_running,   ///< no boot loader answered, but packets are
+  loaded,       ///< the image was echoed rightly, and packets are answered
+  was_running,  ///< no boot loader answered, but packets are
   no_answer,
   echo_differs,  ///< the upload was damaged; try again after the device has given it up
 };
 
 struct DriverCounts {
   std::int64_t requests = 0;
-  std::int64_t replies = 0;     ///< in time
-  std::int64_t lost = 0;        ///< requests whose deadline passed
-  std::int64_t late = 0;        ///< replies that came after it, found before the next request
-  std::int64_t superfluous = 0; ///< further replies within one exchange; the newest one counts
+  std::int64_t replies = 0;      ///< in time
+  std::int64_t lost = 0;         ///< requests whose deadline passed
+  std::int64_t late = 0;         ///< replies that came after it, found before the next request
+  std::int64_t superfluous = 0;  ///< further replies within one exchange; the newest one counts
   bool operator==(const DriverCounts&) const = default;
 };
 

@@ -28,7 +28,8 @@ class Emulator final : public Served, private FirmwareSink {
  public:
   static constexpr double body_step = 50e-6;  ///< [s]
 
-  explicit Emulator(Body& body, const FirmwareOptions& options = {}, const FaultScript& faults = {});
+  explicit Emulator(Body& body, const FirmwareOptions& options = {},
+                    const FaultScript& faults = {});
 
   /// Takes what has arrived, moves the body to the link's time, and replies at once. Call whenever
   /// bytes arrive, and now and then without. Allocates nothing.

@@ -68,7 +68,7 @@ void Firmware::answer(const HostPacket& request, double now_s, const DevicePacke
   last_ = request;
   asked_ = true;
   watchdog_noted_ = false;
-  request_time_ = now_s;
+  torque_end_ = now_s + options_.watchdog;
   ++replies_;
   sink.send(encode(present));
   sink.served(request, present);
@@ -107,17 +107,13 @@ void Firmware::lose_power(double now_s, FirmwareSink& sink) noexcept {
   note(FirmwareEvent::power_loss, sink);
 }
 
-bool Firmware::asked_lately(double now_s) const noexcept {
-  return asked_ && now_s - request_time_ < options_.watchdog;
-}
+bool Firmware::asked_lately(double now_s) const noexcept { return asked_ && now_s < torque_end_; }
 
 std::array<std::int16_t, 3> Firmware::words(double now_s) const noexcept {
   return asked_lately(now_s) ? last_.words : std::array<std::int16_t, 3>{};
 }
 
-bool Firmware::homing(double now_s) const noexcept {
-  return asked_lately(now_s) && last_.homing;
-}
+bool Firmware::homing(double now_s) const noexcept { return asked_lately(now_s) && last_.homing; }
 
 void Firmware::note(FirmwareEvent event, FirmwareSink& sink) noexcept {
   ++events_[static_cast<std::size_t>(event)];
@@ -131,8 +127,8 @@ const char* name_of(FirmwareState state) noexcept {
 
 const char* name_of(FirmwareEvent event) noexcept {
   constexpr std::array<const char*, firmware_event_count> names{
-      "hail",        "load-begun", "run-begun", "skipped-load",   "stray-bytes",
-      "bad-frame",   "early-run",  "watchdog",  "load-abandoned", "power-loss"};
+      "hail",      "load-begun", "run-begun", "skipped-load",   "stray-bytes",
+      "bad-frame", "early-run",  "watchdog",  "load-abandoned", "power-loss"};
   return names[static_cast<std::size_t>(event)];
 }
 

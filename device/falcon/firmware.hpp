@@ -25,8 +25,8 @@ enum class FirmwareState { boot, ready, load, run };
 
 /// What a log should know beside requests. Each is counted, too.
 enum class FirmwareEvent {
-  hail,            ///< answered 0A 43 0D
-  load_begun,      ///< echoed 41
+  hail,        ///< answered 0A 43 0D
+  load_begun,  ///< echoed 41
   run_begun,
   skipped_load,    ///< violation: a packet came before any firmware
   stray_bytes,     ///< violation: bytes that say nothing in this state
@@ -95,11 +95,11 @@ class Firmware {
   PacketReader<HostPacket> reader_{};
   std::size_t hail_matched_ = 0;  ///< bytes of 0A 43 0D
   HostPacket last_{};
-  bool asked_ = false;             ///< there was a request since power came
-  bool watchdog_noted_ = false;    ///< since the last request
-  double request_time_ = 0.0;      ///< [s]
-  double byte_time_ = 0.0;         ///< of the last byte of any kind [s]
-  bool stray_noted_ = false;       ///< one event for a run of stray bytes
+  bool asked_ = false;           ///< there was a request since power came
+  bool watchdog_noted_ = false;  ///< since the last request
+  double torque_end_ = 0.0;      ///< unless a request comes before [s]
+  double byte_time_ = 0.0;       ///< of the last byte of any kind [s]
+  bool stray_noted_ = false;     ///< one event for a run of stray bytes
   std::int64_t replies_ = 0;
   std::int64_t echoed_bytes_ = 0;
   std::array<std::int64_t, firmware_event_count> events_{};

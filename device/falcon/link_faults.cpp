@@ -88,8 +88,7 @@ void FaultChannel::put(std::uint8_t byte, double arrival) noexcept {
 }
 
 void FaultChannel::send(std::span<const std::uint8_t> bytes, double now_s) noexcept {
-  double arrival = now_s + delay(now_s);
-  if (!under_way_.empty()) { arrival = std::max(arrival, under_way_.back().arrival); }
+  const double arrival = now_s + delay(now_s);  // or later, behind bytes that are later still
   for (std::uint8_t byte : bytes) {
     ++counts_.bytes;
     const bool dropped = hit(Kind::drop, now_s, for_bytes_);

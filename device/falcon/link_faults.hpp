@@ -70,8 +70,6 @@ class FaultChannel {
   std::size_t receive(std::span<std::uint8_t> into, double now_s) noexcept;
   /// When the next byte arrives [s]; nothing when none is under way.
   [[nodiscard]] std::optional<double> next_arrival() const noexcept;
-  /// Loses what is under way.
-  void clear() noexcept { under_way_.clear(); }
   [[nodiscard]] const FaultCounts& counts() const noexcept { return counts_; }
 
  private:

@@ -67,10 +67,10 @@ std::uint8_t info_bits(const HostPacket& packet) noexcept {
 }
 
 std::uint8_t info_bits(const DevicePacket& packet) noexcept {
-  return static_cast<std::uint8_t>(
-      bit(packet.buttons.plus, 0) | bit(packet.buttons.forward, 1) |
-      bit(packet.buttons.centre, 2) | bit(packet.buttons.minus, 3) | bit(packet.homed[0], 4) |
-      bit(packet.homed[1], 5) | bit(packet.homed[2], 6));
+  return static_cast<std::uint8_t>(bit(packet.buttons.plus, 0) | bit(packet.buttons.forward, 1) |
+                                   bit(packet.buttons.centre, 2) | bit(packet.buttons.minus, 3) |
+                                   bit(packet.homed[0], 4) | bit(packet.homed[1], 5) |
+                                   bit(packet.homed[2], 6));
 }
 
 PacketBytes encode(const HostPacket& packet) noexcept {
@@ -84,11 +84,16 @@ PacketBytes encode(const DevicePacket& packet) noexcept {
 bool may_stand(std::size_t place, std::uint8_t byte, std::uint8_t most_info) noexcept {
   constexpr unsigned most_nibble = 0x0F;
   switch (place) {
-    case 0: return byte == packet_begin;
-    case info_place: return byte >= zero && byte <= most_info + unsigned{zero};
-    case unused_place: return byte == zero;
-    case packet_bytes - 1: return byte == packet_end;
-    default: return place < packet_bytes && byte >= zero && byte <= most_nibble + zero;
+    case 0:
+      return byte == packet_begin;
+    case info_place:
+      return byte >= zero && byte <= most_info + unsigned{zero};
+    case unused_place:
+      return byte == zero;
+    case packet_bytes - 1:
+      return byte == packet_end;
+    default:
+      return place < packet_bytes && byte >= zero && byte <= most_nibble + zero;
   }
 }
 

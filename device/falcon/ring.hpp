@@ -21,12 +21,8 @@ class Ring {
     --count_;
   }
   [[nodiscard]] const Item& front() const noexcept { return items_[first_]; }
-  [[nodiscard]] const Item& back() const noexcept {
-    return items_[(first_ + count_ - 1) % capacity];
-  }
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
-  void clear() noexcept { count_ = 0; }
 
  private:
   std::array<Item, capacity> items_{};

@@ -22,10 +22,10 @@ struct GripScript {
     double start = 0.0;
     double end = 0.0;
   };
-  std::vector<Pose> poses{};     ///< by rising time; straight between them, at rest outside
+  std::vector<Pose> poses{};  ///< by rising time; straight between them, at rest outside
   std::vector<Press> presses{};
-  std::array<int, 3> power_on{}; ///< counts shown before homing = counts of the script + these
-  bool homed = true;             ///< at the start
+  std::array<int, 3> power_on{};  ///< counts shown before homing = counts of the script + these
+  bool homed = true;              ///< at the start
 };
 
 /// A leg that is not homed shows its count plus an offset. While homing is on it arms beyond 60

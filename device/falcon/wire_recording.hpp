@@ -24,7 +24,8 @@ class WireRecording final : public EmulatorObserver {
   explicit WireRecording(std::size_t most_records) { records_.reserve(most_records); }
   explicit WireRecording(std::vector<WireRecord> records) : records_(std::move(records)) {}
 
-  void served(double time_s, const HostPacket& request, const DevicePacket& reply) noexcept override;
+  void served(double time_s, const HostPacket& request,
+              const DevicePacket& reply) noexcept override;
   [[nodiscard]] const std::vector<WireRecord>& records() const noexcept { return records_; }
   [[nodiscard]] std::int64_t left_out() const noexcept { return left_out_; }
 

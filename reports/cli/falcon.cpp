@@ -18,7 +18,8 @@ namespace {
 
 using namespace device::falcon;
 
-/// Until the input ends or somebody interrupts; what is on its way when the input ends is delivered.
+/// Until the input ends or somebody interrupts; what is on its way when the input ends is
+/// delivered.
 void serve(ByteLink& link, Emulator& emulator, FalconLog& log) {
   while (!interrupted && (!link.ended() || emulator.busy())) {
     (void)link.wait_until(emulator.next_call(link.now()));

@@ -74,11 +74,11 @@ void FalconLog::write(const Row& row) noexcept {
   }
   const unsigned asked = info_bits(row.request);
   const unsigned told = info_bits(row.reply);
-  failed_ |= std::fprintf(file, "%.6f,%d,%d,%d,%u,%u,%d,%d,%d,%u,%u,request,%s\n", row.time,
-                          row.request.words[0], row.request.words[1], row.request.words[2],
-                          asked & 1U, asked >> 1U, row.reply.counts[0], row.reply.counts[1],
-                          row.reply.counts[2], told & button_bits, told >> homed_shift,
-                          name_of(row.state)) < 0;
+  failed_ |=
+      std::fprintf(file, "%.6f,%d,%d,%d,%u,%u,%d,%d,%d,%u,%u,request,%s\n", row.time,
+                   row.request.words[0], row.request.words[1], row.request.words[2], asked & 1U,
+                   asked >> 1U, row.reply.counts[0], row.reply.counts[1], row.reply.counts[2],
+                   told & button_bits, told >> homed_shift, name_of(row.state)) < 0;
 }
 
 void FalconLog::finish() {

@@ -192,6 +192,8 @@ TEST("power loss leads to boot without torque, and forgets half a packet") {
   CHECK((firmware.words(0.001) == std::array<std::int16_t, 3>{}));
   CHECK(answer(firmware, {request.begin() + 8, request.end()}, 0.002).empty());
   CHECK(answer(firmware, hail, 0.003) == hail_answer);
+  CHECK(answer(firmware, {}, 0.1).empty());
+  CHECK(firmware.count(FirmwareEvent::watchdog) == 0);  // there was no torque left to drop
 }
 
 TEST("who listens hears every event and every request, in order") {
@@ -201,8 +203,8 @@ TEST("who listens hears every event and every request, in order") {
   firmware.receive(hail, 0.0, present, kept);
   firmware.receive(std::array<std::uint8_t, 1>{0x41}, 0.0, present, kept);
   firmware.receive(request, 0.0, present, kept);
-  CHECK((kept.events == std::vector{FirmwareEvent::hail, FirmwareEvent::load_begun,
-                                    FirmwareEvent::run_begun}));
+  CHECK((kept.events ==
+         std::vector{FirmwareEvent::hail, FirmwareEvent::load_begun, FirmwareEvent::run_begun}));
   CHECK((kept.requests == std::vector{HostPacket{.words = {3, 2, 1}}}));
 }
 

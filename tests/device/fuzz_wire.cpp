@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Any bytes in any pieces into readers and firmware: what must hold, whatever comes. Built twice:
 // with a main() that plays kept inputs, and for libFuzzer (PALPATE_FUZZ).
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>

@@ -92,7 +92,8 @@ TEST("each kind hits the share of bytes that it was given") {
     CHECK(static_cast<std::int64_t>(dropped.bytes.size()) == bytes_sent - dropped.counts.dropped);
     const Heard doubled = counts(Kind::duplicate);
     CHECK_NEAR(double(doubled.counts.duplicated), probability * bytes_sent, spread(probability));
-    CHECK(static_cast<std::int64_t>(doubled.bytes.size()) == bytes_sent + doubled.counts.duplicated);
+    CHECK(static_cast<std::int64_t>(doubled.bytes.size()) ==
+          bytes_sent + doubled.counts.duplicated);
     const Heard changed = counts(Kind::corrupt);
     std::int64_t different = 0;
     for (std::size_t n = 0; n < changed.bytes.size(); ++n) {
@@ -104,8 +105,7 @@ TEST("each kind hits the share of bytes that it was given") {
 }
 
 TEST("latency and jitter stay within their range and never change the order") {
-  const Heard late =
-      heard({.faults = {{.kind = Kind::latency, .latency = 5e-3, .jitter = 4e-3}}});
+  const Heard late = heard({.faults = {{.kind = Kind::latency, .latency = 5e-3, .jitter = 4e-3}}});
   CHECK(late.bytes.size() == bytes_sent);
   double least = 1.0;
   double most = 0.0;
@@ -124,10 +124,9 @@ TEST("latency and jitter stay within their range and never change the order") {
 }
 
 TEST("a fault acts in its window, in its direction and nowhere else") {
-  const FaultScript script{.faults = {{.kind = Kind::drop,
-                                       .direction = Direction::to_device,
-                                       .start = 2.0,
-                                       .end = 2.5}}};
+  const FaultScript script{
+      .faults = {
+          {.kind = Kind::drop, .direction = Direction::to_device, .start = 2.0, .end = 2.5}}};
   // Writes at each millisecond from 2.000 to 2.499 s, ten bytes each.
   CHECK(heard(script).counts.dropped == 5000);
   CHECK(heard(script, Direction::to_host).counts.dropped == 0);

@@ -56,8 +56,8 @@ Stream stream_of(const std::vector<Packet>& packets) {
 
 enum class Harm { lost_or_doubled, changed };
 
-/// Whether all packets but `hit` come out in order, and in its place at most one: itself, or where a
-/// byte was changed perhaps another, as there is no checksum.
+/// Whether all packets but `hit` come out in order, and in its place at most one: itself, or where
+/// a byte was changed perhaps another, as there is no checksum.
 template <class Packet>
 bool only_hit_is_lost(const std::vector<Packet>& packets, const Stream& stream, std::size_t hit,
                       Harm harm) {
@@ -67,9 +67,9 @@ bool only_hit_is_lost(const std::vector<Packet>& packets, const Stream& stream, 
     if (const auto packet = reader.take(byte)) { out.push_back(*packet); }
   }
   const ReaderCounts& counts = reader.counts();
-  const bool accounted = static_cast<std::int64_t>(stream.size()) ==
-                         16 * counts.frames + counts.skipped_bytes +
-                             static_cast<std::int64_t>(reader.pending_bytes());
+  const bool accounted =
+      static_cast<std::int64_t>(stream.size()) ==
+      16 * counts.frames + counts.skipped_bytes + static_cast<std::int64_t>(reader.pending_bytes());
   std::vector<Packet> others = packets;
   others.erase(others.begin() + static_cast<long>(hit));
   if (out.size() == packets.size()) {

@@ -59,7 +59,8 @@ TEST("power loss forgets homing") {
 }
 
 TEST("buttons are pressed in their time") {
-  ScriptedGrip grip({.presses = {{{.plus = true}, 0.0105, 0.0205}, {{.minus = true}, 0.0155, 1.0}}});
+  ScriptedGrip grip(
+      {.presses = {{{.plus = true}, 0.0105, 0.0205}, {{.minus = true}, 0.0155, 1.0}}});
   CHECK((grip.present().buttons == Buttons{}));
   run(grip, 12, false);
   CHECK((grip.present().buttons == Buttons{.plus = true}));

@@ -68,9 +68,9 @@ TEST("a device that is not there gives no answer, and an end") {
 
 TEST("a byte that is lost or changed in the echo is noticed") {
   for (const auto kind : {LinkFault::Kind::drop, LinkFault::Kind::corrupt}) {
-    Bench bench({}, {.faults = {{.kind = kind,
-                                 .direction = LinkFault::Direction::to_host,
-                                 .probability = 0.01}}});
+    Bench bench(
+        {}, {.faults = {
+                 {.kind = kind, .direction = LinkFault::Direction::to_host, .probability = 0.01}}});
     CHECK(bench.driver.open(image_of(8492)) == OpenResult::echo_differs);
   }
 }
@@ -180,15 +180,13 @@ TEST("unplugging loses every byte and leaves the device running") {
 }
 
 TEST("a stuck encoder keeps its count and a stuck button stays pressed, while they stick") {
-  Bench bench({.loaded = true},
-              {.faults = {{.kind = LinkFault::Kind::stuck_encoder,
-                           .start = 0.05,
-                           .end = 0.10,
-                           .leg = 2},
-                          {.kind = LinkFault::Kind::stuck_button,
-                           .start = 0.05,
-                           .end = 0.10,
-                           .buttons = {.forward = true}}}});
+  Bench bench(
+      {.loaded = true},
+      {.faults = {{.kind = LinkFault::Kind::stuck_encoder, .start = 0.05, .end = 0.10, .leg = 2},
+                  {.kind = LinkFault::Kind::stuck_button,
+                   .start = 0.05,
+                   .end = 0.10,
+                   .buttons = {.forward = true}}}});
   const HostPacket request{.words = {1, 1, 1}};
   for (int n = 0; n < 150; ++n) {
     const auto packet = bench.driver.exchange(request);
