@@ -1,0 +1,2 @@
+#include "tests/check.hpp"
+TEST("x") { CHECK(true); }
