@@ -11,7 +11,8 @@ Mechanics::Mechanics(const Kinematics& kinematics, const PlantOptions& options)
     : kinematics_(kinematics),
       options_(options),
       inner_(std::cos(options.inner_stop), std::sin(options.inner_stop)),
-      outer_(std::cos(options.outer_stop), std::sin(options.outer_stop)) {}
+      outer_(std::cos(options.outer_stop), std::sin(options.outer_stop)),
+      widest_(kinematics.geometry().shin * std::sin(options.swing_stop)) {}
 
 Eigen::Matrix3d Mechanics::inverse_mass(const Eigen::Matrix3d& slope,
                                         const Hand& hand) const noexcept {
@@ -62,6 +63,12 @@ Mechanics::Stops Mechanics::stops_at(const std::array<Leg, 3>& legs,
       const double rate = slope.dot(velocity);
       press(stops, theta1 - options_.outer_stop, rate, slope);
       press(stops, options_.inner_stop - theta1, -rate, -slope);
+    }
+    if (std::abs(leg.sideways) > widest_) {
+      const double swing = std::atan2(leg.sideways, leg.height);
+      const Eigen::Vector3d slope =
+          std::copysign(1.0 / leg.height, swing) * kinematics_.frame(i).sideways;
+      press(stops, std::abs(swing) - options_.swing_stop, slope.dot(velocity), slope);
     }
     const double along = leg.outward * leg.cosine + leg.away * leg.sine;  // L cos(elbow)
     if (along > 0.0 && leg.lever < a * leg.reach * options_.elbow_stop) {
