@@ -103,6 +103,15 @@ int main(int argc, char** argv) {
   add_common(*command, report_options, "report");
   command->callback([&] { chosen = [&] { return report(report_options); }; });
 
+  FalconOptions falcon_options;
+  command = app.add_subcommand("falcon", "the emulated Novint Falcon");
+  command->add_option("--solve", falcon_options.solve,
+                      "kinematics of the poses in a CSV file with x_m,y_m,z_m and, if asked, fx_n,fy_n,fz_n")
+      ->required()
+      ->type_name("FILE");
+  add_common(*command, falcon_options, "falcon");
+  command->callback([&] { chosen = [&] { return falcon_solve(falcon_options); }; });
+
   for (CLI::App* each : app.get_subcommands({})) {
     each->set_version_flag("--version", version_text());
   }

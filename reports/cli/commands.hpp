@@ -45,6 +45,12 @@ struct ValidateOptions : CommonOptions {
 };
 int validate(const ValidateOptions& options);
 
+struct FalconOptions : CommonOptions {
+  std::filesystem::path solve{};           ///< poses whose kinematics are asked for
+};
+/// Kinematics of poses: writes solution.csv.
+int falcon_solve(const FalconOptions& options);
+
 struct ReportOptions : CommonOptions {
   std::filesystem::path results{};
 };
