@@ -84,15 +84,19 @@ void Intent::add(const Action& action, double pace, Seeded& seeded) {
             .ramp = push->rise / pace,
             .force = push->force});
   } else if (const auto* steps = std::get_if<Intermittent>(&action)) {
-    demand(steps->distance > 0.0 && steps->step[0] > 0.0 && steps->step[1] >= steps->step[0] &&
-               steps->rest[0] > 0.0 && steps->rest[1] >= steps->rest[0] && steps->duration > 0.0,
-           "distance, step, rest and duration of intermittent motion must be > 0, ranges ordered");
-    for (double left = steps->distance; left > 1e-12;) {
-      const double step = std::min(left, seeded.uniform(steps->step[0], steps->step[1]));
-      append({.shape = Shape::minimum_jerk, .duration = steps->duration / pace, .distance = step});
-      append({.shape = Shape::rest, .duration = seeded.uniform(steps->rest[0], steps->rest[1])});
-      left -= step;
-    }
+    add_steps(*steps, pace, seeded);
+  }
+}
+
+void Intent::add_steps(const Intermittent& steps, double pace, Seeded& seeded) {
+  demand(steps.distance > 0.0 && steps.step[0] > 0.0 && steps.step[1] >= steps.step[0] &&
+             steps.rest[0] > 0.0 && steps.rest[1] >= steps.rest[0] && steps.duration > 0.0,
+         "distance, step, rest and duration of intermittent motion must be > 0, ranges ordered");
+  for (double left = steps.distance; left > 1e-12;) {
+    const double step = std::min(left, seeded.uniform(steps.step[0], steps.step[1]));
+    append({.shape = Shape::minimum_jerk, .duration = steps.duration / pace, .distance = step});
+    append({.shape = Shape::rest, .duration = seeded.uniform(steps.rest[0], steps.rest[1])});
+    left -= step;
   }
 }
 

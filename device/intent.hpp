@@ -112,6 +112,7 @@ class Intent {
   };
 
   void add(const Action& action, double pace, class Seeded& seeded);
+  void add_steps(const Intermittent& steps, double pace, class Seeded& seeded);
   void append(Segment segment);
   [[nodiscard]] static Along evaluate(const Segment& segment, double time) noexcept;
   [[nodiscard]] Along script_at(double time, std::size_t first) const noexcept;

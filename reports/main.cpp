@@ -108,14 +108,18 @@ int main(int argc, char** argv) {
   command->callback([&] { chosen = [&] { return report(report_options); }; });
 
   FalconOptions falcon_options;
-  command = app.add_subcommand("falcon", "serve the emulated Novint Falcon on its wire protocol");
+  command = app.add_subcommand("falcon", "the emulated Novint Falcon: on its wire protocol, or its kinematics");
   command->add_flag("--pty", falcon_options.pty, "on a new pseudo-terminal, whose path is the first line of output");
   command->add_flag("--stdio", falcon_options.stdio, "on standard input and output, until the input ends");
+  command->add_option("--solve", falcon_options.solve,
+                      "kinematics of the poses in a CSV file with x_m,y_m,z_m and, if asked, fx_n,fy_n,fz_n")
+      ->type_name("FILE");
   command->add_option("--script", falcon_options.script, "faults, grip and buttons by time (TOML, docs/falcon.md)")
       ->type_name("FILE");
   add_overrides(*command, falcon_options, "script");
   add_common(*command, falcon_options, "falcon");
-  command->footer("One of --pty and --stdio is needed. Ctrl-C ends the service; log.csv in DIR has every request.\n"
+  command->footer("One of --pty, --stdio and --solve is needed. Ctrl-C ends the service; log.csv in DIR has every\n"
+                  "request. --solve writes solution.csv.\n"
                   "docs/falcon.md shows how to connect.");
   command->callback([&] { chosen = [&] { return falcon(falcon_options); }; });
 

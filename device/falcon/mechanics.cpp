@@ -11,7 +11,8 @@ Mechanics::Mechanics(const Kinematics& kinematics, const PlantOptions& options)
     : kinematics_(kinematics),
       options_(options),
       inner_(std::cos(options.inner_stop), std::sin(options.inner_stop)),
-      outer_(std::cos(options.outer_stop), std::sin(options.outer_stop)) {}
+      outer_(std::cos(options.outer_stop), std::sin(options.outer_stop)),
+      widest_(kinematics.geometry().shin * std::sin(options.swing_stop)) {}
 
 Eigen::Matrix3d Mechanics::inverse_mass(const Eigen::Matrix3d& slope,
                                         const Hand& hand) const noexcept {
@@ -63,6 +64,12 @@ Mechanics::Stops Mechanics::stops_at(const std::array<Leg, 3>& legs,
       press(stops, theta1 - options_.outer_stop, rate, slope);
       press(stops, options_.inner_stop - theta1, -rate, -slope);
     }
+    if (std::abs(leg.sideways) > widest_) {
+      const double swing = std::atan2(leg.sideways, leg.height);
+      const Eigen::Vector3d slope =
+          std::copysign(1.0 / leg.height, swing) * kinematics_.frame(i).sideways;
+      press(stops, std::abs(swing) - options_.swing_stop, slope.dot(velocity), slope);
+    }
     const double along = leg.outward * leg.cosine + leg.away * leg.sine;  // L cos(elbow)
     if (along > 0.0 && leg.lever < a * leg.reach * options_.elbow_stop) {
       const Eigen::Vector3d slope = elbow_slope(i, leg, position);
@@ -73,49 +80,55 @@ Mechanics::Stops Mechanics::stops_at(const std::array<Leg, 3>& legs,
   return stops;
 }
 
-bool Mechanics::evaluate(const PlantState& state, const Drive& drive, const Hand& hand,
-                         const Slip& slip, Motion& motion) const noexcept {
+Mechanics::Applied Mechanics::applied(const std::array<Leg, 3>& legs, const PlantState& state,
+                                      const Drive& drive, const Hand& hand) const noexcept {
   const Eigen::Vector3d position = state.segment<3>(part::position);
   const Eigen::Vector3d velocity = state.segment<3>(part::velocity);
-  const auto legs = kinematics_.legs(position);
-  if (!legs) { return false; }
-  const Eigen::Matrix3d slope = inverse_jacobian(*legs);
-  Eigen::Vector3d curvature;
-  for (int i = 0; i < 3; ++i) {
-    curvature[i] = curvature_acceleration(kinematics_.geometry(), kinematics_.frame(i),
-                                          (*legs)[static_cast<std::size_t>(i)], velocity);
-  }
   const ArmMotion arm{.position = state.segment<3>(part::arm_position),
                       .velocity = state.segment<3>(part::arm_velocity)};
-  const HandForces forces = hand_forces(hand, drive.intent, position, velocity, arm);
-  const Stops stops = stops_at(*legs, position, velocity);
-  motion.rate = slope * velocity;
-  const Eigen::Vector3d motors =
-      drive.torque.array() * (1.0 + drive.speed_share * motion.rate.array());
+  Applied applied{.hand = hand_forces(hand, drive.intent, position, velocity, arm),
+                  .stops = stops_at(legs, position, velocity)};
+  const Eigen::Matrix3d slope = inverse_jacobian(legs);
+  const Eigen::Vector3d rate = slope * velocity;
+  for (int i = 0; i < 3; ++i) {
+    applied.curvature[i] = curvature_acceleration(kinematics_.geometry(), kinematics_.frame(i),
+                                                  legs[static_cast<std::size_t>(i)], velocity);
+  }
+  applied.motors = drive.torque.array() * (1.0 + drive.speed_share * rate.array());
   const Eigen::Vector3d at_arms =
-      motors - options_.viscosity * motion.rate - options_.arm_inertia * curvature;
-  Eigen::Vector3d force = forces.on_grip + stops.force + slope.transpose() * at_arms;
-  force.y() -= options_.gravity * (options_.effector_mass + options_.tool_mass);
+      applied.motors - options_.viscosity * rate - options_.arm_inertia * applied.curvature;
+  applied.force = applied.hand.on_grip + applied.stops.force + slope.transpose() * at_arms;
+  applied.force.y() -= options_.gravity * (options_.effector_mass + options_.tool_mass);
+  return applied;
+}
 
+bool Mechanics::evaluate(const PlantState& state, const Drive& drive, const Hand& hand,
+                         const Slip& slip, Motion& motion) const noexcept {
+  const Eigen::Vector3d velocity = state.segment<3>(part::velocity);
+  const auto legs = kinematics_.legs(state.segment<3>(part::position));
+  if (!legs) { return false; }
+  const Eigen::Matrix3d slope = inverse_jacobian(*legs);
+  const Applied given = applied(*legs, state, drive, hand);
   const Eigen::Matrix3d inverse = inverse_mass(slope, hand);
+  motion.rate = slope * velocity;
   motion.arms = {.mobility = slope * inverse * slope.transpose(),
-                 .free = slope * (inverse * force) + curvature};
+                 .free = slope * (inverse * given.force) + given.curvature};
   motion.friction = friction_torque(motion.arms, slip, options_.coulomb);
   const bool rests = slip[0] == 0 && slip[1] == 0 && slip[2] == 0;
   motion.derivative.segment<3>(part::position) = velocity;
   motion.derivative.segment<3>(part::velocity).setZero();  // exactly, when all arms are stuck
   if (!rests) {
     motion.derivative.segment<3>(part::velocity) =
-        inverse * (force + slope.transpose() * motion.friction);
+        inverse * (given.force + slope.transpose() * motion.friction);
   }
-  motion.derivative.segment<3>(part::arm_position) = arm.velocity;
+  motion.derivative.segment<3>(part::arm_position) = state.segment<3>(part::arm_velocity);
   motion.derivative.segment<3>(part::arm_velocity) =
-      forces.on_arm / (hand.arm ? hand.arm->mass : 1.0);
+      given.hand.on_arm / (hand.arm ? hand.arm->mass : 1.0);
   motion.derivative[part::friction_loss] =
       options_.viscosity * motion.rate.squaredNorm() - motion.friction.dot(motion.rate);
-  motion.derivative[part::stop_loss] = stops.loss;
-  motion.derivative[part::motor_work] = motors.dot(motion.rate);
-  motion.derivative[part::hand_work] = forces.on_grip.dot(velocity);
+  motion.derivative[part::stop_loss] = given.stops.loss;
+  motion.derivative[part::motor_work] = given.motors.dot(motion.rate);
+  motion.derivative[part::hand_work] = given.hand.on_grip.dot(velocity);
   return true;
 }
 

@@ -24,6 +24,7 @@ struct PlantOptions {
   double inner_stop = -0.40;      ///< theta1 [rad]; -23 deg
   double outer_stop = 1.62;       ///< theta1 [rad]; 93 deg
   double elbow_stop = 0.105;      ///< least angle between thigh and shin's projection [rad]; 6 deg
+  double swing_stop = 1.02;       ///< most that a shin leans out of its leg's plane [rad]; 58 deg
   double stop_stiffness = 100.0;  ///< [N m/rad]
   double stop_viscosity = 0.2;    ///< [N m s/rad], only while it pushes back
   double substep = 50e-6;         ///< longest step of the integrator [s]
@@ -80,6 +81,16 @@ class Mechanics {
     double energy = 0.0;
     double loss = 0.0;
   };
+  /// Everything but Coulomb friction.
+  struct Applied {
+    HandForces hand{};
+    Stops stops{};
+    Eigen::Vector3d curvature{};  ///< arms' acceleration at constant velocity [rad/s^2]
+    Eigen::Vector3d motors{};     ///< [N m]
+    Eigen::Vector3d force{};      ///< on the grip, all together [N]
+  };
+  [[nodiscard]] Applied applied(const std::array<Leg, 3>& legs, const PlantState& state,
+                                const Drive& drive, const Hand& hand) const noexcept;
   void press(Stops& stops, double depth, double rate, const Eigen::Vector3d& slope) const noexcept;
   [[nodiscard]] Stops stops_at(const std::array<Leg, 3>& legs, const Eigen::Vector3d& position,
                                const Eigen::Vector3d& velocity) const noexcept;
@@ -95,6 +106,7 @@ class Mechanics {
   PlantOptions options_;
   Eigen::Vector2d inner_;  ///< cosine and sine of the stop
   Eigen::Vector2d outer_;
+  double widest_;  ///< |v + f| at the swing stop [m]
 };
 
 }  // namespace palpate::device::falcon

@@ -46,7 +46,7 @@ void Plant::settle(const Given& given) noexcept {
   slip_ = settled(motion.arms, slip_, mechanics_.options().coulomb);
 }
 
-/// One step of order 4 from the state, with the slip as it is.
+/// One step of order 4 from the state, with the slip as it is; false when it leaves the reach.
 bool Plant::trial(const Given& given, double h, PlantState& end) const noexcept {
   Motion k1, k2, k3, k4;
   const Drive middle = drive_at(given, time_ + 0.5 * h);
@@ -59,7 +59,8 @@ bool Plant::trial(const Given& given, double h, PlantState& end) const noexcept 
   if (!within) { return false; }
   end = state_ +
         h / 6.0 * (k1.derivative + 2.0 * k2.derivative + 2.0 * k3.derivative + k4.derivative);
-  return end.allFinite();
+  const Eigen::Vector3d position = end.segment<3>(part::position);
+  return end.allFinite() && mechanics_.kinematics().legs(position).has_value();
 }
 
 double Plant::lawfulness(const Given& given, const PlantState& state, double time,

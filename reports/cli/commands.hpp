@@ -54,8 +54,11 @@ int report(const ReportOptions& options);
 struct FalconOptions : CommonOptions {
   bool pty = false;
   bool stdio = false;
-  std::filesystem::path script{};  ///< empty: no faults, grip at rest
+  std::filesystem::path script{};  ///< empty: no faults; a hand that rests, and homes when asked
+  std::filesystem::path solve{};   ///< poses whose kinematics are asked for
 };
 int falcon(const FalconOptions& options);
+/// Kinematics of poses: writes solution.csv.
+int falcon_solve(const FalconOptions& options);
 
 }  // namespace palpate::cli

@@ -6,6 +6,7 @@
 
 #include "device/falcon/descriptor_link.hpp"
 #include "device/falcon/emulator.hpp"
+#include "device/falcon/plant_body.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/falcon_log.hpp"
@@ -62,6 +63,15 @@ void tell(const Emulator& emulator, const FalconLog& log) {
   }
 }
 
+/// A script may move the grip itself; else a hand holds the mechanism, and homes it when asked to.
+std::unique_ptr<Body> make_body(const FalconScript& script) {
+  if (script.moves_grip) { return std::make_unique<ScriptedGrip>(script.grip); }
+  const PlantBodyOptions options{.homed = false, .homes = true, .seed = script.faults.seed};
+  device::Hand hand;
+  hand.intent = device::Intent({.start = options.start});
+  return std::make_unique<PlantBody>(options, hand);
+}
+
 std::unique_ptr<ByteLink> make_link(bool pty) {
   if (!pty) { return std::make_unique<DescriptorLink>(STDIN_FILENO, STDOUT_FILENO); }
   auto link = std::make_unique<PtyLink>();
@@ -73,14 +83,16 @@ std::unique_ptr<ByteLink> make_link(bool pty) {
 }  // namespace
 
 int falcon(const FalconOptions& options) {
-  if (options.pty == options.stdio) {
-    throw InputError("falcon needs a mode; exactly one of --pty and --stdio");
+  const int modes = int(options.pty) + int(options.stdio) + int(!options.solve.empty());
+  if (modes != 1) {
+    throw InputError("falcon needs a mode; exactly one of --pty, --stdio and --solve");
   }
+  if (!options.solve.empty()) { return falcon_solve(options); }
   const FalconScript script = read_falcon_script(options.script, options.overrides);
   const std::filesystem::path folder = make_folder(options.folder("falcon"));
   std::signal(SIGPIPE, SIG_IGN);  // a reader that left is a write that fails, not an end
-  ScriptedGrip body(script.grip);
-  Emulator emulator(body, script.firmware, script.faults);
+  const std::unique_ptr<Body> body = make_body(script);
+  Emulator emulator(*body, script.firmware, script.faults);
   FalconLog log(folder / "log.csv", emulator.firmware());
   emulator.observe(&log);
   try {

@@ -33,7 +33,7 @@ struct GripDraft {
 struct ScriptDraft {
   int seed = 1;
   FirmwareOptions firmware{};
-  GripDraft grip{};
+  std::optional<GripDraft> grip{};
   std::vector<FaultDraft> faults{};
 };
 
@@ -127,7 +127,7 @@ template <class Visitor>
 void fields(Visitor& v, cli::ScriptDraft& s) {
   v.value("seed", s.seed, {.range = Range::non_negative});
   v.table("firmware", s.firmware);
-  v.table("grip", s.grip);
+  v.optional_table("grip", s.grip);
   v.list("fault", s.faults);
 }
 
@@ -182,23 +182,26 @@ void check(const ScriptDraft& draft, const io::Places& places, io::Problems& pro
   for (std::size_t n = 0; n < draft.faults.size(); ++n) {
     rules.fault(draft.faults[n], "fault[" + std::to_string(n) + "]");
   }
-  for (std::size_t n = 0; n < draft.grip.presses.size(); ++n) {
-    const PressDraft& press = draft.grip.presses[n];
+  if (!draft.grip) { return; }
+  for (std::size_t n = 0; n < draft.grip->presses.size(); ++n) {
+    const PressDraft& press = draft.grip->presses[n];
     rules.window(press.start, press.end, "grip.press[" + std::to_string(n) + "]");
   }
-  rules.poses(draft.grip.grip.poses);
-  rules.counts(draft.grip.grip.power_on, "grip.power_on");
+  rules.poses(draft.grip->grip.poses);
+  rules.counts(draft.grip->grip.power_on, "grip.power_on");
 }
 
 FalconScript finished(const ScriptDraft& draft) {
   FalconScript script{.firmware = draft.firmware,
                       .faults = {.seed = static_cast<std::uint64_t>(draft.seed)},
-                      .grip = draft.grip.grip};
+                      .moves_grip = draft.grip.has_value()};
   for (FaultDraft each : draft.faults) {
     if (each.button) { each.fault.buttons = buttons_of(*each.button); }
     script.faults.faults.push_back(each.fault);
   }
-  for (const PressDraft& press : draft.grip.presses) {
+  if (!draft.grip) { return script; }
+  script.grip = draft.grip->grip;
+  for (const PressDraft& press : draft.grip->presses) {
     script.grip.presses.push_back({buttons_of(press.button), press.start, press.end});
   }
   return script;
