@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "device/falcon/plant_body.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -15,10 +16,14 @@ Intent homing_gesture(const Eigen::Vector3d& start) {
   constexpr double speed = 0.15;
   constexpr double ramp = 0.1;
   IntentScript script{.start = start};
-  script.actions = {Withdraw{.distance = out - start.z(), .speed = speed, .ramp = ramp},
-                    Hold{.duration = 0.2},
-                    Advance{.distance = out - in, .speed = speed, .ramp = ramp},
-                    Hold{.duration = 0.2}};
+  const double outmost = std::max(out, start.z());
+  if (outmost > start.z()) {
+    script.actions.emplace_back(
+        Withdraw{.distance = outmost - start.z(), .speed = speed, .ramp = ramp});
+  }
+  script.actions.emplace_back(Hold{.duration = 0.2});
+  script.actions.emplace_back(Advance{.distance = outmost - in, .speed = speed, .ramp = ramp});
+  script.actions.emplace_back(Hold{.duration = 0.2});
   if (start.z() > in) {
     script.actions.emplace_back(Withdraw{.distance = start.z() - in, .speed = speed, .ramp = ramp});
   }

@@ -47,6 +47,7 @@ void HeldResponse<Real>::learn(std::vector<Support> supports, std::vector<std::s
   small_.setZero(2 * knots + 3, 2 * knots + 3);
   knots_.setZero(3 * knots);
   inertial_.setZero(3 * knots);
+  shares_.setZero(3 * knots);
   multipliers_.setZero(2 * knots + 3);
 }
 
@@ -124,9 +125,13 @@ void HeldResponse<Real>::correct(const Vector<Real>& r, Vector<Real>& x) const n
     const Row& row = row_[static_cast<std::size_t>(i)];
     mu(i) = along(row, inertial_, tool_inertial) - along(row, knots_, tool);
   }
-  small_.topLeftCorner(count, count).template triangularView<Eigen::Lower>().solveInPlace(mu);
-  small_.topLeftCorner(count, count).template triangularView<Eigen::Lower>().adjoint().solveInPlace(
-      mu);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    mu(i) = (mu(i) - small_.row(i).head(i).dot(mu.head(i))) / small_(i, i);
+  }
+  for (Eigen::Index i = count - 1; i >= 0; --i) {
+    const Eigen::Index after = count - i - 1;
+    mu(i) = (mu(i) - small_.col(i).segment(i + 1, after).dot(mu.tail(after))) / small_(i, i);
+  }
   knots_.setZero();
   for (Eigen::Index i = 0; i < count; ++i) {
     const Row& row = row_[static_cast<std::size_t>(i)];
@@ -136,7 +141,8 @@ void HeldResponse<Real>::correct(const Vector<Real>& r, Vector<Real>& x) const n
           mu(i) * coefficients_[row.coefficients + n];
     }
   }
-  x.noalias() += response_ * knots_.template cast<Real>();
+  shares_ = knots_.template cast<Real>();
+  x.noalias() += response_ * shares_;
   if (tool_ >= 0) { x(tool_) += static_cast<Real>(on_tool * tool_response_); }
 }
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// What a tool holds, inside a preconditioner: corrects x = P^-1 r so that x moves the held knots as
-/// r alone would through their masses (model/EQUATIONS.md, "Integrators"). Then the preconditioner
+/// r alone would through their masses (model/EQUATIONS.md, "Held constraints"). Then the preconditioner
 /// knows the constraints and the linear solve does not have to find them.
 
 #include <functional>
 #include <span>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "model/stepping/system.hpp"
@@ -67,6 +66,7 @@ class HeldResponse {
   Eigen::MatrixXd small_{};         ///< of the rows, then its Cholesky factor
   mutable Eigen::VectorXd knots_{};
   mutable Eigen::VectorXd inertial_{};
+  mutable Vector<Real> shares_{};   ///< of the directions in the correction
   mutable Eigen::VectorXd multipliers_{};
 };
 

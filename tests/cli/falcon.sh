@@ -7,7 +7,7 @@ mkdir -p "$out"
 fail() { echo "$1"; exit 1; }
 
 # Pipes: hail, one image byte, a request; nothing but wire bytes on standard output.
-printf '\x0aC\x0dAx<AAAAAAAAAAAAAA>' | "$palpate" falcon --stdio --quiet --out "$out/stdio" >"$out/bytes"
+printf '\x0aC\x0dAx<AAAAAAAAAAAAAA>' | "$palpate" falcon --stdio --set grip.homed=true --quiet --out "$out/stdio" >"$out/bytes"
 printf '\x0aD,\x0dAx<AAAAAAAAAAAAAA<AAAAAAAAAAAA\xb1A>' >"$out/expected"
 cmp "$out/bytes" "$out/expected" || fail "other bytes than expected"
 [ "$(grep -c ',request,run$' "$out/stdio/log.csv")" -eq 1 ] || fail "no row of the request in log.csv"
@@ -33,7 +33,7 @@ stop() {  # signal
 }
 
 # Two clients one after the other: every request is answered, and is a row of the log.
-serve "$out/pty"
+serve "$out/pty" --set grip.homed=true
 for requests in 2000 500; do
   replies=$("$client" "$path" "$requests" 5)
   [ "$replies" -eq "$requests" ] || fail "$replies replies to $requests requests"
