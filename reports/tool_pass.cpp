@@ -46,7 +46,7 @@ bool has_tool(const Trace& trace) {
 }
 
 bool is_tool_column(const std::string& name) {
-  return name.starts_with("tool.") || name.starts_with("syringe.");
+  return name.starts_with("tool.") || name.starts_with("syringe.") || name.starts_with("device.");
 }
 
 const std::vector<double>& values_of(const Trace& trace, const std::string& name) {

@@ -100,6 +100,7 @@ Run roll_out(Simulation& simulation, const RollOutOptions& options) {
     }
   }
   run.zero_length_springs = simulation.zero_length_springs();
+  if (options.falcon != nullptr) { run.falcon = options.falcon->facts(); }
   return run;
 }
 

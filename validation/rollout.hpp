@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 
 #include "model/dynamics/trace.hpp"
 #include "model/stepping/simulation.hpp"
@@ -28,6 +29,7 @@ struct Run {
   double slowest_tick = 0.0;      ///< [s]
   RunEnergy energy{};
   int zero_length_springs = 0;    ///< at the end
+  std::optional<FalconFacts> falcon{};  ///< of a tool in a hand
 
   [[nodiscard]] double ns_per_spring_step(std::size_t springs) const {
     return steps == 0 || springs == 0

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "fixtures/io/file_bytes.hpp"
+#include "reports/falcon_report.hpp"
 #include "reports/markup.hpp"
 #include "reports/run_report.hpp"
 #include "reports/tool_facts.hpp"
@@ -74,6 +75,9 @@ void write_run_report(const std::filesystem::path& folder, const LoadedScene& lo
   report.detail = run.diverged ? "The motion left every bound; the traces are kept up to there."
                                : std::to_string(run.ticks) + " ticks, every state finite and in bounds.";
   report.facts = tool_facts(run.trace);
+  if (run.falcon) {
+    std::ranges::move(falcon_fact_list(*run.falcon), std::back_inserter(report.facts));
+  }
   if (!report.facts.empty()) { report.facts.push_back(tick_cost(plan, run)); }
   std::ranges::move(scene_facts(loaded), std::back_inserter(report.facts));
   add_step_facts(report.facts, plan);
@@ -81,6 +85,7 @@ void write_run_report(const std::filesystem::path& folder, const LoadedScene& lo
   report.skipped = plan.skipped;
   report.warnings = plan.warnings;
   std::ranges::copy(palpation.warnings, std::back_inserter(report.warnings));
+  report.tool_figures = falcon_figures(run.trace);
   if (palpation.figure) { report.tool_figures.push_back(*palpation.figure); }
   if (run.zero_length_springs > 0) {
     report.warnings.push_back(std::to_string(run.zero_length_springs) +

@@ -17,6 +17,25 @@ Json number(double value) {
   return std::isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf";
 }
 
+Json device_json(const FalconFacts& facts) {
+  Json json{{"ticks", facts.ticks},
+            {"saturated_ticks", facts.saturated},
+            {"unanswered_requests", facts.unanswered},
+            {"largest_requested_n", facts.largest_requested},
+            {"largest_delivered_n", facts.largest_delivered},
+            {"axial_limit_n", facts.axial_force},
+            {"weakest_limit_n", facts.weakest_force},
+            {"least_energy_j", facts.least_energy},
+            {"least_energy_at_s", facts.least_energy_at},
+            {"taken_by_controller_j", facts.taken_by_controller},
+            {"reaction_s", facts.reaction}};
+  if (facts.lost_resistance_at) {
+    json["lost_resistance_at_s"] = *facts.lost_resistance_at;
+    json["overshoot_m"] = facts.overshoot;
+  }
+  return json;
+}
+
 }  // namespace
 
 std::string summary_json(const LoadedScene& loaded, const Run& run) {
@@ -50,6 +69,7 @@ std::string summary_json(const LoadedScene& loaded, const Run& run) {
   json["energy"] = {{"initial_j", number(run.energy.initial)},
                     {"final_j", number(run.energy.final)},
                     {"max_j", number(run.energy.maximum)}};
+  if (run.falcon) { json["device"] = device_json(*run.falcon); }
   json["events"] = Json::array();
   for (const Event& event : run.trace.events) {
     json["events"].push_back(
