@@ -13,7 +13,7 @@ using Words = std::array<std::int16_t, 3>;  ///< as on the wire
 
 /// Martin & Hillier, ACRA 2009, as RReichert/Falcon passes them on: 1.9835e-5 N m per word at the
 /// motor shaft and a reduction of 7.62; 6616 words per N m at the arm.
-inline constexpr double martin_hillier_scale = 1.0 / (7.62 * 1.9835e-5);
+inline constexpr double martin_hillier_scale = 6616.0;
 /// What libnifalcon multiplies by: no calibration.
 inline constexpr double libnifalcon_scale = 10000.0;
 /// Kd / Ks of the same source, at the arm [s/rad]; 7 % at 100 rad/s of the motor. Sign uncertain.

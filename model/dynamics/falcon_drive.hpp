@@ -18,7 +18,7 @@ struct FalconDrive {
   double rate = 1000.0;               ///< of the haptic loop [Hz]
   int delay = 0;                      ///< whole ticks from a position to the force it leads to
   double coupling_stiffness = 2000.0; ///< between grip and tool [N/m]
-  double coupling_viscosity = 5.0;    ///< [N s/m]
+  double coupling_viscosity = 20.0;   ///< [N s/m]
   double start_height = 0.16;         ///< of the grip along the device's z where the tip is on the skin [m]
   double tremor = 0.0;                ///< amplitude of the hand's tremor [m]
   double reaction_delay = 0.175;      ///< from a loss of resistance to the hand's answer [s]
