@@ -18,11 +18,32 @@ endif()
 if(PALPATE_SANITIZE)
   target_compile_options(palpate_build_options INTERFACE
     -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+    # Half the compile time for what others see: a null pointer ends in the address sanitizer's report,
+    # and Eigen asserts its alignment.
+    -fno-sanitize=null,alignment
     # g++ 12 sees uninitialised members inside std::regex under sanitizers (its bug 105562).
     -Wno-maybe-uninitialized)
   target_link_options(palpate_build_options INTERFACE -fsanitize=address,undefined)
   target_compile_definitions(palpate_build_options INTERFACE PALPATE_SANITIZED)
 endif()
+
+# The sanitized build reads the common headers precompiled (half its time). The optimised build reads
+# them one by one, so that a header that a file forgot to include is still seen.
+if(PALPATE_SANITIZE)
+  file(WRITE "${PROJECT_BINARY_DIR}/precompiled.cpp" "")
+  add_library(palpate_precompiled OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
+  target_link_libraries(palpate_precompiled PRIVATE palpate_build_options Eigen3::Eigen)
+  target_precompile_headers(palpate_precompiled PRIVATE
+    <algorithm> <array> <charconv> <chrono> <cmath> <complex> <cstdio> <filesystem> <fstream>
+    <functional> <limits> <map> <memory> <numbers> <numeric> <optional> <random> <set> <span> <sstream>
+    <stdexcept> <string> <string_view> <variant> <vector>
+    <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <Eigen/SparseCore>)
+endif()
+function(palpate_use_precompiled target)
+  if(PALPATE_SANITIZE)
+    target_precompile_headers(${target} REUSE_FROM palpate_precompiled)
+  endif()
+endfunction()
 
 # palpate_add_library(<name> SOURCES ... [PUBLIC ...] [PRIVATE ...]): one box of the architecture,
 # usable as palpate::<name>.
@@ -33,5 +54,5 @@ function(palpate_add_library name)
   target_link_libraries(palpate_${name}
     PUBLIC palpate_build_options ${arg_PUBLIC}
     PRIVATE ${arg_PRIVATE})
-  set_target_properties(palpate_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  palpate_use_precompiled(palpate_${name})
 endfunction()

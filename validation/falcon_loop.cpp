@@ -35,6 +35,7 @@ FalconLoop::FalconLoop(const Scene& scene, Simulation& simulation, int extra_del
   facts_.weakest_force = device::falcon::weakest_direction(jacobian, torque).force;
   facts_.axial_force = device::falcon::largest_force(jacobian, Eigen::Vector3d::UnitZ(), torque);
   facts_.reaction = falcon_.hand().intent.reaction();
+  watch_tool();  // a tip that begins on the skin is in contact already
 }
 
 StepStatus FalconLoop::tick() noexcept {

@@ -18,6 +18,8 @@ namespace {
 
 /// Motion further than this many times the body's own size is divergence.
 constexpr double out_of_bounds = 1e6;
+/// How often a step is taken again because tip or shaft broke their laws in it.
+constexpr int most_revisions = 6;
 
 double bound_of(const Problem& problem) {
   if (const auto* network = dynamic_cast<const NetworkProblem*>(&problem)) {
@@ -111,6 +113,7 @@ class Simulation::CoreOf final : public Simulation::Core {
               problem->initial_velocity().template cast<Real>()};
     if (contact_ != nullptr) { put_tool_in_place(); }
     start_position_ = state_.position;
+    before_ = state_;
     velocity_ = state_.velocity;
     sample_q_.setZero(problem->dof());
     sample_v_.setZero(problem->dof());
@@ -256,7 +259,12 @@ class Simulation::CoreOf final : public Simulation::Core {
   void step_with_tool(double t) noexcept {
     contact_->begin_step(t, plan.h, state_, plan.integrator->implicit);
     const double before = audit_ ? damping_power() : 0.0;
+    if (plan.integrator->implicit) { before_ = state_; }
     integrator_->step(*with_tool_, state_, t, plan.h);
+    for (int n = 0; plan.integrator->implicit && n < most_revisions && contact_->revise(state_); ++n) {
+      state_ = before_;
+      integrator_->step(*with_tool_, state_, t, plan.h);
+    }
     if (audit_) { damped_ += 0.5 * plan.h * (before + damping_power()); }
     contact_->end_step(t + plan.h, state_);
     if (syringe_) {
@@ -287,6 +295,7 @@ class Simulation::CoreOf final : public Simulation::Core {
   OscillatorSystem<Real>* oscillator_ = nullptr;
   std::unique_ptr<Integrator<Real>> integrator_;
   State<Real> state_;
+  State<Real> before_;  ///< the step that may be taken again
   Vector<Real> start_position_;
   Vector<Real> velocity_;
   bool velocity_is_current_ = false;

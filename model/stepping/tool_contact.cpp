@@ -182,8 +182,8 @@ Eigen::Vector2d ToolContact<Real>::answer(double tip, double shaft, bool tip_hel
 /// T and F_f within their laws. `tool_acceleration` is that of the tool without them.
 template <class Real>
 void ToolContact<Real>::solve(double tool_acceleration) noexcept {
-  double tip = tool_acceleration;
-  double shaft = tool_acceleration;
+  double tip = tool_acceleration + lag_.x();
+  double shaft = tool_acceleration + lag_.y();
   for (std::size_t k = 0; k < knots_.size(); ++k) {
     tip -= tip_share(k) * knots_[k].acceleration;
     if (limit_ > 0.0) { shaft -= shaft_share_[k] * knots_[k].acceleration; }
@@ -215,8 +215,8 @@ void ToolContact<Real>::solve(double tool_acceleration) noexcept {
   }
 }
 
-/// What sticking needs, or the nearest force within the law. An implicit step takes what is needed
-/// and looks at the law when it ends, so that Newton's method sees one set of constraints.
+/// What sticking needs, or the nearest force within the law. An implicit step takes what is needed, so
+/// that Newton's method sees one set of constraints, and revise() looks at the law when it ends.
 template <class Real>
 void ToolContact<Real>::take_tip(double needed) noexcept {
   const double within = std::clamp(needed, 0.0, cutting_force());

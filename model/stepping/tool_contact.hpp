@@ -54,6 +54,9 @@ class ToolContact {
   void hold_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
     held_.correct(r, solution);
   }
+  /// After an implicit step: false if tip and shaft kept to their laws in it. Else they now do what the
+  /// law they broke says, and the step is to be taken again (model/EQUATIONS.md, "Held constraints").
+  bool revise(const State<Real>& state) noexcept;
   /// After a step that ended at t: changes of mode, and no drift where something sticks.
   void end_step(double t, State<Real>& state) noexcept;
 
@@ -98,6 +101,8 @@ class ToolContact {
     bool shaft_held = false;
   };
 
+  /// The drive's trajectory through a step.
+  void follow(double t, double h, State<Real>& state) noexcept;
   void gather(const Vector<Real>& q, const Vector<Real>& v) noexcept;
   void place_tool(double t, const Vector<Real>& q, const Vector<Real>& v) noexcept;
   /// xi of the material at place s of the line; below the first knot's depth: outside.
@@ -120,6 +125,8 @@ class ToolContact {
   void match_positions(State<Real>& state) noexcept;
   void change_tip(double t) noexcept;
   void leave(double t) noexcept;
+  bool revise_tip(double rate) noexcept;
+  bool revise_shaft(double slip) noexcept;
   void change_shaft() noexcept;
   void turn_shaft(double h) noexcept;
   [[nodiscard]] double slip_now() const noexcept;
@@ -178,6 +185,7 @@ class ToolContact {
   bool predict_ = false;
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;
+  Eigen::Vector2d lag_{0.0, 0.0};  ///< what tip and shaft must lose in an implicit step to stick [m/s^2]
   Eigen::Vector2d losing_begin_{0.0, 0.0};
   bool first_evaluation_ = false;
   double hand_power_begin_ = 0.0;

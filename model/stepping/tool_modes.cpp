@@ -59,7 +59,16 @@ void ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool 
   predict_ = predict;
   depth_begin_ = depth_;
   first_evaluation_ = true;
-  if (is_coordinate()) { return; }
+  if (!is_coordinate()) { follow(t, h, state); }
+  if (predict && in_tissue()) {
+    gather(state.position, state.velocity);
+    weigh();
+    lag_ = Eigen::Vector2d(velocity_ - velocity_at(at_), slip_now()) / h;
+  }
+}
+
+template <class Real>
+void ToolContact<Real>::follow(double t, double h, State<Real>& state) noexcept {
   const double from = std::min(trajectory_.place(t), path_.bone());
   const double to = std::min(trajectory_.place(t + h), path_.bone());
   const double velocity = (to - from) / h;
@@ -89,6 +98,52 @@ double ToolContact<Real>::slip_now() const noexcept {
   return slip;
 }
 
+template <class Real>
+bool ToolContact<Real>::revise(const State<Real>& state) noexcept {
+  if (!in_tissue()) { return false; }
+  gather(state.position, state.velocity);
+  if (is_coordinate()) { velocity_ = static_cast<double>(state.velocity(tool_)); }
+  const bool tip = revise_tip(velocity_ - velocity_at(at_));
+  const bool shaft = revise_shaft(slip_now());
+  first_evaluation_ = true;
+  return tip || shaft;
+}
+
+/// `rate`: of the tip against the tissue when the step ended [m/s].
+template <class Real>
+bool ToolContact<Real>::revise_tip(double rate) noexcept {
+  const TipMode before = tip_;
+  switch (tip_) {
+    case TipMode::outside: break;
+    case TipMode::stuck:
+      if (!contact_.tip_held) { break; }
+      if (tip_force_ > cutting_force()) { tip_ = TipMode::cutting; }
+      if (tip_force_ < 0.0) { tip_ = TipMode::in_track; }
+      break;
+    case TipMode::cutting:
+    case TipMode::in_track:
+      if (tip_ == TipMode::cutting ? rate < 0.0 : rate > 0.0 && depth_begin_ >= cut_) {
+        tip_ = contact_.tip_tip > 0.0 ? TipMode::stuck : tip_;
+      }
+      break;
+  }
+  return tip_ != before;
+}
+
+template <class Real>
+bool ToolContact<Real>::revise_shaft(double slip) noexcept {
+  if (!may_hold_shaft()) { return false; }
+  const ShaftMode before = shaft_;
+  if (shaft_ == ShaftMode::stick) {
+    if (contact_.shaft_held && std::abs(shaft_force_) > limit_) {
+      shaft_ = shaft_force_ > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+    }
+  } else if (shaft_ == ShaftMode::forward ? slip < 0.0 : slip > 0.0) {
+    shaft_ = ShaftMode::stick;
+  }
+  return shaft_ != before;
+}
+
 /// After a jump of the drive the shaft slides the way it is moved; it rests where its friction, which
 /// is bounded, can stop the slip within the step.
 template <class Real>
@@ -114,7 +169,8 @@ Eigen::Vector2d ToolContact<Real>::losing() const noexcept {
 template <class Real>
 void ToolContact<Real>::end_step(double t, State<Real>& state) noexcept {
   gather(state.position, state.velocity);
-  if (predict_) {  // now the law is looked at
+  lag_.setZero();
+  if (predict_) {  // where revising found no answer, the law has the last word
     predict_ = false;
     if (contact_.tip_held) { take_tip(tip_force_); }
     if (contact_.shaft_held) { take_shaft(shaft_force_); }
@@ -148,6 +204,7 @@ void ToolContact<Real>::end_step(double t, State<Real>& state) noexcept {
     bone_seen_ = true;
   }
   contact_.tip_held = tip_held;
+  if (tip_ == TipMode::cutting) { enter(path_.interval_at(cut_), t); }
   change_tip(t);
   weigh();
   contact_.tip_held = tip_held;
@@ -324,6 +381,8 @@ template void ToolContact<double>::begin(const State<double>&) noexcept;
 template void ToolContact<float>::begin(const State<float>&) noexcept;
 template void ToolContact<double>::begin_step(double, double, State<double>&, bool) noexcept;
 template void ToolContact<float>::begin_step(double, double, State<float>&, bool) noexcept;
+template bool ToolContact<double>::revise(const State<double>&) noexcept;
+template bool ToolContact<float>::revise(const State<float>&) noexcept;
 template void ToolContact<double>::end_step(double, State<double>&) noexcept;
 template void ToolContact<float>::end_step(double, State<float>&) noexcept;
 

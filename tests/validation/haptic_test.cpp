@@ -9,7 +9,15 @@ using namespace palpate;
 
 TEST("one tick of delay too much is seen") {
   const Mutation fault{.name = "one more tick of delay", .loop_delay = 1};
-  check_red(fault, {"haptics/wall/boundary", "haptics/wall/z-width", "haptics/wall/passivity"});
+  check_red(fault, {"haptics/wall/boundary", "haptics/wall/z-width", "haptics/wall/passivity",
+                    "haptics/falcon/reference"});
+}
+
+TEST("a stiffness that is 1 % too high is seen through the device") {
+  const Mutation fault{.name = "stiffness +1 %", .model = [](Scene&, SpringNetwork& network) {
+                         for (Spring& s : network.springs) { s.stiffness *= 1.01; }
+                       }};
+  check_red(fault, {"haptics/falcon/reference"});
 }
 
 }  // namespace

@@ -5,7 +5,11 @@
 
 namespace palpate {
 
-std::vector<Case> haptic_cases() { return haptics::wall_cases(); }
+std::vector<Case> haptic_cases() {
+  std::vector<Case> cases = haptics::wall_cases();
+  for (Case& one : haptics::falcon_cases()) { cases.push_back(std::move(one)); }
+  return cases;
+}
 
 }  // namespace palpate
 

@@ -63,6 +63,7 @@ class Wall {
   double last_ = 0.0;
 };
 
+std::vector<Case> falcon_cases();  ///< hand, emulated Falcon and tissue in one loop
 std::vector<Case> wall_cases();  ///< virtual walls against the theory of sampled loops
 
 }  // namespace palpate::haptics

@@ -12,36 +12,36 @@ namespace palpate {
 namespace {
 constexpr int most_newton_iterations = 25;
 constexpr int most_linear_iterations = 100;
+/// Residual that a linear solve may leave, relative: Newton asks again anyway.
+constexpr double close = 1e-2;
+/// A Jacobian is kept, over steps too, while corrections shrink at least by this.
+constexpr double still_good = 0.05;
 }  // namespace
 
 template <class Real>
 void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& state, double h) {
   const Eigen::Index n = system.dof();
   for (Vector<Real>* work : {&change_, &stage_q_, &stage_v_, &force_, &residual_, &correction_, &r_,
-                             &shadow_, &p_, &p_hat_, &s_hat_, &v_, &t_, &permuted_}) {
+                             &shadow_, &p_, &p_hat_, &s_hat_, &v_, &t_}) {
     work->setZero(n);
   }
   system.pattern(a_);
   // At rest velocity the Jacobian is symmetric.
   const Real th = static_cast<Real>(theta_ * h);
   system.jacobian(state.position, stage_v_, th, th * th, a_);
-  factor_.compute(a_);
-  if (factor_.info() == Eigen::Success) { pivots_ = factor_.vectorD(); }  // a copy each call
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factors(a_);
+  if (factors.info() == Eigen::Success) { factors_.take(factors); }
   system.learn_response(
       [this](const Vector<Real>& right, Vector<Real>& solution) { precondition(right, solution); });
 }
 
 template <class Real>
 void ImplicitScheme<Real>::precondition(const Vector<Real>& r, Vector<Real>& out) noexcept {
-  if (factor_.info() != Eigen::Success) {
+  if (factors_.usable()) {
+    factors_.solve(r, out);
+  } else {
     out = r;
-    return;
   }
-  permuted_.noalias() = factor_.permutationP() * r;
-  factor_.matrixL().solveInPlace(permuted_);
-  permuted_.array() /= pivots_.array();
-  factor_.matrixU().solveInPlace(permuted_);
-  out.noalias() = factor_.permutationPinv() * permuted_;
 }
 
 template <class Real>
@@ -56,8 +56,7 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
   Real rho = 1;
   Real alpha = 1;
   Real omega = 1;
-  constexpr Real close = Real(1e-2);  // Newton asks again anyway
-  const Real enough = close * r_.norm();
+  const Real enough = static_cast<Real>(close) * r_.norm();
   system.begin_holding();
   for (int n = 0; n < most_linear_iterations && r_.norm() > enough; ++n) {
     const Real next = shadow_.dot(r_);
@@ -108,16 +107,21 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
     residual_ = dt * force_ - system.mass().cwiseProduct(change_);
     if (!residual_.allFinite()) { break; }  // the norms below may pass over a NaN
-    system.jacobian(stage_q_, stage_v_, th, th * th, a_);
+    if (renew_ || reach_ != th) {
+      system.jacobian(stage_q_, stage_v_, th, th * th, a_);
+      reach_ = th;
+    }
     const bool at_rounding = residual_is_rounding(system.mass(), dt);
     solve(system, residual_);
     change_ += correction_;
     const Real size = correction_.template lpNorm<Eigen::Infinity>();
     const Real scale = state.velocity.template lpNorm<Eigen::Infinity>() +
                        change_.template lpNorm<Eigen::Infinity>();
-    // Corrections shrink by a steady rate: what is left after this one is their geometric series. A
-    // first correction has the rate of the step before, trusted less each time (Hairer & Wanner).
-    rate_ = n == 0 ? std::pow(rate_, Real(0.8)) : size / last;
+    // Corrections shrink by a steady rate, no faster than the linear solve is close: what is left after
+    // this one is their geometric series. A first correction has the rate of the step before, trusted
+    // less each time (Hairer & Wanner).
+    rate_ = std::max(n == 0 ? std::pow(rate_, Real(0.8)) : size / last, static_cast<Real>(close));
+    renew_ = n > 0 && rate_ > still_good;
     const bool settled = rate_ < Real(1) && size * rate_ <= tolerance * scale * (Real(1) - rate_);
     const bool stalled = size >= last && size <= Real(1e4) * tolerance * scale;  // at round-off
     if (settled || stalled || at_rounding) {

@@ -3,14 +3,13 @@
 /// One implicit stage at theta of the step, for the velocity change D over the step:
 ///   vs = v + theta D,  qs = q + theta h vs,  M D = h f(t + theta h, qs, vs);  v' = v + D, q' = q + h vs.
 /// theta = 1 is implicit Euler, theta = 1/2 the implicit midpoint rule. Newton with the complete
-/// Jacobian; each linear system by BiCGSTAB, preconditioned with a sparse LDL^T factorisation that
+/// Jacobian, kept while it serves; each linear system by BiCGSTAB, preconditioned with a sparse LDL^T factorisation that
 /// is made once, before the loop, and with what sticks to a tool held in it.
 
 #include <memory>
 
-#include <Eigen/SparseCholesky>
-
 #include "model/stepping/integrator.hpp"
+#include "model/stepping/panel_factors.hpp"
 
 namespace palpate {
 
@@ -30,11 +29,12 @@ class ImplicitScheme : public Integrator<Real> {
   double theta_;
   double tolerance_ = 0.0;  ///< on the change of velocity over a step, relative; 0: rounding
   Real rate_ = Real(1);     ///< by which corrections shrink
+  bool renew_ = true;       ///< a_ is to be computed again
+  Real reach_ = Real(0);    ///< theta h that a_ was computed for
   Eigen::SparseMatrix<Real> a_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factor_;
-  Vector<Real> pivots_;
+  PanelFactors<Real> factors_{};
   Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_;
-  Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_, permuted_;
+  Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_;
 };
 
 }  // namespace palpate

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+/// A free tool in stiff tissue with ticks far longer than its motion against it takes: tip and shaft
+/// keep to their laws within each implicit step.
+#include <algorithm>
+#include <cmath>
+
+#include "model/stepping/simulation.hpp"
+#include "tests/check.hpp"
+#include "tests/model/tool_scenes.hpp"
+
+namespace {
+
+using namespace palpate;
+
+/// A hand with 20 N s/m pushes 20 g into ligaments of 15 MPa: 1 ms is the time that hand and tool
+/// take, and ten times that of tool on tissue.
+Scene stiff_scene(double step) {
+  Scene scene = layered_scene();
+  for (Material& m : scene.materials) {
+    m.youngs_modulus = 15e6;
+    m.cutting_force *= 30.0;
+    m.friction *= 30.0;
+  }
+  scene.drive = Drive{.kind = Drive::Kind::force, .from = 0.0, .force = 8.0, .rise = 0.5,
+                      .hand_viscosity = 20.0};
+  scene.simulation = {.duration = 0.5, .step = step, .integrator = "implicit-euler"};
+  return scene;
+}
+
+struct Sample {
+  double place, velocity, slip, cutting, friction, stiffness;
+};
+
+std::vector<Sample> run(const Scene& scene) {
+  Simulation simulation(scene);
+  std::vector<Sample> samples;
+  const auto every = static_cast<long>(std::lround(1e-3 / scene.simulation.step));
+  while (simulation.ticks() < simulation.tick_count()) {
+    if (simulation.tick() != StepStatus::ok) {
+      CHECK(!"diverged");
+      break;
+    }
+    if (simulation.ticks() % every != 0) { continue; }
+    const ToolReport tool = simulation.tool();
+    samples.push_back({tool.place, tool.velocity, tool.slip, tool.forces.cutting,
+                       tool.forces.friction, tool.forces.stiffness});
+  }
+  return samples;
+}
+
+/// Times that a quantity turned round.
+template <class Of>
+int turns(const std::vector<Sample>& samples, Of of) {
+  int count = 0;
+  for (std::size_t n = 2; n < samples.size(); ++n) {
+    const double before = of(samples[n - 1]) - of(samples[n - 2]);
+    const double after = of(samples[n]) - of(samples[n - 1]);
+    count += before * after < 0.0 && std::abs(before) + std::abs(after) > 0.2 ? 1 : 0;
+  }
+  return count;
+}
+
+TEST("under a rising push the tool never moves back, and friction opposes what slips") {
+  const std::vector<Sample> samples = run(stiff_scene(1e-3));
+  for (std::size_t n = 1; n < samples.size(); ++n) {
+    CHECK(samples[n].place >= samples[n - 1].place - 1e-9);
+    // Below 1 mN tip and shaft still share their nodes, and their forces cannot be told apart.
+    CHECK(samples[n].friction * samples[n].slip >= 0.0 || std::abs(samples[n].slip) < 1e-9 ||
+          std::abs(samples[n].friction) < 1e-3);
+  }
+}
+
+TEST("long ticks do not make the force chatter") {
+  const auto force = [](const Sample& s) { return s.cutting + s.friction + s.stiffness; };
+  const std::vector<Sample> coarse = run(stiff_scene(1e-3));
+  const std::vector<Sample> fine = run(stiff_scene(1e-3 / 16.0));
+  CHECK(turns(coarse, force) <= turns(fine, force) + 2);
+}
+
+TEST("where long and short ticks both see the tool, it is at the same place") {
+  const std::vector<Sample> coarse = run(stiff_scene(1e-3));
+  const std::vector<Sample> fine = run(stiff_scene(1e-3 / 16.0));
+  double worst = 0.0;
+  for (std::size_t n = 0; n < std::min(coarse.size(), fine.size()); ++n) {
+    worst = std::max(worst, std::abs(coarse[n].place - fine[n].place));
+  }
+  // Events are found to a tick, in which the tool moves at most as fast as the hand lets it.
+  double fastest = 0.0;
+  for (const Sample& s : fine) { fastest = std::max(fastest, std::abs(s.velocity)); }
+  CHECK(worst <= 1e-3 * fastest);
+}
+
+}  // namespace
