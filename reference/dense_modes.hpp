@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Eigenvalues of small dense symmetric matrices, compiled once for all who ask.
+/// Eigenvalues of small dense matrices, by GSL. Throw SolverError where it does not converge.
 
 #include <Eigen/Core>
 
@@ -14,5 +14,13 @@ struct SymmetricModes {
 /// Of a symmetric matrix; only its lower half is read.
 SymmetricModes symmetric_modes(const Eigen::MatrixXd& matrix);
 Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& matrix);
+
+struct GeneralModes {
+  Eigen::VectorXcd values{};   ///< in no order
+  Eigen::MatrixXcd vectors{};  ///< one column each, of length one
+};
+
+/// Of any real matrix.
+GeneralModes general_modes(const Eigen::MatrixXd& matrix);
 
 }  // namespace palpate::reference

@@ -8,6 +8,7 @@
 #include <string>
 #include <type_traits>
 
+#include "reference/dense_modes.hpp"
 #include "reference/linear_problem.hpp"
 #include "reference/mode_response.hpp"
 #include "reference/segments.hpp"
@@ -41,25 +42,35 @@ Matrix<Real> mass_scaled(const Eigen::SparseMatrix<double>& matrix, const Vector
 }
 
 template <class Real>
-Eigen::SelfAdjointEigenSolver<Matrix<Real>> decompose(const LinearProblem& problem,
-                                                      const Vector<Real>& root_mass, int what) {
+struct Decomposition {
+  Vector<Real> values;
+  Matrix<Real> vectors;
+};
+
+template <class Real>
+Decomposition<Real> decompose(const LinearProblem& problem, const Vector<Real>& root_mass) {
   const Matrix<Real> scaled = mass_scaled(problem.stiffness(), root_mass);
   if ((scaled - scaled.transpose()).cwiseAbs().maxCoeff() >
       Real(1e-12) * scaled.cwiseAbs().maxCoeff()) {
     throw SolverError("modal: the stiffness matrix is not symmetric");
   }
-  Eigen::SelfAdjointEigenSolver<Matrix<Real>> solver(scaled, what);
-  if (solver.info() != Eigen::Success) { throw SolverError("modal: no convergence of the modes"); }
-  return solver;
+  if constexpr (std::is_same_v<Real, double>) {
+    SymmetricModes modes = symmetric_modes(scaled);
+    return {std::move(modes.values), std::move(modes.vectors)};
+  } else {
+    const Eigen::SelfAdjointEigenSolver<Matrix<Real>> solver(scaled);
+    if (solver.info() != Eigen::Success) { throw SolverError("modal: no convergence of the modes"); }
+    return {solver.eigenvalues(), solver.eigenvectors()};
+  }
 }
 
 template <class Real>
 Modes<Real> modes_of(const LinearProblem& problem) {
   Modes<Real> modes;
   modes.root_mass = problem.mass().cast<Real>().cwiseSqrt();
-  const auto solver = decompose(problem, modes.root_mass, Eigen::ComputeEigenvectors);
-  modes.omega_squared = solver.eigenvalues();
-  modes.shapes = solver.eigenvectors();
+  const Decomposition<Real> found = decompose(problem, modes.root_mass);
+  modes.omega_squared = found.values;
+  modes.shapes = found.vectors;
   Matrix<Real> damping = mass_scaled(problem.damping(), modes.root_mass);
   const Real largest = damping.cwiseAbs().maxCoeff();
   damping = (modes.shapes.transpose() * (damping * modes.shapes)).eval();
@@ -153,8 +164,7 @@ ModalHistory<Real> history(const LinearProblem& problem, const Modes<Real>& mode
 Eigen::VectorXd natural_frequencies(const Problem& problem) {
   const LinearProblem linear(problem);
   const Eigen::VectorXd root_mass = linear.mass().cwiseSqrt();
-  const auto solver = decompose<double>(linear, root_mass, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return decompose<double>(linear, root_mass).values.cwiseMax(0.0).cwiseSqrt();
 }
 
 template <class Real>

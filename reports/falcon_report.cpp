@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "reports/falcon_report.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
 #include <string>
 
 #include "reports/markup.hpp"
@@ -21,7 +25,75 @@ std::vector<double> scaled(const std::vector<double>& values, double factor) {
   return out;
 }
 
+using Point = std::array<double, 2>;
+
+/// Left of the way from a to b, seen along it.
+bool is_left(const Point& a, const Point& b, const Point& c) {
+  return (b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+/// Outline of points, closed (Andrew's monotone chain).
+std::vector<Point> outline(std::vector<Point> points) {
+  std::ranges::sort(points);
+  std::vector<Point> hull;
+  const auto walk = [&](auto first, auto last) {
+    const std::size_t kept = hull.size();
+    for (auto it = first; it != last; ++it) {
+      while (hull.size() >= kept + 2 && !is_left(hull[hull.size() - 2], hull.back(), *it)) {
+        hull.pop_back();
+      }
+      hull.push_back(*it);
+    }
+    hull.pop_back();
+  };
+  walk(points.begin(), points.end());
+  walk(points.rbegin(), points.rend());
+  hull.push_back(hull.front());
+  return hull;
+}
+
+Series circle(const std::string& label, double radius, Series::Style style) {
+  Series series{.label = label, .style = style};
+  constexpr int corners = 120;
+  for (int n = 0; n <= corners; ++n) {
+    const double angle = 2.0 * std::numbers::pi * n / corners;
+    series.x.push_back(radius * std::cos(angle));
+    series.y.push_back(radius * std::sin(angle));
+  }
+  return series;
+}
+
+/// The paper's figure for its device, Vaughan et al. [N].
+constexpr double stated_by_the_paper = 15.0;
+
 }  // namespace
+
+Figure force_reach_figure(const FalconFacts& facts) {
+  Figure figure{.id = "force-reach",
+                .title = "What the motors can pull the hand with",
+                .caption = "Outlines of all forces within the torques of the motors at the grip's "
+                           "place on the skin, seen from two sides: much along the needle, little in the "
+                           "weakest direction. Up is out of the tissue, against the insertion.",
+                .x = {.label = "force across the needle (N)"},
+                .y = {.label = "force along the needle, outward (N)"},
+                .square = true};
+  const char* names[] = {"left and right", "up and down"};
+  for (const int axis : {0, 1}) {
+    std::vector<Point> points;
+    for (const Eigen::Vector3d& corner : facts.force_corners) {
+      points.push_back({corner(axis), corner.z()});
+    }
+    Series series{.label = names[axis]};
+    for (const Point& point : outline(std::move(points))) {
+      series.x.push_back(point[0]);
+      series.y.push_back(point[1]);
+    }
+    figure.series.push_back(std::move(series));
+  }
+  figure.series.push_back(circle("in every direction", facts.weakest_force, Series::Style::line));
+  figure.series.push_back(circle("stated in the paper", stated_by_the_paper, Series::Style::dashed));
+  return figure;
+}
 
 std::vector<Figure> falcon_figures(const Trace& trace) {
   if (trace.find("device.requested_n") == nullptr || trace.time.size() < 2) { return {}; }

@@ -14,6 +14,9 @@ namespace palpate {
 /// Empty without columns of a device.
 std::vector<Figure> falcon_figures(const Trace& trace);
 
+/// What the motors can pull with where the insertion starts, across and along the needle.
+Figure force_reach_figure(const FalconFacts& facts);
+
 std::vector<Fact> falcon_fact_list(const FalconFacts& facts);
 
 }  // namespace palpate

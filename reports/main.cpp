@@ -71,6 +71,10 @@ int main(int argc, char** argv) {
   add_scene(*command, run_options, run_options.scene);
   add_common(*command, run_options, "run");
   command->add_flag("--no-skip", run_options.no_skip, "compute what the scene does not need; same result");
+  command->add_flag("--real-time", run_options.real_time, "every tick waits for its time on the wall clock");
+  command->add_option("--script", run_options.script, "faults on the Falcon's line by time (TOML, docs/falcon.md)")
+      ->type_name("FILE");
+  command->add_flag("--packets", run_options.packets, "write packets.csv: what went over the Falcon's line");
   command->footer(integrator_help());
   command->callback([&] { chosen = [&] { return run(run_options); }; });
 

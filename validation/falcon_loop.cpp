@@ -14,15 +14,21 @@ namespace {
 constexpr double velocity_cutoff = 100.0;  // [Hz] of the low pass on differences of counts
 constexpr double pi = 3.14159265358979323846;
 
+device::falcon::EmulatedFalconOptions with_faults(device::falcon::EmulatedFalconOptions options,
+                                                  const device::falcon::FaultScript& faults) {
+  options.faults = faults;
+  return options;
+}
+
 }  // namespace
 
-FalconLoop::FalconLoop(const Scene& scene, Simulation& simulation, int extra_delay)
+FalconLoop::FalconLoop(const Scene& scene, Simulation& simulation, const FalconLoopOptions& options)
     : settings_(scene.falcon.value_or(FalconDrive{})),
       simulation_(simulation),
       period_(1.0 / settings_.rate),
       ticks_per_step_(static_cast<int>(std::lround(scene.simulation.step * settings_.rate))),
-      falcon_(falcon_options(scene), hand_of(scene)),
-      servo_(falcon_, settings_.delay + extra_delay),
+      falcon_(with_faults(falcon_options(scene), options.faults), hand_of(scene)),
+      servo_(falcon_, settings_.delay + options.extra_delay),
       controller_(period_, 0.5 * falcon_.hand().impedance.mass / period_),
       start_(grip_start(scene)),
       start_place_(simulation.tool_motion().place),
@@ -34,6 +40,7 @@ FalconLoop::FalconLoop(const Scene& scene, Simulation& simulation, int extra_del
   const Eigen::Matrix3d jacobian = device::falcon::jacobian(*legs);
   facts_.weakest_force = device::falcon::weakest_direction(jacobian, torque).force;
   facts_.axial_force = device::falcon::largest_force(jacobian, Eigen::Vector3d::UnitZ(), torque);
+  facts_.force_corners = device::falcon::force_corners(jacobian, torque);
   facts_.reaction = falcon_.hand().intent.reaction();
   watch_tool();  // a tip that begins on the skin is in contact already
 }
@@ -42,6 +49,7 @@ StepStatus FalconLoop::tick() noexcept {
   const double begin = simulation_.time();
   for (int n = 0; n < ticks_per_step_; ++n) {
     const double time = begin + n * period_;
+    if (clock_ != nullptr) { clock_->wait(); }
     servo_.tick([&](const device::DeviceSample& sample) { return render(sample, time); });
     if (n == 0) {
       simulation_.move_handle(start_place_ + start_.z() - place_.z(), -velocity_.z());

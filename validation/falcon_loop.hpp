@@ -3,10 +3,12 @@
 /// A scene's tool in a hand, through an emulated Falcon: hand and device, driver and wire, coupling,
 /// tool and tissue, in lock step and virtual time (model/EQUATIONS.md, "Haptic loop").
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "device/deadline_clock.hpp"
 #include "device/falcon/emulated_falcon.hpp"
 #include "device/passivity.hpp"
 #include "device/servo_loop.hpp"
@@ -25,6 +27,8 @@ struct FalconFacts {
   double largest_delivered = 0.0;    ///< [N]
   double weakest_force = 0.0;        ///< that every direction can have at the start [N]
   double axial_force = 0.0;          ///< against the insertion, at the start [N]
+  /// Of what the motors can pull with at the start, frame of the device [N].
+  std::array<Eigen::Vector3d, 8> force_corners{};
   double least_energy = 0.0;         ///< of the observer at the port, never above 0 [J]
   double least_energy_at = 0.0;      ///< [s]
   double taken_by_controller = 0.0;  ///< [J]
@@ -34,12 +38,19 @@ struct FalconFacts {
   long unanswered = 0;               ///< requests without a reply
 };
 
+struct FalconLoopOptions {
+  int extra_delay = 0;                   ///< further ticks, for tests of the harness
+  device::falcon::FaultScript faults{};  ///< on the line, times from the start of the run
+};
+
 class FalconLoop {
  public:
-  /// Of a scene whose drive is the Falcon; `extra_delay` further ticks, for tests of the harness.
-  /// Both outlive the loop. Throws std::invalid_argument where the grip would start beyond reach.
-  FalconLoop(const Scene& scene, Simulation& simulation, int extra_delay = 0);
+  /// Of a scene whose drive is the Falcon; scene and simulation outlive the loop. Throws
+  /// std::invalid_argument where the grip would start beyond reach.
+  FalconLoop(const Scene& scene, Simulation& simulation, const FalconLoopOptions& options = {});
 
+  /// Every tick of the device waits for the wall clock from now on; nothing else changes.
+  void follow(device::DeadlineClock* clock) { clock_ = clock; }
   /// One tick of the simulation, with all ticks of the device in it.
   StepStatus tick() noexcept;
 
@@ -48,6 +59,8 @@ class FalconLoop {
   void sample(std::span<double> row) const noexcept;
   [[nodiscard]] FalconFacts facts() const noexcept;
   [[nodiscard]] const device::falcon::EmulatedFalcon& falcon() const { return falcon_; }
+  /// Who is told of every packet; outlives the loop.
+  void observe(device::falcon::EmulatorObserver* observer) noexcept { falcon_.observe(observer); }
 
  private:
   [[nodiscard]] Eigen::Vector3d render(const device::DeviceSample& sample, double time) noexcept;
@@ -59,6 +72,7 @@ class FalconLoop {
   Simulation& simulation_;
   double period_;       ///< of the haptic loop [s]
   int ticks_per_step_;  ///< of the tissue
+  device::DeadlineClock* clock_ = nullptr;
   device::falcon::EmulatedFalcon falcon_;
   device::ServoLoop servo_;
   device::PassivityObserver observer_{};

@@ -71,6 +71,7 @@ class Recording {
 Run roll_out(Simulation& simulation, const RollOutOptions& options) {
   Run run;
   Recording recording(simulation, options, run);
+  if (options.falcon != nullptr) { options.falcon->follow(options.clock); }
   recording.take();
   const long count = simulation.tick_count();
   auto last_progress = Clock::now();
@@ -79,11 +80,14 @@ Run roll_out(Simulation& simulation, const RollOutOptions& options) {
       run.interrupted = true;
       break;
     }
+    if (options.clock != nullptr && options.falcon == nullptr) { options.clock->wait(); }
+    const double slept = options.clock != nullptr ? options.clock->facts().slept : 0.0;
     const auto begin = Clock::now();
     const StepStatus status =
         options.falcon != nullptr ? options.falcon->tick() : simulation.tick();
     const auto end = Clock::now();
-    const double seconds = std::chrono::duration<double>(end - begin).count();
+    const double waited = options.clock != nullptr ? options.clock->facts().slept - slept : 0.0;
+    const double seconds = std::chrono::duration<double>(end - begin).count() - waited;
     run.seconds += seconds;
     run.slowest_tick = std::max(run.slowest_tick, seconds);
     run.steps += simulation.plan().substeps;
@@ -101,6 +105,7 @@ Run roll_out(Simulation& simulation, const RollOutOptions& options) {
   }
   run.zero_length_springs = simulation.zero_length_springs();
   if (options.falcon != nullptr) { run.falcon = options.falcon->facts(); }
+  if (options.clock != nullptr) { run.real_time = options.clock->facts(); }
   return run;
 }
 

@@ -30,6 +30,7 @@ struct Run {
   RunEnergy energy{};
   int zero_length_springs = 0;    ///< at the end
   std::optional<FalconFacts> falcon{};  ///< of a tool in a hand
+  std::optional<device::DeadlineFacts> real_time{};  ///< where ticks waited for the wall clock
 
   [[nodiscard]] double ns_per_spring_step(std::size_t springs) const {
     return steps == 0 || springs == 0
@@ -42,6 +43,7 @@ struct RollOutOptions {
   int frames = 0;                             ///< snapshots of all nodes, evenly over the ticks
   const std::atomic<bool>* stop = nullptr;    ///< looked at between ticks
   std::function<void(double share)> progress{};  ///< 0 to 1, a few times a second at most
+  device::DeadlineClock* clock = nullptr;     ///< that every tick waits for; as fast as it goes without
   FalconLoop* falcon = nullptr;               ///< of a scene whose tool a hand holds
 };
 

@@ -36,6 +36,8 @@ class EmulatedFalcon final : public HapticDevice {
   [[nodiscard]] Hand& hand() noexcept { return body_.hand(); }
   /// A word of the last request was clamped, or wrapped.
   [[nodiscard]] bool saturated() const noexcept { return saturated_; }
+  /// Who is told of every packet; outlives this.
+  void observe(EmulatorObserver* observer) noexcept { emulator_.observe(observer); }
   [[nodiscard]] const DriverCounts& counts() const noexcept { return driver_.counts(); }
 
  private:

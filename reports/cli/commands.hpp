@@ -24,6 +24,9 @@ struct CommonOptions {
 struct RunOptions : CommonOptions {
   std::filesystem::path scene{};
   bool no_skip = false;
+  bool real_time = false;
+  bool packets = false;              ///< write what went over the Falcon's line
+  std::filesystem::path script{};    ///< faults on it
 };
 int run(const RunOptions& options);
 

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
 #include <cstdio>
+#include <sstream>
 
 #include <unistd.h>
 
+#include "device/falcon/wire_recording.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/trace_file.hpp"
+#include "model/dynamics/scene_check.hpp"
 #include "reports/cli/commands.hpp"
+#include "reports/cli/falcon_script.hpp"
 #include "reports/cli/interrupt.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/palpation.hpp"
@@ -47,19 +52,56 @@ void tell(const Run& run, const LoadedScene& loaded, const std::filesystem::path
               run.diverged ? "diverged" : run.interrupted ? "interrupted" : "ok", run.ticks,
               plan.substeps, std::string(plan.integrator->name).c_str(), run.seconds,
               (folder / "report.html").string().c_str());
+  if (run.real_time) {
+    std::printf("real time: %ld of %ld ticks a period late or more, the latest by %.3g ms\n",
+                run.real_time->missed, run.real_time->ticks, 1e3 * run.real_time->worst_lateness);
+  }
+}
+
+/// Faults of the script, where there is a line that they can be on.
+device::falcon::FaultScript faults_of(const RunOptions& options, bool in_hand) {
+  if (!in_hand && (options.packets || !options.script.empty())) {
+    throw InputError(options.scene.string() + ": drive.kind: --script and --packets are about a Falcon's "
+                         "line, which only a drive of kind \"falcon\" has");
+  }
+  if (options.script.empty()) { return {}; }
+  const FalconScript script = read_falcon_script(options.script, {});
+  if (script.moves_grip) {
+    throw InputError(options.script.string() + ": grip: the hand of the scene moves the grip; allowed here "
+                         "are seed and [[fault]]");
+  }
+  return script.faults;
+}
+
+/// Two exchanges a tick, each a request and a reply.
+std::size_t most_packets(const Scene& scene, double rate) {
+  return 4 * static_cast<std::size_t>(std::lround(scene.simulation.duration * rate) + 1);
+}
+
+void write_packets(const std::filesystem::path& folder, const device::falcon::WireRecording& packets) {
+  std::ostringstream text;
+  write_csv(text, packets);
+  io::replace_file(folder / "packets.csv", text.str());
 }
 
 }  // namespace
 
 int run(const RunOptions& options) {
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
-  const std::filesystem::path folder = make_folder(options.folder("run"));
-  std::optional<FalconLoop> falcon;
-  RollOutOptions roll_out_how = roll_out_options(loaded, options.quiet);
   const Scene& scene = loaded.file.scene;
-  if (scene.drive && scene.drive->kind == Drive::Kind::falcon) {
-    roll_out_how.falcon = &falcon.emplace(scene, loaded.simulation);
+  const bool in_hand = scene.drive && scene.drive->kind == Drive::Kind::falcon;
+  const double rate = in_hand ? scene.falcon.value_or(FalconDrive{}).rate : 1.0 / scene.simulation.step;
+  const device::falcon::FaultScript faults = faults_of(options, in_hand);
+  const std::filesystem::path folder = make_folder(options.folder("run"));
+  RollOutOptions roll_out_how = roll_out_options(loaded, options.quiet);
+  std::optional<FalconLoop> falcon;
+  std::optional<device::falcon::WireRecording> packets;
+  if (in_hand) {
+    roll_out_how.falcon = &falcon.emplace(scene, loaded.simulation, FalconLoopOptions{.faults = faults});
+    if (options.packets) { falcon->observe(&packets.emplace(most_packets(scene, rate))); }
   }
+  std::optional<device::DeadlineClock> clock;
+  if (options.real_time) { roll_out_how.clock = &clock.emplace(1.0 / rate); }
   const Run result = roll_out(loaded.simulation, roll_out_how);
   const auto provenance = provenance_of(loaded);
   const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
@@ -67,6 +109,7 @@ int run(const RunOptions& options) {
   io::write_trace_hdf5(folder / "trace.h5", result.trace,
                        network != nullptr ? network->network() : SpringNetwork{}, provenance);
   io::replace_file(folder / "summary.json", summary_json(loaded, result));
+  if (packets) { write_packets(folder, *packets); }
   const Palpation palpation = palpate_skin(loaded);
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
   write_run_report(folder, loaded, result, palpation, provenance);

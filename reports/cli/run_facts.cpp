@@ -49,6 +49,14 @@ Fact tick_cost(const StepPlan& plan, const Run& run) {
               with(1e3 * run.slowest_tick, "ms")};
 }
 
+/// How well ticks kept to the wall clock.
+Fact punctuality(const device::DeadlineFacts& facts) {
+  return {"ticks too late", std::to_string(facts.missed),
+          "of " + std::to_string(facts.ticks) + ", by a period or more; latest by " +
+              with(1e3 * facts.worst_lateness, "ms") + ", after a sleep by " +
+              with(1e3 * facts.worst_wake, "ms")};
+}
+
 void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const Run& run) {
   const double simulated = run.trace.time.back();
   facts.push_back({"wall time", with(run.seconds, "s"),
@@ -79,6 +87,7 @@ void write_run_report(const std::filesystem::path& folder, const LoadedScene& lo
     std::ranges::move(falcon_fact_list(*run.falcon), std::back_inserter(report.facts));
   }
   if (!report.facts.empty()) { report.facts.push_back(tick_cost(plan, run)); }
+  if (run.real_time) { report.facts.push_back(punctuality(*run.real_time)); }
   std::ranges::move(scene_facts(loaded), std::back_inserter(report.facts));
   add_step_facts(report.facts, plan);
   add_cost_facts(report.facts, loaded, run);
@@ -86,6 +95,7 @@ void write_run_report(const std::filesystem::path& folder, const LoadedScene& lo
   report.warnings = plan.warnings;
   std::ranges::copy(palpation.warnings, std::back_inserter(report.warnings));
   report.tool_figures = falcon_figures(run.trace);
+  if (run.falcon) { report.tool_figures.push_back(force_reach_figure(*run.falcon)); }
   if (palpation.figure) { report.tool_figures.push_back(*palpation.figure); }
   if (run.zero_length_springs > 0) {
     report.warnings.push_back(std::to_string(run.zero_length_springs) +

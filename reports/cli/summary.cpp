@@ -36,6 +36,13 @@ Json device_json(const FalconFacts& facts) {
   return json;
 }
 
+Json real_time_json(const device::DeadlineFacts& facts) {
+  return {{"ticks", facts.ticks},
+          {"missed", facts.missed},
+          {"worst_wake_s", facts.worst_wake},
+          {"worst_lateness_s", facts.worst_lateness}};
+}
+
 }  // namespace
 
 std::string summary_json(const LoadedScene& loaded, const Run& run) {
@@ -70,6 +77,7 @@ std::string summary_json(const LoadedScene& loaded, const Run& run) {
                     {"final_j", number(run.energy.final)},
                     {"max_j", number(run.energy.maximum)}};
   if (run.falcon) { json["device"] = device_json(*run.falcon); }
+  if (run.real_time) { json["real_time"] = real_time_json(*run.real_time); }
   json["events"] = Json::array();
   for (const Event& event : run.trace.events) {
     json["events"].push_back(

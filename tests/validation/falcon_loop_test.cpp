@@ -3,8 +3,10 @@
 
 #include <algorithm>
 
+#include "device/falcon/wire_recording.hpp"
 #include "tests/check.hpp"
 #include "validation/cases/tool_setting.hpp"
+#include "validation/falcon_setting.hpp"
 #include "validation/rollout.hpp"
 
 using namespace palpate;
@@ -24,9 +26,9 @@ struct Held {
   FalconFacts facts{};
 };
 
-Held hold(const Scene& scene, int extra_delay = 0) {
+Held hold(const Scene& scene, const FalconLoopOptions& options = {}) {
   Simulation simulation(scene);
-  FalconLoop loop(scene, simulation, extra_delay);
+  FalconLoop loop(scene, simulation, options);
   Held held;
   held.run = roll_out(simulation, {.falcon = &loop});
   held.facts = loop.facts();
@@ -60,7 +62,7 @@ TEST("one tick of delay more shows in the force on the hand") {
   Scene scene = held_scene();
   scene.falcon->quantised = false;
   const auto first_force = [&](int extra) {
-    const Trace trace = hold(scene, extra).run.trace;
+    const Trace trace = hold(scene, {.extra_delay = extra}).run.trace;
     const std::vector<double>& force = trace.find("device.requested_n")->values;
     return std::ranges::find_if(force, [](double f) { return f > 0.0; }) - force.begin();
   };
@@ -85,4 +87,54 @@ TEST("tissue that is slower than the loop is held or led on") {
   CHECK(hold(scene).facts.ticks == 2400);
   scene.falcon->between = FalconDrive::Between::extrapolate;
   CHECK(!hold(scene).run.diverged);
+}
+
+TEST("waiting for the wall clock changes when a tick is computed and nothing else") {
+  Scene scene = held_scene();
+  scene.simulation.duration = 0.2;
+  Simulation simulation(scene);
+  FalconLoop loop(scene, simulation);
+  device::DeadlineClock clock(1.0 / scene.falcon->rate);
+  const Run paced = roll_out(simulation, {.clock = &clock, .falcon = &loop});
+  const Run free = hold(scene).run;
+  CHECK(paced.real_time && paced.real_time->ticks == 200);
+  CHECK(paced.real_time->slept + paced.seconds >= 0.199 - 1e-3);
+  for (std::size_t n = 0; n < free.trace.columns.size(); ++n) {
+    CHECK(paced.trace.columns[n].values == free.trace.columns[n].values);
+  }
+}
+
+TEST("packets of a run, played again to another device, bring the same replies to the bit") {
+  Scene scene = held_scene();
+  scene.simulation.duration = 0.5;  // resistance is not lost yet: nobody tells the hand anything
+  Simulation simulation(scene);
+  FalconLoop loop(scene, simulation);
+  device::falcon::WireRecording recording(4000);
+  loop.observe(&recording);
+  const Run run = roll_out(simulation, {.falcon = &loop});
+  CHECK(!run.falcon->lost_resistance_at);
+  CHECK(recording.records().size() == 2000);  // two exchanges a tick
+  device::falcon::PlantBody body(falcon_options(scene).body, hand_of(scene));
+  device::falcon::Emulator emulator(body, {.loaded = true});
+  const device::falcon::ReplayResult again = device::falcon::replay(recording, emulator);
+  CHECK(again.requests == 1000);
+  CHECK(again.different_replies == 0);
+}
+
+TEST("a fault on the line is felt in the loop") {
+  Scene scene = held_scene();
+  const auto faulty = [&](device::falcon::LinkFault fault) {
+    return hold(scene, {.faults = {.seed = 3, .faults = {fault}}});
+  };
+  using Kind = device::falcon::LinkFault::Kind;
+  const Held sound = hold(scene);
+  // 16 bytes survive with 0.99^16 each way: 72.5 % of exchanges bring a reply.
+  const Held lossy = faulty({.kind = Kind::drop, .probability = 0.01});
+  CHECK(lossy.facts.unanswered > 200 && lossy.facts.unanswered < 460);
+  CHECK(!lossy.run.diverged);
+  // Without the line for 100 ms the watchdog lets go: nothing is delivered though more is asked.
+  const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
+  const std::size_t late = 660;
+  CHECK(sound.run.trace.find("device.delivered_n")->values[late] > 0.1);
+  CHECK_NEAR(unplugged.run.trace.find("device.delivered_n")->values[late], 0.0, 1e-6);
 }

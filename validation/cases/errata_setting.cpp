@@ -5,10 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Eigenvalues>
-
 #include "model/dynamics/network_builder.hpp"
 #include "reference/arkode.hpp"
+#include "reference/dense_modes.hpp"
 #include "validation/metrics.hpp"
 
 namespace palpate::errata {
@@ -34,12 +33,12 @@ std::vector<int> free_nodes(const SpringNetwork& network) {
 /// Of the eigenvalues of S^T the one that `larger` puts last, with its vector.
 template <class Larger>
 Mode dominant(const MatrixXd& transposed, Larger larger) {
-  const Eigen::EigenSolver<MatrixXd> solver(transposed);
+  const reference::GeneralModes modes = reference::general_modes(transposed);
   Index best = 0;
   for (Index i = 1; i < transposed.rows(); ++i) {
-    if (larger(solver.eigenvalues()(best), solver.eigenvalues()(i))) { best = i; }
+    if (larger(modes.values(best), modes.values(i))) { best = i; }
   }
-  Mode mode{solver.eigenvectors().col(best), solver.eigenvalues()(best)};
+  Mode mode{modes.vectors.col(best), modes.values(best)};
   Index largest = 0;
   const Index dof = transposed.rows() / 2;
   mode.left.head(dof).cwiseAbs().maxCoeff(&largest);

@@ -30,7 +30,7 @@ Held hold(const CaseContext& context, Scene scene) {
     context.mutation->model(scene, network);
   }
   Simulation simulation(scene, network, context.skip);
-  FalconLoop loop(scene, simulation, extra_delay(context));
+  FalconLoop loop(scene, simulation, {.extra_delay = extra_delay(context)});
   Held held;
   held.run = roll_out(simulation, {.falcon = &loop});
   held.facts = loop.facts();
