@@ -69,13 +69,14 @@ constexpr double stated_by_the_paper = 15.0;
 }  // namespace
 
 Figure force_reach_figure(const FalconFacts& facts) {
+  const double reach = 10.0 * std::ceil(std::max(facts.axial_force, stated_by_the_paper) / 10.0);
   Figure figure{.id = "force-reach",
                 .title = "What the motors can pull the hand with",
                 .caption = "Outlines of all forces within the torques of the motors at the grip's "
                            "place on the skin, seen from two sides: much along the needle, little in the "
                            "weakest direction. Up is out of the tissue, against the insertion.",
-                .x = {.label = "force across the needle (N)"},
-                .y = {.label = "force along the needle, outward (N)"},
+                .x = {.label = "force across the needle (N)", .minimum = -reach, .maximum = reach},
+                .y = {.label = "force along the needle, outward (N)", .minimum = -reach, .maximum = reach},
                 .square = true};
   const char* names[] = {"left and right", "up and down"};
   for (const int axis : {0, 1}) {

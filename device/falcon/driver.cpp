@@ -70,19 +70,19 @@ bool Driver::probe() noexcept {
 }
 
 std::optional<DevicePacket> Driver::exchange(const HostPacket& request) noexcept {
-  (void)read_newest(counts_.late);
+  const std::optional<DevicePacket> late = read_newest(counts_.late);
   ++counts_.requests;
   const double deadline = link_.now() + options_.reply_deadline;
   (void)link_.write(encode(request));
   std::int64_t replies = 0;
   std::optional<DevicePacket> newest = read_newest(replies);
-  while (!newest && link_.now() < deadline && !link_.ended()) {
+  for (bool waits = true; waits && !newest && !link_.ended(); newest = read_newest(replies)) {
+    waits = link_.now() < deadline;
     (void)link_.wait_until(deadline);
-    newest = read_newest(replies);
   }
   ++(newest ? counts_.replies : counts_.lost);
   if (replies > 1) { counts_.superfluous += replies - 1; }
-  return newest;
+  return newest || !options_.keep_late ? newest : late;
 }
 
 std::optional<DevicePacket> Driver::read_newest(std::int64_t& count) noexcept {

@@ -15,6 +15,8 @@ namespace palpate::device::falcon {
 
 struct DriverOptions {
   double reply_deadline = 4e-3;  ///< [s] after which a reply counts as lost
+  /// A reply to an earlier request is better than none: for loops that never wait.
+  bool keep_late = false;
   int hails = 20;                ///< tries to find a boot loader (libnifalcon: up to 100)
   int probes = 20;               ///< tries to find firmware that runs
   double hail_patience = 20e-3;  ///< [s] for the answer to one hail, and for the echo of a block

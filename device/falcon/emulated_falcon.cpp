@@ -21,7 +21,7 @@ EmulatedFalcon::EmulatedFalcon(const EmulatedFalconOptions& options, const Hand&
       kinematics_(options.body.geometry),
       body_(options.body, hand),
       emulator_(body_, FirmwareOptions{.loaded = true}, options.faults),
-      driver_(link_.host()),
+      driver_(link_.host(), {.reply_deadline = 0.0, .keep_late = true}),
       profile_(profile_of(options)),
       place_(options.body.start) {
   link_.attach(emulator_);

@@ -281,7 +281,7 @@ class Simulation::CoreOf final : public Simulation::Core {
   void measure_tool() noexcept {
     refresh_velocity();
     const double t = static_cast<double>(ticks) * tick_length;
-    with_tool_->force(t, load_gate(t, plan.h), state_.position, velocity_, scratch_);
+    with_tool_->measure(t, load_gate(t, plan.h), state_.position, velocity_, scratch_);
   }
 
   std::unique_ptr<System<Real>> system_;

@@ -78,8 +78,19 @@ std::string advances(const Drive& drive) {
 std::string drive_in_words(const Drive& drive) {
   const std::string from =
       drive.from == 0.0 ? "from the skin" : "from " + millimetres(drive.from) + " along its line";
-  return from + " at t = " + with(drive.start, "s") + ": " +
+  const std::string who =
+      drive.kind == Drive::Kind::falcon ? "as a hand on an emulated Falcon wants it, " : "";
+  return who + from + " at t = " + with(drive.start, "s") + ": " +
          (drive.kind == Drive::Kind::force ? pushes(drive) : advances(drive));
+}
+
+const char* name_of(Drive::Kind kind) {
+  switch (kind) {
+    case Drive::Kind::trajectory: return "trajectory";
+    case Drive::Kind::force: return "force";
+    case Drive::Kind::falcon: break;
+  }
+  return "falcon";
 }
 
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -185,7 +196,7 @@ nlohmann::ordered_json tool_inspection(const Scene& scene, const NetworkProblem&
   facts["tool"] =
       scene.needle ? needle_facts(*scene.needle, path) : probe_facts(*scene.probe, path);
   const Drive drive = scene.drive.value_or(Drive{});
-  facts["tool"]["drive"] = drive.kind == Drive::Kind::force ? "force" : "trajectory";
+  facts["tool"]["drive"] = name_of(drive.kind);
   facts["tool"]["drive_in_words"] = drive_in_words(drive);
   facts["tool"]["syringe"] = scene.syringe.has_value();
   add_compliance(facts, path, problem);

@@ -132,9 +132,19 @@ TEST("a fault on the line is felt in the loop") {
   const Held lossy = faulty({.kind = Kind::drop, .probability = 0.01});
   CHECK(lossy.facts.unanswered > 200 && lossy.facts.unanswered < 460);
   CHECK(!lossy.run.diverged);
+  // Latency is a delay of what is read and of what is sent; the loop keeps its rate. One millisecond each
+  // way: the first force is two ticks late.
+  const auto first_force = [](const Held& held) {
+    const std::vector<double>& force = held.run.trace.find("device.delivered_n")->values;
+    return std::ranges::find_if(force, [](double f) { return f > 0.05; }) - force.begin();
+  };
+  const Held late = faulty({.kind = Kind::latency, .latency = 1e-3});
+  CHECK(late.facts.ticks == sound.facts.ticks);
+  CHECK(late.facts.unanswered < 60);  // of 1200: a reply at the edge of a tick falls to either side
+  CHECK(first_force(late) >= first_force(sound) + 2 && first_force(late) <= first_force(sound) + 4);
   // Without the line for 100 ms the watchdog lets go: nothing is delivered though more is asked.
   const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
-  const std::size_t late = 660;
-  CHECK(sound.run.trace.find("device.delivered_n")->values[late] > 0.1);
-  CHECK_NEAR(unplugged.run.trace.find("device.delivered_n")->values[late], 0.0, 1e-6);
+  const std::size_t tick = 660;
+  CHECK(sound.run.trace.find("device.delivered_n")->values[tick] > 0.1);
+  CHECK_NEAR(unplugged.run.trace.find("device.delivered_n")->values[tick], 0.0, 1e-6);
 }

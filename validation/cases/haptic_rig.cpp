@@ -8,6 +8,7 @@ namespace palpate {
 std::vector<Case> haptic_cases() {
   std::vector<Case> cases = haptics::wall_cases();
   for (Case& one : haptics::falcon_cases()) { cases.push_back(std::move(one)); }
+  for (Case& one : haptics::profile_cases()) { cases.push_back(std::move(one)); }
   return cases;
 }
 

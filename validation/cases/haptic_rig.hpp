@@ -64,6 +64,7 @@ class Wall {
 };
 
 std::vector<Case> falcon_cases();  ///< hand, emulated Falcon and tissue in one loop
+std::vector<Case> profile_cases();  ///< what drivers make of forces
 std::vector<Case> wall_cases();  ///< virtual walls against the theory of sampled loops
 
 }  // namespace palpate::haptics
