@@ -47,18 +47,19 @@ function(palpate_use_precompiled target)
   endif()
 endfunction()
 
-# palpate_add_library(<name> SOURCES ... [ALONE ...] [PUBLIC ...] [PRIVATE ...]): one box of the
+# palpate_add_library(<name> [TOGETHER] SOURCES ... [ALONE ...] [PUBLIC ...] [PRIVATE ...]): one box of the
 # architecture, usable as palpate::<name>. The sanitized build compiles sources eight at a time, which
-# takes half as long; those ALONE have local names that their neighbours have too.
+# takes half as long; TOGETHER does so in every build, for libraries that no simulator links. Those ALONE
+# have local names that their neighbours have too.
 function(palpate_add_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;ALONE;PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "TOGETHER" "" "SOURCES;ALONE;PUBLIC;PRIVATE")
   add_library(palpate_${name} STATIC ${arg_SOURCES})
   add_library(palpate::${name} ALIAS palpate_${name})
   target_link_libraries(palpate_${name}
     PUBLIC palpate_build_options ${arg_PUBLIC}
     PRIVATE ${arg_PRIVATE})
   palpate_use_precompiled(palpate_${name})
-  if(PALPATE_SANITIZE)
+  if(PALPATE_SANITIZE OR arg_TOGETHER)
     set_target_properties(palpate_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
     set_source_files_properties(${arg_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   endif()
