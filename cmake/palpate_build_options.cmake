@@ -18,19 +18,20 @@ endif()
 if(PALPATE_SANITIZE)
   target_compile_options(palpate_build_options INTERFACE
     -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
-    # Half the compile time for what others see: a null pointer ends in the address sanitizer's report,
-    # and Eigen asserts its alignment.
+    # Checks that others make already: a null pointer ends in the address sanitizer's report, and Eigen
+    # asserts its alignment.
     -fno-sanitize=null,alignment
     # g++ 12 sees uninitialised members inside std::regex under sanitizers (its bug 105562).
     -Wno-maybe-uninitialized
-    # Files compiled together shadow each other's local names; the optimised build looks at each alone.
+    # Files compiled together shadow each other's local names; the optimised build looks at those of the
+    # model, the device, the references and the fixtures alone.
     -Wno-shadow)
   target_link_options(palpate_build_options INTERFACE -fsanitize=address,undefined)
   target_compile_definitions(palpate_build_options INTERFACE PALPATE_SANITIZED)
 endif()
 
-# The sanitized build reads common headers precompiled. The optimised build gains nothing by that, and
-# sees the header that a file forgot to include.
+# The sanitized build reads common headers precompiled; the optimised one sees the header that a file
+# forgot to include.
 if(PALPATE_SANITIZE)
   file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/precompiled.cpp" CONTENT "// headers only\n")
   add_library(palpate_precompiled OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
@@ -48,9 +49,9 @@ function(palpate_use_precompiled target)
 endfunction()
 
 # palpate_add_library(<name> [TOGETHER] SOURCES ... [ALONE ...] [PUBLIC ...] [PRIVATE ...]): one box of the
-# architecture, usable as palpate::<name>. The sanitized build compiles sources eight at a time, which
-# takes half as long; TOGETHER does so in every build, for libraries that no simulator links. Those ALONE
-# have local names that their neighbours have too.
+# architecture, usable as palpate::<name>. The sanitized build compiles sources eight at a time to take
+# less of it; TOGETHER does so in every build, for libraries that no simulator links. Those ALONE have
+# local names that their neighbours have too.
 function(palpate_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "TOGETHER" "" "SOURCES;ALONE;PUBLIC;PRIVATE")
   add_library(palpate_${name} STATIC ${arg_SOURCES})
@@ -59,6 +60,9 @@ function(palpate_add_library name)
     PUBLIC palpate_build_options ${arg_PUBLIC}
     PRIVATE ${arg_PRIVATE})
   palpate_use_precompiled(palpate_${name})
+  if(NOT PALPATE_SANITIZE)  # precompiled headers are shared with programs, which are not
+    set_target_properties(palpate_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  endif()
   if(PALPATE_SANITIZE OR arg_TOGETHER)
     set_target_properties(palpate_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
     set_source_files_properties(${arg_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

@@ -20,7 +20,6 @@ class DeadlineClock {
   /// Returns when the next tick is due, at once if it is overdue. The first call is tick 0 and due
   /// immediately. Neither allocates nor locks; sleeps in the kernel.
   void wait() noexcept;
-  [[nodiscard]] double period() const { return period_; }
   [[nodiscard]] const DeadlineFacts& facts() const { return facts_; }
 
  private:

@@ -8,22 +8,12 @@
 #include <string>
 
 #include "reports/markup.hpp"
+#include "reports/shown_units.hpp"
 #include "reports/tool_pass.hpp"
 
 namespace palpate {
 
 namespace {
-
-constexpr double mm = 1e3;
-constexpr double mj = 1e3;
-
-std::string with(double value, const char* unit) { return short_number(value) + " " + unit; }
-
-std::vector<double> scaled(const std::vector<double>& values, double factor) {
-  std::vector<double> out(values);
-  for (double& value : out) { value *= factor; }
-  return out;
-}
 
 using Point = std::array<double, 2>;
 
@@ -123,16 +113,16 @@ std::vector<Figure> falcon_figures(const Trace& trace) {
   way.series.push_back({.label = "intent",
                         .style = Series::Style::dashed,
                         .x = trace.time,
-                        .y = scaled(values_of(trace, "device.intent_m"), mm)});
+                        .y = values_of(trace, "device.intent_m", mm)});
   way.series.push_back(
-      {.label = "tip", .x = trace.time, .y = scaled(values_of(trace, "tool.insertion_m"), mm)});
+      {.label = "tip", .x = trace.time, .y = values_of(trace, "tool.insertion_m", mm)});
   Figure energy{.id = "port-energy",
                 .title = "Energy that the hand put in",
                 .caption = "Through the device's port, as positions that were read and forces that "
                            "were asked for tell it; below zero the rendering feeds energy in.",
                 .x = {.label = "time (s)"},
                 .y = {.label = "energy (mJ)"},
-                .series = {{.x = trace.time, .y = scaled(values_of(trace, "device.energy_j"), mj)}}};
+                .series = {{.x = trace.time, .y = values_of(trace, "device.energy_j", mj)}}};
   return {std::move(force), std::move(way), std::move(energy)};
 }
 
@@ -140,26 +130,30 @@ std::vector<Fact> falcon_fact_list(const FalconFacts& facts) {
   const double share =
       facts.ticks > 0 ? static_cast<double>(facts.saturated) / static_cast<double>(facts.ticks) : 0.0;
   std::vector<Fact> list{
-      {"force on the hand", with(facts.largest_delivered, "N"),
-       "at most; asked for " + with(facts.largest_requested, "N")},
-      {"motors at their limit", with(100.0 * share, "%"),
-       "of the ticks; in reach at the start " + with(facts.axial_force, "N") +
-           " against the insertion, " + with(facts.weakest_force, "N") + " in every direction"},
-      {"energy at the port", with(mj * facts.least_energy, "mJ"),
-       facts.least_energy < 0.0 ? "at least, at " + with(facts.least_energy_at, "s") +
+      {"force on the hand", quantity(facts.largest_delivered, "N"),
+       "at most; asked for " + quantity(facts.largest_requested, "N")},
+      {"motors at their limit", quantity(100.0 * share, "%"),
+       "of the ticks; in reach at the start " + quantity(facts.axial_force, "N") +
+           " against the insertion, " + quantity(facts.weakest_force, "N") + " in every direction"},
+      {"energy at the port", quantity(mj * facts.least_energy, "mJ"),
+       facts.least_energy < 0.0 ? "at least, at " + quantity(facts.least_energy_at, "s") +
                                       ": the rendering fed in as much"
                                 : "at least: the rendering was passive"}};
   if (facts.taken_by_controller > 0.0) {
-    list.push_back({"taken by the controller", with(mj * facts.taken_by_controller, "mJ"), ""});
+    list.push_back({"taken by the controller", quantity(mj * facts.taken_by_controller, "mJ"), ""});
   }
   if (facts.lost_resistance_at) {
-    list.push_back({"overshoot", with(mm * facts.overshoot, "mm"),
+    list.push_back({"overshoot", quantity(mm * facts.overshoot, "mm"),
                     "of the tip beyond the loss of resistance at " +
-                        with(*facts.lost_resistance_at, "s") + ", felt " +
-                        with(1e3 * facts.reaction, "ms") + " later"});
+                        quantity(*facts.lost_resistance_at, "s") + ", felt " +
+                        quantity(1e3 * facts.reaction, "ms") + " later"});
   }
   if (facts.unanswered > 0) {
     list.push_back({"requests without reply", std::to_string(facts.unanswered), ""});
+  }
+  if (facts.unhomed > 0) {
+    list.push_back({"ticks without a place", std::to_string(facts.unhomed),
+                    "the device had lost its zero; no force was asked for"});
   }
   return list;
 }

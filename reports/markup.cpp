@@ -109,6 +109,10 @@ std::string short_number(double value, int digits) {
   return sign + (mantissa == "1" ? power : mantissa + "\u202f×\u202f" + power);
 }
 
+std::string quantity(double value, std::string_view unit) {
+  return short_number(value) + "\u00a0" + std::string(unit);
+}
+
 int digits_apart(double a, double b) {
   int digits = 4;
   while (digits < 17 && a != b && plain_number(a, digits) == plain_number(b, digits)) { ++digits; }

@@ -6,27 +6,24 @@
 #include <optional>
 
 #include "reports/markup.hpp"
+#include "reports/shown_units.hpp"
 #include "reports/tool_pass.hpp"
 
 namespace palpate {
 
 namespace {
 
-constexpr double mm = 1e3;
-constexpr double pascals_per_mmhg = 133.322;
 constexpr double settling = 0.1;  // [s] in which a loss of resistance is over
 
 constexpr double least_depth = 1e-12;  // [m] below it there is only rounding
 
-std::string with(double value, const char* unit) { return short_number(value) + "\u00a0" + unit; }
-
 std::string where(const Trace& trace, std::size_t row) {
   const std::string layer = layer_in(trace, row);
-  return (layer.empty() ? "" : "in " + layer + ", ") + "at " + with(trace.time[row], "s");
+  return (layer.empty() ? "" : "in " + layer + ", ") + "at " + quantity(trace.time[row], "s");
 }
 
 std::string depth_of(const Trace& trace, std::size_t row) {
-  return with(mm * values_of(trace, "tool.depth_m")[row], "mm");
+  return quantity(mm * values_of(trace, "tool.depth_m")[row], "mm");
 }
 
 /// Row of the largest finite value; nothing when there is none above zero.
@@ -42,7 +39,7 @@ Fact peak_force(const Trace& trace) {
   const std::vector<double>& force = values_of(trace, "tool.force_n");
   const auto peak = peak_of(force);
   if (!peak) { return {"peak force", "none", "nothing resisted the tool"}; }
-  return {"peak force", with(force[*peak], "N"),
+  return {"peak force", quantity(force[*peak], "N"),
           depth_of(trace, *peak) + " deep " + where(trace, *peak)};
 }
 
@@ -62,9 +59,9 @@ Fact loss_of_resistance(const Trace& trace, const Event& event) {
     after = std::min(after, force[n]);
   }
   return {"loss of resistance", depth_of(trace, row),
-          "at " + with(event.time, "s") + "; the force falls by " + with(before - after, "N") +
-              ", from " + with(before, "N") + " to " + with(after, "N") + " within " +
-              with(settling, "s")};
+          "at " + quantity(event.time, "s") + "; the force falls by " + quantity(before - after, "N") +
+              ", from " + quantity(before, "N") + " to " + quantity(after, "N") + " within " +
+              quantity(settling, "s")};
 }
 
 void add_pressure(std::vector<Fact>& facts, const Trace& trace) {
@@ -72,8 +69,8 @@ void add_pressure(std::vector<Fact>& facts, const Trace& trace) {
   const std::vector<double>& pressure = values_of(trace, "syringe.pressure_pa");
   const auto peak = peak_of(pressure);
   if (!peak) { return; }
-  facts.push_back({"peak pressure", with(pressure[*peak] / pascals_per_mmhg, "mmHg"),
-                   with(1e-3 * pressure[*peak], "kPa") + ", first reached " + where(trace, *peak)});
+  facts.push_back({"peak pressure", quantity(pressure[*peak] / pascals_per_mmhg, "mmHg"),
+                   quantity(1e-3 * pressure[*peak], "kPa") + ", first reached " + where(trace, *peak)});
 }
 
 }  // namespace

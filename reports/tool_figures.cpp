@@ -6,14 +6,13 @@
 #include <cmath>
 #include <string>
 
+#include "reports/shown_units.hpp"
 #include "reports/tool_pass.hpp"
 
 namespace palpate {
 
 namespace {
 
-constexpr double mm = 1e3;
-constexpr double pascals_per_mmhg = 133.322;
 constexpr double least_lateral = 1e-6;  // [N] below it there is only rounding
 
 struct Part {
@@ -23,12 +22,6 @@ struct Part {
 constexpr std::array<Part, 3> parts{{{"tool.friction_n", "friction of the shaft"},
                                      {"tool.cutting_n", "cutting at the tip"},
                                      {"tool.stiffness_n", "stiffness of the tissue"}}};
-
-std::vector<double> scaled(const std::vector<double>& values, double factor) {
-  std::vector<double> out(values);
-  for (double& value : out) { value *= factor; }
-  return out;
-}
 
 std::vector<double> picked(const std::vector<double>& values, const std::vector<std::size_t>& rows,
                            double factor = 1.0) {
@@ -68,7 +61,7 @@ Figure force_over_depth(const Trace& trace) {
       .caption = caption + (returns(trace) ? " Where the tool comes back the curve returns." : ""),
       .x = {.label = cuts(trace) ? "tip depth (mm)" : "depth (mm)"},
       .y = {.label = "force (N)"},
-      .series = {{.x = scaled(values_of(trace, "tool.depth_m"), mm),
+      .series = {{.x = values_of(trace, "tool.depth_m", mm),
                   .y = values_of(trace, "tool.force_n")}},
       .zones = cuts(trace) ? layers_over_depth(trace) : std::vector<Zone>{},
       .marks = events_over_depth(trace)};
@@ -116,7 +109,7 @@ Figure pressure_over_time(const Trace& trace) {
       .x = {.label = "time (s)"},
       .y = {.label = "pressure (mmHg)"},
       .series = {{.x = trace.time,
-                  .y = scaled(values_of(trace, "syringe.pressure_pa"), 1.0 / pascals_per_mmhg)}},
+                  .y = values_of(trace, "syringe.pressure_pa", 1.0 / pascals_per_mmhg)}},
       .zones = layers_over_time(trace),
       .marks = events_over_time(trace)};
 }
@@ -127,7 +120,7 @@ Figure lateral_over_depth(const Trace& trace) {
           .caption = "What the tissue presses sideways on the shaft.",
           .x = {.label = "tip depth (mm)"},
           .y = {.label = "lateral force (N)"},
-          .series = {{.x = scaled(values_of(trace, "tool.depth_m"), mm),
+          .series = {{.x = values_of(trace, "tool.depth_m", mm),
                       .y = values_of(trace, "tool.lateral_n")}},
           .zones = layers_over_depth(trace)};
 }

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "reports/shown_units.hpp"
+
 namespace palpate {
 
 namespace {
-
-constexpr double mm = 1e3;
 
 /// Stretches of equal label over a coordinate that rises with the rows; nameless ones are gaps.
 std::vector<Zone> zones_of(const Trace& trace, const std::vector<std::size_t>& rows,
@@ -53,6 +53,12 @@ const std::vector<double>& values_of(const Trace& trace, const std::string& name
   const Column* column = trace.find(name);
   if (column == nullptr) { throw std::out_of_range("the trace has no column " + name); }
   return column->values;
+}
+
+std::vector<double> values_of(const Trace& trace, const std::string& name, double factor) {
+  std::vector<double> values = values_of(trace, name);
+  for (double& value : values) { value *= factor; }
+  return values;
 }
 
 std::vector<std::size_t> first_pass(const Trace& trace) {

@@ -20,6 +20,9 @@ bool is_tool_column(const std::string& name);
 /// Values of a column; throws std::out_of_range where the trace has none of that name.
 const std::vector<double>& values_of(const Trace& trace, const std::string& name);
 
+/// The same, each times a factor.
+std::vector<double> values_of(const Trace& trace, const std::string& name, double factor);
+
 /// Rows in which the tip is deeper than in any row before, beginning with the last row in which it
 /// lay at its first depth.
 std::vector<std::size_t> first_pass(const Trace& trace);

@@ -69,6 +69,11 @@ StepStatus FalconLoop::tick() noexcept {
 /// Insertion is the device's -z: a coupling that pushes the tool in pushes the hand out.
 Eigen::Vector3d FalconLoop::render(const device::DeviceSample& sample, double time) noexcept {
   if (!sample.answered) { ++facts_.unanswered; }
+  if (!sample.homed) {  // its counts say nothing of where the grip is
+    ++facts_.unhomed;
+    velocity_.setZero();
+    return Eigen::Vector3d::Zero();
+  }
   observer_.observe(time, sample.position, servo_.sent());
   estimate_velocity(sample.position);
   const ToolMotion tool = simulation_.tool_motion();

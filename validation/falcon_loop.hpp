@@ -36,6 +36,7 @@ struct FalconFacts {
   double overshoot = 0.0;            ///< of the tip beyond where resistance was lost [m]
   double reaction = 0.0;             ///< of the hand after it [s]
   long unanswered = 0;               ///< requests without a reply
+  long unhomed = 0;                  ///< ticks without a place: the device had lost it; no force was asked for
 };
 
 struct FalconLoopOptions {

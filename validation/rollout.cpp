@@ -12,9 +12,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-class Recording {
+class TraceKeeper {
  public:
-  Recording(Simulation& simulation, const RollOutOptions& options, Run& run)
+  TraceKeeper(Simulation& simulation, const RollOutOptions& options, Run& run)
       : simulation_(simulation), falcon_(options.falcon), run_(run) {
     run.trace.columns = simulation.columns();
     tissue_columns_ = run.trace.columns.size();
@@ -70,9 +70,9 @@ class Recording {
 
 Run roll_out(Simulation& simulation, const RollOutOptions& options) {
   Run run;
-  Recording recording(simulation, options, run);
+  TraceKeeper keeper(simulation, options, run);
   if (options.falcon != nullptr) { options.falcon->follow(options.clock); }
-  recording.take();
+  keeper.take();
   const long count = simulation.tick_count();
   auto last_progress = Clock::now();
   while (run.ticks < count && !run.diverged) {
@@ -96,7 +96,7 @@ Run roll_out(Simulation& simulation, const RollOutOptions& options) {
       run.diverged = true;
       run.diverged_at = simulation.time();
     } else {
-      recording.take();
+      keeper.take();
     }
     if (options.progress && end - last_progress > std::chrono::milliseconds(250)) {
       options.progress(static_cast<double>(run.ticks) / static_cast<double>(count));

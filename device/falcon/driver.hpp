@@ -50,7 +50,8 @@ class Driver {
   bool probe() noexcept;
 
   /// One request and its reply; nothing when none came in time. Replies bear no number, so one
-  /// that comes after the next request was sent is taken for that request's.
+  /// that comes after the next request was sent is taken for that request's; one that waits already
+  /// is thrown away first, unless keep_late says that an old place is better than none.
   std::optional<DevicePacket> exchange(const HostPacket& request) noexcept;
 
   [[nodiscard]] const DriverCounts& counts() const noexcept { return counts_; }

@@ -134,6 +134,7 @@ class Simulation::CoreOf final : public Simulation::Core {
     }
     ++ticks;
     velocity_is_current_ = false;
+    if (contact_ != nullptr) { measure_tool(); }
     const Real far = (state_.position - start_position_).template lpNorm<Eigen::Infinity>();
     const bool sane = far <= bound_ && state_.position.allFinite() && state_.velocity.allFinite();
     return sane ? StepStatus::ok : StepStatus::diverged;
@@ -157,7 +158,7 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
   void sample_tool(std::span<double> row) noexcept override {
     if (contact_ == nullptr) { return; }
-    measure_tool();
+    if (ticks == 0) { measure_tool(); }
     const ToolForces& f = contact_->forces();
     std::size_t place = 0;
     for (const double value : {contact_->place() * contact_->path().direction().z(), f.total,
@@ -185,7 +186,7 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
   ToolReport tool() noexcept override {
     if (contact_ == nullptr) { return {}; }
-    measure_tool();
+    if (ticks == 0) { measure_tool(); }
     ToolLosses losses = contact_->losses();
     losses.damping = damped_;
     return {contact_->place(), contact_->velocity(), contact_->depth(),  contact_->cut(),
@@ -277,7 +278,8 @@ class Simulation::CoreOf final : public Simulation::Core {
     const Eigen::Index n = network_->dof();
     return std::abs(static_cast<double>(scratch_.head(n).dot(state_.velocity.head(n))));
   }
-  /// Forces at the present state, not at the last stage of a step.
+  /// Forces at the present state, not at the last stage of a step: what a tick is there for, so it is part
+  /// of the tick's time.
   void measure_tool() noexcept {
     refresh_velocity();
     const double t = static_cast<double>(ticks) * tick_length;

@@ -32,7 +32,7 @@ struct GripDraft {
 
 struct ScriptDraft {
   int seed = 1;
-  FirmwareOptions firmware{};
+  std::optional<FirmwareOptions> firmware{};
   std::optional<GripDraft> grip{};
   std::vector<FaultDraft> faults{};
 };
@@ -126,7 +126,7 @@ void fields(Visitor& v, device::falcon::FirmwareOptions& f) {
 template <class Visitor>
 void fields(Visitor& v, cli::ScriptDraft& s) {
   v.value("seed", s.seed, {.range = Range::non_negative});
-  v.table("firmware", s.firmware);
+  v.optional_table("firmware", s.firmware);
   v.optional_table("grip", s.grip);
   v.list("fault", s.faults);
 }
@@ -192,8 +192,9 @@ void check(const ScriptDraft& draft, const io::Places& places, io::Problems& pro
 }
 
 FalconScript finished(const ScriptDraft& draft) {
-  FalconScript script{.firmware = draft.firmware,
+  FalconScript script{.firmware = draft.firmware.value_or(FirmwareOptions{}),
                       .faults = {.seed = static_cast<std::uint64_t>(draft.seed)},
+                      .sets_firmware = draft.firmware.has_value(),
                       .moves_grip = draft.grip.has_value()};
   for (FaultDraft each : draft.faults) {
     if (each.button) { each.fault.buttons = buttons_of(*each.button); }

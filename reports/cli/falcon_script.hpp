@@ -16,7 +16,8 @@ struct FalconScript {
   device::falcon::FirmwareOptions firmware{};
   device::falcon::FaultScript faults{};
   device::falcon::GripScript grip{};
-  bool moves_grip = false;  ///< it has a [grip] table
+  bool sets_firmware = false;  ///< it has a [firmware] table
+  bool moves_grip = false;     ///< it has a [grip] table
 };
 
 /// Reads and checks a script; an empty path is an empty script. Throws InputError with one line per

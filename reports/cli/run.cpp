@@ -58,17 +58,28 @@ void tell(const Run& run, const LoadedScene& loaded, const std::filesystem::path
   }
 }
 
-/// Faults of the script, where there is a line that they can be on.
-device::falcon::FaultScript faults_of(const RunOptions& options, bool in_hand) {
-  if (!in_hand && (options.packets || !options.script.empty())) {
-    throw InputError(options.scene.string() + ": drive.kind: --script and --packets are about a Falcon's "
-                         "line, which only a drive of kind \"falcon\" has");
+/// --script and --packets need a line between driver and device.
+void refuse_without_line(const RunOptions& options, const Scene& scene, bool in_hand) {
+  if (!options.packets && options.script.empty()) { return; }
+  const std::string about = ": --script and --packets are about a Falcon's line, which ";
+  if (!in_hand) {
+    throw InputError(options.scene.string() + ": drive.kind" + about +
+                     "only a drive of kind \"falcon\" has");
   }
+  if (scene.falcon && !scene.falcon->quantised) {
+    throw InputError(options.scene.string() + ": falcon.quantised = false" + about +
+                     "only a quantised device has");
+  }
+}
+
+device::falcon::FaultScript faults_of(const RunOptions& options) {
   if (options.script.empty()) { return {}; }
   const FalconScript script = read_falcon_script(options.script, {});
-  if (script.moves_grip) {
-    throw InputError(options.script.string() + ": grip: the hand of the scene moves the grip; allowed here "
-                         "are seed and [[fault]]");
+  const char* refused = script.moves_grip      ? "grip: the hand of the scene moves the grip"
+                        : script.sets_firmware ? "firmware: the device of a scene keeps to its defaults"
+                                               : nullptr;
+  if (refused != nullptr) {
+    throw InputError(options.script.string() + ": " + refused + "; allowed here are seed and [[fault]]");
   }
   return script.faults;
 }
@@ -82,6 +93,10 @@ void write_packets(const std::filesystem::path& folder, const device::falcon::Wi
   std::ostringstream text;
   write_csv(text, packets);
   io::replace_file(folder / "packets.csv", text.str());
+  if (packets.left_out() > 0) {
+    std::fprintf(stderr, "palpate: warning: %lld packets did not fit and are not in packets.csv\n",
+                 static_cast<long long>(packets.left_out()));
+  }
 }
 
 }  // namespace
@@ -91,7 +106,8 @@ int run(const RunOptions& options) {
   const Scene& scene = loaded.file.scene;
   const bool in_hand = scene.drive && scene.drive->kind == Drive::Kind::falcon;
   const double rate = in_hand ? scene.falcon.value_or(FalconDrive{}).rate : 1.0 / scene.simulation.step;
-  const device::falcon::FaultScript faults = faults_of(options, in_hand);
+  refuse_without_line(options, scene, in_hand);
+  const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = make_folder(options.folder("run"));
   RollOutOptions roll_out_how = roll_out_options(loaded, options.quiet);
   std::optional<FalconLoop> falcon;

@@ -15,8 +15,6 @@ namespace palpate::cli {
 
 namespace {
 
-std::string with(double value, const char* unit) { return short_number(value) + " " + unit; }
-
 std::vector<Fact> scene_facts(const LoadedScene& loaded) {
   const Simulation& simulation = loaded.simulation;
   const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
@@ -31,10 +29,10 @@ void add_step_facts(std::vector<Fact>& facts, const StepPlan& plan) {
   const double limit = plan.stable_step.at(std::string(plan.integrator->name));
   facts.push_back({"integrator", std::string(plan.integrator->name), plan.integrator_reason});
   facts.push_back({"substeps a tick", std::to_string(plan.substeps), plan.substeps_reason});
-  facts.push_back({"step", with(plan.h, "s"),
-                   std::isfinite(limit) ? "stable below " + with(limit, "s") : "no stability limit"});
-  facts.push_back({"highest frequency", with(plan.bounds.omega_estimate, "rad/s"),
-                   "guaranteed below " + with(plan.bounds.omega_upper, "rad/s")});
+  facts.push_back({"step", quantity(plan.h, "s"),
+                   std::isfinite(limit) ? "stable below " + quantity(limit, "s") : "no stability limit"});
+  facts.push_back({"highest frequency", quantity(plan.bounds.omega_estimate, "rad/s"),
+                   "guaranteed below " + quantity(plan.bounds.omega_upper, "rad/s")});
   facts.push_back({"kernel", plan.kernel, ""});
 }
 
@@ -42,30 +40,30 @@ void add_step_facts(std::vector<Fact>& facts, const StepPlan& plan) {
 Fact tick_cost(const StepPlan& plan, const Run& run) {
   const double tick = plan.h * plan.substeps;
   const double mean = run.ticks > 0 ? run.seconds / static_cast<double>(run.ticks) : 0.0;
-  return {"time for a tick", with(1e3 * mean, "ms"),
-          short_number(100.0 * mean / tick, 3) + " % of its " + with(1e3 * tick, "ms") + ", with " +
+  return {"time for a tick", quantity(1e3 * mean, "ms"),
+          short_number(100.0 * mean / tick, 3) + " % of its " + quantity(1e3 * tick, "ms") + ", with " +
               std::to_string(plan.substeps) + (plan.substeps == 1 ? " step of " : " steps of ") +
               std::string(plan.integrator->name) + "; the slowest took " +
-              with(1e3 * run.slowest_tick, "ms")};
+              quantity(1e3 * run.slowest_tick, "ms")};
 }
 
 /// How well ticks kept to the wall clock.
 Fact punctuality(const device::DeadlineFacts& facts) {
   return {"ticks too late", std::to_string(facts.missed),
           "of " + std::to_string(facts.ticks) + ", by a period or more; latest by " +
-              with(1e3 * facts.worst_lateness, "ms") + ", after a sleep by " +
-              with(1e3 * facts.worst_wake, "ms")};
+              quantity(1e3 * facts.worst_lateness, "ms") + ", after a sleep by " +
+              quantity(1e3 * facts.worst_wake, "ms")};
 }
 
 void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const Run& run) {
   const double simulated = run.trace.time.back();
-  facts.push_back({"wall time", with(run.seconds, "s"),
-                   "for " + with(simulated, "s") + " simulated; slowest tick " +
-                       with(1e3 * run.slowest_tick, "ms")});
-  facts.push_back({"cost", with(run.ns_per_spring_step(loaded.simulation.spring_count()), "ns"),
+  facts.push_back({"wall time", quantity(run.seconds, "s"),
+                   "for " + quantity(simulated, "s") + " simulated; slowest tick " +
+                       quantity(1e3 * run.slowest_tick, "ms")});
+  facts.push_back({"cost", quantity(run.ns_per_spring_step(loaded.simulation.spring_count()), "ns"),
                    "per spring and step"});
-  facts.push_back({"energy", with(run.energy.initial, "J") + " to " + with(run.energy.final, "J"),
-                   "at most " + with(run.energy.maximum, "J")});
+  facts.push_back({"energy", quantity(run.energy.initial, "J") + " to " + quantity(run.energy.final, "J"),
+                   "at most " + quantity(run.energy.maximum, "J")});
 }
 
 }  // namespace
@@ -77,9 +75,9 @@ void write_run_report(const std::filesystem::path& folder, const LoadedScene& lo
   RunReport report;
   report.title = loaded.file.scene.title.empty() ? "Palpate run" : loaded.file.scene.title;
   report.held = !run.diverged;
-  report.verdict = run.diverged ? "Diverged at t = " + with(run.diverged_at, "s")
-                   : run.interrupted ? "Interrupted at t = " + with(run.trace.time.back(), "s")
-                                     : "Ran to t = " + with(run.trace.time.back(), "s");
+  report.verdict = run.diverged ? "Diverged at t = " + quantity(run.diverged_at, "s")
+                   : run.interrupted ? "Interrupted at t = " + quantity(run.trace.time.back(), "s")
+                                     : "Ran to t = " + quantity(run.trace.time.back(), "s");
   report.detail = run.diverged ? "The motion left every bound; the traces are kept up to there."
                                : std::to_string(run.ticks) + " ticks, every state finite and in bounds.";
   report.facts = tool_facts(run.trace);

@@ -21,6 +21,7 @@ Json device_json(const FalconFacts& facts) {
   Json json{{"ticks", facts.ticks},
             {"saturated_ticks", facts.saturated},
             {"unanswered_requests", facts.unanswered},
+            {"unhomed_ticks", facts.unhomed},
             {"largest_requested_n", facts.largest_requested},
             {"largest_delivered_n", facts.largest_delivered},
             {"axial_limit_n", facts.axial_force},

@@ -151,3 +151,23 @@ TEST("a fault on the line is felt in the loop") {
   CHECK(sound.run.trace.find("device.delivered_n")->values[tick] > 0.1);
   CHECK_NEAR(unplugged.run.trace.find("device.delivered_n")->values[tick], 0.0, 1e-6);
 }
+
+TEST("a device that lost its zero is neither believed nor pulled with") {
+  using Kind = device::falcon::LinkFault::Kind;
+  const Held sound = hold(held_scene());
+  CHECK(sound.facts.unhomed == 0);
+  const Held lost = hold(held_scene(), {.faults = {.seed = 3, .faults = {{.kind = Kind::power_loss,
+                                                                          .start = 0.6,
+                                                                          .end = 0.65}}}});
+  CHECK(!lost.run.diverged);
+  CHECK(lost.facts.unhomed > 500);  // of the 550 ticks after power came back
+  CHECK(lost.facts.largest_requested <= sound.facts.largest_requested);
+  const auto last = [](const Held& held, const char* name) {
+    return held.run.trace.find(name)->values.back();
+  };
+  CHECK(last(sound, "device.requested_n") > 0.0);
+  CHECK(last(lost, "device.requested_n") == 0.0);
+  // Nothing moves the handle any more: the needle stays where it last was.
+  const std::vector<double>& place = lost.run.trace.find("tool.insertion_m")->values;
+  CHECK_NEAR(place.back(), place[place.size() - 100], 1e-5);
+}

@@ -18,7 +18,7 @@
 namespace palpate {
 
 /// How many of a fault's cases a test tries. The optimised build tries them all: verdicts are what
-/// it is for. Under sanitizers, ten times slower, each fault is tried on the first case, the cheapest.
+/// it is for. Under sanitizers, ten times slower, each fault is tried on the first case.
 template <class Name>
 std::span<const Name> tried(std::span<const Name> names) {
 #ifdef PALPATE_SANITIZED

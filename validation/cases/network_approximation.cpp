@@ -185,7 +185,7 @@ void measure_skip(const CaseContext& context, Outcome& outcome) {
                    .upper = 0.0,
                    .bound_from = "skipped work adds nothing: the same bits"});
   }
-  outcome.notes.emplace_back("Every scheme, in both precisions, with and without skipping.");
+  outcome.notes.push_back("Every scheme, in both precisions, with and without skipping.");
 }
 
 }  // namespace

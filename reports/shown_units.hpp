@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Factors from SI to the units that clinicians and haptics people read.
+
+namespace palpate {
+
+inline constexpr double mm = 1e3;                    ///< [mm/m]
+inline constexpr double mj = 1e3;                    ///< [mJ/J]
+inline constexpr double pascals_per_mmhg = 133.322;  ///< [Pa/mmHg]
+
+}  // namespace palpate
