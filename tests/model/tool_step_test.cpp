@@ -77,6 +77,45 @@ TEST("long ticks do not make the force chatter") {
   CHECK(turns(coarse, force) <= turns(fine, force) + 2);
 }
 
+/// Most that tip and shaft can resist with at a depth of the stiff scene [N]: F_c of the deepest layer
+/// reached and what rubs on the way.
+double most_resistance(const Scene& scene, double depth) {
+  double cutting = 0.0;
+  double rubbing = 0.0;
+  double top = 0.0;
+  for (const Layer& layer : scene.tissue.layers) {
+    const auto material = std::ranges::find(scene.materials, layer.material, &Material::name);
+    if (depth < top) { break; }
+    cutting = std::max(cutting, material->cutting_force);
+    rubbing += material->friction * std::min(layer.thickness, depth - top);
+    top += layer.thickness;
+  }
+  return cutting + rubbing;
+}
+
+TEST("in no step do tip and shaft take more from the tool than cutting and friction allow") {
+  Scene scene = stiff_scene(1e-3);
+  scene.drive->rise = 0.02;  // sticking ends within a tick, with force to spare
+  Simulation simulation(scene);
+  const double strongest_friction = std::ranges::max(scene.materials, {}, &Material::friction).friction;
+  double before = 0.0;
+  double depth = 0.0;
+  double way = 0.0;
+  double worst = 0.0;
+  while (simulation.ticks() < simulation.tick_count()) {
+    CHECK(simulation.tick() == StepStatus::ok);
+    const ToolReport tool = simulation.tool();
+    const double taken = tool.forces.applied - tool.mass * (tool.velocity - before) / 1e-3;
+    // A step's depth is led on at the rate of the step before: L is off by the change of the way.
+    const double led_on = strongest_friction * std::abs(tool.depth - depth - way);
+    before = tool.velocity;
+    way = tool.depth - depth;
+    depth = tool.depth;
+    worst = std::max(worst, taken - most_resistance(scene, tool.depth) - led_on);
+  }
+  CHECK(worst <= 1e-6);  // of 8 N: what the solver leaves
+}
+
 TEST("where long and short ticks both see the tool, it is at the same place") {
   const std::vector<Sample> coarse = run(stiff_scene(1e-3));
   const std::vector<Sample> fine = run(stiff_scene(1e-3 / 16.0));
