@@ -30,6 +30,7 @@ bool Plant::place(const Eigen::Vector3d& position, const Hand& hand,
   const Eigen::Vector3d rate = inverse_jacobian(*legs) * velocity;
   slip_ = {sign_of(rate[0]), sign_of(rate[1]), sign_of(rate[2])};
   arm_placed_ = false;
+  now_known_ = false;
   energy_at_start_ = mechanics_.kinetic(state_, hand) + mechanics_.potential(state_);
   return true;
 }
@@ -41,34 +42,36 @@ Drive Plant::drive_at(const Given& given, double time) noexcept {
 }
 
 void Plant::settle(const Given& given) noexcept {
+  now_known_ = false;
   Motion motion;
   if (!mechanics_.evaluate(state_, drive_at(given, time_), given.hand, slip_, motion)) { return; }
   slip_ = settled(motion.arms, slip_, mechanics_.options().coulomb);
 }
 
-/// One step of order 4 from the state, with the slip as it is; false when it leaves the reach.
-bool Plant::trial(const Given& given, double h, PlantState& end) const noexcept {
-  Motion k1, k2, k3, k4;
-  const Drive middle = drive_at(given, time_ + 0.5 * h);
-  const Hand& hand = given.hand;
-  const bool within =
-      mechanics_.evaluate(state_, drive_at(given, time_), hand, slip_, k1) &&
-      mechanics_.evaluate(state_ + 0.5 * h * k1.derivative, middle, hand, slip_, k2) &&
-      mechanics_.evaluate(state_ + 0.5 * h * k2.derivative, middle, hand, slip_, k3) &&
-      mechanics_.evaluate(state_ + h * k3.derivative, drive_at(given, time_ + h), hand, slip_, k4);
-  if (!within) { return false; }
-  end = state_ +
-        h / 6.0 * (k1.derivative + 2.0 * k2.derivative + 2.0 * k3.derivative + k4.derivative);
-  const Eigen::Vector3d position = end.segment<3>(part::position);
-  return end.allFinite() && mechanics_.kinematics().legs(position).has_value();
+bool Plant::look(const Given& given) noexcept {
+  now_known_ =
+      now_known_ || mechanics_.evaluate(state_, drive_at(given, time_), given.hand, slip_, now_);
+  return now_known_;
 }
 
-double Plant::lawfulness(const Given& given, const PlantState& state, double time,
-                         Slip& broken) const noexcept {
-  Motion motion;
-  if (!mechanics_.evaluate(state, drive_at(given, time), given.hand, slip_, motion)) {
-    return -1.0;
-  }
+/// One step of order 4 from the state, which was looked at, with the slip as it is; false when it leaves
+/// the reach.
+bool Plant::trial(const Given& given, double h, Reached& end) const noexcept {
+  Motion k2, k3, k4;
+  const Drive middle = drive_at(given, time_ + 0.5 * h);
+  const Drive last = drive_at(given, time_ + h);
+  const Hand& hand = given.hand;
+  const bool within =
+      mechanics_.evaluate(state_ + 0.5 * h * now_.derivative, middle, hand, slip_, k2) &&
+      mechanics_.evaluate(state_ + 0.5 * h * k2.derivative, middle, hand, slip_, k3) &&
+      mechanics_.evaluate(state_ + h * k3.derivative, last, hand, slip_, k4);
+  if (!within) { return false; }
+  end.state = state_ + h / 6.0 * (now_.derivative + 2.0 * k2.derivative + 2.0 * k3.derivative +
+                                  k4.derivative);
+  return end.state.allFinite() && mechanics_.evaluate(end.state, last, hand, slip_, end.motion);
+}
+
+double Plant::lawfulness(const Motion& motion, Slip& broken) const noexcept {
   const double limit = mechanics_.options().coulomb;
   double least = 1.0;
   for (std::size_t leg = 0; leg < 3; ++leg) {
@@ -87,21 +90,21 @@ double Plant::next_event(const Given& given, double duration, double at_end) con
   Slip broken{};
   double low = 0.0;
   double high = duration;
-  double at_low = lawfulness(given, state_, time_, broken);
+  double at_low = lawfulness(now_, broken);
   double at_high = at_end;
   if (!(at_low > least_margin)) {  // it has just begun to slide
     low = 1e-6 * duration;
-    PlantState state;
-    if (!trial(given, low, state)) { return 0.0; }
-    at_low = lawfulness(given, state, time_ + low, broken);
+    Reached reached;
+    if (!trial(given, low, reached)) { return 0.0; }
+    at_low = lawfulness(reached.motion, broken);
     if (!(at_low > least_margin)) { return low; }
   }
   int side = 0;
   for (int n = 0; n < 60 && high - low > event_accuracy * duration; ++n) {
     const double middle = (low * at_high - high * at_low) / (at_high - at_low);
-    PlantState state;
-    if (!(middle > low) || !(middle < high) || !trial(given, middle, state)) { break; }
-    const double value = lawfulness(given, state, time_ + middle, broken);
+    Reached reached;
+    if (!(middle > low) || !(middle < high) || !trial(given, middle, reached)) { break; }
+    const double value = lawfulness(reached.motion, broken);
     if (value > least_margin) {
       low = middle;
       at_low = value;
@@ -117,11 +120,13 @@ double Plant::next_event(const Given& given, double duration, double at_end) con
   return high;  // at or just past it
 }
 
-void Plant::accept(const Given& given, const PlantState& state, double duration) noexcept {
-  state_ = state;
+void Plant::accept(const Given& given, const Reached& end, double duration) noexcept {
+  state_ = end.state;
+  now_ = end.motion;
   time_ += duration;
   if (slip_[0] == 0 || slip_[1] == 0 || slip_[2] == 0) {  // rounding only, a drift over hours
     state_.segment<3>(part::velocity) = mechanics_.held(state_, given.hand, slip_);
+    now_known_ = false;
   }
 }
 
@@ -139,15 +144,15 @@ void Plant::substep(const Given& given, double duration) noexcept {
   const double end_time = time_ + duration;
   for (int event = 0; event <= most_events; ++event) {
     const double left = end_time - time_;
-    PlantState end;
-    if (!trial(given, left, end)) { return halt(given, left); }
+    Reached end;
+    if (!look(given) || !trial(given, left, end)) { return halt(given, left); }
     Slip broken{};
-    double least = lawfulness(given, end, end_time, broken);
+    double least = lawfulness(end.motion, broken);
     double taken = left;
     if (least < least_margin && event < most_events) {
       taken = next_event(given, left, least);
       if (!trial(given, taken, end)) { return halt(given, left); }
-      least = lawfulness(given, end, time_ + taken, broken);
+      least = lawfulness(end.motion, broken);
     }
     accept(given, end, taken);
     if (taken == left && least >= least_margin) { return; }

@@ -57,18 +57,25 @@ class Plant {
     double begin = 0.0;  ///< of this call [s]
   };
   [[nodiscard]] static Drive drive_at(const Given& given, double time) noexcept;
+  struct Reached {
+    PlantState state;
+    Motion motion;  ///< there
+  };
   void settle(const Given& given) noexcept;
-  bool trial(const Given& given, double duration, PlantState& end) const noexcept;
-  /// Least of what must stay positive while the slip is what it is; -1 beyond reach.
-  double lawfulness(const Given& given, const PlantState& state, double time,
-                    Slip& broken) const noexcept;
+  /// Motion at the present state; false beyond reach.
+  bool look(const Given& given) noexcept;
+  bool trial(const Given& given, double duration, Reached& end) const noexcept;
+  /// Least of what must stay positive while the slip is what it is.
+  double lawfulness(const Motion& motion, Slip& broken) const noexcept;
   double next_event(const Given& given, double duration, double at_end) const noexcept;
   void substep(const Given& given, double duration) noexcept;
-  void accept(const Given& given, const PlantState& state, double duration) noexcept;
+  void accept(const Given& given, const Reached& end, double duration) noexcept;
   void halt(const Given& given, double duration) noexcept;
 
   Mechanics mechanics_;
   PlantState state_ = PlantState::Zero();
+  Motion now_{};             ///< at the state, while it is known
+  bool now_known_ = false;
   Slip slip_{};
   double time_ = 0.0;
   double energy_at_start_ = 0.0;

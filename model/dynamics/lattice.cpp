@@ -105,6 +105,52 @@ void add_cell(const LatticeShape& shape, int i, int j, int l, const CellMaterial
   }
 }
 
+/// What rounding may make of a place or length in a regular lattice, as a share of the spacing.
+constexpr double regular = 1e-12;
+
+/// Nodes along an axis: how many of the first `of` nodes, `every` apart, differ from node 0 in nothing but
+/// that coordinate and those before it.
+int count_along(const NodeVectors& places, int axis, int every, double near) {
+  const int of = static_cast<int>(places.cols());
+  int count = 1;
+  const auto apart = [&](int other, int node) {
+    return std::abs(places(other, node) - places(other, 0)) > near;
+  };
+  while (count * every < of) {
+    bool same = true;
+    for (int other = axis + 1; other < 3; ++other) { same = same && !apart(other, count * every); }
+    if (!same) { break; }
+    ++count;
+  }
+  return count;
+}
+
+/// The grid of nodes in the order of index(), whichever way its axes point.
+std::optional<LatticeShape> grid_of(const NodeVectors& places) {
+  const int count = static_cast<int>(places.cols());
+  if (count < 8) { return {}; }
+  const double near = regular * (places.col(count - 1) - places.col(0)).norm();
+  LatticeShape shape{.nodes = {1, 1, 1}, .connectivity = 26};
+  Eigen::Vector3d step;
+  int every = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int along = count_along(places, axis, every, near);
+    if (along < 2) { return {}; }
+    shape.nodes[static_cast<std::size_t>(axis)] = along;
+    step(axis) = places(axis, every) - places(axis, 0);
+    every *= along;
+  }
+  shape.spacing = std::abs(step.x());
+  const bool cubic = ((step.cwiseAbs().array() - shape.spacing).abs() <= near).all();
+  if (!cubic || !(shape.spacing > near) || shape.node_count() != count) { return {}; }
+  for (int node = 0; node < count; ++node) {
+    const auto [i, j, l] = shape.place(node);
+    const Eigen::Vector3d expected = places.col(0) + step.cwiseProduct(Eigen::Vector3d(i, j, l));
+    if (!((places.col(node) - expected).cwiseAbs().maxCoeff() <= near)) { return {}; }
+  }
+  return shape;
+}
+
 }  // namespace
 
 Eigen::Vector3d LatticeShape::position(int i, int j, int l) const {
@@ -146,6 +192,22 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
                                rest});
   });
   return network;
+}
+
+std::optional<LatticeShape> lattice_of(const SpringNetwork& network) {
+  const std::optional<LatticeShape> shape = grid_of(network.rest_position);
+  if (!shape) { return {}; }
+  for (const Spring& spring : network.springs) {
+    const std::array<int, 3> a = shape->place(spring.a);
+    const std::array<int, 3> b = shape->place(spring.b);
+    std::array<int, 3> step{};
+    for (std::size_t n = 0; n < 3; ++n) { step[n] = b[n] - a[n]; }
+    const bool bond = std::ranges::all_of(step, [](int s) { return std::abs(s) <= 1; });
+    const double natural = shape->spacing * std::sqrt(axes_spanned(step));
+    const bool fits = std::abs(spring.rest_length - natural) <= regular * natural;  // no NaN does
+    if (!bond || !fits) { return {}; }
+  }
+  return shape;
 }
 
 SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, double viscosity,

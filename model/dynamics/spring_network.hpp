@@ -32,6 +32,10 @@ struct SpringNetwork {
 
   [[nodiscard]] Eigen::Index node_count() const { return rest_position.cols(); }
   [[nodiscard]] bool is_fixed(int node) const { return fixed[static_cast<std::size_t>(node)] != 0; }
+  [[nodiscard]] Eigen::Vector3d initial_place(int node) const {  ///< x(0) of one node [m]
+    if (initial_displacement.cols() == 0) { return rest_position.col(node); }
+    return rest_position.col(node) + initial_displacement.col(node);
+  }
   [[nodiscard]] NodeVectors initial_position() const {
     if (initial_displacement.cols() == 0) { return rest_position; }
     return rest_position + initial_displacement;

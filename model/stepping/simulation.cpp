@@ -97,7 +97,7 @@ class Simulation::CoreOf final : public Simulation::Core {
     update_length_ = printed.no_time_step ? 1.0 : plan.h;
     bound_ = static_cast<Real>(bound_of(*problem));
     if (const auto* network = dynamic_cast<const NetworkProblem*>(problem.get())) {
-      auto made = std::make_unique<NetworkSystem<Real>>(*network, printed, plan.h, skip);
+      auto made = make_network_system<Real>(*network, printed, plan.h, plan.lattice, skip);
       network_ = made.get();
       system_ = std::move(made);
       recorder = std::make_unique<Recorder>(scene, *network);
@@ -109,8 +109,10 @@ class Simulation::CoreOf final : public Simulation::Core {
       system_ = std::move(made);
       columns = {{"x_m", "m", {}}, {"v_m_per_s", "m/s", {}}};
     }
-    state_ = {problem->initial_position().template cast<Real>(),
-              problem->initial_velocity().template cast<Real>()};
+    state_ = network_ != nullptr
+                 ? State<Real>{network_->initial_position(), network_->initial_velocity()}
+                 : State<Real>{problem->initial_position().template cast<Real>(),
+                               problem->initial_velocity().template cast<Real>()};
     if (contact_ != nullptr) { put_tool_in_place(); }
     start_position_ = state_.position;
     before_ = state_;
@@ -141,11 +143,11 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
 
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept override {
-    q = state_.position.head(q.size()).template cast<double>();
+    read(state_.position, q);
   }
   void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept override {
     refresh_velocity();
-    v = velocity_.head(v.size()).template cast<double>();
+    read(velocity_, v);
   }
   double energy() noexcept override {
     refresh_velocity();
@@ -215,6 +217,14 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
 
  private:
+  /// In the problem's order.
+  void read(const Vector<Real>& from, Eigen::Ref<Eigen::VectorXd> to) const noexcept {
+    if (network_ != nullptr) {
+      gather(from, network_->layout(), to);
+    } else {
+      to = from.template cast<double>();
+    }
+  }
   /// Staggered schemes carry another instant's velocity; the one of t = 0 is the given one.
   void refresh_velocity() noexcept {
     if (velocity_is_current_ || ticks == 0) { return; }
@@ -224,7 +234,7 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
 
   void add_tool(const Scene& scene, const NetworkProblem& network) {
-    contact_ = std::make_unique<ToolContact<Real>>(scene, network);
+    contact_ = std::make_unique<ToolContact<Real>>(scene, network, network_->layout());
     with_tool_ = std::make_unique<ToolSystem<Real>>(*network_, *contact_);
     if (scene.syringe) { syringe_.emplace(*scene.syringe); }
     scratch_.setZero(with_tool_->dof());
@@ -275,7 +285,7 @@ class Simulation::CoreOf final : public Simulation::Core {
   /// What the tissue's dampers take now [W].
   double damping_power() noexcept {
     network_->damping(state_.position, state_.velocity, scratch_);
-    const Eigen::Index n = network_->dof();
+    const Eigen::Index n = network_->layout().size;
     return std::abs(static_cast<double>(scratch_.head(n).dot(state_.velocity.head(n))));
   }
   /// Forces at the present state, not at the last stage of a step: what a tick is there for, so it is part

@@ -73,24 +73,71 @@ VectorXd start_vector(Eigen::Index size) {
   return x;
 }
 
-/// Largest eigenvalue of M^-1 B from below, and its vector, from a first guess at it. The Rayleigh
-/// quotient in the M inner product can only fall short of it.
-double power_iteration(const std::vector<Block>& blocks, const VectorXd& mass, VectorXd& x) {
-  VectorXd y(x.size());
-  double largest = 0.0;
-  double quotient = 0.0;
-  for (int n = 0; n < 500; ++n) {
-    x /= std::sqrt(x.dot(mass.cwiseProduct(x)));
-    apply(blocks, mass, x, y);
-    const double next = x.dot(mass.cwiseProduct(y));
-    x.swap(y);
-    const bool settled = std::abs(next - quotient) <= 1e-9 * std::abs(next);
-    quotient = next;
-    largest = std::max(largest, quotient);
-    if (settled) { break; }
+/// Lanczos' method for M^-1 B in the M inner product, three vectors at a time; going through it again with
+/// the coordinates of a Ritz vector adds that vector up.
+class Lanczos {
+ public:
+  Lanczos(const std::vector<Block>& blocks, const VectorXd& mass) : blocks_(blocks), mass_(mass) {}
+
+  /// Largest eigenvalue, from below: a Ritz value can only fall short of it.
+  double largest() {
+    begin();
+    double value = 0.0;
+    for (int n = 0; n < most; ++n) {
+      advance();
+      const bool look = n % 8 == 7 || n + 1 == most || !(beta_.back() > 0.0);
+      if (!look) { continue; }
+      const auto steps = static_cast<Eigen::Index>(alpha_.size());
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz;
+      ritz.computeFromTridiagonal(Eigen::Map<const VectorXd>(alpha_.data(), steps),
+                                  Eigen::Map<const VectorXd>(beta_.data(), steps - 1));
+      value = ritz.eigenvalues()(steps - 1);
+      ritz_ = ritz.eigenvectors().col(steps - 1);
+      // What the vector is off by; the value is off by its square.
+      if (!(beta_.back() * std::abs(ritz_(steps - 1)) > accuracy * value)) { break; }
+    }
+    return value * (1.0 - roundings);
   }
-  return largest;
-}
+  /// The vector of the value that largest() found.
+  VectorXd vector() {
+    begin();
+    VectorXd sum = VectorXd::Zero(mass_.size());
+    for (const double share : ritz_) {
+      sum += share * now_;
+      advance();
+    }
+    return sum;
+  }
+
+ private:
+  static constexpr int most = 200;
+  static constexpr double accuracy = 1e-5;
+  static constexpr double roundings = 1e-12;  ///< of the steps, so that nothing exceeds the true value
+
+  void begin() {
+    now_ = start_vector(mass_.size());
+    now_ /= std::sqrt(now_.dot(mass_.cwiseProduct(now_)));
+    before_ = VectorXd::Zero(mass_.size());
+    next_ = before_;
+    alpha_.clear();
+    beta_.clear();
+  }
+  void advance() {
+    apply(blocks_, mass_, now_, next_);
+    alpha_.push_back(next_.dot(mass_.cwiseProduct(now_)));
+    next_ -= alpha_.back() * now_;
+    if (!beta_.empty()) { next_ -= beta_.back() * before_; }
+    beta_.push_back(std::sqrt(next_.dot(mass_.cwiseProduct(next_))));
+    before_.swap(now_);
+    now_ = beta_.back() > 0.0 ? VectorXd(next_ / beta_.back()) : next_;
+  }
+
+  const std::vector<Block>& blocks_;
+  const VectorXd& mass_;
+  VectorXd before_, now_, next_;
+  std::vector<double> alpha_, beta_;  ///< diagonal of the tridiagonal matrix, and beside it
+  VectorXd ritz_;
+};
 
 /// For any positive weights w, |x_a - x_b|_B^2 <= (1 + w_b/w_a) |x_a|_B^2 + (1 + w_a/w_b) |x_b|_B^2,
 /// so no eigenvalue of M^-1 B exceeds the largest over nodes of lambda_max(sum (1 + w_b/w_a) B) / m.
@@ -125,8 +172,9 @@ struct Extreme {
 Extreme largest_eigenvalue(const std::vector<Block>& blocks, const VectorXd& mass) {
   if (blocks.empty()) { return {0.0, 0.0}; }
   const Eigen::Index nodes = mass.size() / 3;
-  VectorXd x = start_vector(mass.size());
-  const double estimate = power_iteration(blocks, mass, x);
+  Lanczos lanczos(blocks, mass);
+  const double estimate = lanczos.largest();
+  const VectorXd x = lanczos.vector();
   VectorXd node_mass(nodes);
   VectorXd amplitude(nodes);
   for (Eigen::Index i = 0; i < nodes; ++i) {
@@ -143,14 +191,22 @@ Extreme largest_eigenvalue(const std::vector<Block>& blocks, const VectorXd& mas
   return {estimate, upper * (1.0 + 1e-12)};
 }
 
+bool any_compressed(const SpringNetwork& network) {
+  const NodeVectors place = network.initial_position();
+  return std::ranges::any_of(network.springs, [&](const Spring& s) {
+    const double counts = 1e-9;  // less changes no digit of a frequency that anybody reads
+    return (place.col(s.b) - place.col(s.a)).norm() < (1.0 - counts) * s.rest_length;
+  });
+}
+
 /// Compressed springs lower the frequencies, so the bound above leaves that out and the estimate
 /// does not.
 Extreme stiffness_extreme(const NetworkProblem& problem) {
   const VectorXd& mass = problem.mass();
   Extreme extreme = largest_eigenvalue(blocks_of(problem, Which::stretched_stiffness), mass);
-  if (extreme.upper > 0.0) {
-    VectorXd x = start_vector(mass.size());
-    extreme.estimate = power_iteration(blocks_of(problem, Which::stiffness), mass, x);
+  if (extreme.upper > 0.0 && any_compressed(problem.network())) {
+    const std::vector<Block> blocks = blocks_of(problem, Which::stiffness);
+    extreme.estimate = Lanczos(blocks, mass).largest();
   }
   return extreme;
 }

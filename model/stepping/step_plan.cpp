@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "model/stepping/lattice_springs.hpp"
 #include "model/stepping/spring_kernels.hpp"
 #include "model/stepping/stability.hpp"
 
@@ -134,6 +135,11 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
   bounds.damping_upper = std::max(bounds.damping_upper, viscosity / mass);
 }
 
+std::string lattice_kernel_name(bool damped, bool single) {
+  return std::string("lattice-") + (damped ? "damped" : "undamped") + (single ? "-float-" : "-double-") +
+         (single ? lattice_kernels<float>().name : lattice_kernels<double>().name);
+}
+
 }  // namespace
 
 StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
@@ -165,10 +171,12 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const PrintedForm& printed = scene.simulation.printed;
   const bool damped = std::ranges::any_of(network->network().springs,
                                           [](const Spring& s) { return s.viscosity != 0.0; });
-  plan.kernel = kernel_name({.damped = damped || !skip,
-                             .printed = printed.sign || printed.reversed || printed.direction ||
-                                        printed.half_force || printed.lagged_velocity},
-                            single);
+  const bool law_as_printed = printed.sign || printed.reversed || printed.direction ||
+                              printed.half_force || printed.lagged_velocity;
+  plan.lattice = !plan.integrator->implicit && !law_as_printed &&
+                 lattice_of(network->network()).has_value();
+  plan.kernel = plan.lattice ? lattice_kernel_name(damped || !skip, single)
+                             : kernel_name({.damped = damped || !skip, .printed = law_as_printed}, single);
   if (skip) { list_skipped(scene, *network, plan); }
   return plan;
 }

@@ -22,6 +22,7 @@ struct StepPlan {
   double h = 0.0;                                ///< [s] step of the integrator
   SpectralBounds bounds{};
   std::map<std::string, double> stable_step{};   ///< [s] by integrator; infinite: no limit
+  bool lattice = false;                          ///< a regular lattice, stepped in lanes
   std::string kernel{};
   std::vector<std::string> skipped{};            ///< "dampers: every spring has zero viscosity"
   std::vector<std::string> warnings{};

@@ -3,6 +3,7 @@
 /// What an integrator sees of a scene: M q'' = f(t, q, q') in the precision of the stepping.
 /// Everything is allocated on construction; calls after that allocate nothing.
 
+#include <cassert>
 #include <functional>
 
 #include <Eigen/Core>
@@ -36,9 +37,13 @@ class System {
   virtual void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept = 0;
   /// A = M + on_damping C + on_stiffness K, K = -df/dq and C = -df/dv, into a matrix that
   /// `pattern` made.
-  virtual void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping,
-                        Real on_stiffness, Eigen::SparseMatrix<Real>& a) noexcept = 0;
-  virtual void pattern(Eigen::SparseMatrix<Real>& a) = 0;  ///< allocates
+  virtual void jacobian(const Vector<Real>& /*q*/, const Vector<Real>& /*v*/, Real /*on_damping*/,
+                        Real /*on_stiffness*/, Eigen::SparseMatrix<Real>& /*a*/) noexcept {
+    assert(!"only systems for implicit schemes have matrices");
+  }
+  virtual void pattern(Eigen::SparseMatrix<Real>& /*a*/) {  ///< allocates
+    assert(!"only systems for implicit schemes have matrices");
+  }
   /// product = A x becomes that of the Jacobian with what sticks to a tool held; see force().
   virtual void hold(const Vector<Real>& /*x*/, Vector<Real>& /*product*/) noexcept {}
   /// Before the first step: `solve` is P^-1 of a preconditioner that knows nothing of what sticks.
@@ -56,9 +61,12 @@ class System {
   }
 
  protected:
+  /// What has no mass never moves.
   void set_mass(const Eigen::VectorXd& mass) {
     mass_ = mass.cast<Real>();
-    inverse_mass_ = mass.cwiseInverse().cast<Real>();
+    inverse_mass_ = mass
+                        .unaryExpr([](double m) { return m == 0.0 ? 0.0 : 1.0 / m; })
+                        .template cast<Real>();
   }
 
  private:

@@ -25,29 +25,31 @@ double mass_of(const Scene& scene) { return scene.needle ? scene.needle->mass : 
 }  // namespace
 
 template <class Real>
-ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem)
+ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem,
+                               const NodeLayout& layout)
     : path_(tool_path(scene, problem.network())),
       drive_(scene.drive.value_or(Drive{})),
       trajectory_(drive_, scene.simulation.duration + scene.simulation.step),
       needle_(scene.needle.has_value()),
+      stride_(layout.stride),
       coupling_(coupling_of(scene, drive_)),
       start_place_(drive_.from),
       n_(path_.direction()) {
   if (drive_.kind != Drive::Kind::trajectory) {
-    tool_ = problem.dof();
+    tool_ = layout.size;
     mass_ = mass_of(scene);
   }
   const NodeVectors held = problem.network().initial_position();
   for (const NeedlePath::Knot& knot : path_.knots()) {
     Knot mine{supports_.size(), 0, knot.depth, 0.0, 0.0, 0.0, 0.0, 0.0};
     for (const NeedlePath::Support& s : path_.supports(knot)) {
-      const Eigen::Index c = problem.coordinate(s.node);
+      const Eigen::Index c = layout.first[static_cast<std::size_t>(s.node)];
       mine.held -= s.weight * n_.dot(problem.network().rest_position.col(s.node));
       if (c < 0) {
         mine.held += s.weight * n_.dot(held.col(s.node));
         continue;
       }
-      const double inverse_mass = 1.0 / problem.mass()(c);
+      const double inverse_mass = 1.0 / problem.mass()(problem.coordinate(s.node));
       supports_.push_back({c, s.weight, inverse_mass});
       mine.mobility += s.weight * s.weight * inverse_mass;
     }
@@ -91,10 +93,10 @@ void ToolContact<Real>::gather(const Vector<Real>& q, const Vector<Real>& v) noe
     knot.velocity = 0.0;
     for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
       const Support& s = supports_[i];
-      const auto place = q.template segment<3>(s.coordinate).template cast<double>();
+      const auto place = at_node(q, s.coordinate, stride_).template cast<double>();
       knot.displacement += s.weight * n_.dot(place);
       knot.velocity +=
-          s.weight * static_cast<double>(n.dot(v.template segment<3>(s.coordinate)));
+          s.weight * static_cast<double>(n.dot(at_node(v, s.coordinate, stride_)));
     }
   }
 }
@@ -235,7 +237,7 @@ void ToolContact<Real>::push(std::size_t knot, double force, Vector<Real>& f) co
   if (force == 0.0) { return; }
   const Knot& k = knots_[knot];
   for (std::size_t i = k.first; i < k.first + k.count; ++i) {
-    f.template segment<3>(supports_[i].coordinate) +=
+    at_node(f, supports_[i].coordinate, stride_) +=
         (supports_[i].weight * force * n_).template cast<Real>();
   }
 }
@@ -251,13 +253,13 @@ void ToolContact<Real>::apply(double t, const Vector<Real>& q, const Vector<Real
     for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
       const Support& s = supports_[i];
       acceleration += (s.weight * s.inverse_mass) *
-                      f.template segment<3>(s.coordinate).template cast<double>();
+                      at_node(f, s.coordinate, stride_).template cast<double>();
     }
     knot.acceleration = n_.dot(acceleration);
     if (!is_locked(knot)) { continue; }
     const Eigen::Vector3d force = (knot.acceleration * n_ - acceleration) / knot.mobility;
     for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
-      f.template segment<3>(supports_[i].coordinate) +=
+      at_node(f, supports_[i].coordinate, stride_) +=
           (supports_[i].weight * force).template cast<Real>();
     }
     sideways_ -= force;
@@ -302,8 +304,8 @@ void ToolContact<Real>::hold(const Vector<Real>& x, const Vector<Real>& mass,
     for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
       const Eigen::Index c = supports_[i].coordinate;
       const Eigen::Matrix<Real, 3, 1> force =
-          product.template segment<3>(c) -
-          mass.template segment<3>(c).cwiseProduct(x.template segment<3>(c));
+          at_node(product, c, stride_) -
+          at_node(mass, c, stride_).cwiseProduct(at_node(x, c, stride_));
       acceleration +=
           (supports_[i].weight * supports_[i].inverse_mass) * force.template cast<double>();
     }
@@ -313,7 +315,7 @@ void ToolContact<Real>::hold(const Vector<Real>& x, const Vector<Real>& mass,
     if (!is_locked(knot)) { continue; }
     const Eigen::Vector3d force = (along * n_ - acceleration) / knot.mobility;
     for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
-      product.template segment<3>(supports_[i].coordinate) +=
+      at_node(product, supports_[i].coordinate, stride_) +=
           (supports_[i].weight * force).template cast<Real>();
     }
   }

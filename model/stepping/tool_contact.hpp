@@ -12,6 +12,7 @@
 #include "model/dynamics/needle_path.hpp"
 #include "model/dynamics/problem.hpp"
 #include "model/stepping/held_response.hpp"
+#include "model/stepping/node_layout.hpp"
 #include "model/stepping/system.hpp"
 #include "model/stepping/tool_forces.hpp"
 
@@ -26,7 +27,7 @@ struct Coupling {
 template <class Real>
 class ToolContact {
  public:
-  ToolContact(const Scene& scene, const NetworkProblem& problem);
+  ToolContact(const Scene& scene, const NetworkProblem& problem, const NodeLayout& layout);
 
   /// Under an applied force the tool is one more coordinate, after those of the network.
   [[nodiscard]] bool is_coordinate() const { return tool_ >= 0; }
@@ -147,6 +148,7 @@ class ToolContact {
   Trajectory trajectory_;
   bool needle_ = true;
   Eigen::Index tool_ = -1;  ///< its coordinate
+  Eigen::Index stride_;     ///< between those of a node
   double mass_ = 0.0;
   Coupling coupling_{};
   double start_place_ = 0.0;

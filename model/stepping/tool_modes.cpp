@@ -324,7 +324,7 @@ void ToolContact<Real>::match_positions(State<Real>& state) noexcept {
     knots_[k].displacement += share * knots_[k].mobility;
     for (std::size_t i = knots_[k].first; i < knots_[k].first + knots_[k].count; ++i) {
       const Support& s = supports_[i];
-      state.position.template segment<3>(s.coordinate) +=
+      at_node(state.position, s.coordinate, stride_) +=
           (share * s.weight * s.inverse_mass * n_).template cast<Real>();
     }
   }
@@ -357,7 +357,7 @@ void ToolContact<Real>::match_velocities(State<Real>& state) noexcept {
       Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
       for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
         velocity += supports_[i].weight *
-                    state.velocity.template segment<3>(supports_[i].coordinate)
+                    at_node(state.velocity, supports_[i].coordinate, stride_)
                         .template cast<double>();
       }
       const Eigen::Vector3d sideways = (velocity - n_.dot(velocity) * n_) / knot.mobility;
@@ -367,7 +367,7 @@ void ToolContact<Real>::match_velocities(State<Real>& state) noexcept {
     knot.velocity += along * knot.mobility;
     for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
       const Support& s = supports_[i];
-      state.velocity.template segment<3>(s.coordinate) +=
+      at_node(state.velocity, s.coordinate, stride_) +=
           (s.weight * s.inverse_mass * change).template cast<Real>();
     }
   }

@@ -2,7 +2,7 @@
 /// The fast kernels against NetworkProblem, the specification.
 #include "model/stepping/spring_kernels.hpp"
 
-#include "model/stepping/network_system.hpp"
+#include "model/stepping/list_network.hpp"
 #include "tests/check.hpp"
 #include "tests/model/random_network.hpp"
 
@@ -42,7 +42,7 @@ Setting setting(std::uint64_t seed, const PrintedForm& form = {}, double viscosi
 
 template <class Real>
 VectorXd fast_force(const Setting& at, const PrintedForm& form, double t, bool skip = true) {
-  NetworkSystem<Real> system(at.problem, form, h, skip);
+  ListNetwork<Real> system(at.problem, form, h, skip);
   const Vector<Real> q = at.q.cast<Real>();
   const Vector<Real> v = at.v.cast<Real>();
   Vector<Real> f = Vector<Real>::Constant(q.size(), Real(1e30));  // must be cleared
@@ -104,7 +104,7 @@ TEST("the lagged velocity of Eq. 9 is the backward difference of the length") {
   network.fixed = {0, 1};
   network.springs = {{0, 1, 10.0, 0.5, 1.0}};
   const NetworkProblem problem(network);
-  NetworkSystem<double> system(problem, {.lagged_velocity = true}, h, true);
+  ListNetwork<double> system(problem, {.lagged_velocity = true}, h, true);
   const VectorXd v = VectorXd::Constant(3, 1e3);  // must be ignored
   VectorXd f(3);
   system.force(0.0, 0.0, problem.initial_position(), v, f);
@@ -119,7 +119,7 @@ TEST("the lagged velocity of Eq. 9 is the backward difference of the length") {
 TEST("damping equals C w of the specification") {
   for (const PrintedForm& form : forms) {
     const Setting at = setting(8, form);
-    NetworkSystem<double> system(at.problem, form, h, true);
+    ListNetwork<double> system(at.problem, form, h, true);
     Eigen::SparseMatrix<double> k, c;
     at.problem.jacobian(at.q, at.v, k, c);
     VectorXd f(at.problem.dof());
@@ -132,7 +132,7 @@ TEST("damping equals C w of the specification") {
 TEST("the matrix of the implicit schemes is M + a C + b K of the specification") {
   for (const PrintedForm& form : forms) {
     const Setting at = setting(9, form);
-    NetworkSystem<double> system(at.problem, form, h, true);
+    ListNetwork<double> system(at.problem, form, h, true);
     Eigen::SparseMatrix<double> k, c, a;
     at.problem.jacobian(at.q, at.v, k, c);
     system.pattern(a);
@@ -145,7 +145,7 @@ TEST("the matrix of the implicit schemes is M + a C + b K of the specification")
 
 TEST("energy equals that of the specification and zero lengths are counted") {
   const Setting at = setting(10);
-  NetworkSystem<double> system(at.problem, {}, h, true);
+  ListNetwork<double> system(at.problem, {}, h, true);
   // The spring between fixed nodes stores a constant that the fast path leaves out.
   const Spring& idle = at.problem.network().springs.back();
   const double length =

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <functional>
 
-#include "model/stepping/network_system.hpp"
+#include "model/stepping/lattice_network.hpp"
+#include "model/stepping/list_network.hpp"
 #include "validation/cases/network_parts.hpp"
 #include "validation/cases/network_support.hpp"
 
@@ -64,22 +65,27 @@ NetworkProblem problem_for(const CaseContext& context, const Variant& variant) {
 
 /// Largest |kernel - specification| over the largest |force|, over random states.
 template <class Real>
-double force_error(const NetworkProblem& kernel, const NetworkProblem& specification,
-                   const Variant& variant, int states) {
-  NetworkSystem<Real> system(kernel, variant.printed, 1e-4, variant.skip);
+double force_error(NetworkSystem<Real>& system, const NetworkProblem& specification, int states) {
+  const NodeLayout& layout = system.layout();
   Random random(22);
   double error = 0.0;
+  Vector<Real> q = system.initial_position();
+  Vector<Real> v = system.initial_velocity();
+  Vector<Real> f(layout.size);
+  Eigen::VectorXd q_there(specification.dof());
+  Eigen::VectorXd v_there(specification.dof());
+  Eigen::VectorXd computed(specification.dof());
   for (int state = 0; state < states; ++state) {
-    const Vector<Real> q =
-        (specification.initial_position() + random.vector(specification.dof(), 1e-3))
-            .template cast<Real>();
-    const Vector<Real> v = random.vector(specification.dof(), 0.2).template cast<Real>();
+    scatter(specification.initial_position() + random.vector(specification.dof(), 1e-3), layout, q);
+    scatter(random.vector(specification.dof(), 0.2), layout, v);
     const double t = random(0.0, 0.1);
-    Vector<Real> f(specification.dof());
     system.force(t, t, q, v, f);
+    gather(q, layout, q_there);  // as the kernel saw them, rounded
+    gather(v, layout, v_there);
+    gather(f, layout, computed);
     Eigen::VectorXd expected(specification.dof());
-    specification.force(t, t, q.template cast<double>(), v.template cast<double>(), expected);
-    const Eigen::VectorXd difference = f.template cast<double>() - expected;
+    specification.force(t, t, q_there, v_there, expected);
+    const Eigen::VectorXd difference = computed - expected;
     if (!difference.allFinite()) { return std::nan(""); }
     error = worse(error, largest_of(difference) / largest_of(expected));
   }
@@ -89,7 +95,7 @@ double force_error(const NetworkProblem& kernel, const NetworkProblem& specifica
 /// The same of A = M + d C + s K, against the specification's matrices.
 double jacobian_error(const NetworkProblem& kernel, const NetworkProblem& specification,
                       const Variant& variant) {
-  NetworkSystem<double> system(kernel, variant.printed, 1e-4, variant.skip);
+  ListNetwork<double> system(kernel, variant.printed, 1e-4, variant.skip);
   Random random(23);
   const Eigen::VectorXd q =
       specification.initial_position() + random.vector(specification.dof(), 1e-3);
@@ -108,6 +114,53 @@ double jacobian_error(const NetworkProblem& kernel, const NetworkProblem& specif
   return largest_of(Eigen::MatrixXd(assembled) - expected) / largest_of(expected);
 }
 
+template <class Real>
+double list_error(const NetworkProblem& kernel, const NetworkProblem& specification,
+                  const Variant& variant, int states) {
+  ListNetwork<Real> system(kernel, variant.printed, 1e-4, variant.skip);
+  return force_error<Real>(system, specification, states);
+}
+
+template <class Real>
+double lattice_error(const NetworkProblem& kernel, const NetworkProblem& specification,
+                     const Variant& variant, int states,
+                     const lattice::Kernels<Real>& kernels = lattice_kernels<Real>()) {
+  LatticeNetwork<Real> system(kernel, variant.skip, kernels);
+  return force_error<Real>(system, specification, states);
+}
+
+/// Kernels of regular lattices, which know no printed form.
+void measure_lattice(const CaseContext& context, Outcome& outcome) {
+  Table table{.id = "lattice-kernels",
+              .title = "Kernels of regular lattices against the specification",
+              .caption = "Largest difference of forces over the largest force in seeded random states; with the "
+                         "instructions of this processor, and with those that all of its kind have.",
+              .columns = {"variant", "double (1)", "float (1)", "double, baseline (1)"}};
+  const int states = context.quick ? 5 : 20;
+  for (const Variant& variant : variants()) {
+    if (variant.printed.any()) { continue; }
+    const NetworkProblem kernel = problem_for(context, variant);
+    const NetworkProblem specification = problem_for(CaseContext{}, variant);
+    const double in_double = lattice_error<double>(kernel, specification, variant, states);
+    const double in_float = lattice_error<float>(kernel, specification, variant, states);
+    const double baseline = lattice_error<double>(kernel, specification, variant, states,
+                                                  lattice::baseline_kernels<double>());
+    const std::string name = variant.name;
+    for (const auto& [kind, value] : {std::pair{"double_", in_double}, {"baseline_", baseline}}) {
+      outcome.judge({.name = kind + name,
+                     .value = value,
+                     .upper = 1e-13,
+                     .bound_from = "26 springs of a node, each k L / f = 10 times a few roundings"});
+    }
+    outcome.judge({.name = "float_" + name,
+                   .value = in_float,
+                   .upper = 1e-5,
+                   .bound_from = "the same in single precision, inputs rounded alike"});
+    table.rows.push_back({name, in_double, in_float, baseline});
+  }
+  outcome.tables.push_back(std::move(table));
+}
+
 void measure(const CaseContext& context, Outcome& outcome) {
   Table table{.id = "kernels",
               .title = "Kernels against the specification",
@@ -120,8 +173,8 @@ void measure(const CaseContext& context, Outcome& outcome) {
   for (const Variant& variant : variants()) {
     const NetworkProblem kernel = problem_for(context, variant);
     const NetworkProblem specification = problem_for(unharmed, variant);
-    const double in_double = force_error<double>(kernel, specification, variant, states);
-    const double in_float = force_error<float>(kernel, specification, variant, states);
+    const double in_double = list_error<double>(kernel, specification, variant, states);
+    const double in_float = list_error<float>(kernel, specification, variant, states);
     const double matrix = jacobian_error(kernel, specification, variant);
     const std::string name = variant.name;
     outcome.judge({.name = "double_" + name,
@@ -149,6 +202,12 @@ std::vector<Case> kernel_cases() {
            .claim = "Every kernel of the stepping computes the specification's forces and Jacobian "
                     "to rounding.",
            .measure = measure,
+           .weight = 0.2},
+          {.name = "network/lattice-kernels",
+           .suite = "accuracy",
+           .claim = "The kernels of regular lattices compute the specification's forces to rounding, with "
+                    "every set of instructions that this processor has.",
+           .measure = measure_lattice,
            .weight = 0.2}};
 }
 

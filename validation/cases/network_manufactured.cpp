@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "model/stepping/integrator.hpp"
-#include "model/stepping/network_system.hpp"
+#include "model/stepping/list_network.hpp"
 #include "reference/manufactured.hpp"
 #include "reference/solvers.hpp"
 #include "validation/cases/network_parts.hpp"
@@ -48,7 +48,7 @@ class PushedSystem final : public System<double> {
   void pattern(Eigen::SparseMatrix<double>& a) override { kernel_.pattern(a); }
 
  private:
-  NetworkSystem<double> kernel_;
+  ListNetwork<double> kernel_;
   const ManufacturedProblem& motion_;
   const NetworkProblem& specification_;
 };

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "model/stepping/integrator.hpp"
-#include "model/stepping/network_system.hpp"
+#include "model/stepping/list_network.hpp"
 #include "validation/cases/network_parts.hpp"
 #include "validation/cases/network_support.hpp"
 
@@ -106,7 +106,7 @@ void judge_momentum(const CaseContext& context, Outcome& outcome) {
 void judge_balance(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = candidate(context, free_flight(1e-3));
   const NetworkProblem problem(network);
-  NetworkSystem<double> system(problem, {}, 1e-4, true);
+  ListNetwork<double> system(problem, {}, 1e-4, true);
   Random random(5);
   double force = 0.0;
   double torque = 0.0;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "model/stepping/network_system.hpp"
+#include "model/stepping/list_network.hpp"
 #include "validation/cases/stability.hpp"
 #include "validation/cases/stability_networks.hpp"
 
@@ -18,7 +18,7 @@ constexpr double relaxation = 4e-4;  // [s]
 /// A lattice, its system, and a scheme at its start.
 struct Stage {
   NetworkProblem problem;
-  NetworkSystem<double> system;
+  ListNetwork<double> system;
   State<double> state;
   std::unique_ptr<Integrator<double>> integrator;
   Vector<double> velocity;

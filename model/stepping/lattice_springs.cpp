@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/lattice_springs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+namespace palpate {
+
+namespace {
+
+/// Elements before and after the rows, which the outermost lanes touch and which mean nothing.
+constexpr Eigen::Index margin = 8;
+
+/// Waste of an axis: elements of a row for each of its nodes.
+double padding(int nodes, int lanes) {
+  const int vectors = (nodes + lanes - 1) / lanes;
+  return static_cast<double>(vectors * lanes) / nodes;
+}
+
+/// Rows lead along the axis that wastes least; the two others keep their order.
+std::array<std::size_t, 3> axes_for(const LatticeShape& shape, int lanes) {
+  std::size_t along = 0;
+  for (std::size_t axis = 1; axis < 3; ++axis) {
+    if (padding(shape.nodes[axis], lanes) < padding(shape.nodes[along], lanes)) { along = axis; }
+  }
+  return {along, along == 0 ? 1U : 0U, along == 2 ? 1U : 2U};
+}
+
+/// Slot of a spring that leads by `step` along (row, second, third).
+std::size_t slot_of(const std::array<int, 3>& step) {
+  for (int kind = 0; kind < lattice::neighbour_kinds; ++kind) {
+    const auto& to = lattice::neighbour_steps[kind];
+    if (step[1] == to[0] && step[2] == to[1]) { return static_cast<std::size_t>(2 + 3 * kind + step[0]); }
+  }
+  return 0;
+}
+
+bool leads_back(const std::array<int, 3>& step) {
+  if (step[2] != 0) { return step[2] < 0; }
+  return step[1] != 0 ? step[1] < 0 : step[0] < 0;
+}
+
+}  // namespace
+
+template <class Real>
+lattice::Kernels<Real> lattice_kernels() noexcept {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    return lattice::avx2_kernels<Real>();
+  }
+#endif
+  return lattice::baseline_kernels<Real>();
+}
+
+template <class Real>
+LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes,
+                                     bool skip)
+    : problem_(problem), shape_(shape), axes_(axes_for(shape, lanes)), lanes_(lanes) {
+  for (std::size_t n = 0; n < 3; ++n) { nodes_[n] = shape.nodes[axes_[n]]; }
+  vectors_ = (nodes_[0] + lanes - 1) / lanes;
+  lay_out(problem, skip);
+  fill_tables(problem, skip);
+}
+
+template <class Real>
+auto LatticeSprings<Real>::place_of(int node) const -> Place {
+  const std::array<int, 3> at = shape_.place(node);
+  return {at[axes_[0]], at[axes_[1]], at[axes_[2]]};
+}
+
+template <class Real>
+Eigen::Index LatticeSprings<Real>::element_of(const Place& place) const {
+  const auto row = static_cast<Eigen::Index>(row_of(place));
+  return margin + (row * vectors_ + place[0] % vectors_) * lanes_ + place[0] / vectors_;
+}
+
+template <class Real>
+void LatticeSprings<Real>::lay_out(const NetworkProblem& problem, bool skip) {
+  const auto rows = static_cast<std::size_t>(nodes_[1] * nodes_[2]);
+  const Eigen::Index elements = 2 * margin + static_cast<Eigen::Index>(rows) * vectors_ * lanes_;
+  layout_.stride = (elements + margin - 1) / margin * margin;
+  layout_.size = 3 * layout_.stride;
+  row_moves_.assign(rows, skip ? 0 : 1);
+  for (int node = 0; node < shape_.node_count(); ++node) {
+    const bool fixed = problem.coordinate(node) < 0;
+    const Place place = place_of(node);
+    layout_.first.push_back(fixed ? -1 : element_of(place));
+    if (!fixed) { row_moves_[row_of(place)] = 1; }
+  }
+}
+
+template <class Real>
+void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip) {
+  const auto& springs = problem.network().springs;
+  damped_ = !skip || std::ranges::any_of(springs, [](const Spring& s) { return s.viscosity != 0.0; });
+  const auto numbers = static_cast<std::size_t>(damped_ ? 2 : 1);
+  const auto lanes = static_cast<std::size_t>(lanes_);
+  const std::size_t slot_length = static_cast<std::size_t>(vectors_) * numbers * lanes;
+  std::vector<std::vector<Real>> rows(row_moves_.size(),
+                                      std::vector<Real>(lattice::slots * slot_length, Real(0)));
+  for (const Spring& spring : springs) {
+    Place from = place_of(spring.a);
+    Place to = place_of(spring.b);
+    std::array<int, 3> step{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+    if (leads_back(step)) {
+      from = to;
+      for (int& s : step) { s = -s; }
+    }
+    const std::size_t slot = slot_of(step);
+    used_[slot] = true;
+    const auto vector = static_cast<std::size_t>(from[0] % vectors_);
+    const auto lane = static_cast<std::size_t>(from[0] / vectors_);
+    Real* constants = rows[row_of(from)].data() + slot * slot_length + vector * numbers * lanes + lane;
+    constants[0] += static_cast<Real>(spring.stiffness);
+    if (damped_) { constants[lanes] += static_cast<Real>(spring.viscosity); }
+  }
+  share_tables(rows);
+}
+
+template <class Real>
+void LatticeSprings<Real>::share_tables(const std::vector<std::vector<Real>>& rows) {
+  const auto before = [](const std::vector<Real>& a, const std::vector<Real>& b) {
+    return std::memcmp(a.data(), b.data(), a.size() * sizeof(Real)) < 0;  // NaN is equal to no number
+  };
+  std::map<std::vector<Real>, long, decltype(before)> known(before);
+  for (const std::vector<Real>& row : rows) {
+    const auto [found, is_new] = known.try_emplace(row, static_cast<long>(tables_.size()));
+    if (is_new) { tables_.insert(tables_.end(), row.begin(), row.end()); }
+    row_table_.push_back(found->second);
+  }
+}
+
+template <class Real>
+lattice::View<Real> LatticeSprings<Real>::view() const {
+  lattice::View<Real> view{.rows1 = nodes_[1],
+                           .rows2 = nodes_[2],
+                           .vectors = vectors_,
+                           .lead = margin,
+                           .stride = layout_.stride,
+                           .numbers = damped_ ? 2 : 1,
+                           .tables = tables_.data(),
+                           .row_table = row_table_.data(),
+                           .row_moves = row_moves_.data(),
+                           .own_springs = used_[0]};
+  for (int n = 0; n < 3; ++n) { view.rest[n] = static_cast<Real>(shape_.spacing * std::sqrt(n + 1.0)); }
+  for (std::size_t kind = 0; kind < lattice::neighbour_kinds; ++kind) {
+    view.sides[kind] = used_[1 + 3 * kind] || used_[3 + 3 * kind];
+    view.straight[kind] = used_[2 + 3 * kind] || view.sides[kind];
+  }
+  return view;
+}
+
+template <class Real>
+Eigen::Matrix<Real, Eigen::Dynamic, 1> LatticeSprings<Real>::initial_position() const {
+  Eigen::Matrix<Real, Eigen::Dynamic, 1> q(layout_.size);
+  for (Eigen::Index i = 0; i < layout_.size; ++i) {
+    q(i) = static_cast<Real>(-shape_.spacing * static_cast<double>(1 + i % layout_.stride));
+  }
+  const NodeVectors places = problem_.network().initial_position();
+  for (int node = 0; node < shape_.node_count(); ++node) {
+    at_node(q, element_of(place_of(node)), layout_.stride) = places.col(node).template cast<Real>();
+  }
+  return q;
+}
+
+template <class Real>
+std::size_t LatticeSprings<Real>::memory_bytes() const {
+  return tables_.size() * sizeof(Real) + row_table_.size() * sizeof(long) + row_moves_.size() +
+         layout_.first.size() * sizeof(Eigen::Index);
+}
+
+template lattice::Kernels<double> lattice_kernels<double>() noexcept;
+template lattice::Kernels<float> lattice_kernels<float>() noexcept;
+template class LatticeSprings<double>;
+template class LatticeSprings<float>;
+
+}  // namespace palpate

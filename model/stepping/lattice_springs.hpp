@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A regular lattice as its kernels see it: nodes in lanes, springs in tables of a row that equal rows
+/// share (model/EQUATIONS.md, "Lattice in lanes").
+
+#include <vector>
+
+#include "model/dynamics/lattice.hpp"
+#include "model/dynamics/problem.hpp"
+#include "model/stepping/lattice_view.hpp"
+#include "model/stepping/node_layout.hpp"
+
+namespace palpate {
+
+/// The best kernels that this processor can run.
+template <class Real>
+lattice::Kernels<Real> lattice_kernels() noexcept;
+
+template <class Real>
+class LatticeSprings {
+ public:
+  /// `shape` is lattice_of() the problem's network. skip = false goes through dampers and rows of fixed
+  /// nodes that are not there or do nothing, to the same bits.
+  LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes, bool skip);
+
+  [[nodiscard]] const NodeLayout& layout() const { return layout_; }
+  [[nodiscard]] lattice::View<Real> view() const;
+  /// Places of all nodes, and far from each other of what the vectors hold beside them.
+  [[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> initial_position() const;
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  using Place = std::array<int, 3>;  ///< along the rows' axis, the second and the third
+  [[nodiscard]] Place place_of(int node) const;
+  [[nodiscard]] std::size_t row_of(const Place& place) const {
+    return static_cast<std::size_t>(place[2] * nodes_[1] + place[1]);
+  }
+  [[nodiscard]] Eigen::Index element_of(const Place& place) const;
+  void lay_out(const NetworkProblem& problem, bool skip);
+  void fill_tables(const NetworkProblem& problem, bool skip);
+  void share_tables(const std::vector<std::vector<Real>>& rows);
+
+  const NetworkProblem& problem_;
+  LatticeShape shape_;
+  std::array<std::size_t, 3> axes_{};  ///< the lattice's axis along the rows, the second, the third
+  std::array<int, 3> nodes_{};         ///< along them
+  int lanes_;
+  int vectors_;
+  bool damped_ = false;
+  NodeLayout layout_{};
+  std::vector<Real> tables_{};
+  std::vector<long> row_table_{};
+  std::vector<unsigned char> row_moves_{};
+  std::array<bool, lattice::slots> used_{};  ///< slots that some row has a spring in
+};
+
+}  // namespace palpate

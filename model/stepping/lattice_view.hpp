@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What the kernels of a regular lattice see, and the kernels that this machine can run.
+
+namespace palpate::lattice {
+
+/// Rows of nodes lead along one axis. Springs join a row to itself and to rows one further along the two
+/// other axes: (1,0), (-1,1), (0,1), (1,1); all other neighbours see it from the other end.
+inline constexpr int neighbour_kinds = 4;
+inline constexpr int neighbour_steps[neighbour_kinds][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};
+/// Springs that a node can have with such rows: one in its own, three (left, across, right) to each other.
+inline constexpr int slots = 1 + 3 * neighbour_kinds;
+
+/// A row of n nodes is cut into as many pieces as there are lanes; vector i holds the i-th node of every
+/// piece. Neighbours along the row are then neighbouring vectors, and no lane meets another.
+template <class Real>
+struct View {
+  static constexpr Real zero_length = Real(1e-12);  ///< as in spring_force.hpp [m]
+  int rows1 = 0;                  ///< rows along the second axis
+  int rows2 = 0;                  ///< and along the third
+  long vectors = 0;               ///< of a row
+  long lead = 0;                  ///< elements before the first row
+  long stride = 0;                ///< from x to y, and from y to z
+  long numbers = 2;               ///< of a spring: stiffness, and viscosity where there is any
+  const Real* tables = nullptr;   ///< [slot][vector][number][lane] of a row
+  const long* row_table = nullptr;       ///< where a row's begins; equal rows share theirs
+  const unsigned char* row_moves = nullptr;  ///< whether any node of a row is free
+  Real rest[3]{};                 ///< length [m] along one, two and three axes
+  bool own_springs = false;       ///< some row has springs within it
+  bool straight[neighbour_kinds]{};  ///< some row has springs straight across to that neighbour
+  bool sides[neighbour_kinds]{};     ///< or to its left and right
+};
+
+/// Adds forces (f), or -C v, or returns the elastic energy [J]; what a task does not need may be null.
+template <class Real>
+using Kernel = double (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
+
+template <class Real>
+struct Kernels {
+  const char* name = "";
+  int lanes = 1;
+  Kernel<Real> force = nullptr;
+  Kernel<Real> undamped_force = nullptr;
+  Kernel<Real> damping = nullptr;
+  Kernel<Real> energy = nullptr;
+};
+
+template <class Real>
+Kernels<Real> baseline_kernels() noexcept;
+/// Only where the processor has AVX2 and FMA.
+template <class Real>
+Kernels<Real> avx2_kernels() noexcept;
+
+}  // namespace palpate::lattice

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/list_network.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+
+namespace {
+
+/// Derivative of the force on end a by d and by the relative velocity (cf. NetworkProblem).
+template <class Real>
+struct Gradient {
+  Eigen::Matrix<Real, 3, 3> position = Eigen::Matrix<Real, 3, 3>::Zero();
+  Eigen::Matrix<Real, 3, 3> velocity = Eigen::Matrix<Real, 3, 3>::Zero();
+};
+
+template <class Real, class Element>
+Gradient<Real> gradient_of(const SpringLaw& law, const Element& spring,
+                           const Eigen::Matrix<Real, 3, 1>& d,
+                           const Eigen::Matrix<Real, 3, 1>& w) noexcept {
+  using Matrix = Eigen::Matrix<Real, 3, 3>;
+  using Vector3 = Eigen::Matrix<Real, 3, 1>;
+  const Real length = d.norm();
+  if (!(length > static_cast<Real>(zero_length))) { return {}; }
+  const Vector3 u = d / length;
+  const Real k = static_cast<Real>(law.scale * law.elastic) * spring.stiffness;
+  const Real c = static_cast<Real>(law.scale * law.viscous) * spring.viscosity;
+  const Real rate = w.dot(u);
+  const Real tension = k * (length - spring.rest_length) + c * rate;
+  const Vector3 slope = k * u + (c / length) * (w - rate * u);
+  const Vector3 e = law.along_displacement ? d : u;
+  const Matrix turn = law.along_displacement
+                          ? Matrix(Matrix::Identity())
+                          : Matrix((Matrix::Identity() - u * u.transpose()) / length);
+  return {e * slope.transpose() + tension * turn, c * e * u.transpose()};
+}
+
+}  // namespace
+
+template <class Real>
+ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h,
+                               bool skip)
+    : NetworkSystem<Real>(problem, packed_layout(problem), skip) {
+  this->set_mass(problem.mass());
+  sort_springs(problem, skip);
+  const auto& all = problem.network().springs;
+  damped_ = std::ranges::any_of(all, [](const Spring& s) { return s.viscosity != 0.0; });
+  PrintedForm law_only = printed;
+  law_only.no_time_step = false;
+  springs_.law = SpringLaw::from(printed);
+  springs_.lagged = printed.lagged_velocity;
+  springs_.lag = static_cast<Real>(h);
+  kernel_ = spring_kernel_for<Real>({.damped = damped_ || !skip, .printed = law_only.any()});
+  if (springs_.lagged) { remember_lengths(problem); }
+  this->spread_weight();
+}
+
+template <class Real>
+NodeLayout ListNetwork<Real>::packed_layout(const NetworkProblem& problem) {
+  NodeLayout layout{.size = problem.dof(), .stride = 1};
+  for (int node = 0; node < problem.network().node_count(); ++node) {
+    layout.first.push_back(problem.coordinate(node));
+  }
+  return layout;
+}
+
+template <class Real>
+void ListNetwork<Real>::remember_lengths(const NetworkProblem& problem) {
+  const Vector<Real> q = problem.initial_position().template cast<Real>();
+  for (const auto& s : springs_.links) {
+    springs_.previous_length.push_back((q.template segment<3>(s.b) - q.template segment<3>(s.a)).norm());
+  }
+  for (const auto& s : springs_.anchors) {
+    springs_.previous_length.push_back(
+        (Eigen::Map<const Eigen::Matrix<Real, 3, 1>>(s.place) - q.template segment<3>(s.a)).norm());
+  }
+}
+
+template <class Real>
+void ListNetwork<Real>::sort_springs(const NetworkProblem& problem, bool skip) {
+  const NodeVectors places = problem.network().initial_position();
+  std::vector<Spring> between_fixed;
+  for (const Spring& s : problem.network().springs) {
+    int a = static_cast<int>(problem.coordinate(s.a));
+    int b = static_cast<int>(problem.coordinate(s.b));
+    int fixed_node = s.b;
+    if (a < 0 && b < 0) {
+      if (!skip) { between_fixed.push_back(s); }
+      continue;
+    }
+    if (a < 0) {
+      std::swap(a, b);
+      fixed_node = s.a;
+    }
+    const Real k = static_cast<Real>(s.stiffness);
+    const Real c = static_cast<Real>(s.viscosity);
+    const Real rest = static_cast<Real>(s.rest_length);
+    if (b >= 0) {
+      springs_.links.push_back({a, b, k, c, rest});
+    } else {
+      Anchor<Real> anchor{a, k, c, rest, {}};
+      for (int n = 0; n < 3; ++n) { anchor.place[n] = static_cast<Real>(places(n, fixed_node)); }
+      springs_.anchors.push_back(anchor);
+    }
+  }
+  // Neighbours in memory are neighbours in space; a stable order keeps sums reproducible.
+  std::ranges::stable_sort(springs_.links, [](const auto& l, const auto& r) {
+    return std::min(l.a, l.b) < std::min(r.a, r.b);
+  });
+  std::ranges::stable_sort(springs_.anchors, {}, &Anchor<Real>::a);
+  if (between_fixed.empty()) { return; }
+  const auto nodes = places.cols();
+  fixed_q_ = Eigen::Map<const Eigen::VectorXd>(places.data(), 3 * nodes).template cast<Real>();
+  fixed_v_.setZero(3 * nodes);
+  fixed_f_.setZero(3 * nodes);
+  for (const Spring& s : between_fixed) {
+    fixed_pairs_.links.push_back({3 * s.a, 3 * s.b, static_cast<Real>(s.stiffness),
+                                  static_cast<Real>(s.viscosity), static_cast<Real>(s.rest_length)});
+  }
+}
+
+template <class Real>
+Vector<Real> ListNetwork<Real>::initial_position() const {
+  return this->problem().initial_position().template cast<Real>();
+}
+
+template <class Real>
+void ListNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
+                                    Vector<Real>& f) noexcept {
+  kernel_(springs_, q.data(), v.data(), f.data());
+  if (!fixed_pairs_.links.empty()) {
+    kernel_(fixed_pairs_, fixed_q_.data(), fixed_v_.data(), fixed_f_.data());
+  }
+}
+
+template <class Real>
+void ListNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
+                                Vector<Real>& f) noexcept {
+  f.setZero();
+  if (!damped_) { return; }
+  add_damping(springs_, q.data(), w.data(), f.data());
+  f = -f;
+}
+
+template <class Real>
+void ListNetwork<Real>::pattern(Eigen::SparseMatrix<Real>& a) {
+  std::vector<Eigen::Triplet<Real>> triplets;
+  triplets.reserve(18 * springs_.links.size() + static_cast<std::size_t>(9 * this->dof()));
+  const auto block = [&](Eigen::Index row, Eigen::Index column) {
+    for (int c = 0; c < 3; ++c) {
+      for (int r = 0; r < 3; ++r) {
+        triplets.emplace_back(static_cast<int>(row + r), static_cast<int>(column + c), Real(0));
+      }
+    }
+  };
+  for (Eigen::Index i = 0; i < this->dof(); i += 3) { block(i, i); }
+  for (const auto& s : springs_.links) {
+    block(s.a, s.b);
+    block(s.b, s.a);
+  }
+  a.resize(this->dof(), this->dof());
+  a.setFromTriplets(triplets.begin(), triplets.end());
+  a.makeCompressed();
+  const auto slot = [&a](int row, int column) -> std::int64_t {
+    const int* begin = a.innerIndexPtr() + a.outerIndexPtr()[column];
+    const int* end = a.innerIndexPtr() + a.outerIndexPtr()[column + 1];
+    return std::lower_bound(begin, end, row) - a.innerIndexPtr();
+  };
+  link_slots_.clear();
+  anchor_slots_.clear();
+  diagonal_slots_.clear();
+  for (const auto& s : springs_.links) {
+    std::array<std::int64_t, 12> slots{};
+    for (int c = 0; c < 3; ++c) {
+      const auto n = static_cast<std::size_t>(c);
+      slots[n] = slot(s.a, s.a + c);
+      slots[3 + n] = slot(s.b, s.b + c);
+      slots[6 + n] = slot(s.a, s.b + c);
+      slots[9 + n] = slot(s.b, s.a + c);
+    }
+    link_slots_.push_back(slots);
+  }
+  for (const auto& s : springs_.anchors) {
+    anchor_slots_.push_back({slot(s.a, s.a), slot(s.a, s.a + 1), slot(s.a, s.a + 2)});
+  }
+  for (int i = 0; i < this->dof(); ++i) { diagonal_slots_.push_back(slot(i, i)); }
+}
+
+template <class Real>
+void ListNetwork<Real>::add_block(Real* values, const std::int64_t* columns, Real factor,
+                                    const Eigen::Matrix<Real, 3, 3>& block) const noexcept {
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) { values[columns[c] + r] += factor * block(r, c); }
+  }
+}
+
+template <class Real>
+void ListNetwork<Real>::jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping,
+                                   Real on_stiffness, Eigen::SparseMatrix<Real>& a) noexcept {
+  using Vector3 = Eigen::Matrix<Real, 3, 1>;
+  Real* values = a.valuePtr();
+  std::fill(values, values + a.nonZeros(), Real(0));
+  for (Eigen::Index i = 0; i < this->dof(); ++i) {
+    values[diagonal_slots_[static_cast<std::size_t>(i)]] = this->mass()(i);
+  }
+  for (std::size_t n = 0; n < springs_.links.size(); ++n) {
+    const auto& s = springs_.links[n];
+    const Vector3 d = q.template segment<3>(s.b) - q.template segment<3>(s.a);
+    const Vector3 w = v.template segment<3>(s.b) - v.template segment<3>(s.a);
+    const auto g = gradient_of<Real>(springs_.law, s, d, w);
+    const Eigen::Matrix<Real, 3, 3> block = on_stiffness * g.position + on_damping * g.velocity;
+    const auto& slots = link_slots_[n];
+    add_block(values, slots.data(), Real(1), block);
+    add_block(values, slots.data() + 3, Real(1), block);
+    add_block(values, slots.data() + 6, Real(-1), block);
+    add_block(values, slots.data() + 9, Real(-1), block);
+  }
+  for (std::size_t n = 0; n < springs_.anchors.size(); ++n) {
+    const auto& s = springs_.anchors[n];
+    const Vector3 d = Eigen::Map<const Vector3>(s.place) - q.template segment<3>(s.a);
+    const Vector3 w = -v.template segment<3>(s.a);
+    const auto g = gradient_of<Real>(springs_.law, s, d, w);
+    const Eigen::Matrix<Real, 3, 3> block = on_stiffness * g.position + on_damping * g.velocity;
+    add_block(values, anchor_slots_[n].data(), Real(1), block);
+  }
+}
+
+template <class Real>
+double ListNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
+  double energy = 0.0;
+  const auto elastic = [](const auto& s, double length) {
+    const double extension = length - static_cast<double>(s.rest_length);
+    return 0.5 * static_cast<double>(s.stiffness) * extension * extension;
+  };
+  for (const auto& s : springs_.links) {
+    energy += elastic(s, static_cast<double>(
+                             (q.template segment<3>(s.b) - q.template segment<3>(s.a)).norm()));
+  }
+  for (const auto& s : springs_.anchors) {
+    const Eigen::Map<const Eigen::Matrix<Real, 3, 1>> place(s.place);
+    energy += elastic(s, static_cast<double>((place - q.template segment<3>(s.a)).norm()));
+  }
+  return energy;
+}
+
+template <class Real>
+std::size_t ListNetwork<Real>::spring_bytes() const noexcept {
+  return springs_.links.size() * sizeof(Link<Real>) + springs_.anchors.size() * sizeof(Anchor<Real>) +
+         springs_.previous_length.size() * sizeof(Real) + link_slots_.size() * sizeof(link_slots_[0]);
+}
+
+template class ListNetwork<double>;
+template class ListNetwork<float>;
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Any network at all: free nodes packed one after the other, springs in lists, and the matrices that
+/// implicit schemes ask for.
+
+#include <array>
+#include <cstdint>
+
+#include "model/stepping/network_system.hpp"
+#include "model/stepping/spring_kernels.hpp"
+
+namespace palpate {
+
+template <class Real>
+class ListNetwork final : public NetworkSystem<Real> {
+ public:
+  /// skip = false computes what the scene does not need, to the same bits.
+  ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip);
+
+  void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
+  void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
+                Eigen::SparseMatrix<Real>& a) noexcept override;
+  void pattern(Eigen::SparseMatrix<Real>& a) override;
+  [[nodiscard]] Vector<Real> initial_position() const override;
+
+ private:
+  void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
+  [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
+  [[nodiscard]] std::size_t spring_bytes() const noexcept override;
+  static NodeLayout packed_layout(const NetworkProblem& problem);
+  void sort_springs(const NetworkProblem& problem, bool skip);
+  void remember_lengths(const NetworkProblem& problem);
+  void add_block(Real* values, const std::int64_t* columns, Real factor,
+                 const Eigen::Matrix<Real, 3, 3>& block) const noexcept;
+
+  SpringSet<Real> springs_;
+  SpringKernel<Real> kernel_ = nullptr;
+  bool damped_ = true;
+  SpringSet<Real> fixed_pairs_;  ///< only without skipping
+  Vector<Real> fixed_q_, fixed_v_, fixed_f_;
+  /// Index of the first row of each of the three columns of blocks (a,a) (b,b) (a,b) (b,a), then
+  /// of the anchors' (a,a); made by pattern().
+  std::vector<std::array<std::int64_t, 12>> link_slots_;
+  std::vector<std::array<std::int64_t, 3>> anchor_slots_;
+  std::vector<std::int64_t> diagonal_slots_;
+};
+
+}  // namespace palpate

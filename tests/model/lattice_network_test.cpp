@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+/// Kernels of regular lattices against NetworkProblem, the specification.
+#include "model/stepping/lattice_network.hpp"
+
+#include <limits>
+
+#include "model/dynamics/network_builder.hpp"
+#include "tests/check.hpp"
+#include "tests/model/random_network.hpp"
+
+namespace {
+
+using namespace palpate;
+using Eigen::VectorXd;
+
+struct Setting {
+  std::array<int, 3> nodes{};
+  int connectivity = 26;
+  bool damped = true;
+  bool uneven = false;  ///< stiffness and viscosity of its own for every spring
+  bool held = true;
+};
+
+NetworkProblem problem_of(const Setting& at) {
+  const LatticeShape shape{at.nodes, 0.01, at.connectivity};
+  SpringNetwork network = uniform_lattice(shape, 50.0, at.damped ? 0.05 : 0.0, 1e-3);
+  Random random(3);
+  for (Spring& s : network.springs) {
+    if (!at.uneven) { break; }
+    s.stiffness *= random(0.2, 5.0);
+    s.viscosity *= random(0.2, 5.0);
+  }
+  if (at.held) {
+    for (const int node : face_nodes(network.rest_position, Face::z_max)) {
+      network.fixed[static_cast<std::size_t>(node)] = 1;
+    }
+    network.fixed[5] = 1;
+  }
+  const std::vector<Load> loads{{.nodes = {2, 7, 7}, .force = {0.1, -0.2, 0.3}}};
+  return NetworkProblem(network, loads, {0.3, -0.2, 9.81});
+}
+
+struct Motion {
+  VectorXd q;
+  VectorXd v;
+};
+Motion motion_of(const NetworkProblem& problem) {
+  Random random(4);
+  return {problem.initial_position() + random.vector(problem.dof(), 2e-3),
+          random.vector(problem.dof(), 0.5)};
+}
+
+template <class Real>
+struct InLanes {
+  InLanes(const NetworkProblem& problem, const Motion& motion, bool skip = true,
+          const lattice::Kernels<Real>& kernels = lattice_kernels<Real>())
+      : system(problem, skip, kernels), q(system.initial_position()), v(system.initial_velocity()) {
+    scatter(motion.q, system.layout(), q);
+    scatter(motion.v, system.layout(), v);
+  }
+  VectorXd packed(const Vector<Real>& all, Eigen::Index dof) {
+    VectorXd out(dof);
+    gather(all, system.layout(), out);
+    return out;
+  }
+  LatticeNetwork<Real> system;
+  Vector<Real> q, v;
+};
+
+const std::vector<Setting> settings{
+    {.nodes = {4, 4, 4}},
+    {.nodes = {10, 3, 5}},
+    {.nodes = {2, 2, 2}, .held = false},
+    {.nodes = {3, 9, 4}, .damped = false},
+    {.nodes = {5, 4, 17}, .uneven = true},
+    {.nodes = {11, 7, 3}, .damped = false, .uneven = true},
+    {.nodes = {6, 5, 4}, .connectivity = 6},
+    {.nodes = {9, 5, 4}, .connectivity = 18, .uneven = true, .held = false}};
+
+template <class Real>
+VectorXd force_of(const NetworkProblem& problem, const Motion& motion, bool skip = true,
+                  const lattice::Kernels<Real>& kernels = lattice_kernels<Real>()) {
+  InLanes<Real> lanes(problem, motion, skip, kernels);
+  Vector<Real> f = Vector<Real>::Constant(lanes.q.size(), Real(1e30));  // must be cleared
+  lanes.system.force(0.0, 0.0, lanes.q, lanes.v, f);
+  return lanes.packed(f, problem.dof());
+}
+
+/// Roundings of a node's 26 springs, each k (L - L0) from lengths of 0.01 m.
+double rounding_of(const VectorXd& force, double epsilon) {
+  return 30.0 * epsilon * (force.cwiseAbs().maxCoeff() + 250.0 * 0.02);
+}
+
+TEST("forces equal the specification to rounding, whatever shape, springs and bonds") {
+  for (const Setting& at : settings) {
+    const NetworkProblem problem = problem_of(at);
+    const Motion motion = motion_of(problem);
+    VectorXd expected(problem.dof());
+    problem.force(0.0, 0.0, motion.q, motion.v, expected);
+    CHECK_NEAR(force_of<double>(problem, motion), expected, rounding_of(expected, 2.3e-16));
+    CHECK_NEAR(force_of<float>(problem, motion), expected, rounding_of(expected, 1.2e-7));
+  }
+}
+
+TEST("so do they with what every processor of the architecture has") {
+  for (const Setting& at : settings) {
+    const NetworkProblem problem = problem_of(at);
+    const Motion motion = motion_of(problem);
+    VectorXd expected(problem.dof());
+    problem.force(0.0, 0.0, motion.q, motion.v, expected);
+    CHECK_NEAR(force_of<double>(problem, motion, true, lattice::baseline_kernels<double>()), expected,
+               rounding_of(expected, 2.3e-16));
+    CHECK_NEAR(force_of<float>(problem, motion, true, lattice::baseline_kernels<float>()), expected,
+               rounding_of(expected, 1.2e-7));
+  }
+}
+
+TEST("a node displaced from its place changes the forces on its neighbours alone") {
+  const NetworkProblem problem = problem_of({.nodes = {10, 6, 5}, .held = false});
+  Motion motion{problem.initial_position(), VectorXd::Zero(problem.dof())};
+  const VectorXd before = force_of<double>(problem, motion);
+  const LatticeShape shape{{10, 6, 5}, 0.01, 26};
+  motion.q(problem.coordinate(shape.index(2, 3, 2))) += 1e-3;
+  const VectorXd change = force_of<double>(problem, motion) - before;
+  for (int node = 0; node < shape.node_count(); ++node) {
+    const auto [i, j, l] = shape.place(node);
+    const bool near = std::abs(i - 2) <= 1 && std::abs(j - 3) <= 1 && std::abs(l - 2) <= 1;
+    CHECK((change.segment<3>(3 * node).norm() > 0.0) == near);
+  }
+}
+
+TEST("computing what a lattice does not need changes no bit") {
+  for (const Setting& at : settings) {
+    const NetworkProblem problem = problem_of(at);
+    const Motion motion = motion_of(problem);
+    CHECK_NEAR(force_of<double>(problem, motion, false), force_of<double>(problem, motion, true), 0.0);
+    CHECK_NEAR(force_of<float>(problem, motion, false), force_of<float>(problem, motion, true), 0.0);
+  }
+}
+
+TEST("damping and energy equal the specification") {
+  for (const Setting& at : settings) {
+    const NetworkProblem problem = problem_of(at);
+    const Motion motion = motion_of(problem);
+    InLanes<double> lanes(problem, motion);
+    Eigen::SparseMatrix<double> stiffness;
+    Eigen::SparseMatrix<double> damping;
+    problem.jacobian(motion.q, motion.v, stiffness, damping);
+    const VectorXd expected = damping * motion.v;
+    Vector<double> f(lanes.q.size());
+    lanes.system.damping(lanes.q, lanes.v, f);
+    CHECK_NEAR(lanes.packed(f, problem.dof()), expected, 1e-13 * (1.0 + expected.norm()));
+    const double energy = problem.energy(motion.q, motion.v);
+    CHECK_NEAR(lanes.system.energy(lanes.q, lanes.v), energy, 1e-13 * std::abs(energy) + 1e-13);
+  }
+}
+
+TEST("nodes of no distance pull at nothing") {
+  const NetworkProblem problem = problem_of({.nodes = {4, 5, 3}, .held = false});
+  Motion motion = motion_of(problem);
+  motion.q.segment<3>(3) = motion.q.segment<3>(0);
+  VectorXd expected(problem.dof());
+  problem.force(0.0, 0.0, motion.q, motion.v, expected);
+  CHECK_NEAR(force_of<double>(problem, motion), expected, rounding_of(expected, 2.3e-16));
+}
+
+TEST("fixed nodes, and what fills rows up, have no inverse mass") {
+  const NetworkProblem problem = problem_of({.nodes = {10, 3, 5}});
+  const LatticeNetwork<double> system(problem, true);
+  const auto movable = (system.inverse_mass().array() > 0.0).count();
+  CHECK(movable == problem.dof());
+  CHECK(system.inverse_mass().allFinite());
+}
+
+TEST("a network is taken for a lattice only where every node and spring fits") {
+  const LatticeShape shape{{4, 3, 5}, 0.01, 26};
+  const SpringNetwork regular = uniform_lattice(shape, 50.0, 0.05, 1e-3);
+  const auto found = lattice_of(regular);
+  CHECK(found && found->nodes == shape.nodes);
+  SpringNetwork mirrored = regular;
+  mirrored.rest_position.row(0) *= -1.0;
+  CHECK(lattice_of(mirrored).has_value());
+  SpringNetwork flat = regular;
+  flat.rest_position.row(2) *= 1.5;
+  CHECK(!lattice_of(flat));
+  SpringNetwork fewer = regular;
+  fewer.springs.erase(fewer.springs.begin() + 7);
+  CHECK(lattice_of(fewer).has_value());
+  SpringNetwork moved = regular;
+  moved.rest_position(1, 17) += 1e-6;
+  CHECK(!lattice_of(moved));
+  SpringNetwork longer = regular;
+  longer.springs[11].rest_length *= 1.0 + 1e-9;
+  CHECK(!lattice_of(longer));
+  SpringNetwork reaching = regular;
+  reaching.springs.push_back({0, 2, 50.0, 0.05, 0.02});
+  CHECK(!lattice_of(reaching));
+  SpringNetwork renumbered = regular;
+  renumbered.rest_position.col(3).swap(renumbered.rest_position.col(9));
+  CHECK(!lattice_of(renumbered));
+  CHECK(!lattice_of(SpringNetwork{}));
+}
+
+}  // namespace
