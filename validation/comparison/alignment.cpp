@@ -11,7 +11,7 @@ namespace palpate::comparison {
 namespace {
 
 /// When a depth is first reached [s].
-std::optional<double> time_at_depth(const Series& depth, double wanted) {
+std::optional<double> time_at_depth(const Samples& depth, double wanted) {
   for (std::size_t n = 0; n < depth.size(); ++n) {
     if (!(depth.value[n] >= wanted)) { continue; }
     if (n == 0 || !std::isfinite(depth.value[n - 1])) { return depth.time(n); }

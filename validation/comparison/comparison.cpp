@@ -50,17 +50,17 @@ std::string regime_refusal(const Recording& recording, const ComparisonOptions& 
          text(options.simulated_regime);
 }
 
-Series moved(Series series, double by) {
-  series.start += by;
-  return series;
+Samples moved(Samples samples, double by) {
+  samples.start += by;
+  return samples;
 }
 
 /// Both on the grid of the recording's samples where they overlap, on the simulation's clock.
 void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated, const ComparisonOptions& options,
                  Comparison& comparison) {
   const double lag = comparison.alignment.lag;
-  const Series& r = recorded.input.raw;
-  const Series& s = simulated.input.raw;
+  const Samples& r = recorded.input.raw;
+  const Samples& s = simulated.input.raw;
   const double begin = std::max(r.start - lag, s.start);
   const double end = std::min(r.end() - lag, s.end());
   const double step = std::max({r.step, 1.0 / options.grid_rate,
@@ -72,15 +72,15 @@ void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated, 
   comparison.simulated_raw = resample(s, grid);
 }
 
-std::vector<double> jointly(const Series& a, const Series& b) {
+std::vector<double> jointly(const Samples& a, const Samples& b) {
   std::vector<double> both(a.size());
   for (std::size_t n = 0; n < both.size(); ++n) { both[n] = a.value[n] + b.value[n]; }
   return both;
 }
 
-std::optional<IsoRating> rate_stretch(const Series& simulated, const Series& recorded, const Stretch& stretch) {
+std::optional<IsoRating> rate_stretch(const Samples& simulated, const Samples& recorded, const Stretch& stretch) {
   if (stretch.size() < 10) { return std::nullopt; }
-  const auto part = [&](const Series& s) {
+  const auto part = [&](const Samples& s) {
     return std::span<const double>(s.value).subspan(stretch.begin, stretch.size());
   };
   return rate(part(simulated), part(recorded));

@@ -76,7 +76,7 @@ struct Comparison {
   std::optional<IsoRating> unfiltered_rating{};
   double rated = 0.0;                   ///< share of the overlap that was rated: its longest stretch without a gap
   /// On the common grid and the simulation's clock; filtered, and as sampled.
-  Series recorded{}, simulated{}, recorded_raw{}, simulated_raw{};
+  Samples recorded{}, simulated{}, recorded_raw{}, simulated_raw{};
 };
 
 Comparison compare(const Recording& recording, const Trace& simulated, const ComparisonOptions& options = {});

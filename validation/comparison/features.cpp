@@ -14,11 +14,21 @@ namespace {
 double spread_over(double width) { return width / std::sqrt(12.0); }
 
 struct Extraction {
-  const Series& trace;
+  const Samples& trace;
   const FeatureRule& rule;
   double noise = 0.0;        ///< of one filtered sample
   double independent = 1.0;  ///< share of filtered samples that are independent of their neighbours
+  std::size_t reach = 0;     ///< samples over which the filter ties neighbours together
 };
+
+/// Between samples n - reach and n + 1 + reach: between neighbours alone, noise would make a slope of its own.
+double slope_about(const Extraction& of, std::size_t n) {
+  const std::size_t first = n > of.reach ? n - of.reach : 0;
+  const std::size_t last = std::min(n + 1 + of.reach, of.trace.size() - 1);
+  const double wide = (of.trace.value[last] - of.trace.value[first]) / (of.trace.step * static_cast<double>(last - first));
+  const double narrow = (of.trace.value[n + 1] - of.trace.value[n]) / of.trace.step;
+  return std::isfinite(wide) ? wide : narrow;
+}
 
 void absent(Features& features, std::initializer_list<Feature> which, const std::string& reason) {
   for (const Feature feature : which) { features[feature] = {.reason = reason}; }
@@ -29,9 +39,8 @@ Measured crossing(const Extraction& of, std::size_t n, double level) {
   const double low = of.trace.value[n];
   const double high = of.trace.value[n + 1];
   if (!std::isfinite(low) || !std::isfinite(high)) { return {.reason = "a gap hides the fall"}; }
-  const double slope = (high - low) / of.trace.step;
-  return {.value = of.trace.time(n) + (level - low) / slope,
-          .uncertainty = std::hypot(of.noise / slope, spread_over(of.trace.step))};
+  return {.value = of.trace.time(n) + of.trace.step * (level - low) / (high - low),
+          .uncertainty = std::hypot(of.noise / slope_about(of, n), spread_over(of.trace.step))};
 }
 
 /// The last fall through a level at or before sample n.
@@ -85,7 +94,7 @@ Measured slope_before(const Extraction& of, std::size_t peak) {
   return {.value = moment / square, .uncertainty = of.noise / std::sqrt(square * of.independent)};
 }
 
-Measured depth_at(const Series& depth, const Measured& time) {
+Measured depth_at(const Samples& depth, const Measured& time) {
   if (depth.value.empty()) { return {.reason = "depth was not recorded"}; }
   if (!time.value) { return {.reason = time.reason}; }
   const std::size_t n = depth.index_at(*time.value);
@@ -106,8 +115,7 @@ void measure_peak(const Extraction& of, std::size_t peak, Features& features) {
 void measure_drop(const Extraction& of, Features& features) {
   const LossOfResistance& loss = features.loss;
   const double height = loss.peak - loss.plateau;
-  const double window = of.rule.loss.hold - of.rule.loss.settle;
-  const double samples = std::max(1.0, window / of.trace.step * of.independent);
+  const double samples = std::max(1.0, static_cast<double>(loss.plateau_samples) * of.independent);
   const double of_plateau = std::sqrt(1.5708) * of.noise / std::sqrt(samples);  // a median's: sqrt(pi/2)
   features[Feature::plateau] = {.value = loss.plateau, .uncertainty = of_plateau};
   features[Feature::drop_height] = {.value = height, .uncertainty = std::hypot(of.noise, of_plateau)};
@@ -176,14 +184,15 @@ Features find_features(const FeatureInput& input, const FeatureRule& rule) {
   features.noise = noise_of(input);
   features.loss = find_loss(input.filtered, rule.loss);
   const double passed = noise_shares(input.cutoff, 1.0 / input.raw.step).passed;
-  const Extraction of{input.filtered, rule, features.noise * std::sqrt(passed), passed};
+  const Extraction of{input.filtered, rule, features.noise * std::sqrt(passed), passed,
+                      input.cutoff > 0.0 ? input.raw.steps(0.5 / input.cutoff) : 0};
   if (longest_stretch(input.filtered.value).size() == 0) {
     for (Measured& one : features.all) { one.reason = "no sample is a number"; }
     return features;
   }
-  const bool found = features.loss.found();
-  measure_peak(of, found ? features.loss.peak_index : index_of_largest(input.filtered.value), features);
-  if (found) {
+  const bool fell = features.loss.fell();
+  measure_peak(of, fell ? features.loss.peak_index : index_of_largest(input.filtered.value), features);
+  if (fell) {
     measure_drop(of, features);
   } else {
     absent(features,
@@ -193,7 +202,7 @@ Features find_features(const FeatureInput& input, const FeatureRule& rule) {
   if (features.loss.status == LossOfResistance::Status::undecided) {
     features[Feature::loss_of_resistance].reason = features.loss.reason;
   } else {
-    features[Feature::loss_of_resistance].value = found ? 1.0 : 0.0;
+    features[Feature::loss_of_resistance].value = features.loss.found() ? 1.0 : 0.0;
   }
   features[Feature::depth_of_peak] = depth_at(input.depth, features[Feature::time_of_peak]);
   features[Feature::depth_of_loss] = depth_at(input.depth, features[Feature::time_of_loss]);

@@ -56,9 +56,9 @@ struct FeatureRule {
 
 /// A trace as it was sampled and as it is judged, with depths on the same grid (empty: not recorded).
 struct FeatureInput {
-  Series raw{};
-  Series filtered{};
-  Series depth{};
+  Samples raw{};
+  Samples filtered{};
+  Samples depth{};
   double cutoff = 0.0;  ///< [Hz] of the filter; 0: none
 };
 Features find_features(const FeatureInput& input, const FeatureRule& rule = {});

@@ -36,10 +36,10 @@ Grid shared_grid(const Members& members) {
 }
 
 /// The simulated trace where any of them was compared with it.
-Series simulated_on(const Members& members, const Grid& grid) {
-  Series whole{grid.start, grid.step, std::vector<double>(grid.count, not_measured)};
+Samples simulated_on(const Members& members, const Grid& grid) {
+  Samples whole{grid.start, grid.step, std::vector<double>(grid.count, not_measured)};
   for (const Comparison* one : members) {
-    const Series part = resample(one->simulated, grid);
+    const Samples part = resample(one->simulated, grid);
     for (std::size_t n = 0; n < grid.count; ++n) {
       if (std::isnan(whole.value[n])) { whole.value[n] = part.value[n]; }
     }
@@ -48,7 +48,7 @@ Series simulated_on(const Members& members, const Grid& grid) {
 }
 
 void lay_corridor(const Members& members, const CorridorRule& rule, GroupSummary& summary) {
-  std::vector<Series> aligned;
+  std::vector<Samples> aligned;
   if (!members.empty()) {
     const Grid grid = shared_grid(members);
     for (const Comparison* one : members) { aligned.push_back(resample(one->recorded, grid)); }

@@ -41,7 +41,7 @@ std::vector<std::size_t> missing_before(std::span<const double> value) {
 }
 
 struct Search {
-  const Series& pressure;
+  const Samples& pressure;
   const LossRule& rule;
   std::size_t reach = pressure.steps(rule.longest_fall);
   std::size_t hold = pressure.steps(rule.hold);
@@ -81,6 +81,7 @@ void describe(const Search& search, std::size_t n, LossOfResistance& loss) {
   const std::size_t end = std::min(n + search.hold + 1, value.size());
   if (settled >= end) { return; }
   loss.plateau = quantile(value.subspan(settled, end - settled), 0.5);
+  loss.plateau_samples = finite_only(value.subspan(settled, end - settled)).size();
   loss.relative_drop = 1.0 - loss.plateau / loss.peak;
   loss.weak = loss.relative_drop < 0.5;
 }
@@ -140,7 +141,7 @@ std::string_view name_of(LossOfResistance::Status status) {
   return "not found";
 }
 
-LossOfResistance find_loss(const Series& pressure, const LossRule& rule) {
+LossOfResistance find_loss(const Samples& pressure, const LossRule& rule) {
   LossOfResistance none{.reason = "no pressure above zero"};
   if (longest_stretch(pressure.value).size() < 3) { return none; }
   const Search search{pressure, rule};

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "validation/comparison/series.hpp"
+#include "validation/comparison/samples.hpp"
 
 namespace palpate::comparison {
 
@@ -30,14 +30,17 @@ struct LossOfResistance {
   std::size_t peak_index = 0;    ///< the largest pressure within `longest_fall` before the fall
   std::size_t fallen_index = 0;  ///< the first sample under (1 - least_drop) peak
   double peak = not_measured;
-  double plateau = not_measured;        ///< median from `settle` to `hold` after the fall
+  double plateau = not_measured;        ///< median from `settle` to `hold` after the fall, or to the end
+  std::size_t plateau_samples = 0;      ///< from which that is
   double relative_drop = not_measured;  ///< 1 - plateau / peak
 
   [[nodiscard]] bool found() const { return status == Status::found; }
+  /// A fall that can be measured: found, or held until the trace ends too early to call it so.
+  [[nodiscard]] bool fell() const { return status != Status::not_found && plateau_samples > 0; }
 };
 std::string_view name_of(LossOfResistance::Status status);
 
 /// In a filtered trace. The first fall that holds decides.
-LossOfResistance find_loss(const Series& pressure, const LossRule& rule = {});
+LossOfResistance find_loss(const Samples& pressure, const LossRule& rule = {});
 
 }  // namespace palpate::comparison

@@ -9,7 +9,7 @@
 #include <gsl/gsl_cdf.h>
 
 #include "device/seeded.hpp"
-#include "validation/comparison/series.hpp"
+#include "validation/comparison/samples.hpp"
 
 namespace palpate::comparison {
 

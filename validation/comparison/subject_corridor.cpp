@@ -7,20 +7,20 @@
 
 namespace palpate::comparison {
 
-CorridorBuilt build_corridor(std::span<const Series> aligned, const CorridorRule& rule) {
+CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRule& rule) {
   const std::size_t count = aligned.size();
   if (count < std::max<std::size_t>(2, rule.least_recordings)) {
     return {.refusal = "a corridor needs at least " + std::to_string(rule.least_recordings) + " recordings; there " +
                        (count == 1 ? "is 1" : "are " + std::to_string(count))};
   }
-  const Series& grid = aligned.front();
+  const Samples& grid = aligned.front();
   SubjectCorridor corridor{.mean = grid, .deviation = grid, .recordings = count};
   corridor.half_width = rule.half_width.value_or(student_factor(0.95, count - 1) *
                                                  std::sqrt(1.0 + 1.0 / static_cast<double>(count)));
   bool any = false;
   for (std::size_t n = 0; n < grid.size(); ++n) {
     std::vector<double> here;
-    for (const Series& one : aligned) {
+    for (const Samples& one : aligned) {
       if (n < one.size() && std::isfinite(one.value[n])) { here.push_back(one.value[n]); }
     }
     const bool enough = here.size() >= std::max<std::size_t>(2, rule.least_recordings);
@@ -32,7 +32,7 @@ CorridorBuilt build_corridor(std::span<const Series> aligned, const CorridorRule
   return {.corridor = std::move(corridor)};
 }
 
-CorridorCoverage coverage(const SubjectCorridor& corridor, const Series& simulated, const CorridorRule& rule) {
+CorridorCoverage coverage(const SubjectCorridor& corridor, const Samples& simulated, const CorridorRule& rule) {
   CorridorCoverage result;
   std::size_t inside = 0;
   for (std::size_t n = 0; n < std::min(simulated.size(), corridor.mean.size()); ++n) {

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "validation/comparison/series.hpp"
+#include "validation/comparison/samples.hpp"
 
 namespace palpate::comparison {
 
@@ -20,8 +20,8 @@ struct CorridorRule {
 
 /// Mean +- half_width SD on a grid; NaN where fewer than `least_recordings` were measured.
 struct SubjectCorridor {
-  Series mean{};
-  Series deviation{};
+  Samples mean{};
+  Samples deviation{};
   std::size_t recordings = 0;
   double half_width = 0.0;  ///< k, for all recordings
 };
@@ -31,7 +31,7 @@ struct CorridorBuilt {
   std::optional<SubjectCorridor> corridor{};
   std::string refusal{};
 };
-CorridorBuilt build_corridor(std::span<const Series> aligned, const CorridorRule& rule = {});
+CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRule& rule = {});
 
 struct CorridorCoverage {
   std::size_t samples = 0;             ///< judged: where trace and corridor both are
@@ -40,7 +40,7 @@ struct CorridorCoverage {
   double excursion_time = not_measured;  ///< [s] of it
   bool holds = false;                  ///< inside >= least_inside
 };
-CorridorCoverage coverage(const SubjectCorridor& corridor, const Series& simulated,
+CorridorCoverage coverage(const SubjectCorridor& corridor, const Samples& simulated,
                           const CorridorRule& rule = {});
 
 }  // namespace palpate::comparison

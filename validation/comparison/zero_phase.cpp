@@ -55,13 +55,13 @@ void filter_stretch(std::span<double> value, const Biquad& filter, std::size_t w
 
 bool can_filter(double cutoff, double rate) { return cutoff > 0.0 && cutoff < 0.4 * rate; }
 
-Series zero_phase(const Series& series, double cutoff) {
-  const double rate = 1.0 / series.step;
-  if (!can_filter(cutoff, rate)) { return series; }
+Samples zero_phase(const Samples& samples, double cutoff) {
+  const double rate = 1.0 / samples.step;
+  if (!can_filter(cutoff, rate)) { return samples; }
   const Biquad filter = butterworth(cutoff, rate);
   const auto pad = static_cast<std::size_t>(std::ceil(3.0 * rate / cutoff));
-  Series filtered = series;
-  for (const Stretch& stretch : finite_stretches(series.value)) {
+  Samples filtered = samples;
+  for (const Stretch& stretch : finite_stretches(samples.value)) {
     filter_stretch(std::span(filtered.value).subspan(stretch.begin, stretch.size()), filter, pad);
   }
   return filtered;

@@ -2,7 +2,7 @@
 #pragma once
 /// The one low-pass of the comparison, the same for recorded and simulated traces.
 
-#include "validation/comparison/series.hpp"
+#include "validation/comparison/samples.hpp"
 
 namespace palpate::comparison {
 
@@ -11,7 +11,7 @@ namespace palpate::comparison {
 /// between gaps is filtered alone. Its ends are extended by their own odd reflection over three periods of
 /// the cut-off (less in shorter stretches), and both runs start in the steady state of their first sample,
 /// so a straight line passes unchanged to its ends. Stretches of one or two samples stay as they are.
-Series zero_phase(const Series& series, double cutoff);
+Samples zero_phase(const Samples& samples, double cutoff);
 
 /// True when a rate [Hz] leaves such a filter something to take away: cut-off below 0.4 of it.
 bool can_filter(double cutoff, double rate);

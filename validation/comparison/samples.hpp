@@ -21,7 +21,7 @@ struct Grid {
   std::size_t count = 0;  ///< instants
 };
 
-struct Series {
+struct Samples {
   double start = 0.0;           ///< [s]
   double step = 0.01;           ///< [s]
   std::vector<double> value{};  ///< NaN where nothing was measured
@@ -30,7 +30,7 @@ struct Series {
   [[nodiscard]] double time(std::size_t n) const { return start + step * static_cast<double>(n); }
   [[nodiscard]] double end() const { return value.empty() ? start : time(value.size() - 1); }
   [[nodiscard]] Grid grid() const { return {start, step, value.size()}; }
-  /// The index at or before a time, clamped to the series.
+  /// The index at or before a time, clamped to the samples.
   [[nodiscard]] std::size_t index_at(double t) const;
   /// How many steps a duration [s] holds, at least one.
   [[nodiscard]] std::size_t steps(double duration) const;
@@ -54,11 +54,11 @@ Grid grid_between(double begin, double end, double anchor, double step);
 /// Linear between neighbours no further apart than `longest_bridge` usual intervals and both finite; NaN
 /// elsewhere and outside. An instant within 1e-4 of an interval of a sample takes that sample. `time`
 /// is strictly increasing.
-Series resample(std::span<const double> time, std::span<const double> value, const Grid& grid);
-Series resample(const Series& series, const Grid& grid);
+Samples resample(std::span<const double> time, std::span<const double> value, const Grid& grid);
+Samples resample(const Samples& samples, const Grid& grid);
 
 /// The samples on a grid of their own usual interval, which starts at the first of them.
-Series regular(std::span<const double> time, std::span<const double> value);
+Samples regular(std::span<const double> time, std::span<const double> value);
 
 /// The q-quantile of the finite values, linear between order statistics; NaN when there is none.
 double quantile(std::span<const double> value, double q);

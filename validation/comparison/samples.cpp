@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include "validation/comparison/series.hpp"
+#include "validation/comparison/samples.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace palpate::comparison {
 
-std::size_t Series::index_at(double t) const {
+std::size_t Samples::index_at(double t) const {
   if (value.empty() || !(t > start)) { return 0; }
   const double index = std::floor((t - start) / step + 1e-9);
   return static_cast<std::size_t>(std::min(index, static_cast<double>(value.size() - 1)));
 }
 
-std::size_t Series::steps(double duration) const {
+std::size_t Samples::steps(double duration) const {
   return static_cast<std::size_t>(std::max(1.0, std::round(duration / step)));
 }
 
@@ -83,27 +83,27 @@ double value_between(std::span<const double> time, std::span<const double> value
 
 }  // namespace
 
-Series resample(std::span<const double> time, std::span<const double> value, const Grid& grid) {
-  Series series{grid.start, grid.step, std::vector<double>(grid.count, not_measured)};
-  if (time.empty() || value.size() != time.size()) { return series; }
+Samples resample(std::span<const double> time, std::span<const double> value, const Grid& grid) {
+  Samples samples{grid.start, grid.step, std::vector<double>(grid.count, not_measured)};
+  if (time.empty() || value.size() != time.size()) { return samples; }
   const double usual = time.size() > 1 ? usual_interval(time) : grid.step;
   std::size_t i = 0;
   for (std::size_t n = 0; n < grid.count; ++n) {
-    const double t = series.time(n);
+    const double t = samples.time(n);
     if (t < time.front() - 1e-4 * usual) { continue; }
     while (i + 1 < time.size() && time[i + 1] <= t) { ++i; }
-    series.value[n] = value_between(time, value, i, t, usual);
+    samples.value[n] = value_between(time, value, i, t, usual);
   }
-  return series;
+  return samples;
 }
 
-Series resample(const Series& series, const Grid& grid) {
-  std::vector<double> time(series.size());
-  for (std::size_t n = 0; n < time.size(); ++n) { time[n] = series.time(n); }
-  return resample(time, series.value, grid);
+Samples resample(const Samples& samples, const Grid& grid) {
+  std::vector<double> time(samples.size());
+  for (std::size_t n = 0; n < time.size(); ++n) { time[n] = samples.time(n); }
+  return resample(time, samples.value, grid);
 }
 
-Series regular(std::span<const double> time, std::span<const double> value) {
+Samples regular(std::span<const double> time, std::span<const double> value) {
   if (time.size() < 2) { return {}; }
   const double step = usual_interval(time);
   return resample(time, value, grid_between(time.front(), time.back(), time.front(), step));
