@@ -15,13 +15,15 @@ TEST("a pressure 3 % too high is seen by every measure of size") {
   const Mutation fault{.name = "gain +3 %", .pressure = [](std::vector<double>& pressure) {
                          for (double& p : pressure) { p *= 1.03; }
                        }};
-  check_red(fault, {"clinical/measures/closed-forms", "clinical/measures/fault-table", "clinical/measures/filter",
-                    "clinical/features/closed-form"});
+  check_red(fault, {"clinical/measures/closed-forms", "clinical/measures/fault-table",
+                    "clinical/measures/filter", "clinical/features/closed-form"});
 }
 
 TEST("samples that are held for two make noise of another colour, and uncertainties wrong") {
   const Mutation fault{.name = "every second sample held", .pressure = [](std::vector<double>& pressure) {
-                         for (std::size_t n = 1; n < pressure.size(); n += 2) { pressure[n] = pressure[n - 1]; }
+                         for (std::size_t n = 1; n < pressure.size(); n += 2) {
+                           pressure[n] = pressure[n - 1];
+                         }
                        }};
   check_red(fault, {"clinical/features/uncertainty"});
 }
@@ -35,9 +37,12 @@ TEST("a pressure half as high again leaves verdicts and corridors") {
 
 TEST("a trace one sample late is seen") {
   const Mutation fault{.name = "one sample late", .pressure = [](std::vector<double>& pressure) {
-                         for (std::size_t n = pressure.size() - 1; n > 0; --n) { pressure[n] = pressure[n - 1]; }
+                         for (std::size_t n = pressure.size() - 1; n > 0; --n) {
+                           pressure[n] = pressure[n - 1];
+                         }
                        }};
-  check_red(fault, {"clinical/measures/fault-table", "clinical/measures/filter", "clinical/features/closed-form"});
+  check_red(fault,
+            {"clinical/measures/fault-table", "clinical/measures/filter", "clinical/features/closed-form"});
 }
 
 TEST("a pressure that never falls loses its event") {
@@ -46,12 +51,15 @@ TEST("a pressure that never falls loses its event") {
                            pressure[n] = std::max(pressure[n], pressure[n - 1]);
                          }
                        }};
-  check_red(fault, {"clinical/detection", "clinical/verdicts", "clinical/features/closed-form", "clinical/blind-spots"});
+  check_red(fault, {"clinical/detection", "clinical/verdicts", "clinical/features/closed-form",
+                    "clinical/blind-spots"});
 }
 
 TEST("a pressure that fades on its own raises false alarms") {
   const Mutation fault{.name = "gone after 15 s", .pressure = [](std::vector<double>& pressure) {
-                         for (std::size_t n = pressure.size() / 2; n < pressure.size(); ++n) { pressure[n] *= 0.05; }
+                         for (std::size_t n = pressure.size() / 2; n < pressure.size(); ++n) {
+                           pressure[n] *= 0.05;
+                         }
                        }};
   check_red(fault, {"clinical/detection"});
 }

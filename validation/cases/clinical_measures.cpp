@@ -50,7 +50,8 @@ void by_hand_distances(const CaseContext& context, Outcome& outcome) {
   const double phase = std::acos(20.0 / std::sqrt(480.0)) * std::numbers::inv_pi;
   judge_near(outcome, "sprague_geers_magnitude", errors.magnitude, magnitude, rounding, from);
   judge_near(outcome, "sprague_geers_phase", errors.phase, phase, rounding, from);
-  judge_near(outcome, "sprague_geers_combined", errors.combined, std::hypot(magnitude, phase), rounding, from);
+  judge_near(outcome, "sprague_geers_combined", errors.combined, std::hypot(magnitude, phase), rounding,
+             from);
 }
 
 void by_hand_rating_of_gain(const CaseContext& context, Outcome& outcome) {
@@ -107,15 +108,23 @@ std::vector<Fault> faults_of(const std::vector<double>& time) {
   std::vector<double> higher = louder;
   for (double& v : louder) { v *= 1.1; }
   for (double& v : higher) { v += 5.0 * mmhg; }
-  return {{"gain +10 %", louder, {0.059746, 0.100000, 0.000000, 0.958687, 1.000000, 0.956109, 0.950000, 0.964697}},
-          {"offset +5 mmHg", higher, {0.096154, 0.138035, 0.024696, 0.857339, 1.000000, 0.833262, 1.000000, 0.909588}},
-          {"delay 0.2 s", pressures({.delay = 0.2}, time),
+  return {{"gain +10 %",
+           louder,
+           {0.059746, 0.100000, 0.000000, 0.958687, 1.000000, 0.956109, 0.950000, 0.964697}},
+          {"offset +5 mmHg",
+           higher,
+           {0.096154, 0.138035, 0.024696, 0.857339, 1.000000, 0.833262, 1.000000, 0.909588}},
+          {"delay 0.2 s",
+           pressures({.delay = 0.2}, time),
            {0.096060, 0.003475, 0.051132, 0.964879, 0.900000, 1.000000, 1.000000, 0.965951}},
-          {"delay 1 s", pressures({.delay = 1.0}, time),
+          {"delay 1 s",
+           pressures({.delay = 1.0}, time),
            {0.290890, 0.017256, 0.155090, 0.737432, 0.500000, 1.000000, 1.000000, 0.794973}},
-          {"drop 5x slower", pressures({.fall_constant = 0.75}, time),
+          {"drop 5x slower",
+           pressures({.fall_constant = 0.75}, time),
            {0.141418, 0.065559, 0.070276, 0.885511, 0.840000, 0.972138, 0.620393, 0.840711}},
-          {"no loss of resistance", pressures({.plateau = PressureLaw{}.peak}, time),
+          {"no loss of resistance",
+           pressures({.plateau = PressureLaw{}.peak}, time),
            {0.614003, 0.558699, 0.224540, 0.604652, 0.000000, 0.133669, 0.587423, 0.386079}}};
 }
 
@@ -138,8 +147,11 @@ void measure_fault_table(const CaseContext& context, Outcome& outcome) {
       if (!std::isfinite(found[n])) { worst = found[n]; }
     }
     table.rows.push_back(std::move(row));
-    outcome.judge({.name = "largest_difference: " + std::string(fault.name), .value = worst, .upper = 1e-6,
-                   .bound_from = "a second implementation (Python, NumPy), to the six digits it was printed with"});
+    outcome.judge(
+        {.name = "largest_difference: " + std::string(fault.name),
+         .value = worst,
+         .upper = 1e-6,
+         .bound_from = "a second implementation (Python, NumPy), to the six digits it was printed with"});
   }
   outcome.tables.push_back(std::move(table));
 }
@@ -160,7 +172,8 @@ void measure_filter(const CaseContext& context, Outcome& outcome) {
       in_phase += filtered.value[n] * std::sin(2.0 * std::numbers::pi * frequency * time[n]) / 300.0;
       across += filtered.value[n] * std::cos(2.0 * std::numbers::pi * frequency * time[n]) / 300.0;
     }
-    const double w = std::tan(std::numbers::pi * frequency / rate_hz) / std::tan(std::numbers::pi * cutoff / rate_hz);
+    const double w =
+        std::tan(std::numbers::pi * frequency / rate_hz) / std::tan(std::numbers::pi * cutoff / rate_hz);
     const std::string at = std::to_string(static_cast<int>(frequency)) + "_hz";
     judge_near(outcome, "gain_at_" + at, in_phase, 1.0 / (1.0 + std::pow(w, 4)), 1e-9,
                "theory: 1 / (1 + w^4); ends a second away");

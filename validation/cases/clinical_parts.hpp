@@ -9,7 +9,8 @@
 
 namespace palpate::clinical {
 
-std::vector<Case> measure_cases();    ///< distances, ratings and filter against closed forms and a second opinion
+std::vector<Case>
+measure_cases();  ///< distances, ratings and filter against closed forms and a second opinion
 std::vector<Case> feature_cases();    ///< features of traces whose law is known
 std::vector<Case> verdict_cases();    ///< what each measure is blind to, and the verdict that is not
 std::vector<Case> detection_cases();  ///< how often the event is found, and is found where there is none

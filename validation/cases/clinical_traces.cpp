@@ -56,8 +56,7 @@ Trace trace_of(const std::vector<double>& time, std::vector<double> pressure) {
 
 namespace {
 
-constexpr double sample_rate = 120.0;  // [Hz] of the raw pressure link
-constexpr double length = 30.0;        // [s]
+constexpr double length = 30.0;  // [s]
 
 /// What happens at the event of one insertion.
 struct Event {
@@ -87,11 +86,12 @@ double push(double t, double period, double relax) {
 
 comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed) {
   device::Seeded seeded(seed);
-  const double peak = seeded.uniform(300.0, 600.0) * mmhg;
+  const double peak = seeded.uniform(1.0, 2.0) * smallest_peak;
   const double period = seeded.uniform(1.5, 4.0);
   const double relax = seeded.uniform(0.1, 0.4);
   Event event{.time = seeded.uniform(8.0, 18.0), .fall_constant = seeded.uniform(0.02, 0.09)};
-  event.drop = kind.drops ? std::clamp(kind.mean_drop + kind.deviation_drop * normal(seeded), 0.02, 0.98) : 0.0;
+  event.drop =
+      kind.drops ? std::clamp(kind.mean_drop + kind.deviation_drop * normal(seeded), 0.02, 0.98) : 0.0;
   event.back = kind.held ? 0.0 : seeded.uniform(0.3, 4.0);
   if (kind.technique == Technique::intermittent) {  // the needle enters while it is pushed
     event.time = period * (std::floor(event.time / period) + 0.45);
@@ -99,10 +99,11 @@ comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed)
   comparison::Samples samples{.step = 1.0 / sample_rate};
   for (const double t : instants(length, sample_rate)) {
     const double rise = 0.3 + 0.7 * std::min(1.0, t / event.time);
-    const bool pushed = kind.technique == Technique::intermittent && (t < event.time || !kind.held || !kind.drops);
+    const bool pushed =
+        kind.technique == Technique::intermittent && (t < event.time || !kind.held || !kind.drops);
     samples.value.push_back(peak * rise * left_by(event, t) * (pushed ? push(t, period, relax) : 1.0));
   }
-  add_noise(samples.value, 5.0 * mmhg, seeded);
+  add_noise(samples.value, noise_deviation, seeded);
   return samples;
 }
 

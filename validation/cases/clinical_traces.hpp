@@ -53,7 +53,10 @@ struct Insertions {
   bool held = true;              ///< false: the pressure comes back within 4 s
   bool drops = true;             ///< false: no fall but those between pushes
 };
-/// One made-up insertion, 120 samples a second, noise of 5 mmHg.
+inline constexpr double sample_rate = 120.0;            ///< [Hz] of the raw pressure link
+inline constexpr double noise_deviation = 5.0 * mmhg;   ///< [Pa] (assumed)
+inline constexpr double smallest_peak = 300.0 * mmhg;   ///< [Pa]; the largest is twice that
+/// One made-up insertion of 30 s.
 comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed);
 
 }  // namespace palpate::clinical

@@ -23,7 +23,8 @@ std::string column_of(const ComparisonOptions& options) {
 }
 
 RawTrace recorded_trace(const Recording& recording, QuantityKind quantity) {
-  return {recording.time, quantity == QuantityKind::pressure ? recording.pressure : recording.force, recording.depth};
+  return {recording.time, quantity == QuantityKind::pressure ? recording.pressure : recording.force,
+          recording.depth};
 }
 
 RawTrace simulated_trace(const Trace& trace, const ComparisonOptions& options) {
@@ -42,7 +43,9 @@ double common_cutoff(const RawTrace& a, const RawTrace& b, double wanted) {
 }
 
 std::string regime_refusal(const Recording& recording, const ComparisonOptions& options) {
-  if (options.quantity != QuantityKind::pressure || recording.regime == options.simulated_regime) { return {}; }
+  if (options.quantity != QuantityKind::pressure || recording.regime == options.simulated_regime) {
+    return {};
+  }
   const auto text = [](Recording::Regime regime) {
     return std::string(regime == Recording::Regime::thumb ? "thumb" : "pump");
   };
@@ -56,8 +59,8 @@ Samples moved(Samples samples, double by) {
 }
 
 /// Both on the grid of the recording's samples where they overlap, on the simulation's clock.
-void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated, const ComparisonOptions& options,
-                 Comparison& comparison) {
+void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated,
+                 const ComparisonOptions& options, Comparison& comparison) {
   const double lag = comparison.alignment.lag;
   const Samples& r = recorded.input.raw;
   const Samples& s = simulated.input.raw;
@@ -78,7 +81,8 @@ std::vector<double> jointly(const Samples& a, const Samples& b) {
   return both;
 }
 
-std::optional<IsoRating> rate_stretch(const Samples& simulated, const Samples& recorded, const Stretch& stretch) {
+std::optional<IsoRating> rate_stretch(const Samples& simulated, const Samples& recorded,
+                                      const Stretch& stretch) {
   if (stretch.size() < 10) { return std::nullopt; }
   const auto part = [&](const Samples& s) {
     return std::span<const double>(s.value).subspan(stretch.begin, stretch.size());
@@ -103,7 +107,9 @@ void conclude(Comparison& comparison) {
       comparison.reasons.push_back(sentence_of(one));
     }
   }
-  if (comparison.verdict == Verdict::not_judged) { comparison = refuse(std::move(comparison), "no feature is in both"); }
+  if (comparison.verdict == Verdict::not_judged) {
+    comparison = refuse(std::move(comparison), "no feature is in both");
+  }
 }
 
 }  // namespace
@@ -111,7 +117,9 @@ void conclude(Comparison& comparison) {
 Comparison compare(const Recording& recording, const Trace& simulated, const ComparisonOptions& options) {
   Comparison comparison{.recording = recording.name, .group = recording.group, .kind = recording.kind,
                         .unit = std::string(unit_of(options.quantity))};
-  if (const std::string wrong = regime_refusal(recording, options); !wrong.empty()) { return refuse(comparison, wrong); }
+  if (const std::string wrong = regime_refusal(recording, options); !wrong.empty()) {
+    return refuse(comparison, wrong);
+  }
   if (simulated.find(column_of(options)) == nullptr) {
     return refuse(comparison, "the simulated trace has no column " + column_of(options));
   }
@@ -127,7 +135,9 @@ Comparison compare(const Recording& recording, const Trace& simulated, const Com
   lay_on_grid(r, s, options, comparison);
   const std::vector<double> both = finite_only(jointly(comparison.recorded, comparison.simulated));
   comparison.overlap = comparison.recorded.step * static_cast<double>(both.size());
-  if (both.size() < 20 || comparison.overlap < options.least_overlap) { return refuse(comparison, "no overlap in time"); }
+  if (both.size() < 20 || comparison.overlap < options.least_overlap) {
+    return refuse(comparison, "no overlap in time");
+  }
   comparison.recorded_features = r.features;
   comparison.simulated_features = s.features;
   comparison.features = judge_features(comparison, options);

@@ -74,7 +74,7 @@ struct Comparison {
   TraceErrors errors{};                 ///< of the filtered traces
   std::optional<IsoRating> rating{};    ///< of the filtered traces
   std::optional<IsoRating> unfiltered_rating{};
-  double rated = 0.0;                   ///< share of the overlap that was rated: its longest stretch without a gap
+  double rated = 0.0;  ///< share of the overlap that was rated: its longest stretch without a gap
   /// On the common grid and the simulation's clock; filtered, and as sampled.
   Samples recorded{}, simulated{}, recorded_raw{}, simulated_raw{};
 };

@@ -26,6 +26,7 @@ std::string_view name_of(CredibilityFactor::Shown shown);  ///< "not shown", "in
 /// From the outcomes of a validation (empty: none was run) and, if there is one, a comparison. A factor that
 /// rests on cases is shown when all of them pass, in part when some do. Recordings that were rebuilt from
 /// published values are no clinical evidence and leave the factors of validation "not shown".
-std::vector<CredibilityFactor> credibility(std::span<const Outcome> outcomes, const GroupComparison* comparison);
+std::vector<CredibilityFactor> credibility(std::span<const Outcome> outcomes,
+                                           const GroupComparison* comparison);
 
 }  // namespace palpate::comparison

@@ -34,7 +34,8 @@ ValidationUncertainty uncertainty_of(const FeatureVerdict& one, const Comparison
   const double size = std::abs(*one.simulated.value);
   const bool by_model = scales(one.feature);
   const double lag = is_time(one.feature) ? comparison.alignment.uncertainty : 0.0;
-  return {.numerical = std::hypot(one.simulated.uncertainty, by_model ? options.uncertainties.numerical * size : 0.0),
+  return {.numerical =
+              std::hypot(one.simulated.uncertainty, by_model ? options.uncertainties.numerical * size : 0.0),
           .input = by_model ? options.uncertainties.input * size : 0.0,
           .data = std::hypot(data_uncertainty(one.feature, comparison.recorded_features, options), lag)};
 }
@@ -59,10 +60,12 @@ void judge_absence(FeatureVerdict& one) {
   const bool recorded_lacks = !one.recorded.value;
   one.reason = (recorded_lacks ? "recorded: " + one.recorded.reason : "simulated: " + one.simulated.reason);
   // What is missing with the event is told by the event itself.
-  one.verdict = one.feature == Feature::loss_of_resistance ? Verdict::not_distinguishable : Verdict::not_judged;
+  one.verdict =
+      one.feature == Feature::loss_of_resistance ? Verdict::not_distinguishable : Verdict::not_judged;
 }
 
-FeatureVerdict judge_feature(Feature feature, const Comparison& comparison, const ComparisonOptions& options) {
+FeatureVerdict judge_feature(Feature feature, const Comparison& comparison,
+                             const ComparisonOptions& options) {
   FeatureVerdict one{.feature = feature,
                      .unit = unit_of(feature, comparison.unit),
                      .recorded = comparison.recorded_features[feature],
@@ -104,8 +107,10 @@ std::string sentence_of(const FeatureVerdict& one) {
   const std::string name{name_of(one.feature)};
   if (!one.reason.empty()) { return name + ": " + one.reason + ": " + std::string(name_of(one.verdict)); }
   char numbers[200];
-  std::snprintf(numbers, sizeof numbers, ": %.4g simulated, %.4g recorded, %.4g to %.4g allowed, +-%.2g, unit %s: ",
-                *one.simulated.value, *one.recorded.value, one.lower, one.upper, one.expanded, one.unit.c_str());
+  std::snprintf(
+      numbers, sizeof numbers,
+      ": %.4g simulated, %.4g recorded, %.4g to %.4g allowed, +-%.2g, unit %s: ", *one.simulated.value,
+      *one.recorded.value, one.lower, one.upper, one.expanded, one.unit.c_str());
   return name + numbers + std::string(name_of(one.verdict));
 }
 

@@ -21,11 +21,13 @@ struct Extraction {
   std::size_t reach = 0;     ///< samples over which the filter ties neighbours together
 };
 
-/// Between samples n - reach and n + 1 + reach: between neighbours alone, noise would make a slope of its own.
+/// Between samples n - reach and n + 1 + reach: between neighbours alone, noise would make a slope of its
+/// own.
 double slope_about(const Extraction& of, std::size_t n) {
   const std::size_t first = n > of.reach ? n - of.reach : 0;
   const std::size_t last = std::min(n + 1 + of.reach, of.trace.size() - 1);
-  const double wide = (of.trace.value[last] - of.trace.value[first]) / (of.trace.step * static_cast<double>(last - first));
+  const double wide =
+      (of.trace.value[last] - of.trace.value[first]) / (of.trace.step * static_cast<double>(last - first));
   const double narrow = (of.trace.value[n + 1] - of.trace.value[n]) / of.trace.step;
   return std::isfinite(wide) ? wide : narrow;
 }
@@ -126,7 +128,8 @@ void measure_drop(const Extraction& of, Features& features) {
   std::size_t middle = loss.fallen_index;
   while (middle + 1 < of.trace.size() && of.trace.value[middle] > level(0.5)) { ++middle; }
   features[Feature::time_of_loss] = last_fall(of, middle, level(0.5));
-  features[Feature::drop_time] = difference(first_fall(of, middle, level(0.1)), last_fall(of, middle, level(0.9)));
+  features[Feature::drop_time] =
+      difference(first_fall(of, middle, level(0.1)), last_fall(of, middle, level(0.9)));
 }
 
 std::size_t index_of_largest(std::span<const double> value) {
@@ -196,7 +199,8 @@ Features find_features(const FeatureInput& input, const FeatureRule& rule) {
     measure_drop(of, features);
   } else {
     absent(features,
-           {Feature::drop_height, Feature::relative_drop, Feature::drop_time, Feature::plateau, Feature::time_of_loss},
+           {Feature::drop_height, Feature::relative_drop, Feature::drop_time, Feature::plateau,
+            Feature::time_of_loss},
            "no loss of resistance: " + features.loss.reason);
   }
   if (features.loss.status == LossOfResistance::Status::undecided) {

@@ -99,12 +99,14 @@ void judge_by_corridor(const Members& members, const GroupOptions& options, Grou
   summary.verdict = summary.coverage.holds ? Verdict::agrees : Verdict::differs;
   if (!summary.coverage.holds) {
     char text[160];
-    std::snprintf(text, sizeof text, "%.0f %% of samples lie in the corridor of %zu recordings; %.0f %% needed",
-                  100.0 * summary.coverage.inside, summary.corridor->recordings, 100.0 * options.corridor.least_inside);
+    std::snprintf(
+        text, sizeof text, "%.0f %% of samples lie in the corridor of %zu recordings; %.0f %% needed",
+        100.0 * summary.coverage.inside, summary.corridor->recordings, 100.0 * options.corridor.least_inside);
     summary.reasons.emplace_back(text);
   }
   for (const FeatureSummary& feature : summary.features) {
-    const FeatureVerdict mean = judge_mean(feature, members, options.comparison.uncertainties.coverage_factor);
+    const FeatureVerdict mean =
+        judge_mean(feature, members, options.comparison.uncertainties.coverage_factor);
     summary.verdict = worse(summary.verdict, mean.verdict);
     if (mean.verdict == Verdict::differs || mean.verdict == Verdict::not_distinguishable) {
       summary.reasons.push_back("mean over subjects, " + sentence_of(mean));
@@ -116,7 +118,9 @@ void judge_one_by_one(const Members& members, GroupSummary& summary) {
   summary.verdict = Verdict::not_judged;
   for (const Comparison* one : members) {
     summary.verdict = worse(summary.verdict, one->verdict);
-    for (const std::string& reason : one->reasons) { summary.reasons.push_back(one->recording + ": " + reason); }
+    for (const std::string& reason : one->reasons) {
+      summary.reasons.push_back(one->recording + ": " + reason);
+    }
   }
 }
 
@@ -157,9 +161,12 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
 
 }  // namespace
 
-GroupComparison compare_all(std::span<const Recording> recordings, const Trace& simulated, const GroupOptions& options) {
+GroupComparison compare_all(std::span<const Recording> recordings, const Trace& simulated,
+                            const GroupOptions& options) {
   GroupComparison result;
-  for (const Recording& one : recordings) { result.recordings.push_back(compare(one, simulated, options.comparison)); }
+  for (const Recording& one : recordings) {
+    result.recordings.push_back(compare(one, simulated, options.comparison));
+  }
   Verdict worst = Verdict::not_judged;
   for (const Comparison& one : result.recordings) {
     const auto known = [&](const GroupSummary& summary) { return summary.group == one.group; };

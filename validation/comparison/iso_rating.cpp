@@ -39,7 +39,8 @@ double corridor_score(std::span<const double> s, std::span<const double> r, cons
 class Moments {
  public:
   explicit Moments(std::span<const double> value)
-      : centred_(Eigen::Map<const Eigen::VectorXd>(value.data(), std::ssize(value))), sum_(value.size() + 1, 0.0),
+      : centred_(Eigen::Map<const Eigen::VectorXd>(value.data(), std::ssize(value))),
+        sum_(value.size() + 1, 0.0),
         square_(value.size() + 1, 0.0) {
     const double mean = centred_.mean();
     centred_.array() -= mean;
@@ -55,7 +56,9 @@ class Moments {
   [[nodiscard]] auto window(std::size_t begin, std::size_t count) const {
     return centred_.segment(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(count));
   }
-  [[nodiscard]] double sum(std::size_t begin, std::size_t count) const { return sum_[begin + count] - sum_[begin]; }
+  [[nodiscard]] double sum(std::size_t begin, std::size_t count) const {
+    return sum_[begin + count] - sum_[begin];
+  }
   /// Sum of squares about the window's own mean; 0 for a constant.
   [[nodiscard]] double variation(std::size_t begin, std::size_t count) const {
     const double square = square_[begin + count] - square_[begin];
@@ -94,7 +97,8 @@ Shifted shifted(std::span<const double> s, std::span<const double> r, long late)
 }
 
 /// Of correlations that are equal to rounding the smallest shift counts.
-void find_shift(std::span<const double> s, std::span<const double> r, const IsoRule& rule, IsoRating& rating) {
+void find_shift(std::span<const double> s, std::span<const double> r, const IsoRule& rule,
+                IsoRating& rating) {
   std::optional<double> best;
   const Moments simulated(s);
   const Moments recorded(r);
@@ -102,7 +106,8 @@ void find_shift(std::span<const double> s, std::span<const double> r, const IsoR
   for (std::size_t by = 0; static_cast<double>(by) <= allowed; ++by) {
     const std::size_t count = r.size() - by;
     for (const bool late : {true, false}) {
-      const std::optional<double> found = correlation(simulated, late ? by : 0, recorded, late ? 0 : by, count);
+      const std::optional<double> found =
+          correlation(simulated, late ? by : 0, recorded, late ? 0 : by, count);
       if (!found || (best && *found <= *best + 1e-12)) { continue; }
       best = found;
       rating.shift = late ? static_cast<long>(by) : -static_cast<long>(by);

@@ -17,7 +17,8 @@ struct LossRule {
   double least_drop = 0.40;
   double hold = 5.0;          ///< [s] under (1 - least_drop) peak, published
   double settle = 1.0;        ///< [s] after the fall until the plateau is measured
-  double longest_fall = 2.0;  ///< [s] from the peak to under (1 - least_drop) peak; a leak is slower (assumed)
+  double longest_fall =
+      2.0;  ///< [s] from the peak to under (1 - least_drop) peak; a leak is slower (assumed)
   double unsteady = 0.20;     ///< of the peak, largest 5-95 % range of the plateau (assumed)
   double least_peak = 0.50;   ///< of the largest pressure: flushing a needle is no insertion (assumed)
 };

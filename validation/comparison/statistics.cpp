@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
-#include <gsl/gsl_cdf.h>
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/students_t.hpp>
 
 #include "device/seeded.hpp"
 #include "validation/comparison/samples.hpp"
@@ -17,18 +19,19 @@ Interval share_interval(std::size_t hits, std::size_t trials, double level) {
   const double tail = 0.5 * (1.0 - level);
   const auto k = static_cast<double>(hits);
   const auto n = static_cast<double>(trials);
-  return {hits == 0 ? 0.0 : gsl_cdf_beta_Pinv(tail, k, n - k + 1.0),
-          hits == trials ? 1.0 : gsl_cdf_beta_Qinv(tail, k + 1.0, n - k)};
+  return {hits == 0 ? 0.0 : boost::math::ibeta_inv(k, n - k + 1.0, tail),
+          hits == trials ? 1.0 : boost::math::ibetac_inv(k + 1.0, n - k, tail)};
 }
 
 Interval expected_share(double share, std::size_t trials, double level) {
   const double tail = 0.5 * (1.0 - level);
-  const auto n = static_cast<unsigned>(trials);
-  unsigned low = 0;
-  while (low < n && gsl_cdf_binomial_P(low, share, n) < tail) { ++low; }
-  unsigned high = n;
-  while (high > 0 && gsl_cdf_binomial_Q(high - 1, share, n) < tail) { --high; }
-  return {static_cast<double>(low) / n, static_cast<double>(high) / n};
+  const auto n = static_cast<double>(trials);
+  const boost::math::binomial counts(n, share);
+  double low = 0.0;
+  while (low < n && cdf(counts, low) < tail) { ++low; }
+  double high = n;
+  while (high > 0.0 && cdf(complement(counts, high - 1.0)) < tail) { --high; }
+  return {low / n, high / n};
 }
 
 double mean_of(std::span<const double> value) {
@@ -57,7 +60,15 @@ std::optional<Interval> bootstrap_mean(std::span<const double> value, const Boot
 }
 
 double student_factor(double level, std::size_t degrees_of_freedom) {
-  return gsl_cdf_tdist_Qinv(0.5 * (1.0 - level), static_cast<double>(degrees_of_freedom));
+  const boost::math::students_t t(static_cast<double>(degrees_of_freedom));
+  return quantile(complement(t, 0.5 * (1.0 - level)));
 }
+
+double student_share(double factor, std::size_t degrees_of_freedom) {
+  const boost::math::students_t t(static_cast<double>(degrees_of_freedom));
+  return 1.0 - 2.0 * cdf(complement(t, factor));
+}
+
+double normal_above(double deviations) { return 0.5 * std::erfc(deviations / std::numbers::sqrt2); }
 
 }  // namespace palpate::comparison

@@ -37,5 +37,10 @@ std::optional<Interval> bootstrap_mean(std::span<const double> value, const Boot
 
 /// Student's t at which a share of `level` lies between -t and t.
 double student_factor(double level, std::size_t degrees_of_freedom);
+/// The share that lies between -factor and factor.
+double student_share(double factor, std::size_t degrees_of_freedom);
+
+/// The share of a normal distribution that lies more than so many deviations above its mean.
+double normal_above(double deviations);
 
 }  // namespace palpate::comparison

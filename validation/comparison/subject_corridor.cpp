@@ -10,8 +10,8 @@ namespace palpate::comparison {
 CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRule& rule) {
   const std::size_t count = aligned.size();
   if (count < std::max<std::size_t>(2, rule.least_recordings)) {
-    return {.refusal = "a corridor needs at least " + std::to_string(rule.least_recordings) + " recordings; there " +
-                       (count == 1 ? "is 1" : "are " + std::to_string(count))};
+    return {.refusal = "a corridor needs at least " + std::to_string(rule.least_recordings) +
+                       " recordings; there " + (count == 1 ? "is 1" : "are " + std::to_string(count))};
   }
   const Samples& grid = aligned.front();
   SubjectCorridor corridor{.mean = grid, .deviation = grid, .recordings = count};
@@ -32,7 +32,8 @@ CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRul
   return {.corridor = std::move(corridor)};
 }
 
-CorridorCoverage coverage(const SubjectCorridor& corridor, const Samples& simulated, const CorridorRule& rule) {
+CorridorCoverage coverage(const SubjectCorridor& corridor, const Samples& simulated,
+                          const CorridorRule& rule) {
   CorridorCoverage result;
   std::size_t inside = 0;
   for (std::size_t n = 0; n < std::min(simulated.size(), corridor.mean.size()); ++n) {

@@ -21,15 +21,20 @@ double Tolerance::upper(double recorded) const {
 }
 
 std::vector<Tolerance> default_tolerances(QuantityKind kind) {
-  const std::string groups = "Wee et al. 2017: means of four groups, 376 to 461 mmHg, lie within 10.2 % of their "
-                             "middle and were not told apart (p = 0.52)";
+  const std::string groups =
+      "Wee et al. 2017: means of four groups, 376 to 461 mmHg, lie within 10.2 % of their "
+      "middle and were not told apart (p = 0.52)";
   const std::string depth = "Segal et al. 1996: depth is predicted to within 8 mm";
   const std::string time = "assumption: half a second, felt as the same moment of an insertion";
   const Tolerance plateau =
       kind == QuantityKind::pressure
-          ? Tolerance{.feature = Feature::plateau, .absolute = 7.0 * mmhg,
-                      .origin = "Kim et al. 1996: epidural pressure of pregnant women sitting has an SD of 7 mmHg"}
-          : Tolerance{.feature = Feature::plateau, .absolute = 0.5, .origin = "assumption: no publication gives it"};
+          ? Tolerance{.feature = Feature::plateau,
+                      .absolute = 7.0 * mmhg,
+                      .origin =
+                          "Kim et al. 1996: epidural pressure of pregnant women sitting has an SD of 7 mmHg"}
+          : Tolerance{.feature = Feature::plateau,
+                      .absolute = 0.5,
+                      .origin = "assumption: no publication gives it"};
   constexpr double of_groups = (461.0 - 376.0) / (461.0 + 376.0);
   return {
       {.feature = Feature::loss_of_resistance, .origin = "both show it, or neither"},

@@ -19,7 +19,8 @@ std::string_view name_of(Verdict verdict) {
 double ValidationUncertainty::total() const { return std::hypot(numerical, input, data); }
 
 Verdict judge(double simulated, double lower, double upper, double expanded) {
-  if (!(std::isfinite(simulated) && std::isfinite(lower) && std::isfinite(upper) && std::isfinite(expanded))) {
+  if (!(std::isfinite(simulated) && std::isfinite(lower) && std::isfinite(upper) &&
+        std::isfinite(expanded))) {
     return Verdict::not_comparable;
   }
   if (simulated + expanded < lower || simulated - expanded > upper) { return Verdict::differs; }

@@ -17,7 +17,8 @@ PreparedTrace prepared(const PressureLaw& law, double clock, double speed = 0.0)
   std::vector<double> depth;
   for (const double t : time) { depth.push_back(0.02 + speed * (t - law.delay)); }
   for (double& t : time) { t += clock; }
-  return prepare({time, value, speed > 0.0 ? std::span<const double>(depth) : std::span<const double>()}, 20.0, {});
+  return prepare({time, value, speed > 0.0 ? std::span<const double>(depth) : std::span<const double>()},
+                 20.0, {});
 }
 
 TEST("two clocks are laid over each other by the event when there is no depth") {
@@ -35,14 +36,16 @@ TEST("without a loss in both the peak is taken, and said to be") {
 }
 
 TEST("depth comes first where both have it") {
-  const Alignment found = align(prepared({}, 50.0, 0.005), prepared({.delay = 2.0}, 0.0, 0.005), AlignmentRule::automatic);
+  const Alignment found =
+      align(prepared({}, 50.0, 0.005), prepared({.delay = 2.0}, 0.0, 0.005), AlignmentRule::automatic);
   CHECK(found.used == AlignmentRule::depth && !found.fixes_the_event());
   CHECK_NEAR(found.lag, 48.0, 1e-6);  // both needles at the same place
 }
 
 TEST("an event at another depth is left where it is") {
   // The same speed and start, the loss a second later: by depth there is no lag to hide it.
-  const Alignment found = align(prepared({.loss = 6.0}, 0.0, 0.005), prepared({.loss = 7.0}, 0.0, 0.005), AlignmentRule::depth);
+  const Alignment found =
+      align(prepared({.loss = 6.0}, 0.0, 0.005), prepared({.loss = 7.0}, 0.0, 0.005), AlignmentRule::depth);
   CHECK_NEAR(found.lag, 0.0, 1e-6);
 }
 
@@ -53,7 +56,8 @@ TEST("by the start the first samples coincide, whatever happens later") {
 }
 
 TEST("depth that was asked for and is not there is refused, not replaced") {
-  CHECK(align(prepared({}, 0.0), prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal == "the recording has no depth");
+  CHECK(align(prepared({}, 0.0), prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal ==
+        "the recording has no depth");
   CHECK(align(prepared({}, 0.0, 0.005), prepared({}, 0.0), AlignmentRule::depth).refusal ==
         "the simulated trace has no depth");
 }
@@ -61,7 +65,8 @@ TEST("depth that was asked for and is not there is refused, not replaced") {
 TEST("depths that do not meet cannot align anything") {
   PreparedTrace deep = prepared({}, 0.0, 0.005);
   for (double& d : deep.input.depth.value) { d += 1.0; }
-  CHECK(align(deep, prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal.find("do not meet") != std::string::npos);
+  CHECK(align(deep, prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal.find("do not meet") !=
+        std::string::npos);
 }
 
 }  // namespace

@@ -33,7 +33,8 @@ TEST("one law at two rates agrees") {
   const Comparison found = compare(recorded(), simulated());
   CHECK(found.verdict == Verdict::agrees);
   CHECK(found.reasons.empty());
-  CHECK_NEAR(found.alignment.lag, 0.0, 0.5 / 120.0);  // filters of two rates differ by less than half a sample
+  CHECK_NEAR(found.alignment.lag, 0.0,
+             0.5 / 120.0);  // filters of two rates differ by less than half a sample
   CHECK(found.rating && found.rating->overall > 0.98);
   CHECK(found.kind == Recording::Kind::reconstructed);
   CHECK_NEAR(found.cutoff, 20.0, 0.0);
@@ -55,8 +56,10 @@ TEST("what cannot be compared has a reason") {
   check_refused(single, simulated(), "the recording has one sample");
   Recording pumped = recorded();
   pumped.regime = Recording::Regime::pump;
-  check_refused(pumped, simulated(), "wrong regime: recorded with a pump on the plunger, simulated with a thumb");
-  check_refused(recorded(), simulated(), "the recording is empty", {.quantity = QuantityKind::force, .column = "syringe.pressure_pa"});
+  check_refused(pumped, simulated(),
+                "wrong regime: recorded with a pump on the plunger, simulated with a thumb");
+  check_refused(recorded(), simulated(), "the recording is empty",
+                {.quantity = QuantityKind::force, .column = "syringe.pressure_pa"});
 }
 
 TEST("traces that do not meet in time do not overlap") {
@@ -64,7 +67,8 @@ TEST("traces that do not meet in time do not overlap") {
   for (double& t : recording.time) { t = 10.0 + t; }
   ComparisonOptions options;
   options.alignment = AlignmentRule::start;
-  CHECK(compare(recording, simulated(), options).verdict == Verdict::agrees);  // starts coincide, wherever they are
+  CHECK(compare(recording, simulated(), options).verdict ==
+        Verdict::agrees);  // starts coincide, wherever they are
   const std::vector<double> early = instants(0.5, 1000.0);
   check_refused(recording, trace_of(early, early), "no overlap in time", options);
 }
@@ -76,7 +80,8 @@ TEST("the instant of an event that aligned the clocks proves nothing and is not 
   CHECK_NEAR(found.alignment.lag, -1.0, 0.01);
   ComparisonOptions by_start;
   by_start.alignment = AlignmentRule::start;
-  CHECK(compare(recorded(), trace_of(ticks, pressures({.delay = 1.0}, ticks)), by_start).verdict == Verdict::differs);
+  CHECK(compare(recorded(), trace_of(ticks, pressures({.delay = 1.0}, ticks)), by_start).verdict ==
+        Verdict::differs);
 }
 
 TEST("a simulation that stops right after the event leaves the verdict open") {

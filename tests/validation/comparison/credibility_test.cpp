@@ -39,7 +39,8 @@ TEST("without evidence nothing is shown and every factor says why") {
 
 TEST("cases that pass show a factor, one that fails shows it in part, skipped ones do not count") {
   const std::string factor = "numerical code verification";
-  std::vector<Outcome> outcomes{outcome("oscillator/order/rk4", Status::pass), outcome("network/skip", Status::skip)};
+  std::vector<Outcome> outcomes{outcome("oscillator/order/rk4", Status::pass),
+                                outcome("network/skip", Status::skip)};
   CHECK(find(credibility(outcomes, nullptr), factor).shown == Shown::shown);
   CHECK(find(credibility(outcomes, nullptr), factor).links.size() == 1);
   outcomes.push_back(outcome("errata/summary", Status::fail));
@@ -53,7 +54,8 @@ TEST("recordings rebuilt from published values show nothing about patients") {
   const GroupComparison rebuilt = compared(Recording::Kind::reconstructed, 8, Verdict::agrees);
   const std::vector<CredibilityFactor> all = credibility({}, &rebuilt);
   CHECK(find(all, "test samples").shown == Shown::not_shown);
-  CHECK(find(all, "test samples").evidence.find("8 rebuilt from published values do not count") != std::string::npos);
+  CHECK(find(all, "test samples").evidence.find("8 rebuilt from published values do not count") !=
+        std::string::npos);
   CHECK(find(all, "output comparison").shown == Shown::not_shown);
 }
 

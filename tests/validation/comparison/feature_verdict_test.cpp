@@ -22,13 +22,15 @@ Comparison given(double recorded_peak, double simulated_peak) {
   return comparison;
 }
 
-FeatureVerdict verdict_on(Feature feature, const Comparison& comparison, const ComparisonOptions& options = {}) {
+FeatureVerdict verdict_on(Feature feature, const Comparison& comparison,
+                          const ComparisonOptions& options = {}) {
   return judge_features(comparison, options)[static_cast<std::size_t>(feature)];
 }
 
 TEST("error, interval and uncertainty by hand") {
   ComparisonOptions options;
-  options.uncertainties = {.zero = 30.0, .gain = 0.01, .numerical = 0.02, .input = 0.03, .coverage_factor = 2.0};
+  options.uncertainties = {
+      .zero = 30.0, .gain = 0.01, .numerical = 0.02, .input = 0.03, .coverage_factor = 2.0};
   Comparison comparison = given(10000.0, 10500.0);
   comparison.recorded_features[Feature::peak].uncertainty = 40.0;
   const FeatureVerdict peak = verdict_on(Feature::peak, comparison, options);

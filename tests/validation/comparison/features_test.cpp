@@ -36,10 +36,11 @@ TEST("depth is read at the instants of the events") {
 TEST("without a loss of resistance its features are absent for that reason, and the peak is the trace's") {
   const Features found = of({.plateau = PressureLaw{}.peak}).found();
   CHECK(*found[Feature::loss_of_resistance].value == 0.0);
-  for (const Feature feature : {Feature::drop_height, Feature::relative_drop, Feature::drop_time, Feature::plateau,
-                                Feature::time_of_loss, Feature::depth_of_loss}) {
+  for (const Feature feature : {Feature::drop_height, Feature::relative_drop, Feature::drop_time,
+                                Feature::plateau, Feature::time_of_loss, Feature::depth_of_loss}) {
     CHECK(!found[feature].value);
-    CHECK(found[feature].reason.starts_with(feature == Feature::depth_of_loss ? "depth" : "no loss of resistance"));
+    CHECK(found[feature].reason.starts_with(feature == Feature::depth_of_loss ? "depth"
+                                                                              : "no loss of resistance"));
   }
   CHECK_NEAR(*found[Feature::peak].value, 60.0 * mmhg, 0.01 * 60.0 * mmhg);  // overshoot of the filter
 }

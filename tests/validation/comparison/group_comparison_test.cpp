@@ -23,7 +23,9 @@ Recording subject(double factor, const std::string& group) {
   return recording;
 }
 
-Trace simulated(const PressureLaw& law = {}) { return clinical::trace_of(ticks, clinical::pressures(law, ticks)); }
+Trace simulated(const PressureLaw& law = {}) {
+  return clinical::trace_of(ticks, clinical::pressures(law, ticks));
+}
 
 std::vector<Recording> subjects(const std::string& group) {
   std::vector<Recording> all;
@@ -38,7 +40,8 @@ TEST("an insertion in the middle of its subjects agrees with the group though no
   CHECK(group.corridor && group.coverage.holds);
   CHECK(group.differ > 0 && group.agree > 0);
   CHECK(group.recordings == 5 && group.measured == 0);
-  // 79 % of the peak tolerance is left after the spread of a mean of five: undecided or agreed, never different
+  // 79 % of the peak tolerance is left after the spread of a mean of five: undecided or agreed, never
+  // different
   CHECK(group.verdict != Verdict::differs && group.verdict != Verdict::not_comparable);
 }
 

@@ -53,7 +53,8 @@ TEST("units cancel: Pa, mmHg and a mirrored sign rate the same") {
 
 TEST("a constant has no phase: 0 and a note, whichever of the two it is") {
   const std::vector<double> constant(300, 2.5);
-  for (const IsoRating& rating : {rate(constant, bump(100.0)), rate(bump(100.0), constant), rate(constant, constant)}) {
+  for (const IsoRating& rating :
+       {rate(constant, bump(100.0)), rate(bump(100.0), constant), rate(constant, constant)}) {
     CHECK(rating.phase == 0.0);
     CHECK(!rating.note.empty());
   }

@@ -15,7 +15,9 @@ TEST("a straight line is the same line on any grid") {
     value.push_back(3.0 * time.back() - 1.0);
   }
   const Samples moved = resample(time, value, {.start = 0.0, .step = 0.033, .count = 140});
-  for (std::size_t n = 0; n < moved.size(); ++n) { CHECK_NEAR(moved.value[n], 3.0 * moved.time(n) - 1.0, 1e-12); }
+  for (std::size_t n = 0; n < moved.size(); ++n) {
+    CHECK_NEAR(moved.value[n], 3.0 * moved.time(n) - 1.0, 1e-12);
+  }
 }
 
 TEST("samples on their own grid are those samples") {
@@ -45,7 +47,8 @@ TEST("nothing is made up before the first sample or after the last") {
   const std::vector<double> time{1.0, 2.0};
   const std::vector<double> value{5.0, 6.0};
   const Samples s = resample(time, value, {.start = 0.5, .step = 0.5, .count = 5});
-  CHECK(std::isnan(s.value[0]) && s.value[1] == 5.0 && s.value[2] == 5.5 && s.value[3] == 6.0 && std::isnan(s.value[4]));
+  CHECK(std::isnan(s.value[0]) && s.value[1] == 5.0 && s.value[2] == 5.5 && s.value[3] == 6.0 &&
+        std::isnan(s.value[4]));
   CHECK(std::isnan(resample(std::vector<double>{}, std::vector<double>{}, {.count = 1}).value[0]));
 }
 

@@ -25,6 +25,22 @@ TEST("five of ten have the interval of Clopper and Pearson") {
   CHECK_NEAR(half.upper, 0.8129, 5e-5);
 }
 
+TEST("intervals of a thousand trials are found from end to end") {
+  for (const std::size_t hits : {0UL, 1UL, 500UL, 999UL, 1000UL}) {
+    const Interval interval = share_interval(hits, 1000);
+    const double share = static_cast<double>(hits) / 1000.0;
+    CHECK(interval.holds(share));
+    // Normal approximation 1.96 sqrt(p (1 - p) / n), at most 0.031, and 3.7 / n at the ends.
+    CHECK(interval.upper - interval.lower < 0.064);
+  }
+}
+
+TEST("a factor and its share undo each other") {
+  CHECK_NEAR(student_share(student_factor(0.9, 7), 7), 0.9, 1e-12);
+  CHECK_NEAR(normal_above(1.959963985), 0.025, 1e-10);
+  CHECK_NEAR(normal_above(0.0), 0.5, 1e-15);
+}
+
 TEST("counts outside an expected share are rare") {
   // Of 10 fair coins 0 or 10 heads come up with 2/1024 = 0.00195, more than 0.001; 1 more must be allowed.
   CHECK_NEAR(expected_share(0.5, 10, 0.999).lower, 0.0, 0.0);

@@ -14,7 +14,8 @@ TEST("fewer recordings than needed are refused with both numbers") {
   const CorridorBuilt built = build_corridor(two);
   CHECK(!built.corridor);
   CHECK(built.refusal == "a corridor needs at least 3 recordings; there are 2");
-  CHECK(build_corridor(std::vector<Samples>{two[0]}).refusal == "a corridor needs at least 3 recordings; there is 1");
+  CHECK(build_corridor(std::vector<Samples>{two[0]}).refusal ==
+        "a corridor needs at least 3 recordings; there is 1");
   CHECK(!build_corridor({}).refusal.empty());
 }
 
@@ -33,7 +34,8 @@ TEST("mean, deviation and width by hand") {
 }
 
 TEST("samples inside are counted, the largest excursion is found, gaps are not judged") {
-  const std::vector<Samples> three{of({-1.0, -1.0, -1.0, -1.0}), of({0.0, 0.0, 0.0, 0.0}), of({1.0, 1.0, 1.0, 1.0})};
+  const std::vector<Samples> three{of({-1.0, -1.0, -1.0, -1.0}), of({0.0, 0.0, 0.0, 0.0}),
+                                   of({1.0, 1.0, 1.0, 1.0})};
   const CorridorRule rule{.half_width = 2.0};
   const CorridorBuilt built = build_corridor(three, rule);  // 0 +- 2
   const CorridorCoverage found = coverage(*built.corridor, of({2.0, -5.0, not_measured, 2.5}), rule);
