@@ -72,7 +72,7 @@ FeatureVerdict judge_feature(Feature feature, const Comparison& comparison,
                      .simulated = comparison.simulated_features[feature],
                      .tolerance = tolerance_of(feature, options)};
   if (is_time(feature) && one.recorded.value) { *one.recorded.value -= comparison.alignment.lag; }
-  if (is_time(feature) && comparison.alignment.fixes_the_event()) {
+  if (is_time(feature) && !comparison.alignment.judges_times()) {
     one.reason = "the clocks were aligned " + comparison.alignment.how;
     if (one.recorded.value && one.simulated.value) { one.error = *one.simulated.value - *one.recorded.value; }
     return one;

@@ -75,10 +75,20 @@ FeatureSummary summarise(Feature feature, const Members& members, const Bootstra
   return summary;
 }
 
+/// The verdict of the first recording of which the feature could be judged.
+FeatureVerdict judged_of_any(Feature feature, const Members& members) {
+  const auto n = static_cast<std::size_t>(feature);
+  for (const Comparison* one : members) {
+    if (one->features[n].verdict != Verdict::not_judged) { return one->features[n]; }
+  }
+  return members.front()->features[n];
+}
+
 /// The feature of the simulation against the mean over subjects; its spread is part of u_D.
 FeatureVerdict judge_mean(const FeatureSummary& summary, const Members& members, double coverage_factor) {
-  FeatureVerdict one = members.front()->features[static_cast<std::size_t>(summary.feature)];
-  if (one.verdict == Verdict::not_judged || !summary.simulated || summary.count < 2) {
+  FeatureVerdict one = judged_of_any(summary.feature, members);
+  if (one.verdict == Verdict::not_judged || !one.reason.empty()) { return one; }  // an event left open stays so
+  if (summary.count < 2) {
     one.verdict = Verdict::not_judged;
     return one;
   }

@@ -17,6 +17,9 @@ std::string refusal_of(const RawTrace& trace) {
       return "has times that do not increase";
     }
   }
+  if (trace.time.back() - trace.time.front() > 1e7 * usual_interval(trace.time)) {
+    return "spans more than ten million of its usual intervals";
+  }
   const std::vector<double> finite = finite_only(trace.value);
   if (finite.empty()) { return "holds no number"; }
   if (finite.size() < 10) { return "holds fewer than 10 numbers"; }

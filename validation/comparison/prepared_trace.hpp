@@ -23,8 +23,8 @@ struct PreparedTrace {
   [[nodiscard]] double rate() const { return 1.0 / input.raw.step; }  ///< [Hz]
 };
 
-/// Why a trace cannot be compared: empty, one sample, times that do not increase, no number, a constant.
-/// Empty when it can.
+/// Why a trace cannot be compared: empty, one sample, times that do not increase, no number, a constant,
+/// or more than ten million of its usual intervals. Empty when it can.
 std::string refusal_of(const RawTrace& trace);
 
 PreparedTrace prepare(const RawTrace& trace, double cutoff, const FeatureRule& rule);

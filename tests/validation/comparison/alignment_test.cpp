@@ -23,7 +23,7 @@ PreparedTrace prepared(const PressureLaw& law, double clock, double speed = 0.0)
 
 TEST("two clocks are laid over each other by the event when there is no depth") {
   const Alignment found = align(prepared({}, 100.0), prepared({.delay = 1.0}, 0.0), AlignmentRule::automatic);
-  CHECK(found.used == AlignmentRule::event && found.fixes_the_event());
+  CHECK(found.used == AlignmentRule::event && !found.judges_times());
   CHECK(found.how == "by the loss of resistance");
   CHECK_NEAR(found.lag, 99.0, 1e-6);  // the same law, a second later
 }
@@ -38,7 +38,7 @@ TEST("without a loss in both the peak is taken, and said to be") {
 TEST("depth comes first where both have it") {
   const Alignment found =
       align(prepared({}, 50.0, 0.005), prepared({.delay = 2.0}, 0.0, 0.005), AlignmentRule::automatic);
-  CHECK(found.used == AlignmentRule::depth && !found.fixes_the_event());
+  CHECK(found.used == AlignmentRule::depth && !found.judges_times());
   CHECK_NEAR(found.lag, 48.0, 1e-6);  // both needles at the same place
 }
 
@@ -51,7 +51,7 @@ TEST("an event at another depth is left where it is") {
 
 TEST("by the start the first samples coincide, whatever happens later") {
   const Alignment found = align(prepared({}, 30.0), prepared({.delay = 1.0}, 10.0), AlignmentRule::start);
-  CHECK(found.used == AlignmentRule::start);
+  CHECK(found.used == AlignmentRule::start && found.judges_times());
   CHECK_NEAR(found.lag, 20.0, 1e-9);
 }
 

@@ -64,6 +64,17 @@ TEST("times of a recording are told on the simulation's clock") {
   CHECK(time.verdict == Verdict::differs);
 }
 
+TEST("times are not judged where depth or the event aligned the clocks") {
+  Comparison comparison = given(100.0, 100.0);
+  for (const AlignmentRule rule : {AlignmentRule::depth, AlignmentRule::event}) {
+    comparison.alignment = {.used = rule, .how = "by something", .lag = 30.0};
+    const FeatureVerdict time = verdict_on(Feature::time_of_loss, comparison);
+    CHECK(time.verdict == Verdict::not_judged && time.reason == "the clocks were aligned by something");
+    CHECK_NEAR(time.error, 30.0, 1e-12);  // told, though not judged
+  }
+  CHECK(verdict_on(Feature::depth_of_loss, comparison).verdict == Verdict::agrees);
+}
+
 TEST("an event in one of them alone differs; one that cannot be decided is open") {
   Comparison comparison = given(100.0, 100.0);
   comparison.recorded_features[Feature::loss_of_resistance].value = 1.0;

@@ -55,6 +55,26 @@ TEST("means and spreads over subjects by hand") {
   CHECK(peak.interval && peak.interval->holds(peak.mean));
 }
 
+TEST("a simulation that ends before its event can be called so leaves the group open") {
+  std::vector<double> until = clinical::instants(8.5, 1000.0);
+  const Trace cut = clinical::trace_of(until, clinical::pressures({}, until));
+  const GroupComparison found = compare_all(subjects("lean"), cut);
+  CHECK(found.verdict == Verdict::not_distinguishable);
+  CHECK(found.reasons.front().find("the trace ends") != std::string::npos);
+}
+
+TEST("a first recording with a gap over its fall hides nothing of the others") {
+  std::vector<Recording> all = subjects("lean");
+  for (std::size_t n = 0; n < all[0].time.size(); ++n) {
+    if (all[0].time[n] > 6.05 && all[0].time[n] < 6.25) { all[0].pressure[n] = not_measured; }
+  }
+  const GroupComparison found = compare_all(all, simulated({.fall_constant = 0.75}));
+  CHECK(found.groups.front().features[static_cast<std::size_t>(Feature::drop_time)].count == 4);
+  bool told = false;
+  for (const std::string& reason : found.reasons) { told = told || reason.find("drop_time") != std::string::npos; }
+  CHECK(told && found.verdict == Verdict::differs);
+}
+
 TEST("an insertion without the event differs from the group and leaves its corridor") {
   const GroupComparison found = compare_all(subjects("lean"), simulated({.plateau = PressureLaw{}.peak}));
   CHECK(found.verdict == Verdict::differs);
