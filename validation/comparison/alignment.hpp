@@ -23,8 +23,8 @@ struct Alignment {
   double lag = 0.0;          ///< [s] recorded time - simulated time of one instant; always reported
   double uncertainty = 0.0;  ///< [s] standard
   std::string refusal{};     ///< why the rule that was asked for cannot be followed
-  /// Whether instants say anything: aligned by the event they are the same by themselves, and aligned by depth
-  /// the depth of the event tells, as hands move at speeds of their own.
+  /// Whether instants say anything: aligned by the event they are the same by themselves, and aligned by
+  /// depth the depth of the event tells, as hands move at speeds of their own.
   [[nodiscard]] bool judges_times() const { return used == AlignmentRule::start; }
 };
 

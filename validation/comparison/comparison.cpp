@@ -103,7 +103,7 @@ void conclude(Comparison& comparison) {
   comparison.verdict = Verdict::not_judged;
   for (const FeatureVerdict& one : comparison.features) {
     comparison.verdict = worse(comparison.verdict, one.verdict);
-    if (one.verdict == Verdict::differs || one.verdict == Verdict::not_distinguishable) {
+    if (one.verdict != Verdict::agrees && one.verdict != Verdict::not_judged) {
       comparison.reasons.push_back(sentence_of(one));
     }
   }

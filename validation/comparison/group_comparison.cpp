@@ -87,7 +87,7 @@ FeatureVerdict judged_of_any(Feature feature, const Members& members) {
 /// The feature of the simulation against the mean over subjects; its spread is part of u_D.
 FeatureVerdict judge_mean(const FeatureSummary& summary, const Members& members, double coverage_factor) {
   FeatureVerdict one = judged_of_any(summary.feature, members);
-  if (one.verdict == Verdict::not_judged || !one.reason.empty()) { return one; }  // an event left open stays so
+  if (one.verdict == Verdict::not_judged || !one.reason.empty()) { return one; }  // an event left open
   if (summary.count < 2) {
     one.verdict = Verdict::not_judged;
     return one;
@@ -118,7 +118,7 @@ void judge_by_corridor(const Members& members, const GroupOptions& options, Grou
     const FeatureVerdict mean =
         judge_mean(feature, members, options.comparison.uncertainties.coverage_factor);
     summary.verdict = worse(summary.verdict, mean.verdict);
-    if (mean.verdict == Verdict::differs || mean.verdict == Verdict::not_distinguishable) {
+    if (mean.verdict != Verdict::agrees && mean.verdict != Verdict::not_judged) {
       summary.reasons.push_back("mean over subjects, " + sentence_of(mean));
     }
   }

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "model/dynamics/scene_check.hpp"
+#include "validation/comparison/samples.hpp"
 #include "validation/comparison/time_warp.hpp"
 
 namespace palpate::comparison {
@@ -161,7 +162,7 @@ double slope_score(const Shifted& pair, const IsoRule& rule) {
 }  // namespace
 
 IsoRating rate(std::span<const double> simulated, std::span<const double> recorded, const IsoRule& rule) {
-  const auto finite = [](double v) { return std::isfinite(v); };
+  const auto finite = [](double v) { return std::abs(v) <= largest_value; };
   if (simulated.size() != recorded.size() || recorded.size() < 10 ||
       !std::ranges::all_of(simulated, finite) || !std::ranges::all_of(recorded, finite)) {
     throw InputError("a rating needs two traces of one length, at least 10 samples, all of them numbers");

@@ -30,8 +30,8 @@ struct IsoRating {
   std::string note{};        ///< what could not be rated and scores 0 therefore
 };
 
-/// Both of one length, at least 10, and finite (throws InputError otherwise). The standard leaves the phase
-/// of a constant open and implementations rate it 1: it is 0 here, with a note.
+/// Both of one length, at least 10, and numbers up to 1e100 (throws InputError otherwise). The standard
+/// leaves the phase of a constant open and implementations rate it 1: it is 0 here, with a note.
 IsoRating rate(std::span<const double> simulated, std::span<const double> recorded, const IsoRule& rule = {});
 
 /// "excellent" above 0.94, "good" above 0.80, "fair" above 0.58, "poor".

@@ -24,6 +24,7 @@ std::string refusal_of(const RawTrace& trace) {
   if (finite.empty()) { return "holds no number"; }
   if (finite.size() < 10) { return "holds fewer than 10 numbers"; }
   const auto [smallest, largest] = std::ranges::minmax(finite);
+  if (std::max(largest, -smallest) > largest_value) { return "holds a value beyond 1e100"; }
   if (largest - smallest <= 1e-12 * std::max(std::abs(largest), std::abs(smallest))) { return "is constant"; }
   return {};
 }

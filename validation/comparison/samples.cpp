@@ -92,7 +92,8 @@ Samples resample(std::span<const double> time, std::span<const double> value, co
     const double t = samples.time(n);
     if (t < time.front() - 1e-4 * usual) { continue; }
     while (i + 1 < time.size() && time[i + 1] <= t) { ++i; }
-    samples.value[n] = value_between(time, value, i, t, usual);
+    const double found = value_between(time, value, i, t, usual);
+    samples.value[n] = std::isfinite(found) ? found : not_measured;  // an infinite sample is a gap too
   }
   return samples;
 }

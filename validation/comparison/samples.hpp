@@ -12,6 +12,9 @@ namespace palpate::comparison {
 
 inline constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
 
+/// Squares and their sums stay numbers up to here; nothing larger is a measurement.
+inline constexpr double largest_value = 1e100;
+
 /// An interval longer than this many usual ones is a gap: a single missing sample makes it 2.
 inline constexpr double longest_bridge = 1.5;
 

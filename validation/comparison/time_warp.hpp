@@ -10,7 +10,7 @@ namespace palpate::comparison {
 /// Sums over the path from both first to both last samples that has the least sum of squared differences,
 /// among paths of steps (1,0), (0,1), (1,1) with |i - j| < radius. Of equal predecessors, the one that keeps
 /// the second trace's sample is taken first, then the one that keeps the first's. Both are of equal length,
-/// at least 1. Time and memory (one byte) go with length times (2 radius - 1).
+/// at least 1, and their squares are numbers. Time and memory (one byte) go with length times (2 radius - 1).
 struct WarpSums {
   double difference = 0.0;  ///< sum of |first - second|
   double second = 0.0;      ///< sum of |second|

@@ -23,6 +23,9 @@ TEST("what cannot be compared is refused with its reason") {
   const std::vector<double> time = clinical::instants(1.0, 100.0);
   CHECK(refusal(time, std::vector<double>(time.size(), 7.0)) == "is constant");
   CHECK(refusal(time, time).empty());
+  std::vector<double> huge = time;
+  huge[3] = -1e101;
+  CHECK(refusal(time, huge) == "holds a value beyond 1e100");
   std::vector<double> far = time;
   far.back() = 1e9;  // a grid of its usual interval would have 1e11 instants
   CHECK(refusal(far, time) == "spans more than ten million of its usual intervals");

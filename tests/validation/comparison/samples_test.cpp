@@ -43,6 +43,13 @@ TEST("nothing is interpolated across a missing sample or one that is no number")
   }
 }
 
+TEST("an infinite sample is a gap") {
+  const std::vector<double> time{0.0, 1.0, 2.0, 3.0};
+  const std::vector<double> value{1.0, std::numeric_limits<double>::infinity(), 1.0, 1.0};
+  const Samples s = regular(time, value);
+  CHECK(s.value[0] == 1.0 && std::isnan(s.value[1]) && s.value[2] == 1.0);
+}
+
 TEST("nothing is made up before the first sample or after the last") {
   const std::vector<double> time{1.0, 2.0};
   const std::vector<double> value{5.0, 6.0};
