@@ -33,6 +33,11 @@ TEST("depth is read at the instants of the events") {
   CHECK_NEAR(*found[Feature::depth_of_peak].value, 0.002 * *found[Feature::time_of_peak].value, 1e-12);
 }
 
+TEST("the duration of an exponential fall is its constant times ln 9") {
+  const Features found = of({}).found();
+  CHECK_NEAR(*found[Feature::drop_time].value, 0.15 * std::log(9.0), 0.02 * 0.33);  // 2 % of the filter
+}
+
 TEST("without a loss of resistance its features are absent for that reason, and the peak is the trace's") {
   const Features found = of({.plateau = PressureLaw{}.peak}).found();
   CHECK(*found[Feature::loss_of_resistance].value == 0.0);

@@ -55,6 +55,24 @@ TEST("means and spreads over subjects by hand") {
   CHECK(peak.interval && peak.interval->holds(peak.mean));
 }
 
+TEST("the spread of a mean over subjects is part of its uncertainty") {
+  std::vector<double> louder = clinical::pressures({}, ticks);
+  for (double& p : louder) { p *= 1.15; }
+  // Off by 15 % where 10.2 % are allowed, but the mean of five is known to 2 x 15.8 % / sqrt(5) = 14 %.
+  CHECK(compare_all(subjects("lean"), clinical::trace_of(ticks, louder)).verdict ==
+        Verdict::not_distinguishable);
+}
+
+TEST("features that agree do not save a trace that leaves the corridor") {
+  std::vector<double> odd = clinical::pressures({}, ticks);
+  for (std::size_t n = 0; n < 2500; ++n) { odd[n] += 30.0 * clinical::mmhg; }  // long before the event
+  const GroupComparison found = compare_all(subjects("lean"), clinical::trace_of(ticks, odd));
+  CHECK(found.recordings[2].verdict ==
+        Verdict::agrees);  // by features alone, against the subject of factor 1
+  CHECK(found.verdict == Verdict::differs);
+  CHECK(found.groups.front().coverage.inside < 0.9 && found.groups.front().coverage.inside > 0.7);
+}
+
 TEST("a simulation that ends before its event can be called so leaves the group open") {
   std::vector<double> until = clinical::instants(8.5, 1000.0);
   const Trace cut = clinical::trace_of(until, clinical::pressures({}, until));
@@ -71,7 +89,9 @@ TEST("a first recording with a gap over its fall hides nothing of the others") {
   const GroupComparison found = compare_all(all, simulated({.fall_constant = 0.75}));
   CHECK(found.groups.front().features[static_cast<std::size_t>(Feature::drop_time)].count == 4);
   bool told = false;
-  for (const std::string& reason : found.reasons) { told = told || reason.find("drop_time") != std::string::npos; }
+  for (const std::string& reason : found.reasons) {
+    told = told || reason.find("drop_time") != std::string::npos;
+  }
   CHECK(told && found.verdict == Verdict::differs);
 }
 

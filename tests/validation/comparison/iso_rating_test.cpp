@@ -39,6 +39,15 @@ TEST("a shift of a fifth of the samples or more has no phase score") {
   CHECK(rate(bump(200.0), bump(140.0)).phase == 0.0);
 }
 
+TEST("slopes are means over nine differences") {
+  std::vector<double> ramp(200);
+  for (std::size_t n = 0; n < 200; ++n) { ramp[n] = static_cast<double>(n); }
+  std::vector<double> spiked = ramp;
+  spiked[100] += 18.0;
+  // Differences of +9 and -9 at 99 and 101 meet in every window of nine but the two at either edge: 4 x 1.
+  CHECK_NEAR(rate(spiked, ramp).slope, 1.0 - 4.0 / 200.0 / 2.0, 1e-12);
+}
+
 TEST("units cancel: Pa, mmHg and a mirrored sign rate the same") {
   std::vector<double> simulated = bump(140.0);
   std::vector<double> recorded = bump(130.0);
