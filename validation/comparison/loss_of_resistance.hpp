@@ -15,10 +15,9 @@ struct LossRule {
   /// Published means are 0.73 for true and 0.33 for false ones, the rule of thumb is 0.5, and 6 of 60 true
   /// ones stayed under it; 0.4 lies above the false mean and lets a true one of 0.45 pass.
   double least_drop = 0.40;
-  double hold = 5.0;          ///< [s] under (1 - least_drop) peak, published
+  double hold = 5.0;          ///< [s] under the level (1 - least_drop) peak, published
   double settle = 1.0;        ///< [s] after the fall until the plateau is measured
-  double longest_fall =
-      2.0;  ///< [s] from the peak to under (1 - least_drop) peak; a leak is slower (assumed)
+  double longest_fall = 2.0;  ///< [s] from the peak to that level; a leak is slower (assumed)
   double unsteady = 0.20;     ///< of the peak, largest 5-95 % range of the plateau (assumed)
   double least_peak = 0.50;   ///< of the largest pressure: flushing a needle is no insertion (assumed)
 };
