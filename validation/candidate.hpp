@@ -35,6 +35,7 @@ struct Mutation {
   std::function<void(Scene&, SpringNetwork&)> model{};  ///< before the run; network may be empty
   std::function<void(Motion&)> motion{};                ///< after it
   std::function<void(Insertion&)> insertion{};          ///< after that of a tool
+  std::function<void(std::vector<double>&)> pressure{};  ///< of a simulated insertion, before it is compared [Pa]
   int loop_delay = 0;                                   ///< further ticks in every haptic loop
   bool step_twice = false;                              ///< every step taken with twice its length
 };

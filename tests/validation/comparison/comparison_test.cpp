@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "validation/comparison/comparison.hpp"
+
+#include <algorithm>
+
+#include "tests/check.hpp"
+#include "validation/cases/clinical_traces.hpp"
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::comparison;
+using clinical::instants;
+using clinical::mmhg;
+using clinical::pressures;
+using clinical::recording_of;
+using clinical::trace_of;
+
+const std::vector<double> time_of_link = instants(14.0, 120.0);
+const std::vector<double> ticks = instants(14.0, 1000.0);
+
+Recording recorded() { return recording_of(time_of_link, pressures({}, time_of_link)); }
+Trace simulated() { return trace_of(ticks, pressures({}, ticks)); }
+
+void check_refused(const Recording& recording, const Trace& trace, const std::string& reason,
+                   const ComparisonOptions& options = {}) {
+  const Comparison found = compare(recording, trace, options);
+  CHECK(found.verdict == Verdict::not_comparable);
+  CHECK(found.reasons.size() == 1 && found.reasons.front() == reason);
+}
+
+TEST("one law at two rates agrees") {
+  const Comparison found = compare(recorded(), simulated());
+  CHECK(found.verdict == Verdict::agrees);
+  CHECK(found.reasons.empty());
+  CHECK_NEAR(found.alignment.lag, 0.0,
+             0.5 / 120.0);  // filters of two rates differ by less than half a sample
+  CHECK(found.rating && found.rating->overall > 0.98);
+  CHECK(found.kind == Recording::Kind::reconstructed);
+  CHECK_NEAR(found.cutoff, 20.0, 0.0);
+}
+
+TEST("what cannot be compared has a reason") {
+  Recording empty;
+  check_refused(empty, simulated(), "the recording is empty");
+  check_refused(recorded(), Trace{}, "the simulated trace has no column syringe.pressure_pa");
+  Recording constant = recorded();
+  std::ranges::fill(constant.pressure, 3.0);
+  check_refused(constant, simulated(), "the recording is constant");
+  Recording nothing = recorded();
+  std::ranges::fill(nothing.pressure, not_measured);
+  check_refused(nothing, simulated(), "the recording holds no number");
+  Recording single = recorded();
+  single.time.resize(1);
+  single.pressure.resize(1);
+  check_refused(single, simulated(), "the recording has one sample");
+  Recording pumped = recorded();
+  pumped.regime = Recording::Regime::pump;
+  check_refused(pumped, simulated(),
+                "wrong regime: recorded with a pump on the plunger, simulated with a thumb");
+  check_refused(recorded(), simulated(), "the recording is empty",
+                {.quantity = QuantityKind::force, .column = "syringe.pressure_pa"});
+}
+
+TEST("traces that do not meet in time do not overlap") {
+  Recording recording = recorded();
+  for (double& t : recording.time) { t = 10.0 + t; }
+  ComparisonOptions options;
+  options.alignment = AlignmentRule::start;
+  CHECK(compare(recording, simulated(), options).verdict ==
+        Verdict::agrees);  // starts coincide, wherever they are
+  const std::vector<double> early = instants(0.5, 1000.0);
+  check_refused(recording, trace_of(early, early), "no overlap in time", options);
+}
+
+TEST("the instant of an event that aligned the clocks proves nothing and is not judged") {
+  const Comparison found = compare(recorded(), trace_of(ticks, pressures({.delay = 1.0}, ticks)));
+  const FeatureVerdict& loss = found.features[static_cast<std::size_t>(Feature::time_of_loss)];
+  CHECK(loss.verdict == Verdict::not_judged && !loss.reason.empty());
+  CHECK_NEAR(found.alignment.lag, -1.0, 0.01);
+  ComparisonOptions by_start;
+  by_start.alignment = AlignmentRule::start;
+  CHECK(compare(recorded(), trace_of(ticks, pressures({.delay = 1.0}, ticks)), by_start).verdict ==
+        Verdict::differs);
+}
+
+TEST("a simulation that stops right after the event leaves the verdict open") {
+  const std::vector<double> until = instants(8.5, 1000.0);
+  const Comparison found = compare(recorded(), trace_of(until, pressures({}, until)));
+  CHECK(found.verdict == Verdict::not_distinguishable);
+  CHECK(found.reasons.front().find("the trace ends") != std::string::npos);
+}
+
+TEST("gaps in the recording stay out of the figures") {
+  Recording gappy = recorded();
+  for (std::size_t n = 240; n < 300; ++n) { gappy.pressure[n] = not_measured; }
+  const Comparison found = compare(gappy, simulated());
+  CHECK(found.verdict == Verdict::agrees);
+  CHECK(found.errors.samples <= found.recorded.size() - 60);
+  CHECK(found.rated < 1.0 && found.rated > 0.7);
+  for (std::size_t n = 242; n < 298; ++n) { CHECK(std::isnan(found.recorded.value[n])); }
+}
+
+TEST("a tolerance that is given replaces the default one") {
+  ComparisonOptions strict;
+  strict.tolerances = {{.feature = Feature::peak, .relative = 0.03, .origin = "stricter"}};
+  const Trace louder = trace_of(ticks, pressures({.peak = 64.0 * mmhg}, ticks));
+  CHECK(compare(recorded(), louder).verdict != Verdict::differs);
+  CHECK(compare(recorded(), louder, strict).verdict == Verdict::differs);
+}
+
+TEST("an uncertainty larger than the tolerance leaves nothing to tell") {
+  ComparisonOptions vague;
+  vague.uncertainties.input = 0.3;
+  const Trace louder = trace_of(ticks, pressures({.peak = 66.0 * mmhg, .plateau = 8.8 * mmhg}, ticks));
+  const Comparison found = compare(recorded(), louder, vague);
+  CHECK(found.verdict == Verdict::not_distinguishable);
+  CHECK(found.features[static_cast<std::size_t>(Feature::peak)].below_uncertainty);
+}
+
+TEST("a force along the needle is compared with its own column") {
+  Recording recording = recorded();
+  recording.force = recording.pressure;
+  for (double& f : recording.force) { f *= 1.767e-4; }
+  Trace trace = simulated();
+  trace.columns.front().name = "tool.force_n";
+  for (double& f : trace.columns.front().values) { f *= 1.767e-4; }
+  const Comparison found = compare(recording, trace, {.quantity = QuantityKind::force});
+  CHECK(found.verdict == Verdict::agrees && found.unit == "N");
+}
+
+TEST("a long trace gets a grid that its ratings can carry") {
+  ComparisonOptions small;
+  small.most_samples = 500;
+  const Comparison found = compare(recorded(), simulated(), small);
+  CHECK(found.recorded.size() <= 501);
+  CHECK(found.verdict == Verdict::agrees);
+}
+
+}  // namespace

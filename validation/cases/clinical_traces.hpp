@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Pressures of insertions made up from a law, whose features are known before anything measures them.
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "device/seeded.hpp"
+#include "model/dynamics/recording.hpp"
+#include "model/dynamics/trace.hpp"
+#include "validation/case.hpp"
+#include "validation/comparison/comparison.hpp"
+
+namespace palpate::clinical {
+
+inline constexpr double mmhg = 133.322;  ///< [Pa]
+
+/// Level, a straight rise to the peak, then an exponential fall to the plateau.
+struct PressureLaw {
+  double level = 20.0 * mmhg;    ///< [Pa]
+  double peak = 60.0 * mmhg;     ///< [Pa]
+  double plateau = 8.0 * mmhg;   ///< [Pa]; equal to the peak: no loss of resistance
+  double rise = 1.0;             ///< [s] when it begins
+  double loss = 6.0;             ///< [s]
+  double fall_constant = 0.15;   ///< [s] of the exponential
+  double delay = 0.0;            ///< [s] of everything
+
+  [[nodiscard]] double at(double time) const;  ///< [Pa]
+};
+
+/// One per step from 0 to `duration` inclusive [s].
+std::vector<double> instants(double duration, double rate);
+std::vector<double> pressures(const PressureLaw& law, const std::vector<double>& time);
+
+/// Roughly normal: the sum of twelve uniform ones less six, which no machine rounds differently.
+double normal(device::Seeded& seeded);
+void add_noise(std::vector<double>& values, double deviation, device::Seeded& seeded);
+
+/// The planted fault of a case, if there is one, on a simulated pressure.
+void damage(const CaseContext& context, std::vector<double>& pressure);
+
+/// As compare() takes them: a thumb's recording, a simulated trace.
+Recording recording_of(const std::vector<double>& time, std::vector<double> pressure);
+Trace trace_of(const std::vector<double>& time, std::vector<double> pressure);
+
+/// The hands' techniques with and without a loss of resistance, for the rule that finds it.
+enum class Technique { continuous, intermittent };
+struct Insertions {
+  Technique technique = Technique::continuous;
+  double mean_drop = 0.73;       ///< of the peak
+  double deviation_drop = 0.18;  ///< normal, kept within 0.02 and 0.98
+  bool held = true;              ///< false: the pressure comes back within 4 s
+  bool drops = true;             ///< false: no fall but those between pushes
+};
+inline constexpr double sample_rate = 120.0;            ///< [Hz] of the raw pressure link
+inline constexpr double noise_deviation = 5.0 * mmhg;   ///< [Pa] (assumed)
+inline constexpr double smallest_peak = 300.0 * mmhg;   ///< [Pa]; the largest is twice that
+/// One made-up insertion of 30 s.
+comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed);
+
+}  // namespace palpate::clinical

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include "validation/comparison/credibility.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace palpate::comparison {
+
+namespace {
+
+using Shown = CredibilityFactor::Shown;
+
+/// A factor of verification and the cases (or whole groups of them) that show it.
+struct FromCases {
+  const char* factor;
+  const char* goal;
+  std::array<const char*, 3> prefixes;
+};
+
+constexpr std::array from_cases{
+    FromCases{"numerical code verification",
+              "observed orders and closed forms hold",
+              {"oscillator", "network", "errata"}},
+    FromCases{"discretisation error",
+              "errors fall with step and spacing at the order of theory",
+              {"oscillator/order", "network/order", "needle/order"}},
+    FromCases{"solver error",
+              "two independent families of references agree with the stepping",
+              {"network/reference", "needle", "stability"}},
+    FromCases{"output comparison: the measures themselves",
+              "each measure does what it says and is blind as stated",
+              {"clinical", nullptr, nullptr}},
+    FromCases{
+        "rendering through the device", "forces reach the hand as computed", {"haptics", nullptr, nullptr}},
+};
+
+bool named(const std::string& name, const char* prefix) {
+  return prefix != nullptr && (name == prefix || name.starts_with(std::string(prefix) + "/"));
+}
+
+CredibilityFactor from(const FromCases& wanted, std::span<const Outcome> outcomes) {
+  CredibilityFactor factor{.activity = "verification", .factor = wanted.factor, .goal = wanted.goal};
+  std::size_t passed = 0;
+  for (const Outcome& outcome : outcomes) {
+    const bool counts =
+        std::ranges::any_of(wanted.prefixes, [&](const char* p) { return named(outcome.name, p); });
+    if (!counts || outcome.status == Status::skip) { continue; }
+    factor.links.push_back(outcome.name);
+    passed += outcome.status == Status::pass ? 1 : 0;
+  }
+  factor.evidence = factor.links.empty() ? "not shown: none of its cases was run"
+                                         : std::to_string(passed) + " of " +
+                                               std::to_string(factor.links.size()) + " cases hold";
+  if (passed > 0) { factor.shown = passed == factor.links.size() ? Shown::shown : Shown::in_part; }
+  return factor;
+}
+
+/// A factor that no computation of ours shows.
+CredibilityFactor never(const char* activity, const char* factor, const char* goal, const char* why) {
+  return {.activity = activity, .factor = factor, .goal = goal, .evidence = std::string("not shown: ") + why};
+}
+
+struct Evidence {
+  std::size_t measured = 0;       ///< recordings of patients that could be compared
+  std::size_t reconstructed = 0;  ///< rebuilt ones
+  std::vector<std::string> names{};
+};
+
+Evidence evidence_of(const GroupComparison* comparison) {
+  Evidence evidence;
+  if (comparison == nullptr) { return evidence; }
+  for (const Comparison& one : comparison->recordings) {
+    if (one.verdict == Verdict::not_comparable) { continue; }
+    if (one.kind == Recording::Kind::reconstructed) {
+      ++evidence.reconstructed;
+    } else {
+      ++evidence.measured;
+      evidence.names.push_back(one.recording);
+    }
+  }
+  return evidence;
+}
+
+CredibilityFactor test_samples(const Evidence& evidence) {
+  CredibilityFactor factor{
+      .activity = "validation", .factor = "test samples", .goal = "recordings of at least 3 subjects"};
+  factor.evidence = std::to_string(evidence.measured) + " measured recordings";
+  if (evidence.measured == 0) { factor.evidence = "not shown: no measured recording was compared"; }
+  if (evidence.reconstructed > 0) {
+    factor.evidence +=
+        "; " + std::to_string(evidence.reconstructed) + " rebuilt from published values do not count";
+  }
+  factor.links = evidence.names;
+  if (evidence.measured > 0) { factor.shown = evidence.measured >= 3 ? Shown::shown : Shown::in_part; }
+  return factor;
+}
+
+/// Agreement with patients. "Shown" speaks of the comparison; its verdict is part of the evidence.
+CredibilityFactor output_comparison(const Evidence& evidence, const GroupComparison* comparison) {
+  CredibilityFactor factor{.activity = "validation", .factor = "output comparison",
+                           .goal = "features and corridor agree within stated tolerances and u_val"};
+  if (evidence.measured == 0) {
+    factor.evidence = "not shown: no measured recording was compared";
+    return factor;
+  }
+  factor.evidence = "the verdict is: " + std::string(name_of(comparison->verdict));
+  factor.links = evidence.names;
+  factor.shown = comparison->verdict == Verdict::agrees ? Shown::shown : Shown::not_shown;
+  if (comparison->verdict == Verdict::not_distinguishable) { factor.shown = Shown::in_part; }
+  return factor;
+}
+
+}  // namespace
+
+std::string_view name_of(CredibilityFactor::Shown shown) {
+  switch (shown) {
+    case Shown::shown: return "shown";
+    case Shown::in_part: return "in part";
+    case Shown::not_shown: break;
+  }
+  return "not shown";
+}
+
+std::vector<CredibilityFactor> credibility(std::span<const Outcome> outcomes,
+                                           const GroupComparison* comparison) {
+  std::vector<CredibilityFactor> factors{never(
+      "verification", "software quality assurance", "tests and their planted faults pass on every change",
+      "this table sees results and not the test runs; see the project's own tests")};
+  for (const FromCases& wanted : from_cases) { factors.push_back(from(wanted, outcomes)); }
+  factors.push_back(never("verification", "use error", "inputs are checked by a second person",
+                          "scenes are checked for rules and not for intent"));
+  factors.push_back(never("validation", "model form", "alternative laws of tissue lead to the same verdict",
+                          "one law of tissue is compared at a time"));
+  factors.push_back(never("validation", "model inputs",
+                          "uncertain stiffness and cutting forces are propagated",
+                          "u_input is what the user states, 0 by default"));
+  const Evidence evidence = evidence_of(comparison);
+  factors.push_back(test_samples(evidence));
+  factors.push_back(never("validation", "test conditions",
+                          "needle, syringe, speed and technique are those of the trial",
+                          "recordings do not state them all"));
+  factors.push_back(never("validation", "equivalency of inputs", "the simulation is given what was measured",
+                          "anatomy and hand of the recorded subject are not known"));
+  factors.push_back(output_comparison(evidence, comparison));
+  factors.push_back(never("applicability", "relevance of the quantities",
+                          "what is compared is what a trainee feels",
+                          "no trial with trainees is part of this"));
+  factors.push_back(never("applicability", "relevance of the validation",
+                          "the patients compared are those trained for",
+                          "nobody has stated the context of use"));
+  return factors;
+}
+
+}  // namespace palpate::comparison

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include "validation/comparison/group_comparison.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "validation/comparison/feature_verdict.hpp"
+
+namespace palpate::comparison {
+
+namespace {
+
+using Members = std::vector<const Comparison*>;
+
+/// What could be compared of a group.
+Members comparable(const std::vector<Comparison>& all, const std::string& group) {
+  Members members;
+  for (const Comparison& one : all) {
+    if (one.group == group && one.verdict != Verdict::not_comparable) { members.push_back(&one); }
+  }
+  return members;
+}
+
+/// The grid that all of them cover on the simulation's clock, with the coarsest of their steps.
+Grid shared_grid(const Members& members) {
+  double begin = std::numeric_limits<double>::infinity();
+  double end = -begin;
+  double step = 0.0;
+  for (const Comparison* one : members) {
+    begin = std::min(begin, one->recorded.start);
+    end = std::max(end, one->recorded.end());
+    step = std::max(step, one->recorded.step);
+  }
+  return grid_between(begin, end, begin, step);
+}
+
+/// The simulated trace where any of them was compared with it.
+Samples simulated_on(const Members& members, const Grid& grid) {
+  Samples whole{grid.start, grid.step, std::vector<double>(grid.count, not_measured)};
+  for (const Comparison* one : members) {
+    const Samples part = resample(one->simulated, grid);
+    for (std::size_t n = 0; n < grid.count; ++n) {
+      if (std::isnan(whole.value[n])) { whole.value[n] = part.value[n]; }
+    }
+  }
+  return whole;
+}
+
+void lay_corridor(const Members& members, const CorridorRule& rule, GroupSummary& summary) {
+  std::vector<Samples> aligned;
+  if (!members.empty()) {
+    const Grid grid = shared_grid(members);
+    for (const Comparison* one : members) { aligned.push_back(resample(one->recorded, grid)); }
+  }
+  CorridorBuilt built = build_corridor(aligned, rule);
+  summary.corridor_refusal = built.refusal;
+  if (!built.corridor) { return; }
+  summary.coverage = coverage(*built.corridor, simulated_on(members, built.corridor->mean.grid()), rule);
+  summary.corridor = std::move(built.corridor);
+}
+
+FeatureSummary summarise(Feature feature, const Members& members, const BootstrapOptions& bootstrap) {
+  FeatureSummary summary{.feature = feature, .unit = unit_of(feature, members.front()->unit)};
+  std::vector<double> values;
+  for (const Comparison* one : members) {
+    const FeatureVerdict& verdict = one->features[static_cast<std::size_t>(feature)];
+    if (verdict.recorded.value) { values.push_back(*verdict.recorded.value); }
+    if (!summary.simulated) { summary.simulated = verdict.simulated.value; }
+  }
+  summary.count = values.size();
+  if (!values.empty()) { summary.mean = mean_of(values); }
+  if (values.size() > 1) { summary.deviation = deviation_of(values); }
+  summary.interval = bootstrap_mean(values, bootstrap);
+  return summary;
+}
+
+/// The verdict of the first recording of which the feature could be judged.
+FeatureVerdict judged_of_any(Feature feature, const Members& members) {
+  const auto n = static_cast<std::size_t>(feature);
+  for (const Comparison* one : members) {
+    if (one->features[n].verdict != Verdict::not_judged) { return one->features[n]; }
+  }
+  return members.front()->features[n];
+}
+
+/// The feature of the simulation against the mean over subjects; its spread is part of u_D.
+FeatureVerdict judge_mean(const FeatureSummary& summary, const Members& members, double coverage_factor) {
+  FeatureVerdict one = judged_of_any(summary.feature, members);
+  if (one.verdict == Verdict::not_judged || !one.reason.empty()) { return one; }  // an event left open
+  if (summary.count < 2) {
+    one.verdict = Verdict::not_judged;
+    return one;
+  }
+  one.recorded.value = summary.mean;
+  one.error = *summary.simulated - summary.mean;
+  one.lower = one.tolerance.lower(summary.mean);
+  one.upper = one.tolerance.upper(summary.mean);
+  one.uncertainty.data =
+      std::hypot(one.uncertainty.data, summary.deviation / std::sqrt(static_cast<double>(summary.count)));
+  one.expanded = coverage_factor * one.uncertainty.total();
+  one.below_uncertainty = std::abs(one.error) < one.uncertainty.total();
+  one.verdict = judge(*summary.simulated, one.lower, one.upper, one.expanded);
+  one.reason.clear();
+  return one;
+}
+
+void judge_by_corridor(const Members& members, const GroupOptions& options, GroupSummary& summary) {
+  summary.verdict = summary.coverage.holds ? Verdict::agrees : Verdict::differs;
+  if (!summary.coverage.holds) {
+    char text[160];
+    std::snprintf(
+        text, sizeof text, "%.0f %% of samples lie in the corridor of %zu recordings; %.0f %% needed",
+        100.0 * summary.coverage.inside, summary.corridor->recordings, 100.0 * options.corridor.least_inside);
+    summary.reasons.emplace_back(text);
+  }
+  for (const FeatureSummary& feature : summary.features) {
+    const FeatureVerdict mean =
+        judge_mean(feature, members, options.comparison.uncertainties.coverage_factor);
+    summary.verdict = worse(summary.verdict, mean.verdict);
+    if (mean.verdict != Verdict::agrees && mean.verdict != Verdict::not_judged) {
+      summary.reasons.push_back("mean over subjects, " + sentence_of(mean));
+    }
+  }
+}
+
+void judge_one_by_one(const Members& members, GroupSummary& summary) {
+  summary.verdict = Verdict::not_judged;
+  for (const Comparison* one : members) {
+    summary.verdict = worse(summary.verdict, one->verdict);
+    for (const std::string& reason : one->reasons) {
+      summary.reasons.push_back(one->recording + ": " + reason);
+    }
+  }
+}
+
+void count(const std::vector<Comparison>& all, GroupSummary& summary) {
+  for (const Comparison& one : all) {
+    if (one.group != summary.group) { continue; }
+    ++summary.recordings;
+    summary.measured += one.kind == Recording::Kind::measured ? 1 : 0;
+    summary.agree += one.verdict == Verdict::agrees ? 1 : 0;
+    summary.not_distinguishable += one.verdict == Verdict::not_distinguishable ? 1 : 0;
+    summary.differ += one.verdict == Verdict::differs ? 1 : 0;
+    summary.not_comparable += one.verdict == Verdict::not_comparable ? 1 : 0;
+  }
+}
+
+GroupSummary summarise_group(const std::vector<Comparison>& all, const std::string& group,
+                             const GroupOptions& options) {
+  GroupSummary summary{.group = group};
+  count(all, summary);
+  const Members members = comparable(all, group);
+  lay_corridor(members, options.corridor, summary);
+  if (members.empty()) {
+    summary.reasons.push_back("no recording of the group can be compared");
+    return summary;
+  }
+  summary.agree_share = static_cast<double>(summary.agree) / static_cast<double>(members.size());
+  summary.agree_interval = share_interval(summary.agree, members.size());
+  for (std::size_t n = 0; n < feature_count; ++n) {
+    summary.features.push_back(summarise(static_cast<Feature>(n), members, options.bootstrap));
+  }
+  if (summary.corridor) {
+    judge_by_corridor(members, options, summary);
+  } else {
+    judge_one_by_one(members, summary);
+  }
+  return summary;
+}
+
+}  // namespace
+
+GroupComparison compare_all(std::span<const Recording> recordings, const Trace& simulated,
+                            const GroupOptions& options) {
+  GroupComparison result;
+  for (const Recording& one : recordings) {
+    result.recordings.push_back(compare(one, simulated, options.comparison));
+  }
+  Verdict worst = Verdict::not_judged;
+  for (const Comparison& one : result.recordings) {
+    const auto known = [&](const GroupSummary& summary) { return summary.group == one.group; };
+    if (std::ranges::any_of(result.groups, known)) { continue; }
+    result.groups.push_back(summarise_group(result.recordings, one.group, options));
+    const GroupSummary& added = result.groups.back();
+    for (const std::string& reason : added.reasons) {
+      result.reasons.push_back(one.group.empty() ? reason : one.group + ": " + reason);
+    }
+    if (added.verdict != Verdict::not_comparable) { worst = worse(worst, added.verdict); }
+  }
+  if (worst != Verdict::not_judged) { result.verdict = worst; }
+  if (recordings.empty()) { result.reasons.emplace_back("there is no recording"); }
+  return result;
+}
+
+}  // namespace palpate::comparison

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#include "validation/comparison/iso_rating.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "model/dynamics/scene_check.hpp"
+#include "validation/comparison/samples.hpp"
+#include "validation/comparison/time_warp.hpp"
+
+namespace palpate::comparison {
+
+namespace {
+
+double largest_size(std::span<const double> value) {
+  double largest = 0.0;
+  for (const double v : value) { largest = std::max(largest, std::abs(v)); }
+  return largest;
+}
+
+double corridor_score(std::span<const double> s, std::span<const double> r, const IsoRule& rule) {
+  const double scale = largest_size(r);
+  double sum = 0.0;
+  for (std::size_t n = 0; n < r.size(); ++n) {
+    const double off = std::abs(s[n] - r[n]);
+    if (off < rule.inner_corridor * scale || off == 0.0) {
+      sum += 1.0;
+    } else if (off <= rule.outer_corridor * scale) {
+      sum += std::pow((rule.outer_corridor - off / scale) / (rule.outer_corridor - rule.inner_corridor), 2);
+    }
+  }
+  return sum / static_cast<double>(r.size());
+}
+
+/// Sums over every window of a trace about its own mean, for correlations at many shifts.
+class Moments {
+ public:
+  explicit Moments(std::span<const double> value)
+      : centred_(Eigen::Map<const Eigen::VectorXd>(value.data(), std::ssize(value))),
+        sum_(value.size() + 1, 0.0),
+        square_(value.size() + 1, 0.0) {
+    const double mean = centred_.mean();
+    centred_.array() -= mean;
+    for (std::size_t n = 0; n < value.size(); ++n) {
+      const double v = centred_[static_cast<Eigen::Index>(n)];
+      sum_[n + 1] = sum_[n] + v;
+      square_[n + 1] = square_[n] + v * v;
+    }
+    // What the rounding of values and of these sums may leave of a constant.
+    floor_ = 1e-12 * square_.back() + static_cast<double>(value.size()) * std::pow(1e-12 * mean, 2);
+  }
+
+  [[nodiscard]] auto window(std::size_t begin, std::size_t count) const {
+    return centred_.segment(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(count));
+  }
+  [[nodiscard]] double sum(std::size_t begin, std::size_t count) const {
+    return sum_[begin + count] - sum_[begin];
+  }
+  /// Sum of squares about the window's own mean; 0 for a constant.
+  [[nodiscard]] double variation(std::size_t begin, std::size_t count) const {
+    const double square = square_[begin + count] - square_[begin];
+    const double left = square - std::pow(sum(begin, count), 2) / static_cast<double>(count);
+    return left > floor_ ? left : 0.0;
+  }
+
+ private:
+  Eigen::VectorXd centred_;
+  std::vector<double> sum_;
+  std::vector<double> square_;
+  double floor_ = 0.0;
+};
+
+/// Pearson's of `count` samples from each beginning; nothing where one of them does not vary.
+std::optional<double> correlation(const Moments& a, std::size_t from_a, const Moments& b, std::size_t from_b,
+                                  std::size_t count) {
+  const double product = a.variation(from_a, count) * b.variation(from_b, count);
+  if (!(product > 0.0)) { return std::nullopt; }
+  const double together = a.window(from_a, count).dot(b.window(from_b, count)) -
+                          a.sum(from_a, count) * b.sum(from_b, count) / static_cast<double>(count);
+  return together / std::sqrt(product);
+}
+
+struct Shifted {
+  std::span<const double> simulated;
+  std::span<const double> recorded;
+};
+
+/// The overlap when the simulated trace is taken to be `late` samples late.
+Shifted shifted(std::span<const double> s, std::span<const double> r, long late) {
+  const std::size_t n = s.size();
+  const auto by = static_cast<std::size_t>(std::abs(late));
+  if (late >= 0) { return {s.subspan(by), r.first(n - by)}; }
+  return {s.first(n - by), r.subspan(by)};
+}
+
+/// Of correlations that are equal to rounding the smallest shift counts.
+void find_shift(std::span<const double> s, std::span<const double> r, const IsoRule& rule,
+                IsoRating& rating) {
+  std::optional<double> best;
+  const Moments simulated(s);
+  const Moments recorded(r);
+  const double allowed = rule.largest_shift * static_cast<double>(r.size());
+  for (std::size_t by = 0; static_cast<double>(by) <= allowed; ++by) {
+    const std::size_t count = r.size() - by;
+    for (const bool late : {true, false}) {
+      const std::optional<double> found =
+          correlation(simulated, late ? by : 0, recorded, late ? 0 : by, count);
+      if (!found || (best && *found <= *best + 1e-12)) { continue; }
+      best = found;
+      rating.shift = late ? static_cast<long>(by) : -static_cast<long>(by);
+    }
+  }
+  if (!best) {
+    rating.note = "phase: a constant has none, rated 0";
+    return;
+  }
+  rating.correlation = *best;
+  rating.phase = std::max(0.0, 1.0 - static_cast<double>(std::abs(rating.shift)) / allowed);
+}
+
+/// Central differences per sample, then the mean over nine of them (fewer, symmetric, near the ends).
+std::vector<double> smooth_slope(std::span<const double> value) {
+  const std::size_t count = value.size();
+  std::vector<double> slope(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::size_t below = n > 0 ? n - 1 : 0;
+    const std::size_t above = std::min(n + 1, count - 1);
+    slope[n] = (value[above] - value[below]) / static_cast<double>(above - below);
+  }
+  std::vector<double> smooth(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::size_t half = std::min({std::size_t{4}, n, count - 1 - n});
+    double sum = 0.0;
+    for (std::size_t m = n - half; m <= n + half; ++m) { sum += slope[m]; }
+    smooth[n] = sum / static_cast<double>(2 * half + 1);
+  }
+  return smooth;
+}
+
+/// 1 without error, 0 from `zero` on; a reference that is zero throughout leaves no scale.
+double linear_score(double error, double scale, double zero) {
+  if (error == 0.0) { return 1.0; }
+  return scale > 0.0 ? std::max(0.0, 1.0 - error / scale / zero) : 0.0;
+}
+
+double slope_score(const Shifted& pair, const IsoRule& rule) {
+  const std::vector<double> s = smooth_slope(pair.simulated);
+  const std::vector<double> r = smooth_slope(pair.recorded);
+  double error = 0.0;
+  double scale = 0.0;
+  for (std::size_t n = 0; n < r.size(); ++n) {
+    error += std::abs(s[n] - r[n]);
+    scale += std::abs(r[n]);
+  }
+  return linear_score(error, scale, rule.zero_slope);
+}
+
+}  // namespace
+
+IsoRating rate(std::span<const double> simulated, std::span<const double> recorded, const IsoRule& rule) {
+  const auto finite = [](double v) { return std::abs(v) <= largest_value; };
+  if (simulated.size() != recorded.size() || recorded.size() < 10 ||
+      !std::ranges::all_of(simulated, finite) || !std::ranges::all_of(recorded, finite)) {
+    throw InputError("a rating needs two traces of one length, at least 10 samples, all of them numbers");
+  }
+  IsoRating rating;
+  rating.corridor = corridor_score(simulated, recorded, rule);
+  find_shift(simulated, recorded, rule, rating);
+  const Shifted pair = shifted(simulated, recorded, rating.shift);
+  const double window = rule.warp_window * static_cast<double>(pair.recorded.size());
+  const WarpSums sums = warp(pair.simulated, pair.recorded, static_cast<std::size_t>(std::ceil(window)));
+  rating.magnitude = linear_score(sums.difference, sums.second, rule.zero_magnitude);
+  rating.slope = slope_score(pair, rule);
+  rating.overall = 0.4 * rating.corridor + 0.2 * (rating.phase + rating.magnitude + rating.slope);
+  return rating;
+}
+
+std::string_view grade_of(double overall) {
+  if (overall > 0.94) { return "excellent"; }
+  if (overall > 0.80) { return "good"; }
+  return overall > 0.58 ? "fair" : "poor";
+}
+
+}  // namespace palpate::comparison

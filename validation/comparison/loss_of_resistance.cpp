@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "validation/comparison/loss_of_resistance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+
+namespace palpate::comparison {
+
+namespace {
+
+std::string text_of(const char* format, double a, double b, double c = 0.0) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof buffer, format, a, b, c);
+  return buffer;
+}
+
+/// Largest finite value of value[n] ... value[n + width - 1] for every n; -inf where there is none.
+std::vector<double> largest_ahead(std::span<const double> value, std::size_t width) {
+  std::vector<double> largest(value.size(), -std::numeric_limits<double>::infinity());
+  std::deque<std::size_t> falling;  // indices of candidates, the largest first
+  for (std::size_t m = value.size(); m-- > 0;) {
+    if (std::isfinite(value[m])) {
+      while (!falling.empty() && value[falling.back()] <= value[m]) { falling.pop_back(); }
+      falling.push_back(m);
+    }
+    if (!falling.empty() && falling.front() >= m + width) { falling.pop_front(); }
+    if (!falling.empty()) { largest[m] = value[falling.front()]; }
+  }
+  return largest;
+}
+
+/// How often nothing was measured before each index: differences tell of any window.
+std::vector<std::size_t> missing_before(std::span<const double> value) {
+  std::vector<std::size_t> missing(value.size() + 1, 0);
+  for (std::size_t n = 0; n < value.size(); ++n) {
+    missing[n + 1] = missing[n] + (std::isfinite(value[n]) ? 0 : 1);
+  }
+  return missing;
+}
+
+struct Search {
+  const Samples& pressure;
+  const LossRule& rule;
+  std::size_t reach = pressure.steps(rule.longest_fall);
+  std::size_t hold = pressure.steps(rule.hold);
+  std::vector<double> ahead_reach = largest_ahead(pressure.value, reach);
+  std::vector<double> ahead_hold = largest_ahead(pressure.value, hold + 1);
+  std::vector<std::size_t> missing = missing_before(pressure.value);
+  double maximum = *std::ranges::max_element(ahead_hold);
+
+  /// The largest pressure within reach before n.
+  [[nodiscard]] double before(std::size_t n) const {
+    const std::size_t first = n > reach ? n - reach : 0;
+    double largest = ahead_reach[first];  // of `reach` samples from there: may pass n at the start
+    if (n < reach) {
+      largest = -std::numeric_limits<double>::infinity();
+      for (std::size_t m = 0; m < n; ++m) { largest = std::fmax(largest, pressure.value[m]); }
+    }
+    return largest;
+  }
+  /// A fall to n from a peak that counts.
+  [[nodiscard]] bool fallen(std::size_t n) const {
+    const double peak = before(n);
+    return peak > 0.0 && peak >= rule.least_peak * maximum &&
+           pressure.value[n] <= (1.0 - rule.least_drop) * peak;
+  }
+};
+
+void describe(const Search& search, std::size_t n, LossOfResistance& loss) {
+  const std::span<const double> value = search.pressure.value;
+  loss.fallen_index = n;
+  loss.peak = search.before(n);
+  const std::size_t first = n > search.reach ? n - search.reach : 0;
+  loss.peak_index = first;
+  for (std::size_t m = first; m < n; ++m) {
+    if (value[m] >= loss.peak) { loss.peak_index = m; }
+  }
+  const std::size_t settled = n + search.pressure.steps(search.rule.settle);
+  const std::size_t end = std::min(n + search.hold + 1, value.size());
+  if (settled >= end) { return; }
+  loss.plateau = quantile(value.subspan(settled, end - settled), 0.5);
+  loss.plateau_samples = finite_only(value.subspan(settled, end - settled)).size();
+  loss.relative_drop = 1.0 - loss.plateau / loss.peak;
+  loss.weak = loss.relative_drop < 0.5;
+}
+
+bool steady(const Search& search, const LossOfResistance& loss) {
+  const std::size_t begin = loss.fallen_index + search.pressure.steps(search.rule.settle);
+  const auto plateau = std::span<const double>(search.pressure.value)
+                           .subspan(begin, loss.fallen_index + search.hold + 1 - begin);
+  return quantile(plateau, 0.95) - quantile(plateau, 0.05) <= search.rule.unsteady * loss.peak;
+}
+
+/// Why nothing was found, told of the deepest fall.
+LossOfResistance not_found(const Search& search) {
+  LossOfResistance loss;
+  const std::span<const double> value = search.pressure.value;
+  double deepest = 0.0;
+  std::size_t at = 0;
+  for (std::size_t n = 1; n < value.size(); ++n) {
+    const double peak = search.before(n);
+    if (!(peak > 0.0) || peak < search.rule.least_peak * search.maximum) { continue; }
+    if (1.0 - value[n] / peak > deepest) { deepest = 1.0 - value[n] / peak, at = n; }
+  }
+  if (deepest < search.rule.least_drop) {
+    loss.reason = text_of("fell by %.0f %% at most within %.3g s; %.0f %% needed", 100.0 * deepest,
+                          search.rule.longest_fall, 100.0 * search.rule.least_drop);
+    return loss;
+  }
+  std::size_t begin = at;
+  while (begin > 0 && search.fallen(begin - 1)) { --begin; }
+  const double level = (1.0 - search.rule.least_drop) * search.before(begin);
+  std::size_t end = begin;
+  while (end < value.size() && !(value[end] > level)) { ++end; }
+  const double held = search.pressure.step * static_cast<double>(end - begin);
+  if (end == value.size() && end - begin <= search.hold) {
+    describe(search, begin, loss);
+    loss.status = LossOfResistance::Status::undecided;
+    loss.reason = text_of("the trace ends %.2f s after a fall of %.0f %%; %.3g s needed", held,
+                          100.0 * deepest, search.rule.hold);
+  } else if (end - begin <= search.hold) {
+    loss.reason = text_of("a fall of %.0f %% came back after %.2f s; %.3g s needed", 100.0 * deepest, held,
+                          search.rule.hold);
+  } else {
+    loss.reason = text_of("a fall of %.0f %% at %.2f s was not steady, or hidden by a gap", 100.0 * deepest,
+                          search.pressure.time(begin));
+  }
+  return loss;
+}
+
+}  // namespace
+
+std::string_view name_of(LossOfResistance::Status status) {
+  switch (status) {
+    case LossOfResistance::Status::found: return "found";
+    case LossOfResistance::Status::undecided: return "undecided";
+    case LossOfResistance::Status::not_found: break;
+  }
+  return "not found";
+}
+
+LossOfResistance find_loss(const Samples& pressure, const LossRule& rule) {
+  LossOfResistance none{.reason = "no pressure above zero"};
+  if (longest_stretch(pressure.value).size() < 3) { return none; }
+  const Search search{pressure, rule};
+  if (!(search.maximum > 0.0)) { return none; }
+  for (std::size_t n = 1; n + search.hold < pressure.size(); ++n) {
+    if (!search.fallen(n)) { continue; }
+    const std::size_t hidden = search.missing[n + search.hold + 1] - search.missing[n];
+    const bool held = search.ahead_hold[n] <= (1.0 - rule.least_drop) * search.before(n);
+    if (!held || 10 * hidden > search.hold) { continue; }  // a tenth of the plateau may be missing
+    LossOfResistance loss;
+    describe(search, n, loss);
+    if (!std::isfinite(loss.relative_drop) || !steady(search, loss)) { continue; }
+    loss.status = LossOfResistance::Status::found;
+    return loss;
+  }
+  return not_found(search);
+}
+
+}  // namespace palpate::comparison

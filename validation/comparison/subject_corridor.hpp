@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What several subjects leave open at each instant, and how much of a simulated trace lies in it.
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "validation/comparison/samples.hpp"
+
+namespace palpate::comparison {
+
+struct CorridorRule {
+  std::size_t least_recordings = 3;  ///< fewer have no standard deviation worth the name
+  /// k of mean +- k SD. Absent: the one that a further subject's value lies in with a probability of 0.95 if
+  /// subjects are normally distributed, t(0.975, N - 1) sqrt(1 + 1/N) (4.97 for 3 subjects, 2.04 for 60).
+  std::optional<double> half_width{};
+  double least_inside = 0.90;        ///< of the samples; 0.95 is expected pointwise (assumed margin)
+};
+
+/// Mean +- half_width SD on a grid; NaN where fewer than `least_recordings` were measured.
+struct SubjectCorridor {
+  Samples mean{};
+  Samples deviation{};
+  std::size_t recordings = 0;
+  double half_width = 0.0;  ///< k, for all recordings
+};
+
+/// All on the grid of the first. `refusal` says why there is no corridor.
+struct CorridorBuilt {
+  std::optional<SubjectCorridor> corridor{};
+  std::string refusal{};
+};
+CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRule& rule = {});
+
+struct CorridorCoverage {
+  std::size_t samples = 0;             ///< judged: where trace and corridor both are
+  double inside = 0.0;                 ///< share of them within the corridor; NaN without any
+  double largest_excursion = 0.0;      ///< beyond the edge, in the traces' unit; 0 when all are inside
+  double excursion_time = not_measured;  ///< [s] of it
+  bool holds = false;                  ///< inside >= least_inside
+};
+CorridorCoverage coverage(const SubjectCorridor& corridor, const Samples& simulated,
+                          const CorridorRule& rule = {});
+
+}  // namespace palpate::comparison
