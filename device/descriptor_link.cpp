@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "device/falcon/descriptor_link.hpp"
+#include "device/descriptor_link.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@
 #include <unistd.h>
 #include <utility>
 
-namespace palpate::device::falcon {
+namespace palpate::device {
 namespace {
 
 constexpr int write_patience_ms = 50;
@@ -112,4 +112,4 @@ TerminalLink::TerminalLink(const std::string& path) : TerminalLink(open_terminal
 TerminalLink::TerminalLink(Descriptor terminal) noexcept
     : DescriptorLink(terminal.number(), terminal.number()), terminal_(std::move(terminal)) {}
 
-}  // namespace palpate::device::falcon
+}  // namespace palpate::device

@@ -5,9 +5,9 @@
 #include <chrono>
 #include <string>
 
-#include "device/falcon/byte_link.hpp"
+#include "device/byte_link.hpp"
 
-namespace palpate::device::falcon {
+namespace palpate::device {
 
 /// An open file descriptor, closed with its owner.
 class Descriptor {
@@ -74,4 +74,4 @@ class TerminalLink final : public DescriptorLink {
   Descriptor terminal_;
 };
 
-}  // namespace palpate::device::falcon
+}  // namespace palpate::device
