@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <system_error>
 #include <termios.h>
 #include <time.h>
@@ -106,6 +107,11 @@ PtyLink::PtyLink(Ends ends) noexcept
       master_(std::move(ends.master)),
       slave_(std::move(ends.slave)),
       path_(std::move(ends.path)) {}
+
+std::size_t PtyLink::unread_bytes() const noexcept {
+  int count = 0;
+  return ::ioctl(slave_.number(), FIONREAD, &count) == 0 ? static_cast<std::size_t>(count) : 0;
+}
 
 TerminalLink::TerminalLink(const std::string& path) : TerminalLink(open_terminal(path)) {}
 

@@ -48,6 +48,8 @@ class PtyLink final : public DescriptorLink {
  public:
   PtyLink();
   [[nodiscard]] const std::string& path() const noexcept { return path_; }  ///< of the client's end
+  /// Written here and not yet read by any client.
+  [[nodiscard]] std::size_t unread_bytes() const noexcept;
 
  private:
   struct Ends {
