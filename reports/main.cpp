@@ -188,6 +188,16 @@ int main(int argc, char** argv) {
   add_transducer(*command, transducer_options);
   command->callback([&] { chosen = [&] { return transducer(transducer_options); }; });
 
+  ReconstructOptions reconstruct_options;
+  command = app.add_subcommand("reconstruct", "recordings rebuilt from a table of published values");
+  command->add_option("table", reconstruct_options.table, "fixtures/clinical/published_values.csv, or one like it")
+      ->required()
+      ->type_name("TABLE");
+  add_common(*command, reconstruct_options, "reconstruct");
+  command->footer("Writes one .h5 per recording into DIR. They are no measurements, and each says so\n"
+                  "(fixtures/recordings/README.md).");
+  command->callback([&] { chosen = [&] { return reconstruct(reconstruct_options); }; });
+
   for (CLI::App* each : app.get_subcommands({})) {
     each->set_version_flag("--version", version_text());
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "reports/recording_input.hpp"
 
+#include <algorithm>
 #include <span>
 
 #include "fixtures/io/file_bytes.hpp"
@@ -37,6 +38,13 @@ bool has_frames(const std::string& bytes) {
     if (reader.take(byte)) { return true; }
   }
   return false;
+}
+
+/// Text has no control characters but those that move on.
+bool is_text(std::string_view bytes) {
+  return std::ranges::all_of(bytes, [](char c) {
+    return static_cast<unsigned char>(c) >= ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f';
+  });
 }
 
 void refuse_columns(const std::filesystem::path& path, const io::ReadOptions& options) {
@@ -96,7 +104,10 @@ RecordingFormat format_of(const std::filesystem::path& path) {
   if (beginning.starts_with("MATLAB 5.0")) {
     throw InputError(path.string() + ": is a MATLAB file of an older kind; save it with -v7.3");
   }
-  return has_frames(beginning) ? RecordingFormat::raw : RecordingFormat::csv;
+  if (has_frames(beginning)) { return RecordingFormat::raw; }
+  if (is_text(beginning)) { return RecordingFormat::csv; }
+  throw InputError(path.string() + ": is no text, no HDF5 and has no frames of the raw link; one of "
+                                   "these is needed (CSV as UTF-8)");
 }
 
 InputRecording read_any_recording(const std::filesystem::path& path, RecordingFormat format,

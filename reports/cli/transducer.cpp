@@ -25,6 +25,7 @@ using device::pressure_link::Transducer;
 
 constexpr double longest_wait = 0.1;   // [s], after which an interrupt is seen
 constexpr double last_patience = 5.0;  // [s] for a client to take what a terminal still holds
+constexpr double settling = 0.2;       // [s] in which what was written reaches the client's end
 
 /// Standard output at the pace of its reader: time passes as soon as it is waited for.
 class HastyOutput final : public device::ByteLink {
@@ -79,9 +80,12 @@ void serve_terminal(Transducer& transducer) {
   std::printf("%s\n", link.path().c_str());
   std::fflush(stdout);
   serve(link, transducer, false);
-  const double patience = link.now() + last_patience;
-  while (!interrupted && link.unread_bytes() > 0 && link.now() < patience) {
-    (void)link.wait_until(link.now() + 0.01);
+  // Closing would take from a client what it has not read yet.
+  const double end = link.now();
+  double empty_since = end;
+  while (!interrupted && link.now() < end + last_patience && link.now() < empty_since + settling) {
+    ::poll(nullptr, 0, 10);
+    if (link.unread_bytes() > 0) { empty_since = link.now(); }
   }
 }
 
