@@ -58,11 +58,14 @@ void add_import(CLI::App& command, ImportOptions& options) {
       ->allow_extra_args(false);
   const CLI::Range positive(1e-12, 1e12);
   command.add_option("--rate", options.sample_rate, "samples a second, for a file without time")
-      ->type_name("HZ")->check(positive);
+      ->type_name("HZ")
+      ->check(positive);
   command.add_option("--bmi", options.body_mass_index, "body mass index, kg/m^2")
-      ->type_name("BMI")->check(positive);
+      ->type_name("BMI")
+      ->check(positive);
   command.add_option("--plunger-area", options.plunger_area, "m^2 [1.767e-4]")
-      ->type_name("AREA")->check(positive);
+      ->type_name("AREA")
+      ->check(positive);
   command.add_option("--technique", options.technique, "continuous or intermittent")
       ->check(CLI::IsMember({"continuous", "intermittent"}));
   command.add_option("--source", options.source, "publication, hospital or device")->type_name("TEXT");
@@ -70,8 +73,8 @@ void add_import(CLI::App& command, ImportOptions& options) {
   command.add_option("--name", options.name, "for people [the file's]")->type_name("TEXT");
   command.add_flag("--pump", options.pump, "pressure of a pump that injects, not of a thumb");
   add_common(command, options, "import");
-  command.footer("Units: a column is named like pressure_mmHg, \"pressure (kPa)\" or \"t [s]\", or has its role\n"
-                 "from --column. Writes recording.h5 and recording.csv. docs/recordings.md shows how.");
+  command.footer("Units: a column is named like pressure_mmHg, \"pressure (kPa)\" or \"t [s]\", or has its\n"
+                 "role from --column. Writes recording.h5 and recording.csv. docs/recordings.md shows how.");
 }
 
 void add_transducer(CLI::App& command, TransducerCommandOptions& options) {
@@ -94,8 +97,8 @@ void add_transducer(CLI::App& command, TransducerCommandOptions& options) {
   command.add_option("--seed", options.seed, "of the faults [1]");
   command.add_flag("--battery-low", options.battery_low, "say so in every frame");
   add_common(command, options, "transducer");
-  command.footer("One of --pty and --stdio is needed. 8 bytes a sample, 120 samples/s (docs/formats.md). Ends with\n"
-                 "the recording; Ctrl-C ends it earlier. The same seed gives the same faults.");
+  command.footer("One of --pty and --stdio is needed. 8 bytes a sample, 120 samples/s (docs/formats.md).\n"
+                 "Ends with the recording, or at Ctrl-C. The same seed gives the same faults.");
 }
 
 /// "palpate: " before every line of a message.
@@ -190,7 +193,8 @@ int main(int argc, char** argv) {
 
   ReconstructOptions reconstruct_options;
   command = app.add_subcommand("reconstruct", "recordings rebuilt from a table of published values");
-  command->add_option("table", reconstruct_options.table, "fixtures/clinical/published_values.csv, or one like it")
+  command->add_option("table", reconstruct_options.table,
+                      "fixtures/clinical/published_values.csv, or one like it")
       ->required()
       ->type_name("TABLE");
   add_common(*command, reconstruct_options, "reconstruct");

@@ -13,7 +13,10 @@ frames() { sed -n 's/^frames: \([0-9]*\) good.*/\1/p' "$1"; }
 cmp "$out/clean.bin" "$recordings/link-clean.bin" || fail "other bytes than stored"
 
 # The same seed gives the same faults, another seed others; what is left and what is missing is all.
-send() { "$palpate" transducer "$recordings/link-clean.bin" --stdio --fast --drop 0.003 --double 0.003 --corrupt 0.003 --burst 0.0003 --seed "$1" 2>"$out/stderr"; }
+send() {
+  "$palpate" transducer "$recordings/link-clean.bin" --stdio --fast --drop 0.003 --double 0.003 \
+    --corrupt 0.003 --burst 0.0003 --seed "$1" 2>"$out/stderr"
+}
 send 1 >"$out/a.bin"
 grep -q '^1938 frames, 15504 bytes; dropped [1-9]' "$out/stderr" || fail "no counts on standard error"
 send 1 >"$out/b.bin"
@@ -24,7 +27,8 @@ cmp -s "$out/a.bin" "$out/c.bin" && fail "two seeds, one stream"
 good=$(frames "$out/a.txt")
 missing=$(sed -n 's/.* bad, \([0-9]*\) missing.*/\1/p' "$out/a.txt")
 # Frames lost before the first or after the last good one leave no trace.
-[ "$((good + missing))" -le 1938 ] && [ "$((good + missing))" -ge 1920 ] || fail "$good good and $missing missing of 1938"
+all=$((good + missing))
+[ "$all" -le 1938 ] && [ "$all" -ge 1920 ] || fail "$good good and $missing missing of 1938"
 [ "$missing" -gt 50 ] || fail "faults were asked for, and $missing frames are missing"
 
 # Two seconds of a line of 960 bytes a second, through a pipe: no more than it carries.
@@ -50,7 +54,8 @@ wait "$pid" || fail "the transducer did not end well"
 cmp "$out/pty.bin" "$out/slow.bin" || fail "pipe and terminal differ"
 
 # A reader that leaves ends a transducer that repeats for ever; so does a signal.
-timeout 20 "$palpate" transducer "$out/slow.csv" --stdio --repeat --quiet | head -c 800 >/dev/null || fail "no end without a reader"
+timeout 20 "$palpate" transducer "$out/slow.csv" --stdio --repeat --quiet | head -c 800 >/dev/null ||
+  fail "no end without a reader"
 status=0
 timeout -s INT 1 "$palpate" transducer "$out/slow.csv" --stdio --repeat --quiet >/dev/null || status=$?
 [ "$status" -eq 124 ] || fail "exit status $status after an interrupt"

@@ -119,7 +119,7 @@ TEST("a stream that begins in the middle of a frame gives all that follow") {
 
 TEST("a stream that ends in the middle of a frame counts it as bad") {
   Bytes bytes = stream_of(10);
-  bytes.resize(bytes.size() - 3);
+  bytes.erase(bytes.end() - 3, bytes.end());
   const Heard result = heard(bytes);
   CHECK(result.counts.frames == 9 && result.counts.bad_frames == 1);
   CHECK(result.counts.skipped_bytes == 5);
