@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "model/dynamics/pressure_units.hpp"
 #include "reports/markup.hpp"
 #include "reports/tool_pass.hpp"
 
@@ -13,7 +14,6 @@ namespace palpate {
 namespace {
 
 constexpr double mm = 1e3;
-constexpr double pascals_per_mmhg = 133.322;
 constexpr double settling = 0.1;  // [s] in which a loss of resistance is over
 
 constexpr double least_depth = 1e-12;  // [m] below it there is only rounding

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "model/dynamics/pressure_units.hpp"
 #include "reports/tool_pass.hpp"
 
 namespace palpate {
@@ -13,7 +14,6 @@ namespace palpate {
 namespace {
 
 constexpr double mm = 1e3;
-constexpr double pascals_per_mmhg = 133.322;
 constexpr double least_lateral = 1e-6;  // [N] below it there is only rounding
 
 struct Part {

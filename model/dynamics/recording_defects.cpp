@@ -8,6 +8,8 @@ namespace palpate {
 namespace {
 
 constexpr double near_median = 0.25;  // of the median: steps that the nominal rate is taken from
+constexpr double most_missing = 1e12;  // of one gap: what a number of any size still fits in
+constexpr double longest_span = 1e9;   // [s], thirty years
 constexpr double uneven_by = 0.2;     // of the median: more than rounding to milliseconds makes
 
 std::vector<double> steps_of(std::span<const double> time) {
@@ -55,7 +57,8 @@ void count_gaps(Recording& recording, const DefectRules& rules) {
     const double periods = (recording.time[n] - recording.time[n - 1]) / period;
     if (periods <= rules.gap_periods) { continue; }
     ++recording.defects.gaps;
-    recording.defects.missing += static_cast<std::size_t>(std::round(periods)) - 1;
+    recording.defects.missing +=
+        static_cast<std::size_t>(std::round(std::fmin(periods, most_missing))) - 1;
   }
 }
 
@@ -78,7 +81,7 @@ Sampling sampling_of(std::span<const double> time, const DefectRules& rules) {
     sum += step;
     near += 1.0;
   }
-  sampling.rate = near / sum;
+  sampling.rate = std::isfinite(near / sum) ? near / sum : 0.0;
   sampling.uneven = uneven / std::max(1.0, static_cast<double>(steps.size()) - gaps);
   sampling.shortest = *std::ranges::min_element(steps);
   sampling.longest = *std::ranges::max_element(steps);
@@ -147,6 +150,10 @@ std::string why_unusable(const Recording& recording) {
     if (values->size() == samples) { continue; }
     return std::string(name) + " has " + std::to_string(values->size()) + " values and time " +
            std::to_string(samples) + "; they must have as many";
+  }
+  const Extremes span = extremes_of(recording.time);
+  if (span.largest - span.least >= longest_span) {
+    return "lasts more than 1e9 s; time must be in the unit that its name says";
   }
   if (std::isnan(extremes_of(recording.pressure).largest)) {
     return "pressure has no number at all; at least one sample must be finite";

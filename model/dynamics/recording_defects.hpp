@@ -7,12 +7,10 @@
 #include <span>
 #include <string>
 
+#include "model/dynamics/pressure_units.hpp"
 #include "model/dynamics/recording.hpp"
 
 namespace palpate {
-
-/// One millimetre of mercury, as the conventional unit is defined [Pa] (NIST SP 811, appendix B.8).
-inline constexpr double pascals_per_mmhg = 133.322387415;
 
 struct DefectRules {
   /// Gauge [Pa]: no vacuum is deeper than the atmosphere (ISO 2533, sea level).

@@ -5,6 +5,7 @@
 #include "fixtures/io/content_hash.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/recording_csv.hpp"
+#include "fixtures/io/recording_fields.hpp"
 #include "fixtures/io/recording_file.hpp"
 #include "model/dynamics/recording_defects.hpp"
 #include "model/dynamics/scene_check.hpp"
@@ -48,6 +49,9 @@ void tell_samples(const InputRecording& read) {
   std::printf("pressure from %.6g to %.6g kPa (%.4g to %.4g mmHg)\n", 1e-3 * pressure.least,
               1e-3 * pressure.largest, pressure.least / pascals_per_mmhg,
               pressure.largest / pascals_per_mmhg);
+  if (recording.kind == Recording::Kind::reconstructed) {
+    std::printf("%s: not a measurement\n", std::string(io::reconstruction_note).c_str());
+  }
   for (const std::string& line : read.found) { std::printf("%s\n", line.c_str()); }
 }
 

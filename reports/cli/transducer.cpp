@@ -111,6 +111,15 @@ void tell(const Transducer& transducer) {
                static_cast<long long>(transducer.lost_writes()));
 }
 
+/// Every frame period takes a place, those of gaps too.
+void refuse_too_long(const Recording& recording, const std::filesystem::path& path) {
+  constexpr double longest = double{io::most_samples} / device::pressure_link::frames_per_second;
+  const double span = recording.time.back() - recording.time.front();
+  if (span <= longest) { return; }
+  throw InputError(path.string() + ": lasts " + std::to_string(span) + " s; at most " +
+                   std::to_string(longest) + " s can be sent");
+}
+
 void tell_resampling(const Recording& recording) {
   constexpr double same_rate = 0.01;  // [Hz]
   if (std::abs(recording.sample_rate - device::pressure_link::frames_per_second) < same_rate) {
@@ -127,6 +136,7 @@ int transducer(const TransducerCommandOptions& options) {
     throw InputError("transducer needs a mode; exactly one of --pty and --stdio (--fast: --stdio alone)");
   }
   const Recording recording = read_any_recording(options.recording).recording;
+  refuse_too_long(recording, options.recording);
   if (!options.quiet) { tell_resampling(recording); }
   std::signal(SIGPIPE, SIG_IGN);  // a reader that left is a write that fails, not an end
   Transducer source(link_frames(recording), {.faults = faults_of(options),

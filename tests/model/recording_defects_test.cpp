@@ -120,6 +120,8 @@ TEST("what cannot be used is said in words") {
   CHECK(why_unusable(recording).starts_with("pressure has no number at all"));
   recording.pressure.assign(3, 0.0);
   CHECK(why_unusable(recording).empty());
+  recording.time[2] = 1.7e12;  // milliseconds since 1970, called seconds
+  CHECK(why_unusable(recording).starts_with("lasts more than 1e9 s"));
 }
 
 }  // namespace
