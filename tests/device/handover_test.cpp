@@ -67,18 +67,22 @@ TEST("the latest value is the default, then what was set last, as often as it is
 
 TEST("a latest value from another thread is whole and never older than the one before") {
   LatestValue<Pair> latest;
+  std::atomic<bool> finished{false};
   std::thread producer([&] {
     for (std::int64_t n = 1; n <= items; ++n) { latest.set({.first = n, .last = n}); }
+    finished = true;
   });
   std::int64_t before = 0;
   bool good = true;
-  while (before < items) {
+  for (bool last_look = false; !last_look;) {
+    last_look = finished;
     const Pair& pair = latest.get();
     good = good && pair.first == pair.last && pair.first >= before;
     before = pair.first;
   }
   producer.join();
   CHECK(good);
+  CHECK(before == items);
 }
 
 }  // namespace

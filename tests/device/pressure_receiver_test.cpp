@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "device/descriptor_link.hpp"
+#include "device/pressure_link/transducer.hpp"
 #include "tests/check.hpp"
 #include "tests/model/allocation_count.hpp"
 #include "tests/model/system_call_filter.hpp"
@@ -165,6 +166,34 @@ TEST("what went through a pipe arrives whole, with its gaps, and the end is told
   }
   CHECK(count == 290 && last == 299);
   CHECK(receiver.counts().missing == 10 && receiver.counts().gaps == 1);
+}
+
+TEST("over a terminal with bytes lost on the way every sample has its place in time") {
+  std::vector<std::optional<Frame>> frames;
+  for (int n = 0; n < 240; ++n) { frames.push_back(Frame{.pressure = static_cast<std::int16_t>(n)}); }
+  const falcon::FaultScript faults{
+      .seed = 3, .faults = {{.kind = falcon::LinkFault::Kind::drop, .probability = 0.01}}};
+  Transducer transducer(frames, {.faults = faults});
+  PtyLink device;
+  TerminalLink host(device.path());
+  Receiver receiver(host);
+  while (!transducer.finished()) {
+    (void)device.wait_until(transducer.next_call());
+    transducer.serve(device);
+  }
+  // The machine may be busy: the deadline only decides how long a failure takes.
+  for (int n = 0; n < 200 && receiver.latest().pressure < 230; ++n) { ::usleep(10000); }
+  receiver.stop();
+  CHECK(transducer.faults().dropped > 5);
+  CHECK(receiver.counts().missing > 5);
+  std::optional<std::int64_t> first;
+  std::int64_t count = 0;
+  while (const auto sample = receiver.next()) {
+    if (!first) { first = sample->pressure; }
+    CHECK(sample->pressure - *first == sample->index);
+    ++count;
+  }
+  CHECK(count == receiver.counts().frames && count > 200);
 }
 
 }  // namespace
