@@ -47,6 +47,60 @@ std::string integrator_help() {
   return text + "  auto                      chosen for the scene; `palpate inspect` says which and why\n";
 }
 
+void add_import(CLI::App& command, ImportOptions& options) {
+  command.add_option("file", options.file, "CSV, recording.h5, MATLAB 7.3, or bytes of the raw link")
+      ->required()
+      ->type_name("FILE");
+  command.add_option("--format", options.format, "auto (by content), csv, raw or hdf5 [auto]");
+  command.add_option("--column", options.columns,
+                     "what a column holds: time_ms, pressure_kPa, depth_mm, force_N, ignore; repeatable")
+      ->type_name("NAME=ROLE")
+      ->allow_extra_args(false);
+  const CLI::Range positive(1e-12, 1e12);
+  command.add_option("--rate", options.sample_rate, "samples a second, for a file without time")
+      ->type_name("HZ")
+      ->check(positive);
+  command.add_option("--bmi", options.body_mass_index, "body mass index, kg/m^2")
+      ->type_name("BMI")
+      ->check(positive);
+  command.add_option("--plunger-area", options.plunger_area, "m^2 [1.767e-4]")
+      ->type_name("AREA")
+      ->check(positive);
+  command.add_option("--technique", options.technique, "continuous or intermittent")
+      ->check(CLI::IsMember({"continuous", "intermittent"}));
+  command.add_option("--source", options.source, "publication, hospital or device")->type_name("TEXT");
+  command.add_option("--group", options.group, "subjects that belong together")->type_name("TEXT");
+  command.add_option("--name", options.name, "for people [the file's]")->type_name("TEXT");
+  command.add_flag("--pump", options.pump, "pressure of a pump that injects, not of a thumb");
+  add_common(command, options, "import");
+  command.footer("Units: a column is named like pressure_mmHg, \"pressure (kPa)\" or \"t [s]\", or has its\n"
+                 "role from --column. Writes recording.h5 and recording.csv. docs/recordings.md shows how.");
+}
+
+void add_transducer(CLI::App& command, TransducerCommandOptions& options) {
+  command.add_option("recording", options.recording, "recording of any kind that import reads")
+      ->required()
+      ->type_name("RECORDING");
+  command.add_flag("--pty", options.pty,
+                   "on a new pseudo-terminal, whose path is the first line of output");
+  command.add_flag("--stdio", options.stdio, "on standard output");
+  command.add_flag("--fast", options.fast, "with --stdio: as fast as they are read, not at 9600 baud");
+  command.add_flag("--repeat", options.repeat, "begin again after the last sample, until Ctrl-C");
+  const CLI::Range share(0.0, 1.0);
+  command.add_option("--drop", options.drop, "chance of each byte to be lost [0]")->check(share);
+  command.add_option("--double", options.duplicate, "chance of each byte to come twice [0]")->check(share);
+  command.add_option("--corrupt", options.corrupt, "chance of each byte to become another [0]")->check(share);
+  command.add_option("--burst", options.burst, "chance of each byte to begin a burst of corruption [0]")
+      ->check(share);
+  command.add_option("--burst-bytes", options.burst_bytes, "bytes of a burst [20]")
+      ->check(CLI::Range(1, 1000000));
+  command.add_option("--seed", options.seed, "of the faults [1]");
+  command.add_flag("--battery-low", options.battery_low, "say so in every frame");
+  add_common(command, options, "transducer");
+  command.footer("One of --pty and --stdio is needed. 8 bytes a sample, 120 samples/s (docs/formats.md).\n"
+                 "Ends with the recording, or at Ctrl-C. The same seed gives the same faults.");
+}
+
 /// "palpate: " before every line of a message.
 int refuse(const std::string& message, int code) {
   std::istringstream lines(message);
@@ -126,6 +180,27 @@ int main(int argc, char** argv) {
                   "request. --solve writes solution.csv.\n"
                   "docs/falcon.md shows how to connect.");
   command->callback([&] { chosen = [&] { return falcon(falcon_options); }; });
+
+  ImportOptions import_options;
+  command = app.add_subcommand("import", "a recording of any kind to one recording.h5");
+  add_import(*command, import_options);
+  command->callback([&] { chosen = [&] { return import_recording(import_options); }; });
+
+  TransducerCommandOptions transducer_options;
+  command = app.add_subcommand("transducer", "replay a recording as the 9600 baud pressure link");
+  add_transducer(*command, transducer_options);
+  command->callback([&] { chosen = [&] { return transducer(transducer_options); }; });
+
+  ReconstructOptions reconstruct_options;
+  command = app.add_subcommand("reconstruct", "recordings rebuilt from a table of published values");
+  command->add_option("table", reconstruct_options.table,
+                      "fixtures/clinical/published_values.csv, or one like it")
+      ->required()
+      ->type_name("TABLE");
+  add_common(*command, reconstruct_options, "reconstruct");
+  command->footer("Writes one .h5 per recording into DIR. They are no measurements, and each says so\n"
+                  "(fixtures/recordings/README.md).");
+  command->callback([&] { chosen = [&] { return reconstruct(reconstruct_options); }; });
 
   for (CLI::App* each : app.get_subcommands({})) {
     each->set_version_flag("--version", version_text());

@@ -4,8 +4,7 @@
 
 namespace palpate {
 
-inline constexpr double mm = 1e3;                    ///< [mm/m]
-inline constexpr double mj = 1e3;                    ///< [mJ/J]
-inline constexpr double pascals_per_mmhg = 133.322;  ///< [Pa/mmHg]
+inline constexpr double mm = 1e3;  ///< [mm/m]
+inline constexpr double mj = 1e3;  ///< [mJ/J]
 
 }  // namespace palpate

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "model/dynamics/pressure_units.hpp"
 #include "reports/markup.hpp"
 #include "reports/shown_units.hpp"
 #include "reports/tool_pass.hpp"

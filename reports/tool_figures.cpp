@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "model/dynamics/pressure_units.hpp"
 #include "reports/shown_units.hpp"
 #include "reports/tool_pass.hpp"
 

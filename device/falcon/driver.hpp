@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-#include "device/falcon/byte_link.hpp"
+#include "device/byte_link.hpp"
 #include "device/falcon/packet.hpp"
 #include "device/falcon/packet_reader.hpp"
 

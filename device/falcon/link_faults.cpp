@@ -54,6 +54,7 @@ FaultChannel::FaultChannel(const FaultScript& script, Direction direction)
     return !of_link(fault.kind) ||
            (fault.direction != Direction::both && fault.direction != direction);
   });
+  runs_.resize(faults_.size(), 0);
 }
 
 /// Of the whole write [s]. Every fault draws its two numbers whether they are used or not, so that
@@ -75,10 +76,14 @@ double FaultChannel::delay(double now_s) noexcept {
 
 bool FaultChannel::hit(Kind kind, double now_s, std::mt19937_64& generator) noexcept {
   bool any = false;
-  for (const LinkFault& fault : faults_) {
+  for (std::size_t n = 0; n < faults_.size(); ++n) {
+    const LinkFault& fault = faults_[n];
     if (fault.kind != kind) { continue; }
     const double chance = unit_number(generator);
-    any = any || (active(fault, now_s) && chance < fault.probability);
+    if (active(fault, now_s) && chance < fault.probability) { runs_[n] = fault.run; }
+    if (runs_[n] == 0) { continue; }
+    --runs_[n];
+    any = true;
   }
   return any;
 }

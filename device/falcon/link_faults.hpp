@@ -36,6 +36,7 @@ struct LinkFault {
   double end = std::numeric_limits<double>::infinity();  ///< [s]
   double latency = 0.0;                                  ///< Kind::latency: least delay [s]
   double jitter = 0.0;                                   ///< added at most, evenly spread [s]
+  int run = 1;  ///< drop, duplicate, corrupt: bytes in a row that one hit takes
   int leg = 1;                                           ///< stuck encoder: 1, 2 or 3
   Buttons buttons{};                                     ///< stuck button: those that stick
 };
@@ -82,6 +83,7 @@ class FaultChannel {
   void put(std::uint8_t byte, double arrival) noexcept;
 
   std::vector<LinkFault> faults_;
+  std::vector<int> runs_;  ///< bytes that each fault's present run still takes
   std::mt19937_64 for_writes_;
   std::mt19937_64 for_bytes_;
   Ring<Travelling, 8192> under_way_{};

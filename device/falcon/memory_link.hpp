@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "device/falcon/byte_link.hpp"
+#include "device/byte_link.hpp"
 #include "device/falcon/ring.hpp"
 
 namespace palpate::device::falcon {

@@ -18,6 +18,8 @@ struct RecordingDefects {
   std::size_t out_of_range = 0;    ///< told so by the transducer, or beyond what one can measure
   std::size_t clipped = 0;         ///< samples of a flat top at the largest or smallest value
   std::size_t not_increasing = 0;  ///< rows whose time does not come after the row before; left out
+  std::size_t battery_low = 0;     ///< samples whose transducer said that its battery is low
+  bool operator==(const RecordingDefects&) const = default;
 };
 
 struct Recording {
@@ -29,6 +31,7 @@ struct Recording {
   Kind kind = Kind::measured;
   Regime regime = Regime::thumb;
   std::string source{};  ///< publication, hospital, device
+  std::string note{};    ///< what else a reader must know; of a reconstructed one, from what it was rebuilt
   std::string group{};   ///< of subjects that belong together, as "BMI 18-24.9"
   std::optional<double> body_mass_index{};  ///< [kg/m^2]
   std::string technique{};                  ///< "continuous", "intermittent" or empty

@@ -2,7 +2,9 @@
 #pragma once
 /// The commands of `palpate`: what each is given, and its exit code.
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,5 +65,37 @@ struct FalconOptions : CommonOptions {
 int falcon(const FalconOptions& options);
 /// Kinematics of poses: writes solution.csv.
 int falcon_solve(const FalconOptions& options);
+
+struct ImportOptions : CommonOptions {
+  std::filesystem::path file{};
+  std::string format = "auto";
+  std::vector<std::string> columns{};           ///< NAME=ROLE
+  std::optional<double> sample_rate{};          ///< [Hz], for a file without time
+  std::optional<double> body_mass_index{};      ///< [kg/m^2]
+  std::optional<double> plunger_area{};         ///< [m^2]
+  std::string technique{}, source{}, group{}, name{};
+  bool pump = false;                            ///< pressure of a pump, not of a thumb
+};
+int import_recording(const ImportOptions& options);
+
+/// Exactly one of the modes.
+struct TransducerCommandOptions : CommonOptions {
+  std::filesystem::path recording{};
+  bool pty = false;
+  bool stdio = false;
+  bool fast = false;         ///< --stdio at the reader's pace
+  bool repeat = false;       ///< begins again after the last sample
+  bool battery_low = false;  ///< said in every frame
+  double drop = 0.0, duplicate = 0.0, corrupt = 0.0, burst = 0.0;  ///< chance of each byte
+  int burst_bytes = 20;
+  std::uint64_t seed = 1;
+};
+int transducer(const TransducerCommandOptions& options);
+
+struct ReconstructOptions : CommonOptions {
+  std::filesystem::path table{};
+};
+/// Recordings rebuilt from a table of published values: writes one .h5 each.
+int reconstruct(const ReconstructOptions& options);
 
 }  // namespace palpate::cli

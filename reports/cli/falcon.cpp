@@ -4,7 +4,7 @@
 #include <system_error>
 #include <unistd.h>
 
-#include "device/falcon/descriptor_link.hpp"
+#include "device/descriptor_link.hpp"
 #include "device/falcon/emulator.hpp"
 #include "device/falcon/plant_body.hpp"
 #include "model/dynamics/scene_check.hpp"
@@ -17,6 +17,7 @@
 namespace palpate::cli {
 namespace {
 
+using namespace device;
 using namespace device::falcon;
 
 /// Until the input ends or somebody interrupts; what is on its way when the input ends is

@@ -91,6 +91,7 @@ void fields(Visitor& v, cli::FaultDraft& f) {
   v.value("end", f.fault.end, {.unit = "s", .range = Range::positive});
   v.value("latency", f.fault.latency, seconds);
   v.value("jitter", f.fault.jitter, seconds);
+  v.value("run", f.fault.run, {.range = Range::at_least_one});
   v.value("leg", f.fault.leg, {.range = Range::at_least_one});
   v.value("button", f.button, {});
 }

@@ -6,11 +6,12 @@
 #include <exception>
 #include <thread>
 
-#include "device/falcon/descriptor_link.hpp"
+#include "device/descriptor_link.hpp"
 #include "device/falcon/driver.hpp"
 
 namespace {
 
+using namespace palpate::device;
 using namespace palpate::device::falcon;
 
 long long poll_device(const char* path, int requests, double deadline_s) {

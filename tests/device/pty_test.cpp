@@ -6,7 +6,7 @@
 #include <thread>
 #include <unistd.h>
 
-#include "device/falcon/descriptor_link.hpp"
+#include "device/descriptor_link.hpp"
 #include "device/falcon/driver.hpp"
 #include "device/falcon/emulator.hpp"
 #include "tests/check.hpp"
@@ -14,6 +14,7 @@
 
 namespace {
 
+using namespace palpate::device;
 using namespace palpate::device::falcon;
 
 // The machine may be busy: a deadline here only decides how long a failure takes.

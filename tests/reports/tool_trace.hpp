@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "model/dynamics/pressure_units.hpp"
 #include "model/dynamics/trace.hpp"
 
 namespace sample {
@@ -40,7 +41,7 @@ inline Trace needle_trace() {
     friction.values.push_back((advances ? 0.5 : -0.5) * mm);
     stiffness.values.push_back(0.0);
     force.values.push_back(cut + friction.values.back());
-    pressure.values.push_back(where.starts_with("epidural") ? 133.322 : 26664.4);
+    pressure.values.push_back(where.starts_with("epidural") ? pascals_per_mmhg : 200.0 * pascals_per_mmhg);
     lateral.values.push_back(1e-9);
     layer.values.push_back(where);
   }

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-namespace palpate::device::falcon {
+namespace palpate::device {
 
 /// One end of an 8-bit clean stream of bytes, and the clock that its two ends share.
 class ByteLink {
@@ -28,4 +28,4 @@ class ByteLink {
   [[nodiscard]] virtual bool ended() const noexcept { return false; }
 };
 
-}  // namespace palpate::device::falcon
+}  // namespace palpate::device

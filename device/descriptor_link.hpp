@@ -5,9 +5,9 @@
 #include <chrono>
 #include <string>
 
-#include "device/falcon/byte_link.hpp"
+#include "device/byte_link.hpp"
 
-namespace palpate::device::falcon {
+namespace palpate::device {
 
 /// An open file descriptor, closed with its owner.
 class Descriptor {
@@ -48,6 +48,8 @@ class PtyLink final : public DescriptorLink {
  public:
   PtyLink();
   [[nodiscard]] const std::string& path() const noexcept { return path_; }  ///< of the client's end
+  /// Written here and not yet read by any client.
+  [[nodiscard]] std::size_t unread_bytes() const noexcept;
 
  private:
   struct Ends {
@@ -74,4 +76,4 @@ class TerminalLink final : public DescriptorLink {
   Descriptor terminal_;
 };
 
-}  // namespace palpate::device::falcon
+}  // namespace palpate::device

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "device/falcon/descriptor_link.hpp"
+#include "device/descriptor_link.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,13 +8,14 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <system_error>
 #include <termios.h>
 #include <time.h>
 #include <unistd.h>
 #include <utility>
 
-namespace palpate::device::falcon {
+namespace palpate::device {
 namespace {
 
 constexpr int write_patience_ms = 50;
@@ -107,9 +108,14 @@ PtyLink::PtyLink(Ends ends) noexcept
       slave_(std::move(ends.slave)),
       path_(std::move(ends.path)) {}
 
+std::size_t PtyLink::unread_bytes() const noexcept {
+  int count = 0;
+  return ::ioctl(slave_.number(), FIONREAD, &count) == 0 ? static_cast<std::size_t>(count) : 0;
+}
+
 TerminalLink::TerminalLink(const std::string& path) : TerminalLink(open_terminal(path)) {}
 
 TerminalLink::TerminalLink(Descriptor terminal) noexcept
     : DescriptorLink(terminal.number(), terminal.number()), terminal_(std::move(terminal)) {}
 
-}  // namespace palpate::device::falcon
+}  // namespace palpate::device

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include "device/pressure_link/frame.hpp"
+
+#include <algorithm>
+
+namespace palpate::device::pressure_link {
+namespace {
+
+constexpr std::size_t checked_begin = 2;
+constexpr std::size_t checked_bytes = 4;
+constexpr unsigned over_range_bit = 1U;
+constexpr unsigned battery_low_bit = 2U;
+
+std::uint8_t low(unsigned value) noexcept { return static_cast<std::uint8_t>(value & 0xFFU); }
+std::uint8_t high(unsigned value) noexcept { return low(value >> 8U); }
+
+}  // namespace
+
+std::uint16_t checksum(std::span<const std::uint8_t> bytes) noexcept {
+  constexpr unsigned polynomial = 0x1021;
+  constexpr unsigned top = 0x8000;
+  unsigned rest = 0xFFFF;
+  for (const std::uint8_t byte : bytes) {
+    rest ^= unsigned{byte} << 8U;
+    for (int bit = 0; bit < 8; ++bit) {
+      rest = ((rest & top) != 0 ? (rest << 1U) ^ polynomial : rest << 1U) & 0xFFFFU;
+    }
+  }
+  return static_cast<std::uint16_t>(rest);
+}
+
+FrameBytes encode(const Frame& frame) noexcept {
+  const unsigned status = (frame.over_range ? over_range_bit : 0U) |
+                          (frame.battery_low ? battery_low_bit : 0U);
+  const auto pressure = static_cast<std::uint16_t>(frame.pressure);
+  FrameBytes bytes{frame_begin[0], frame_begin[1], frame.sequence, low(status),
+                   low(pressure),  high(pressure), 0,              0};
+  const std::uint16_t sum = checksum(std::span(bytes).subspan(checked_begin, checked_bytes));
+  bytes[6] = low(sum);
+  bytes[7] = high(sum);
+  return bytes;
+}
+
+std::optional<Frame> decode(std::span<const std::uint8_t, frame_bytes> bytes) noexcept {
+  if (!std::ranges::equal(bytes.first<2>(), frame_begin)) { return std::nullopt; }
+  const std::uint16_t sum = checksum(bytes.subspan<checked_begin, checked_bytes>());
+  if (bytes[6] != low(sum) || bytes[7] != high(sum)) { return std::nullopt; }
+  const unsigned pressure = bytes[4] | (unsigned{bytes[5]} << 8U);
+  return Frame{.sequence = bytes[2],
+               .over_range = (bytes[3] & over_range_bit) != 0,
+               .battery_low = (bytes[3] & battery_low_bit) != 0,
+               .pressure = static_cast<std::int16_t>(static_cast<std::uint16_t>(pressure))};
+}
+
+}  // namespace palpate::device::pressure_link

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The host's end of the pressure link: a thread of its own reads the line, so that a 1 kHz tick
+/// only looks at what is there.
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <thread>
+
+#include "device/byte_link.hpp"
+#include "device/handover.hpp"
+#include "device/pressure_link/frame_reader.hpp"
+
+namespace palpate::device::pressure_link {
+
+struct PressureSample {
+  std::int64_t index = -1;  ///< frame periods since the first frame; -1: none has come yet
+  double arrival = 0.0;     ///< clock of the link [s]
+  std::int16_t pressure = 0;  ///< gauge [0.1 mmHg]
+  bool over_range = false;
+  bool battery_low = false;
+};
+
+class Receiver {
+ public:
+  /// Samples that wait for the consumer at most: 34 s of line.
+  static constexpr std::size_t queue_capacity = 4096;
+
+  /// Reads `link` until it ends or the receiver is destroyed.
+  explicit Receiver(ByteLink& link);
+  Receiver(const Receiver&) = delete;
+  Receiver& operator=(const Receiver&) = delete;
+  ~Receiver();
+
+  /// For one consumer's thread; these neither wait nor allocate nor call the operating system.
+  const PressureSample& latest() noexcept { return latest_.get(); }
+  std::optional<PressureSample> next() noexcept { return queue_.pop(); }
+  /// Samples that the queue had no room for; latest() did see them.
+  [[nodiscard]] std::int64_t overflowed() const noexcept { return overflowed_.load(); }
+  /// The link has ended and every sample of it was handed over.
+  [[nodiscard]] bool ended() const noexcept { return ended_.load(); }
+
+  /// Ends the thread, after which the counts are final.
+  void stop();
+  [[nodiscard]] const ReaderCounts& counts() const noexcept { return reader_.counts(); }
+
+ private:
+  void run() noexcept;
+  void hand_over(const ReceivedFrame& received) noexcept;
+
+  ByteLink& link_;
+  FrameReader reader_{};
+  PressureSample sample_{};  ///< the reading thread's
+  HandoverQueue<PressureSample, queue_capacity> queue_{};
+  LatestValue<PressureSample> latest_{};
+  std::atomic<std::int64_t> overflowed_{0};
+  std::atomic<bool> ended_{false};
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace palpate::device::pressure_link

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#include "device/pressure_link/transducer.hpp"
+
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <poll.h>
+#include <system_error>
+#include <unistd.h>
+
+#include "device/descriptor_link.hpp"
+#include "model/dynamics/scene_check.hpp"
+#include "reports/cli/commands.hpp"
+#include "reports/cli/interrupt.hpp"
+#include "reports/recording_input.hpp"
+#include "validation/link_recording.hpp"
+
+namespace palpate::cli {
+namespace {
+
+using device::falcon::FaultScript;
+using device::falcon::LinkFault;
+using device::pressure_link::Transducer;
+
+constexpr double longest_wait = 0.1;   // [s], after which an interrupt is seen
+constexpr double last_patience = 5.0;  // [s] for a client to take what a terminal still holds
+constexpr double settling = 0.2;       // [s] in which what was written reaches the client's end
+
+/// Standard output at the pace of its reader: time passes as soon as it is waited for.
+class HastyOutput final : public device::ByteLink {
+ public:
+  [[nodiscard]] double now() const noexcept override { return time_; }
+  std::size_t read(std::span<std::uint8_t>) noexcept override { return 0; }
+  bool wait_until(double deadline_s) noexcept override {
+    time_ = std::max(time_, deadline_s);
+    return false;
+  }
+  bool write(std::span<const std::uint8_t> bytes) noexcept override {
+    return std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size();
+  }
+
+ private:
+  double time_ = 0.0;
+};
+
+FaultScript faults_of(const TransducerCommandOptions& options) {
+  using Kind = LinkFault::Kind;
+  FaultScript script{.seed = options.seed};
+  const auto add = [&](Kind kind, double probability, int run) {
+    if (probability > 0.0) {
+      script.faults.push_back({.kind = kind, .probability = probability, .run = run});
+    }
+  };
+  add(Kind::drop, options.drop, 1);
+  add(Kind::duplicate, options.duplicate, 1);
+  add(Kind::corrupt, options.corrupt, 1);
+  add(Kind::corrupt, options.burst, options.burst_bytes);
+  return script;
+}
+
+/// Whether nobody will ever read what is written there.
+bool reader_left(int output) {
+  pollfd state{.fd = output, .events = 0, .revents = 0};
+  return ::poll(&state, 1, 0) > 0 && (state.revents & (POLLERR | POLLNVAL)) != 0;
+}
+
+void serve(device::ByteLink& link, Transducer& transducer, bool stdio) {
+  std::array<std::uint8_t, 256> ignored;
+  while (!interrupted && !transducer.finished()) {
+    (void)link.wait_until(std::min(transducer.next_call(), link.now() + longest_wait));
+    while (link.read(ignored) > 0) {}  // the transducer takes no requests
+    transducer.serve(link);
+    if (stdio && transducer.lost_writes() > 0 && reader_left(STDOUT_FILENO)) { return; }
+  }
+}
+
+void serve_terminal(Transducer& transducer) {
+  device::PtyLink link;
+  std::printf("%s\n", link.path().c_str());
+  std::fflush(stdout);
+  serve(link, transducer, false);
+  // Closing would take from a client what it has not read yet.
+  const double end = link.now();
+  double empty_since = end;
+  while (!interrupted && link.now() < end + last_patience && link.now() < empty_since + settling) {
+    ::poll(nullptr, 0, 10);
+    if (link.unread_bytes() > 0) { empty_since = link.now(); }
+  }
+}
+
+void serve_output(Transducer& transducer, bool fast) {
+  if (fast) {
+    HastyOutput link;
+    serve(link, transducer, true);
+    std::fflush(stdout);
+    return;
+  }
+  device::DescriptorLink link(-1, STDOUT_FILENO);  // nothing is read: poll passes over -1
+  serve(link, transducer, true);
+}
+
+void tell(const Transducer& transducer) {
+  const device::falcon::FaultCounts& faults = transducer.faults();
+  std::fprintf(stderr,
+               "%lld frames, %lld bytes; dropped %lld, doubled %lld, corrupted %lld; writes that "
+               "nobody took: %lld\n",
+               static_cast<long long>(transducer.frames_sent()),
+               static_cast<long long>(faults.bytes), static_cast<long long>(faults.dropped),
+               static_cast<long long>(faults.duplicated), static_cast<long long>(faults.corrupted),
+               static_cast<long long>(transducer.lost_writes()));
+}
+
+/// Every frame period takes a place, those of gaps too.
+void refuse_too_long(const Recording& recording, const std::filesystem::path& path) {
+  constexpr double longest = double{io::most_samples} / device::pressure_link::frames_per_second;
+  const double span = recording.time.back() - recording.time.front();
+  if (span <= longest) { return; }
+  throw InputError(path.string() + ": lasts " + std::to_string(span) + " s; at most " +
+                   std::to_string(longest) + " s can be sent");
+}
+
+void tell_resampling(const Recording& recording) {
+  constexpr double same_rate = 0.01;  // [Hz]
+  if (std::abs(recording.sample_rate - device::pressure_link::frames_per_second) < same_rate) {
+    return;
+  }
+  std::fprintf(stderr, "sampled at %.6g Hz, sent at %.6g Hz: interpolated between samples\n",
+               recording.sample_rate, device::pressure_link::frames_per_second);
+}
+
+}  // namespace
+
+int transducer(const TransducerCommandOptions& options) {
+  if (int(options.pty) + int(options.stdio) != 1 || (options.fast && !options.stdio)) {
+    throw InputError("transducer needs a mode; exactly one of --pty and --stdio (--fast: --stdio alone)");
+  }
+  const Recording recording = read_any_recording(options.recording).recording;
+  refuse_too_long(recording, options.recording);
+  if (!options.quiet) { tell_resampling(recording); }
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that left is a write that fails, not an end
+  Transducer source(link_frames(recording), {.faults = faults_of(options),
+                                             .battery_low = options.battery_low,
+                                             .repeats = options.repeat});
+  try {
+    if (options.pty) {
+      serve_terminal(source);
+    } else {
+      serve_output(source, options.fast);
+    }
+  } catch (const std::system_error& problem) {
+    std::fprintf(stderr, "palpate: %s; this machine must offer it\n", problem.what());
+    return machine_cannot;
+  }
+  if (!options.quiet) { tell(source); }
+  return interrupted ? interrupted_code : done;
+}
+
+}  // namespace palpate::cli

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "reports/recording_input.hpp"
+
+#include <cstdint>
+#include <cstdlib>
+#include <set>
+#include <sstream>
+
+#include "fixtures/io/recording_csv.hpp"
+#include "fixtures/io/recording_file.hpp"
+#include "model/dynamics/recording_defects.hpp"
+#include "tests/check.hpp"
+#include "tests/fixtures/scratch_folder.hpp"
+#include "validation/link_recording.hpp"
+
+namespace {
+
+using namespace palpate;
+namespace fs = std::filesystem;
+
+const fs::path recordings = fs::path(PALPATE_SOURCE_DIR) / "fixtures" / "recordings";
+
+struct Damage {
+  std::size_t offset = 0;  ///< in the clean stream
+  std::string change{};    ///< "lost", "doubled" or "changed"
+  unsigned mask = 0;
+};
+
+std::vector<Damage> stored_damage() {
+  std::istringstream lines(scratch::text_of(recordings / "link-damage.csv"));
+  std::vector<Damage> damage;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream fields(line);
+    std::string offset, change, mask;
+    std::getline(fields, offset, ',');
+    std::getline(fields, change, ',');
+    std::getline(fields, mask);
+    if (std::isdigit(static_cast<unsigned char>(offset[0])) == 0) { continue; }
+    damage.push_back({std::stoul(offset), change, static_cast<unsigned>(std::stoul(mask))});
+  }
+  return damage;
+}
+
+TEST("the damaged stream is the clean one with exactly the damage that is stated beside it") {
+  const std::string clean = scratch::text_of(recordings / "link-clean.bin");
+  const std::vector<Damage> damage = stored_damage();
+  CHECK(damage.size() == 60);
+  std::string damaged;
+  std::size_t at = 0;
+  for (const Damage& each : damage) {
+    damaged += clean.substr(at, each.offset - at);
+    const char byte = clean[each.offset];
+    if (each.change == "doubled") { damaged += {byte, byte}; }
+    if (each.change == "changed") {
+      damaged += static_cast<char>(static_cast<unsigned char>(byte) ^ each.mask);
+    }
+    at = each.offset + 1;
+  }
+  damaged += clean.substr(at);
+  CHECK(damaged == scratch::text_of(recordings / "link-damaged.bin"));
+}
+
+TEST("of the damaged stream exactly the hit frames are lost, and every other sample is right") {
+  std::set<std::size_t> hit;
+  for (const Damage& each : stored_damage()) { hit.insert(each.offset / 8); }
+  const InputRecording clean = read_any_recording(recordings / "link-clean.bin");
+  const InputRecording damaged = read_any_recording(recordings / "link-damaged.bin");
+  CHECK(clean.format == RecordingFormat::raw && damaged.format == RecordingFormat::raw);
+  const std::size_t sent = clean.recording.time.size();
+  CHECK(hit.size() == 43);
+  CHECK(damaged.recording.time.size() == sent - hit.size());
+  CHECK(damaged.frames->missing == static_cast<std::int64_t>(hit.size()));
+  CHECK(damaged.recording.defects.missing == hit.size());
+  bool same = true;
+  std::size_t n = 0;
+  for (std::size_t frame = 0; frame < sent; ++frame) {
+    if (hit.contains(frame)) { continue; }
+    same = same && damaged.recording.time[n] == clean.recording.time[frame] &&
+           damaged.recording.pressure[n] == clean.recording.pressure[frame];
+    ++n;
+  }
+  CHECK(same);
+}
+
+TEST("the clean stream is the recording that it was made of") {
+  const Recording heard = read_any_recording(recordings / "link-clean.bin").recording;
+  const Recording made = io::read_recording(recordings / "bmi-25-continuous-01.h5");
+  CHECK(heard.time.size() == made.time.size());
+  for (std::size_t n = 0; n < heard.time.size(); ++n) {
+    CHECK_NEAR(heard.pressure[n], made.pressure[n], 1e-9 * 6e4);  // rounding of products
+  }
+}
+
+TEST("the format is told by content, whatever the name") {
+  const scratch::Folder folder;
+  const Recording sample = io::read_recording(recordings / "porcine-continuous-01.h5");
+  io::write_recording_hdf5(folder.path() / "a.csv", sample);
+  io::write_recording_csv(folder.path() / "b.h5", sample);
+  CHECK(format_of(folder.path() / "a.csv") == RecordingFormat::hdf5);
+  CHECK(format_of(folder.path() / "b.h5") == RecordingFormat::csv);
+  const std::string noise(1000, '\xA5');
+  const fs::path raw =
+      folder.file("c.csv", noise + scratch::text_of(recordings / "link-clean.bin"));
+  CHECK(format_of(raw) == RecordingFormat::raw);
+  std::string moved(512, 'M');  // the block that MATLAB puts first
+  CHECK(format_of(folder.file("m", moved + "\x89HDF\r\n\x1a\n")) == RecordingFormat::hdf5);
+  CHECK(read_any_recording(folder.path() / "b.h5").recording.pressure == sample.pressure);
+}
+
+TEST("what is no recording is refused in words") {
+  const scratch::Folder folder;
+  CHECK_THROWS(read_any_recording(folder.file("e", "")), "is empty");
+  CHECK_THROWS(read_any_recording(folder.path()), "not a regular file");
+  CHECK_THROWS(read_any_recording(folder.path() / "none"), "no such file");
+  CHECK_THROWS(read_any_recording(folder.file("o.mat", "MATLAB 5.0 MAT-file, ...")), "-v7.3");
+  CHECK_THROWS(read_any_recording(folder.file("b", "\x01\x02\xFF\n")), "is no text, no HDF5 and has no");
+  CHECK_THROWS(read_any_recording(folder.file("u", std::string("\xFF\xFEt\0i\0", 6))), "CSV as UTF-8");
+  CHECK_THROWS(read_any_recording(folder.file("n", "abc"), RecordingFormat::raw), "no frame");
+  const std::vector<std::uint8_t> one = link_bytes({device::pressure_link::Frame{}});
+  const fs::path single = folder.file("1", std::string(one.begin(), one.end()));
+  CHECK_THROWS(read_any_recording(single), "has one sample; at least two are needed");
+  CHECK_THROWS(read_any_recording(recordings / "link-clean.bin", RecordingFormat::automatic,
+                                  {.sample_rate = 100.0}),
+               "--column and --rate are for CSV and HDF5");
+  const fs::path big = folder.file("big", std::string(one.begin(), one.end()));
+  fs::resize_file(big, std::uintmax_t{2} << 30U);
+  CHECK_THROWS(read_any_recording(big), "bytes long; at most");
+}
+
+TEST("constant pressure is a recording, with a warning") {
+  device::pressure_link::Frame frame{.pressure = 2000};
+  LinkFrames frames;
+  for (int n = 0; n < 300; ++n) {
+    frame.sequence = static_cast<std::uint8_t>(n);
+    frames.emplace_back(frame);
+  }
+  const std::vector<std::uint8_t> bytes = link_bytes(frames);
+  const scratch::Folder folder;
+  const InputRecording read =
+      read_any_recording(folder.file("c", std::string(bytes.begin(), bytes.end())));
+  CHECK(read.recording.time.size() == 300);
+  CHECK(read.warnings.size() == 1 && read.warnings[0].starts_with("pressure is constant"));
+}
+
+}  // namespace
