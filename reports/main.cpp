@@ -157,6 +157,15 @@ int main(int argc, char** argv) {
       ->type_name("DIR");
   command->callback([&] { chosen = [&] { return validate(validate_options); }; });
 
+  ValidateOptions bench_options;
+  command = app.add_subcommand("bench", "run time against error, and what a spring costs");
+  command->add_option("cases", bench_options.cases, "benches or groups; all when none")
+      ->type_name("CASE");
+  add_common(*command, bench_options, "bench");
+  command->add_flag("--list", bench_options.list, "name every bench and stop");
+  command->add_flag("--quick", bench_options.quick, "the short form");
+  command->callback([&] { chosen = [&] { return bench(bench_options); }; });
+
   ReportOptions report_options;
   command = app.add_subcommand("report", "render report.html again from a results folder");
   command->add_option("results", report_options.results, "folder with results.json and traces/")

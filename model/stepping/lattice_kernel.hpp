@@ -159,13 +159,22 @@ double go_through(const View<Real>& view, const Real* q, const Real* v, Real* f)
 }
 
 template <class Real, class Arch>
+void roots_and_quotients(const Real* from, Real* to, long count) noexcept {
+  using Batch = xsimd::batch<Real, Arch>;
+  for (long n = 0; n < count; n += static_cast<long>(Batch::size)) {
+    (Batch(Real(1)) / xsimd::sqrt(Batch::load_unaligned(from + n))).store_unaligned(to + n);
+  }
+}
+
+template <class Real, class Arch>
 Kernels<Real> kernels_for(const char* name) noexcept {
   return {.name = name,
           .lanes = static_cast<int>(xsimd::batch<Real, Arch>::size),
           .force = &go_through<Task::force, Real, Arch>,
           .undamped_force = &go_through<Task::undamped_force, Real, Arch>,
           .damping = &go_through<Task::damping, Real, Arch>,
-          .energy = &go_through<Task::energy, Real, Arch>};
+          .energy = &go_through<Task::energy, Real, Arch>,
+          .roots_and_quotients = &roots_and_quotients<Real, Arch>};
 }
 
 }  // namespace palpate::lattice

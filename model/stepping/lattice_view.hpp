@@ -43,6 +43,9 @@ struct Kernels {
   Kernel<Real> undamped_force = nullptr;
   Kernel<Real> damping = nullptr;
   Kernel<Real> energy = nullptr;
+  /// to = 1 / sqrt(from), as a spring's length needs it: what no kernel can do without. `count` is a
+  /// multiple of 64.
+  void (*roots_and_quotients)(const Real* from, Real* to, long count) noexcept = nullptr;
 };
 
 template <class Real>

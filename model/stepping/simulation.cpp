@@ -73,7 +73,8 @@ class Simulation::Core {
 };
 
 void Simulation::Core::sample(std::span<double> row) noexcept {
-  coordinates(sample_q_);
+  const bool wanted = recorder == nullptr || !recorder->columns().empty();
+  if (wanted) { coordinates(sample_q_); }
   if (recorder == nullptr || recorder->needs_velocity()) { velocities(sample_v_); }
   if (recorder == nullptr) {
     row[0] = sample_q_(0);

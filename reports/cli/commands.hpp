@@ -49,6 +49,8 @@ struct ValidateOptions : CommonOptions {
   std::filesystem::path data{};            ///< of networks outside the project; empty: searched
 };
 int validate(const ValidateOptions& options);
+/// The same of what is timed; cases run one after the other, whatever `jobs` says.
+int bench(const ValidateOptions& options);
 
 struct ReportOptions : CommonOptions {
   std::filesystem::path results{};

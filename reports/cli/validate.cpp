@@ -15,13 +15,14 @@
 #include "reports/cli/provenance.hpp"
 #include "reports/cli/reference_cache.hpp"
 #include "reports/results_folder.hpp"
+#include "validation/bench/bench_cases.hpp"
 
 namespace palpate::cli {
 
 namespace {
 
-int list_cases() {
-  for (const Case& one : all_cases()) {
+int list(const std::vector<Case>& cases) {
+  for (const Case& one : cases) {
     std::printf("%-40s %-10s %s\n", one.name.c_str(), one.suite.c_str(), one.claim.c_str());
   }
   return done;
@@ -81,33 +82,36 @@ std::size_t count(const std::vector<Outcome>& outcomes, Status status) {
       std::ranges::count(outcomes, status, [](const Outcome& one) { return one.status; }));
 }
 
-std::string command_text(const ValidateOptions& options) {
-  std::string text = "palpate validate";
+/// What two commands differ in.
+struct Judging {
+  std::string command{};  ///< "validate"
+  std::string title{};
+  std::vector<Case> cases{};
+  int jobs = 1;
+};
+
+std::string command_text(const ValidateOptions& options, const std::string& command) {
+  std::string text = "palpate " + command;
   for (const std::string& each : options.cases) { text += " " + each; }
   if (options.quick) { text += " --quick"; }
   if (options.no_skip) { text += " --no-skip"; }
   return text;
 }
 
-}  // namespace
-
-int validate(const ValidateOptions& options) {
-  if (options.list) { return list_cases(); }
-  const std::vector<Case> cases = select_cases(all_cases(), options.cases, options.quick);
-  const std::filesystem::path folder = make_folder(options.folder("validate"));
+int judge(const ValidateOptions& options, const Judging& what) {
+  if (options.list) { return list(what.cases); }
+  const std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
+  const std::filesystem::path folder = make_folder(options.folder(what.command));
   // Threads of an interrupted run still use it when this function is gone.
   static const reference::Cache cache =
       cache_in(options.cache.empty() ? default_cache_folder() : options.cache);
-  const int jobs = options.jobs > 0
-                       ? options.jobs
-                       : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const RunnerResult ran =
-      run_cases(cases, context_of(options, cache), jobs, interrupted,
+      run_cases(cases, context_of(options, cache), what.jobs, interrupted,
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
                   if (!options.quiet) { tell_case(outcome, finished, total); }
                 });
-  const Results results{.title = "Palpate validation",
-                        .command = command_text(options),
+  const Results results{.title = what.title,
+                        .command = command_text(options, what.command),
                         .provenance = build_provenance(),
                         .outcomes = ran.outcomes};
   write_results_folder(folder, results);
@@ -122,6 +126,22 @@ int validate(const ValidateOptions& options) {
     std::_Exit(interrupted_code);  // cases still run on threads that cannot be stopped
   }
   return fallen == 0 && count(ran.outcomes, Status::pass) > 0 ? done : fell_short;
+}
+
+}  // namespace
+
+int validate(const ValidateOptions& options) {
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return judge(options, {.command = "validate",
+                         .title = "Palpate validation",
+                         .cases = all_cases(),
+                         .jobs = options.jobs > 0 ? options.jobs : cores});
+}
+
+/// One at a time: what is timed has the machine to itself.
+int bench(const ValidateOptions& options) {
+  return judge(options,
+               {.command = "bench", .title = "Palpate benchmark", .cases = bench::all_benches(), .jobs = 1});
 }
 
 }  // namespace palpate::cli
