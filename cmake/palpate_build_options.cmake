@@ -30,28 +30,38 @@ if(PALPATE_SANITIZE)
   target_compile_definitions(palpate_build_options INTERFACE PALPATE_SANITIZED)
 endif()
 
-# The sanitized build reads common headers precompiled; the optimised one sees the header that a file
-# forgot to include.
-if(PALPATE_SANITIZE)
-  file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/precompiled.cpp" CONTENT "// headers only\n")
-  add_library(palpate_precompiled OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
-  target_link_libraries(palpate_precompiled PRIVATE palpate_build_options Eigen3::Eigen)
-  target_precompile_headers(palpate_precompiled PRIVATE
-    <algorithm> <array> <charconv> <chrono> <cmath> <complex> <cstdio> <filesystem> <fstream>
-    <functional> <limits> <map> <memory> <numbers> <numeric> <optional> <random> <set> <span> <sstream>
-    <stdexcept> <string> <string_view> <variant> <vector>
-    <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <Eigen/SparseCore>)
-endif()
+# Tests read common headers precompiled, and so do the libraries of the sanitized build; the optimised
+# libraries do not, and so see the header that a file forgot to include.
+file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/precompiled.cpp" CONTENT "// headers only\n")
+add_library(palpate_precompiled OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
+target_link_libraries(palpate_precompiled PRIVATE palpate_build_options Eigen3::Eigen)
+target_precompile_headers(palpate_precompiled PRIVATE
+  <algorithm> <array> <charconv> <chrono> <cmath> <complex> <cstdio> <filesystem> <fstream>
+  <functional> <limits> <map> <memory> <numbers> <numeric> <optional> <random> <set> <span> <sstream>
+  <stdexcept> <string> <string_view> <variant> <vector>
+  <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <Eigen/SparseCore>)
 function(palpate_use_precompiled target)
-  if(PALPATE_SANITIZE)
-    target_precompile_headers(${target} REUSE_FROM palpate_precompiled)
-  endif()
+  target_precompile_headers(${target} REUSE_FROM palpate_precompiled)
 endfunction()
 
 # palpate_add_library(<name> [TOGETHER] SOURCES ... [ALONE ...] [PUBLIC ...] [PRIVATE ...]): one box of the
-# architecture, usable as palpate::<name>. The sanitized build compiles sources eight at a time to take
-# less of it; TOGETHER does so in every build, for libraries that no simulator links. Those ALONE have
-# local names that their neighbours have too.
+# architecture, usable as palpate::<name>. The sanitized build compiles about eight sources at a time to take
+# less of it; TOGETHER does so in every build, for libraries that no simulator links. Sources are dealt out
+# like cards, so that neighbours in the list, which have local names in common, do not meet; those ALONE
+# have flags or names that nobody can share.
+function(palpate_compile_together target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;ALONE")
+  list(REMOVE_ITEM arg_SOURCES ${arg_ALONE})
+  list(LENGTH arg_SOURCES count)
+  math(EXPR units "(${count} + 7) / 8")
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  set(unit 0)
+  foreach(source IN LISTS arg_SOURCES)
+    set_source_files_properties("${source}" PROPERTIES UNITY_GROUP "unit${unit}")
+    math(EXPR unit "(${unit} + 1) % ${units}")
+  endforeach()
+endfunction()
+
 function(palpate_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "TOGETHER" "" "SOURCES;ALONE;PUBLIC;PRIVATE")
   add_library(palpate_${name} STATIC ${arg_SOURCES})
@@ -59,12 +69,12 @@ function(palpate_add_library name)
   target_link_libraries(palpate_${name}
     PUBLIC palpate_build_options ${arg_PUBLIC}
     PRIVATE ${arg_PRIVATE})
-  palpate_use_precompiled(palpate_${name})
-  if(NOT PALPATE_SANITIZE)  # precompiled headers are shared with programs, which are not
+  if(PALPATE_SANITIZE)
+    palpate_use_precompiled(palpate_${name})
+  else()  # a simulator may be a shared library; precompiled headers are shared with programs, which are not
     set_target_properties(palpate_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   endif()
   if(PALPATE_SANITIZE OR arg_TOGETHER)
-    set_target_properties(palpate_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-    set_source_files_properties(${arg_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    palpate_compile_together(palpate_${name} SOURCES ${arg_SOURCES} ALONE ${arg_ALONE})
   endif()
 endfunction()

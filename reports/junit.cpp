@@ -10,7 +10,7 @@ namespace palpate {
 
 namespace {
 
-std::string seconds_text(double seconds) {
+std::string seconds_attribute(double seconds) {
   std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%.3f", seconds);
   return buffer.data();
@@ -26,7 +26,7 @@ std::string counts(const std::vector<const Outcome*>& outcomes) {
   const Tally sum = tally(bare);
   return " tests=\"" + std::to_string(sum.all()) + "\" failures=\"" + std::to_string(sum.failed) +
          "\" errors=\"" + std::to_string(sum.errors) + "\" skipped=\"" +
-         std::to_string(sum.skipped) + "\" time=\"" + seconds_text(seconds) + "\"";
+         std::to_string(sum.skipped) + "\" time=\"" + seconds_attribute(seconds) + "\"";
 }
 
 std::string fallen_quantities(const Outcome& outcome) {
@@ -91,7 +91,7 @@ std::string to_junit(const Results& results) {
     xml += "  <testsuite name=\"" + escape_markup(suite) + "\"" + counts(members[suite]) + ">\n";
     for (const Outcome* outcome : members[suite]) {
       xml += "    <testcase classname=\"palpate." + escape_markup(suite) + "\" name=\"" +
-             escape_markup(outcome->name) + "\" time=\"" + seconds_text(outcome->seconds) +
+             escape_markup(outcome->name) + "\" time=\"" + seconds_attribute(outcome->seconds) +
              "\">\n" + properties(*outcome) + verdict(*outcome) + "    </testcase>\n";
     }
     xml += "  </testsuite>\n";

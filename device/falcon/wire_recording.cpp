@@ -13,8 +13,6 @@
 namespace palpate::device::falcon {
 namespace {
 
-using Direction = WireRecord::Direction;
-
 constexpr std::string_view header = "time_s,direction,bytes";
 constexpr std::string_view to_device = "to-device";
 constexpr std::string_view to_host = "to-host";
@@ -58,10 +56,10 @@ WireRecord parse(std::string_view text, int line) {
   if (direction != to_device && direction != to_host) {
     refuse(line, "direction; must be to-device or to-host");
   }
-  record.direction = direction == to_device ? Direction::to_device : Direction::to_host;
+  record.direction = direction == to_device ? WireRecord::Direction::to_device : WireRecord::Direction::to_host;
   const bool whole =
       second < text.size() && parse_hex(text.substr(second + 1), record.bytes) &&
-      (record.direction == Direction::to_device ? decode<HostPacket>(record.bytes).has_value()
+      (record.direction == WireRecord::Direction::to_device ? decode<HostPacket>(record.bytes).has_value()
                                                 : decode<DevicePacket>(record.bytes).has_value());
   if (!whole) { refuse(line, "bytes; must be the 32 hexadecimal digits of a well-formed packet"); }
   return record;
@@ -82,8 +80,8 @@ class ReplyCatcher final : public EmulatorObserver {
 
 void WireRecording::served(double time_s, const HostPacket& request,
                            const DevicePacket& reply) noexcept {
-  add({.time = time_s, .direction = Direction::to_device, .bytes = encode(request)});
-  add({.time = time_s, .direction = Direction::to_host, .bytes = encode(reply)});
+  add({.time = time_s, .direction = WireRecord::Direction::to_device, .bytes = encode(request)});
+  add({.time = time_s, .direction = WireRecord::Direction::to_host, .bytes = encode(reply)});
 }
 
 void WireRecording::add(const WireRecord& record) noexcept {
@@ -101,7 +99,7 @@ ReplayResult replay(const WireRecording& recording, Emulator& emulator) {
   cable.attach(emulator);
   emulator.observe(&caught);
   for (const WireRecord& record : recording.records()) {
-    if (record.direction == Direction::to_device) {
+    if (record.direction == WireRecord::Direction::to_device) {
       cable.run_until(record.time);
       caught.count = 0;
       (void)cable.host().write(record.bytes);
@@ -121,7 +119,7 @@ void write_csv(std::ostream& out, const WireRecording& recording) {
     std::array<char, 32> time{};
     const char* end = std::to_chars(time.data(), time.data() + time.size(), record.time).ptr;
     out << std::string_view(time.data(), static_cast<std::size_t>(end - time.data())) << ','
-        << (record.direction == Direction::to_device ? to_device : to_host) << ','
+        << (record.direction == WireRecord::Direction::to_device ? to_device : to_host) << ','
         << hex(record.bytes) << '\n';
   }
 }

@@ -16,7 +16,7 @@ struct Stretch {
   double end = -infinity;
 };
 
-const Material* material_named(const Scene& scene, const std::string& name) {
+const Material* find_material(const Scene& scene, const std::string& name) {
   const auto found = std::ranges::find(scene.materials, name, &Material::name);
   return found == scene.materials.end() ? nullptr : &*found;
 }
@@ -60,7 +60,7 @@ std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& n, d
   std::vector<PathInterval> intervals;
   double begin = first;
   for (const Layer& layer : scene.tissue.layers) {
-    PathInterval next = interval_of(material_named(scene, layer.material),
+    PathInterval next = interval_of(find_material(scene, layer.material),
                                     layer.tissue.empty() ? layer.material : layer.tissue);
     next.begin = begin;
     next.end = begin += layer.thickness / n.z();
@@ -68,7 +68,7 @@ std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& n, d
   }
   if (intervals.empty()) {
     const std::string& name = scene.tissue.lattice.material;
-    intervals.push_back(interval_of(material_named(scene, name), name));
+    intervals.push_back(interval_of(find_material(scene, name), name));
     intervals.front().begin = first;
   }
   intervals.back().end = infinity;
@@ -84,7 +84,7 @@ std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vecto
     Stretch within = inside(body, origin, direction);
     within.begin = std::max(within.begin, first);
     if (!(within.end > within.begin)) { continue; }
-    PathInterval middle = interval_of(material_named(scene, body.material), body.material);
+    PathInterval middle = interval_of(find_material(scene, body.material), body.material);
     middle.begin = within.begin;
     middle.end = within.end;
     std::vector<PathInterval> cut;

@@ -14,7 +14,7 @@ namespace {
 constexpr Eigen::Index margin = 8;
 
 /// Waste of an axis: elements of a row for each of its nodes.
-double padding(int nodes, int lanes) {
+double elements_per_node(int nodes, int lanes) {
   const int vectors = (nodes + lanes - 1) / lanes;
   return static_cast<double>(vectors * lanes) / nodes;
 }
@@ -23,7 +23,7 @@ double padding(int nodes, int lanes) {
 std::array<std::size_t, 3> axes_for(const LatticeShape& shape, int lanes) {
   std::size_t along = 0;
   for (std::size_t axis = 1; axis < 3; ++axis) {
-    if (padding(shape.nodes[axis], lanes) < padding(shape.nodes[along], lanes)) { along = axis; }
+    if (elements_per_node(shape.nodes[axis], lanes) < elements_per_node(shape.nodes[along], lanes)) { along = axis; }
   }
   return {along, along == 0 ? 1U : 0U, along == 2 ? 1U : 2U};
 }

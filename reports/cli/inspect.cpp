@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "reports/cli/commands.hpp"
+#include "reports/cli/json_number.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/tool_inspection.hpp"
 
@@ -16,9 +17,6 @@ namespace palpate::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// JSON has no infinity: null means that there is no limit.
-Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json network_facts(const NetworkProblem& problem) {
   const SpringNetwork& network = problem.network();

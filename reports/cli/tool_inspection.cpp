@@ -11,6 +11,7 @@
 #include "model/dynamics/needle_path.hpp"
 #include "reference/solution.hpp"
 #include "reference/static_response.hpp"
+#include "reports/cli/json_number.hpp"
 #include "reports/markup.hpp"
 
 namespace palpate::cli {
@@ -92,8 +93,6 @@ const char* name_of(Drive::Kind kind) {
   }
   return "falcon";
 }
-
-Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json line_of(const NeedlePath& path) {
   Json line = Json::array();
