@@ -56,7 +56,8 @@ void lay_corridor(const Members& members, const CorridorRule& rule, GroupSummary
   CorridorBuilt built = build_corridor(aligned, rule);
   summary.corridor_refusal = built.refusal;
   if (!built.corridor) { return; }
-  summary.coverage = coverage(*built.corridor, simulated_on(members, built.corridor->mean.grid()), rule);
+  summary.simulated = simulated_on(members, built.corridor->mean.grid());
+  summary.coverage = coverage(*built.corridor, summary.simulated, rule);
   summary.corridor = std::move(built.corridor);
 }
 
@@ -115,8 +116,8 @@ void judge_by_corridor(const Members& members, const GroupOptions& options, Grou
     summary.reasons.emplace_back(text);
   }
   for (const FeatureSummary& feature : summary.features) {
-    const FeatureVerdict mean =
-        judge_mean(feature, members, options.comparison.uncertainties.coverage_factor);
+    const FeatureVerdict& mean = summary.means.emplace_back(
+        judge_mean(feature, members, options.comparison.uncertainties.coverage_factor));
     summary.verdict = worse(summary.verdict, mean.verdict);
     if (mean.verdict != Verdict::agrees && mean.verdict != Verdict::not_judged) {
       summary.reasons.push_back("mean over subjects, " + sentence_of(mean));
