@@ -75,10 +75,11 @@ struct Overlay {
                     Series::Style style = Series::Style::line) {
     const bool time = over == Over::time;
     if (values.empty()) { return; }
-    figure.series.push_back({.label = label,
-                             .style = style,
-                             .x = time ? scaled(recording().time, 1.0, -lag()) : scaled(recording().depth, mm),
-                             .y = scaled(values, factor)});
+    figure.series.push_back(
+        {.label = label,
+         .style = style,
+         .x = time ? scaled(recording().time, 1.0, -lag()) : scaled(recording().depth, mm),
+         .y = scaled(values, factor)});
   }
   void add_simulated(const std::string& label, const char* column, double factor,
                      Series::Style style = Series::Style::line) {
@@ -92,8 +93,8 @@ struct Overlay {
 };
 
 std::string clocks(const Comparison& one) {
-  return " Clocks aligned " + one.alignment.how + ": the recording's is " +
-         quantity(one.alignment.lag, "s") + " ahead.";
+  return " Clocks aligned " + one.alignment.how + ": the recording's is " + quantity(one.alignment.lag, "s") +
+         " ahead.";
 }
 
 Figure pressure_figure(const ComparisonReport& report, std::size_t n, Over over) {
@@ -115,9 +116,14 @@ Figure pressure_figure(const ComparisonReport& report, std::size_t n, Over over)
 Figure force_figure(const ComparisonReport& report, std::size_t n, Over over) {
   Overlay overlay(report, n, over);
   const Recording& recording = overlay.recording();
+  const auto add_plunger = [&] {
+    overlay.add_recorded("on the plunger, recorded", recording.pressure, recording.plunger_area,
+                         Series::Style::dashed);
+  };
   overlay.add_recorded("along the needle, recorded", recording.force, 1.0);
+  if (recording.force.empty()) { add_plunger(); }  // first, so that what was recorded has its colour
   overlay.add_simulated("along the needle, simulated", "tool.force_n", 1.0);
-  overlay.add_recorded("on the plunger, recorded", recording.pressure, recording.plunger_area, Series::Style::dashed);
+  if (!recording.force.empty()) { add_plunger(); }
   overlay.add_simulated("on the plunger, simulated", "syringe.thumb_n", 1.0, Series::Style::dashed);
   Figure figure = std::move(overlay.figure);
   figure.id = over == Over::time ? "force-over-time" : "force-over-depth";
@@ -136,8 +142,9 @@ Figure residual_figure(const ComparisonReport& report, std::size_t n) {
   Figure figure = empty_overlay(report.simulation.trace, Over::time);
   figure.id = "residual";
   figure.title = "Residual";
-  figure.caption = "Simulated less recorded, both filtered, where both are; a gap of the recording stays one." +
-                   honesty(report.recordings[n].input.recording);
+  figure.caption =
+      "Simulated less recorded, both filtered, where both are; a gap of the recording stays one." +
+      honesty(report.recordings[n].input.recording);
   figure.y.label = label_of("simulated - recorded", unit.name);
   figure.series = {{.x = times_of(one.recorded), .y = difference(one.simulated, one.recorded, unit.factor)}};
   return figure;
@@ -146,8 +153,8 @@ Figure residual_figure(const ComparisonReport& report, std::size_t n) {
 std::string honesty_of_group(const GroupSummary& group) {
   const std::size_t rebuilt = group.recordings - group.measured;
   if (rebuilt == 0) { return {}; }
-  return " " + std::to_string(rebuilt) + " of " + std::to_string(group.recordings) + " recordings: " +
-         std::string(io::reconstruction_note) + ", not measured.";
+  return " " + std::to_string(rebuilt) + " of " + std::to_string(group.recordings) +
+         " recordings: " + std::string(io::reconstruction_note) + ", not measured.";
 }
 
 Series corridor_band(const SubjectCorridor& corridor, std::span<const double> middle, double factor) {
@@ -162,7 +169,8 @@ Series corridor_band(const SubjectCorridor& corridor, std::span<const double> mi
 
 std::string corridor_words(const GroupSummary& group) {
   return "Mean ± " + short_number(group.corridor->half_width, 3) + " SD of " +
-         std::to_string(group.corridor->recordings) + " recordings, in which a further subject lies with 0.95";
+         std::to_string(group.corridor->recordings) +
+         " recordings, in which a further subject lies with 0.95";
 }
 
 }  // namespace
@@ -195,22 +203,27 @@ std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t in
   Figure corridor = empty_overlay(report.simulation.trace, Over::time);
   corridor.id = "corridor-" + std::to_string(index);
   corridor.title = "Corridor of " + (group.group.empty() ? "the recordings" : group.group);
-  corridor.caption = corridor_words(group) + "; all filtered, on the simulation's clock." + honesty_of_group(group);
+  corridor.caption =
+      corridor_words(group) + "; all filtered, on the simulation's clock." + honesty_of_group(group);
   corridor.y.label = label_of(what, unit.name);
-  const Series simulated{.label = "simulated", .x = times_of(group.simulated),
-                         .y = scaled(group.simulated.value, unit.factor)};
+  const Series simulated{
+      .label = "simulated", .x = times_of(group.simulated), .y = scaled(group.simulated.value, unit.factor)};
   corridor.series = {corridor_band(*group.corridor, mean.value, unit.factor),
-                     {.label = "mean of the recordings", .style = Series::Style::dashed, .x = times_of(mean),
+                     {.label = "mean of the recordings",
+                      .style = Series::Style::dashed,
+                      .x = times_of(mean),
                       .y = scaled(mean.value, unit.factor)},
                      simulated};
   Figure residual = empty_overlay(report.simulation.trace, Over::time);
   residual.id = "corridor-residual-" + std::to_string(index);
   residual.title = "Residual against the mean";
-  residual.caption = "Simulated less the mean of the recordings, within the same corridor." + honesty_of_group(group);
+  residual.caption =
+      "Simulated less the mean of the recordings, within the same corridor." + honesty_of_group(group);
   residual.y.label = label_of("simulated - mean", unit.name);
   const std::vector<double> zero(mean.size(), 0.0);
-  residual.series = {corridor_band(*group.corridor, zero, unit.factor),
-                     {.label = "residual", .x = simulated.x, .y = difference(group.simulated, mean, unit.factor)}};
+  residual.series = {
+      corridor_band(*group.corridor, zero, unit.factor),
+      {.label = "residual", .x = simulated.x, .y = difference(group.simulated, mean, unit.factor)}};
   return {corridor, residual};
 }
 

@@ -30,7 +30,9 @@ struct FieldWriter {
   void count(const char* name, std::size_t value) { json[name] = value; }
 };
 
-Json optional_number(const std::optional<double>& value) { return value ? json_number(*value) : Json(nullptr); }
+Json optional_number(const std::optional<double>& value) {
+  return value ? json_number(*value) : Json(nullptr);
+}
 
 Json to_json(const Tolerance& tolerance) {
   return {{"absolute", tolerance.absolute},
@@ -66,10 +68,14 @@ Json list_of(const std::vector<FeatureVerdict>& features) {
 
 Json to_json(const std::optional<IsoRating>& rating) {
   if (!rating) { return nullptr; }
-  return {{"corridor", json_number(rating->corridor)},   {"phase", json_number(rating->phase)},
-          {"magnitude", json_number(rating->magnitude)}, {"slope", json_number(rating->slope)},
-          {"overall", json_number(rating->overall)},     {"grade", grade_of(rating->overall)},
-          {"shift_samples", rating->shift},              {"correlation", json_number(rating->correlation)},
+  return {{"corridor", json_number(rating->corridor)},
+          {"phase", json_number(rating->phase)},
+          {"magnitude", json_number(rating->magnitude)},
+          {"slope", json_number(rating->slope)},
+          {"overall", json_number(rating->overall)},
+          {"grade", grade_of(rating->overall)},
+          {"shift_samples", rating->shift},
+          {"correlation", json_number(rating->correlation)},
           {"note", rating->note}};
 }
 
@@ -105,7 +111,9 @@ void add_measures(Json& json, const Comparison& one) {
 
 Json to_json(const ComparedRecording& input, const Comparison& one) {
   const Recording& recording = input.input.recording;
-  Json json{{"file", input.file.filename().string()}, {"format", name_of(input.input.format)}, {"fnv1a", input.hash}};
+  Json json{{"file", input.file.filename().string()},
+            {"format", name_of(input.input.format)},
+            {"fnv1a", input.hash}};
   FieldWriter writer{json};
   io::for_each_attribute(recording, writer);
   json["samples"] = recording.time.size();
@@ -179,29 +187,30 @@ Json to_json(const ComparedSimulation& simulation) {
 Json options_of(const GroupOptions& options) {
   const ComparisonOptions& o = options.comparison;
   const LossRule& loss = o.features.loss;
-  return {{"quantity", name_of(o.quantity)},
-          {"alignment", name_of(o.alignment)},
-          {"cutoff_hz", o.cutoff},
-          {"grid_rate_hz", o.grid_rate},
-          {"least_overlap_s", o.least_overlap},
-          {"loss_of_resistance",
-           {{"least_drop", loss.least_drop},
-            {"hold_s", loss.hold},
-            {"settle_s", loss.settle},
-            {"longest_fall_s", loss.longest_fall},
-            {"unsteady", loss.unsteady},
-            {"least_peak", loss.least_peak}}},
-          {"u_zero", o.quantity == QuantityKind::pressure ? o.uncertainties.zero : o.uncertainties.zero_force},
-          {"u_gain", o.uncertainties.gain},
-          {"u_num", o.uncertainties.numerical},
-          {"u_input", o.uncertainties.input},
-          {"coverage_factor", o.uncertainties.coverage_factor},
-          {"bootstrap_draws", options.bootstrap.draws},
-          {"bootstrap_seed", options.bootstrap.seed}};
+  return {
+      {"quantity", name_of(o.quantity)},
+      {"alignment", name_of(o.alignment)},
+      {"cutoff_hz", o.cutoff},
+      {"grid_rate_hz", o.grid_rate},
+      {"least_overlap_s", o.least_overlap},
+      {"loss_of_resistance",
+       {{"least_drop", loss.least_drop},
+        {"hold_s", loss.hold},
+        {"settle_s", loss.settle},
+        {"longest_fall_s", loss.longest_fall},
+        {"unsteady", loss.unsteady},
+        {"least_peak", loss.least_peak}}},
+      {"u_zero", o.quantity == QuantityKind::pressure ? o.uncertainties.zero : o.uncertainties.zero_force},
+      {"u_gain", o.uncertainties.gain},
+      {"u_num", o.uncertainties.numerical},
+      {"u_input", o.uncertainties.input},
+      {"coverage_factor", o.uncertainties.coverage_factor},
+      {"bootstrap_draws", options.bootstrap.draws},
+      {"bootstrap_seed", options.bootstrap.seed}};
 }
 
 Json to_json(const CredibilityFactor& factor) {
-  return {{"activity", factor.activity}, {"factor", factor.factor},     {"goal", factor.goal},
+  return {{"activity", factor.activity},    {"factor", factor.factor},     {"goal", factor.goal},
           {"shown", name_of(factor.shown)}, {"evidence", factor.evidence}, {"links", factor.links}};
 }
 
@@ -226,7 +235,9 @@ std::string to_json(const ComparisonReport& report) {
     json["groups"].push_back(to_json(group, report.options.corridor));
   }
   json["credibility"] = Json::array();
-  for (const CredibilityFactor& factor : report.credibility) { json["credibility"].push_back(to_json(factor)); }
+  for (const CredibilityFactor& factor : report.credibility) {
+    json["credibility"].push_back(to_json(factor));
+  }
   json["command"] = report.command;
   json["provenance"] = report.provenance;
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -61,7 +61,9 @@ Drawn draw(const ComparisonReport& report) {
   auto next = svgs.begin();
   for (auto* list : {&drawn.recordings, &drawn.groups}) {
     for (Exhibits& exhibits : *list) {
-      for (std::size_t n = 0; n < exhibits.figures.size(); ++n) { exhibits.drawings.push_back(std::move(*next++)); }
+      for (std::size_t n = 0; n < exhibits.figures.size(); ++n) {
+        exhibits.drawings.push_back(std::move(*next++));
+      }
     }
   }
   return drawn;
@@ -84,11 +86,13 @@ std::string simulation_words(const ComparedSimulation& simulation) {
 
 void add_simulation_facts(std::vector<Fact>& facts, const ComparedSimulation& simulation) {
   const std::vector<double>& time = simulation.trace.time;
-  facts.push_back({"simulation", simulation_words(simulation),
-                   time.empty() ? "" : quantity(time.back() - time.front(), "s") + " long; FNV-1a " + simulation.hash});
+  facts.push_back(
+      {"simulation", simulation_words(simulation),
+       time.empty() ? "" : quantity(time.back() - time.front(), "s") + " long; FNV-1a " + simulation.hash});
   if (simulation.run_longer > 0.0) {
-    facts.push_back({"run longer by", quantity(simulation.run_longer, "s"),
-                     "than the scene says: the loss of resistance counts once its pressure stayed low for 5 s"});
+    facts.push_back(
+        {"run longer by", quantity(simulation.run_longer, "s"),
+         "than the scene says: the loss of resistance counts once its pressure stayed low for 5 s"});
   }
 }
 
@@ -101,9 +105,10 @@ std::vector<Fact> key_facts(const ComparisonReport& report) {
   const auto& all = report.found.recordings;
   const auto first = std::ranges::find_if(all, compared);
   if (first == all.end()) { return facts; }
-  facts.push_back({"clocks", "aligned " + first->alignment.how,
-                   "asked for: " + std::string(comparison::name_of(o.alignment)) +
-                       (all.size() > 1 ? "; of the first recording" : "; lag " + quantity(first->alignment.lag, "s"))});
+  facts.push_back(
+      {"clocks", "aligned " + first->alignment.how,
+       "asked for: " + std::string(comparison::name_of(o.alignment)) +
+           (all.size() > 1 ? "; of the first recording" : "; lag " + quantity(first->alignment.lag, "s"))});
   const double cutoff = first->cutoff;
   facts.push_back({"filter", cutoff > 0.0 ? quantity(cutoff, "Hz") : "none",
                    "low-pass without phase, the same for both; at most a quarter of the lower rate"});
@@ -125,16 +130,31 @@ std::string recording_article(const ComparisonReport& report, std::size_t n, con
   const Comparison& one = report.found.recordings[n];
   const Recording& recording = report.recordings[n].input.recording;
   std::string html = "<article>\n<h3>" + html_badge(one.verdict) + " <span>" +
-                     escape_markup(name_of_recording(report.recordings[n])) + "</span></h3>\n" + honesty_of(recording);
+                     escape_markup(name_of_recording(report.recordings[n])) + "</span></h3>\n" +
+                     honesty_of(recording);
   if (!recording.note.empty()) { html += "<p class=\"soft\">" + escape_markup(recording.note) + "</p>\n"; }
-  html += html_notes(one.reasons) + html_of(exhibits);
+  if (report.recordings.size() > 1 || report.found.reasons.size() == 1) { html += html_notes(one.reasons); }
+  html += html_of(exhibits);
   if (!compared(one)) { return html + "</article>\n"; }
   if (recording.depth.empty()) {
     html += "<p class=\"soft\">Depth was not recorded, so nothing is shown over depth.</p>\n";
   }
-  if (report.recordings.size() <= few_recordings) { return html + html_features(one.features) + "</article>\n"; }
-  return html + "<details><summary>features, tolerances and verdicts</summary>\n" + html_features(one.features) +
-         "</details></article>\n";
+  if (report.recordings.size() <= few_recordings) {
+    return html + html_features(one.features) + "</article>\n";
+  }
+  return html + "<details><summary>features, tolerances and verdicts</summary>\n" +
+         html_features(one.features) + "</details></article>\n";
+}
+
+/// One reason stands in the banner already; many are folded.
+std::string reasons_section(const ComparisonReport& report) {
+  constexpr std::size_t many = 8;
+  const std::vector<std::string>& reasons = report.found.reasons;
+  if (reasons.size() < 2) { return {}; }
+  const std::string notes = html_notes(reasons);
+  return "<h2>Why</h2>\n" + (reasons.size() < many ? notes
+                                                   : "<details><summary>" + std::to_string(reasons.size()) +
+                                                         " reasons</summary>\n" + notes + "</details>\n");
 }
 
 std::string groups_section(const ComparisonReport& report, const Drawn& drawn) {
@@ -156,10 +176,12 @@ std::string groups_section(const ComparisonReport& report, const Drawn& drawn) {
 }
 
 std::string recordings_section(const ComparisonReport& report, const Drawn& drawn) {
-  std::string html = "<section>\n<h2>" + std::string(report.recordings.size() == 1 ? "The recording" : "Every recording") +
+  std::string html = "<section>\n<h2>" +
+                     std::string(report.recordings.size() == 1 ? "The recording" : "Every recording") +
                      "</h2>\n";
   if (report.recordings.size() > most_drawn) {
-    html += "<p class=\"soft\">The first " + std::to_string(most_drawn) + " are drawn; of the others there are tables.</p>\n";
+    html += "<p class=\"soft\">The first " + std::to_string(most_drawn) +
+            " are drawn; of the others there are tables.</p>\n";
   }
   for (std::size_t n = 0; n < report.recordings.size(); ++n) {
     html += recording_article(report, n, drawn.recordings[n]);
@@ -171,18 +193,23 @@ std::vector<Fact> rule_facts(const ComparisonReport& report) {
   const ComparisonOptions& o = report.options.comparison;
   const LossRule& loss = o.features.loss;
   const auto percent = [](double share) { return quantity(100.0 * share, "%"); };
-  return {{"loss of resistance", "a fall by " + percent(loss.least_drop) + " within " + quantity(loss.longest_fall, "s"),
-           "held for " + quantity(loss.hold, "s") + ", steady to " + percent(loss.unsteady) + " of the peak"},
-          {"uncertainty", "U = " + short_number(o.uncertainties.coverage_factor) + " u_val",
-           "u_val² = u_num² + u_input² + u_D²; a feature agrees or differs only if it does so at both ends of ± U"},
-          {"u_D", o.quantity == QuantityKind::pressure
-                      ? "zero " + quantity(o.uncertainties.zero, "Pa") + ", gain " + percent(o.uncertainties.gain)
-                      : "zero " + quantity(o.uncertainties.zero_force, "N") + ", gain " + percent(o.uncertainties.gain),
-           "beside noise, sampling and the alignment"},
-          {"u_num and u_input", percent(o.uncertainties.numerical) + " and " + percent(o.uncertainties.input),
-           "as stated on the command line; 0 by default"},
-          {"corridor", "from " + std::to_string(report.options.corridor.least_recordings) + " recordings of a group",
-           percent(report.options.corridor.least_inside) + " of the simulated samples must lie in it"}};
+  return {
+      {"loss of resistance",
+       "a fall by " + percent(loss.least_drop) + " within " + quantity(loss.longest_fall, "s"),
+       "held for " + quantity(loss.hold, "s") + ", steady to " + percent(loss.unsteady) + " of the peak"},
+      {"uncertainty", "U = " + short_number(o.uncertainties.coverage_factor) + " u_val",
+       "u_val² = u_num² + u_input² + u_D²; a feature agrees or differs only if it does so at both ends of ± "
+       "U"},
+      {"u_D",
+       o.quantity == QuantityKind::pressure
+           ? "zero " + quantity(o.uncertainties.zero, "Pa") + ", gain " + percent(o.uncertainties.gain)
+           : "zero " + quantity(o.uncertainties.zero_force, "N") + ", gain " + percent(o.uncertainties.gain),
+       "beside noise, sampling and the alignment"},
+      {"u_num and u_input", percent(o.uncertainties.numerical) + " and " + percent(o.uncertainties.input),
+       "as stated on the command line; 0 by default"},
+      {"corridor",
+       "from " + std::to_string(report.options.corridor.least_recordings) + " recordings of a group",
+       percent(report.options.corridor.least_inside) + " of the simulated samples must lie in it"}};
 }
 
 std::vector<Fact> provenance_facts(const ComparisonReport& report) {
@@ -200,18 +227,19 @@ std::string to_html(const ComparisonReport& report) {
   const Drawn drawn = draw(report);
   const std::string title = "Recorded and simulated insertion";
   const std::string version = report.provenance.contains("version") ? report.provenance.at("version") : "";
-  std::string body = html_banner({.title = title,
-                                  .small_print = {report.command, version.empty() ? "" : "version " + version},
-                                  .held = holds(report),
-                                  .verdict = verdict_text(report),
-                                  .detail = verdict_sentence(report)});
+  std::string body =
+      html_banner({.title = title,
+                   .small_print = {report.command, version.empty() ? "" : "version " + version},
+                   .held = holds(report),
+                   .verdict = verdict_text(report),
+                   .detail = verdict_sentence(report)});
   body += "<main>\n<h2>Key facts</h2>\n" + html_facts(key_facts(report));
-  if (report.found.reasons.size() > 1) { body += "<h2>Why</h2>\n" + html_notes(report.found.reasons); }
-  body += "<h2>What was compared</h2>\n" + html_recordings(report) + groups_section(report, drawn) +
-          recordings_section(report, drawn) + "<section>\n<h2>Whole traces</h2>\n" +
-          html_table(ratings_table(report)) + "</section>\n<section>\n<h2>What the recordings lack</h2>\n" +
-          html_table(defects_table(report)) + "</section>\n<section>\n<h2>How it was judged</h2>\n" +
-          html_facts(rule_facts(report)) + html_table(tolerances_table(report)) +
+  body += reasons_section(report) + "<h2>What was compared</h2>\n" + html_recordings(report) +
+          groups_section(report, drawn) + recordings_section(report, drawn) +
+          "<section>\n<h2>Whole traces</h2>\n" + html_table(ratings_table(report)) +
+          "</section>\n<section>\n<h2>What the recordings lack</h2>\n" + html_table(defects_table(report)) +
+          "</section>\n<section>\n<h2>How it was judged</h2>\n" + html_facts(rule_facts(report)) +
+          html_table(tolerances_table(report)) +
           "</section>\n<section>\n<h2>What was shown, and what was not</h2>\n" +
           html_table(credibility_table(report)) + "</section>\n</main>\n" +
           html_provenance(provenance_facts(report), report.command);

@@ -23,10 +23,11 @@ struct ComparedSimulation {
   enum class Origin { scene, trace };
   Origin origin = Origin::trace;
   std::filesystem::path file{};
-  std::string hash{};        ///< of the file
-  std::string title{};       ///< of the scene
-  double run_longer = 0.0;   ///< [s] after the scene's duration, for the rule that finds the loss of resistance
-  std::string failure{};     ///< "diverged at t = 0.1 s"; nothing can be compared then
+  std::string hash{};   ///< of the file
+  std::string title{};  ///< of the scene
+  double run_longer =
+      0.0;                ///< [s] after the scene's duration, for the rule that finds the loss of resistance
+  std::string failure{};  ///< "diverged at t = 0.1 s"; nothing can be compared then
   Trace trace{};
 };
 

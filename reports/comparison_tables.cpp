@@ -17,18 +17,26 @@ namespace {
 /// The badges of cases, by what a verdict means for the exit code.
 std::string_view badge_class(Verdict verdict) {
   switch (verdict) {
-    case Verdict::agrees: return "pass";
+    case Verdict::agrees:
+      return "pass";
     case Verdict::differs:
-    case Verdict::not_comparable: return "fail";
+    case Verdict::not_comparable:
+      return "fail";
     case Verdict::not_distinguishable:
-    case Verdict::not_judged: break;
+    case Verdict::not_judged:
+      break;
   }
   return "skip";
 }
 
-std::string head_of(std::initializer_list<const char*> columns) {
+/// Columns of numbers begin with '#'.
+std::string head_of(std::initializer_list<std::string_view> columns) {
   std::string head = "<thead><tr>";
-  for (const char* column : columns) { head += "<th scope=\"col\">" + std::string(column) + "</th>"; }
+  for (const std::string_view column : columns) {
+    const bool number = column.starts_with('#');
+    head += std::string("<th scope=\"col\"") + (number ? " class=\"number\">" : ">") +
+            std::string(column.substr(number ? 1 : 0)) + "</th>";
+  }
   return head + "</tr></thead><tbody>\n";
 }
 
@@ -45,24 +53,26 @@ std::string value_of(const FeatureVerdict& one, const Measured& measured) {
 std::string allowed_of(const FeatureVerdict& one) {
   if (one.feature == Feature::loss_of_resistance) { return "the same"; }
   if (one.verdict == Verdict::not_judged) { return "-"; }
-  return shown(one.feature, one.lower, one.unit) + " to " + shown(one.feature, one.upper, one.unit);
+  return shown_interval(one.feature, {one.lower, one.upper}, one.unit);
 }
 
 std::string why_of(const FeatureVerdict& one) {
   if (!one.reason.empty()) { return one.reason; }
-  const std::string below = one.below_uncertainty ? "; the error is below its own uncertainty" : "";
-  return shown(one.tolerance, one.unit) + below + ": " + one.tolerance.origin;
+  if (one.feature == Feature::loss_of_resistance) { return one.tolerance.origin; }
+  return shown(one.tolerance, one.unit) + (one.below_uncertainty ? "; error below u_val" : "");
 }
 
 std::string feature_row(const FeatureVerdict& one) {
   const bool numbers = one.feature != Feature::loss_of_resistance;
   const std::string error = numbers ? shown(one.feature, one.error, one.unit) : "-";
+  const std::string uncertainty = shown_uncertainty(one);
   return "<tr><th scope=\"row\">" + in_words(one.feature) + "</th>" +
+         labelled("verdict", html_badge(one.verdict)) +
          labelled("recorded", value_of(one, one.recorded), "number") +
          labelled("simulated", value_of(one, one.simulated), "number") + labelled("error", error, "number") +
-         labelled("u (95 %)", shown_uncertainty(one), "number") + labelled("allowed", allowed_of(one), "number") +
-         labelled("verdict", html_badge(one.verdict)) + "<td class=\"why\">" + escape_markup(why_of(one)) +
-         "</td></tr>\n";
+         labelled("± U", uncertainty.empty() ? "-" : uncertainty, "number") +
+         labelled("allowed", allowed_of(one), "number") +
+         labelled("tolerance", escape_markup(why_of(one)), "why") + "</tr>\n";
 }
 
 std::string inside_of(const GroupSummary& group, const CorridorRule& rule) {
@@ -73,8 +83,8 @@ std::string inside_of(const GroupSummary& group, const CorridorRule& rule) {
 
 std::string agreed_of(const GroupSummary& group) {
   if (group.recordings == group.not_comparable) { return "none compared"; }
-  return std::to_string(group.agree) + " of " + std::to_string(group.recordings - group.not_comparable) + " (" +
-         short_number(100.0 * group.agree_interval.lower, 3) + " to " +
+  return std::to_string(group.agree) + " of " + std::to_string(group.recordings - group.not_comparable) +
+         " (" + short_number(100.0 * group.agree_interval.lower, 3) + " to " +
          short_number(100.0 * group.agree_interval.upper, 3) + " %)";
 }
 
@@ -84,8 +94,8 @@ std::string group_row(const GroupSummary& group, const CorridorRule& rule) {
   const auto count = [](std::size_t number) { return std::to_string(number); };
   return "<tr><th scope=\"row\">" + escape_markup(name_of_group(group.group)) + "</th>" +
          labelled("verdict", html_badge(group.verdict)) + labelled("measured", count(group.measured)) +
-         labelled("reconstructed", count(group.recordings - group.measured)) + labelled("agree", agreed_of(group)) +
-         labelled("differ", count(group.differ)) +
+         labelled("reconstructed", count(group.recordings - group.measured)) +
+         labelled("agree", agreed_of(group)) + labelled("differ", count(group.differ)) +
          labelled("not distinguishable", count(group.not_distinguishable)) +
          labelled("not comparable", count(group.not_comparable)) +
          labelled("in the corridor", escape_markup(inside_of(group, rule)), "why") + "</tr>\n";
@@ -95,17 +105,20 @@ std::string group_row(const GroupSummary& group, const CorridorRule& rule) {
 std::string outcome_of(const Comparison& one) {
   if (one.verdict == Verdict::not_comparable) { return one.reasons.empty() ? "" : one.reasons.front(); }
   const FeatureVerdict& peak = one.features.at(static_cast<std::size_t>(Feature::peak));
-  return "peak " + value_of(peak, peak.recorded) + " recorded, " + value_of(peak, peak.simulated) + " simulated";
+  return "peak " + value_of(peak, peak.recorded) + " recorded, " + value_of(peak, peak.simulated) +
+         " simulated";
 }
 
 std::string recording_row(const ComparedRecording& input, const Comparison& one) {
   const Recording& recording = input.input.recording;
   const double length = recording.time.empty() ? 0.0 : recording.time.back() - recording.time.front();
   const std::string name = recording.name.empty() ? input.file.filename().string() : recording.name;
-  return "<tr><th scope=\"row\">" + escape_markup(name) + "</th>" + labelled("verdict", html_badge(one.verdict)) +
+  return "<tr><th scope=\"row\">" + escape_markup(name) + "</th>" +
+         labelled("verdict", html_badge(one.verdict)) +
          labelled("kind", std::string(io::word_of(recording.kind))) +
          labelled("group", escape_markup(name_of_group(recording.group))) +
-         labelled("technique", escape_markup(recording.technique.empty() ? "not said" : recording.technique)) +
+         labelled("technique",
+                  escape_markup(recording.technique.empty() ? "not said" : recording.technique)) +
          labelled("length", quantity(length, "s") + " at " + quantity(recording.sample_rate, "Hz")) +
          labelled("outcome", escape_markup(outcome_of(one))) +
          labelled("source", escape_markup(recording.source.empty() ? "not said" : recording.source), "why") +
@@ -113,7 +126,8 @@ std::string recording_row(const ComparedRecording& input, const Comparison& one)
 }
 
 std::string verdict_table(const std::string& head, const std::string& rows) {
-  return "<div class=\"scroll\"><table class=\"quantities labelled\">" + head + rows + "</tbody></table></div>\n";
+  return "<div class=\"scroll\"><table class=\"quantities labelled\">" + head + rows +
+         "</tbody></table></div>\n";
 }
 
 }  // namespace
@@ -126,9 +140,9 @@ std::string html_badge(Verdict verdict) {
 std::string html_features(const std::vector<FeatureVerdict>& features) {
   std::string rows;
   for (const FeatureVerdict& one : features) { rows += feature_row(one); }
-  return verdict_table(head_of({"feature", "recorded", "simulated", "error", "u (95 %)", "allowed", "verdict",
-                                "tolerance and where it comes from"}),
-                       rows);
+  return verdict_table(
+      head_of({"feature", "verdict", "#recorded", "#simulated", "#error", "#± U", "#allowed", "tolerance"}),
+      rows);
 }
 
 std::string html_recordings(const ComparisonReport& report) {
@@ -136,8 +150,13 @@ std::string html_recordings(const ComparisonReport& report) {
   for (std::size_t n = 0; n < report.recordings.size(); ++n) {
     rows += recording_row(report.recordings[n], report.found.recordings[n]);
   }
-  return verdict_table(
+  const std::string table = verdict_table(
       head_of({"recording", "verdict", "kind", "group", "technique", "length", "outcome", "source"}), rows);
+  constexpr std::size_t many = 12;
+  const std::size_t count = report.recordings.size();
+  return count < many ? table
+                      : "<details><summary>" + std::to_string(count) + " recordings</summary>" + table +
+                            "</details>\n";
 }
 
 std::string html_groups(const ComparisonReport& report) {
@@ -149,40 +168,44 @@ std::string html_groups(const ComparisonReport& report) {
 }
 
 Table subjects_table(const GroupSummary& group) {
-  Table table{.title = "Features over the subjects of " + name_of_group(group.group),
-              .caption = "Intervals of the mean: percentile bootstrap, seeded; of few subjects they are too narrow.",
-              .columns = {"feature", "recordings", "mean", "SD", "95 % interval of the mean", "simulated"}};
+  Table table{
+      .title = "Features over the subjects of " + name_of_group(group.group),
+      .caption = "Intervals of the mean: percentile bootstrap, seeded; of few subjects they are too narrow.",
+      .columns = {"feature", "recordings", "mean", "SD", "95 % interval of the mean", "simulated"}};
   for (const FeatureSummary& one : group.features) {
     const auto value = [&](double number) { return shown(one.feature, number, one.unit); };
     const bool event = one.feature == Feature::loss_of_resistance;
     const std::string mean = event ? quantity(100.0 * one.mean, "% found") : value(one.mean);
-    table.rows.push_back({in_words(one.feature), std::to_string(one.count), mean,
-                          event ? "-" : value(one.deviation),
-                          one.interval && !event ? value(one.interval->lower) + " to " + value(one.interval->upper)
-                                                 : std::string("-"),
-                          one.simulated ? value(*one.simulated) : std::string("-")});
+    table.rows.push_back(
+        {in_words(one.feature), std::to_string(one.count), mean, event ? "-" : value(one.deviation),
+         one.interval && !event ? shown_interval(one.feature, *one.interval, one.unit) : std::string("-"),
+         one.simulated ? value(*one.simulated) : std::string("-")});
   }
   return table;
 }
 
 Table ratings_table(const ComparisonReport& report) {
   const FieldUnit unit = field_unit(unit_of(report.options.comparison.quantity));
-  Table table{.title = "Ratings and distances of whole traces",
-              .caption = "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude + slope), "
-                         "of the filtered traces; E at the features, with u_val, is in their tables.",
-              .columns = {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude", "slope", "R unfiltered",
-                          "Sprague-Geers M", "P", "C", "RMSE (" + std::string(unit.name) + ")", "NRMSE"}};
+  Table table{
+      .title = "Ratings and distances of whole traces",
+      .caption =
+          "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude + slope), "
+          "of the filtered traces; E at the features, with u_val, is in their tables.",
+      .columns = {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude", "slope", "R unfiltered",
+                  "Sprague-Geers M", "P", "C", "RMSE (" + unit.name + ")", "NRMSE"}};
   for (const Comparison& one : report.found.recordings) {
     if (one.verdict == Verdict::not_comparable) { continue; }
-    const IsoRating rating = one.rating.value_or(IsoRating{.corridor = not_measured, .phase = not_measured,
-                                                           .magnitude = not_measured, .slope = not_measured,
+    const IsoRating rating = one.rating.value_or(IsoRating{.corridor = not_measured,
+                                                           .phase = not_measured,
+                                                           .magnitude = not_measured,
+                                                           .slope = not_measured,
                                                            .overall = not_measured});
     const double unfiltered = one.unfiltered_rating ? one.unfiltered_rating->overall : not_measured;
     table.rows.push_back({one.recording, rating.overall,
                           one.rating ? std::string(grade_of(rating.overall)) : std::string("not rated"),
                           rating.corridor, rating.phase, rating.magnitude, rating.slope, unfiltered,
-                          one.errors.magnitude, one.errors.phase, one.errors.combined, unit.factor * one.errors.rmse,
-                          one.errors.nrmse});
+                          one.errors.magnitude, one.errors.phase, one.errors.combined,
+                          unit.factor * one.errors.rmse, one.errors.nrmse});
   }
   return table;
 }
@@ -193,7 +216,9 @@ Table defects_table(const ComparisonReport& report) {
               .columns = {"recording", "samples", "found", "warnings"}};
   for (const ComparedRecording& one : report.recordings) {
     std::string warnings;
-    for (const std::string& warning : one.input.warnings) { warnings += (warnings.empty() ? "" : "; ") + warning; }
+    for (const std::string& warning : one.input.warnings) {
+      warnings += (warnings.empty() ? "" : "; ") + warning;
+    }
     const Recording& recording = one.input.recording;
     table.rows.push_back({recording.name.empty() ? one.file.filename().string() : recording.name,
                           std::to_string(recording.time.size()), shown(recording.defects),

@@ -11,9 +11,13 @@ namespace palpate {
 /// "loss of resistance" of "loss_of_resistance".
 std::string in_words(comparison::Feature feature);
 
-/// A feature's value [SI] with its unit as clinicians read it; "found" or "not found" of the event, "-" of NaN.
+/// A feature's value [SI] with its unit as clinicians read it; "found" or "not found" of the event, "-" of
+/// NaN.
 std::string shown(comparison::Feature feature, double value, std::string_view unit);
-/// "+-" with its unit; empty of 0.
+/// "300 to 367 mmHg".
+std::string shown_interval(comparison::Feature feature, const comparison::Interval& interval,
+                           std::string_view unit);
+/// U with its sign and unit; empty of 0.
 std::string shown_uncertainty(const comparison::FeatureVerdict& verdict);
 /// What a tolerance allows, as "10.2 %", "7 mmHg", "a factor of 2".
 std::string shown(const comparison::Tolerance& tolerance, std::string_view unit);

@@ -3,7 +3,6 @@
 /// JSON has no NaN and no infinity: text says which.
 
 #include <cmath>
-
 #include <nlohmann/json.hpp>
 
 namespace palpate {

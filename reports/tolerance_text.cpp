@@ -22,15 +22,21 @@ struct WrittenUnit {
   std::string_view si;
   double factor;
 };
-constexpr std::array written_units{
-    WrittenUnit{"mmHg", "Pa", pascals_per_mmhg}, WrittenUnit{"kPa", "Pa", 1e3},
-    WrittenUnit{"Pa", "Pa", 1.0},                WrittenUnit{"mmHg/s", "Pa/s", pascals_per_mmhg},
-    WrittenUnit{"kPa/s", "Pa/s", 1e3},           WrittenUnit{"Pa/s", "Pa/s", 1.0},
-    WrittenUnit{"N", "N", 1.0},                  WrittenUnit{"N/s", "N/s", 1.0},
-    WrittenUnit{"ms", "s", 1e-3},                WrittenUnit{"s", "s", 1.0},
-    WrittenUnit{"mm", "m", 1e-3},                WrittenUnit{"m", "m", 1.0}};
+constexpr std::array written_units{WrittenUnit{"mmHg", "Pa", pascals_per_mmhg},
+                                   WrittenUnit{"kPa", "Pa", 1e3},
+                                   WrittenUnit{"Pa", "Pa", 1.0},
+                                   WrittenUnit{"mmHg/s", "Pa/s", pascals_per_mmhg},
+                                   WrittenUnit{"kPa/s", "Pa/s", 1e3},
+                                   WrittenUnit{"Pa/s", "Pa/s", 1.0},
+                                   WrittenUnit{"N", "N", 1.0},
+                                   WrittenUnit{"N/s", "N/s", 1.0},
+                                   WrittenUnit{"ms", "s", 1e-3},
+                                   WrittenUnit{"s", "s", 1.0},
+                                   WrittenUnit{"mm", "m", 1e-3},
+                                   WrittenUnit{"m", "m", 1.0}};
 
-constexpr const char* allowed_forms = "must be such as peak=15%, plateau=7mmHg, slope_before=30%+5mmHg/s or drop_time=x2";
+constexpr const char* allowed_forms =
+    "must be such as peak=15%, plateau=7mmHg, slope_before=30%+5mmHg/s or drop_time=x2";
 
 Feature feature_named(const std::string& name, const std::string& text) {
   std::vector<std::string_view> known;
@@ -104,7 +110,7 @@ std::string tolerance_help(QuantityKind quantity) {
     if (one.relative > 0.0) { value = plain_number(100.0 * one.relative, 3) + "%"; }
     if (one.absolute > 0.0) {
       value += (value.empty() ? "" : "+") + plain_number(field.factor * one.absolute, 3) +
-               (field.name == "1" ? "" : std::string(field.name));
+               (field.name == "1" ? "" : field.name);
     }
     help += "  " + std::string(comparison::name_of(one.feature)) + "=" + value + "\n";
   }

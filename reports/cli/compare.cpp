@@ -34,22 +34,26 @@ Value value_named(const std::string& option, const std::string& text, const std:
 GroupOptions group_options(const CompareOptions& asked) {
   GroupOptions options;
   ComparisonOptions& o = options.comparison;
-  o.quantity = value_named("--quantity", asked.quantity, std::array{QuantityKind::pressure, QuantityKind::force});
-  o.alignment = value_named("--align", asked.alignment,
-                            std::array{AlignmentRule::automatic, AlignmentRule::depth, AlignmentRule::event,
-                                       AlignmentRule::start});
+  o.quantity =
+      value_named("--quantity", asked.quantity, std::array{QuantityKind::pressure, QuantityKind::force});
+  o.alignment = value_named(
+      "--align", asked.alignment,
+      std::array{AlignmentRule::automatic, AlignmentRule::depth, AlignmentRule::event, AlignmentRule::start});
   o.column = o.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
   o.cutoff = asked.cutoff;
   o.uncertainties.numerical = asked.numerical_uncertainty;
   o.uncertainties.input = asked.input_uncertainty;
-  for (const std::string& text : asked.tolerances) { o.tolerances.push_back(tolerance_from(text, o.quantity)); }
+  for (const std::string& text : asked.tolerances) {
+    o.tolerances.push_back(tolerance_from(text, o.quantity));
+  }
   return options;
 }
 
 /// As a shell takes it.
 std::string quoted(const std::string& word) {
-  const bool plain = word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,") ==
-                     std::string::npos;
+  const bool plain =
+      word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,") ==
+      std::string::npos;
   return plain && !word.empty() ? word : "'" + word + "'";
 }
 
@@ -82,10 +86,13 @@ void judge(const CompareOptions& asked, ComparisonReport& report) {
   std::vector<Recording> recordings;
   for (const ComparedRecording& one : report.recordings) { recordings.push_back(one.input.recording); }
   const bool failed = !report.simulation.failure.empty();
-  report.found = compare_all(recordings, failed ? Trace{.columns = {{report.options.comparison.column, "", {}}}}
-                                                : report.simulation.trace,
-                             report.options);
-  if (failed) { report.found.reasons.insert(report.found.reasons.begin(), "the simulation " + report.simulation.failure); }
+  report.found = compare_all(
+      recordings,
+      failed ? Trace{.columns = {{report.options.comparison.column, "", {}}}} : report.simulation.trace,
+      report.options);
+  if (failed) {
+    report.found.reasons.insert(report.found.reasons.begin(), "the simulation " + report.simulation.failure);
+  }
   std::vector<Outcome> outcomes;
   if (!asked.results.empty()) { outcomes = read_results_folder(asked.results).outcomes; }
   report.credibility = credibility(outcomes, &report.found);
@@ -108,7 +115,8 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
       std::fprintf(stderr, "palpate: warning: %s: %s\n", one.file.string().c_str(), warning.c_str());
     }
   }
-  std::printf("%s\n%s\n", (folder / "comparison.json").string().c_str(), (folder / "report.html").string().c_str());
+  std::printf("%s\n%s\n", (folder / "comparison.json").string().c_str(),
+              (folder / "report.html").string().c_str());
 }
 
 /// Everything is made before anything is written.
@@ -134,7 +142,9 @@ int compare_recordings(const CompareOptions& options) {
   ComparisonReport report{.options = group_options(options)};
   const std::string& column = report.options.comparison.column;
   report.recordings = read_recordings(options.recordings);
-  if (!options.results.empty()) { (void)read_results_folder(options.results); }  // refused before anything runs
+  if (!options.results.empty()) {
+    (void)read_results_folder(options.results);
+  }  // refused before anything runs
   std::optional<SceneRun> scene;
   if (options.trace.empty()) {
     const LossRule& loss = report.options.comparison.features.loss;

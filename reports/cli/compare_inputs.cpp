@@ -26,14 +26,17 @@ void add_folder(const std::filesystem::path& folder, std::vector<std::filesystem
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() == ".h5") { found.push_back(entry.path()); }
   }
-  if (found.empty()) { throw InputError(folder.string() + ": has no .h5 file; a folder of recordings has some"); }
+  if (found.empty()) {
+    throw InputError(folder.string() + ": has no .h5 file; a folder of recordings has some");
+  }
   std::ranges::sort(found);
   std::ranges::move(found, std::back_inserter(files));
 }
 
+/// Behind "FILE: no column ".
 std::string needed(const std::string& column) {
-  return column + " is needed for the quantity that is compared (--quantity pressure needs a [syringe], "
-                  "force a needle or probe)";
+  return column +
+         "; needed for what is compared (--quantity pressure: a [syringe]; force: a needle or probe)";
 }
 
 /// Over once a loss of resistance is old enough, else once the scene's own duration is.
@@ -55,7 +58,9 @@ std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem
   const auto gather = [&](auto&& read) {
     try {
       read();
-    } catch (const InputError& error) { problems += (problems.empty() ? "" : "\n") + std::string(error.what()); }
+    } catch (const InputError& error) {
+      problems += (problems.empty() ? "" : "\n") + std::string(error.what());
+    }
   };
   for (const std::filesystem::path& path : paths) {
     gather([&] {
@@ -79,7 +84,7 @@ ComparedSimulation read_simulation(const std::filesystem::path& file, const std:
   ComparedSimulation simulation{.origin = ComparedSimulation::Origin::trace, .file = file};
   simulation.trace = io::read_trace(file);
   if (simulation.trace.find(column) == nullptr) {
-    throw InputError(file.string() + ": no such column; " + needed(column));
+    throw InputError(file.string() + ": no column " + needed(column));
   }
   simulation.hash = hash_of(file);
   return simulation;
@@ -89,7 +94,7 @@ SceneRun prepare_scene(const CompareOptions& options, const std::string& column,
   SceneRun run{.loaded = load_scene(options.scene, options, false, rest), .rest = rest};
   const auto& columns = run.loaded.simulation.columns();
   if (std::ranges::none_of(columns, [&](const Column& one) { return one.name == column; })) {
-    throw InputError(options.scene.string() + ": the scene gives no such column; " + needed(column));
+    throw InputError(options.scene.string() + ": no column " + needed(column));
   }
   return run;
 }
@@ -106,8 +111,10 @@ SimulatedScene simulate_scene(SceneRun& scene, bool quiet) {
   }
   Run run = roll_out(scene.loaded.simulation, how);
   SimulatedScene done{.provenance = scene_provenance(scene.loaded), .interrupted = run.interrupted};
-  done.simulation = {.origin = ComparedSimulation::Origin::scene, .file = file.inputs.front(),
-                     .hash = io::content_hash(file.text), .title = file.scene.title};
+  done.simulation = {.origin = ComparedSimulation::Origin::scene,
+                     .file = file.inputs.front(),
+                     .hash = io::content_hash(file.text),
+                     .title = file.scene.title};
   const double longer = run.trace.time.back() - duration;
   if (longer > 0.5 * file.scene.simulation.step) { done.simulation.run_longer = longer; }
   if (run.diverged) { done.simulation.failure = "diverged at t = " + quantity(run.diverged_at, "s"); }

@@ -14,14 +14,15 @@
 
 namespace palpate::cli {
 
-/// Files, and of each folder its .h5 files in the order of names. Throws an InputError of one line per problem.
+/// Files, and of each folder its .h5 files in the order of names. Throws an InputError of one line per
+/// problem.
 std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem::path>& paths);
 
 /// Throws InputError, also where it has no column of that name.
 ComparedSimulation read_simulation(const std::filesystem::path& trace, const std::string& column);
 
-/// A scene made ready to run for as long as it says, and after a loss of resistance until the rule that finds it
-/// can decide.
+/// A scene made ready to run for as long as it says, and after a loss of resistance until the rule that finds
+/// it can decide.
 struct SceneRun {
   LoadedScene loaded;
   double rest = 6.0;  ///< [s] after the event

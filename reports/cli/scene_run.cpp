@@ -2,7 +2,6 @@
 #include "reports/cli/scene_run.hpp"
 
 #include <cstdio>
-
 #include <unistd.h>
 
 #include "reports/cli/interrupt.hpp"

@@ -110,10 +110,11 @@ std::string sentence_of(const FeatureVerdict& one) {
   if (!one.reason.empty()) { return name + ": " + one.reason + ": " + std::string(name_of(one.verdict)); }
   const FieldUnit unit = field_unit(one.unit);
   const auto shown = [&](double value) { return unit.factor * value; };
+  const std::string symbol = unit.name == "1" ? "" : " " + unit.name;
   char numbers[200];
-  std::snprintf(numbers, sizeof numbers, ": %.4g simulated, %.4g recorded, %.4g to %.4g allowed, +-%.2g, unit %s: ",
-                shown(*one.simulated.value), shown(*one.recorded.value), shown(one.lower), shown(one.upper),
-                shown(one.expanded), std::string(unit.name).c_str());
+  std::snprintf(numbers, sizeof numbers, ": %.4g%s simulated, %.4g%s recorded; %.4g to %.4g%s allowed, known to +-%.2g%s: ",
+                shown(*one.simulated.value), symbol.c_str(), shown(*one.recorded.value), symbol.c_str(),
+                shown(one.lower), shown(one.upper), symbol.c_str(), shown(one.expanded), symbol.c_str());
   return name + numbers + std::string(name_of(one.verdict));
 }
 

@@ -12,7 +12,7 @@ namespace palpate::comparison {
 /// From the features and the alignment of a comparison.
 std::vector<FeatureVerdict> judge_features(const Comparison& comparison, const ComparisonOptions& options);
 
-/// "peak: 398 simulated, 461 recorded, 414 to 508 allowed, +-9.3, unit mmHg: differs"
+/// "peak: 398 mmHg simulated, 461 mmHg recorded; 414 to 508 mmHg allowed, known to +-9.3 mmHg: differs"
 std::string sentence_of(const FeatureVerdict& verdict);
 
 /// The one given for the feature, else its default.

@@ -154,7 +154,9 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
   const Members members = comparable(all, group);
   lay_corridor(members, options.corridor, summary);
   if (members.empty()) {
-    summary.reasons.push_back("no recording of the group can be compared");
+    for (const Comparison& one : all) {
+      if (one.group == group) { summary.reasons.push_back(one.recording + ": " + one.reasons.front()); }
+    }
     return summary;
   }
   summary.agree_share = static_cast<double>(summary.agree) / static_cast<double>(members.size());

@@ -97,8 +97,8 @@ TEST("a feature in neither is not judged and says why") {
 
 TEST("a sentence has both numbers, what is allowed and the verdict") {
   const std::string sentence = sentence_of(verdict_on(Feature::peak, given(100.0 * mmhg, 150.0 * mmhg)));
-  CHECK(sentence.starts_with("peak: 150 simulated, 100 recorded"));
-  CHECK(sentence.ends_with("unit mmHg: differs"));
+  CHECK(sentence.starts_with("peak: 150 mmHg simulated, 100 mmHg recorded; "));
+  CHECK(sentence.ends_with(" mmHg: differs"));
 }
 
 }  // namespace
