@@ -93,8 +93,8 @@ struct Overlay {
 };
 
 std::string clocks(const Comparison& one) {
-  return " Clocks aligned " + one.alignment.how + ": the recording's is " + quantity(one.alignment.lag, "s") +
-         " ahead.";
+  return " Clocks aligned " + one.alignment.how + "; recorded - simulated " +
+         quantity(one.alignment.lag, "s") + ".";
 }
 
 Figure pressure_figure(const ComparisonReport& report, std::size_t n, Over over) {

@@ -88,13 +88,13 @@ FeatureVerdict judged_of_any(Feature feature, const Members& members) {
 /// The feature of the simulation against the mean over subjects; its spread is part of u_D.
 FeatureVerdict judge_mean(const FeatureSummary& summary, const Members& members, double coverage_factor) {
   FeatureVerdict one = judged_of_any(summary.feature, members);
+  if (summary.count > 0) { one.recorded.value = summary.mean; }
+  if (one.recorded.value && summary.simulated) { one.error = *summary.simulated - *one.recorded.value; }
   if (one.verdict == Verdict::not_judged || !one.reason.empty()) { return one; }  // an event left open
   if (summary.count < 2) {
     one.verdict = Verdict::not_judged;
     return one;
   }
-  one.recorded.value = summary.mean;
-  one.error = *summary.simulated - summary.mean;
   one.lower = one.tolerance.lower(summary.mean);
   one.upper = one.tolerance.upper(summary.mean);
   one.uncertainty.data =
