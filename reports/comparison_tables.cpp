@@ -152,7 +152,7 @@ std::string html_recordings(const ComparisonReport& report) {
   }
   const std::string table = verdict_table(
       head_of({"recording", "verdict", "kind", "group", "technique", "length", "outcome", "source"}), rows);
-  constexpr std::size_t many = 12;
+  constexpr std::size_t many = 6;
   const std::size_t count = report.recordings.size();
   return count < many ? table
                       : "<details><summary>" + std::to_string(count) + " recordings</summary>" + table +
@@ -186,13 +186,12 @@ Table subjects_table(const GroupSummary& group) {
 
 Table ratings_table(const ComparisonReport& report) {
   const FieldUnit unit = field_unit(unit_of(report.options.comparison.quantity));
-  Table table{
-      .title = "Ratings and distances of whole traces",
-      .caption =
-          "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude + slope), "
-          "of the filtered traces; E at the features, with u_val, is in their tables.",
-      .columns = {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude", "slope", "R unfiltered",
-                  "Sprague-Geers M", "P", "C", "RMSE (" + unit.name + ")", "NRMSE"}};
+  Table table{.title = "Ratings and distances of whole traces",
+              .caption =
+                  "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude + slope), "
+                  "of the filtered traces; E at the features, with u_val, is in their tables.",
+              .columns = {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude", "slope",
+                          "R unfiltered", "Sprague-Geers M", "P", "C", "RMSE (" + unit.name + ")", "NRMSE"}};
   for (const Comparison& one : report.found.recordings) {
     if (one.verdict == Verdict::not_comparable) { continue; }
     const IsoRating rating = one.rating.value_or(IsoRating{.corridor = not_measured,

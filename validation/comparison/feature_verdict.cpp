@@ -108,6 +108,11 @@ std::vector<FeatureVerdict> judge_features(const Comparison& comparison, const C
 std::string sentence_of(const FeatureVerdict& one) {
   const std::string name{name_of(one.feature)};
   if (!one.reason.empty()) { return name + ": " + one.reason + ": " + std::string(name_of(one.verdict)); }
+  if (one.feature == Feature::loss_of_resistance) {
+    const auto found = [](const Measured& measured) { return *measured.value > 0.5 ? "found" : "not found"; };
+    return name + ": " + found(one.simulated) + " in the simulated trace, " + found(one.recorded) +
+           " in the recorded one: " + std::string(name_of(one.verdict));
+  }
   const FieldUnit unit = field_unit(one.unit);
   const auto shown = [&](double value) { return unit.factor * value; };
   const std::string symbol = unit.name == "1" ? "" : " " + unit.name;
