@@ -103,7 +103,7 @@ void add_transducer(CLI::App& command, TransducerCommandOptions& options) {
 }
 
 void add_compare(CLI::App& command, CompareOptions& options) {
-  command.add_option("recordings", options.recordings, "recordings of any kind that import reads, or folders of .h5")
+  command.add_option("recordings", options.recordings, "of any kind that import reads, or folders of .h5")
       ->required()
       ->type_name("RECORDING");
   command.add_option("--scene", options.scene, "scene to simulate")->type_name("SCENE");
@@ -112,7 +112,7 @@ void add_compare(CLI::App& command, CompareOptions& options) {
   command.add_option("--quantity", options.quantity, "pressure or force [pressure]");
   command.add_option("--align", options.alignment,
                      "clocks: automatic (depth, else event, else start), depth, event or start [automatic]");
-  command.add_option("--cutoff", options.cutoff, "of the low-pass on both, at most a quarter of a rate; 0: none [20]")
+  command.add_option("--cutoff", options.cutoff, "of the low-pass, at most a quarter of a rate; 0: none [20]")
       ->type_name("HZ")
       ->check(CLI::Range(0.0, 1e6));
   command.add_option("--tolerance", options.tolerances, "FEATURE=WIDTH instead of its default; repeatable")
@@ -127,14 +127,15 @@ void add_compare(CLI::App& command, CompareOptions& options) {
                      "u_input, standard, as a share of simulated values [0]")
       ->type_name("SHARE")
       ->check(share);
-  command.add_option("--results", options.results, "folder of `palpate validate`, as evidence in the last table")
+  command.add_option("--results", options.results, "folder of `palpate validate`, as evidence at the end")
       ->type_name("DIR");
   add_common(command, options, "compare");
   command.footer("One of --scene and --trace is needed. Default tolerances of a pressure:\n" +
                  tolerance_help(comparison::QuantityKind::pressure) +
-                 "A width is a share (15%), a number with its unit (7mmHg), their sum (30%+5mmHg/s) or a factor (x2).\n"
-                 "Writes comparison.json and report.html, and with --scene trace.h5. docs/comparison.md says what is\n"
-                 "judged. Exit codes: 0 agrees, 1 differs, is not distinguishable or cannot be compared, 2 bad input.");
+                 "A width is a share (15%), a number with its unit (7mmHg), their sum (30%+5mmHg/s)\n"
+                 "or a factor (x2). Writes comparison.json and report.html, and with --scene trace.h5;\n"
+                 "docs/comparison.md has what is judged. Exit codes: 0 agrees, 1 differs, is not distinguishable\n"
+                 "or not comparable, 2 bad input.");
 }
 
 /// "palpate: " before every line of a message.

@@ -108,7 +108,8 @@ struct CompareOptions : CommonOptions {
   std::string alignment = "automatic";
   double cutoff = 20.0;                         ///< [Hz]; 0: none
   std::vector<std::string> tolerances{};        ///< tolerance_text.hpp
-  double numerical_uncertainty = 0.0, input_uncertainty = 0.0;  ///< u_num and u_input, shares of simulated values
+  double numerical_uncertainty = 0.0;           ///< u_num [1] of simulated values
+  double input_uncertainty = 0.0;               ///< u_input [1] of simulated values
 };
 int compare_recordings(const CompareOptions& options);
 

@@ -117,8 +117,8 @@ std::string sentence_of(const FeatureVerdict& one) {
   const auto shown = [&](double value) { return unit.factor * value; };
   const std::string symbol = unit.name == "1" ? "" : " " + unit.name;
   char numbers[200];
-  std::snprintf(numbers, sizeof numbers, ": %.4g%s simulated, %.4g%s recorded; %.4g to %.4g%s allowed, known to +-%.2g%s: ",
-                shown(*one.simulated.value), symbol.c_str(), shown(*one.recorded.value), symbol.c_str(),
+  std::snprintf(numbers, sizeof numbers,
+                ": %.4g%s simulated, %.4g%s recorded; %.4g to %.4g%s allowed, known to +-%.2g%s: ", shown(*one.simulated.value), symbol.c_str(), shown(*one.recorded.value), symbol.c_str(),
                 shown(one.lower), shown(one.upper), symbol.c_str(), shown(one.expanded), symbol.c_str());
   return name + numbers + std::string(name_of(one.verdict));
 }
