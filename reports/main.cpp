@@ -14,6 +14,7 @@
 #include "reports/cli/interrupt.hpp"
 #include "reports/cli/provenance.hpp"
 #include "reports/figure_svg.hpp"
+#include "reports/tolerance_text.hpp"
 
 namespace {
 
@@ -99,6 +100,42 @@ void add_transducer(CLI::App& command, TransducerCommandOptions& options) {
   add_common(command, options, "transducer");
   command.footer("One of --pty and --stdio is needed. 8 bytes a sample, 120 samples/s (docs/formats.md).\n"
                  "Ends with the recording, or at Ctrl-C. The same seed gives the same faults.");
+}
+
+void add_compare(CLI::App& command, CompareOptions& options) {
+  command.add_option("recordings", options.recordings, "of any kind that import reads, or folders of .h5")
+      ->required()
+      ->type_name("RECORDING");
+  command.add_option("--scene", options.scene, "scene to simulate")->type_name("SCENE");
+  command.add_option("--trace", options.trace, "trace.h5 or trace.csv of an earlier run")->type_name("TRACE");
+  add_overrides(command, options, "scene");
+  command.add_option("--quantity", options.quantity, "pressure or force [pressure]");
+  command.add_option("--align", options.alignment,
+                     "clocks: automatic (depth, else event, else start), depth, event or start [automatic]");
+  command.add_option("--cutoff", options.cutoff, "of the low-pass, at most a quarter of a rate; 0: none [20]")
+      ->type_name("HZ")
+      ->check(CLI::Range(0.0, 1e6));
+  command.add_option("--tolerance", options.tolerances, "FEATURE=WIDTH instead of its default; repeatable")
+      ->type_name("FEATURE=WIDTH")
+      ->allow_extra_args(false);
+  const CLI::Range share(0.0, 10.0);
+  command.add_option("--numerical-uncertainty", options.numerical_uncertainty,
+                     "u_num, standard, as a share of simulated values [0]")
+      ->type_name("SHARE")
+      ->check(share);
+  command.add_option("--input-uncertainty", options.input_uncertainty,
+                     "u_input, standard, as a share of simulated values [0]")
+      ->type_name("SHARE")
+      ->check(share);
+  command.add_option("--results", options.results, "folder of `palpate validate`, as evidence at the end")
+      ->type_name("DIR");
+  add_common(command, options, "compare");
+  command.footer("One of --scene and --trace is needed. Default tolerances of a pressure:\n" +
+                 tolerance_help(comparison::QuantityKind::pressure) +
+                 "A width is a share (15%), a number with its unit (7mmHg), their sum (30%+5mmHg/s)\n"
+                 "or a factor (x2). Writes comparison.json and report.html, and with --scene trace.h5;\n"
+                 "docs/comparison.md has what is judged. Exit codes: 0 agrees, 1 differs, is not distinguishable\n"
+                 "or not comparable, 2 bad input.");
 }
 
 /// "palpate: " before every line of a message.
@@ -199,6 +236,11 @@ int main(int argc, char** argv) {
   command = app.add_subcommand("transducer", "replay a recording as the 9600 baud pressure link");
   add_transducer(*command, transducer_options);
   command->callback([&] { chosen = [&] { return transducer(transducer_options); }; });
+
+  CompareOptions compare_options;
+  command = app.add_subcommand("compare", "recorded insertions against a simulated one");
+  add_compare(*command, compare_options);
+  command->callback([&] { chosen = [&] { return compare_recordings(compare_options); }; });
 
   ReconstructOptions reconstruct_options;
   command = app.add_subcommand("reconstruct", "recordings rebuilt from a table of published values");

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "model/dynamics/scene_check.hpp"
 #include "reports/figure_data.hpp"
+#include "reports/json_number.hpp"
 
 namespace palpate {
 
@@ -19,12 +19,6 @@ constexpr int schema = 1;
 constexpr std::array<std::string_view, 6> style_names{"line",   "points", "line-and-points",
                                                       "dashed", "band",   "area"};
 
-/// JSON has no NaN and no infinity; they are written as text, and an open bound as null.
-Json number(double value) {
-  if (std::isfinite(value)) { return value; }
-  return std::isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf";
-}
-
 double number_from(const Json& json) {
   if (json.is_number()) { return json.get<double>(); }
   const auto text = json.get<std::string>();
@@ -34,6 +28,7 @@ double number_from(const Json& json) {
   throw std::runtime_error("\"" + text + "\" is no number");
 }
 
+/// An open bound is null.
 Json bound(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 double bound_from(const Json& json, double open) {
@@ -42,7 +37,7 @@ double bound_from(const Json& json, double open) {
 
 Json to_json(const Quantity& q) {
   return {{"name", q.name},
-          {"value", number(q.value)},
+          {"value", json_number(q.value)},
           {"unit", q.unit},
           {"lower", bound(q.lower)},
           {"upper", bound(q.upper)},
@@ -79,7 +74,7 @@ Json zones_of(const Figure& figure) {
   Json list = Json::array();
   for (const Zone& zone : figure.zones) {
     list.push_back(
-        {{"label", zone.label}, {"begin", number(zone.begin)}, {"end", number(zone.end)}});
+        {{"label", zone.label}, {"begin", json_number(zone.begin)}, {"end", json_number(zone.end)}});
   }
   return list;
 }
@@ -87,7 +82,7 @@ Json zones_of(const Figure& figure) {
 Json marks_of(const Figure& figure) {
   Json list = Json::array();
   for (const Mark& mark : figure.marks) {
-    list.push_back({{"label", mark.label}, {"x", number(mark.x)}});
+    list.push_back({{"label", mark.label}, {"x", json_number(mark.x)}});
   }
   return list;
 }
@@ -154,7 +149,7 @@ Json to_json(const Table& table) {
     for (const Cell& cell : row) {
       const auto* text = std::get_if<std::string>(&cell);
       cells.push_back(text != nullptr ? Json(*text)
-                                      : Json{{"value", number(std::get<double>(cell))}});
+                                      : Json{{"value", json_number(std::get<double>(cell))}});
     }
     rows.push_back(std::move(cells));
   }
@@ -192,7 +187,7 @@ Json to_json(const Outcome& outcome) {
   Json timings = Json::array();
   for (const Timing& timing : outcome.timings) {
     timings.push_back(
-        {{"name", timing.name}, {"value", number(timing.value)}, {"unit", timing.unit}});
+        {{"name", timing.name}, {"value", json_number(timing.value)}, {"unit", timing.unit}});
   }
   const bool skipped = outcome.status == Status::skip;
   Json json{{"name", outcome.name},

@@ -97,6 +97,7 @@ Run roll_out(Simulation& simulation, const RollOutOptions& options) {
       run.diverged_at = simulation.time();
     } else {
       keeper.take();
+      if (options.enough && options.enough(run.trace)) { break; }
     }
     if (options.progress && end - last_progress > std::chrono::milliseconds(250)) {
       options.progress(static_cast<double>(run.ticks) / static_cast<double>(count));

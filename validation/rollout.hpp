@@ -43,6 +43,7 @@ struct RollOutOptions {
   int frames = 0;                             ///< snapshots of all nodes, evenly over the ticks
   const std::atomic<bool>* stop = nullptr;    ///< looked at between ticks
   std::function<void(double share)> progress{};  ///< 0 to 1, a few times a second at most
+  std::function<bool(const Trace&)> enough{};  ///< after every tick: true ends the run, as its duration would
   device::DeadlineClock* clock = nullptr;     ///< that every tick waits for; as fast as it goes without
   FalconLoop* falcon = nullptr;               ///< of a scene whose tool a hand holds
 };

@@ -100,4 +100,19 @@ struct ReconstructOptions : CommonOptions {
 /// Recordings rebuilt from a table of published values: writes one .h5 each.
 int reconstruct(const ReconstructOptions& options);
 
+
+/// Exactly one of scene and trace.
+struct CompareOptions : CommonOptions {
+  std::vector<std::filesystem::path> recordings{};  ///< files, or folders of them
+  std::filesystem::path scene{}, trace{};
+  std::filesystem::path results{};              ///< of a validation, for the table of credibility
+  std::string quantity = "pressure";
+  std::string alignment = "automatic";
+  double cutoff = 20.0;                         ///< [Hz]; 0: none
+  std::vector<std::string> tolerances{};        ///< tolerance_text.hpp
+  double numerical_uncertainty = 0.0;           ///< u_num [1] of simulated values
+  double input_uncertainty = 0.0;               ///< u_input [1] of simulated values
+};
+int compare_recordings(const CompareOptions& options);
+
 }  // namespace palpate::cli

@@ -18,14 +18,16 @@ std::string known_integrators() {
   return names;
 }
 
-Simulation make_simulation(const io::SceneFile& file, bool no_skip) {
+Simulation make_simulation(const io::SceneFile& file, bool no_skip, double spare) {
   const std::string& name = file.scene.simulation.integrator;
   if (name != "auto" && find_integrator(name) == nullptr) {
     throw InputError(file.where("simulation.integrator") + ": unknown integrator \"" + name +
                      "\"; must be one of " + known_integrators());
   }
   try {
-    return Simulation(file.scene, !no_skip);
+    Scene scene = file.scene;
+    scene.simulation.duration += spare;
+    return Simulation(scene, !no_skip);
   } catch (const std::invalid_argument& problem) {
     throw InputError(file.where("simulation.integrator") + ": " + problem.what());
   }
@@ -33,10 +35,11 @@ Simulation make_simulation(const io::SceneFile& file, bool no_skip) {
 
 }  // namespace
 
-LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options, bool no_skip) {
+LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options, bool no_skip,
+                       double spare) {
   const auto begin = std::chrono::steady_clock::now();
   io::SceneFile file = io::read_scene(path, options.overrides);
-  Simulation simulation = make_simulation(file, no_skip);
+  Simulation simulation = make_simulation(file, no_skip, spare);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return {std::move(file), std::move(simulation), seconds};

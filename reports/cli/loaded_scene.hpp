@@ -14,8 +14,10 @@ struct LoadedScene {
   double load_seconds = 0.0;
 };
 
-/// Throws InputError, also for an integrator that is unknown or does not fit the scene.
-LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options, bool no_skip);
+/// Throws InputError, also for an integrator that is unknown or does not fit the scene. The simulation may go
+/// on for `spare` [s] after the scene's duration.
+LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options, bool no_skip,
+                       double spare = 0.0);
 
 /// The folder, made if need be. Throws InputError when it cannot be.
 std::filesystem::path make_folder(const std::filesystem::path& folder);

@@ -3,41 +3,21 @@
 #include <cstdio>
 #include <sstream>
 
-#include <unistd.h>
-
 #include "device/falcon/wire_recording.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/falcon_script.hpp"
-#include "reports/cli/interrupt.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/palpation.hpp"
-#include "reports/cli/provenance.hpp"
 #include "reports/cli/run_facts.hpp"
+#include "reports/cli/scene_run.hpp"
 #include "reports/cli/summary.hpp"
 
 namespace palpate::cli {
 
 namespace {
-
-std::map<std::string, std::string> provenance_of(const LoadedScene& loaded) {
-  std::map<std::string, std::string> provenance = build_provenance();
-  provenance["scene"] = loaded.file.text;
-  std::string overrides;
-  for (const std::string& each : loaded.file.overrides) { overrides += each + "\n"; }
-  if (!overrides.empty()) { provenance["overrides"] = overrides; }
-  return provenance;
-}
-
-RollOutOptions roll_out_options(const LoadedScene& loaded, bool quiet) {
-  RollOutOptions options{.frames = loaded.file.scene.output.frames, .stop = &interrupted};
-  if (!quiet && isatty(STDERR_FILENO) != 0) {
-    options.progress = [](double share) { std::fprintf(stderr, "\r%3.0f %%", 100.0 * share); };
-  }
-  return options;
-}
 
 void tell(const Run& run, const LoadedScene& loaded, const std::filesystem::path& folder) {
   const StepPlan& plan = loaded.simulation.plan();
@@ -119,7 +99,7 @@ int run(const RunOptions& options) {
   std::optional<device::DeadlineClock> clock;
   if (options.real_time) { roll_out_how.clock = &clock.emplace(1.0 / rate); }
   const Run result = roll_out(loaded.simulation, roll_out_how);
-  const auto provenance = provenance_of(loaded);
+  const auto provenance = scene_provenance(loaded);
   const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
   io::write_trace_csv(folder / "trace.csv", result.trace);
   io::write_trace_hdf5(folder / "trace.h5", result.trace,

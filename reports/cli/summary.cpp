@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "reports/cli/summary.hpp"
 
-#include <cmath>
-
-#include <nlohmann/json.hpp>
+#include "reports/json_number.hpp"
 
 namespace palpate::cli {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// JSON has no infinity and no NaN: text says which.
-Json number(double value) {
-  if (std::isfinite(value)) { return value; }
-  return std::isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf";
-}
 
 Json device_json(const FalconFacts& facts) {
   Json json{{"ticks", facts.ticks},
@@ -74,9 +66,9 @@ std::string summary_json(const LoadedScene& loaded, const Run& run) {
   json["skipped"] = plan.skipped;
   json["warnings"] = plan.warnings;
   json["zero_length_springs"] = run.zero_length_springs;
-  json["energy"] = {{"initial_j", number(run.energy.initial)},
-                    {"final_j", number(run.energy.final)},
-                    {"max_j", number(run.energy.maximum)}};
+  json["energy"] = {{"initial_j", json_number(run.energy.initial)},
+                    {"final_j", json_number(run.energy.final)},
+                    {"max_j", json_number(run.energy.maximum)}};
   if (run.falcon) { json["device"] = device_json(*run.falcon); }
   if (run.real_time) { json["real_time"] = real_time_json(*run.real_time); }
   json["events"] = Json::array();

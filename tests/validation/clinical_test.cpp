@@ -45,6 +45,17 @@ TEST("a trace one sample late is seen") {
             {"clinical/measures/fault-table", "clinical/measures/filter", "clinical/features/closed-form"});
 }
 
+TEST("a simulated pressure that is not the one that was recorded is seen") {
+  const Mutation off{.name = "0.06 mmHg too high", .pressure = [](std::vector<double>& pressure) {
+                       for (double& p : pressure) { p += 0.06 * 133.322; }  // more than the link rounds
+                     }};
+  check_red(off, {"clinical/round-trip"});
+  const Mutation late{.name = "two frame periods late", .pressure = [](std::vector<double>& pressure) {
+                        std::shift_right(pressure.begin(), pressure.end(), 17);  // ticks of 1 ms
+                      }};
+  check_red(late, {"clinical/round-trip"});
+}
+
 TEST("a pressure that never falls loses its event") {
   const Mutation fault{.name = "never falls", .pressure = [](std::vector<double>& pressure) {
                          for (std::size_t n = 1; n < pressure.size(); ++n) {
@@ -52,7 +63,7 @@ TEST("a pressure that never falls loses its event") {
                          }
                        }};
   check_red(fault, {"clinical/detection", "clinical/verdicts", "clinical/features/closed-form",
-                    "clinical/blind-spots"});
+                    "clinical/blind-spots", "clinical/round-trip"});
 }
 
 TEST("a pressure that fades on its own raises false alarms") {

@@ -123,6 +123,9 @@ Comparison compare(const Recording& recording, const Trace& simulated, const Com
   if (simulated.find(column_of(options)) == nullptr) {
     return refuse(comparison, "the simulated trace has no column " + column_of(options));
   }
+  if (options.quantity == QuantityKind::force && recording.force.empty()) {
+    return refuse(comparison, "force along the needle was not recorded");
+  }
   const RawTrace recorded_raw = recorded_trace(recording, options.quantity);
   const RawTrace simulated_raw = simulated_trace(simulated, options);
   comparison.cutoff = common_cutoff(recorded_raw, simulated_raw, options.cutoff);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "validation/comparison/field_unit.hpp"
+
 namespace palpate::comparison {
 
 namespace {
@@ -20,13 +22,6 @@ double moved_by_offset(Feature feature, const Features& features) {
   if (feature == Feature::peak || feature == Feature::plateau) { return 1.0; }
   if (feature == Feature::relative_drop) { return features.loss.relative_drop / features.loss.peak; }
   return 0.0;
-}
-
-Tolerance tolerance_of(Feature feature, const ComparisonOptions& options) {
-  for (const Tolerance& given : options.tolerances) {
-    if (given.feature == feature) { return given; }
-  }
-  return default_tolerances(options.quantity)[static_cast<std::size_t>(feature)];
 }
 
 ValidationUncertainty uncertainty_of(const FeatureVerdict& one, const Comparison& comparison,
@@ -87,6 +82,13 @@ FeatureVerdict judge_feature(Feature feature, const Comparison& comparison,
 
 }  // namespace
 
+Tolerance tolerance_of(Feature feature, const ComparisonOptions& options) {
+  for (const Tolerance& given : options.tolerances) {
+    if (given.feature == feature) { return given; }
+  }
+  return default_tolerances(options.quantity)[static_cast<std::size_t>(feature)];
+}
+
 double data_uncertainty(Feature feature, const Features& recorded, const ComparisonOptions& options) {
   const Uncertainties& known = options.uncertainties;
   const Measured& measured = recorded[feature];
@@ -106,11 +108,18 @@ std::vector<FeatureVerdict> judge_features(const Comparison& comparison, const C
 std::string sentence_of(const FeatureVerdict& one) {
   const std::string name{name_of(one.feature)};
   if (!one.reason.empty()) { return name + ": " + one.reason + ": " + std::string(name_of(one.verdict)); }
+  if (one.feature == Feature::loss_of_resistance) {
+    const auto found = [](const Measured& measured) { return *measured.value > 0.5 ? "found" : "not found"; };
+    return name + ": " + found(one.simulated) + " in the simulated trace, " + found(one.recorded) +
+           " in the recorded one: " + std::string(name_of(one.verdict));
+  }
+  const FieldUnit unit = field_unit(one.unit);
+  const auto shown = [&](double value) { return unit.factor * value; };
+  const std::string symbol = unit.name == "1" ? "" : " " + unit.name;
   char numbers[200];
-  std::snprintf(
-      numbers, sizeof numbers,
-      ": %.4g simulated, %.4g recorded, %.4g to %.4g allowed, +-%.2g, unit %s: ", *one.simulated.value,
-      *one.recorded.value, one.lower, one.upper, one.expanded, one.unit.c_str());
+  std::snprintf(numbers, sizeof numbers,
+                ": %.4g%s simulated, %.4g%s recorded; %.4g to %.4g%s allowed, known to +-%.2g%s: ", shown(*one.simulated.value), symbol.c_str(), shown(*one.recorded.value), symbol.c_str(),
+                shown(one.lower), shown(one.upper), symbol.c_str(), shown(one.expanded), symbol.c_str());
   return name + numbers + std::string(name_of(one.verdict));
 }
 

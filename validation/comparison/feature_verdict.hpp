@@ -12,8 +12,11 @@ namespace palpate::comparison {
 /// From the features and the alignment of a comparison.
 std::vector<FeatureVerdict> judge_features(const Comparison& comparison, const ComparisonOptions& options);
 
-/// "drop_time: 0.31 s simulated, 0.1 s recorded, 0.05 to 0.2 s allowed, +-0.01 s: differs"
+/// "peak: 398 mmHg simulated, 461 mmHg recorded; 414 to 508 mmHg allowed, known to +-9.3 mmHg: differs"
 std::string sentence_of(const FeatureVerdict& verdict);
+
+/// The one given for the feature, else its default.
+Tolerance tolerance_of(Feature feature, const ComparisonOptions& options);
 
 /// u_D of one recorded feature: its noise and sampling, and the transducer's zero and gain.
 double data_uncertainty(Feature feature, const Features& recorded, const ComparisonOptions& options);

@@ -56,7 +56,8 @@ void lay_corridor(const Members& members, const CorridorRule& rule, GroupSummary
   CorridorBuilt built = build_corridor(aligned, rule);
   summary.corridor_refusal = built.refusal;
   if (!built.corridor) { return; }
-  summary.coverage = coverage(*built.corridor, simulated_on(members, built.corridor->mean.grid()), rule);
+  summary.simulated = simulated_on(members, built.corridor->mean.grid());
+  summary.coverage = coverage(*built.corridor, summary.simulated, rule);
   summary.corridor = std::move(built.corridor);
 }
 
@@ -87,13 +88,13 @@ FeatureVerdict judged_of_any(Feature feature, const Members& members) {
 /// The feature of the simulation against the mean over subjects; its spread is part of u_D.
 FeatureVerdict judge_mean(const FeatureSummary& summary, const Members& members, double coverage_factor) {
   FeatureVerdict one = judged_of_any(summary.feature, members);
+  if (summary.count > 0) { one.recorded.value = summary.mean; }
+  if (one.recorded.value && summary.simulated) { one.error = *summary.simulated - *one.recorded.value; }
   if (one.verdict == Verdict::not_judged || !one.reason.empty()) { return one; }  // an event left open
   if (summary.count < 2) {
     one.verdict = Verdict::not_judged;
     return one;
   }
-  one.recorded.value = summary.mean;
-  one.error = *summary.simulated - summary.mean;
   one.lower = one.tolerance.lower(summary.mean);
   one.upper = one.tolerance.upper(summary.mean);
   one.uncertainty.data =
@@ -115,8 +116,8 @@ void judge_by_corridor(const Members& members, const GroupOptions& options, Grou
     summary.reasons.emplace_back(text);
   }
   for (const FeatureSummary& feature : summary.features) {
-    const FeatureVerdict mean =
-        judge_mean(feature, members, options.comparison.uncertainties.coverage_factor);
+    const FeatureVerdict& mean = summary.means.emplace_back(
+        judge_mean(feature, members, options.comparison.uncertainties.coverage_factor));
     summary.verdict = worse(summary.verdict, mean.verdict);
     if (mean.verdict != Verdict::agrees && mean.verdict != Verdict::not_judged) {
       summary.reasons.push_back("mean over subjects, " + sentence_of(mean));
@@ -153,7 +154,9 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
   const Members members = comparable(all, group);
   lay_corridor(members, options.corridor, summary);
   if (members.empty()) {
-    summary.reasons.push_back("no recording of the group can be compared");
+    for (const Comparison& one : all) {
+      if (one.group == group) { summary.reasons.push_back(one.recording + ": " + one.reasons.front()); }
+    }
     return summary;
   }
   summary.agree_share = static_cast<double>(summary.agree) / static_cast<double>(members.size());

@@ -32,8 +32,10 @@ struct GroupSummary {
   double agree_share = not_measured;      ///< agree over those that could be compared
   Interval agree_interval{};              ///< 95 % Clopper-Pearson
   std::vector<FeatureSummary> features{};
+  std::vector<FeatureVerdict> means{};    ///< against the mean over subjects; only where there is a corridor
   std::optional<SubjectCorridor> corridor{};  ///< on the simulation's clock
-  CorridorCoverage coverage{};            ///< of the simulated trace
+  Samples simulated{};                    ///< on the corridor's grid, where any of them was compared with it
+  CorridorCoverage coverage{};            ///< of that
   std::string corridor_refusal{};         ///< why there is none
   Verdict verdict = Verdict::not_comparable;
   std::vector<std::string> reasons{};

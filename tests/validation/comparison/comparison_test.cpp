@@ -58,7 +58,7 @@ TEST("what cannot be compared has a reason") {
   pumped.regime = Recording::Regime::pump;
   check_refused(pumped, simulated(),
                 "wrong regime: recorded with a pump on the plunger, simulated with a thumb");
-  check_refused(recorded(), simulated(), "the recording is empty",
+  check_refused(recorded(), simulated(), "force along the needle was not recorded",
                 {.quantity = QuantityKind::force, .column = "syringe.pressure_pa"});
 }
 

@@ -95,10 +95,18 @@ TEST("a feature in neither is not judged and says why") {
   CHECK(sentence_of(depth) == "depth_of_peak: in neither: depth was not recorded: not judged");
 }
 
+TEST("a sentence about the event says who shows it") {
+  FeatureVerdict event{.feature = Feature::loss_of_resistance, .verdict = Verdict::differs};
+  event.recorded.value = 1.0;
+  event.simulated.value = 0.0;
+  CHECK(sentence_of(event) ==
+        "loss_of_resistance: not found in the simulated trace, found in the recorded one: differs");
+}
+
 TEST("a sentence has both numbers, what is allowed and the verdict") {
   const std::string sentence = sentence_of(verdict_on(Feature::peak, given(100.0 * mmhg, 150.0 * mmhg)));
-  CHECK(sentence.starts_with("peak: 2e+04 simulated, 1.333e+04 recorded"));
-  CHECK(sentence.ends_with("unit Pa: differs"));
+  CHECK(sentence.starts_with("peak: 150 mmHg simulated, 100 mmHg recorded; "));
+  CHECK(sentence.ends_with(" mmHg: differs"));
 }
 
 }  // namespace

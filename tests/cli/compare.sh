@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# Comparisons at their limits: the same bytes twice, gigabytes that are
+# no recording and no trace, a folder that cannot be written.
+set -euo pipefail
+palpate=$1 recordings=$2 compared=$3 out=$4
+rm -rf "$out"
+mkdir -p "$out"
+fail() { echo "$1"; exit 1; }
+
+# Two runs differ in their provenance alone.
+for n in 1 2; do
+  "$palpate" compare "$recordings"/bmi-18-*.h5 --trace "$compared/trace.csv" --out "$out/run" --quiet && fail "agrees"
+  grep -v '"date"' "$out/run/comparison.json" >"$out/$n.json"
+  grep -v '<dt>date</dt>' "$out/run/report.html" >"$out/$n.html"
+done
+cmp "$out/1.json" "$out/2.json" || fail "two runs, two comparison.json"
+cmp "$out/1.html" "$out/2.html" || fail "two runs, two report.html"
+grep -qE '(src|href)="https?:' "$out/run/report.html" && fail "the page makes requests"
+[ "$(ls "$out/run" | wc -l)" -eq 2 ] || fail "something else was left behind"
+
+# Gigabytes end in one clear error, at once and in little memory, as recording and as trace.
+head -c 65536 /dev/urandom >"$out/garbage"
+truncate -s 2G "$out/garbage"
+refuses() {
+  local status=0 begin=$SECONDS
+  (ulimit -v 4000000; "$palpate" compare "$1" --trace "$2" --out "$out/written") 2>"$out/stderr" || status=$?
+  [ "$status" -eq 2 ] || { cat "$out/stderr"; fail "$1 $2: exit status $status, expected 2"; }
+  grep -q "^palpate: .*garbage.*" "$out/stderr" || { cat "$out/stderr"; fail "$1 $2: unclear message"; }
+  [ ! -e "$out/written" ] || fail "$1 $2: something was written"
+  [ $((SECONDS - begin)) -le 10 ] || fail "$1 $2: took too long"
+}
+refuses "$out/garbage" "$compared/trace.csv"
+refuses "$compared/same.csv" "$out/garbage"
+rm -f "$out/garbage"
+
+# A folder that is a file: refused before anything is simulated.
+: >"$out/file"
+status=0
+"$palpate" compare "$compared/same.csv" --trace "$compared/trace.csv" --out "$out/file" 2>"$out/stderr" || status=$?
+[ "$status" -eq 2 ] || fail "exit status $status where the folder is a file"
+grep -q 'file: not a folder that can be written' "$out/stderr" || fail "unclear message about the folder"
