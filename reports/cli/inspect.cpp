@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "reports/cli/commands.hpp"
-#include "reports/cli/json_number.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/tool_inspection.hpp"
+#include "reports/json_number.hpp"
 
 namespace palpate::cli {
 

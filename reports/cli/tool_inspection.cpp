@@ -11,7 +11,7 @@
 #include "model/dynamics/needle_path.hpp"
 #include "reference/solution.hpp"
 #include "reference/static_response.hpp"
-#include "reports/cli/json_number.hpp"
+#include "reports/json_number.hpp"
 #include "reports/markup.hpp"
 
 namespace palpate::cli {
