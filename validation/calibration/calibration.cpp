@@ -17,7 +17,8 @@ double Calibration::shortcut_cost() const {
 
 bool Calibration::held() const {
   const bool free = std::ranges::none_of(fit.parameters, &FittedParameter::at_bound);
-  return fit.converged && !fit.told.empty() && free && fit.misfit_after <= fit.misfit_before;
+  const bool nearer = fit.misfit_after <= fit.misfit_before;
+  return fit.converged && !fit.told.empty() && free && nearer && shortcut_cost() < 1.0;
 }
 
 Calibration calibrate(const Scene& scene, const std::vector<Parameter>& parameters,

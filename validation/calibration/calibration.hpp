@@ -26,7 +26,8 @@ struct Calibration {
 
   /// Largest difference between coarser and whole scene, in uncertainties of the data.
   [[nodiscard]] double shortcut_cost() const;
-  /// Converged, something told, nothing at a bound, and nearer to the recordings than before.
+  /// Converged, something told, nothing at a bound, nearer to the recordings than before, and shortcuts that
+  /// cost less than the uncertainty of any observable.
   [[nodiscard]] bool held() const;
 };
 

@@ -32,19 +32,19 @@ Eigen::VectorXd sensitivities(const Eigen::MatrixXd& slopes, const Eigen::Matrix
   return (weight.asDiagonal() * slopes).colwise().norm().transpose();
 }
 
-std::vector<std::size_t> choose(const Search& search, const Forward& forward, const Forward::Values& at) {
-  std::vector<std::size_t> told;
-  for (const Eigen::Index c : told_columns(search.slopes(at, all_of(forward)), search.covariance())) {
-    told.push_back(static_cast<std::size_t>(c));
-  }
-  return told;
+/// Those of `candidates` that are told, others left at their priors.
+std::vector<std::size_t> choose(const Search& search, const Forward& forward, const Forward::Values& at,
+                                const std::vector<std::size_t>& candidates) {
+  const std::vector<Eigen::Index> columns(candidates.begin(), candidates.end());
+  const auto told = told_columns(search.slopes(at, all_of(forward)), search.covariance(), columns);
+  return {told.begin(), told.end()};
 }
 
 /// What data tell is judged at the prior first, and again where the fit has led, until all that is fitted is
 /// told; none comes back, so it ends.
 Search::Found search_told(Forward& forward, const Pooled& data, Fit& result) {
   const Forward::Values priors = forward.priors();
-  result.told = choose(Search(forward, data, {}), forward, priors);
+  result.told = choose(Search(forward, data, {}), forward, priors, all_of(forward));
   Search::Found found{.values = priors};
   for (;;) {
     const Search search(forward, data, result.told);
@@ -52,9 +52,9 @@ Search::Found search_told(Forward& forward, const Pooled& data, Fit& result) {
     for (const std::size_t n : besides(forward, result.told)) { start[n] = priors[n]; }
     found = search.from(start);
     result.iterations += found.iterations;
-    const std::vector<std::size_t> still = choose(search, forward, found.values);
-    const auto lost = [&](std::size_t n) { return std::ranges::find(still, n) == still.end(); };
-    if (std::erase_if(result.told, lost) == 0) { return found; }
+    const std::vector<std::size_t> still = choose(search, forward, found.values, result.told);
+    if (still == result.told) { return found; }
+    result.told = still;
   }
 }
 

@@ -11,8 +11,7 @@
 namespace palpate::calibration {
 namespace {
 
-/// n nodes over the same width with twice the spacing.
-bool can_halve(int nodes) { return nodes >= 5 && nodes % 2 == 1; }
+bool has_middle(int nodes) { return nodes > 3 && nodes % 2 == 1; }
 
 std::string places_text(const std::vector<Parameter>& parameters, const Forward::Values& place) {
   std::string text;
@@ -29,9 +28,9 @@ std::string places_text(const std::vector<Parameter>& parameters, const Forward:
 
 Scene coarser(Scene scene, const Coarsening& how) {
   LayerBlock& block = scene.tissue.block;
-  if (how.block && can_halve(block.nodes[0]) && can_halve(block.nodes[1])) {
-    for (int& nodes : block.nodes) { nodes = (nodes + 1) / 2; }
-    block.spacing *= 2.0;
+  if (how.block && block.nodes[0] == block.nodes[1] && has_middle(block.nodes[0])) {
+    block.spacing *= 0.5 * (block.nodes[0] - 1);
+    block.nodes = {3, 3};
   }
   scene.simulation.step *= how.step_factor;
   scene.output.frames = 0;

@@ -17,8 +17,8 @@ struct Interrupted : std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
-/// Keeps the width of the block with half the nodes along x and y, where they are odd and five or more;
-/// four times the step; and lasts for `after` seconds from when the needle stops.
+/// Keeps the width of the block with three nodes along x and y, where there is an odd number of more (one column
+/// is free then); four times the step; and lasts for `after` seconds from when the needle stops.
 struct Coarsening {
   bool block = true;
   double step_factor = 4.0;

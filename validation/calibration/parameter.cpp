@@ -56,8 +56,8 @@ void add_materials(Scene& scene, std::size_t count, std::vector<Slot>& slots) {
     const std::string key = "material." + name + ".";
     slots.push_back({key + "cutting_force", "N", &material->cutting_force, within_a_factor(2.0),
                      "assumed: within a factor of 2; the share of cutting is ex vivo (Barnett et al. 2015)"});
-    slots.push_back({key + "friction", "N/m", &material->friction, within_a_factor(3.0),
-                     "dry against lubricated needles: factors of 1.5 to 3 (Schneider et al. 1978)"});
+    slots.push_back({key + "friction", "N/m", &material->friction, within_a_factor(std::sqrt(3.0)),
+                     "dry and lubricated needles differ by up to 3: sqrt 3 to either side (Schneider et al. 1978)"});
     slots.push_back({key + "youngs_modulus", "Pa", &material->youngs_modulus, within_a_factor(3.0),
                      "assumed: within a factor of 3; reviews span more (Kalra et al. 2016)"});
   }

@@ -22,10 +22,10 @@ Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance) {
   return scale.asDiagonal() * covariance * scale.asDiagonal();
 }
 
-std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope, const Eigen::MatrixXd& covariance) {
+std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope, const Eigen::MatrixXd& covariance,
+                                       std::vector<Eigen::Index> candidates) {
   constexpr double most_left = 0.5;  // of the prior variance
-  std::vector<Eigen::Index> told;
-  for (Eigen::Index c = 0; c < slope.cols(); ++c) { told.push_back(c); }
+  std::vector<Eigen::Index> told = std::move(candidates);
   while (!told.empty()) {
     const Eigen::VectorXd left =
         posterior_covariance({.slope = columns_of(slope, told),

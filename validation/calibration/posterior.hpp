@@ -25,9 +25,10 @@ Eigen::MatrixXd posterior_covariance(const Linearised& at);
 
 Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance);
 
-/// Indices of columns of `slope` that data tell: after the fit of these alone each has less than half of its
-/// prior variance, so that data say more than the prior. The worst are left one by one.
-std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope, const Eigen::MatrixXd& covariance);
+/// Those of `candidates` (columns of `slope`) that data tell: fitted without the others, each has less than half
+/// of its prior variance, so that data say more than the prior. The worst are left one by one.
+std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope, const Eigen::MatrixXd& covariance,
+                                       std::vector<Eigen::Index> candidates);
 
 /// The columns of a matrix in this order, and those that are left.
 Eigen::MatrixXd columns_of(const Eigen::MatrixXd& matrix, const std::vector<Eigen::Index>& columns);
