@@ -33,6 +33,8 @@ std::string interval_text(const comparison::Interval& interval) {
   return short_number(interval.lower, 3) + " to " + short_number(interval.upper, 3);
 }
 
+std::string small_text(double value) { return value < 0.01 ? "< 0.01" : short_number(value, 3); }
+
 Table parameter_table(const Fit& fit) {
   Table table{.id = "parameters",
               .title = "Parameters",
@@ -45,7 +47,7 @@ Table parameter_table(const Fit& fit) {
                           told ? std::string("told") : "no: " + std::string(name_of(each.telling)),
                           each.parameter.prior, told ? Cell(each.value) : Cell(std::string("the prior")),
                           interval_text(each.interval),
-                          interval_text({each.parameter.lower, each.parameter.upper}), each.sensitivity});
+                          interval_text({each.parameter.lower, each.parameter.upper}), small_text(each.sensitivity)});
   };
   for (const bool told : {true, false}) {
     for (const FittedParameter& each : fit.parameters) {

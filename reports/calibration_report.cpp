@@ -33,14 +33,15 @@ std::vector<Fact> facts_of(const CalibrationReport& report) {
 }
 
 std::string kind_banner(const CalibrationReport& report) {
-  return report.reconstructed() ? "recordings: reconstructed, not measured" : "recordings: measured";
+  return std::to_string(report.recordings.size()) + (report.recordings.size() == 1 ? " recording, " : " recordings, ") +
+         (report.reconstructed() ? "reconstructed, not measured" : "measured");
 }
 
 }  // namespace
 
 std::string to_html(const CalibrationReport& report) {
   std::string body = html_banner({.title = "Calibration of " + report.scene,
-                                  .small_print = {report.command, kind_banner(report)},
+                                  .small_print = {kind_banner(report)},
                                   .held = report.result.held(),
                                   .verdict = calibration_verdict(report),
                                   .detail = calibration_detail(report)});
@@ -49,7 +50,9 @@ std::string to_html(const CalibrationReport& report) {
           "<h2>Key facts</h2>\n" + html_facts(facts_of(report)) + "<h2>What was fitted</h2>\n" +
           html_table(tables.front()) + "<h2>Fit against recordings</h2>\n" +
           figures_markup(calibration_figures(report));
+  body += "<div class=\"exhibits\">\n";
   for (std::size_t n = 1; n < tables.size(); ++n) { body += html_table(tables[n]); }
+  body += "</div>\n";
   if (report.result.held_out.empty()) {
     body += html_notes({"Groups were not left out in turn: that needs two groups or more."});
   }

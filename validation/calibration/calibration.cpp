@@ -21,12 +21,30 @@ bool Calibration::held() const {
   return fit.converged && !fit.told.empty() && free && nearer && shortcut_cost() < 1.0;
 }
 
+namespace {
+
+/// The coarsest of three forms that the scene can be simulated in as it is.
+Coarsening coarsest(const Scene& scene, const CalibrationOptions& options) {
+  Coarsening gentler = options.coarsening;
+  gentler.block = false;
+  for (const Coarsening& how : {options.coarsening, gentler}) {
+    const Scene coarse = coarser(scene, how);
+    const ObservedInsertion seen =
+        options.simulate ? options.simulate(coarse) : simulate_insertion(coarse, options.stop);
+    if (seen.refusal.empty()) { return how; }
+  }
+  gentler.step_factor = 1.0;
+  return gentler;
+}
+
+}  // namespace
+
 Calibration calibrate(const Scene& scene, const std::vector<Parameter>& parameters,
                       std::span<const Subject> subjects, const CalibrationOptions& options) {
   const auto tell = [&](const char* stage) {
     if (options.progress) { options.progress(stage); }
   };
-  Forward forward(coarser(scene, options.coarsening), parameters, options.jobs, options.stop, options.simulate);
+  Forward forward(coarser(scene, coarsest(scene, options)), parameters, options.jobs, options.stop, options.simulate);
   Calibration result;
   tell("fitting");
   result.fit = fit(forward, pool(subjects, options.shared));

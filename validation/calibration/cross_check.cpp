@@ -37,7 +37,7 @@ Profile profile_of_worst(Forward& forward, const Fit& fit) {
     return search.from(start, {.most_iterations = 6}).cost + x * x;  // its own prior is a row too
   };
   const double least = cost_at(middle);
-  for (const double deviations : {-3.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 3.0}) {
+  for (const double deviations : {-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0}) {
     const double x = middle + deviations * worst.deviation;
     if (x < lowest || x > highest) { continue; }
     profile.value.push_back(worst.parameter.value(x));

@@ -15,5 +15,6 @@ std::vector<Case> feature_cases();    ///< features of traces whose law is known
 std::vector<Case> verdict_cases();    ///< what each measure is blind to, and the verdict that is not
 std::vector<Case> detection_cases();  ///< how often the event is found, and is found where there is none
 std::vector<Case> subject_cases();    ///< corridor and bootstrap over subjects
+std::vector<Case> calibration_cases();  ///< parameters from recordings
 
 }  // namespace palpate::clinical
