@@ -27,6 +27,7 @@ Json parameter_json(const FittedParameter& each) {
           {"value", each.value},
           {"interval_lower", each.interval.lower},
           {"interval_upper", each.interval.upper},
+          {"interval_factor", each.interval_factor},
           {"sensitivity", number(each.sensitivity)},
           {"deviation_over_prior", number(each.deviation)},
           {"at_bound", each.at_bound}};
@@ -91,7 +92,7 @@ std::string to_json(const CalibrationReport& report) {
             {"scene", report.scene}, {"scene_hash", report.scene_hash}, {"converged", fit.converged},
             {"iterations", fit.iterations}, {"simulations", result.simulations},
             {"misfit_before", fit.misfit_before}, {"misfit_after", fit.misfit_after},
-            {"interval_factor", fit.interval_factor}, {"interval_widening", fit.widening},
+            {"interval_widening", fit.widening},
             {"shortcut_cost", number(result.shortcut_cost())}};
   json["parameters"] = Json::array();
   for (const FittedParameter& each : fit.parameters) { json["parameters"].push_back(parameter_json(each)); }

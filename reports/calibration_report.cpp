@@ -27,9 +27,9 @@ std::vector<Fact> facts_of(const CalibrationReport& report) {
                " simulations of a coarser block"},
           {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
            "largest difference to the whole scene, in uncertainties"},
-          {"intervals", short_number(fit.interval_factor, 3) + " deviations",
-           freedom == 0 ? "normal: too few recordings for a spread"
-                        : "Student's t, " + std::to_string(freedom) + " degrees of freedom"}};
+          {"intervals", freedom == 0 ? "normal" : "Student's t",
+           freedom == 0 ? "too few recordings for a spread"
+                        : "spread between recordings with " + std::to_string(freedom) + " degrees of freedom"}};
 }
 
 std::string kind_banner(const CalibrationReport& report) {

@@ -73,11 +73,24 @@ FittedParameter untold(const Parameter& p, double sensitivity) {
           .interval = {p.value(-normal_factor), p.value(normal_factor)}};
 }
 
+/// Student's t with as many degrees of freedom as are left where a part of the variance alone was estimated from
+/// n subjects: (n - 1) (all / part)^2 (Welch and Satterthwaite; GUM, annex G.4).
+double factor_of(double all, double sampled, std::size_t degrees_of_freedom) {
+  constexpr double many = 1e4;  // as good as normal
+  if (degrees_of_freedom == 0 || !(sampled > 0.0)) { return normal_factor; }
+  const double effective = static_cast<double>(degrees_of_freedom) * (all / sampled) * (all / sampled);
+  return comparison::student_factor(level, static_cast<std::size_t>(std::fmin(effective, many)));
+}
+
 void conclude_told(Fit& result, const Search& search, const Forward& forward, const Search::Found& found) {
-  const Eigen::MatrixXd covariance = posterior_covariance(
-      {.slope = search.slopes(found.values, result.told),
-       .considered = search.slopes(found.values, besides(forward, result.told)),
-       .covariance = search.covariance()});
+  const Linearised at{.slope = search.slopes(found.values, result.told),
+                      .considered = search.slopes(found.values, besides(forward, result.told)),
+                      .covariance = search.covariance()};
+  const Eigen::MatrixXd covariance = posterior_covariance(at);
+  const std::size_t freedom = result.data.degrees_of_freedom();
+  const Eigen::VectorXd sampled =
+      freedom == 0 ? Eigen::VectorXd::Zero(covariance.rows())
+                   : Eigen::VectorXd(passed_on(at, search.rows_of(result.data.sampled)).diagonal());
   result.correlation = correlation_of(covariance);
   for (std::size_t n = 0; n < result.told.size(); ++n) {
     FittedParameter& each = result.parameters[result.told[n]];
@@ -87,7 +100,8 @@ void conclude_told(Fit& result, const Search& search, const Forward& forward, co
     each.value = found.values[result.told[n]];
     each.deviation = result.widening * std::sqrt(covariance(k, k));
     const double middle = p.standardised(each.value);
-    const double reach = result.interval_factor * each.deviation;
+    each.interval_factor = factor_of(covariance(k, k), sampled[k], freedom);
+    const double reach = each.interval_factor * each.deviation;
     each.interval = {p.value(middle - reach), p.value(middle + reach)};
     each.at_bound = middle - p.standardised(p.lower) < 0.05 || p.standardised(p.upper) - middle < 0.05;
   }
@@ -126,8 +140,6 @@ Fit fit(Forward& forward, const Pooled& data) {
   result.misfit_before = search.misfits(result.before).squaredNorm();
   result.misfit_after = search.misfits(result.after).squaredNorm();
   result.widening = widening_of(result.misfit_after, result.rows.size());
-  const std::size_t freedom = data.degrees_of_freedom();
-  result.interval_factor = freedom == 0 ? normal_factor : comparison::student_factor(level, freedom);
   for (std::size_t n = 0; n < forward.parameters().size(); ++n) {
     result.parameters.push_back(untold(forward.parameters()[n], sensitivity[static_cast<Eigen::Index>(n)]));
   }

@@ -23,6 +23,7 @@ struct FittedParameter {
   double value = 0.0;        ///< the prior's where it is not told
   double sensitivity = 0.0;  ///< what one spread of the prior moves, in uncertainties
   double deviation = 1.0;    ///< standard, of the logarithm over the prior's spread [1]
+  double interval_factor = normal_factor;  ///< deviations that the interval reaches to either side
   comparison::Interval interval{};  ///< 95 %; of the prior where it is not told
   bool at_bound = false;
 };
@@ -38,7 +39,6 @@ struct Fit {
   double misfit_before = 0.0;                 ///< sum of squares over uncertainties, of the rows alone
   double misfit_after = 0.0;
   double widening = 1.0;                      ///< of intervals, where the misfit is more than chance
-  double interval_factor = 1.96;              ///< deviations that an interval reaches to either side
   std::size_t iterations = 0;
   bool converged = false;
 

@@ -68,6 +68,14 @@ Eigen::MatrixXd shared_covariance(const Eigen::VectorXd& mean, bool plunger, dou
   return covariance;
 }
 
+void clear_absent(Eigen::MatrixXd& covariance, const Eigen::VectorXd& mean) {
+  for (Eigen::Index c = 0; c < observable_count; ++c) {
+    if (std::isfinite(mean[c])) { continue; }
+    covariance.row(c).setZero();
+    covariance.col(c).setZero();
+  }
+}
+
 }  // namespace
 
 std::vector<Eigen::Index> Pooled::present() const {
@@ -103,11 +111,11 @@ Pooled pool(std::span<const Subject> subjects, const SharedUncertainty& shared) 
   const bool plunger = std::ranges::any_of(subjects, [](const Subject& s) { return s.seen.force == ForceSource::plunger; });
   const double area = subjects.empty() ? 0.0 : subjects.front().plunger_area;
   pooled.covariance = shared_covariance(pooled.mean, plunger, area, shared);
-  if (subjects.size() >= least_subjects) { pooled.covariance += spread_of_means(table, pooled); }
-  for (Eigen::Index c = 0; c < observable_count; ++c) {
-    if (std::isfinite(pooled.mean[c])) { continue; }
-    pooled.covariance.row(c).setZero();
-    pooled.covariance.col(c).setZero();
+  clear_absent(pooled.covariance, pooled.mean);
+  if (subjects.size() >= least_subjects) {
+    pooled.sampled = spread_of_means(table, pooled);
+    clear_absent(pooled.sampled, pooled.mean);
+    pooled.covariance += pooled.sampled;
   }
   return pooled;
 }

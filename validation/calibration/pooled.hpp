@@ -36,6 +36,7 @@ struct SharedUncertainty {
 struct Pooled {
   Eigen::VectorXd mean{};        ///< one per observable; NaN where too few recordings have it
   Eigen::MatrixXd covariance{};  ///< of `mean`; zero rows where that is NaN
+  Eigen::MatrixXd sampled{};     ///< the part of it that was estimated from these subjects; empty: none
   std::vector<std::size_t> count{};
   std::size_t recordings = 0;
   std::optional<double> body_mass_index{};  ///< mean, where all have one

@@ -7,14 +7,33 @@
 
 namespace palpate::calibration {
 
-Eigen::MatrixXd posterior_covariance(const Linearised& at) {
+namespace {
+
+/// The weighted slopes w J, and H^-1.
+struct Normal {
+  Eigen::MatrixXd weighted{};
+  Eigen::MatrixXd inverse{};
+};
+
+Normal normal_equations(const Linearised& at) {
   const Eigen::Index count = at.slope.cols();
   const Eigen::MatrixXd weighted = at.covariance.diagonal().cwiseInverse().asDiagonal() * at.slope;
   const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(count, count);
   const Eigen::LLT<Eigen::MatrixXd> information(at.slope.transpose() * weighted + unit);
-  const Eigen::MatrixXd inverse = information.solve(unit);
+  return {.weighted = weighted, .inverse = information.solve(unit)};
+}
+
+}  // namespace
+
+Eigen::MatrixXd posterior_covariance(const Linearised& at) {
+  const Normal normal = normal_equations(at);
   const Eigen::MatrixXd spread = at.covariance + at.considered * at.considered.transpose();
-  return inverse * (weighted.transpose() * spread * weighted + unit) * inverse;
+  return passed_on(at, spread) + normal.inverse * normal.inverse;
+}
+
+Eigen::MatrixXd passed_on(const Linearised& at, const Eigen::MatrixXd& part) {
+  const Normal normal = normal_equations(at);
+  return normal.inverse * normal.weighted.transpose() * part * normal.weighted * normal.inverse;
 }
 
 Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance) {

@@ -23,6 +23,9 @@ struct Linearised {
 /// Schmidt 1966; sandwich of Huber 1967).
 Eigen::MatrixXd posterior_covariance(const Linearised& at);
 
+/// G c G^T: what one part c of the rows' covariance passes on.
+Eigen::MatrixXd passed_on(const Linearised& at, const Eigen::MatrixXd& part);
+
 Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance);
 
 /// Those of `candidates` (columns of `slope`) that data tell: fitted without the others, each has less than half

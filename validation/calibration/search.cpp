@@ -46,12 +46,12 @@ Eigen::VectorXd Search::rows_of(const Observation& observation) const {
   return chosen;
 }
 
-Eigen::MatrixXd Search::covariance() const {
+Eigen::MatrixXd Search::rows_of(const Eigen::MatrixXd& covariance) const {
   const auto count = static_cast<Eigen::Index>(rows_.size());
   Eigen::MatrixXd chosen(count, count);
   for (Eigen::Index r = 0; r < count; ++r) {
     for (Eigen::Index c = 0; c < count; ++c) {
-      chosen(r, c) = data_.covariance(rows_[static_cast<std::size_t>(r)], rows_[static_cast<std::size_t>(c)]);
+      chosen(r, c) = covariance(rows_[static_cast<std::size_t>(r)], rows_[static_cast<std::size_t>(c)]);
     }
   }
   return chosen;

@@ -26,7 +26,8 @@ class Search {
   [[nodiscard]] Eigen::MatrixXd slopes(const Forward::Values& at, const std::vector<std::size_t>& of) const;
   [[nodiscard]] Eigen::VectorXd rows_of(const Observation& observation) const;
   [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return rows_; }
-  [[nodiscard]] Eigen::MatrixXd covariance() const;  ///< of the rows
+  [[nodiscard]] Eigen::MatrixXd covariance() const { return rows_of(data_.covariance); }
+  [[nodiscard]] Eigen::MatrixXd rows_of(const Eigen::MatrixXd& covariance) const;
   /// (simulated - seen) over the standard uncertainty of each row.
   [[nodiscard]] Eigen::VectorXd misfits(const Observation& simulated) const;
 
