@@ -2,11 +2,10 @@
 #include "reference/least_squares.hpp"
 
 #include <exception>
-#include <memory>
-#include <stdexcept>
-
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_multifit_nlinear.h>
+#include <memory>
+#include <stdexcept>
 
 namespace palpate::reference {
 namespace {
@@ -51,7 +50,8 @@ int jacobian(const gsl_vector* x, void* data, gsl_matrix* out) {
     const Eigen::MatrixXd j = problem.jacobian(to_eigen(x));
     for (std::size_t row = 0; row < out->size1; ++row) {
       for (std::size_t column = 0; column < out->size2; ++column) {
-        gsl_matrix_set(out, row, column, j(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)));
+        gsl_matrix_set(out, row, column,
+                       j(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)));
       }
     }
     return j.allFinite();
@@ -67,11 +67,18 @@ LeastSquaresSolution least_squares(const LeastSquaresProblem& problem, const Eig
   static_cast<void>(unused_default_handler);
   Bridge bridge{problem};
   const Eigen::VectorXd first = problem.residuals(start);
-  if (first.size() < start.size()) { throw std::invalid_argument("least squares: fewer residuals than parameters"); }
-  gsl_multifit_nlinear_fdf functions{.f = residuals, .df = jacobian, .fvv = nullptr,
+  if (first.size() < start.size()) {
+    throw std::invalid_argument("least squares: fewer residuals than parameters");
+  }
+  gsl_multifit_nlinear_fdf functions{.f = residuals,
+                                     .df = jacobian,
+                                     .fvv = nullptr,
                                      .n = static_cast<std::size_t>(first.size()),
-                                     .p = static_cast<std::size_t>(start.size()), .params = &bridge,
-                                     .nevalf = 0, .nevaldf = 0, .nevalfvv = 0};
+                                     .p = static_cast<std::size_t>(start.size()),
+                                     .params = &bridge,
+                                     .nevalf = 0,
+                                     .nevaldf = 0,
+                                     .nevalfvv = 0};
   const gsl_multifit_nlinear_parameters parameters = gsl_multifit_nlinear_default_parameters();
   const std::unique_ptr<gsl_multifit_nlinear_workspace, WorkspaceDeleter> work(
       gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &parameters, functions.n, functions.p));

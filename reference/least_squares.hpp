@@ -2,9 +2,8 @@
 #pragma once
 /// Nonlinear least squares by GSL's trust region (Levenberg-Marquardt, scaled as by J. J. Moré 1978).
 
-#include <functional>
-
 #include <Eigen/Core>
+#include <functional>
 
 namespace palpate::reference {
 

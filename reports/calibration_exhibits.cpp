@@ -36,18 +36,20 @@ std::string interval_text(const comparison::Interval& interval) {
 std::string small_text(double value) { return value < 0.01 ? "< 0.01" : short_number(value, 3); }
 
 Table parameter_table(const Fit& fit) {
-  Table table{.id = "parameters",
-              .title = "Parameters",
-              .caption = "Priors and bounds are log-normal about the scene's values; intervals are 95 %. Sensitivity: "
-                         "what one spread of the prior moves, in uncertainties of the recordings.",
-              .columns = {"parameter", "unit", "told", "prior", "fitted", "interval", "bounds", "sensitivity"}};
+  Table table{
+      .id = "parameters",
+      .title = "Parameters",
+      .caption =
+          "Priors and bounds are log-normal about the scene's values; intervals are 95 %. Sensitivity: "
+          "what one spread of the prior moves, in uncertainties of the recordings.",
+      .columns = {"parameter", "unit", "told", "prior", "fitted", "interval", "bounds", "sensitivity"}};
   const auto add = [&](const FittedParameter& each) {
     const bool told = each.telling == Telling::told;
-    table.rows.push_back({each.parameter.key, each.parameter.unit,
-                          told ? std::string("told") : "no: " + std::string(name_of(each.telling)),
-                          each.parameter.prior, told ? Cell(each.value) : Cell(std::string("the prior")),
-                          interval_text(each.interval),
-                          interval_text({each.parameter.lower, each.parameter.upper}), small_text(each.sensitivity)});
+    table.rows.push_back(
+        {each.parameter.key, each.parameter.unit,
+         told ? std::string("told") : "no: " + std::string(name_of(each.telling)), each.parameter.prior,
+         told ? Cell(each.value) : Cell(std::string("the prior")), interval_text(each.interval),
+         interval_text({each.parameter.lower, each.parameter.upper}), small_text(each.sensitivity)});
   };
   for (const bool told : {true, false}) {
     for (const FittedParameter& each : fit.parameters) {
@@ -59,25 +61,29 @@ Table parameter_table(const Fit& fit) {
 
 Table observable_table(const Calibration& result) {
   const Fit& fit = result.fit;
-  Table table{.id = "observables",
-              .title = "Recordings and simulation",
-              .caption = "Means over recordings with their standard uncertainty; the scene before and after, and the "
-                         "fitted scene without the coarser block and step that the fit uses.",
-              .columns = {"observable", "recordings", "mean", "uncertainty", "before", "after", "after, whole scene"}};
+  Table table{
+      .id = "observables",
+      .title = "Recordings and simulation",
+      .caption =
+          "Means over recordings with their standard uncertainty; the scene before and after, and the "
+          "fitted scene without the coarser block and step that the fit uses.",
+      .columns = {"observable", "recordings", "mean", "uncertainty", "before", "after",
+                  "after, whole scene"}};
   for (const Eigen::Index row : fit.rows) {
-    table.rows.push_back({name_of(row), static_cast<double>(fit.data.count[static_cast<std::size_t>(row)]),
-                          with_unit(row, fit.data.mean[row]),
-                          with_unit(row, std::sqrt(fit.data.covariance(row, row))), with_unit(row, fit.before[row]),
-                          with_unit(row, fit.after[row]), with_unit(row, result.whole[row])});
+    table.rows.push_back(
+        {name_of(row), static_cast<double>(fit.data.count[static_cast<std::size_t>(row)]),
+         with_unit(row, fit.data.mean[row]), with_unit(row, std::sqrt(fit.data.covariance(row, row))),
+         with_unit(row, fit.before[row]), with_unit(row, fit.after[row]), with_unit(row, result.whole[row])});
   }
   return table;
 }
 
 Table correlation_table(const Fit& fit) {
-  Table table{.id = "correlation",
-              .title = "Correlation",
-              .caption = "Of the logarithms of what was told. Near 1 or -1 two parameters are known together alone.",
-              .columns = {"parameter"}};
+  Table table{
+      .id = "correlation",
+      .title = "Correlation",
+      .caption = "Of the logarithms of what was told. Near 1 or -1 two parameters are known together alone.",
+      .columns = {"parameter"}};
   for (std::size_t n = 0; n < fit.told.size(); ++n) { table.columns.push_back(std::to_string(n + 1)); }
   for (std::size_t n = 0; n < fit.told.size(); ++n) {
     std::vector<Cell> row{std::to_string(n + 1) + " " + fit.parameters[fit.told[n]].parameter.key};
@@ -93,16 +99,18 @@ Table correlation_table(const Fit& fit) {
 Table held_out_table(const std::vector<HeldOut>& held_out) {
   Table table{.id = "held-out",
               .title = "Each group foretold from the others",
-              .caption = "Fitted to all groups but one. Errors are root mean squares over observables, relative: of "
-                         "those that were fitted, and of the group that was not.",
+              .caption =
+                  "Fitted to all groups but one. Errors are root mean squares over observables, relative: of "
+                  "those that were fitted, and of the group that was not.",
               .columns = {"group held out", "recordings", "error, fitted", "error, foretold", "peak seen",
                           "peak foretold"}};
   const Eigen::Index peak = index_of(Observable::pressure_peak);
   for (const HeldOut& each : held_out) {
-    table.rows.push_back({each.group.empty() ? "(no group)" : each.group, static_cast<double>(each.recordings),
+    table.rows.push_back({each.group.empty() ? "(no group)" : each.group,
+                          static_cast<double>(each.recordings),
                           short_number(100.0 * each.error_fitted, 3) + " %",
-                          short_number(100.0 * each.error_foretold, 3) + " %", with_unit(peak, each.seen.mean[peak]),
-                          with_unit(peak, each.foretold[peak])});
+                          short_number(100.0 * each.error_foretold, 3) + " %",
+                          with_unit(peak, each.seen.mean[peak]), with_unit(peak, each.foretold[peak])});
   }
   return table;
 }
@@ -113,8 +121,9 @@ Table recording_table(const CalibrationReport& report) {
               .caption = "Each with where its force along the needle comes from.",
               .columns = {"file", "kind", "group", "technique", "force", "hash"}};
   for (const CalibratedRecording& each : report.recordings) {
-    table.rows.push_back({each.file, std::string(each.kind == Recording::Kind::measured ? "measured" : "reconstructed"),
-                          each.subject.group, each.technique, std::string(name_of(each.subject.seen.force)), each.hash});
+    table.rows.push_back(
+        {each.file, std::string(each.kind == Recording::Kind::measured ? "measured" : "reconstructed"),
+         each.subject.group, each.technique, std::string(name_of(each.subject.seen.force)), each.hash});
   }
   return table;
 }
@@ -124,16 +133,21 @@ Figure profile_figure(const CalibrationReport& report) {
   const Parameter& p = report.result.fit.parameters[profile.parameter].parameter;
   const auto [low, high] = std::ranges::minmax(profile.value);
   constexpr double threshold = 3.841;  // chi-squared of one degree of freedom, 0.95
-  return {.id = "profile",
-          .title = "Profile of " + p.key,
-          .caption = "Growth of the sum of squares where this parameter, told with the widest interval, is held and the "
-                     "others are fitted again. Dashed: 95 % if observables were independent; they are not, and the "
-                     "interval of the table is the wider one.",
-          .x = {.label = p.key + " (" + p.unit + ")"},
-          .y = {.label = "growth (1)"},
-          .series = {{.label = "sum of squares", .style = Series::Style::line_and_points, .x = profile.value,
-                      .y = profile.growth},
-                     {.label = "3.84", .style = Series::Style::dashed, .x = {low, high}, .y = {threshold, threshold}}}};
+  return {
+      .id = "profile",
+      .title = "Profile of " + p.key,
+      .caption =
+          "Growth of the sum of squares where this parameter, told with the widest interval, is held and the "
+          "others are fitted again. Dashed: 95 % if observables were independent; they are not, and the "
+          "interval of the table is the wider one.",
+      .x = {.label = p.key + " (" + p.unit + ")"},
+      .y = {.label = "growth (1)"},
+      .series = {
+          {.label = "sum of squares",
+           .style = Series::Style::line_and_points,
+           .x = profile.value,
+           .y = profile.growth},
+          {.label = "3.84", .style = Series::Style::dashed, .x = {low, high}, .y = {threshold, threshold}}}};
 }
 
 /// Middle of a bin behind the loss of resistance [mm].
@@ -186,12 +200,13 @@ Figure misfit_figure(const Fit& fit) {
   allowed.x = {0.5, end};
   allowed.y = {-2.0, -2.0};
   allowed.y2 = {2.0, 2.0};
-  return {.id = "misfit",
-          .title = "Misfit of every observable",
-          .caption = "Simulated less recorded, in standard uncertainties; observables in the order of the table.",
-          .x = {.label = "observable (1)", .minimum = 0.5, .maximum = end},
-          .y = {.label = "misfit (1)"},
-          .series = {std::move(allowed), std::move(before), std::move(after)}};
+  return {
+      .id = "misfit",
+      .title = "Misfit of every observable",
+      .caption = "Simulated less recorded, in standard uncertainties; observables in the order of the table.",
+      .x = {.label = "observable (1)", .minimum = 0.5, .maximum = end},
+      .y = {.label = "misfit (1)"},
+      .series = {std::move(allowed), std::move(before), std::move(after)}};
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-
 #include <nlohmann/json.hpp>
 
 #include "reports/calibration_report.hpp"
@@ -48,7 +47,9 @@ Json observable_json(const Calibration& result, Eigen::Index row) {
 Json held_out_json(const HeldOut& held) {
   Json observables = Json::array();
   for (const Eigen::Index row : held.seen.present()) {
-    observables.push_back({{"name", name_of(row)}, {"unit", unit_of(row)}, {"mean", number(held.seen.mean[row])},
+    observables.push_back({{"name", name_of(row)},
+                           {"unit", unit_of(row)},
+                           {"mean", number(held.seen.mean[row])},
                            {"foretold", number(held.foretold[row])}});
   }
   return {{"group", held.group},
@@ -88,10 +89,16 @@ Json correlation_json(const Fit& fit) {
 std::string to_json(const CalibrationReport& report) {
   const Calibration& result = report.result;
   const Fit& fit = result.fit;
-  Json json{{"schema", 1}, {"verdict", calibration_verdict(report)}, {"held", result.held()},
-            {"scene", report.scene}, {"scene_hash", report.scene_hash}, {"converged", fit.converged},
-            {"iterations", fit.iterations}, {"simulations", result.simulations},
-            {"misfit_before", fit.misfit_before}, {"misfit_after", fit.misfit_after},
+  Json json{{"schema", 1},
+            {"verdict", calibration_verdict(report)},
+            {"held", result.held()},
+            {"scene", report.scene},
+            {"scene_hash", report.scene_hash},
+            {"converged", fit.converged},
+            {"iterations", fit.iterations},
+            {"simulations", result.simulations},
+            {"misfit_before", fit.misfit_before},
+            {"misfit_after", fit.misfit_after},
             {"interval_widening", fit.widening},
             {"shortcut_cost", number(result.shortcut_cost())}};
   json["parameters"] = Json::array();
@@ -102,12 +109,15 @@ std::string to_json(const CalibrationReport& report) {
   json["profile"] = nullptr;
   if (!result.profile.value.empty()) {
     json["profile"] = {{"key", fit.parameters[result.profile.parameter].parameter.key},
-                       {"value", result.profile.value}, {"growth", result.profile.growth}};
+                       {"value", result.profile.value},
+                       {"growth", result.profile.growth}};
   }
   json["leave_one_group_out"] = Json::array();
   for (const HeldOut& held : result.held_out) { json["leave_one_group_out"].push_back(held_out_json(held)); }
   json["recordings"] = Json::array();
-  for (const CalibratedRecording& each : report.recordings) { json["recordings"].push_back(recording_json(each)); }
+  for (const CalibratedRecording& each : report.recordings) {
+    json["recordings"].push_back(recording_json(each));
+  }
   json["warnings"] = calibration_warnings(report);
   return json.dump(2) + "\n";
 }

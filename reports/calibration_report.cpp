@@ -21,19 +21,21 @@ std::vector<Fact> facts_of(const CalibrationReport& report) {
   const calibration::Calibration& result = report.result;
   const calibration::Fit& fit = result.fit;
   const std::size_t freedom = fit.data.degrees_of_freedom();
-  return {{"scene", report.scene, ""},
-          {"search", fit.converged ? "converged" : "did not converge",
-           "in " + std::to_string(fit.iterations) + " iterations, " + std::to_string(result.simulations) +
-               " simulations of a coarser block"},
-          {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
-           "largest difference to the whole scene, in uncertainties"},
-          {"intervals", freedom == 0 ? "normal" : "Student's t",
-           freedom == 0 ? "too few recordings for a spread"
-                        : "spread between recordings with " + std::to_string(freedom) + " degrees of freedom"}};
+  return {
+      {"scene", report.scene, ""},
+      {"search", fit.converged ? "converged" : "did not converge",
+       "in " + std::to_string(fit.iterations) + " iterations, " + std::to_string(result.simulations) +
+           " simulations of a coarser block"},
+      {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
+       "largest difference to the whole scene, in uncertainties"},
+      {"intervals", freedom == 0 ? "normal" : "Student's t",
+       freedom == 0 ? "too few recordings for a spread"
+                    : "spread between recordings with " + std::to_string(freedom) + " degrees of freedom"}};
 }
 
 std::string kind_banner(const CalibrationReport& report) {
-  return std::to_string(report.recordings.size()) + (report.recordings.size() == 1 ? " recording, " : " recordings, ") +
+  return std::to_string(report.recordings.size()) +
+         (report.recordings.size() == 1 ? " recording, " : " recordings, ") +
          (report.reconstructed() ? "reconstructed, not measured" : "measured");
 }
 

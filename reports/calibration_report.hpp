@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// calibration.json and report.html of a calibration: what was fitted to which recordings, how sure it is, and
-/// what the recordings cannot tell.
+/// calibration.json and report.html of a calibration: what was fitted to which recordings, how sure it is,
+/// and what the recordings cannot tell.
 
 #include <map>
 #include <string>
@@ -13,8 +13,8 @@
 namespace palpate {
 
 struct CalibratedRecording {
-  std::string file{};        ///< name alone
-  std::string hash{};        ///< of its bytes
+  std::string file{};  ///< name alone
+  std::string hash{};  ///< of its bytes
   std::string source{};
   std::string technique{};
   Recording::Kind kind = Recording::Kind::measured;
@@ -22,7 +22,7 @@ struct CalibratedRecording {
 };
 
 struct CalibrationReport {
-  std::string scene{};        ///< file name
+  std::string scene{};  ///< file name
   std::string scene_hash{};
   calibration::Calibration result{};
   std::vector<CalibratedRecording> recordings{};

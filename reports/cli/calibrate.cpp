@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <thread>
-
 #include <unistd.h>
 
 #include "fixtures/io/content_hash.hpp"
@@ -44,9 +43,9 @@ std::string command_of(const CalibrateOptions& options) {
 
 /// What stands above fitted.toml; nothing in it differs between two runs.
 std::vector<std::string> comment_of(const CalibrationReport& report) {
-  std::vector<std::string> lines{"Calibrated from " + report.scene + " by `palpate calibrate`: " +
-                                     calibration_verdict(report) + ".",
-                                 calibration_detail(report), "Told, with 95 % intervals:"};
+  std::vector<std::string> lines{
+      "Calibrated from " + report.scene + " by `palpate calibrate`: " + calibration_verdict(report) + ".",
+      calibration_detail(report), "Told, with 95 % intervals:"};
   const Fit& fit = report.result.fit;
   for (const std::size_t n : fit.told) {
     const FittedParameter& each = fit.parameters[n];
@@ -58,7 +57,8 @@ std::vector<std::string> comment_of(const CalibrationReport& report) {
   lines.emplace_back("All other numbers are those of the scene. Recordings:");
   for (const CalibratedRecording& each : report.recordings) {
     lines.push_back("  " + each.file + " (" +
-                    (each.kind == Recording::Kind::measured ? "measured" : "reconstructed") + "), FNV-1a " + each.hash);
+                    (each.kind == Recording::Kind::measured ? "measured" : "reconstructed") + "), FNV-1a " +
+                    each.hash);
   }
   return lines;
 }
@@ -68,8 +68,9 @@ void tell(const CalibrationReport& report, const std::filesystem::path& folder) 
   std::printf("%s\n%s\n", calibration_verdict(report).c_str(), calibration_detail(report).c_str());
   for (const std::size_t n : fit.told) {
     const FittedParameter& each = fit.parameters[n];
-    std::printf("  %-44s %.4g -> %.4g %s, 95 %%: %.3g to %.3g\n", each.parameter.key.c_str(), each.parameter.prior,
-                each.value, each.parameter.unit.c_str(), each.interval.lower, each.interval.upper);
+    std::printf("  %-44s %.4g -> %.4g %s, 95 %%: %.3g to %.3g\n", each.parameter.key.c_str(),
+                each.parameter.prior, each.value, each.parameter.unit.c_str(), each.interval.lower,
+                each.interval.upper);
   }
   for (const HeldOut& held : report.result.held_out) {
     std::printf("  without %s: error %.3g %% of those fitted, %.3g %% of those foretold\n",
@@ -114,7 +115,8 @@ int calibrate(const CalibrateOptions& options) {
     return interrupted_code;
   }
   const std::string page = to_html(report);
-  const std::string fitted = io::rewrite_scene(loaded.file, changes(scene, report.result.fitted), comment_of(report));
+  const std::string fitted =
+      io::rewrite_scene(loaded.file, changes(scene, report.result.fitted), comment_of(report));
   const std::filesystem::path folder = make_folder(options.folder("calibrate"));
   io::replace_file(folder / "fitted.toml", fitted);
   io::replace_file(folder / "calibration.json", to_json(report));

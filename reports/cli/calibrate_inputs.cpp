@@ -21,10 +21,13 @@ constexpr std::size_t most_bytes = std::size_t{1} << 30U;
 CalibratedRecording read_one(const std::filesystem::path& path) {
   const Recording recording = read_any_recording(path).recording;
   if (recording.regime == Recording::Regime::pump) {
-    throw InputError(path.string() + ": a pump injected; a thumb on the plunger is what the scene's syringe is under");
+    throw InputError(path.string() +
+                     ": a pump injected; a thumb on the plunger is what the scene's syringe is under");
   }
   calibration::ObservedInsertion seen = calibration::observe(recording);
-  if (!seen.refusal.empty()) { throw InputError(path.string() + ": " + seen.refusal + "; an insertion with one is needed"); }
+  if (!seen.refusal.empty()) {
+    throw InputError(path.string() + ": " + seen.refusal + "; an insertion with one is needed");
+  }
   return {.file = path.filename().string(),
           .hash = io::content_hash(io::read_bytes(path, most_bytes)),
           .source = recording.source,
@@ -95,7 +98,9 @@ std::vector<CalibratedRecording> read_calibrated(const std::vector<std::filesyst
         throw InputError(path.string() + ": the same bytes as " + twin->file + "; every recording once");
       }
       recordings.push_back(std::move(read));
-    } catch (const InputError& problem) { problems += (problems.empty() ? "" : "\n") + std::string(problem.what()); }
+    } catch (const InputError& problem) {
+      problems += (problems.empty() ? "" : "\n") + std::string(problem.what());
+    }
   }
   if (!problems.empty()) { throw InputError(problems); }
   return recordings;

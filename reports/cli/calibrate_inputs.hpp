@@ -7,8 +7,8 @@
 
 namespace palpate::cli {
 
-/// Every recording observed. Throws InputError, one line per problem, for one that cannot be read, was pumped,
-/// shows no loss of resistance, or stands there twice.
+/// Every recording observed. Throws InputError, one line per problem, for one that cannot be read, was
+/// pumped, shows no loss of resistance, or stands there twice.
 std::vector<CalibratedRecording> read_calibrated(const std::vector<std::filesystem::path>& paths);
 
 /// Parameters of the scene, as options change them: --parameter, --prior KEY=VALUE:SPREAD, --bounds

@@ -31,7 +31,8 @@ CalibrationReport sample(Recording::Kind kind) {
     other.materials[1].cutting_force *= factor;
     subjects.push_back({.name = "one", .group = group, .seen = lawful(other)});
     subjects.back().seen.force = ForceSource::plunger;
-    report.recordings.push_back({.file = "a.h5", .hash = "f00", .technique = "continuous", .kind = kind, .subject = subjects.back()});
+    report.recordings.push_back(
+        {.file = "a.h5", .hash = "f00", .technique = "continuous", .kind = kind, .subject = subjects.back()});
   }
   report.result = calibrate(scene, parameters_of(scene), subjects, {.simulate = lawful});
   return report;

@@ -9,7 +9,8 @@ namespace palpate::calibration {
 double Calibration::shortcut_cost() const {
   double worst = 0.0;
   for (const Eigen::Index row : fit.rows) {
-    const double difference = std::abs(whole[row] - fit.after[row]) / std::sqrt(fit.data.covariance(row, row));
+    const double difference =
+        std::abs(whole[row] - fit.after[row]) / std::sqrt(fit.data.covariance(row, row));
     worst = difference > worst || std::isnan(difference) ? difference : worst;
   }
   return worst;
@@ -44,7 +45,8 @@ Calibration calibrate(const Scene& scene, const std::vector<Parameter>& paramete
   const auto tell = [&](const char* stage) {
     if (options.progress) { options.progress(stage); }
   };
-  Forward forward(coarser(scene, coarsest(scene, options)), parameters, options.jobs, options.stop, options.simulate);
+  Forward forward(coarser(scene, coarsest(scene, options)), parameters, options.jobs, options.stop,
+                  options.simulate);
   Calibration result;
   tell("fitting");
   result.fit = fit(forward, pool(subjects, options.shared));

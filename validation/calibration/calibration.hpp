@@ -20,9 +20,9 @@ struct Calibration {
   Fit fit{};
   Profile profile{};
   std::vector<HeldOut> held_out{};
-  Scene fitted{};                 ///< the scene with the values of the fit
-  Observation whole{};            ///< the fitted scene simulated as it is, without shortcuts
-  std::size_t simulations = 0;    ///< of the coarser scene
+  Scene fitted{};               ///< the scene with the values of the fit
+  Observation whole{};          ///< the fitted scene simulated as it is, without shortcuts
+  std::size_t simulations = 0;  ///< of the coarser scene
 
   /// Largest difference between coarser and whole scene, in uncertainties of the data.
   [[nodiscard]] double shortcut_cost() const;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a fit is worth beyond its own recordings: how the misfit grows away from it, and how well subjects are
-/// foretold that it has not seen.
+/// What a fit is worth beyond its own recordings: how the misfit grows away from it, and how well subjects
+/// are foretold that it has not seen.
 
 #include <span>
 
@@ -11,9 +11,9 @@ namespace palpate::calibration {
 
 /// Least misfit where one parameter is held beside its fit, all others told fitted again.
 struct Profile {
-  std::size_t parameter = 0;      ///< index
+  std::size_t parameter = 0;  ///< index
   std::vector<double> value{};
-  std::vector<double> growth{};   ///< of the sum of squares over that of the fit, priors included
+  std::vector<double> growth{};  ///< of the sum of squares over that of the fit, priors included
 };
 /// Of the parameter that is told with the widest interval; empty when none is.
 Profile profile_of_worst(Forward& forward, const Fit& fit);
@@ -22,10 +22,10 @@ Profile profile_of_worst(Forward& forward, const Fit& fit);
 struct HeldOut {
   std::string group{};
   std::size_t recordings = 0;
-  Pooled seen{};                 ///< of the group that was held out
+  Pooled seen{};  ///< of the group that was held out
   Observation foretold{};
-  double error_fitted = 0.0;     ///< root mean square over observables, relative, of those fitted
-  double error_foretold = 0.0;   ///< the same of the group that was held out
+  double error_fitted = 0.0;    ///< root mean square over observables, relative, of those fitted
+  double error_foretold = 0.0;  ///< the same of the group that was held out
   bool converged = false;
 };
 

@@ -2,10 +2,9 @@
 #include "validation/calibration/fit.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <stdexcept>
-
-#include <boost/math/distributions/chi_squared.hpp>
 
 #include "validation/calibration/posterior.hpp"
 
@@ -73,8 +72,8 @@ FittedParameter untold(const Parameter& p, double sensitivity) {
           .interval = {p.value(-normal_factor), p.value(normal_factor)}};
 }
 
-/// Student's t with as many degrees of freedom as are left where a part of the variance alone was estimated from
-/// n subjects: (n - 1) (all / part)^2 (Welch and Satterthwaite; GUM, annex G.4).
+/// Student's t with as many degrees of freedom as are left where a part of the variance alone was estimated
+/// from n subjects: (n - 1) (all / part)^2 (Welch and Satterthwaite; GUM, annex G.4).
 double factor_of(double all, double sampled, std::size_t degrees_of_freedom) {
   constexpr double many = 1e4;  // as good as normal
   if (degrees_of_freedom == 0 || !(sampled > 0.0)) { return normal_factor; }
@@ -111,9 +110,12 @@ void conclude_told(Fit& result, const Search& search, const Forward& forward, co
 
 std::string_view name_of(Telling telling) {
   switch (telling) {
-    case Telling::told: return "told";
-    case Telling::insensitive: return "insensitive";
-    case Telling::wide: return "wide";
+    case Telling::told:
+      return "told";
+    case Telling::insensitive:
+      return "insensitive";
+    case Telling::wide:
+      return "wide";
   }
   return {};
 }
@@ -133,7 +135,8 @@ Fit fit(Forward& forward, const Pooled& data) {
   const Forward::Values priors = forward.priors();
   const Search search(forward, data, {});
   result.before = forward.at(priors);
-  const Eigen::VectorXd sensitivity = sensitivities(search.slopes(priors, all_of(forward)), search.covariance());
+  const Eigen::VectorXd sensitivity =
+      sensitivities(search.slopes(priors, all_of(forward)), search.covariance());
   const Search::Found found = search_told(forward, data, result);
   result.after = forward.at(found.values);
   result.converged = found.converged;

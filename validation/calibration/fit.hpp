@@ -20,11 +20,11 @@ std::string_view name_of(Telling telling);
 struct FittedParameter {
   Parameter parameter{};
   Telling telling = Telling::insensitive;
-  double value = 0.0;        ///< the prior's where it is not told
-  double sensitivity = 0.0;  ///< what one spread of the prior moves, in uncertainties
-  double deviation = 1.0;    ///< standard, of the logarithm over the prior's spread [1]
+  double value = 0.0;                      ///< the prior's where it is not told
+  double sensitivity = 0.0;                ///< what one spread of the prior moves, in uncertainties
+  double deviation = 1.0;                  ///< standard, of the logarithm over the prior's spread [1]
   double interval_factor = normal_factor;  ///< deviations that the interval reaches to either side
-  comparison::Interval interval{};  ///< 95 %; of the prior where it is not told
+  comparison::Interval interval{};         ///< 95 %; of the prior where it is not told
   bool at_bound = false;
 };
 
@@ -34,11 +34,11 @@ struct Fit {
   Eigen::MatrixXd correlation{};              ///< of those told, in their order
   std::vector<Eigen::Index> rows{};           ///< observables that were fitted
   Pooled data{};
-  Observation before{};                       ///< simulated at the priors
-  Observation after{};                        ///< simulated at the fit
-  double misfit_before = 0.0;                 ///< sum of squares over uncertainties, of the rows alone
+  Observation before{};        ///< simulated at the priors
+  Observation after{};         ///< simulated at the fit
+  double misfit_before = 0.0;  ///< sum of squares over uncertainties, of the rows alone
   double misfit_after = 0.0;
-  double widening = 1.0;                      ///< of intervals, where the misfit is more than chance
+  double widening = 1.0;  ///< of intervals, where the misfit is more than chance
   std::size_t iterations = 0;
   bool converged = false;
 

@@ -52,7 +52,10 @@ ObservedInsertion simulate_insertion(const Scene& scene, const std::atomic<bool>
 
 Forward::Forward(Scene scene, std::vector<Parameter> parameters, int jobs, const std::atomic<bool>* stop,
                  Simulate simulate)
-    : scene_(std::move(scene)), parameters_(std::move(parameters)), jobs_(std::max(1, jobs)), stop_(stop),
+    : scene_(std::move(scene)),
+      parameters_(std::move(parameters)),
+      jobs_(std::max(1, jobs)),
+      stop_(stop),
       simulate_(std::move(simulate)) {
   if (!simulate_) {
     simulate_ = [stop](const Scene& changed) { return simulate_insertion(changed, stop); };
@@ -83,9 +86,7 @@ void Forward::simulate_new(const std::vector<Values>& places) {
     for (std::size_t n = next++; n < places.size(); n = next++) {
       try {
         found[n] = simulate(places[n]);
-      } catch (...) {
-        thrown[n] = std::current_exception();
-      }
+      } catch (...) { thrown[n] = std::current_exception(); }
     }
   };
   {

@@ -17,8 +17,8 @@ struct Interrupted : std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
-/// Keeps the width of the block with three nodes along x and y, where there is an odd number of more (one column
-/// is free then); four times the step; and lasts for `after` seconds from when the needle stops.
+/// Keeps the width of the block with three nodes along x and y, where there is an odd number of more (one
+/// column is free then); four times the step; and lasts for `after` seconds from when the needle stops.
 struct Coarsening {
   bool block = true;
   double step_factor = 4.0;
@@ -33,8 +33,8 @@ class Forward {
   /// Replaces the simulation: for tests, and for planted faults.
   using Simulate = std::function<ObservedInsertion(const Scene&)>;
 
-  Forward(Scene scene, std::vector<Parameter> parameters, int jobs = 1, const std::atomic<bool>* stop = nullptr,
-          Simulate simulate = {});
+  Forward(Scene scene, std::vector<Parameter> parameters, int jobs = 1,
+          const std::atomic<bool>* stop = nullptr, Simulate simulate = {});
   /// Simulated at `jobs` places at a time; a place that was seen before is not simulated again.
   /// Throws runtime_error for a scene that diverges or shows no loss of resistance there.
   std::vector<Observation> at(const std::vector<Values>& places);

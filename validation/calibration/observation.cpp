@@ -32,7 +32,8 @@ struct Way {
   double length = 0.0;  ///< [m]
 };
 
-/// Trapezia over the advance; samples that do not advance weigh nothing, so that the hand's speed does not count.
+/// Trapezia over the advance; samples that do not advance weigh nothing, so that the hand's speed does not
+/// count.
 Way way_through(const Samples& force, const Samples& depth, double begin, double end, std::size_t last) {
   Way way;
   for (std::size_t n = 1; n <= last && n < force.size(); ++n) {
@@ -96,9 +97,10 @@ ObservedInsertion observe_inputs(const Inputs& inputs, double cutoff) {
     seen.refusal = "shows no loss of resistance: " + prepared.features.loss.reason;
     return seen;
   }
-  for (const auto& [observable, feature] :
-       {std::pair{Observable::pressure_peak, Feature::peak}, {Observable::plateau, Feature::plateau},
-        {Observable::drop_time, Feature::drop_time}, {Observable::depth_of_loss, Feature::depth_of_loss}}) {
+  for (const auto& [observable, feature] : {std::pair{Observable::pressure_peak, Feature::peak},
+                                            {Observable::plateau, Feature::plateau},
+                                            {Observable::drop_time, Feature::drop_time},
+                                            {Observable::depth_of_loss, Feature::depth_of_loss}}) {
     seen.value[index_of(observable)] = prepared.features[feature].value.value_or(not_measured);
   }
   add_force(inputs, prepared, used, seen.value);
@@ -115,12 +117,13 @@ std::vector<double> plunger_force(const Recording& recording) {
 
 std::string name_of(Eigen::Index observable) {
   if (observable > index_of(Observable::force_peak)) {
-    constexpr std::array bins{"force.-10_to_-8_mm", "force.-8_to_-6_mm", "force.-6_to_-4_mm", "force.-4_to_-2_mm",
-                              "force.-2_to_-0.5_mm"};
+    constexpr std::array bins{"force.-10_to_-8_mm", "force.-8_to_-6_mm", "force.-6_to_-4_mm",
+                              "force.-4_to_-2_mm", "force.-2_to_-0.5_mm"};
     static_assert(bins.size() == force_bins.size());
     return bins[static_cast<std::size_t>(observable - index_of(Observable::force))];
   }
-  constexpr std::array names{"pressure.peak", "pressure.plateau", "pressure.drop_time", "depth_of_loss", "force.peak"};
+  constexpr std::array names{"pressure.peak", "pressure.plateau", "pressure.drop_time", "depth_of_loss",
+                             "force.peak"};
   return names[static_cast<std::size_t>(observable)];
 }
 
@@ -135,15 +138,20 @@ std::string_view unit_of(Eigen::Index observable) {
 
 std::string_view name_of(ForceSource source) {
   switch (source) {
-    case ForceSource::none: return "none";
-    case ForceSource::recorded: return "recorded";
-    case ForceSource::plunger: return "plunger";
+    case ForceSource::none:
+      return "none";
+    case ForceSource::recorded:
+      return "recorded";
+    case ForceSource::plunger:
+      return "plunger";
   }
   return {};
 }
 
 ForceSource force_source(const Recording& recording) {
-  if (recording.force.size() == recording.time.size() && !recording.force.empty()) { return ForceSource::recorded; }
+  if (recording.force.size() == recording.time.size() && !recording.force.empty()) {
+    return ForceSource::recorded;
+  }
   const bool driven = recording.technique == "continuous" && recording.regime == Recording::Regime::thumb;
   return driven ? ForceSource::plunger : ForceSource::none;
 }
@@ -154,7 +162,8 @@ ObservedInsertion observe(const Recording& recording, double cutoff) {
   if (source == ForceSource::recorded) { force = recording.force; }
   if (source == ForceSource::plunger) { force = plunger_force(recording); }
   ObservedInsertion seen = observe_inputs(
-      {.time = recording.time, .pressure = recording.pressure, .depth = recording.depth, .force = force}, cutoff);
+      {.time = recording.time, .pressure = recording.pressure, .depth = recording.depth, .force = force},
+      cutoff);
   seen.force = source;
   return seen;
 }
@@ -164,10 +173,12 @@ ObservedInsertion observe(const Trace& trace, double cutoff) {
   const Column* depth = trace.find("tool.depth_m");
   const Column* force = trace.find("tool.force_n");
   if (pressure == nullptr || depth == nullptr || force == nullptr) {
-    return {.value = Observation::Constant(observable_count, not_measured), .refusal = "has no syringe or no tool"};
+    return {.value = Observation::Constant(observable_count, not_measured),
+            .refusal = "has no syringe or no tool"};
   }
   ObservedInsertion seen = observe_inputs(
-      {.time = trace.time, .pressure = pressure->values, .depth = depth->values, .force = force->values}, cutoff);
+      {.time = trace.time, .pressure = pressure->values, .depth = depth->values, .force = force->values},
+      cutoff);
   seen.force = ForceSource::recorded;
   return seen;
 }

@@ -3,12 +3,11 @@
 /// What a calibration looks at: a few numbers of one insertion, found in a recording and in a simulated trace
 /// by the same code. docs/calibration.md has the definitions for people.
 
+#include <Eigen/Core>
 #include <array>
 #include <optional>
 #include <string>
 #include <string_view>
-
-#include <Eigen/Core>
 
 #include "model/dynamics/recording.hpp"
 #include "model/dynamics/trace.hpp"
@@ -21,8 +20,9 @@ struct ForceBin {
   double end = 0.0;    ///< [m]
 };
 /// The last one ends before the filter rounds the fall.
-inline constexpr std::array force_bins{ForceBin{-10e-3, -8e-3}, ForceBin{-8e-3, -6e-3}, ForceBin{-6e-3, -4e-3},
-                                       ForceBin{-4e-3, -2e-3}, ForceBin{-2e-3, -0.5e-3}};
+inline constexpr std::array force_bins{ForceBin{-10e-3, -8e-3}, ForceBin{-8e-3, -6e-3},
+                                       ForceBin{-6e-3, -4e-3}, ForceBin{-4e-3, -2e-3},
+                                       ForceBin{-2e-3, -0.5e-3}};
 
 enum class Observable {
   pressure_peak,  ///< [Pa]

@@ -56,8 +56,9 @@ void add_materials(Scene& scene, std::size_t count, std::vector<Slot>& slots) {
     const std::string key = "material." + name + ".";
     slots.push_back({key + "cutting_force", "N", &material->cutting_force, within_a_factor(2.0),
                      "assumed: within a factor of 2; the share of cutting is ex vivo (Barnett et al. 2015)"});
-    slots.push_back({key + "friction", "N/m", &material->friction, within_a_factor(std::sqrt(3.0)),
-                     "dry and lubricated needles differ by up to 3: sqrt 3 to either side (Schneider et al. 1978)"});
+    slots.push_back(
+        {key + "friction", "N/m", &material->friction, within_a_factor(std::sqrt(3.0)),
+         "dry and lubricated needles differ by up to 3: sqrt 3 to either side (Schneider et al. 1978)"});
     slots.push_back({key + "youngs_modulus", "Pa", &material->youngs_modulus, within_a_factor(3.0),
                      "assumed: within a factor of 3; reviews span more (Kalra et al. 2016)"});
   }
@@ -102,15 +103,20 @@ std::vector<Parameter> parameters_of(const Scene& scene) {
   std::vector<Parameter> parameters;
   for (const Slot& slot : slots_of(copy)) {
     if (!(*slot.value > 0.0)) { continue; }
-    Parameter& added = parameters.emplace_back(Parameter{
-        .key = slot.key, .unit = slot.unit, .prior = *slot.value, .spread = slot.spread, .origin = slot.origin});
+    Parameter& added = parameters.emplace_back(Parameter{.key = slot.key,
+                                                         .unit = slot.unit,
+                                                         .prior = *slot.value,
+                                                         .spread = slot.spread,
+                                                         .origin = slot.origin});
     set_default_bounds(added);
   }
   return parameters;
 }
 
 std::string why_not_calibrated(const Scene& scene) {
-  if (scene.tissue.source != Source::layers) { return "tissue.source: layers are what is calibrated; \"layers\""; }
+  if (scene.tissue.source != Source::layers) {
+    return "tissue.source: layers are what is calibrated; \"layers\"";
+  }
   if (!scene.needle) { return "needle: is missing; a needle is what a recording is of"; }
   if (!scene.syringe) { return "syringe: is missing; a recorded pressure needs a simulated one"; }
   const Drive drive = scene.drive.value_or(Drive{});
@@ -119,7 +125,9 @@ std::string why_not_calibrated(const Scene& scene) {
   }
   const std::size_t count = passed_layers(scene);
   const bool epidural = count > 0 && count < scene.tissue.layers.size();
-  if (!epidural) { return "layer: no epidural space under other tissue; a loss of resistance is what is compared"; }
+  if (!epidural) {
+    return "layer: no epidural space under other tissue; a loss of resistance is what is compared";
+  }
   double depth = 0.0;
   for (std::size_t n = 0; n < count; ++n) { depth += scene.tissue.layers[n].thickness; }
   if (!drive.depth || !(*drive.depth > depth)) {
@@ -132,7 +140,9 @@ Scene with_values(Scene scene, const std::vector<Parameter>& parameters, const s
   const std::vector<Slot> slots = slots_of(scene);
   for (std::size_t n = 0; n < parameters.size(); ++n) {
     const auto slot = std::ranges::find(slots, parameters[n].key, &Slot::key);
-    if (slot == slots.end()) { throw std::invalid_argument(parameters[n].key + ": no parameter of this scene"); }
+    if (slot == slots.end()) {
+      throw std::invalid_argument(parameters[n].key + ": no parameter of this scene");
+    }
     const double before = *slot->value;
     *slot->value = values[n];
     if (slot->key.ends_with(".thickness") && scene.drive && scene.drive->depth) {
@@ -150,7 +160,9 @@ std::vector<std::pair<std::string, double>> changes(const Scene& scene, const Sc
   const std::vector<Slot> new_slots = slots_of(after);
   std::vector<std::pair<std::string, double>> found;
   for (std::size_t n = 0; n < old_slots.size(); ++n) {
-    if (*old_slots[n].value != *new_slots[n].value) { found.emplace_back(new_slots[n].key, *new_slots[n].value); }
+    if (*old_slots[n].value != *new_slots[n].value) {
+      found.emplace_back(new_slots[n].key, *new_slots[n].value);
+    }
   }
   if (before.drive && before.drive->depth && *before.drive->depth != *after.drive->depth) {
     found.emplace_back("drive.depth", *after.drive->depth);

@@ -12,14 +12,15 @@
 
 namespace palpate::calibration {
 
-inline constexpr double normal_factor = 1.959964;  ///< standard deviations that hold 0.95 of a normal distribution
+inline constexpr double normal_factor =
+    1.959964;  ///< standard deviations that hold 0.95 of a normal distribution
 
 struct Parameter {
-  std::string key{};     ///< of the scene, as --set takes it: "material.fat.friction", "layer.1.thickness"
+  std::string key{};  ///< of the scene, as --set takes it: "material.fat.friction", "layer.1.thickness"
   std::string unit{};
-  double prior = 0.0;    ///< the scene's value, > 0
-  double spread = 0.5;   ///< standard deviation of its logarithm [1]
-  double lower = 0.0;    ///< > 0; by default four spreads below the prior
+  double prior = 0.0;   ///< the scene's value, > 0
+  double spread = 0.5;  ///< standard deviation of its logarithm [1]
+  double lower = 0.0;   ///< > 0; by default four spreads below the prior
   double upper = 0.0;
   std::string origin{};  ///< where the spread comes from
 

@@ -46,7 +46,8 @@ Eigen::MatrixXd spread_of_means(const Eigen::MatrixXd& table, const Pooled& pool
 }
 
 /// Each source of error moves all that it touches at once.
-Eigen::MatrixXd shared_covariance(const Eigen::VectorXd& mean, bool plunger, double area, const SharedUncertainty& u) {
+Eigen::MatrixXd shared_covariance(const Eigen::VectorXd& mean, bool plunger, double area,
+                                  const SharedUncertainty& u) {
   Eigen::MatrixXd sources = Eigen::MatrixXd::Zero(observable_count, 4);  // zero, gain, friction, force gain
   Eigen::VectorXd own = Eigen::VectorXd::Zero(observable_count);
   for (Eigen::Index c = 0; c < observable_count; ++c) {
@@ -108,7 +109,8 @@ Pooled pool(std::span<const Subject> subjects, const SharedUncertainty& shared) 
     }
     if (count >= least) { pooled.mean[c] = sum / static_cast<double>(count); }
   }
-  const bool plunger = std::ranges::any_of(subjects, [](const Subject& s) { return s.seen.force == ForceSource::plunger; });
+  const bool plunger =
+      std::ranges::any_of(subjects, [](const Subject& s) { return s.seen.force == ForceSource::plunger; });
   const double area = subjects.empty() ? 0.0 : subjects.front().plunger_area;
   pooled.covariance = shared_covariance(pooled.mean, plunger, area, shared);
   clear_absent(pooled.covariance, pooled.mean);

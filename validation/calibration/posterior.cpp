@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "validation/calibration/posterior.hpp"
 
-#include <algorithm>
-
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 namespace palpate::calibration {
 
@@ -46,11 +45,10 @@ std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope, const Eigen
   constexpr double most_left = 0.5;  // of the prior variance
   std::vector<Eigen::Index> told = std::move(candidates);
   while (!told.empty()) {
-    const Eigen::VectorXd left =
-        posterior_covariance({.slope = columns_of(slope, told),
-                              .considered = columns_besides(slope, told),
-                              .covariance = covariance})
-            .diagonal();
+    const Eigen::VectorXd left = posterior_covariance({.slope = columns_of(slope, told),
+                                                       .considered = columns_besides(slope, told),
+                                                       .covariance = covariance})
+                                     .diagonal();
     Eigen::Index worst = 0;
     if (left.maxCoeff(&worst) < most_left) { break; }
     told.erase(told.begin() + worst);
@@ -60,7 +58,9 @@ std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope, const Eigen
 
 Eigen::MatrixXd columns_of(const Eigen::MatrixXd& matrix, const std::vector<Eigen::Index>& columns) {
   Eigen::MatrixXd chosen(matrix.rows(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t n = 0; n < columns.size(); ++n) { chosen.col(static_cast<Eigen::Index>(n)) = matrix.col(columns[n]); }
+  for (std::size_t n = 0; n < columns.size(); ++n) {
+    chosen.col(static_cast<Eigen::Index>(n)) = matrix.col(columns[n]);
+  }
   return chosen;
 }
 

@@ -3,9 +3,8 @@
 /// What is known of parameters after a fit, from its linearisation alone. Parameters are
 /// standardised, so the prior of each has variance 1.
 
-#include <vector>
-
 #include <Eigen/Core>
+#include <vector>
 
 namespace palpate::calibration {
 
@@ -28,8 +27,8 @@ Eigen::MatrixXd passed_on(const Linearised& at, const Eigen::MatrixXd& part);
 
 Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance);
 
-/// Those of `candidates` (columns of `slope`) that data tell: fitted without the others, each has less than half
-/// of its prior variance, so that data say more than the prior. The worst are left one by one.
+/// Those of `candidates` (columns of `slope`) that data tell: fitted without the others, each has less than
+/// half of its prior variance, so that data say more than the prior. The worst are left one by one.
 std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope, const Eigen::MatrixXd& covariance,
                                        std::vector<Eigen::Index> candidates);
 

@@ -42,7 +42,9 @@ Search::Search(Forward& forward, const Pooled& data, std::vector<std::size_t> fr
 
 Eigen::VectorXd Search::rows_of(const Observation& observation) const {
   Eigen::VectorXd chosen(static_cast<Eigen::Index>(rows_.size()));
-  for (std::size_t n = 0; n < rows_.size(); ++n) { chosen[static_cast<Eigen::Index>(n)] = observation[rows_[n]]; }
+  for (std::size_t n = 0; n < rows_.size(); ++n) {
+    chosen[static_cast<Eigen::Index>(n)] = observation[rows_[n]];
+  }
   return chosen;
 }
 
@@ -74,7 +76,8 @@ Eigen::VectorXd Search::residuals(const Forward::Values& at) const {
   Eigen::VectorXd all(rows.size() + static_cast<Eigen::Index>(free_.size()));
   all.head(rows.size()) = rows;
   for (std::size_t n = 0; n < free_.size(); ++n) {
-    all[rows.size() + static_cast<Eigen::Index>(n)] = forward_.parameters()[free_[n]].standardised(at[free_[n]]);
+    all[rows.size() + static_cast<Eigen::Index>(n)] =
+        forward_.parameters()[free_[n]].standardised(at[free_[n]]);
   }
   return all;
 }

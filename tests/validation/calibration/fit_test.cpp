@@ -13,7 +13,8 @@ using namespace palpate::calibration;
 namespace {
 
 const FittedParameter& of(const Fit& fit, std::string_view key) {
-  return *std::ranges::find_if(fit.parameters, [&](const FittedParameter& p) { return p.parameter.key == key; });
+  return *std::ranges::find_if(fit.parameters,
+                               [&](const FittedParameter& p) { return p.parameter.key == key; });
 }
 
 Scene stronger_thumb() {

@@ -41,16 +41,16 @@ TEST("a place is simulated once, whatever the number of threads") {
 
 TEST("a place where the scene fails is named, and a stop ends it") {
   const Scene scene = three_layers();
-  Forward forward(scene, parameters_of(scene), 1, nullptr, [](const Scene&) {
-    return ObservedInsertion{.refusal = "diverges"};
-  });
+  Forward forward(scene, parameters_of(scene), 1, nullptr,
+                  [](const Scene&) { return ObservedInsertion{.refusal = "diverges"}; });
   Forward::Values place = forward.priors();
   place[0] = 0.75;
   try {
     forward.at(place);
     CHECK(false);
   } catch (const std::runtime_error& problem) {
-    CHECK(std::string(problem.what()).find("material.firm-fat.cutting_force = 0.75 N diverges") != std::string::npos);
+    CHECK(std::string(problem.what()).find("material.firm-fat.cutting_force = 0.75 N diverges") !=
+          std::string::npos);
   }
   const std::atomic<bool> stop{true};
   Forward stopped(scene, parameters_of(scene), 1, &stop, lawful);

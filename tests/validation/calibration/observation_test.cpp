@@ -14,7 +14,7 @@ namespace {
 TEST("bins of a straight force are its values in their middles, however the hand moves") {
   const ObservedInsertion seen = observe(straight_insertion());
   CHECK(seen.force == ForceSource::recorded && seen.refusal.empty());
-  CHECK_NEAR(seen.value[index_of(Observable::depth_of_loss)], 20e-3, 2e-5);  // two samples at 1 mm/s
+  CHECK_NEAR(seen.value[index_of(Observable::depth_of_loss)], 20e-3, 2e-5);        // two samples at 1 mm/s
   CHECK_NEAR(seen.value[index_of(Observable::force)], 2.0 + 100.0 * 11e-3, 2e-3);  // 2e-5 m of depth, 100 N/m
   CHECK_NEAR(seen.value[index_of(Observable::force) + 3], 2.0 + 100.0 * 17e-3, 2e-3);
 }
@@ -24,7 +24,8 @@ TEST("without a recorded force the plunger tells it in the continuous technique 
   recording.force.clear();
   const ObservedInsertion driven = observe(recording);
   CHECK(driven.force == ForceSource::plunger);
-  CHECK_NEAR(driven.value[index_of(Observable::force)], 60e3 * recording.plunger_area, 1e-9);  // Eq. 1, a level pressure
+  CHECK_NEAR(driven.value[index_of(Observable::force)], 60e3 * recording.plunger_area,
+             1e-9);  // Eq. 1, a level pressure
   recording.technique = "intermittent";
   const ObservedInsertion pushed = observe(recording);
   CHECK(pushed.force == ForceSource::none && std::isnan(pushed.value[index_of(Observable::force)]));
@@ -32,7 +33,8 @@ TEST("without a recorded force the plunger tells it in the continuous technique 
 }
 
 TEST("a pressure that is not lost is refused, and without depth there are no bins") {
-  CHECK(observe(straight_insertion(60e3, 20e-3, 59e3)).refusal.find("no loss of resistance") != std::string::npos);
+  CHECK(observe(straight_insertion(60e3, 20e-3, 59e3)).refusal.find("no loss of resistance") !=
+        std::string::npos);
   Recording recording = straight_insertion();
   recording.depth.clear();
   const ObservedInsertion seen = observe(recording);
@@ -44,7 +46,8 @@ TEST("a pressure that is not lost is refused, and without depth there are no bin
 TEST("every observable has a name and a unit of its own kind") {
   CHECK(name_of(0) == "pressure.peak" && unit_of(0) == "Pa");
   CHECK(name_of(observable_count - 1) == "force.-2_to_-0.5_mm" && unit_of(observable_count - 1) == "N");
-  CHECK(unit_of(index_of(Observable::drop_time)) == "s" && unit_of(index_of(Observable::depth_of_loss)) == "m");
+  CHECK(unit_of(index_of(Observable::drop_time)) == "s" &&
+        unit_of(index_of(Observable::depth_of_loss)) == "m");
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "validation/calibration/pooled.hpp"
 
-#include <cmath>
-
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 #include "tests/check.hpp"
 
@@ -11,11 +10,17 @@ using namespace palpate::calibration;
 
 namespace {
 
-constexpr SharedUncertainty nothing{.zero = 0.0, .gain = 0.0, .plunger_friction = 0.0, .force_gain = 0.0, .depth = 0.0,
-                                    .drop_time = 0.0, .model = 0.0};
+constexpr SharedUncertainty nothing{.zero = 0.0,
+                                    .gain = 0.0,
+                                    .plunger_friction = 0.0,
+                                    .force_gain = 0.0,
+                                    .depth = 0.0,
+                                    .drop_time = 0.0,
+                                    .model = 0.0};
 
 Subject subject(double pressure, double force) {
-  Subject made{.seen = {.value = Observation::Constant(observable_count, force), .force = ForceSource::plunger}};
+  Subject made{
+      .seen = {.value = Observation::Constant(observable_count, force), .force = ForceSource::plunger}};
   made.seen.value[0] = pressure;
   return made;
 }
