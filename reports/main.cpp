@@ -138,6 +138,31 @@ void add_compare(CLI::App& command, CompareOptions& options) {
                  "or not comparable, 2 bad input.");
 }
 
+void add_calibrate(CLI::App& command, CalibrateOptions& options) {
+  command.add_option("recordings", options.recordings, "recordings of any kind that import reads")
+      ->required()
+      ->type_name("RECORDING");
+  command.add_option("--scene", options.scene, "scene file: needle, layers, syringe (docs/scenes.md)")
+      ->required()
+      ->type_name("SCENE");
+  add_overrides(command, options, "scene");
+  command.add_option("--parameter", options.parameters, "fit this key, as material.NAME.friction; repeatable [all]")
+      ->type_name("KEY")
+      ->allow_extra_args(false);
+  command.add_option("--prior", options.priors, "value and SD of its logarithm, in place of the scene's; repeatable")
+      ->type_name("KEY=VALUE:SPREAD")
+      ->allow_extra_args(false);
+  command.add_option("--bounds", options.bounds, "least and largest value [4 spreads either side]; repeatable")
+      ->type_name("KEY=LOWER:UPPER")
+      ->allow_extra_args(false);
+  command.add_option("--jobs", options.jobs, "simulations at a time [one per core]")->check(CLI::Range(1, 1024));
+  add_common(command, options, "calibrate");
+  command.footer("Keys: material.NAME.cutting_force, friction, youngs_modulus; layer.INDEX.thickness of the fat;\n"
+                 "syringe.thumb_force, compliance, tissue_resistance, epidural_resistance. What recordings cannot\n"
+                 "tell stays as it is and is named. Nothing is drawn at random: the same input, the same fit.\n"
+                 "Writes fitted.toml, calibration.json, report.html. docs/calibration.md shows how.");
+}
+
 /// "palpate: " before every line of a message.
 int refuse(const std::string& message, int code) {
   std::istringstream lines(message);
@@ -241,6 +266,11 @@ int main(int argc, char** argv) {
   command = app.add_subcommand("compare", "recorded insertions against a simulated one");
   add_compare(*command, compare_options);
   command->callback([&] { chosen = [&] { return compare_recordings(compare_options); }; });
+
+  CalibrateOptions calibrate_options;
+  command = app.add_subcommand("calibrate", "fit layers and syringe of a scene to recordings");
+  add_calibrate(*command, calibrate_options);
+  command->callback([&] { chosen = [&] { return calibrate(calibrate_options); }; });
 
   ReconstructOptions reconstruct_options;
   command = app.add_subcommand("reconstruct", "recordings rebuilt from a table of published values");

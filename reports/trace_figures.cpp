@@ -49,12 +49,12 @@ bool as_displacement(const Group& group) {
 }
 
 std::string subject_of(const Group& group) {
-  static const std::map<std::string, std::string> subjects{
+  static const std::map<std::string, std::string> unit_subjects{
       {"m", "position"}, {"m/s", "velocity"}, {"N", "force"}, {"Pa", "pressure"}};
   if (as_displacement(group)) { return "displacement"; }
   if (group.columns.size() == 1) { return short_name(*group.columns.front()); }
-  const auto found = subjects.find(group.unit);
-  return found == subjects.end() ? "value" : found->second;
+  const auto found = unit_subjects.find(group.unit);
+  return found == unit_subjects.end() ? "value" : found->second;
 }
 
 Figure figure_of(const Group& group, const Trace& trace, std::size_t index) {

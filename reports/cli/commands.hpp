@@ -94,6 +94,16 @@ struct TransducerCommandOptions : CommonOptions {
 };
 int transducer(const TransducerCommandOptions& options);
 
+struct CalibrateOptions : CommonOptions {
+  std::vector<std::filesystem::path> recordings{};
+  std::filesystem::path scene{};
+  std::vector<std::string> parameters{};  ///< keys; empty: all
+  std::vector<std::string> priors{};      ///< KEY=VALUE:SPREAD
+  std::vector<std::string> bounds{};      ///< KEY=LOWER:UPPER
+  int jobs = 0;                           ///< simulations at a time; 0: one per core
+};
+int calibrate(const CalibrateOptions& options);
+
 struct ReconstructOptions : CommonOptions {
   std::filesystem::path table{};
 };

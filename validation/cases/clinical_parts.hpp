@@ -16,5 +16,6 @@ std::vector<Case> verdict_cases();    ///< what each measure is blind to, and th
 std::vector<Case> detection_cases();  ///< how often the event is found, and is found where there is none
 std::vector<Case> subject_cases();    ///< corridor and bootstrap over subjects
 std::vector<Case> round_trip_cases(); ///< simulated, recorded through the link, compared
+std::vector<Case> calibration_cases();  ///< parameters from recordings
 
 }  // namespace palpate::clinical

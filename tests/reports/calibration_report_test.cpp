@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "reports/calibration_report.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "tests/check.hpp"
+#include "tests/validation/calibration/samples.hpp"
+
+using namespace palpate;
+using namespace palpate::calibration;
+
+namespace {
+
+bool contains(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+bool warns(const CalibrationReport& report, std::string_view part) {
+  for (const std::string& each : calibration_warnings(report)) {
+    if (contains(each, part)) { return true; }
+  }
+  return false;
+}
+
+CalibrationReport sample(Recording::Kind kind) {
+  const Scene scene = three_layers();
+  CalibrationReport report{.scene = "<scene>.toml", .scene_hash = "abc", .command = "palpate calibrate a.h5"};
+  std::vector<Subject> subjects;
+  for (const char* group : {"a", "a", "a", "b", "b", "b"}) {
+    Scene other = scene;
+    const double factor = 1.0 + 0.01 * static_cast<double>(subjects.size());
+    other.syringe->thumb_force *= factor;
+    other.materials[1].cutting_force *= factor;
+    subjects.push_back({.name = "one", .group = group, .seen = lawful(other)});
+    subjects.back().seen.force = ForceSource::plunger;
+    report.recordings.push_back(
+        {.file = "a.h5", .hash = "f00", .technique = "continuous", .kind = kind, .subject = subjects.back()});
+  }
+  report.result = calibrate(scene, parameters_of(scene), subjects, {.simulate = lawful});
+  return report;
+}
+
+TEST("calibration.json says what was told, what was not, and to which recordings") {
+  const CalibrationReport report = sample(Recording::Kind::measured);
+  const auto json = nlohmann::json::parse(to_json(report));
+  CHECK(json["schema"] == 1 && json["held"] == true && json["parameters"].size() == 11);
+  CHECK(json["parameters"][0]["status"] == "insensitive" && json["recordings"][0]["hash"] == "f00");
+  CHECK(json["leave_one_group_out"].size() == 2 && json["leave_one_group_out"][1]["group"] == "b");
+  CHECK(json["correlation"]["matrix"].size() == json["correlation"]["parameters"].size());
+  CHECK(json["profile"]["value"].size() == json["profile"]["growth"].size());
+  CHECK(to_json(report) == to_json(sample(Recording::Kind::measured)));
+}
+
+TEST("the page begins with the verdict, escapes names and names what is left") {
+  const CalibrationReport report = sample(Recording::Kind::measured);
+  const std::string page = to_html(report);
+  CHECK(page.find(calibration_verdict(report)) < page.find("<table"));
+  CHECK(contains(page, "&lt;scene&gt;.toml") && !contains(page, "<scene>"));
+  CHECK(warns(report, "material.ligament.friction") && contains(page, "palpate calibrate a.h5"));
+}
+
+TEST("reconstructed recordings are never taken for measured ones") {
+  const CalibrationReport made_up = sample(Recording::Kind::reconstructed);
+  CHECK(contains(calibration_detail(made_up), "no evidence about patients"));
+  CHECK(warns(made_up, "give back what was put into them"));
+  CHECK(!contains(calibration_detail(sample(Recording::Kind::measured)), "no evidence"));
+}
+
+TEST("a fit that does not hold says so first") {
+  CalibrationReport report = sample(Recording::Kind::measured);
+  report.result.fit.converged = false;
+  CHECK(calibration_verdict(report).starts_with("Fell short") && warns(report, "did not converge"));
+  report.result.fit.told.clear();
+  CHECK(calibration_verdict(report).starts_with("Nothing fitted"));
+}
+
+}  // namespace

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+/// Faults planted in the simulation that a calibration fits must turn its cases red.
+
+#include "tests/validation/planted_faults.hpp"
+
+namespace {
+
+using namespace palpate;
+
+TEST("a needle that cuts the flavum with two thirds of its force makes intervals miss the truth") {
+  const Mutation fault{.name = "flavum cut by 2/3", .model = [](Scene& scene, SpringNetwork&) {
+                         for (Material& material : scene.materials) {
+                           if (material.name == "flavum") { material.cutting_force *= 2.0 / 3.0; }
+                         }
+                       }};
+  check_red(fault, {"clinical/calibration/coverage"});
+}
+
+TEST("a pressure of nine tenths makes intervals of the thumb's force miss it") {
+  const Mutation fault{.name = "gain -10 %", .pressure = [](std::vector<double>& pressure) {
+                         for (double& p : pressure) { p *= 0.9; }
+                       }};
+  check_red(fault, {"clinical/calibration/coverage"});
+}
+
+TEST("a thumb that never presses harder hides the groups") {
+  const Mutation fault{.name = "thumb at 11 N", .model = [](Scene& scene, SpringNetwork&) {
+                         if (scene.syringe) { scene.syringe->thumb_force = 11.0; }
+                       }};
+  check_red(fault, {"clinical/calibration/groups"});
+}
+
+}  // namespace

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Insertions of several subjects as one: means with the covariance of these means.
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "validation/calibration/observation.hpp"
+
+namespace palpate::calibration {
+
+/// One recording as a calibration sees it.
+struct Subject {
+  std::string name{};
+  std::string group{};
+  std::optional<double> body_mass_index{};  ///< [kg/m^2]
+  ObservedInsertion seen{};
+  double plunger_area = 1.767e-4;  ///< [m^2]
+};
+
+/// Standard uncertainties that all recordings share, so that more of them do not help.
+struct SharedUncertainty {
+  double zero = 57.0;               ///< [Pa] transducer within 1 cm of the needle's height, uniform
+  double gain = 0.01;               ///< [1] of the transducer, assumed
+  double plunger_friction = 0.052;  ///< [N] polished dry glass, 5.27 gf (Leiman et al. 1988)
+  double force_gain = 0.01;         ///< [1] of a recorded force, assumed
+  double depth = 0.5e-3;            ///< [m] half a millimetre of reading, assumed
+  double drop_time = 5e-3;          ///< [s] sampling at some 120 Hz
+  double model = 0.005;             ///< [1] of forces: the coarser block, docs/calibration.md
+};
+
+struct Pooled {
+  Eigen::VectorXd mean{};        ///< one per observable; NaN where too few recordings have it
+  Eigen::MatrixXd covariance{};  ///< of `mean`; zero rows where that is NaN
+  Eigen::MatrixXd sampled{};     ///< the part of it that was estimated from these subjects; empty: none
+  std::vector<std::size_t> count{};
+  std::size_t recordings = 0;
+  std::optional<double> body_mass_index{};  ///< mean, where all have one
+
+  [[nodiscard]] std::vector<Eigen::Index> present() const;  ///< what has a mean, in order
+  /// Degrees of freedom of the spread between subjects; 0: none was estimated.
+  [[nodiscard]] std::size_t degrees_of_freedom() const;
+};
+
+/// Fewer recordings than this say nothing about subjects: uncertainties are then those of measuring alone.
+inline constexpr std::size_t least_subjects = 3;
+
+/// [m m^2/kg] Skin to epidural space per unit of BMI (Ravi et al. 2011), all of it in the fat (Bahk et al.
+/// 1998).
+inline constexpr double depth_per_body_mass_index = 0.9777e-3;
+
+/// Depths are moved to the mean BMI first, where all have one.
+Pooled pool(std::span<const Subject> subjects, const SharedUncertainty& shared = {});
+
+}  // namespace palpate::calibration

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT
+/// Calibration: parameters that are known come back within their own intervals, and the trial's groups keep
+/// the order and the range of their published pressures.
+#include <array>
+#include <cmath>
+
+#include "validation/cases/clinical_parts.hpp"
+#include "validation/cases/clinical_straight_scene.hpp"
+#include "validation/cases/clinical_traces.hpp"
+#include "validation/reconstruction.hpp"
+
+namespace palpate::clinical {
+
+namespace {
+
+using namespace calibration;
+
+/// Women whose tissue differs by a factor from the one that was simulated, under one transducer.
+std::vector<Subject> noisy_subjects(const Scene& scene, std::size_t count, device::Seeded& seeded) {
+  const Insertion run = insert_tool({}, scene);
+  const Trace clean = trace_of(run, run.pressure);
+  const SharedUncertainty shared;
+  const double zero = shared.zero * normal(seeded);
+  const double gain = 1.0 + shared.gain * normal(seeded);
+  const double force_gain = 1.0 + shared.force_gain * normal(seeded);
+  std::vector<Subject> subjects;
+  for (std::size_t n = 0; n < count; ++n) {
+    const double factor = 1.0 + 0.1 * normal(seeded);
+    Recording recording{.name = "made-up",
+                        .sample_rate = 250.0,
+                        .time = clean.time,
+                        .pressure = clean.columns[0].values,
+                        .depth = clean.columns[1].values,
+                        .force = clean.columns[2].values};
+    for (double& p : recording.pressure) { p = gain * factor * p + zero; }
+    for (double& f : recording.force) { f *= force_gain * factor; }
+    add_noise(recording.pressure, 0.3 * mmhg, seeded);
+    add_noise(recording.force, 0.02, seeded);
+    subjects.push_back({.name = recording.name, .seen = observe(recording)});
+  }
+  return subjects;
+}
+
+struct Coverage {
+  std::vector<std::size_t> held{};
+  double told = 0.0;
+  double squares = 0.0;  ///< of errors over stated deviations
+};
+
+/// Truths are drawn from the priors, so that prior rows are as right as they claim to be; the flavum is cut
+/// by more than what lies before it.
+Forward::Values drawn_truth(const std::vector<Parameter>& parameters, device::Seeded& seeded) {
+  Forward::Values truth;
+  for (const Parameter& p : parameters) { truth.push_back(p.value(normal(seeded))); }
+  truth[1] = std::fmax(truth[1], 1.05 * truth[0]);
+  return truth;
+}
+
+void fit_one(const StraightScene& straight, std::uint64_t seed, Coverage& coverage) {
+  const Scene scene = short_way();
+  const std::vector<Parameter> parameters = fitted_parameters(scene);
+  device::Seeded seeded(seed);
+  const Forward::Values truth = drawn_truth(parameters, seeded);
+  const std::vector<Subject> subjects = noisy_subjects(with_values(scene, parameters, truth), 5, seeded);
+  Forward forward(scene, parameters, 1, nullptr, [&](const Scene& at) { return straight.at(at); });
+  const Fit found = fit(forward, pool(subjects));
+  coverage.held.resize(parameters.size(), 0);
+  for (std::size_t n = 0; n < parameters.size(); ++n) {
+    const FittedParameter& each = found.parameters[n];
+    coverage.held[n] += each.interval.holds(truth[n]) ? 1 : 0;
+    coverage.told += each.telling == Telling::told ? 1.0 : 0.0;
+    const double error = each.parameter.standardised(each.value) - each.parameter.standardised(truth[n]);
+    coverage.squares += error * error / (each.deviation * each.deviation);
+  }
+}
+
+/// Root mean square of the relative difference between straight line and undamaged simulation.
+double straightness(const StraightScene& straight) {
+  const Scene scene = short_way();
+  const std::vector<Parameter> parameters = fitted_parameters(scene);
+  double worst = 0.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    device::Seeded seeded(seed);
+    const Scene other = with_values(scene, parameters, drawn_truth(parameters, seeded));
+    const Eigen::VectorXd errors = relative_errors(straight.at(other).value, candidate({}, other).value);
+    worst = std::fmax(worst, root_mean_square(errors));
+  }
+  return worst;
+}
+
+void measure_coverage(const CaseContext& context, Outcome& outcome) {
+  const std::size_t trials = context.quick ? 20 : 50;
+  const StraightScene straight(context);
+  Coverage coverage;
+  for (std::size_t n = 0; n < trials; ++n) { fit_one(straight, 1000 + n, coverage); }
+  const std::vector<Parameter> parameters = fitted_parameters(short_way());
+  const comparison::Interval expected = comparison::expected_share(0.95, trials);
+  for (std::size_t n = 0; n < parameters.size(); ++n) {
+    outcome.judge({.name = "intervals_that_hold_" + parameters[n].key,
+                   .value = static_cast<double>(coverage.held[n]) / static_cast<double>(trials),
+                   .lower = expected.lower,
+                   .upper = expected.upper,
+                   .bound_from = "0.95 is stated of each interval; binomial, 0.999"});
+  }
+  const double all = static_cast<double>(trials * parameters.size());
+  outcome.judge({.name = "straight_line_against_simulation",
+                 .value = straightness(straight),
+                 .upper = 0.1 / std::sqrt(5.0),
+                 .bound_from = "standard error of the mean of five subjects who differ by 10 %"});
+  outcome.judge({.name = "share_of_parameters_told", .value = coverage.told / all});
+  outcome.judge({.name = "rms_error_over_stated_deviation", .value = std::sqrt(coverage.squares / all)});
+}
+
+struct Group {
+  const char* name;
+  double body_mass_index;  ///< middle [kg/m^2]
+  double peak;             ///< published mean [mmHg], Wee et al. 2017
+};
+constexpr std::array groups{Group{"BMI 18-24.9", 22.0, 461.0}, Group{"BMI 25-34.9", 30.0, 430.0},
+                            Group{"BMI 35-44.9", 40.0, 415.0}, Group{"BMI >= 45", 47.0, 376.0}};
+
+/// Five women each with the published mean and the spread that the stored recordings have.
+std::vector<Subject> reconstructed_group(const Group& group, std::uint64_t seed) {
+  std::vector<Subject> subjects;
+  constexpr double ligament_ratio = 7.467 / 12.133;  // of the needle force, Davidor et al. 2023
+  for (const double score : even_scores(5, seed)) {
+    const double peak = group.peak * mmhg * (1.0 + 0.22 * score);
+    const Recording drawn = draw_insertion({.plateau = ligament_ratio * peak,
+                                            .peak = peak,
+                                            .floor = 15.0 * mmhg,
+                                            .start = 0.5e-3,
+                                            .flavum_begin = 10.5e-3,
+                                            .flavum_end = 13.9e-3,
+                                            .tremor = 0.02,
+                                            .noise = 0.3 * mmhg,
+                                            .seed = seed + subjects.size()});
+    subjects.push_back({.name = drawn.name, .group = group.name, .seen = observe(drawn)});
+  }
+  return subjects;
+}
+
+/// Peak of the scene that was fitted to these [mmHg].
+double fitted_peak(const StraightScene& straight, std::span<const Subject> subjects) {
+  const Scene scene = short_way();
+  Forward forward(scene, fitted_parameters(scene), 1, nullptr,
+                  [&](const Scene& at) { return straight.at(at); });
+  return fit(forward, pool(subjects)).after[index_of(Observable::pressure_peak)] / mmhg;
+}
+
+double slope_over_body_mass(const std::array<double, groups.size()>& peaks) {
+  double mean_x = 0.0;
+  double mean_y = 0.0;
+  for (std::size_t n = 0; n < groups.size(); ++n) {
+    mean_x += groups[n].body_mass_index / groups.size();
+    mean_y += peaks[n] / groups.size();
+  }
+  double products = 0.0;
+  double squares = 0.0;
+  for (std::size_t n = 0; n < groups.size(); ++n) {
+    const double x = groups[n].body_mass_index - mean_x;
+    products += x * (peaks[n] - mean_y);
+    squares += x * x;
+  }
+  return products / squares;
+}
+
+void measure_groups(const CaseContext& context, Outcome& outcome) {
+  const StraightScene straight(context);
+  std::array<std::vector<Subject>, groups.size()> subjects;
+  std::array<double, groups.size()> own{};
+  for (std::size_t n = 0; n < groups.size(); ++n) {
+    subjects[n] = reconstructed_group(groups[n], 10 * n + 1);
+  }
+  for (std::size_t n = 0; n < groups.size(); ++n) {
+    own[n] = fitted_peak(straight, subjects[n]);
+    std::vector<Subject> others;
+    for (std::size_t m = 0; m < groups.size(); ++m) {
+      if (m != n) { others.insert(others.end(), subjects[m].begin(), subjects[m].end()); }
+    }
+    outcome.judge(
+        {.name = std::string("peak_calibrated_without_") + groups[n].name,
+         .value = fitted_peak(straight, others),
+         .unit = "mmHg",
+         .lower = 376.0,
+         .upper = 500.0,
+         .bound_from =
+             "least group mean of the trial (Wee et al. 2017), highest porcine peak (Vaughan et al. 2012)"});
+    outcome.judge(
+        {.name = std::string("peak_calibrated_on_") + groups[n].name, .value = own[n], .unit = "mmHg"});
+  }
+  outcome.judge(
+      {.name = "slope_of_calibrated_peaks_over_bmi",
+       .value = slope_over_body_mass(own),
+       .unit = "mmHg m^2/kg",
+       .upper = -0.04,
+       .bound_from =
+           "published means fall: 461, 430, 415, 376 mmHg (p = 0.52: no size is claimed); rounding them to "
+           "1 mmHg over 25 kg/m^2 alone makes 0.04"});
+  outcome.notes.emplace_back(
+      "Circular by nature: the groups are drawn from the published means, so that what is shown is "
+      "that a calibration hands them on, not that simulated forces match patients.");
+}
+
+}  // namespace
+
+std::vector<Case> calibration_cases() {
+  return {
+      {.name = "clinical/calibration/coverage",
+       .suite = "clinical",
+       .claim =
+           "Known parameters come back from noisy recordings within the intervals that a calibration states.",
+       .measure = measure_coverage,
+       .weight = 3.0},
+      {.name = "clinical/calibration/groups",
+       .suite = "clinical",
+       .claim = "Calibrated on each BMI group pressure falls with BMI; on all others it stays in the "
+                "published range.",
+       .measure = measure_groups,
+       .weight = 0.5}};
+}
+
+}  // namespace palpate::clinical
