@@ -85,7 +85,6 @@ class FalconLoop {
   double velocity_share_;             ///< of a new difference in the estimate
   bool in_tissue_ = false;
   Eigen::Vector2d entry_{0.0, 0.0};   ///< of the grip when the tip went in [m]
-  double energy_shown_ = 0.0;
   double deepest_ = 0.0;
   FalconFacts facts_{};
 };

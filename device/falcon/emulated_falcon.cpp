@@ -43,10 +43,10 @@ DeviceSample EmulatedFalcon::exchange_packets(const Eigen::Vector3d& force) noex
     return std::llabs(word) > largest;
   });
   const std::optional<DevicePacket> reply = driver_.exchange({.words = command.sent});
-  if (!reply) { return {.position = place_, .answered = false}; }
-  const bool homed = std::ranges::all_of(reply->homed, [](bool leg) { return leg; });
-  place_ = profile_->position(reply->counts);
-  return {.position = place_, .homed = homed};
+  if (!reply) { return {.position = place_, .answered = false, .homed = homed_}; }
+  homed_ = std::ranges::all_of(reply->homed, [](bool leg) { return leg; });
+  if (homed_) { place_ = profile_->position(reply->counts); }  // else counts say nothing of a place
+  return {.position = place_, .homed = homed_};
 }
 
 void EmulatedFalcon::run_until(double time) noexcept {

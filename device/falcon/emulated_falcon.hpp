@@ -51,6 +51,7 @@ class EmulatedFalcon final : public HapticDevice {
   Driver driver_;
   std::unique_ptr<DriverProfile> profile_;
   Eigen::Vector3d place_;   ///< as the driver knows it [m]
+  bool homed_ = true;       ///< as the last reply said
   Eigen::Vector3d torque_ = Eigen::Vector3d::Zero();  ///< past the wire [N m]
   bool saturated_ = false;
 };

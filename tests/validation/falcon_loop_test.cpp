@@ -167,6 +167,16 @@ TEST("a device that lost its zero is neither believed nor pulled with") {
   };
   CHECK(last(sound, "device.requested_n") > 0.0);
   CHECK(last(lost, "device.requested_n") == 0.0);
+  // A lost reply on top of that brings no old garbage back.
+  const Held lossy = hold(held_scene(), {.faults = {.seed = 3, .faults = {{.kind = Kind::power_loss,
+                                                                           .start = 0.6,
+                                                                           .end = 0.65},
+                                                                          {.kind = Kind::drop,
+                                                                           .probability = 0.01,
+                                                                           .start = 0.65}}}});
+  CHECK(lossy.facts.unanswered > 50);
+  CHECK(lossy.facts.largest_requested <= sound.facts.largest_requested);
+  CHECK(last(lossy, "device.requested_n") == 0.0);
   // Nothing moves the handle any more: the needle stays where it last was.
   const std::vector<double>& place = lost.run.trace.find("tool.insertion_m")->values;
   CHECK_NEAR(place.back(), place[place.size() - 100], 1e-5);
