@@ -2,6 +2,8 @@
 /// What a spring costs in a step, by kernel and size, beside what the machine allows and what other engines
 /// take.
 #include <array>
+#include <cmath>
+#include <cstdio>
 #include <memory>
 
 #include "model/dynamics/network_builder.hpp"
