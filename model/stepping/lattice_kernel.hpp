@@ -98,7 +98,8 @@ struct Neighbours {
   } rows[neighbour_kinds];
 };
 
-template <class Real>
+/// `Arch` makes it a function of this instruction set alone.
+template <class Arch, class Real>
 Neighbours neighbours_of(const View<Real>& view, int row1, int row2, long row_length) noexcept {
   Neighbours found;
   const long own = static_cast<long>(row2) * view.rows1 + row1;
@@ -129,7 +130,7 @@ double go_through(const View<Real>& view, const Real* q, const Real* v, Real* f)
   double energy = 0.0;
   for (int row2 = 0; row2 < view.rows2; ++row2) {
     for (int row1 = 0; row1 < view.rows1; ++row1) {
-      const Neighbours near = neighbours_of(view, row1, row2, row_length);
+      const Neighbours near = neighbours_of<Arch>(view, row1, row2, row_length);
       if (near.count == 0 && !near.own) { continue; }
       const long row = static_cast<long>(row2) * view.rows1 + row1;
       const long begin = view.lead + row * row_length;
