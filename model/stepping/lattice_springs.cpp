@@ -6,27 +6,14 @@
 #include <cstring>
 #include <map>
 
+#include "model/dynamics/spring_force.hpp"
+
 namespace palpate {
 
 namespace {
 
 /// Elements before and after the rows, which the outermost lanes touch and which mean nothing.
 constexpr Eigen::Index margin = 8;
-
-/// Waste of an axis: elements of a row for each of its nodes.
-double elements_per_node(int nodes, int lanes) {
-  const int vectors = (nodes + lanes - 1) / lanes;
-  return static_cast<double>(vectors * lanes) / nodes;
-}
-
-/// Rows lead along the axis that wastes least; the two others keep their order.
-std::array<std::size_t, 3> axes_for(const LatticeShape& shape, int lanes) {
-  std::size_t along = 0;
-  for (std::size_t axis = 1; axis < 3; ++axis) {
-    if (elements_per_node(shape.nodes[axis], lanes) < elements_per_node(shape.nodes[along], lanes)) { along = axis; }
-  }
-  return {along, along == 0 ? 1U : 0U, along == 2 ? 1U : 2U};
-}
 
 /// Slot of a spring that leads by `step` along (row, second, third).
 std::size_t slot_of(const std::array<int, 3>& step) {
@@ -41,6 +28,8 @@ bool leads_back(const std::array<int, 3>& step) {
   if (step[2] != 0) { return step[2] < 0; }
   return step[1] != 0 ? step[1] < 0 : step[0] < 0;
 }
+
+static_assert(lattice::View<double>::zero_length == zero_length);
 
 }  // namespace
 
@@ -57,37 +46,31 @@ lattice::Kernels<Real> lattice_kernels() noexcept {
 template <class Real>
 LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes,
                                      bool skip)
-    : problem_(problem), shape_(shape), axes_(axes_for(shape, lanes)), lanes_(lanes) {
-  for (std::size_t n = 0; n < 3; ++n) { nodes_[n] = shape.nodes[axes_[n]]; }
-  vectors_ = (nodes_[0] + lanes - 1) / lanes;
+    : problem_(problem),
+      spacing_(shape.spacing),
+      rows_(shape, lanes),
+      lanes_(lanes),
+      vectors_((rows_.nodes()[0] + lanes - 1) / lanes) {
   lay_out(problem, skip);
   fill_tables(problem, skip);
 }
 
 template <class Real>
-auto LatticeSprings<Real>::place_of(int node) const -> Place {
-  const std::array<int, 3> at = shape_.place(node);
-  return {at[axes_[0]], at[axes_[1]], at[axes_[2]]};
-}
-
-template <class Real>
-Eigen::Index LatticeSprings<Real>::element_of(const Place& place) const {
-  const auto row = static_cast<Eigen::Index>(row_of(place));
+Eigen::Index LatticeSprings<Real>::element_of(const LatticeRows::Place& place) const {
+  const auto row = static_cast<Eigen::Index>(rows_.row_of(place));
   return margin + (row * vectors_ + place[0] % vectors_) * lanes_ + place[0] / vectors_;
 }
 
 template <class Real>
 void LatticeSprings<Real>::lay_out(const NetworkProblem& problem, bool skip) {
-  const auto rows = static_cast<std::size_t>(nodes_[1] * nodes_[2]);
-  const Eigen::Index elements = 2 * margin + static_cast<Eigen::Index>(rows) * vectors_ * lanes_;
+  const auto rows = static_cast<Eigen::Index>(rows_.count());
+  const Eigen::Index elements = 2 * margin + rows * vectors_ * lanes_;
   layout_.stride = (elements + margin - 1) / margin * margin;
   layout_.size = 3 * layout_.stride;
-  row_moves_.assign(rows, skip ? 0 : 1);
-  for (int node = 0; node < shape_.node_count(); ++node) {
+  row_moves_ = skip ? rows_.moving(problem) : std::vector<unsigned char>(rows_.count(), 1);
+  for (int node = 0; node < problem.network().node_count(); ++node) {
     const bool fixed = problem.coordinate(node) < 0;
-    const Place place = place_of(node);
-    layout_.first.push_back(fixed ? -1 : element_of(place));
-    if (!fixed) { row_moves_[row_of(place)] = 1; }
+    layout_.first.push_back(fixed ? -1 : element_of(rows_.place_of(node)));
   }
 }
 
@@ -101,8 +84,8 @@ void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip)
   std::vector<std::vector<Real>> rows(row_moves_.size(),
                                       std::vector<Real>(lattice::slots * slot_length, Real(0)));
   for (const Spring& spring : springs) {
-    Place from = place_of(spring.a);
-    Place to = place_of(spring.b);
+    LatticeRows::Place from = rows_.place_of(spring.a);
+    const LatticeRows::Place to = rows_.place_of(spring.b);
     std::array<int, 3> step{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
     if (leads_back(step)) {
       from = to;
@@ -112,7 +95,7 @@ void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip)
     used_[slot] = true;
     const auto vector = static_cast<std::size_t>(from[0] % vectors_);
     const auto lane = static_cast<std::size_t>(from[0] / vectors_);
-    Real* constants = rows[row_of(from)].data() + slot * slot_length + vector * numbers * lanes + lane;
+    Real* constants = rows[rows_.row_of(from)].data() + slot * slot_length + vector * numbers * lanes + lane;
     constants[0] += static_cast<Real>(spring.stiffness);
     if (damped_) { constants[lanes] += static_cast<Real>(spring.viscosity); }
   }
@@ -134,8 +117,8 @@ void LatticeSprings<Real>::share_tables(const std::vector<std::vector<Real>>& ro
 
 template <class Real>
 lattice::View<Real> LatticeSprings<Real>::view() const {
-  lattice::View<Real> view{.rows1 = nodes_[1],
-                           .rows2 = nodes_[2],
+  lattice::View<Real> view{.rows1 = rows_.nodes()[1],
+                           .rows2 = rows_.nodes()[2],
                            .vectors = vectors_,
                            .lead = margin,
                            .stride = layout_.stride,
@@ -144,7 +127,7 @@ lattice::View<Real> LatticeSprings<Real>::view() const {
                            .row_table = row_table_.data(),
                            .row_moves = row_moves_.data(),
                            .own_springs = used_[0]};
-  for (int n = 0; n < 3; ++n) { view.rest[n] = static_cast<Real>(shape_.spacing * std::sqrt(n + 1.0)); }
+  for (int n = 0; n < 3; ++n) { view.rest[n] = static_cast<Real>(spacing_ * std::sqrt(n + 1.0)); }
   for (std::size_t kind = 0; kind < lattice::neighbour_kinds; ++kind) {
     view.sides[kind] = used_[1 + 3 * kind] || used_[3 + 3 * kind];
     view.straight[kind] = used_[2 + 3 * kind] || view.sides[kind];
@@ -156,11 +139,11 @@ template <class Real>
 Eigen::Matrix<Real, Eigen::Dynamic, 1> LatticeSprings<Real>::initial_position() const {
   Eigen::Matrix<Real, Eigen::Dynamic, 1> q(layout_.size);
   for (Eigen::Index i = 0; i < layout_.size; ++i) {
-    q(i) = static_cast<Real>(-shape_.spacing * static_cast<double>(1 + i % layout_.stride));
+    q(i) = static_cast<Real>(-spacing_ * static_cast<double>(1 + i % layout_.stride));
   }
   const NodeVectors places = problem_.network().initial_position();
-  for (int node = 0; node < shape_.node_count(); ++node) {
-    at_node(q, element_of(place_of(node)), layout_.stride) = places.col(node).template cast<Real>();
+  for (int node = 0; node < places.cols(); ++node) {
+    at_node(q, element_of(rows_.place_of(node)), layout_.stride) = places.col(node).template cast<Real>();
   }
   return q;
 }

@@ -5,8 +5,7 @@
 
 #include <vector>
 
-#include "model/dynamics/lattice.hpp"
-#include "model/dynamics/problem.hpp"
+#include "model/stepping/lattice_rows.hpp"
 #include "model/stepping/lattice_view.hpp"
 #include "model/stepping/node_layout.hpp"
 
@@ -30,20 +29,14 @@ class LatticeSprings {
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  using Place = std::array<int, 3>;  ///< along the rows' axis, the second and the third
-  [[nodiscard]] Place place_of(int node) const;
-  [[nodiscard]] std::size_t row_of(const Place& place) const {
-    return static_cast<std::size_t>(place[2] * nodes_[1] + place[1]);
-  }
-  [[nodiscard]] Eigen::Index element_of(const Place& place) const;
+  [[nodiscard]] Eigen::Index element_of(const LatticeRows::Place& place) const;
   void lay_out(const NetworkProblem& problem, bool skip);
   void fill_tables(const NetworkProblem& problem, bool skip);
   void share_tables(const std::vector<std::vector<Real>>& rows);
 
   const NetworkProblem& problem_;
-  LatticeShape shape_;
-  std::array<std::size_t, 3> axes_{};  ///< the lattice's axis along the rows, the second, the third
-  std::array<int, 3> nodes_{};         ///< along them
+  double spacing_;  ///< [m]
+  LatticeRows rows_;
   int lanes_;
   int vectors_;
   bool damped_ = false;

@@ -24,7 +24,7 @@ class NetworkSystem : public System<Real> {
   /// Vectors may be longer: a tool's coordinate comes after those of the network.
   [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v) const noexcept;
   [[nodiscard]] int zero_length_springs(const Vector<Real>& q) const noexcept;
-  /// That a force evaluation goes through.
+  /// With a free end; all of them without skipping.
   [[nodiscard]] std::size_t spring_count() const { return spring_count_; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 

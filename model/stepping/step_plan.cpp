@@ -88,6 +88,12 @@ void choose_substeps(const Scene& scene, StepPlan& plan) {
   }
 }
 
+LatticeRows lattice_rows_of(const NetworkProblem& problem, const Scene& scene) {
+  const bool single = scene.simulation.precision == Precision::single_precision;
+  return {lattice_of(problem.network()).value(),
+          single ? lattice_kernels<float>().lanes : lattice_kernels<double>().lanes};
+}
+
 void list_skipped(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
   const auto& springs = problem.network().springs;
   const auto fixed_pairs = std::ranges::count_if(springs, [&](const Spring& s) {
@@ -98,10 +104,13 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem, StepPlan& p
   if (std::ranges::none_of(springs, [](const Spring& s) { return s.viscosity != 0.0; })) {
     plan.skipped.emplace_back("dampers: every spring has zero viscosity");
   }
-  if (fixed_pairs > 0) {
-    plan.skipped.push_back("springs between fixed nodes: " + std::to_string(fixed_pairs));
+  // Lanes go through whole rows: fixed nodes among free ones are stepped, without an inverse mass.
+  const long left_out =
+      plan.lattice ? springs_between_fixed_rows(problem, lattice_rows_of(problem, scene)) : fixed_pairs;
+  if (left_out > 0) {
+    plan.skipped.push_back("springs between fixed nodes: " + std::to_string(left_out));
   }
-  if (fixed_nodes > 0) {
+  if (fixed_nodes > 0 && !plan.lattice) {
     plan.skipped.push_back("stepping of fixed nodes: " + std::to_string(fixed_nodes));
   }
   if (scene.tissue.gravity.isZero()) { plan.skipped.emplace_back("gravity: zero"); }

@@ -95,8 +95,10 @@ TEST("what is skipped is said, with its reason, and nothing is skipped when aske
   Scene scene = moving_scene("auto");
   const std::vector<std::string> loaded = plan_of(scene).skipped;
   CHECK(!mentions(loaded, "dampers") && !mentions(loaded, "gravity") && !mentions(loaded, "loads"));
-  CHECK(mentions(loaded, "stepping of fixed nodes: 9"));
-  CHECK(mentions(loaded, "springs between fixed nodes: 20"));  // 12 edges, 8 diagonals of 3 x 3
+  scene.simulation.integrator = "implicit-midpoint";  // springs in a list
+  CHECK(mentions(plan_of(scene).skipped, "stepping of fixed nodes: 9"));
+  CHECK(mentions(plan_of(scene).skipped, "springs between fixed nodes: 20"));  // 12 edges, 8 diagonals of 3 x 3
+  scene.simulation.integrator = "auto";
   scene.tissue.lattice.viscosity = 0.0;
   scene.tissue.gravity.setZero();
   scene.loads.clear();
@@ -107,6 +109,15 @@ TEST("what is skipped is said, with its reason, and nothing is skipped when aske
   CHECK(bare.kernel.starts_with("lattice-undamped-double-"));
   CHECK(plan_of(scene, false).skipped.empty());
   CHECK(plan_of(scene, false).kernel.starts_with("lattice-damped-double-"));
+}
+
+TEST("a lattice leaves out what lies between rows of fixed nodes, and says no more") {
+  Scene scene = moving_scene("velocity-verlet");
+  scene.tissue.lattice.nodes = {8, 8, 4};  // rows along x: no axis wastes less
+  CHECK(mentions(plan_of(scene).skipped, "springs between fixed nodes: 210"));  // 2 * 56 edges, 2 * 49 diagonals
+  CHECK(!mentions(plan_of(scene).skipped, "stepping of fixed nodes"));
+  scene.tissue.fixed = std::vector<Face>{Face::x_min};  // one node of every row
+  CHECK(!mentions(plan_of(scene).skipped, "springs between fixed nodes"));
 }
 
 TEST("every registered integrator has its stable step in the plan") {

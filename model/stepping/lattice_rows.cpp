@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/lattice_rows.hpp"
+
+#include <algorithm>
+
+namespace palpate {
+
+namespace {
+
+/// Waste of an axis: elements of a row for each of its nodes.
+double elements_per_node(int nodes, int lanes) {
+  const int vectors = (nodes + lanes - 1) / lanes;
+  return static_cast<double>(vectors * lanes) / nodes;
+}
+
+/// The two others keep their order.
+std::array<std::size_t, 3> axes_for(const LatticeShape& shape, int lanes) {
+  std::size_t along = 0;
+  for (std::size_t axis = 1; axis < 3; ++axis) {
+    const double waste = elements_per_node(shape.nodes[axis], lanes);
+    if (waste < elements_per_node(shape.nodes[along], lanes)) { along = axis; }
+  }
+  return {along, along == 0 ? 1U : 0U, along == 2 ? 1U : 2U};
+}
+
+}  // namespace
+
+LatticeRows::LatticeRows(const LatticeShape& shape, int lanes)
+    : shape_(shape), axes_(axes_for(shape, lanes)) {
+  for (std::size_t n = 0; n < 3; ++n) { nodes_[n] = shape.nodes[axes_[n]]; }
+}
+
+auto LatticeRows::place_of(int node) const -> Place {
+  const std::array<int, 3> at = shape_.place(node);
+  return {at[axes_[0]], at[axes_[1]], at[axes_[2]]};
+}
+
+std::vector<unsigned char> LatticeRows::moving(const NetworkProblem& problem) const {
+  std::vector<unsigned char> moving(count(), 0);
+  for (const int node : problem.free_nodes()) { moving[row_of(place_of(node))] = 1; }
+  return moving;
+}
+
+long springs_between_fixed_rows(const NetworkProblem& problem, const LatticeRows& rows) {
+  const std::vector<unsigned char> moving = rows.moving(problem);
+  return std::ranges::count_if(problem.network().springs, [&](const Spring& s) {
+    return moving[rows.row_of(rows.place_of(s.a))] == 0 && moving[rows.row_of(rows.place_of(s.b))] == 0;
+  });
+}
+
+}  // namespace palpate
