@@ -26,11 +26,8 @@ class Integrator {
                      double /*h*/) noexcept {}
   /// One step from t to t + h. Failure shows as values that are not finite.
   virtual void step(System<Real>& system, State<Real>& state, double t, double h) noexcept = 0;
-  /// Velocity at the instant of the position, into `out`.
-  virtual void velocity_at(System<Real>& /*system*/, const State<Real>& state, double /*t*/,
-                           double /*h*/, Vector<Real>& out) noexcept {
-    out = state.velocity;
-  }
+  /// Velocity at the instant of the position; holds until the next step.
+  virtual const Vector<Real>& velocity_at(const State<Real>& state) noexcept { return state.velocity; }
 };
 
 /// Facts of a scheme. Orders are of the error at fixed time against the exact motion.

@@ -10,7 +10,7 @@
 
 namespace palpate::lattice {
 
-enum class Task { force, undamped_force, damping, energy };
+enum class Task { force, undamped_force, measured_force, measured_undamped_force, damping, energy };
 
 /// Vector `i` of a node row against one vector of a neighbour's: what their springs do.
 template <Task task, class Real, class Arch>
@@ -18,7 +18,10 @@ class RowVector {
  public:
   using Batch = xsimd::batch<Real, Arch>;
   static constexpr long lanes = static_cast<long>(Batch::size);
-  static constexpr bool uses_velocity = task == Task::force || task == Task::damping;
+  static constexpr bool uses_velocity =
+      task == Task::force || task == Task::measured_force || task == Task::damping;
+  static constexpr bool measures =
+      task == Task::measured_force || task == Task::measured_undamped_force || task == Task::energy;
 
   RowVector(const View<Real>& view, const Real* q, const Real* v, Real* f, long place) noexcept
       : q_(q), v_(v), f_(f), stride_(view.stride), place_(place) {
@@ -34,17 +37,13 @@ class RowVector {
     const Batch dz = load(q_ + neighbour + 2 * stride_) - position_[2];
     const Batch square = xsimd::fma(dz, dz, xsimd::fma(dy, dy, dx * dx));
     const Batch length = xsimd::sqrt(square);
-    if constexpr (task == Task::energy) {
-      const Batch extension = length - Batch(rest);
-      energy_ = xsimd::fma(load(constants), extension * extension, energy_);
-      return;
-    }
+    const Batch extension = length - Batch(rest);
+    Batch tension(Real(0));
+    if constexpr (task != Task::damping) { tension = load(constants) * extension; }
+    if constexpr (measures) { energy_ = xsimd::fma(tension, extension, energy_); }
+    if constexpr (task == Task::energy) { return; }
     const Batch inverse =
         xsimd::select(length > Batch(view_zero_length), Batch(Real(1)) / length, Batch(Real(0)));
-    Batch tension(Real(0));
-    if constexpr (task != Task::damping) {
-      tension = load(constants) * (length - Batch(rest));
-    }
     if constexpr (uses_velocity) {
       const Batch wx = load(v_ + neighbour) - velocity_[0];
       const Batch wy = load(v_ + neighbour + stride_) - velocity_[1];
@@ -152,7 +151,7 @@ double go_through(const View<Real>& view, const Real* q, const Real* v, Real* f)
           if (there.sides) { own.join(there.begin + right, slot + 2 * slot_length, aside); }
         }
         own.finish();
-        if constexpr (task == Task::energy) { energy += static_cast<double>(own.energy()); }
+        if constexpr (Vector::measures) { energy += static_cast<double>(own.energy()); }
       }
     }
   }
@@ -173,6 +172,8 @@ Kernels<Real> kernels_for(const char* name) noexcept {
           .lanes = static_cast<int>(xsimd::batch<Real, Arch>::size),
           .force = &go_through<Task::force, Real, Arch>,
           .undamped_force = &go_through<Task::undamped_force, Real, Arch>,
+          .measured_force = &go_through<Task::measured_force, Real, Arch>,
+          .measured_undamped_force = &go_through<Task::measured_undamped_force, Real, Arch>,
           .damping = &go_through<Task::damping, Real, Arch>,
           .energy = &go_through<Task::energy, Real, Arch>,
           .roots_and_quotients = &roots_and_quotients<Real, Arch>};

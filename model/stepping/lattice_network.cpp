@@ -29,7 +29,8 @@ LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprin
       springs_(std::move(springs)),
       view_(springs_.view()),
       kernels_(kernels),
-      force_(view_.numbers > 1 ? kernels.force : kernels.undamped_force) {
+      force_(view_.numbers > 1 ? kernels.force : kernels.undamped_force),
+      measure_(view_.numbers > 1 ? kernels.measured_force : kernels.measured_undamped_force) {
   Eigen::VectorXd mass = Eigen::VectorXd::Zero(this->layout().size);
   scatter(problem.mass(), this->layout(), mass);
   this->set_mass(mass);
@@ -40,6 +41,12 @@ template <class Real>
 void LatticeNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
                                        Vector<Real>& f) noexcept {
   force_(view_, q.data(), v.data(), f.data());
+}
+
+template <class Real>
+double LatticeNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Real>& v,
+                                             Vector<Real>& f) noexcept {
+  return measure_(view_, q.data(), v.data(), f.data());
 }
 
 template <class Real>

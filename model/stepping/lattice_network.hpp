@@ -23,6 +23,7 @@ class LatticeNetwork final : public NetworkSystem<Real> {
   LatticeNetwork(const NetworkProblem& problem, LatticeSprings<Real> springs,
                  const lattice::Kernels<Real>& kernels, bool skip);
   void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
+  double measure_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
   [[nodiscard]] std::size_t spring_bytes() const noexcept override { return springs_.memory_bytes(); }
 
@@ -30,6 +31,7 @@ class LatticeNetwork final : public NetworkSystem<Real> {
   lattice::View<Real> view_;
   lattice::Kernels<Real> kernels_;
   lattice::Kernel<Real> force_;
+  lattice::Kernel<Real> measure_;  ///< force_ that returns the energy too
 };
 
 }  // namespace palpate

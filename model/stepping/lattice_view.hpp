@@ -31,7 +31,8 @@ struct View {
   bool sides[neighbour_kinds]{};     ///< or to its left and right
 };
 
-/// Adds forces (f), or -C v, or returns the elastic energy [J]; what a task does not need may be null.
+/// Adds forces (f), or -C v; what measures returns the elastic energy [J]. What a task does not need may be
+/// null.
 template <class Real>
 using Kernel = double (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
 
@@ -41,6 +42,8 @@ struct Kernels {
   int lanes = 1;
   Kernel<Real> force = nullptr;
   Kernel<Real> undamped_force = nullptr;
+  Kernel<Real> measured_force = nullptr;
+  Kernel<Real> measured_undamped_force = nullptr;
   Kernel<Real> damping = nullptr;
   Kernel<Real> energy = nullptr;
   /// to = 1 / sqrt(from), as a spring's length needs it: what no kernel can do without. `count` is a

@@ -44,10 +44,25 @@ Vector<Real> NetworkSystem<Real>::initial_velocity() const {
 template <class Real>
 void NetworkSystem<Real>::force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                                 Vector<Real>& f) noexcept {
-  f.setZero();  // may be longer than this network: a tool's coordinate comes after it
-  if (weight_.size() > 0) { f.head(weight_.size()) = weight_; }
+  put_weight(f);
   add_springs(q, v, f);
   add_loads(t, gate, Real(1), f);
+}
+
+template <class Real>
+double NetworkSystem<Real>::measure(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
+                                    Vector<Real>& f) noexcept {
+  put_weight(f);
+  const double energy = measure_springs(q, v, f);
+  add_loads(t, gate, Real(1), f);
+  return energy;
+}
+
+/// f may be longer than this network: a tool's coordinate comes after it.
+template <class Real>
+void NetworkSystem<Real>::put_weight(Vector<Real>& f) const noexcept {
+  f.head(weight_.size()) = weight_;
+  f.tail(f.size() - weight_.size()).setZero();
 }
 
 template <class Real>
@@ -61,11 +76,12 @@ void NetworkSystem<Real>::add_loads(double t, double gate, Real weight, Vector<R
 }
 
 template <class Real>
-double NetworkSystem<Real>::energy(const Vector<Real>& q, const Vector<Real>& v) const noexcept {
+double NetworkSystem<Real>::energy(const Vector<Real>& q, const Vector<Real>& v,
+                                   double elastic) const noexcept {
   const Eigen::Index n = layout_.size;
   double energy = 0.5 * v.head(n).template cast<double>().cwiseAbs2().dot(
                             this->mass().template cast<double>()) +
-                  elastic_energy(q);
+                  elastic;
   if (weight_.size() > 0) {
     energy -= weight_.template cast<double>().dot(q.head(n).template cast<double>());
   }

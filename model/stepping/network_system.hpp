@@ -16,13 +16,20 @@ class NetworkSystem : public System<Real> {
  public:
   void force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
              Vector<Real>& f) noexcept final;
+  /// force(), and returns the springs' energy [J].
+  double measure(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
+                 Vector<Real>& f) noexcept;
   void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept final;
 
   [[nodiscard]] const NodeLayout& layout() const { return layout_; }
   [[nodiscard]] virtual Vector<Real> initial_position() const = 0;
   [[nodiscard]] Vector<Real> initial_velocity() const;
   /// Vectors may be longer: a tool's coordinate comes after those of the network.
-  [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v) const noexcept;
+  [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v) const noexcept {
+    return energy(q, v, elastic_energy(q));
+  }
+  /// Where the springs' energy is known.
+  [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v, double elastic) const noexcept;
   [[nodiscard]] int zero_length_springs(const Vector<Real>& q) const noexcept;
   /// With a free end; all of them without skipping.
   [[nodiscard]] std::size_t spring_count() const { return spring_count_; }
@@ -40,6 +47,13 @@ class NetworkSystem : public System<Real> {
     Eigen::Index coordinate;
   };
   virtual void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept = 0;
+  /// add_springs(), and returns their energy [J].
+  virtual double measure_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept {
+    add_springs(q, v, f);
+    return elastic_energy(q);
+  }
+  /// Sets all of f.
+  void put_weight(Vector<Real>& f) const noexcept;
   [[nodiscard]] virtual double elastic_energy(const Vector<Real>& q) const noexcept = 0;
   [[nodiscard]] virtual std::size_t spring_bytes() const noexcept = 0;
 

@@ -117,7 +117,6 @@ class Simulation::CoreOf final : public Simulation::Core {
     if (contact_ != nullptr) { put_tool_in_place(); }
     start_position_ = state_.position;
     before_ = state_;
-    velocity_ = state_.velocity;
     sample_q_.setZero(problem->dof());
     sample_v_.setZero(problem->dof());
     integrator_ = plan.integrator->template make<Real>();
@@ -136,24 +135,23 @@ class Simulation::CoreOf final : public Simulation::Core {
       for (int n = 0; n < plan.substeps; ++n) { step_with_tool(begin + n * plan.h); }
     }
     ++ticks;
-    velocity_is_current_ = false;
+    velocity_ = nullptr;
+    elastic_energy_.reset();
     if (contact_ != nullptr) { measure_tool(); }
-    const Real far = (state_.position - start_position_).template lpNorm<Eigen::Infinity>();
-    const bool sane = far <= bound_ && state_.position.allFinite() && state_.velocity.allFinite();
-    return sane ? StepStatus::ok : StepStatus::diverged;
+    return is_sane() ? StepStatus::ok : StepStatus::diverged;
   }
 
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept override {
     read(state_.position, q);
   }
   void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept override {
-    refresh_velocity();
-    read(velocity_, v);
+    read(velocity_now(), v);
   }
   double energy() noexcept override {
-    refresh_velocity();
-    if (network_ == nullptr) { return oscillator_->energy(state_.position, velocity_); }
-    double energy = network_->energy(state_.position, velocity_);
+    const Vector<Real>& q = state_.position;
+    const Vector<Real>& v = velocity_now();
+    if (network_ == nullptr) { return oscillator_->energy(q, v); }
+    double energy = elastic_energy_ ? network_->energy(q, v, *elastic_energy_) : network_->energy(q, v);
     if (contact_ != nullptr && contact_->is_coordinate()) {
       energy += 0.5 * contact_->mass() * contact_->velocity() * contact_->velocity();
     }
@@ -227,11 +225,18 @@ class Simulation::CoreOf final : public Simulation::Core {
     }
   }
   /// Staggered schemes carry another instant's velocity; the one of t = 0 is the given one.
-  void refresh_velocity() noexcept {
-    if (velocity_is_current_ || ticks == 0) { return; }
-    integrator_->velocity_at(stepped(), state_, static_cast<double>(ticks) * tick_length,
-                             update_length_, velocity_);
-    velocity_is_current_ = true;
+  const Vector<Real>& velocity_now() noexcept {
+    if (ticks == 0) { return state_.velocity; }
+    if (velocity_ == nullptr) { velocity_ = &integrator_->velocity_at(state_); }
+    return *velocity_;
+  }
+  /// A sum of squares cannot hide what is not finite, and is quick; only one that is large or none asks for
+  /// a closer look.
+  [[nodiscard]] bool is_sane() const noexcept {
+    const Real motion = (state_.position - start_position_).squaredNorm();
+    if (motion <= bound_ * bound_ && std::isfinite(state_.velocity.squaredNorm())) { return true; }
+    const Real far = (state_.position - start_position_).template lpNorm<Eigen::Infinity>();
+    return far <= bound_ && state_.position.allFinite() && state_.velocity.allFinite();
   }
 
   void add_tool(const Scene& scene, const NetworkProblem& network) {
@@ -269,7 +274,7 @@ class Simulation::CoreOf final : public Simulation::Core {
     return with_tool_ != nullptr ? static_cast<System<Real>&>(*with_tool_) : *system_;
   }
   void step_with_tool(double t) noexcept {
-    contact_->begin_step(t, plan.h, state_, plan.integrator->implicit);
+    if (contact_->begin_step(t, plan.h, state_, plan.integrator->implicit)) { with_tool_->forget(); }
     const double before = audit_ ? damping_power() : 0.0;
     if (plan.integrator->implicit) { before_ = state_; }
     integrator_->step(*with_tool_, state_, t, plan.h);
@@ -292,9 +297,9 @@ class Simulation::CoreOf final : public Simulation::Core {
   /// Forces at the present state, not at the last stage of a step: what a tick is there for, so it is part
   /// of the tick's time.
   void measure_tool() noexcept {
-    refresh_velocity();
     const double t = static_cast<double>(ticks) * tick_length;
-    with_tool_->measure(t, load_gate(t, plan.h), state_.position, velocity_, scratch_);
+    elastic_energy_ =
+        with_tool_->measure(t, load_gate(t, plan.h), state_.position, velocity_now(), scratch_);
   }
 
   std::unique_ptr<System<Real>> system_;
@@ -310,8 +315,8 @@ class Simulation::CoreOf final : public Simulation::Core {
   State<Real> state_;
   State<Real> before_;  ///< the step that may be taken again
   Vector<Real> start_position_;
-  Vector<Real> velocity_;
-  bool velocity_is_current_ = false;
+  const Vector<Real>* velocity_ = nullptr;  ///< of the present instant, once it was asked for
+  std::optional<double> elastic_energy_;    ///< likewise [J]
   double update_length_ = 0.0;  ///< h, or 1 where the printed form leaves the time step out
   Real bound_ = 0;
 };

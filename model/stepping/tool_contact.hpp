@@ -43,8 +43,9 @@ class ToolContact {
   void begin(const State<Real>& state) noexcept;
 
   /// Before a step from t to t + h: where the trajectory goes in it; sticking parts keep up with a
-  /// jump of its speed. `predict` moves the depth on linearly instead of with the state.
-  void begin_step(double t, double h, State<Real>& state, bool predict) noexcept;
+  /// jump of its speed. `predict` moves the depth on linearly instead of with the state. Returns whether
+  /// the state changed.
+  bool begin_step(double t, double h, State<Real>& state, bool predict) noexcept;
   /// Adds what tool and tissue do to each other to the forces f of a state.
   void apply(double t, const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept;
   /// product = A x of the free Jacobian becomes that of the Jacobian with what sticks held.
@@ -102,8 +103,8 @@ class ToolContact {
     bool shaft_held = false;
   };
 
-  /// The drive's trajectory through a step.
-  void follow(double t, double h, State<Real>& state) noexcept;
+  /// The drive's trajectory through a step; whether the state changed.
+  bool follow(double t, double h, State<Real>& state) noexcept;
   void gather(const Vector<Real>& q, const Vector<Real>& v) noexcept;
   void place_tool(double t, const Vector<Real>& q, const Vector<Real>& v) noexcept;
   /// xi of the material at place s of the line; below the first knot's depth: outside.

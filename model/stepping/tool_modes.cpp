@@ -54,21 +54,22 @@ void ToolContact<Real>::begin(const State<Real>& state) noexcept {
 }
 
 template <class Real>
-void ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool predict) noexcept {
+bool ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool predict) noexcept {
   step_begin_ = t;
   predict_ = predict;
   depth_begin_ = depth_;
   first_evaluation_ = true;
-  if (!is_coordinate()) { follow(t, h, state); }
+  const bool changed = !is_coordinate() && follow(t, h, state);
   if (predict && in_tissue()) {
     gather(state.position, state.velocity);
     weigh();
     lag_ = Eigen::Vector2d(velocity_ - velocity_at(at_), slip_now()) / h;
   }
+  return changed;
 }
 
 template <class Real>
-void ToolContact<Real>::follow(double t, double h, State<Real>& state) noexcept {
+bool ToolContact<Real>::follow(double t, double h, State<Real>& state) noexcept {
   const double from = std::min(trajectory_.place(t), path_.bone());
   const double to = std::min(trajectory_.place(t + h), path_.bone());
   const double velocity = (to - from) / h;
@@ -76,17 +77,17 @@ void ToolContact<Real>::follow(double t, double h, State<Real>& state) noexcept 
   const double rounding = 8.0 * std::numeric_limits<double>::epsilon() *
                           std::max(std::abs(from), std::abs(to)) / h;
   place_begin_ = from;
-  if (std::abs(velocity - velocity_) <= rounding) { return; }
+  if (std::abs(velocity - velocity_) <= rounding) { return false; }
   velocity_ = velocity;
-  if (in_tissue()) {
-    gather(state.position, state.velocity);
-    weigh();
-    contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0 &&
-                        velocity_ > velocity_at(at_);  // the tip pushes, it cannot pull
-    turn_shaft(h);
-    match_velocities(state);
-    losing_begin_ = losing();
-  }
+  if (!in_tissue()) { return false; }
+  gather(state.position, state.velocity);
+  weigh();
+  contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0 &&
+                      velocity_ > velocity_at(at_);  // the tip pushes, it cannot pull
+  turn_shaft(h);
+  match_velocities(state);
+  losing_begin_ = losing();
+  return true;
 }
 
 template <class Real>
@@ -379,8 +380,8 @@ void ToolContact<Real>::match_velocities(State<Real>& state) noexcept {
 
 template void ToolContact<double>::begin(const State<double>&) noexcept;
 template void ToolContact<float>::begin(const State<float>&) noexcept;
-template void ToolContact<double>::begin_step(double, double, State<double>&, bool) noexcept;
-template void ToolContact<float>::begin_step(double, double, State<float>&, bool) noexcept;
+template bool ToolContact<double>::begin_step(double, double, State<double>&, bool) noexcept;
+template bool ToolContact<float>::begin_step(double, double, State<float>&, bool) noexcept;
 template bool ToolContact<double>::revise(const State<double>&) noexcept;
 template bool ToolContact<float>::revise(const State<float>&) noexcept;
 template void ToolContact<double>::end_step(double, State<double>&) noexcept;

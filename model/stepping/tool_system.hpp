@@ -20,32 +20,31 @@ class ToolSystem final : public System<Real> {
       mass(mass.size() - 1) = contact.mass();
     }
     this->set_mass(mass);
-    for (Vector<Real>* kept : {&kept_q_, &kept_v_, &kept_f_}) { kept->setZero(mass.size()); }
+    kept_f_.setZero(mass.size());
   }
 
   void force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
              Vector<Real>& f) noexcept override {
-    if (is_kept(t, gate, q, v)) {
-      f = kept_f_;
+    if (kept_ == Instant{t, gate, &q, &v}) {
+      f.swap(kept_f_);
     } else {
       network_.force(t, gate, q, v, f);
     }
+    forget();
     contact_.apply(t, q, v, f);
   }
-  /// The same, and keeps what the network's springs say: a step that begins at a state that was looked
-  /// at need not ask them again.
-  void measure(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
-               Vector<Real>& f) noexcept {
-    if (!is_kept(t, gate, q, v)) {
-      network_.force(t, gate, q, v, kept_f_);
-      kept_t_ = t;
-      kept_gate_ = gate;
-      kept_q_ = q;
-      kept_v_ = v;
-    }
+  /// The same, and keeps what the network says until the next force() or forget(): a step that begins
+  /// with the very vectors that were looked at need not ask it again. Returns the springs' energy [J].
+  double measure(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
+                 Vector<Real>& f) noexcept {
+    const double energy = network_.measure(t, gate, q, v, kept_f_);
+    kept_ = {t, gate, &q, &v};
     f = kept_f_;
     contact_.apply(t, q, v, f);
+    return energy;
   }
+  /// To be called when a state that was looked at has changed.
+  void forget() noexcept { kept_ = {}; }
   void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept override {
     network_.add_loads(t, gate, weight, f);
   }
@@ -83,16 +82,18 @@ class ToolSystem final : public System<Real> {
   }
 
  private:
-  [[nodiscard]] bool is_kept(double t, double gate, const Vector<Real>& q,
-                             const Vector<Real>& v) const noexcept {
-    return t == kept_t_ && gate == kept_gate_ && q == kept_q_ && v == kept_v_;
-  }
+  struct Instant {
+    double t = 0.0;
+    double gate = 0.0;
+    const Vector<Real>* q = nullptr;
+    const Vector<Real>* v = nullptr;
+    bool operator==(const Instant&) const = default;
+  };
 
   NetworkSystem<Real>& network_;
   ToolContact<Real>& contact_;
-  double kept_t_ = -1.0;  ///< no run begins before 0
-  double kept_gate_ = -1.0;
-  Vector<Real> kept_q_, kept_v_, kept_f_;
+  Instant kept_{};
+  Vector<Real> kept_f_;  ///< of the network then [N]
 };
 
 }  // namespace palpate

@@ -12,6 +12,7 @@ class StaggeredScheme : public Integrator<Real> {
   void prepare(System<Real>& system, const State<Real>& /*state*/, double /*h*/) override {
     f_.setZero(system.dof());
     previous_.setZero(system.dof());
+    mean_.setZero(system.dof());
   }
   void start(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
     const Real half = static_cast<Real>(0.5 * h);
@@ -20,9 +21,9 @@ class StaggeredScheme : public Integrator<Real> {
     state.velocity += half * f_;
   }
   /// Mean of the velocities half a step before and after: second order.
-  void velocity_at(System<Real>& /*system*/, const State<Real>& state, double /*t*/, double /*h*/,
-                   Vector<Real>& out) noexcept override {
-    out = Real(0.5) * (previous_ + state.velocity);
+  const Vector<Real>& velocity_at(const State<Real>& state) noexcept override {
+    mean_ = Real(0.5) * (previous_ + state.velocity);
+    return mean_;
   }
 
  protected:
@@ -38,6 +39,9 @@ class StaggeredScheme : public Integrator<Real> {
 
   Vector<Real> f_;         ///< [N]
   Vector<Real> previous_;  ///< velocity half a step ago [m/s]
+
+ private:
+  Vector<Real> mean_;
 };
 
 }  // namespace palpate
