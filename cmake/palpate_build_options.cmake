@@ -24,7 +24,7 @@ if(PALPATE_SANITIZE)
     # g++ 12 sees uninitialised members inside std::regex under sanitizers (its bug 105562).
     -Wno-maybe-uninitialized
     # Files compiled together shadow each other's local names; the optimised build looks at those of the
-    # model, the device, the references and the fixtures alone.
+    # model and the device alone.
     -Wno-shadow)
   target_link_options(palpate_build_options INTERFACE -fsanitize=address,undefined)
   target_compile_definitions(palpate_build_options INTERFACE PALPATE_SANITIZED)
