@@ -47,6 +47,7 @@ struct SimulationSettings {
   std::string integrator = "auto";                   ///< a name of integrator_registry, or "auto"
   double solver_tolerance = 0.0;                     ///< of implicit schemes, relative; 0: rounding
   Precision precision = Precision::double_precision; ///< of the stepping, never of the reference
+  int threads = 1;                                   ///< at most, that share a regular lattice
   PrintedForm printed{};                             ///< all false: the corrected physics
 };
 

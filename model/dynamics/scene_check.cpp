@@ -15,6 +15,7 @@ namespace palpate {
 namespace {
 
 constexpr double most_nodes = 5e7;
+constexpr int most_threads = 64;
 
 class Checker : private Rules {
  public:
@@ -49,6 +50,8 @@ class Checker : private Rules {
          number_in_words(s.solver_tolerance) + "; must be from 0 to below 1");
     positive(s.step, "simulation.step", "s");
     must(!s.substeps || *s.substeps >= 1, "simulation.substeps", "must be \"auto\" or 1 or more");
+    must(s.threads >= 1 && s.threads <= most_threads, "simulation.threads",
+         std::to_string(s.threads) + "; must be from 1 to " + std::to_string(most_threads));
     const double ticks = s.duration / s.step;
     must(!(ticks > 1e9), "simulation.duration", number_in_words(ticks) + " ticks; at most 1e9");
     must(!(ticks < 1.0 - 1e-9), "simulation.duration", "shorter than one step; at least one step");

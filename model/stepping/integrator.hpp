@@ -4,6 +4,7 @@
 /// integrator_registry.cpp; everything else (orders, stability limits, help, reports) follows.
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -26,6 +27,9 @@ class Integrator {
                      double /*h*/) noexcept {}
   /// One step from t to t + h. Failure shows as values that are not finite.
   virtual void step(System<Real>& system, State<Real>& state, double t, double h) noexcept = 0;
+  /// A way [m] that no coordinate has gone further than since prepare(), not finite once anything is not;
+  /// empty where the scheme does not keep it.
+  [[nodiscard]] virtual std::optional<double> most_travelled() const noexcept { return std::nullopt; }
   /// Velocity at the instant of the position; holds until the next step.
   virtual const Vector<Real>& velocity_at(const State<Real>& state) noexcept { return state.velocity; }
 };

@@ -10,7 +10,26 @@
 
 namespace palpate::lattice {
 
-enum class Task { force, undamped_force, measured_force, measured_undamped_force, damping, energy };
+/// A step is one of semi-implicit Euler in the same pass: a row whose springs have all been gone through
+/// moves, and its forces begin anew, while later rows still stand where they were.
+enum class Task {
+  force,
+  undamped_force,
+  measured_force,
+  measured_undamped_force,
+  step,
+  undamped_step,
+  damping,
+  energy
+};
+
+constexpr bool sees_velocity(Task task) {
+  return task == Task::force || task == Task::measured_force || task == Task::step || task == Task::damping;
+}
+constexpr bool measures_energy(Task task) {
+  return task == Task::measured_force || task == Task::measured_undamped_force || task == Task::energy;
+}
+constexpr bool takes_step(Task task) { return task == Task::step || task == Task::undamped_step; }
 
 /// Vector `i` of a node row against one vector of a neighbour's: what their springs do.
 template <Task task, class Real, class Arch>
@@ -18,48 +37,47 @@ class RowVector {
  public:
   using Batch = xsimd::batch<Real, Arch>;
   static constexpr long lanes = static_cast<long>(Batch::size);
-  static constexpr bool uses_velocity =
-      task == Task::force || task == Task::measured_force || task == Task::damping;
-  static constexpr bool measures =
-      task == Task::measured_force || task == Task::measured_undamped_force || task == Task::energy;
 
-  RowVector(const View<Real>& view, const Real* q, const Real* v, Real* f, long place) noexcept
-      : q_(q), v_(v), f_(f), stride_(view.stride), place_(place) {
+  /// Vector that begins at element `i` of a row.
+  RowVector(const Layer<Real>& row, long i) noexcept : own_(row), place_(i) {
     for (int c = 0; c < 3; ++c) {
-      position_[c] = load(q + place + c * stride_);
-      if constexpr (uses_velocity) { velocity_[c] = load(v + place + c * stride_); }
+      position_[c] = load(row.q + i + c * row.stride);
+      if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * row.stride); }
     }
   }
-  /// `constants` of these springs, `rest` their length.
-  void join(long neighbour, const Real* constants, Real rest) noexcept {
-    const Batch dx = load(q_ + neighbour) - position_[0];
-    const Batch dy = load(q_ + neighbour + stride_) - position_[1];
-    const Batch dz = load(q_ + neighbour + 2 * stride_) - position_[2];
+  /// The vector at element `i` of another row; `constants` of these springs, `rest` their length.
+  void join(const Layer<Real>& row, long i, const Real* constants, Real rest) noexcept {
+    const Real* q = row.q + i;
+    const Batch dx = load(q) - position_[0];
+    const Batch dy = load(q + row.stride) - position_[1];
+    const Batch dz = load(q + 2 * row.stride) - position_[2];
     const Batch square = xsimd::fma(dz, dz, xsimd::fma(dy, dy, dx * dx));
     const Batch length = xsimd::sqrt(square);
     const Batch extension = length - Batch(rest);
     Batch tension(Real(0));
     if constexpr (task != Task::damping) { tension = load(constants) * extension; }
-    if constexpr (measures) { energy_ = xsimd::fma(tension, extension, energy_); }
+    if constexpr (measures_energy(task)) { energy_ = xsimd::fma(tension, extension, energy_); }
     if constexpr (task == Task::energy) { return; }
     const Batch inverse =
         xsimd::select(length > Batch(view_zero_length), Batch(Real(1)) / length, Batch(Real(0)));
-    if constexpr (uses_velocity) {
-      const Batch wx = load(v_ + neighbour) - velocity_[0];
-      const Batch wy = load(v_ + neighbour + stride_) - velocity_[1];
-      const Batch wz = load(v_ + neighbour + 2 * stride_) - velocity_[2];
+    if constexpr (sees_velocity(task)) {
+      const Real* v = row.v + i;
+      const Batch wx = load(v) - velocity_[0];
+      const Batch wy = load(v + row.stride) - velocity_[1];
+      const Batch wz = load(v + 2 * row.stride) - velocity_[2];
       const Batch rate = xsimd::fma(wz, dz, xsimd::fma(wy, dy, wx * dx)) * inverse;
       tension = xsimd::fma(load(constants + lanes), rate, tension);
     }
     const Batch factor = tension * inverse;
-    pull(0, neighbour, factor, dx);
-    pull(1, neighbour + stride_, factor, dy);
-    pull(2, neighbour + 2 * stride_, factor, dz);
+    Real* f = row.f + i;
+    pull(0, f, factor, dx);
+    pull(1, f + row.stride, factor, dy);
+    pull(2, f + 2 * row.stride, factor, dz);
   }
   void finish() noexcept {
     if constexpr (task != Task::energy) {
       for (int c = 0; c < 3; ++c) {
-        Real* to = f_ + place_ + c * stride_;
+        Real* to = own_.f + place_ + c * own_.stride;
         (load(to) + force_[c]).store_unaligned(to);
       }
     }
@@ -68,16 +86,13 @@ class RowVector {
 
  private:
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
-  void pull(int c, long neighbour, const Batch& factor, const Batch& d) noexcept {
+  void pull(int c, Real* f, const Batch& factor, const Batch& d) noexcept {
     force_[c] = xsimd::fma(factor, d, force_[c]);
-    xsimd::fnma(factor, d, load(f_ + neighbour)).store_unaligned(f_ + neighbour);
+    xsimd::fnma(factor, d, load(f)).store_unaligned(f);
   }
   static constexpr Real view_zero_length = View<Real>::zero_length;
 
-  const Real* q_;
-  const Real* v_;
-  Real* f_;
-  long stride_;
+  const Layer<Real>& own_;
   long place_;
   Batch position_[3]{};
   Batch velocity_[3]{};
@@ -85,77 +100,115 @@ class RowVector {
   Batch energy_ = Batch(Real(0));
 };
 
-/// The rows that a row's springs lead to, none of which comes before it.
+/// Row `row1` of a layer. What a task does not need stays null.
+template <Task task, class Arch, class Real>
+Layer<Real> row_of(const Layer<Real>& layer, long begin) noexcept {
+  Layer<Real> row{.q = layer.q + begin, .stride = layer.stride};
+  if constexpr (sees_velocity(task)) { row.v = layer.v + begin; }
+  if constexpr (task != Task::energy) { row.f = layer.f + begin; }
+  return row;
+}
+
+/// The rows that a row's springs lead to, none of which comes before it. `Arch` in what follows makes
+/// functions of this instruction set alone.
+template <class Arch, class Real>
 struct Neighbours {
   int count = 0;
   bool own = false;  ///< springs within the row
   struct Row {
-    long begin;
+    Layer<Real> at;
     long slot;
-    bool sides;       ///< springs to the left and to the right too
-    double rest[2];   ///< straight across, and to the sides
+    bool sides;    ///< springs to the left and to the right too
+    Real rest[2];  ///< straight across, and to the sides
   } rows[neighbour_kinds];
 };
 
-/// `Arch` makes it a function of this instruction set alone.
-template <class Arch, class Real>
-Neighbours neighbours_of(const View<Real>& view, int row1, int row2, long row_length) noexcept {
-  Neighbours found;
+template <Task task, class Arch, class Real>
+Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab,
+                                     const Layer<Real>& all, int row1, int row2, long row_length) noexcept {
+  Neighbours<Arch, Real> found;
   const long own = static_cast<long>(row2) * view.rows1 + row1;
   const bool moves = view.row_moves[own] != 0;
-  found.own = moves && view.own_springs;
-  for (int kind = 0; kind < neighbour_kinds; ++kind) {
+  found.own = moves && view.own_springs && slab.below == nullptr;
+  for (int kind = slab.below == nullptr ? 0 : 1; kind < neighbour_kinds; ++kind) {  // kind 0 leads along a layer
     const int at1 = row1 + neighbour_steps[kind][0];
     const int at2 = row2 + neighbour_steps[kind][1];
     if (at1 < 0 || at1 >= view.rows1 || at2 >= view.rows2 || !view.straight[kind]) { continue; }
     const long there = static_cast<long>(at2) * view.rows1 + at1;
     if (!moves && view.row_moves[there] == 0) { continue; }
+    const bool copy = at2 == slab.end && slab.beyond != nullptr;
     const int spans = kind % 2;  // kinds 1 and 3 lead along two axes
-    found.rows[found.count++] = {view.lead + there * row_length,
+    found.rows[found.count++] = {copy ? row_of<task, Arch>(*slab.beyond, at1 * row_length)
+                                      : row_of<task, Arch>(all, view.lead + there * row_length),
                                  1 + 3L * kind,
                                  view.sides[kind],
-                                 {static_cast<double>(view.rest[spans]),
-                                  static_cast<double>(view.rest[spans + 1])}};
+                                 {view.rest[spans], view.rest[spans + 1]}};
   }
   return found;
 }
 
+/// v += h f / m, x += h v, f = weight; returns the sum of squares of v.
+template <class Arch, class Real>
+double move_row(const View<Real>& view, const Fields<Real>& fields, long begin, long row_length) noexcept {
+  using Batch = xsimd::batch<Real, Arch>;
+  const Move<Real>& move = *fields.move;
+  const Batch h(move.h);
+  Batch squares(Real(0));
+  for (long i = begin; i < begin + row_length; i += static_cast<long>(Batch::size)) {
+    const Batch inverse_mass = Batch::load_unaligned(move.inverse_mass + i);
+    for (long at = i; at <= i + 2 * view.stride; at += view.stride) {
+      const Batch a = Batch::load_unaligned(fields.f + at) * inverse_mass;
+      const Batch v = Batch::load_unaligned(move.v + at) + h * a;
+      v.store_unaligned(move.v + at);
+      (Batch::load_unaligned(move.q + at) + h * v).store_unaligned(move.q + at);
+      const Batch weight = move.weight != nullptr ? Batch::load_unaligned(move.weight + at) : Batch(Real(0));
+      weight.store_unaligned(fields.f + at);
+      squares = xsimd::fma(v, v, squares);
+    }
+  }
+  return static_cast<double>(xsimd::hadd(squares));
+}
+
 template <Task task, class Real, class Arch>
-double go_through(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept {
+double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<Real>& fields) noexcept {
   using Vector = RowVector<task, Real, Arch>;
   constexpr long lanes = Vector::lanes;
   const long row_length = view.vectors * lanes;
   const long slot_length = row_length * view.numbers;
-  double energy = 0.0;
-  for (int row2 = 0; row2 < view.rows2; ++row2) {
+  const Layer<Real> all{fields.q, fields.v, fields.f, view.stride};
+  double sum = 0.0;
+  for (int row2 = slab.begin; row2 < slab.end; ++row2) {
     for (int row1 = 0; row1 < view.rows1; ++row1) {
-      const Neighbours near = neighbours_of<Arch>(view, row1, row2, row_length);
-      if (near.count == 0 && !near.own) { continue; }
+      const auto near = neighbours_of<task, Arch>(view, slab, all, row1, row2, row_length);
       const long row = static_cast<long>(row2) * view.rows1 + row1;
       const long begin = view.lead + row * row_length;
+      const bool joined = near.count > 0 || near.own;
+      const Layer<Real> own = slab.below != nullptr ? row_of<task, Arch>(*slab.below, row1 * row_length)
+                                                    : row_of<task, Arch>(all, begin);
       const Real* table = view.tables + view.row_table[row];
-      for (long i = 0; i < view.vectors; ++i) {
+      for (long i = 0; joined && i < view.vectors; ++i) {
         // The piece's last node is beside the next piece's first: the same vector, one lane on.
         const long right = i + 1 < view.vectors ? (i + 1) * lanes : 1;
         const long left = i > 0 ? (i - 1) * lanes : (view.vectors - 1) * lanes - 1;
         const Real* constants = table + i * lanes * view.numbers;
-        Vector own(view, q, v, f, begin + i * lanes);
-        if (near.own) { own.join(begin + right, constants, view.rest[0]); }
+        Vector vector(own, i * lanes);
+        if (near.own) { vector.join(own, right, constants, view.rest[0]); }
         for (int n = 0; n < near.count; ++n) {
-          const Neighbours::Row& there = near.rows[n];
+          const auto& there = near.rows[n];
           const Real* slot = constants + there.slot * slot_length;
-          const Real across = static_cast<Real>(there.rest[0]);
-          const Real aside = static_cast<Real>(there.rest[1]);
-          if (there.sides) { own.join(there.begin + left, slot, aside); }
-          own.join(there.begin + i * lanes, slot + slot_length, across);
-          if (there.sides) { own.join(there.begin + right, slot + 2 * slot_length, aside); }
+          if (there.sides) { vector.join(there.at, left, slot, there.rest[1]); }
+          vector.join(there.at, i * lanes, slot + slot_length, there.rest[0]);
+          if (there.sides) { vector.join(there.at, right, slot + 2 * slot_length, there.rest[1]); }
         }
-        own.finish();
-        if constexpr (Vector::measures) { energy += static_cast<double>(own.energy()); }
+        vector.finish();
+        if constexpr (measures_energy(task)) { sum += static_cast<double>(vector.energy()); }
+      }
+      if constexpr (takes_step(task)) {
+        if (slab.below == nullptr) { sum += move_row<Arch>(view, fields, begin, row_length); }
       }
     }
   }
-  return energy;
+  return sum;
 }
 
 template <class Real, class Arch>
@@ -174,6 +227,8 @@ Kernels<Real> kernels_for(const char* name) noexcept {
           .undamped_force = &go_through<Task::undamped_force, Real, Arch>,
           .measured_force = &go_through<Task::measured_force, Real, Arch>,
           .measured_undamped_force = &go_through<Task::measured_undamped_force, Real, Arch>,
+          .step = &go_through<Task::step, Real, Arch>,
+          .undamped_step = &go_through<Task::undamped_step, Real, Arch>,
           .damping = &go_through<Task::damping, Real, Arch>,
           .energy = &go_through<Task::energy, Real, Arch>,
           .roots_and_quotients = &roots_and_quotients<Real, Arch>};

@@ -18,19 +18,18 @@ LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool s
 }  // namespace
 
 template <class Real>
-LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, bool skip,
+LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, bool skip, int threads,
                                      const lattice::Kernels<Real>& kernels)
-    : LatticeNetwork(problem, springs_of<Real>(problem, kernels.lanes, skip), kernels, skip) {}
+    : LatticeNetwork(problem, springs_of<Real>(problem, kernels.lanes, skip), kernels, skip, threads) {}
 
 template <class Real>
 LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprings<Real> springs,
-                                     const lattice::Kernels<Real>& kernels, bool skip)
+                                     const lattice::Kernels<Real>& kernels, bool skip, int threads)
     : NetworkSystem<Real>(problem, springs.layout(), skip),
       springs_(std::move(springs)),
-      view_(springs_.view()),
+      damped_(springs_.view().numbers > 1),
       kernels_(kernels),
-      force_(view_.numbers > 1 ? kernels.force : kernels.undamped_force),
-      measure_(view_.numbers > 1 ? kernels.measured_force : kernels.measured_undamped_force) {
+      slabs_(std::make_unique<LatticeSlabs<Real>>(springs_.view(), kernels.lanes, threads)) {
   Eigen::VectorXd mass = Eigen::VectorXd::Zero(this->layout().size);
   scatter(problem.mass(), this->layout(), mass);
   this->set_mass(mass);
@@ -40,27 +39,52 @@ LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprin
 template <class Real>
 void LatticeNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
                                        Vector<Real>& f) noexcept {
-  force_(view_, q.data(), v.data(), f.data());
+  slabs_->sweep(damped_ ? kernels_.force : kernels_.undamped_force, {q.data(), v.data(), f.data()});
 }
 
 template <class Real>
 double LatticeNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                                              Vector<Real>& f) noexcept {
-  return measure_(view_, q.data(), v.data(), f.data());
+  return slabs_->sweep(damped_ ? kernels_.measured_force : kernels_.measured_undamped_force,
+                       {q.data(), v.data(), f.data()});
+}
+
+template <class Real>
+void LatticeNetwork<Real>::prepare_one_pass() {
+  next_force_.setZero(this->layout().size);
+  this->put_weight(next_force_);
+}
+
+template <class Real>
+double LatticeNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>& state) noexcept {
+  this->add_loads(t, gate, Real(1), next_force_);
+  const lattice::Move<Real> move{.q = state.position.data(),
+                                 .v = state.velocity.data(),
+                                 .inverse_mass = this->inverse_mass().data(),
+                                 .weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
+                                 .h = h};
+  return slabs_->sweep(damped_ ? kernels_.step : kernels_.undamped_step,
+                       {move.q, move.v, next_force_.data(), &move});
 }
 
 template <class Real>
 void LatticeNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
                                    Vector<Real>& f) noexcept {
   f.setZero();
-  if (view_.numbers == 1) { return; }
-  kernels_.damping(view_, q.data(), w.data(), f.data());
+  if (!damped_) { return; }
+  slabs_->sweep(kernels_.damping, {q.data(), w.data(), f.data()});
   f = -f;
 }
 
 template <class Real>
 double LatticeNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
-  return kernels_.energy(view_, q.data(), nullptr, nullptr);
+  return slabs_->sweep(kernels_.energy, {.q = q.data()});
+}
+
+template <class Real>
+std::size_t LatticeNetwork<Real>::spring_bytes() const noexcept {
+  return springs_.memory_bytes() + slabs_->memory_bytes() +
+         static_cast<std::size_t>(next_force_.size()) * sizeof(Real);
 }
 
 template class LatticeNetwork<double>;

@@ -4,6 +4,7 @@
 /// (model/EQUATIONS.md, "Lattice in lanes"). Fixed nodes and the elements that fill rows up have no
 /// inverse mass and never move.
 
+#include "model/stepping/lattice_slabs.hpp"
 #include "model/stepping/lattice_springs.hpp"
 #include "model/stepping/network_system.hpp"
 
@@ -13,25 +14,28 @@ template <class Real>
 class LatticeNetwork final : public NetworkSystem<Real> {
  public:
   /// Throws std::invalid_argument for a network that lattice_of() does not know.
-  LatticeNetwork(const NetworkProblem& problem, bool skip,
+  LatticeNetwork(const NetworkProblem& problem, bool skip, int threads = 1,
                  const lattice::Kernels<Real>& kernels = lattice_kernels<Real>());
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
+  [[nodiscard]] bool has_one_pass() const override { return true; }
+  void prepare_one_pass() override;
+  double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override;
   [[nodiscard]] Vector<Real> initial_position() const override { return springs_.initial_position(); }
 
  private:
   LatticeNetwork(const NetworkProblem& problem, LatticeSprings<Real> springs,
-                 const lattice::Kernels<Real>& kernels, bool skip);
+                 const lattice::Kernels<Real>& kernels, bool skip, int threads);
   void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
   double measure_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
-  [[nodiscard]] std::size_t spring_bytes() const noexcept override { return springs_.memory_bytes(); }
+  [[nodiscard]] std::size_t spring_bytes() const noexcept override;
 
   LatticeSprings<Real> springs_;
-  lattice::View<Real> view_;
+  bool damped_;
   lattice::Kernels<Real> kernels_;
-  lattice::Kernel<Real> force_;
-  lattice::Kernel<Real> measure_;  ///< force_ that returns the energy too
+  std::unique_ptr<LatticeSlabs<Real>> slabs_;
+  Vector<Real> next_force_;  ///< weight between two steps in one pass [N]
 };
 
 }  // namespace palpate

@@ -7,10 +7,11 @@ namespace palpate {
 
 namespace {
 
+int vectors_for(int nodes, int lanes) { return (nodes + lanes - 1) / lanes; }
+
 /// Waste of an axis: elements of a row for each of its nodes.
 double elements_per_node(int nodes, int lanes) {
-  const int vectors = (nodes + lanes - 1) / lanes;
-  return static_cast<double>(vectors * lanes) / nodes;
+  return static_cast<double>(vectors_for(nodes, lanes) * lanes) / nodes;
 }
 
 /// The two others keep their order.
@@ -28,6 +29,7 @@ std::array<std::size_t, 3> axes_for(const LatticeShape& shape, int lanes) {
 LatticeRows::LatticeRows(const LatticeShape& shape, int lanes)
     : shape_(shape), axes_(axes_for(shape, lanes)) {
   for (std::size_t n = 0; n < 3; ++n) { nodes_[n] = shape.nodes[axes_[n]]; }
+  vectors_ = vectors_for(nodes_[0], lanes);
 }
 
 auto LatticeRows::place_of(int node) const -> Place {

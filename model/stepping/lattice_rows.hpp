@@ -17,6 +17,7 @@ class LatticeRows {
   LatticeRows(const LatticeShape& shape, int lanes);
 
   [[nodiscard]] const Place& nodes() const { return nodes_; }  ///< along the three
+  [[nodiscard]] int vectors() const { return vectors_; }       ///< of a row
   [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(nodes_[1] * nodes_[2]); }
   [[nodiscard]] Place place_of(int node) const;
   [[nodiscard]] std::size_t row_of(const Place& place) const {
@@ -29,6 +30,7 @@ class LatticeRows {
   LatticeShape shape_;
   std::array<std::size_t, 3> axes_{};  ///< the lattice's axis along the rows, the second, the third
   Place nodes_{};
+  int vectors_ = 0;
 };
 
 /// Springs whose two rows have no free node.

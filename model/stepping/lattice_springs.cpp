@@ -50,7 +50,7 @@ LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const Lattic
       spacing_(shape.spacing),
       rows_(shape, lanes),
       lanes_(lanes),
-      vectors_((rows_.nodes()[0] + lanes - 1) / lanes) {
+      vectors_(rows_.vectors()) {
   lay_out(problem, skip);
   fill_tables(problem, skip);
 }

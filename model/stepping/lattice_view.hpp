@@ -31,10 +31,49 @@ struct View {
   bool sides[neighbour_kinds]{};     ///< or to its left and right
 };
 
-/// Adds forces (f), or -C v; what measures returns the elastic energy [J]. What a task does not need may be
-/// null.
+/// A layer is all rows at one place along the third axis. This is one that stands elsewhere: x of its first
+/// node, y and z a stride and two strides on.
 template <class Real>
-using Kernel = double (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
+struct Layer {
+  const Real* q = nullptr;
+  const Real* v = nullptr;
+  Real* f = nullptr;
+  long stride = 0;
+};
+
+/// Layers [begin, end) of a lattice, which one thread goes through.
+template <class Real>
+struct Slab {
+  int begin = 0;
+  int end = 0;
+  const Layer<Real>* beyond = nullptr;  ///< stands for layer `end`, which another thread moves
+  /// Stands for layer `begin`, which another thread moves: only what its springs do to layer `end` is wanted.
+  const Layer<Real>* below = nullptr;
+};
+
+/// What a step moves, see Task::step.
+template <class Real>
+struct Move {
+  Real* q = nullptr;                   ///< as in Fields, [m]
+  Real* v = nullptr;                   ///< [m/s]
+  const Real* inverse_mass = nullptr;  ///< [1/kg]; only that of x is read
+  const Real* weight = nullptr;        ///< f before anything else pulls [N]; null: none
+  Real h = Real(0);                    ///< [s]
+};
+
+/// What a task does not need may be null.
+template <class Real>
+struct Fields {
+  const Real* q = nullptr;
+  const Real* v = nullptr;
+  Real* f = nullptr;
+  const Move<Real>* move = nullptr;
+};
+
+/// Adds forces to f, or -C v. Returns the elastic energy [J] if the task measures it, or the sum of squares
+/// of the new velocities if it takes a step.
+template <class Real>
+using Kernel = double (*)(const View<Real>& view, const Slab<Real>& slab, const Fields<Real>& fields) noexcept;
 
 template <class Real>
 struct Kernels {
@@ -44,6 +83,8 @@ struct Kernels {
   Kernel<Real> undamped_force = nullptr;
   Kernel<Real> measured_force = nullptr;
   Kernel<Real> measured_undamped_force = nullptr;
+  Kernel<Real> step = nullptr;
+  Kernel<Real> undamped_step = nullptr;
   Kernel<Real> damping = nullptr;
   Kernel<Real> energy = nullptr;
   /// to = 1 / sqrt(from), as a spring's length needs it: what no kernel can do without. `count` is a

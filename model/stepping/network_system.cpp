@@ -45,17 +45,16 @@ template <class Real>
 void NetworkSystem<Real>::force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                                 Vector<Real>& f) noexcept {
   put_weight(f);
-  add_springs(q, v, f);
   add_loads(t, gate, Real(1), f);
+  add_springs(q, v, f);
 }
 
 template <class Real>
 double NetworkSystem<Real>::measure(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                                     Vector<Real>& f) noexcept {
   put_weight(f);
-  const double energy = measure_springs(q, v, f);
   add_loads(t, gate, Real(1), f);
-  return energy;
+  return measure_springs(q, v, f);
 }
 
 /// f may be longer than this network: a tool's coordinate comes after it.
@@ -112,19 +111,18 @@ std::size_t NetworkSystem<Real>::memory_bytes() const noexcept {
 
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
-                                                         const PrintedForm& printed, double h,
-                                                         bool lattice, bool skip) {
-  if (lattice) { return std::make_unique<LatticeNetwork<Real>>(problem, skip); }
-  return std::make_unique<ListNetwork<Real>>(problem, printed, h, skip);
+                                                         const NetworkOptions& options) {
+  if (options.lattice) {
+    return std::make_unique<LatticeNetwork<Real>>(problem, options.skip, options.threads);
+  }
+  return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip);
 }
 
 template class NetworkSystem<double>;
 template class NetworkSystem<float>;
 template std::unique_ptr<NetworkSystem<double>> make_network_system(const NetworkProblem&,
-                                                                    const PrintedForm&, double, bool,
-                                                                    bool);
+                                                                    const NetworkOptions&);
 template std::unique_ptr<NetworkSystem<float>> make_network_system(const NetworkProblem&,
-                                                                   const PrintedForm&, double, bool,
-                                                                   bool);
+                                                                   const NetworkOptions&);
 
 }  // namespace palpate

@@ -36,6 +36,9 @@ class NetworkSystem : public System<Real> {
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  protected:
+  /// Sets all of f.
+  void put_weight(Vector<Real>& f) const noexcept;
+  [[nodiscard]] const Vector<Real>& weight() const { return weight_; }  ///< empty where it is skipped [N]
   NetworkSystem(const NetworkProblem& problem, NodeLayout layout, bool skip);
   [[nodiscard]] const NetworkProblem& problem() const { return problem_; }
   /// After set_mass().
@@ -52,8 +55,6 @@ class NetworkSystem : public System<Real> {
     add_springs(q, v, f);
     return elastic_energy(q);
   }
-  /// Sets all of f.
-  void put_weight(Vector<Real>& f) const noexcept;
   [[nodiscard]] virtual double elastic_energy(const Vector<Real>& q) const noexcept = 0;
   [[nodiscard]] virtual std::size_t spring_bytes() const noexcept = 0;
 
@@ -66,10 +67,15 @@ class NetworkSystem : public System<Real> {
   Vector<Real> weight_;  ///< m g per coordinate [N]; empty where it is skipped
 };
 
-/// `lattice`: in lanes, which lattice_of() the network must allow; h as in step().
+struct NetworkOptions {
+  PrintedForm printed{};
+  double h = 0.0;        ///< as in step() [s]
+  bool lattice = false;  ///< in lanes, which lattice_of() the network must allow
+  int threads = 1;       ///< that share a lattice
+  bool skip = true;
+};
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
-                                                         const PrintedForm& printed, double h,
-                                                         bool lattice, bool skip);
+                                                         const NetworkOptions& options);
 
 }  // namespace palpate

@@ -98,7 +98,9 @@ class Simulation::CoreOf final : public Simulation::Core {
     update_length_ = printed.no_time_step ? 1.0 : plan.h;
     bound_ = static_cast<Real>(bound_of(*problem));
     if (const auto* network = dynamic_cast<const NetworkProblem*>(problem.get())) {
-      auto made = make_network_system<Real>(*network, printed, plan.h, plan.lattice, skip);
+      auto made = make_network_system<Real>(
+          *network,
+          {.printed = printed, .h = plan.h, .lattice = plan.lattice, .threads = plan.threads, .skip = skip});
       network_ = made.get();
       system_ = std::move(made);
       recorder = std::make_unique<Recorder>(scene, *network);
@@ -233,6 +235,8 @@ class Simulation::CoreOf final : public Simulation::Core {
   /// A sum of squares cannot hide what is not finite, and is quick; only one that is large or none asks for
   /// a closer look.
   [[nodiscard]] bool is_sane() const noexcept {
+    const std::optional<double> travelled = integrator_->most_travelled();
+    if (travelled && *travelled <= static_cast<double>(bound_)) { return true; }
     const Real motion = (state_.position - start_position_).squaredNorm();
     if (motion <= bound_ * bound_ && std::isfinite(state_.velocity.squaredNorm())) { return true; }
     const Real far = (state_.position - start_position_).template lpNorm<Eigen::Infinity>();

@@ -7,7 +7,9 @@
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
+#include <thread>
 
+#include "model/stepping/lattice_slabs.hpp"
 #include "model/stepping/lattice_springs.hpp"
 #include "model/stepping/spring_kernels.hpp"
 #include "model/stepping/stability.hpp"
@@ -92,6 +94,29 @@ LatticeRows lattice_rows_of(const NetworkProblem& problem, const Scene& scene) {
   const bool single = scene.simulation.precision == Precision::single_precision;
   return {lattice_of(problem.network()).value(),
           single ? lattice_kernels<float>().lanes : lattice_kernels<double>().lanes};
+}
+
+void choose_threads(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
+  const int wanted = scene.simulation.threads;
+  if (wanted == 1) { return; }
+  if (!plan.lattice) {
+    plan.warnings.emplace_back("one thread: only a regular lattice under an explicit scheme is shared out");
+    return;
+  }
+  const LatticeRows rows = lattice_rows_of(problem, scene);
+  const int layers = rows.nodes()[2];
+  plan.threads = LatticeSlabs<double>::most_threads(layers, rows.vectors(), wanted);
+  if (plan.threads < wanted) {
+    plan.warnings.push_back(std::to_string(plan.threads) + " of " + std::to_string(wanted) +
+                            " threads: each takes two layers or more of " + std::to_string(layers) +
+                            ", in rows longer than a register");
+  }
+  const unsigned processors = std::thread::hardware_concurrency();
+  if (processors > 0 && static_cast<unsigned>(plan.threads) > processors) {
+    plan.warnings.push_back(std::to_string(plan.threads) + " threads on " + std::to_string(processors) +
+                            " processors: they will wait for each other");
+  }
+  if (plan.threads > 1) { plan.kernel += "-" + std::to_string(plan.threads) + "-threads"; }
 }
 
 void list_skipped(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
@@ -186,6 +211,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
                  lattice_of(network->network()).has_value();
   plan.kernel = plan.lattice ? lattice_kernel_name(damped || !skip, single)
                              : kernel_name({.damped = damped || !skip, .printed = law_as_printed}, single);
+  choose_threads(scene, *network, plan);
   if (skip) { list_skipped(scene, *network, plan); }
   return plan;
 }

@@ -23,6 +23,7 @@ struct StepPlan {
   SpectralBounds bounds{};
   std::map<std::string, double> stable_step{};   ///< [s] by integrator; infinite: no limit
   bool lattice = false;                          ///< a regular lattice, stepped in lanes
+  int threads = 1;                               ///< that share a lattice
   std::string kernel{};
   std::vector<std::string> skipped{};            ///< "dampers: every spring has zero viscosity"
   std::vector<std::string> warnings{};

@@ -35,6 +35,14 @@ class System {
   virtual void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept = 0;
   /// C(q) w [N]: what the dampers would resist velocity w with.
   virtual void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept = 0;
+  /// A whole step of semi-implicit Euler in one pass over memory, for systems that say they have one; returns
+  /// the sum of squares of the new velocities.
+  [[nodiscard]] virtual bool has_one_pass() const { return false; }
+  virtual void prepare_one_pass() {}  ///< allocates
+  virtual double one_pass(double /*t*/, double /*gate*/, Real /*h*/, State<Real>& /*state*/) noexcept {
+    assert(!"this system has none");
+    return 0.0;
+  }
   /// A = M + on_damping C + on_stiffness K, K = -df/dq and C = -df/dv, into a matrix that
   /// `pattern` made.
   virtual void jacobian(const Vector<Real>& /*q*/, const Vector<Real>& /*v*/, Real /*on_damping*/,

@@ -53,8 +53,8 @@ Motion motion_of(const NetworkProblem& problem) {
 template <class Real>
 struct InLanes {
   InLanes(const NetworkProblem& problem, const Motion& motion, bool skip = true,
-          const lattice::Kernels<Real>& kernels = lattice_kernels<Real>())
-      : system(problem, skip, kernels), q(system.initial_position()), v(system.initial_velocity()) {
+          const lattice::Kernels<Real>& kernels = lattice_kernels<Real>(), int threads = 1)
+      : system(problem, skip, threads, kernels), q(system.initial_position()), v(system.initial_velocity()) {
     scatter(motion.q, system.layout(), q);
     scatter(motion.v, system.layout(), v);
   }
@@ -199,6 +199,74 @@ TEST("a network is taken for a lattice only where every node and spring fits") {
   renumbered.rest_position.col(3).swap(renumbered.rest_position.col(9));
   CHECK(!lattice_of(renumbered));
   CHECK(!lattice_of(SpringNetwork{}));
+}
+
+/// Threads from 1 to this share the lattices of `settings`, whatever the machine has.
+constexpr int most_threads = 4;
+
+TEST("threads that share a lattice compute the same bits as one") {
+  for (const Setting& at : settings) {
+    const NetworkProblem problem = problem_of(at);
+    const Motion motion = motion_of(problem);
+    const VectorXd expected = force_of<double>(problem, motion);
+    for (int threads = 2; threads <= most_threads; ++threads) {
+      InLanes<double> lanes(problem, motion, true, lattice_kernels<double>(), threads);
+      for (int round = 0; round < 3; ++round) {
+        Vector<double> f(lanes.q.size());
+        lanes.system.force(0.0, 0.0, lanes.q, lanes.v, f);
+        CHECK(lanes.packed(f, problem.dof()) == expected);
+        const double energy = lanes.system.measure(0.0, 0.0, lanes.q, lanes.v, f);
+        CHECK(lanes.packed(f, problem.dof()) == expected);
+        CHECK_NEAR(energy, InLanes<double>(problem, motion).system.measure(0.0, 0.0, lanes.q, lanes.v, f),
+                   1e-14 * energy);
+      }
+    }
+  }
+}
+
+/// 20 steps of semi-implicit Euler, in one pass each or in the scheme's own sweeps.
+template <class Real>
+VectorXd stepped(const NetworkProblem& problem, const Motion& motion, int threads, bool one_pass) {
+  InLanes<Real> lanes(problem, motion, true, lattice_kernels<Real>(), threads);
+  State<Real> state{lanes.q, lanes.v};
+  Vector<Real> a(lanes.q.size());
+  const Real h = Real(1e-4);
+  lanes.system.prepare_one_pass();
+  for (int n = 0; n < 20; ++n) {
+    if (one_pass) {
+      const double squares = lanes.system.one_pass(0.0, 0.0, h, state);
+      CHECK_NEAR(squares, static_cast<double>(state.velocity.squaredNorm()),
+                 100.0 * static_cast<double>(std::numeric_limits<Real>::epsilon()) * squares);
+      continue;
+    }
+    lanes.system.acceleration(0.0, 0.0, state.position, state.velocity, a);
+    state.velocity += h * a;
+    state.position += h * state.velocity;
+  }
+  VectorXd all(2 * problem.dof());
+  all << lanes.packed(state.position, problem.dof()), lanes.packed(state.velocity, problem.dof());
+  return all;
+}
+
+TEST("a step in one pass gives the bits of sweeps one after another, with any number of threads") {
+  for (const Setting& at : settings) {
+    const NetworkProblem problem = problem_of(at);
+    const Motion motion = motion_of(problem);
+    const VectorXd expected = stepped<double>(problem, motion, 1, false);
+    const VectorXd expected_float = stepped<float>(problem, motion, 1, false);
+    CHECK(expected.allFinite());
+    for (int threads = 1; threads <= most_threads; ++threads) {
+      CHECK(stepped<double>(problem, motion, threads, true) == expected);
+      CHECK(stepped<float>(problem, motion, threads, true) == expected_float);
+    }
+  }
+}
+
+TEST("a lattice is shared by no more threads than have two layers each, in rows of two vectors") {
+  CHECK(LatticeSlabs<double>::most_threads(5, 3, 4) == 2);
+  CHECK(LatticeSlabs<double>::most_threads(3, 3, 4) == 1);
+  CHECK(LatticeSlabs<double>::most_threads(80, 20, 2) == 2);
+  CHECK(LatticeSlabs<double>::most_threads(80, 1, 2) == 1);
 }
 
 }  // namespace

@@ -120,6 +120,19 @@ TEST("a lattice leaves out what lies between rows of fixed nodes, and says no mo
   CHECK(!mentions(plan_of(scene).skipped, "springs between fixed nodes"));
 }
 
+TEST("threads that cannot share the work are not taken, and that is said") {
+  Scene scene = moving_scene("euler-cromer");
+  scene.tissue.lattice.nodes = {8, 8, 8};
+  scene.simulation.threads = 2;
+  CHECK(plan_of(scene).threads == 2 && plan_of(scene).kernel.ends_with("-2-threads"));
+  scene.simulation.threads = 9;
+  const StepPlan fewer = plan_of(scene);
+  CHECK(fewer.threads == 4);
+  CHECK(std::ranges::any_of(fewer.warnings, [](const std::string& w) { return w.starts_with("4 of 9 threads"); }));
+  scene.simulation.integrator = "implicit-midpoint";
+  CHECK(plan_of(scene).threads == 1 && plan_of(scene).warnings.size() == 1);
+}
+
 TEST("every registered integrator has its stable step in the plan") {
   const StepPlan plan = plan_of(moving_scene("auto"));
   CHECK(plan.stable_step.size() == integrators().size());

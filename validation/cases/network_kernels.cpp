@@ -125,7 +125,7 @@ template <class Real>
 double lattice_error(const NetworkProblem& kernel, const NetworkProblem& specification,
                      const Variant& variant, int states,
                      const lattice::Kernels<Real>& kernels = lattice_kernels<Real>()) {
-  LatticeNetwork<Real> system(kernel, variant.skip, kernels);
+  LatticeNetwork<Real> system(kernel, variant.skip, 1, kernels);
   return force_error<Real>(system, specification, states);
 }
 

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/lattice_slabs.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+namespace palpate {
+
+template <class Real>
+int LatticeSlabs<Real>::most_threads(int layers, long vectors, int wanted) {
+  return vectors > 1 ? std::max(1, std::min(wanted, layers / 2)) : 1;
+}
+
+template <class Real>
+LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int lanes, int threads)
+    : view_(view),
+      layer_length_(static_cast<long>(view.rows1) * view.vectors * lanes),
+      stride_(layer_length_ + 2 * view.lead) {
+  const int count = most_threads(view.rows2, view.vectors, threads);
+  for (int n = 0; n <= count; ++n) {
+    begins_.push_back(static_cast<int>(static_cast<long>(view.rows2) * n / count));
+  }
+  for (int n = 1; n < count; ++n) {
+    boundaries_.push_back(std::make_unique<Boundary>());
+    for (auto* numbers : {&boundaries_.back()->below, &boundaries_.back()->above}) {
+      numbers->assign(static_cast<std::size_t>(9 * stride_), Real(0));
+    }
+  }
+  sums_.assign(static_cast<std::size_t>(count), 0.0);
+  if (count > 1) { team_ = std::make_unique<Team>(count); }
+}
+
+template <class Real>
+lattice::Layer<Real> LatticeSlabs<Real>::layer_in(std::vector<Real>& numbers) const noexcept {
+  Real* first = numbers.data() + view_.lead;
+  return {.q = first, .v = first + 3 * stride_, .f = first + 6 * stride_, .stride = stride_};
+}
+
+template <class Real>
+void LatticeSlabs<Real>::copy(const lattice::Fields<Real>& fields, int layer,
+                              std::vector<Real>& to) const noexcept {
+  const long begin = view_.lead + layer * layer_length_;
+  const auto bytes = static_cast<std::size_t>(layer_length_) * sizeof(Real);
+  for (long c = 0; c < 3; ++c) {
+    Real* q = to.data() + view_.lead + c * stride_;
+    std::memcpy(q, fields.q + begin + c * view_.stride, bytes);
+    if (fields.v == nullptr) { continue; }
+    std::memcpy(q + 3 * stride_, fields.v + begin + c * view_.stride, bytes);
+  }
+}
+
+/// The thread of the upper slab copies the two layers that meet and adds what the lower one does to the upper;
+/// the lower slab's thread waits for the copy before its last layer, which is long after.
+template <class Real>
+double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
+                                      const lattice::Fields<Real>& fields) noexcept {
+  const int begin = begins_[number];
+  const int end = begins_[number + 1];
+  if (number > 0) {
+    Boundary& under = *boundaries_[number - 1];
+    copy(fields, begin - 1, under.below);
+    copy(fields, begin, under.above);
+    under.copied.store(round_, std::memory_order_release);
+    const lattice::Layer<Real> below = layer_in(under.below);
+    (void)kernel(view_, {.begin = begin - 1, .end = begin, .below = &below}, fields);
+  }
+  if (number == boundaries_.size()) { return kernel(view_, {.begin = begin, .end = end}, fields); }
+  const double sum = kernel(view_, {.begin = begin, .end = end - 1}, fields);
+  Boundary& over = *boundaries_[number];
+  while (over.copied.load(std::memory_order_acquire) != round_) { relax(); }
+  const lattice::Layer<Real> above = layer_in(over.above);
+  return sum + kernel(view_, {.begin = end - 1, .end = end, .beyond = &above}, fields);
+}
+
+template <class Real>
+double LatticeSlabs<Real>::sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept {
+  if (team_ == nullptr) { return kernel(view_, {.begin = 0, .end = view_.rows2}, fields); }
+  ++round_;
+  auto work = [&](int number) noexcept {
+    const auto n = static_cast<std::size_t>(number);
+    sums_[n] = sweep_slab(n, kernel, fields);
+  };
+  team_->run(work);
+  return std::accumulate(sums_.begin(), sums_.end(), 0.0);
+}
+
+template <class Real>
+std::size_t LatticeSlabs<Real>::memory_bytes() const noexcept {
+  std::size_t bytes = 0;
+  for (const auto& boundary : boundaries_) {
+    bytes += (boundary->below.size() + boundary->above.size()) * sizeof(Real);
+  }
+  return bytes;
+}
+
+template class LatticeSlabs<double>;
+template class LatticeSlabs<float>;
+
+}  // namespace palpate

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A lattice shared out among threads by layers, to the bits of one thread (model/EQUATIONS.md, "Lattice in
+/// lanes").
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "model/stepping/lattice_view.hpp"
+#include "model/stepping/team.hpp"
+
+namespace palpate {
+
+template <class Real>
+class LatticeSlabs {
+ public:
+  /// Fewer threads than asked for where there are not two layers for each; `lanes` of the kernels.
+  LatticeSlabs(const lattice::View<Real>& view, int lanes, int threads);
+
+  /// Vectors at the ends of a row of one vector reach into rows of other layers: those are not shared out.
+  [[nodiscard]] static int most_threads(int layers, long vectors, int wanted);
+
+  /// Goes through the whole lattice; returns the sum of what the kernel returns.
+  double sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept;
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  /// Between two slabs: both layers as they were before either moved, and room for forces on them that the
+  /// other slab's thread computes itself.
+  struct Boundary {
+    std::vector<Real> below;
+    std::vector<Real> above;
+    std::atomic<long> copied{0};  ///< round
+  };
+  /// q, v and f of a layer in one vector.
+  [[nodiscard]] lattice::Layer<Real> layer_in(std::vector<Real>& numbers) const noexcept;
+  void copy(const lattice::Fields<Real>& fields, int layer, std::vector<Real>& to) const noexcept;
+  double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
+                    const lattice::Fields<Real>& fields) noexcept;
+
+  lattice::View<Real> view_;
+  long layer_length_;             ///< elements
+  long stride_;                   ///< of a layer's copy, with what the outermost lanes touch on both sides
+  std::vector<int> begins_;       ///< of the slabs, and the last one's end
+  std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< n: under slab n + 1
+  std::vector<double> sums_;
+  long round_ = 0;
+  std::unique_ptr<Team> team_;  ///< last, so that it goes home first
+};
+
+}  // namespace palpate
