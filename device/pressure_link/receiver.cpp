@@ -38,13 +38,14 @@ std::span<const std::uint8_t> Receiver::waiting_bytes() noexcept {
   return std::span(bytes_).first(filled);
 }
 
-/// Where this thread got no time for a while, bytes waited: each came as long ago as the line took for those
-/// behind it. By the clock alone two seconds of waiting would look like a gap.
+/// Where this thread got no time for a while, bytes waited: each came as long ago as the line took for
+/// those behind it. By the clock alone two seconds of waiting would look like a gap.
 void Receiver::take(std::span<const std::uint8_t> bytes) noexcept {
   const double now = link_.now();
   for (std::size_t n = 0; n < bytes.size(); ++n) {
     const auto behind = static_cast<double>(bytes.size() - n - 1);
-    if (const auto received = reader_.take(bytes[n])) { hand_over(*received, now - behind / bytes_per_second); }
+    const auto received = reader_.take(bytes[n]);
+    if (received) { hand_over(*received, now - behind / bytes_per_second); }
   }
 }
 
