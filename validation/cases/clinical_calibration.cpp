@@ -21,10 +21,10 @@ void add_shared_errors(std::vector<Subject>& subjects, const SharedUncertainty& 
                        device::Seeded& seeded) {
   Observation offset = Observation::Zero(observable_count);
   Observation factor = Observation::Ones(observable_count);
-  offset[index_of(Observable::drop_time)] = shared.drop_time * normal(seeded);
-  offset[index_of(Observable::depth_of_loss)] = shared.depth * normal(seeded);
+  offset[index_of(Observable::drop_time)] = shared.drop_time * seeded.normal();
+  offset[index_of(Observable::depth_of_loss)] = shared.depth * seeded.normal();
   for (Eigen::Index n = 0; n < observable_count; ++n) {
-    if (is_force(n)) { factor[n] += shared.model * normal(seeded); }
+    if (is_force(n)) { factor[n] += shared.model * seeded.normal(); }
   }
   for (Subject& subject : subjects) {
     subject.seen.value = subject.seen.value.cwiseProduct(factor) + offset;
@@ -36,12 +36,12 @@ std::vector<Subject> noisy_subjects(const Scene& scene, std::size_t count, devic
   const Insertion run = insert_tool({}, scene);
   const Trace clean = trace_of(run, run.pressure);
   const SharedUncertainty shared;
-  const double zero = shared.zero * normal(seeded);
-  const double gain = 1.0 + shared.gain * normal(seeded);
-  const double force_gain = 1.0 + shared.force_gain * normal(seeded);
+  const double zero = shared.zero * seeded.normal();
+  const double gain = 1.0 + shared.gain * seeded.normal();
+  const double force_gain = 1.0 + shared.force_gain * seeded.normal();
   std::vector<Subject> subjects;
   for (std::size_t n = 0; n < count; ++n) {
-    const double factor = 1.0 + 0.1 * normal(seeded);
+    const double factor = 1.0 + 0.1 * seeded.normal();
     Recording recording{.name = "made-up",
                         .sample_rate = 250.0,
                         .time = clean.time,
@@ -68,7 +68,7 @@ struct Coverage {
 /// by more than what lies before it.
 Forward::Values drawn_truth(const std::vector<Parameter>& parameters, device::Seeded& seeded) {
   Forward::Values truth;
-  for (const Parameter& p : parameters) { truth.push_back(p.value(normal(seeded))); }
+  for (const Parameter& p : parameters) { truth.push_back(p.value(seeded.normal())); }
   truth[1] = std::fmax(truth[1], 1.05 * truth[0]);
   return truth;
 }
