@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "reports/calibration_report.hpp"
 #include "reports/markup.hpp"
@@ -51,6 +52,15 @@ void add_note_on_plungers(const CalibrationReport& report, std::vector<std::stri
                   " m^2: the thumb's force is then that of the scene's plunger and of nobody's thumb.");
 }
 
+/// pool() moves depths where all have a BMI, so one without it stops that for all.
+void add_note_on_body_mass(const CalibrationReport& report, std::vector<std::string>& notes) {
+  const auto without = std::ranges::count_if(
+      report.recordings, [](const CalibratedRecording& each) { return !each.subject.body_mass_index; });
+  if (without == 0 || std::cmp_equal(without, report.recordings.size())) { return; }
+  notes.push_back(std::to_string(without) + " of " + std::to_string(report.recordings.size()) +
+                  " recordings have no BMI: no depth was moved to a common one.");
+}
+
 void add_notes_on_recordings(const CalibrationReport& report, std::vector<std::string>& notes) {
   if (report.reconstructed()) {
     notes.emplace_back(
@@ -60,6 +70,7 @@ void add_notes_on_recordings(const CalibrationReport& report, std::vector<std::s
   }
   add_notes_on_force(report, notes);
   add_note_on_plungers(report, notes);
+  add_note_on_body_mass(report, notes);
   if (report.recordings.size() < least_subjects) {
     notes.emplace_back("Fewer than three recordings: intervals hold for these subjects alone.");
   } else {

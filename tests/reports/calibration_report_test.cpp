@@ -65,13 +65,18 @@ TEST("reconstructed recordings are never taken for measured ones") {
   CHECK(!contains(calibration_detail(sample(Recording::Kind::measured)), "no evidence"));
 }
 
-TEST("what nobody reads in a verdict is said: another plunger, a group that was not fitted, NaN") {
+TEST("what nobody reads in a verdict is said: another plunger, no BMI, a search that failed, NaN") {
   CalibrationReport report = sample(Recording::Kind::measured);
   CHECK(!warns(report, "plunger of another area") && !warns(report, "Without b"));
+  CHECK(!warns(report, "no BMI"));
   report.recordings[2].subject.plunger_area *= 0.5;
   report.result.held_out[1].converged = false;
   CHECK(warns(report, "1 recording is of a plunger of another area than the scene's 0.0001767 m^2"));
   CHECK(warns(report, "Without b the search did not converge"));
+  report.recordings[0].subject.body_mass_index = 30.0;
+  CHECK(warns(report, "5 of 6 recordings have no BMI: no depth was moved"));
+  for (CalibratedRecording& each : report.recordings) { each.subject.body_mass_index = 30.0; }
+  CHECK(!warns(report, "no BMI"));
   report.result.whole[0] = std::nan("");
   CHECK(!report.result.held() && warns(report, "too coarse"));
 }
