@@ -23,6 +23,7 @@ TEST("a pressure of nine tenths makes intervals of the thumb's force miss it") {
   check_red(fault, {"clinical/calibration/coverage"});
 }
 
+#ifndef PALPATE_SANITIZED  // of bounds, not of code: half a minute there
 TEST("intervals that always hold the truth are too wide, and are outside the bound") {
   const std::vector<std::string> coverage{"clinical/calibration/coverage"};
   const Outcome outcome =
@@ -35,6 +36,7 @@ TEST("intervals that always hold the truth are too wide, and are outside the bou
   }
   CHECK(judged == 5);
 }
+#endif
 
 TEST("a thumb that never presses harder hides the groups") {
   const Mutation fault{.name = "thumb at 11 N", .model = [](Scene& scene, SpringNetwork&) {
