@@ -71,7 +71,8 @@ Table observable_table(const Calibration& result) {
                   "after, whole scene"}};
   for (const Eigen::Index row : fit.rows) {
     table.rows.push_back(
-        {name_of(row), static_cast<double>(fit.data.count[static_cast<std::size_t>(row)]),
+        {std::to_string(table.rows.size() + 1) + " " + name_of(row),
+         static_cast<double>(fit.data.count[static_cast<std::size_t>(row)]),
          with_unit(row, fit.data.mean[row]), with_unit(row, std::sqrt(fit.data.covariance(row, row))),
          with_unit(row, fit.before[row]), with_unit(row, fit.after[row]), with_unit(row, result.whole[row])});
   }
@@ -176,7 +177,8 @@ Figure force_figure(const Fit& fit) {
   }
   return {.id = "force",
           .title = "Force along the needle before the loss of resistance",
-          .caption = "Means over 2 mm of the way, by the distance to where resistance is lost.",
+          .caption = "Means over 2 mm of the way, 1.5 mm in the last, by the distance to where resistance is "
+                     "lost.",
           .x = {.label = "depth behind the loss of resistance (mm)"},
           .y = {.label = "force (N)"},
           .series = {std::move(band), bins_of("recordings", Series::Style::points, fit.data.mean),
@@ -203,7 +205,8 @@ Figure misfit_figure(const Fit& fit) {
   return {
       .id = "misfit",
       .title = "Misfit of every observable",
-      .caption = "Simulated less recorded, in standard uncertainties; observables in the order of the table.",
+      .caption =
+          "Simulated less recorded, in standard uncertainties; observables as the table below numbers them.",
       .x = {.label = "observable (1)", .minimum = 0.5, .maximum = end},
       .y = {.label = "misfit (1)"},
       .series = {std::move(allowed), std::move(before), std::move(after)}};

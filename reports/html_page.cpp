@@ -87,9 +87,9 @@ std::string html_table(const Table& table) {
     html += "<details><summary>" + escape_markup(table.title) + " (" +
             std::to_string(table.rows.size()) + " rows)</summary>\n";
   }
-  html += "<div class=\"scroll\"><table class=\"data\">\n<caption>";
+  html += "<div class=\"scroll\"><table class=\"data\">\n<caption><span>";
   if (!folded) { html += "<b>" + escape_markup(table.title) + "</b> "; }
-  html += escape_markup(table.caption) + "</caption>\n<thead><tr>";
+  html += escape_markup(table.caption) + "</span></caption>\n<thead><tr>";
   for (std::size_t n = 0; n < table.columns.size(); ++n) { html += column_head(table, n); }
   html += "</tr></thead>\n<tbody>\n";
   for (const auto& row : table.rows) {

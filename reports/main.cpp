@@ -12,6 +12,7 @@
 #include "model/stepping/integrator.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/interrupt.hpp"
+#include "reports/cli/number_range.hpp"
 #include "reports/cli/provenance.hpp"
 #include "reports/figure_svg.hpp"
 #include "reports/tolerance_text.hpp"
@@ -57,7 +58,7 @@ void add_import(CLI::App& command, ImportOptions& options) {
                      "what a column holds: time_ms, pressure_kPa, depth_mm, force_N, ignore; repeatable")
       ->type_name("NAME=ROLE")
       ->allow_extra_args(false);
-  const CLI::Range positive(1e-12, 1e12);
+  const CLI::Validator positive = number_range(1e-12, 1e12);
   command.add_option("--rate", options.sample_rate, "samples a second, for a file without time")
       ->type_name("HZ")
       ->check(positive);
@@ -87,7 +88,7 @@ void add_transducer(CLI::App& command, TransducerCommandOptions& options) {
   command.add_flag("--stdio", options.stdio, "on standard output");
   command.add_flag("--fast", options.fast, "with --stdio: as fast as they are read, not at 9600 baud");
   command.add_flag("--repeat", options.repeat, "begin again after the last sample, until Ctrl-C");
-  const CLI::Range share(0.0, 1.0);
+  const CLI::Validator share = number_range(0.0, 1.0);
   command.add_option("--drop", options.drop, "chance of each byte to be lost [0]")->check(share);
   command.add_option("--double", options.duplicate, "chance of each byte to come twice [0]")->check(share);
   command.add_option("--corrupt", options.corrupt, "chance of each byte to become another [0]")->check(share);
@@ -114,11 +115,11 @@ void add_compare(CLI::App& command, CompareOptions& options) {
                      "clocks: automatic (depth, else event, else start), depth, event or start [automatic]");
   command.add_option("--cutoff", options.cutoff, "of the low-pass, at most a quarter of a rate; 0: none [20]")
       ->type_name("HZ")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(number_range(0.0, 1e6));
   command.add_option("--tolerance", options.tolerances, "FEATURE=WIDTH instead of its default; repeatable")
       ->type_name("FEATURE=WIDTH")
       ->allow_extra_args(false);
-  const CLI::Range share(0.0, 10.0);
+  const CLI::Validator share = number_range(0.0, 10.0);
   command.add_option("--numerical-uncertainty", options.numerical_uncertainty,
                      "u_num, standard, as a share of simulated values [0]")
       ->type_name("SHARE")

@@ -93,14 +93,6 @@ class Tremor {
   std::array<Wave, 2> waves_{};
 };
 
-/// Close to normal, mean 0, SD 1: twelve uniform numbers (Irwin-Hall), the same on every machine.
-double normal(device::Seeded& chance) {
-  constexpr int terms = 12;
-  double sum = 0.0;
-  for (int n = 0; n < terms; ++n) { sum += chance.uniform(-0.5, 0.5); }
-  return sum;
-}
-
 double rounded(double value, double step) { return std::round(value / step) * step; }
 
 }  // namespace
@@ -122,7 +114,7 @@ Recording draw_insertion(const InsertionOutline& outline) {
       const double share = (time - begin) / leg.duration;
       const double pressure = std::lerp(before.pressure, leg.pressure, share);
       const double shaken =
-          pressure + tremor.at(time, pressure) + outline.noise * normal(chance);
+          pressure + tremor.at(time, pressure) + outline.noise * chance.normal();
       recording.time.push_back(time);
       recording.pressure.push_back(rounded(shaken, pressure_step));
       recording.depth.push_back(rounded(std::lerp(before.depth, leg.depth, share), depth_step));

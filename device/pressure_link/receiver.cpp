@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "device/pressure_link/receiver.hpp"
 
-#include <array>
-
 namespace palpate::device::pressure_link {
 namespace {
 
 constexpr double longest_wait = 0.05;  // [s], after which a request to stop is seen
-constexpr std::size_t most_at_once = 512;
 
 }  // namespace
 
@@ -20,11 +17,10 @@ void Receiver::stop() {
   if (thread_.joinable()) { thread_.join(); }
 }
 
-void Receiver::hand_over(const ReceivedFrame& received) noexcept {
-  const double now = link_.now();
+void Receiver::hand_over(const ReceivedFrame& received, double arrival) noexcept {
   const bool first = sample_.index < 0;
-  sample_ = {.index = first ? 0 : sample_.index + frames_since(received, now - sample_.arrival),
-             .arrival = now,
+  sample_ = {.index = first ? 0 : sample_.index + frames_since(received, arrival - sample_.arrival),
+             .arrival = arrival,
              .pressure = received.frame.pressure,
              .over_range = received.frame.over_range,
              .battery_low = received.frame.battery_low};
@@ -32,15 +28,31 @@ void Receiver::hand_over(const ReceivedFrame& received) noexcept {
   if (!queue_.push(sample_)) { overflowed_.fetch_add(1, std::memory_order_relaxed); }
 }
 
+std::span<const std::uint8_t> Receiver::waiting_bytes() noexcept {
+  std::size_t filled = 0;
+  while (filled < bytes_.size() && !stop_) {
+    const std::size_t count = link_.read(std::span(bytes_).subspan(filled));
+    if (count == 0) { break; }
+    filled += count;
+  }
+  return std::span(bytes_).first(filled);
+}
+
+/// Where this thread got no time for a while, bytes waited: each came as long ago as the line took for
+/// those behind it. By the clock alone two seconds of waiting would look like a gap.
+void Receiver::take(std::span<const std::uint8_t> bytes) noexcept {
+  const double now = link_.now();
+  for (std::size_t n = 0; n < bytes.size(); ++n) {
+    const auto behind = static_cast<double>(bytes.size() - n - 1);
+    const auto received = reader_.take(bytes[n]);
+    if (received) { hand_over(*received, now - behind / bytes_per_second); }
+  }
+}
+
 void Receiver::run() noexcept {
-  std::array<std::uint8_t, most_at_once> buffer;
   while (!stop_ && !link_.ended()) {
     (void)link_.wait_until(link_.now() + longest_wait);
-    for (std::size_t count = link_.read(buffer); count > 0 && !stop_; count = link_.read(buffer)) {
-      for (std::size_t n = 0; n < count; ++n) {
-        if (const auto received = reader_.take(buffer[n])) { hand_over(*received); }
-      }
-    }
+    take(waiting_bytes());
   }
   if (link_.ended()) { reader_.finish(); }
   ended_ = link_.ended();

@@ -3,9 +3,11 @@
 /// The host's end of the pressure link: a thread of its own reads the line, so that a 1 kHz tick
 /// only looks at what is there.
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <thread>
 
 #include "device/byte_link.hpp"
@@ -16,7 +18,8 @@ namespace palpate::device::pressure_link {
 
 struct PressureSample {
   std::int64_t index = -1;  ///< frame periods since the first frame; -1: none has come yet
-  double arrival = 0.0;     ///< clock of the link [s]
+  /// Clock of the link when its last byte came, told back from when it was read by the bytes behind it [s].
+  double arrival = 0.0;
   std::int16_t pressure = 0;  ///< gauge [0.1 mmHg]
   bool over_range = false;
   bool battery_low = false;
@@ -47,9 +50,13 @@ class Receiver {
 
  private:
   void run() noexcept;
-  void hand_over(const ReceivedFrame& received) noexcept;
+  std::span<const std::uint8_t> waiting_bytes() noexcept;
+  void take(std::span<const std::uint8_t> bytes) noexcept;
+  void hand_over(const ReceivedFrame& received, double arrival) noexcept;
 
+  static constexpr std::size_t most_at_once = 65536;  ///< what a pipe holds; a terminal holds less
   ByteLink& link_;
+  std::array<std::uint8_t, most_at_once> bytes_{};
   FrameReader reader_{};
   PressureSample sample_{};  ///< the reading thread's
   HandoverQueue<PressureSample, queue_capacity> queue_{};

@@ -115,6 +115,9 @@ std::vector<Parameter> chosen_parameters(const CalibrateOptions& options, const 
     p.spread = pair.second;
     p.origin = "--prior";
     calibration::set_default_bounds(p);
+    if (!(p.lower > 0.0) || !std::isfinite(p.upper)) {
+      throw InputError("--prior " + text + ": four spreads leave what numbers can hold; a smaller spread");
+    }
   }
   for (const std::string& text : options.bounds) {
     const Pair pair = parse_pair("--bounds", text, "KEY=LOWER:UPPER");

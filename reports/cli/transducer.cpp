@@ -71,7 +71,8 @@ void serve(device::ByteLink& link, Transducer& transducer, bool stdio) {
     (void)link.wait_until(std::min(transducer.next_call(), link.now() + longest_wait));
     while (link.read(ignored) > 0) {}  // the transducer takes no requests
     transducer.serve(link);
-    if (stdio && transducer.lost_writes() > 0 && reader_left(STDOUT_FILENO)) { return; }
+    if (!stdio || transducer.lost_writes() == 0) { continue; }
+    if (reader_left(STDOUT_FILENO) || std::ferror(stdout) != 0) { return; }
   }
 }
 
@@ -93,8 +94,9 @@ void serve_output(Transducer& transducer, bool fast) {
   if (fast) {
     HastyOutput link;
     serve(link, transducer, true);
-    std::fflush(stdout);
-    return;
+    const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
+    if (!failed || reader_left(STDOUT_FILENO)) { return; }
+    throw InputError("standard output: cannot be written; a place with room for all bytes is needed");
   }
   device::DescriptorLink link(-1, STDOUT_FILENO);  // nothing is read: poll passes over -1
   serve(link, transducer, true);

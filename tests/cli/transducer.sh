@@ -62,6 +62,14 @@ status=0
 timeout -s INT 1 "$palpate" transducer "$out/slow.csv" --stdio --repeat --quiet >/dev/null || status=$?
 [ "$status" -eq 124 ] || fail "exit status $status after an interrupt"
 
+# A place without room is an error, not a recording that was sent; one that repeats ends there.
+for repeat in '' --repeat; do
+  status=0
+  timeout 20 "$palpate" transducer "$out/slow.csv" --stdio --fast $repeat >/dev/full 2>"$out/stderr" || status=$?
+  [ "$status" -eq 2 ] || fail "exit status $status where nothing could be written"
+  grep -q '^palpate: standard output: cannot be written;' "$out/stderr" || fail "no word of what was not written"
+done
+
 # Two gigabytes of nothing, and of rows, end in one clear error, at once and in little memory.
 head -c 65536 /dev/urandom >"$out/garbage"
 truncate -s 2G "$out/garbage"

@@ -2,6 +2,7 @@
 // A consumer's tick while the thread that reads the line is idle, flooded or stalled.
 #include "device/pressure_link/receiver.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 
@@ -142,6 +143,51 @@ TEST("a consumer that takes nothing costs queued samples, not the newest one") {
   CHECK(queued == static_cast<std::int64_t>(Receiver::queue_capacity));
   CHECK(queued + rig.receiver.overflowed() == rig.receiver.counts().frames);
   CHECK(rig.receiver.latest().pressure == (rig.receiver.counts().frames - 1) % 256);
+}
+
+/// One frame each 1/120 s, which wait while the reading thread gets no time; in virtual time.
+class LateLink final : public ByteLink {
+ public:
+  LateLink(int frames, int late_from, int late_until) {
+    for (int n = 0; n < frames; ++n) {
+      const bool late = n >= late_from && n < late_until;
+      times_.push_back((late ? late_until : n + 1) / frames_per_second);
+    }
+  }
+  [[nodiscard]] double now() const noexcept override { return time_; }
+  bool wait_until(double deadline_s) noexcept override {
+    time_ = next_ < times_.size() ? std::min(deadline_s, times_[next_]) : deadline_s;
+    return false;
+  }
+  std::size_t read(std::span<std::uint8_t> into) noexcept override {
+    if (next_ == times_.size() || times_[next_] > time_ || into.size() < frame_bytes) { return 0; }
+    const FrameBytes one = encode({.sequence = static_cast<std::uint8_t>(next_),
+                                   .pressure = static_cast<std::int16_t>(next_)});
+    std::ranges::copy(one, into.begin());
+    ++next_;
+    return frame_bytes;
+  }
+  bool write(std::span<const std::uint8_t>) noexcept override { return false; }
+  [[nodiscard]] bool ended() const noexcept override { return next_ == times_.size(); }
+
+ private:
+  double time_ = 0.0;
+  std::size_t next_ = 0;
+  std::vector<double> times_{};
+};
+
+TEST("two seconds in which the reading thread got no time are no gap") {
+  LateLink link(600, 100, 340);
+  Receiver receiver(link);
+  while (!receiver.ended()) { ::usleep(1000); }
+  std::int64_t count = 0;
+  while (const auto sample = receiver.next()) {
+    CHECK(sample->index == sample->pressure);
+    // Rounding of sums of some seconds; a frame is through the line a period after it began.
+    CHECK_NEAR(sample->arrival, double(sample->index + 1) / frames_per_second, 1e-12);
+    ++count;
+  }
+  CHECK(count == 600 && receiver.counts().missing == 0);
 }
 
 TEST("what went through a pipe arrives whole, with its gaps, and the end is told") {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "reports/calibration_report.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tests/check.hpp"
@@ -62,6 +63,28 @@ TEST("reconstructed recordings are never taken for measured ones") {
   CHECK(contains(calibration_detail(made_up), "no evidence about patients"));
   CHECK(warns(made_up, "give back what was put into them"));
   CHECK(!contains(calibration_detail(sample(Recording::Kind::measured)), "no evidence"));
+}
+
+TEST("what nobody reads in a verdict is said: another plunger, no BMI, a search that failed, NaN") {
+  CalibrationReport report = sample(Recording::Kind::measured);
+  CHECK(!warns(report, "plunger of another area") && !warns(report, "Without b"));
+  CHECK(!warns(report, "no BMI"));
+  report.recordings[2].subject.plunger_area *= 0.5;
+  report.result.held_out[1].converged = false;
+  CHECK(warns(report, "1 recording is of a plunger of another area than the scene's 0.0001767 m^2"));
+  CHECK(warns(report, "Without b the search did not converge"));
+  report.recordings[0].subject.body_mass_index = 30.0;
+  CHECK(warns(report, "5 of 6 recordings have no BMI: no depth was moved"));
+  for (CalibratedRecording& each : report.recordings) { each.subject.body_mass_index = 30.0; }
+  CHECK(!warns(report, "no BMI"));
+  report.result.whole[0] = std::nan("");
+  CHECK(!report.result.held() && warns(report, "too coarse"));
+}
+
+TEST("a parameter that moves what was seen by half its uncertainty is not said to move nothing") {
+  const CalibrationReport report = sample(Recording::Kind::measured);
+  CHECK(!warns(report, "nothing that was seen depends"));
+  CHECK(warns(report, "moves what was seen by less than that is uncertain: "));
 }
 
 TEST("a fit that does not hold says so first") {

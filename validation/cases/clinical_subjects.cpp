@@ -18,7 +18,7 @@ Samples subject(const std::vector<double>& time, double factor) {
   return samples;
 }
 
-double drawn_factor(device::Seeded& seeded) { return 1.0 + 0.1 * normal(seeded); }
+double drawn_factor(device::Seeded& seeded) { return 1.0 + 0.1 * seeded.normal(); }
 
 /// A further subject lies in the corridor of the others with the probability it was made for.
 void measure_corridor(const CaseContext& context, Outcome& outcome) {

@@ -25,14 +25,8 @@ std::vector<double> pressures(const PressureLaw& law, const std::vector<double>&
   return values;
 }
 
-double normal(device::Seeded& seeded) {
-  double sum = -6.0;
-  for (int n = 0; n < 12; ++n) { sum += seeded.uniform(0.0, 1.0); }
-  return sum;
-}
-
 void add_noise(std::vector<double>& values, double deviation, device::Seeded& seeded) {
-  for (double& v : values) { v += deviation * normal(seeded); }
+  for (double& v : values) { v += deviation * seeded.normal(); }
 }
 
 void damage(const CaseContext& context, std::vector<double>& pressure) {
@@ -91,7 +85,7 @@ comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed)
   const double relax = seeded.uniform(0.1, 0.4);
   Event event{.time = seeded.uniform(8.0, 18.0), .fall_constant = seeded.uniform(0.02, 0.09)};
   event.drop =
-      kind.drops ? std::clamp(kind.mean_drop + kind.deviation_drop * normal(seeded), 0.02, 0.98) : 0.0;
+      kind.drops ? std::clamp(kind.mean_drop + kind.deviation_drop * seeded.normal(), 0.02, 0.98) : 0.0;
   event.back = kind.held ? 0.0 : seeded.uniform(0.3, 4.0);
   if (kind.technique == Technique::intermittent) {  // the needle enters while it is pushed
     event.time = period * (std::floor(event.time / period) + 0.45);

@@ -33,8 +33,6 @@ struct PressureLaw {
 std::vector<double> instants(double duration, double rate);
 std::vector<double> pressures(const PressureLaw& law, const std::vector<double>& time);
 
-/// Roughly normal: the sum of twelve uniform ones less six, which no machine rounds differently.
-double normal(device::Seeded& seeded);
 void add_noise(std::vector<double>& values, double deviation, device::Seeded& seeded);
 
 /// The planted fault of a case, if there is one, on a simulated pressure.
