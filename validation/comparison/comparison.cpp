@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "validation/comparison/feature_verdict.hpp"
+#include "validation/comparison/feature_words.hpp"
 #include "validation/comparison/zero_phase.hpp"
 
 namespace palpate::comparison {
@@ -15,11 +16,6 @@ Comparison refuse(Comparison comparison, const std::string& reason) {
   comparison.verdict = Verdict::not_comparable;
   comparison.reasons = {reason};
   return comparison;
-}
-
-std::string column_of(const ComparisonOptions& options) {
-  if (!options.column.empty()) { return options.column; }
-  return options.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
 }
 
 RawTrace recorded_trace(const Recording& recording, QuantityKind quantity) {
@@ -114,8 +110,14 @@ void conclude(Comparison& comparison) {
 
 }  // namespace
 
+std::string column_of(const ComparisonOptions& options) {
+  if (!options.column.empty()) { return options.column; }
+  return options.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
+}
+
 Comparison compare(const Recording& recording, const Trace& simulated, const ComparisonOptions& options) {
-  Comparison comparison{.recording = recording.name, .group = recording.group, .kind = recording.kind,
+  Comparison comparison{.recording = recording.name, .group = recording.group,
+                        .subject = recording.subject, .kind = recording.kind,
                         .unit = std::string(unit_of(options.quantity))};
   if (const std::string wrong = regime_refusal(recording, options); !wrong.empty()) {
     return refuse(comparison, wrong);
