@@ -10,7 +10,7 @@
 namespace palpate::comparison {
 
 enum class AlignmentRule {
-  automatic,  ///< depth where both have it, else the event where both have one, else the start
+  automatic,  ///< depth where both have it without a gap there, else the event in both, else the start
   depth,      ///< both reach the depth of the recorded event (else the middle of the common depths) at once
   event,      ///< loss of resistance where both show one, else the peak
   start,      ///< the first samples coincide
