@@ -39,7 +39,7 @@ GroupOptions group_options(const CompareOptions& asked) {
   o.alignment = value_named(
       "--align", asked.alignment,
       std::array{AlignmentRule::automatic, AlignmentRule::depth, AlignmentRule::event, AlignmentRule::start});
-  o.column = o.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
+  o.column = column_of(o);
   o.cutoff = asked.cutoff;
   o.uncertainties.numerical = asked.numerical_uncertainty;
   o.uncertainties.input = asked.input_uncertainty;
@@ -54,7 +54,10 @@ std::string quoted(const std::string& word) {
   const bool plain =
       word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,") ==
       std::string::npos;
-  return plain && !word.empty() ? word : "'" + word + "'";
+  if (plain && !word.empty()) { return word; }
+  std::string text = "'";
+  for (const char c : word) { text += c == '\'' ? "'\\''" : std::string(1, c); }
+  return text + "'";
 }
 
 std::string command_of(const CompareOptions& o) {
