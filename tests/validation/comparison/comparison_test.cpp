@@ -11,7 +11,6 @@ namespace {
 using namespace palpate;
 using namespace palpate::comparison;
 using clinical::instants;
-using clinical::mmhg;
 using clinical::pressures;
 using clinical::recording_of;
 using clinical::trace_of;
@@ -104,7 +103,7 @@ TEST("gaps in the recording stay out of the figures") {
 TEST("a tolerance that is given replaces the default one") {
   ComparisonOptions strict;
   strict.tolerances = {{.feature = Feature::peak, .relative = 0.03, .origin = "stricter"}};
-  const Trace louder = trace_of(ticks, pressures({.peak = 64.0 * mmhg}, ticks));
+  const Trace louder = trace_of(ticks, pressures({.peak = 64.0 * pascals_per_mmhg}, ticks));
   CHECK(compare(recorded(), louder).verdict != Verdict::differs);
   CHECK(compare(recorded(), louder, strict).verdict == Verdict::differs);
 }
@@ -112,7 +111,7 @@ TEST("a tolerance that is given replaces the default one") {
 TEST("an uncertainty larger than the tolerance leaves nothing to tell") {
   ComparisonOptions vague;
   vague.uncertainties.input = 0.3;
-  const Trace louder = trace_of(ticks, pressures({.peak = 66.0 * mmhg, .plateau = 8.8 * mmhg}, ticks));
+  const Trace louder = trace_of(ticks, pressures({.peak = 66.0 * pascals_per_mmhg, .plateau = 8.8 * pascals_per_mmhg}, ticks));
   const Comparison found = compare(recorded(), louder, vague);
   CHECK(found.verdict == Verdict::not_distinguishable);
   CHECK(found.features[static_cast<std::size_t>(Feature::peak)].below_uncertainty);
