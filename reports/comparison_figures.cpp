@@ -209,7 +209,7 @@ std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t in
   const Series simulated{
       .label = "simulated", .x = times_of(group.simulated), .y = scaled(group.simulated.value, unit.factor)};
   corridor.series = {corridor_band(*group.corridor, mean.value, unit.factor),
-                     {.label = "mean of the recordings",
+                     {.label = "mean of the subjects",
                       .style = Series::Style::dashed,
                       .x = times_of(mean),
                       .y = scaled(mean.value, unit.factor)},

@@ -101,6 +101,11 @@ std::vector<Fact> key_facts(const ComparisonReport& report) {
   std::vector<Fact> facts{{"recordings", kinds_of(report), tally_of(report)},
                           {"quantity", std::string(comparison::name_of(o.quantity)),
                            "verdicts come from features and corridor; ratings explain"}};
+  if (report.recordings.size() > 1) {
+    facts.insert(facts.begin() + 1,
+                 {"subjects", std::to_string(subjects_compared(report)),
+                  "who could be compared; a recording that does not say whose it is counts as one"});
+  }
   add_simulation_facts(facts, report.simulation);
   const auto& all = report.found.recordings;
   const auto first = std::ranges::find_if(all, compared);
@@ -160,7 +165,7 @@ std::string groups_section(const ComparisonReport& report, const Drawn& drawn) {
     if (group.features.empty()) { continue; }
     html += "<article>\n<h3>" + html_badge(group.verdict) + " <span>" +
             escape_markup(name_of_group(group.group)) + "</span></h3>\n" +
-            html_notes(group.reasons) + html_of(drawn.groups[n]);
+            (report.found.groups.size() > 1 ? html_notes(group.reasons) : "") + html_of(drawn.groups[n]);
     if (!group.means.empty()) {
       html += "<p class=\"soft\">The simulated insertion against the means over subjects:</p>\n" +
               html_features(group.means);

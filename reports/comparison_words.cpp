@@ -60,6 +60,12 @@ std::string subjects_of(const SubjectCorridor& corridor) {
              : subjects + " (" + counted(corridor.recordings, "recording", "recordings") + ")";
 }
 
+std::size_t subjects_compared(const ComparisonReport& report) {
+  std::size_t count = 0;
+  for (const GroupSummary& group : report.found.groups) { count += group.subjects; }
+  return count;
+}
+
 std::string name_of_group(const std::string& group) { return group.empty() ? "without a group" : group; }
 
 std::string tally_of(const ComparisonReport& report) {

@@ -19,6 +19,9 @@ std::string tally_of(const ComparisonReport& report);
 /// "5 subjects", "5 subjects (10 recordings)".
 std::string subjects_of(const comparison::SubjectCorridor& corridor);
 
+/// Over all groups.
+std::size_t subjects_compared(const ComparisonReport& report);
+
 /// "without a group" of an empty one.
 std::string name_of_group(const std::string& group);
 

@@ -109,6 +109,15 @@ TEST("the page answers in order, makes no request, escapes what it shows and giv
   CHECK(html == to_html(report));
 }
 
+TEST("the page tells recordings from subjects") {
+  std::vector<ComparedRecording> all = subjects(6);
+  for (std::size_t n = 0; n < 6; ++n) { all[n].input.recording.subject = std::to_string(n / 2); }
+  const std::string html = to_html(sample::compared(all));
+  CHECK(contains(html, "6 recordings reconstructed"));
+  CHECK(contains(html, "3 subjects (6 recordings)"));
+  CHECK(contains(html, "data-label=\"subjects\">3<") && contains(html, "data-label=\"recordings\">6<"));
+}
+
 TEST("what cannot be compared still has a page, which says why") {
   const std::string html = to_html(sample::compared({sample::compared_recording("flat", 0.0)}));
   CHECK(contains(html, "class=\"verdict fail\"") && contains(html, "Not comparable"));

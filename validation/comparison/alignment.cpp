@@ -42,7 +42,8 @@ Alignment by_depth(const PreparedTrace& recorded, const PreparedTrace& simulated
     return alignment;
   }
   double depth = depth_of_event(recorded.features).value_or(high + 1.0);
-  if (depth > high || depth < low) { depth = 0.5 * (low + high); }
+  const bool reached = depth <= high && depth >= low;
+  if (!reached) { depth = 0.5 * (low + high); }
   const auto at_r = time_at_depth(recorded.input.depth, depth);
   const auto at_s = time_at_depth(simulated.input.depth, depth);
   char text[64];
@@ -52,7 +53,8 @@ Alignment by_depth(const PreparedTrace& recorded, const PreparedTrace& simulated
                         " tip reached " + text;
     return alignment;
   }
-  alignment.how = std::string("by the depth of ") + text;
+  alignment.how = std::string("by the depth of ") + text +
+                  (reached ? ", that of the recorded event" : ", the middle of what both passed");
   alignment.lag = *at_r - *at_s;
   alignment.uncertainty = std::hypot(recorded.input.depth.step, simulated.input.depth.step) / std::sqrt(12.0);
   return alignment;

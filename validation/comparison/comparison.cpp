@@ -97,12 +97,14 @@ void explain(Comparison& comparison) {
 
 void conclude(Comparison& comparison) {
   comparison.verdict = Verdict::not_judged;
+  std::vector<Reason> reasons;
   for (const FeatureVerdict& one : comparison.features) {
     comparison.verdict = worse(comparison.verdict, one.verdict);
     if (one.verdict != Verdict::agrees && one.verdict != Verdict::not_judged) {
-      comparison.reasons.push_back(sentence_of(one));
+      reasons.push_back({one.verdict, sentence_of(one)});
     }
   }
+  comparison.reasons = worst_first(std::move(reasons));
   if (comparison.verdict == Verdict::not_judged) {
     comparison = refuse(std::move(comparison), "no feature is in both");
   }

@@ -66,7 +66,7 @@ FeatureVerdict judge_feature(Feature feature, const Comparison& comparison,
                      .tolerance = tolerance_of(feature, options)};
   if (is_time(feature) && one.recorded.value) { *one.recorded.value -= comparison.alignment.lag; }
   if (is_time(feature) && !comparison.alignment.judges_times()) {
-    one.reason = "the clocks were aligned " + comparison.alignment.how;
+    one.reason = "the clocks were aligned by the " + std::string(name_of(comparison.alignment.used));
     if (one.recorded.value && one.simulated.value) { one.error = *one.simulated.value - *one.recorded.value; }
     return one;
   }

@@ -16,9 +16,9 @@ FieldUnit unit_for(Feature feature, std::string_view unit) {
   return feature == Feature::relative_drop ? FieldUnit{100.0, "%"} : field_unit(unit);
 }
 
-/// Nobody reads less than a thousandth of these units; rounding would be shown as 10^-14 mmHg.
+/// Nobody reads less than a ten-thousandth of these units; rounding would be shown as 10^-14 mmHg.
 double in_unit(double value, const FieldUnit& unit) {
-  return std::round(1e3 * unit.factor * value) / 1e3 + 0.0;  // no negative zero
+  return std::round(1e4 * unit.factor * value) / 1e4 + 0.0;  // no negative zero
 }
 
 std::string found_or_not(const Measured& measured) {

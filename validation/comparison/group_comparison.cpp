@@ -135,31 +135,35 @@ FeatureVerdict judge_mean(const FeatureSummary& summary, const Members& members,
 
 void judge_by_corridor(const Members& members, const GroupOptions& options, GroupSummary& summary) {
   summary.verdict = summary.coverage.holds ? Verdict::agrees : Verdict::differs;
+  std::vector<Reason> reasons;
   if (!summary.coverage.holds) {
     char text[160];
     std::snprintf(
         text, sizeof text, "%.0f %% of samples lie in the corridor of %zu subjects; %.0f %% needed",
         100.0 * summary.coverage.inside, summary.corridor->subjects, 100.0 * options.corridor.least_inside);
-    summary.reasons.emplace_back(text);
+    reasons.push_back({Verdict::differs, text});
   }
   for (const FeatureSummary& feature : summary.features) {
     const FeatureVerdict& mean = summary.means.emplace_back(
         judge_mean(feature, members, options.comparison.uncertainties.coverage_factor));
     summary.verdict = worse(summary.verdict, mean.verdict);
     if (mean.verdict != Verdict::agrees && mean.verdict != Verdict::not_judged) {
-      summary.reasons.push_back("mean over subjects, " + sentence_of(mean));
+      reasons.push_back({mean.verdict, "mean over subjects, " + sentence_of(mean)});
     }
   }
+  summary.reasons = worst_first(std::move(reasons));
 }
 
 void judge_one_by_one(const Members& members, GroupSummary& summary) {
   summary.verdict = Verdict::not_judged;
+  std::vector<Reason> reasons;
   for (const Comparison* one : members) {
     summary.verdict = worse(summary.verdict, one->verdict);
     for (const std::string& reason : one->reasons) {
-      summary.reasons.push_back(one->recording + ": " + reason);
+      reasons.push_back({one->verdict, summary.recordings > 1 ? one->recording + ": " + reason : reason});
     }
   }
+  summary.reasons = worst_first(std::move(reasons));
 }
 
 void count(const std::vector<Comparison>& all, GroupSummary& summary) {
@@ -195,7 +199,8 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
   lay_corridor(members, options.corridor, summary);
   if (members.empty()) {
     for (const Comparison& one : all) {
-      if (one.group == group) { summary.reasons.push_back(one.recording + ": " + one.reasons.front()); }
+      if (one.group != group) { continue; }
+      summary.reasons.push_back((summary.recordings > 1 ? one.recording + ": " : "") + one.reasons.front());
     }
     return summary;
   }
@@ -219,17 +224,24 @@ GroupComparison compare_all(std::span<const Recording> recordings, const Trace& 
   for (const Recording& one : recordings) {
     result.recordings.push_back(compare(one, simulated, options.comparison));
   }
-  Verdict worst = Verdict::not_judged;
   for (const Comparison& one : result.recordings) {
     const auto known = [&](const GroupSummary& summary) { return summary.group == one.group; };
     if (std::ranges::any_of(result.groups, known)) { continue; }
     result.groups.push_back(summarise_group(result.recordings, one.group, options));
-    const GroupSummary& added = result.groups.back();
-    for (const std::string& reason : added.reasons) {
-      result.reasons.push_back(one.group.empty() ? reason : one.group + ": " + reason);
-    }
-    if (added.verdict != Verdict::not_comparable) { worst = worse(worst, added.verdict); }
   }
+  Verdict worst = Verdict::not_judged;
+  std::vector<Reason> reasons;
+  for (const GroupSummary& group : result.groups) {
+    // What cannot be compared does not decide of the others.
+    const Verdict verdict =
+        group.verdict == Verdict::not_comparable ? Verdict::not_judged : group.verdict;
+    worst = worse(worst, verdict);
+    const bool alone = group.group.empty() || result.groups.size() == 1;
+    for (const std::string& reason : group.reasons) {
+      reasons.push_back({verdict, alone ? reason : group.group + ": " + reason});
+    }
+  }
+  result.reasons = worst_first(std::move(reasons));
   if (worst != Verdict::not_judged) { result.verdict = worst; }
   if (recordings.empty()) { result.reasons.emplace_back("there is no recording"); }
   return result;
