@@ -98,11 +98,11 @@ std::string verdict_text(const ComparisonReport& report) {
 std::string verdict_sentence(const ComparisonReport& report) {
   if (!report.simulation.failure.empty()) { return "The simulation " + report.simulation.failure + "."; }
   std::string sentence = "The simulated " + std::string(name_of(report.options.comparison.quantity)) +
-                         " was judged against " + kinds_of(report) + ".";
+                         " was judged against " + kinds_of(report);
   if (report.found.verdict == Verdict::agrees) {
-    sentence += " Every feature that can be judged lies within its tolerance.";
-  } else if (!report.found.reasons.empty()) {
-    sentence += " " + report.found.reasons.front() + ".";
+    sentence += ". Every feature that can be judged lies within its tolerance.";
+  } else {
+    sentence += report.found.reasons.empty() ? "." : ": " + report.found.reasons.front() + ".";
   }
   if (any_reconstructed(report)) { sentence += " What was reconstructed is no evidence about patients."; }
   return sentence;

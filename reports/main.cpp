@@ -114,7 +114,7 @@ void add_compare(CLI::App& command, CompareOptions& options) {
   command.add_option("--quantity", options.quantity, "pressure or force [pressure]");
   command.add_option("--align", options.alignment,
                      "clocks: automatic (depth, else event, else start), depth, event or start [automatic]");
-  command.add_option("--cutoff", options.cutoff, "of the low-pass, at most a quarter of a rate; 0: none, and noise is not estimated [20]")
+  command.add_option("--cutoff", options.cutoff, "of the low-pass, from 1, at most a quarter of a rate; 0: none, and noise is not estimated [20]")
       ->type_name("HZ")
       ->check(CLI::Range(0.0, 1e6));
   command.add_option("--tolerance", options.tolerances, "FEATURE=WIDTH instead of its default; repeatable")

@@ -31,6 +31,13 @@ std::string grouped(const std::string& digits) {
   return text;
 }
 
+/// To so many digits where that leaves a whole number below a million, which is read without a power of ten.
+double rounded(double size, int digits) {
+  if (!(size < 1e6) || size < 1.0) { return size; }
+  const double unit = std::pow(10.0, std::floor(std::log10(size)) + 1.0 - digits);
+  return unit < 1.0 ? size : unit * std::round(size / unit);
+}
+
 }  // namespace
 
 std::string exact_number(double value) {
@@ -54,7 +61,7 @@ std::string plain_number(double value, int digits) {
 std::string short_number(double value, int digits) {
   if (std::isnan(value)) { return "not a number"; }
   if (std::isinf(value)) { return value > 0.0 ? "∞" : "−∞"; }
-  const std::string plain = plain_number(std::abs(value), digits);
+  const std::string plain = plain_number(rounded(std::abs(value), digits), digits);
   const std::string sign = value < 0.0 ? "−" : "";
   const std::size_t e = plain.find('e');
   if (e == std::string::npos) { return sign + grouped(plain); }

@@ -15,6 +15,11 @@ TEST("numbers for people have few digits, true signs and no letters") {
   CHECK(short_number(1e-9) == "10⁻⁹");
   CHECK(short_number(125000.0) == "125\u202f000");
   CHECK(short_number(2400.0) == "2400");
+  CHECK(short_number(48163.2) == "48\u202f160");
+  CHECK(short_number(1234.5, 2) == "1200");
+  CHECK(short_number(99.96, 2) == "100");
+  CHECK(short_number(-463.7) == "−463.7");
+  CHECK(short_number(1.5e6) == "1.5\u202f×\u202f10⁶");
   CHECK(short_number(std::nan("")) == "not a number");
   CHECK(short_number(-INFINITY) == "−∞");
 }

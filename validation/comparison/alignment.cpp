@@ -103,7 +103,10 @@ Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, A
   const Alignment event = by_event(recorded, simulated);
   Alignment other = event.refusal.empty() ? event : by_start(recorded, simulated);
   const bool both_have_depth = !recorded.input.depth.value.empty() && !simulated.input.depth.value.empty();
-  if (both_have_depth) { other.how += ", not by depth: " + deep.refusal; }
+  if (both_have_depth) {
+    other.not_by_depth = deep.refusal;
+    other.how += ", not by depth: " + deep.refusal;
+  }
   return other;
 }
 

@@ -7,6 +7,7 @@
 #include "validation/comparison/feature_verdict.hpp"
 #include "validation/comparison/feature_words.hpp"
 #include "validation/comparison/zero_phase.hpp"
+#include "validation/number_words.hpp"
 
 namespace palpate::comparison {
 
@@ -69,6 +70,15 @@ void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated,
   comparison.recorded_raw = resample(moved(r, -lag), grid);
   comparison.simulated = resample(simulated.input.filtered, grid);
   comparison.simulated_raw = resample(s, grid);
+}
+
+constexpr std::size_t least_common = 20;  // samples of both
+
+std::string overlap_refusal(double overlap, std::size_t samples, const ComparisonOptions& options) {
+  if (samples == 0) { return "no overlap in time"; }
+  return "no overlap in time but for " + short_number(overlap) + " s in " + std::to_string(samples) +
+         " samples; " + short_number(options.least_overlap) + " s in " + std::to_string(least_common) +
+         " are needed";
 }
 
 std::vector<double> jointly(const Samples& a, const Samples& b) {
@@ -142,8 +152,8 @@ Comparison compare(const Recording& recording, const Trace& simulated, const Com
   lay_on_grid(r, s, options, comparison);
   const std::vector<double> both = finite_only(jointly(comparison.recorded, comparison.simulated));
   comparison.overlap = comparison.recorded.step * static_cast<double>(both.size());
-  if (both.size() < 20 || comparison.overlap < options.least_overlap) {
-    return refuse(comparison, "no overlap in time");
+  if (both.size() < least_common || comparison.overlap < options.least_overlap) {
+    return refuse(comparison, overlap_refusal(comparison.overlap, both.size(), options));
   }
   comparison.recorded_features = r.features;
   comparison.simulated_features = s.features;

@@ -216,6 +216,12 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
   return summary;
 }
 
+/// Before the reasons of one of several groups; recordings of the one without a name tell themselves.
+std::string label_of(const GroupSummary& group, const std::vector<Comparison>& all) {
+  if (!group.group.empty()) { return group.group + ": "; }
+  return group.recordings > 1 ? "" : std::ranges::find(all, "", &Comparison::group)->recording + ": ";
+}
+
 }  // namespace
 
 GroupComparison compare_all(std::span<const Recording> recordings, const Trace& simulated,
@@ -236,10 +242,8 @@ GroupComparison compare_all(std::span<const Recording> recordings, const Trace& 
     const Verdict verdict =
         group.verdict == Verdict::not_comparable ? Verdict::not_judged : group.verdict;
     worst = worse(worst, verdict);
-    const bool alone = group.group.empty() || result.groups.size() == 1;
-    for (const std::string& reason : group.reasons) {
-      reasons.push_back({verdict, alone ? reason : group.group + ": " + reason});
-    }
+    const std::string label = result.groups.size() > 1 ? label_of(group, result.recordings) : "";
+    for (const std::string& reason : group.reasons) { reasons.push_back({verdict, label + reason}); }
   }
   result.reasons = worst_first(std::move(reasons));
   if (worst != Verdict::not_judged) { result.verdict = worst; }

@@ -24,6 +24,7 @@ PreparedTrace prepared(const PressureLaw& law, double clock, double speed = 0.0)
 TEST("two clocks are laid over each other by the event when there is no depth") {
   const Alignment found = align(prepared({}, 100.0), prepared({.delay = 1.0}, 0.0), AlignmentRule::automatic);
   CHECK(found.used == AlignmentRule::event && !found.judges_times());
+  CHECK(found.not_by_depth.empty());
   CHECK(found.how == "by the loss of resistance");
   CHECK_NEAR(found.lag, 99.0, 1e-6);  // the same law, a second later
 }
@@ -82,6 +83,7 @@ TEST("a gap over the depth of the event is not bridged: the event decides, and t
   CHECK(align(whole, gap, AlignmentRule::depth).refusal == expected);
   const Alignment found = align(whole, gap, AlignmentRule::automatic);
   CHECK(found.used == AlignmentRule::event);
+  CHECK(found.not_by_depth == expected);
   CHECK(found.how == "by the loss of resistance, not by depth: " + std::string(expected));
   CHECK_NEAR(found.lag, 2.0 - 50.0, 1e-6);
 }

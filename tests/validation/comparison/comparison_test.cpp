@@ -69,7 +69,9 @@ TEST("traces that do not meet in time do not overlap") {
   CHECK(compare(recording, simulated(), options).verdict ==
         Verdict::agrees);  // starts coincide, wherever they are
   const std::vector<double> early = instants(0.5, 1000.0);
-  check_refused(recording, trace_of(early, early), "no overlap in time", options);
+  // 0 to 0.5 s at 120 Hz: 61 samples, each for 1/120 s.
+  check_refused(recording, trace_of(early, early),
+                "no overlap in time but for 0.5083 s in 61 samples; 1 s in 20 are needed", options);
 }
 
 TEST("the instant of an event that aligned the clocks proves nothing and is not judged") {
