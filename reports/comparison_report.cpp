@@ -209,7 +209,8 @@ std::vector<Fact> rule_facts(const ComparisonReport& report) {
        "as stated on the command line; 0 by default"},
       {"corridor",
        "from " + std::to_string(report.options.corridor.least_subjects) + " subjects of a group",
-       "several recordings of one subject count as their mean; " + percent(report.options.corridor.least_inside) + " of the simulated samples must lie in it"}};
+       "several recordings of one subject count as their mean; " +
+           percent(report.options.corridor.least_inside) + " of the simulated samples must lie in it"}};
 }
 
 std::vector<Fact> provenance_facts(const ComparisonReport& report) {

@@ -83,7 +83,8 @@ std::string inside_of(const GroupSummary& group, const CorridorRule& rule) {
 
 std::string agreed_of(const GroupSummary& group) {
   if (group.recordings == group.not_comparable) { return "none compared"; }
-  return std::to_string(group.subjects_agree) + " of " + std::to_string(group.subjects) + " (" + short_number(100.0 * group.agree_interval.lower, 3) + " to " +
+  return std::to_string(group.subjects_agree) + " of " + std::to_string(group.subjects) + " (" +
+         short_number(100.0 * group.agree_interval.lower, 3) + " to " +
          short_number(100.0 * group.agree_interval.upper, 3) + " %)";
 }
 
@@ -149,7 +150,9 @@ std::string html_recordings(const ComparisonReport& report) {
     rows += recording_row(report.recordings[n], report.found.recordings[n]);
   }
   const std::string table = verdict_table(
-      head_of({"recording", "verdict", "kind", "group", "subject", "technique", "length", "outcome", "source"}), rows);
+      head_of({"recording", "verdict", "kind", "group", "subject", "technique", "length", "outcome",
+               "source"}),
+      rows);
   constexpr std::size_t many = 6;
   const std::size_t count = report.recordings.size();
   return count < many ? table
@@ -160,15 +163,17 @@ std::string html_recordings(const ComparisonReport& report) {
 std::string html_groups(const ComparisonReport& report) {
   std::string rows;
   for (const GroupSummary& group : report.found.groups) { rows += group_row(group, report.options.corridor); }
-  return verdict_table(head_of({"group", "verdict", "subjects", "who agree (95 %)", "recordings", "of them measured",
-                                "agree", "differ", "not distinguishable", "not comparable", "in the corridor"}),
-                       rows);
+  return verdict_table(
+      head_of({"group", "verdict", "subjects", "who agree (95 %)", "recordings", "of them measured", "agree",
+               "differ", "not distinguishable", "not comparable", "in the corridor"}),
+      rows);
 }
 
 Table subjects_table(const GroupSummary& group) {
   Table table{
       .title = "Features over the subjects of " + name_of_group(group.group),
-      .caption = "Several recordings of one subject count as their mean. Intervals of the mean: percentile bootstrap, seeded; of few subjects they are too narrow.",
+      .caption = "Several recordings of one subject count as their mean. Intervals of the mean: percentile "
+                 "bootstrap, seeded; of few subjects they are too narrow.",
       .columns = {"feature", "subjects", "mean", "SD", "95 % interval of the mean", "simulated"}};
   for (const FeatureSummary& one : group.features) {
     const auto value = [&](double number) { return shown(one.feature, number, one.unit); };

@@ -53,7 +53,8 @@ bool long_enough(const Trace& trace, double duration, double rest) {
 /// Throws InputError where a trace holds nothing that could be compared.
 void check_samples(const std::filesystem::path& file, const Trace& trace, const Column& column) {
   const auto refuse = [&](const std::string& what) {
-    throw InputError(file.string() + ": " + what + "; a trace of at least two samples with numbers is needed");
+    throw InputError(file.string() + ": " + what +
+                     "; a trace of at least two samples with numbers is needed");
   };
   if (trace.time.size() < 2) { refuse(trace.time.empty() ? "has no samples" : "has one sample"); }
   if (std::ranges::none_of(column.values, [](double v) { return std::isfinite(v); })) {
@@ -86,7 +87,8 @@ std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem
       one.hash = hash_of(file);
       const auto twin = std::ranges::find(recordings, one.hash, &ComparedRecording::hash);
       if (twin != recordings.end()) {
-        throw InputError(file.string() + ": the same bytes as " + twin->file.string() + "; every recording once");
+        throw InputError(file.string() + ": the same bytes as " + twin->file.string() +
+                         "; every recording once");
       }
       if (one.input.recording.name.empty()) { one.input.recording.name = file.stem().string(); }
       recordings.push_back(std::move(one));

@@ -48,7 +48,8 @@ TEST("a trace one sample late is seen") {
 
 TEST("a simulated pressure that is not the one that was recorded is seen") {
   const Mutation off{.name = "0.06 mmHg too high", .pressure = [](std::vector<double>& pressure) {
-                       for (double& p : pressure) { p += 0.06 * pascals_per_mmhg; }  // more than the link rounds
+                       // more than the link rounds
+                       for (double& p : pressure) { p += 0.06 * pascals_per_mmhg; }
                      }};
   check_red(off, {"clinical/round-trip"});
   const Mutation late{.name = "two frame periods late", .pressure = [](std::vector<double>& pressure) {

@@ -155,7 +155,9 @@ void measure_fault_table(const CaseContext& context, Outcome& outcome) {
 /// A fall from 1 to 0 that begins at 2 s, filtered, at 1 kHz.
 Samples filtered_fall(const CaseContext& context, double duration, double cutoff) {
   std::vector<double> fall;
-  for (const double t : instants(4.0, 1000.0)) { fall.push_back(std::clamp(1.0 - (t - 2.0) / duration, 0.0, 1.0)); }
+  for (const double t : instants(4.0, 1000.0)) {
+    fall.push_back(std::clamp(1.0 - (t - 2.0) / duration, 0.0, 1.0));
+  }
   damage(context, fall);
   return zero_phase({.step = 1e-3, .value = fall}, cutoff);
 }
@@ -172,13 +174,14 @@ double last_passage(const Samples& fall, double level) {
 }
 
 /// What the filter does to falls. The impulse response of 1 / (1 + w^4) is a/2 exp(-a|t|) (cos at + sin a|t|)
-/// with a = sqrt(2) pi f_c, so a step has passed 1 - exp(-at) cos(at) / 2 at t, and a straight line is overshot
-/// most where that is 1 first, by exp(-pi/2) / (4 a T) of its height.
+/// with a = sqrt(2) pi f_c, so a step has passed 1 - exp(-at) cos(at) / 2 at t, and a straight line is
+/// overshot most where that is 1 first, by exp(-pi/2) / (4 a T) of its height.
 void measure_falls(const CaseContext& context, Outcome& outcome) {
   const double cutoff = 20.0;
   const double a = std::numbers::sqrt2 * std::numbers::pi * cutoff;
   const std::string from =
-      "closed form; the bilinear transform bends 60 Hz, three times the cut-off, by (pi f / rate)^2 / 3 = 1.2 %";
+      "closed form; the bilinear transform bends 60 Hz, three times the cut-off, by (pi f / rate)^2 / 3 = "
+      "1.2 %";
   const Samples sudden = filtered_fall(context, 1e-9, cutoff);
   const double nine_tenths = 0.9975762196151974;  // exp(-x) cos x = 1/5
   const double time = 2.0 * nine_tenths / a;
@@ -233,7 +236,8 @@ std::vector<Case> measure_cases() {
            .weight = 0.1},
           {.name = "clinical/measures/filter",
            .suite = "clinical",
-           .claim = "The low-pass has the gain of theory, moves nothing in time, and costs a fall what theory says.",
+           .claim = "The low-pass has the gain of theory, moves nothing in time, and costs a fall what theory "
+                    "says.",
            .measure = measure_filter,
            .weight = 0.1}};
 }

@@ -61,8 +61,8 @@ std::vector<Trial> trials(const std::vector<double>& time) {
   pump.simulated_regime = Recording::Regime::pump;
   std::vector<Trial> all = faults_of_size(same);
   std::ranges::move(faults_of_the_event(time), std::back_inserter(all));
-  all.push_back({"constant", std::vector<double>(time.size(), 30.0 * pascals_per_mmhg), {}, {Verdict::not_comparable},
-                 "nothing happens in it"});
+  const std::vector<double> constant(time.size(), 30.0 * pascals_per_mmhg);
+  all.push_back({"constant", constant, {}, {Verdict::not_comparable}, "nothing happens in it"});
   all.push_back({"pump instead of thumb", same, pump, {Verdict::not_comparable},
                  "two regimes of pressure are never compared"});
   return all;

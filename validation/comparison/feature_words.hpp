@@ -13,8 +13,8 @@ namespace palpate::comparison {
 /// "loss of resistance" of "loss_of_resistance".
 std::string in_words(Feature feature);
 
-/// A feature's value [SI] with its unit as clinicians read it, to a ten-thousandth of that unit at best; "found"
-/// or "not found" of the event, "-" of NaN.
+/// A feature's value [SI] with its unit as clinicians read it, to a ten-thousandth of that unit at best;
+/// "found" or "not found" of the event, "-" of NaN.
 std::string shown(Feature feature, double value, std::string_view unit);
 /// "300 to 367 mmHg".
 std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit);

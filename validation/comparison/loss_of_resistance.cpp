@@ -133,10 +133,10 @@ std::optional<LossOfResistance> first_open(const Search& search) {
     describe(search, n, loss);
     const double fall = 100.0 * search.deepest(n, peak);
     const double seen = search.pressure.step * static_cast<double>(search.pressure.size() - n);
+    const double hold = search.rule.hold;
     loss.reason = search.hidden(n)
-                      ? text_of("a gap hides whether a fall of %.0f %% was held for %.3g s", fall, search.rule.hold)
-                      : text_of("the trace ends %.2f s after a fall of %.0f %%; %.3g s needed", seen, fall,
-                                search.rule.hold);
+                      ? text_of("a gap hides whether a fall of %.0f %% was held for %.3g s", fall, hold)
+                      : text_of("the trace ends %.2f s after a fall of %.0f %%; %.3g s needed", seen, fall, hold);
     return loss;
   }
   return std::nullopt;
@@ -183,8 +183,8 @@ LossOfResistance not_found(const Search& search) {
   while (end < value.size() && !(value[end] > level)) { ++end; }
   const double held = search.pressure.step * static_cast<double>(end - begin);
   loss.reason = end - begin <= search.hold
-                    ? text_of("a fall of %.0f %% came back after %.2f s; %.3g s needed", 100.0 * deepest, held,
-                              search.rule.hold)
+                    ? text_of("a fall of %.0f %% came back after %.2f s; %.3g s needed", 100.0 * deepest,
+                              held, search.rule.hold)
                     : text_of("a fall of %.0f %% at %.2f s was not steady", 100.0 * deepest,
                               search.pressure.time(begin));
   return loss;

@@ -13,8 +13,8 @@ namespace palpate::comparison {
 struct CorridorRule {
   std::size_t least_subjects = 3;  ///< fewer have no standard deviation worth the name
   /// k of mean +- k SD. Absent: the one that a further subject's value lies in with a probability of 0.95 if
-  /// subjects are normally distributed, t(0.975, N - 1) sqrt(1 + 1/N) (4.97 for 3 subjects, 2.02 for 60), with
-  /// the N that were measured at that instant.
+  /// subjects are normally distributed, t(0.975, N - 1) sqrt(1 + 1/N) (4.97 for 3 subjects, 2.02 for 60),
+  /// with the N that were measured at that instant.
   std::optional<double> half_width{};
   double least_inside = 0.90;        ///< of the samples; 0.95 is expected pointwise (assumed margin)
 };

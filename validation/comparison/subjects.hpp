@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Several recordings of one subject are not several subjects: the unit of analysis is the subject (Altman and
-/// Bland, BMJ 1997;314:1874), of whom the mean of the recordings is the one value that counts (Matthews et
-/// al., BMJ 1990;300:230). How much single recordings of one subject differ is kept apart.
+/// Several recordings of one subject are not several subjects: the unit of analysis is the subject (Altman
+/// and Bland, BMJ 1997;314:1874), of whom the mean of the recordings is the one value that counts (Matthews
+/// et al., BMJ 1990;300:230). How much single recordings of one subject differ is kept apart.
 
 #include <cstddef>
 #include <span>

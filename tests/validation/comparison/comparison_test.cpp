@@ -113,7 +113,8 @@ TEST("a tolerance that is given replaces the default one") {
 TEST("an uncertainty larger than the tolerance leaves nothing to tell") {
   ComparisonOptions vague;
   vague.uncertainties.input = 0.3;
-  const Trace louder = trace_of(ticks, pressures({.peak = 66.0 * pascals_per_mmhg, .plateau = 8.8 * pascals_per_mmhg}, ticks));
+  const clinical::PressureLaw loud{.peak = 66.0 * pascals_per_mmhg, .plateau = 8.8 * pascals_per_mmhg};
+  const Trace louder = trace_of(ticks, pressures(loud, ticks));
   const Comparison found = compare(recorded(), louder, vague);
   CHECK(found.verdict == Verdict::not_distinguishable);
   CHECK(found.features[static_cast<std::size_t>(Feature::peak)].below_uncertainty);

@@ -57,7 +57,8 @@ TEST("a sentence about what is absent has the reason") {
 }
 
 TEST("tolerances are told in the same units") {
-  CHECK(eye(shown(Tolerance{.feature = Feature::plateau, .absolute = 7.0 * pascals_per_mmhg}, "Pa")) == "7 mmHg");
+  const Tolerance plateau{.feature = Feature::plateau, .absolute = 7.0 * pascals_per_mmhg};
+  CHECK(eye(shown(plateau, "Pa")) == "7 mmHg");
   CHECK(shown(Tolerance{.feature = Feature::drop_time, .factor = 2.0}, "s") == "a factor of 2");
   CHECK(shown(Tolerance{.feature = Feature::loss_of_resistance}, "1") == "the same");
 }

@@ -98,7 +98,8 @@ TEST("a gap in the plateau of more than a tenth hides it") {
 
 TEST("a gap that begins soon after the fall and never ends hides it") {
   Samples pressure{.step = 0.01};
-  for (int n = 0; n < 3000; ++n) { pressure.value.push_back(n < 700 ? falls_to(8.0)(0.01 * n) : not_measured); }
+  for (int n = 0; n < 700; ++n) { pressure.value.push_back(falls_to(8.0)(0.01 * n)); }
+  pressure.value.resize(3000, not_measured);
   const LossOfResistance hidden = find_loss(pressure);
   CHECK(hidden.status == Status::undecided);
   CHECK(hidden.reason.find("gap") != std::string::npos);
@@ -129,7 +130,9 @@ TEST("a gap hides nothing of a fall that was seen to come back, nor a later one 
 
 TEST("a last fall that the trace cuts short is open whatever came before it") {
   Samples pressure{.step = 0.01};
-  for (int n = 0; n < 2000; ++n) { pressure.value.push_back(n > 600 && n < 900 ? 2.0 : n < 1800 ? 60.0 : 8.0); }
+  for (int n = 0; n < 2000; ++n) {
+    pressure.value.push_back(n > 600 && n < 900 ? 2.0 : n < 1800 ? 60.0 : 8.0);
+  }
   const LossOfResistance open = find_loss(pressure);
   CHECK(open.status == Status::undecided);
   CHECK(open.reason == "the trace ends 2.00 s after a fall of 87 %; 5 s needed");
