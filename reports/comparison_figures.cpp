@@ -4,6 +4,7 @@
 #include <string>
 
 #include "fixtures/io/recording_fields.hpp"
+#include "reports/comparison_words.hpp"
 #include "reports/markup.hpp"
 #include "reports/shown_units.hpp"
 #include "reports/tool_pass.hpp"
@@ -160,7 +161,7 @@ std::string honesty_of_group(const GroupSummary& group) {
 Series corridor_band(const SubjectCorridor& corridor, std::span<const double> middle, double factor) {
   Series band{.label = "corridor", .style = Series::Style::band, .x = times_of(corridor.mean)};
   for (std::size_t n = 0; n < corridor.mean.size(); ++n) {
-    const double half = corridor.half_width * corridor.deviation.value[n];
+    const double half = corridor.half_width.value[n];
     band.y.push_back(factor * (middle[n] - half));
     band.y2.push_back(factor * (middle[n] + half));
   }
@@ -168,9 +169,8 @@ Series corridor_band(const SubjectCorridor& corridor, std::span<const double> mi
 }
 
 std::string corridor_words(const GroupSummary& group) {
-  return "Mean ± " + short_number(group.corridor->half_width, 3) + " SD of " +
-         std::to_string(group.corridor->recordings) +
-         " recordings, in which a further subject lies with 0.95";
+  return "Mean ± " + short_number(group.corridor->factor, 3) + " SD of " + subjects_of(*group.corridor) +
+         ", in which a recording of a further subject lies with 0.95 (more SD where fewer were measured)";
 }
 
 }  // namespace
@@ -202,14 +202,14 @@ std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t in
   const std::string what(comparison::name_of(report.options.comparison.quantity));
   Figure corridor = empty_overlay(report.simulation.trace, Over::time);
   corridor.id = "corridor-" + std::to_string(index);
-  corridor.title = "Corridor of " + (group.group.empty() ? "the recordings" : group.group);
+  corridor.title = "Corridor of " + (group.group.empty() ? "the subjects" : group.group);
   corridor.caption =
       corridor_words(group) + "; all filtered, on the simulation's clock." + honesty_of_group(group);
   corridor.y.label = label_of(what, unit.name);
   const Series simulated{
       .label = "simulated", .x = times_of(group.simulated), .y = scaled(group.simulated.value, unit.factor)};
   corridor.series = {corridor_band(*group.corridor, mean.value, unit.factor),
-                     {.label = "mean of the recordings",
+                     {.label = "mean of the subjects",
                       .style = Series::Style::dashed,
                       .x = times_of(mean),
                       .y = scaled(mean.value, unit.factor)},
@@ -218,7 +218,7 @@ std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t in
   residual.id = "corridor-residual-" + std::to_string(index);
   residual.title = "Residual against the mean";
   residual.caption =
-      "Simulated less the mean of the recordings, within the same corridor." + honesty_of_group(group);
+      "Simulated less the mean of the subjects, within the same corridor." + honesty_of_group(group);
   residual.y.label = label_of("simulated - mean", unit.name);
   const std::vector<double> zero(mean.size(), 0.0);
   residual.series = {

@@ -15,6 +15,10 @@ using Json = nlohmann::ordered_json;
 
 constexpr int comparison_schema = 1;
 
+Json optional_number(const std::optional<double>& value) {
+  return value ? json_number(*value) : Json(nullptr);
+}
+
 /// Fills an object with the attributes or the defects of a recording.
 struct FieldWriter {
   Json& json;
@@ -24,15 +28,9 @@ struct FieldWriter {
   }
   void text(const char* name, const std::string& value) { json[name] = value; }
   void number(const char* name, double value) { json[name] = json_number(value); }
-  void number(const char* name, const std::optional<double>& value) {
-    json[name] = value ? json_number(*value) : Json(nullptr);
-  }
+  void number(const char* name, const std::optional<double>& value) { json[name] = optional_number(value); }
   void count(const char* name, std::size_t value) { json[name] = value; }
 };
-
-Json optional_number(const std::optional<double>& value) {
-  return value ? json_number(*value) : Json(nullptr);
-}
 
 Json to_json(const Tolerance& tolerance) {
   return {{"absolute", tolerance.absolute},
@@ -144,7 +142,8 @@ Json corridor_of(const GroupSummary& group, const CorridorRule& rule) {
   if (!group.corridor) { return {{"refused", group.corridor_refusal}}; }
   const CorridorCoverage& coverage = group.coverage;
   return {{"recordings", group.corridor->recordings},
-          {"half_width_sd", group.corridor->half_width},
+          {"subjects", group.corridor->subjects},
+          {"half_width_sd", group.corridor->factor},
           {"inside", json_number(coverage.inside)},
           {"least_inside", rule.least_inside},
           {"largest_excursion", json_number(coverage.largest_excursion)},
@@ -158,12 +157,14 @@ Json to_json(const GroupSummary& group, const CorridorRule& rule) {
   const bool judged = group.recordings > group.not_comparable;
   return {{"group", group.group},
           {"recordings", group.recordings},
+          {"subjects", group.subjects},
           {"measured", group.measured},
           {"reconstructed", group.recordings - group.measured},
           {"agree", group.agree},
           {"not_distinguishable", group.not_distinguishable},
           {"differ", group.differ},
           {"not_comparable", group.not_comparable},
+          {"subjects_agree", group.subjects_agree},
           {"agree_share", json_number(group.agree_share)},
           {"agree_interval_95", judged ? to_json(group.agree_interval) : Json(nullptr)},
           {"features", features},

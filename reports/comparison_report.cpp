@@ -101,6 +101,11 @@ std::vector<Fact> key_facts(const ComparisonReport& report) {
   std::vector<Fact> facts{{"recordings", kinds_of(report), tally_of(report)},
                           {"quantity", std::string(comparison::name_of(o.quantity)),
                            "verdicts come from features and corridor; ratings explain"}};
+  if (report.recordings.size() > 1) {
+    facts.insert(facts.begin() + 1,
+                 {"subjects", std::to_string(subjects_compared(report)),
+                  "who could be compared; a recording that does not say whose it is counts as one"});
+  }
   add_simulation_facts(facts, report.simulation);
   const auto& all = report.found.recordings;
   const auto first = std::ranges::find_if(all, compared);
@@ -115,11 +120,6 @@ std::vector<Fact> key_facts(const ComparisonReport& report) {
   return facts;
 }
 
-std::string name_of_recording(const ComparedRecording& one) {
-  const std::string& name = one.input.recording.name;
-  return name.empty() ? one.file.filename().string() : name;
-}
-
 /// A sentence under the heading of every recording that is no measurement.
 std::string honesty_of(const Recording& recording) {
   if (recording.kind == Recording::Kind::measured) { return {}; }
@@ -130,7 +130,7 @@ std::string recording_article(const ComparisonReport& report, std::size_t n, con
   const Comparison& one = report.found.recordings[n];
   const Recording& recording = report.recordings[n].input.recording;
   std::string html = "<article>\n<h3>" + html_badge(one.verdict) + " <span>" +
-                     escape_markup(name_of_recording(report.recordings[n])) + "</span></h3>\n" +
+                     escape_markup(recording.name) + "</span></h3>\n" +
                      honesty_of(recording);
   if (!recording.note.empty()) { html += "<p class=\"soft\">" + escape_markup(recording.note) + "</p>\n"; }
   if (report.recordings.size() > 1 || report.found.reasons.size() == 1) { html += html_notes(one.reasons); }
@@ -164,8 +164,8 @@ std::string groups_section(const ComparisonReport& report, const Drawn& drawn) {
     const GroupSummary& group = report.found.groups[n];
     if (group.features.empty()) { continue; }
     html += "<article>\n<h3>" + html_badge(group.verdict) + " <span>" +
-            escape_markup(group.group.empty() ? "without a group" : group.group) + "</span></h3>\n" +
-            html_notes(group.reasons) + html_of(drawn.groups[n]);
+            escape_markup(name_of_group(group.group)) + "</span></h3>\n" +
+            (report.found.groups.size() > 1 ? html_notes(group.reasons) : "") + html_of(drawn.groups[n]);
     if (!group.means.empty()) {
       html += "<p class=\"soft\">The simulated insertion against the means over subjects:</p>\n" +
               html_features(group.means);
@@ -208,8 +208,9 @@ std::vector<Fact> rule_facts(const ComparisonReport& report) {
       {"u_num and u_input", percent(o.uncertainties.numerical) + " and " + percent(o.uncertainties.input),
        "as stated on the command line; 0 by default"},
       {"corridor",
-       "from " + std::to_string(report.options.corridor.least_recordings) + " recordings of a group",
-       percent(report.options.corridor.least_inside) + " of the simulated samples must lie in it"}};
+       "from " + std::to_string(report.options.corridor.least_subjects) + " subjects of a group",
+       "several recordings of one subject count as their mean; " +
+           percent(report.options.corridor.least_inside) + " of the simulated samples must lie in it"}};
 }
 
 std::vector<Fact> provenance_facts(const ComparisonReport& report) {

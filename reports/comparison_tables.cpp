@@ -83,19 +83,18 @@ std::string inside_of(const GroupSummary& group, const CorridorRule& rule) {
 
 std::string agreed_of(const GroupSummary& group) {
   if (group.recordings == group.not_comparable) { return "none compared"; }
-  return std::to_string(group.agree) + " of " + std::to_string(group.recordings - group.not_comparable) +
-         " (" + short_number(100.0 * group.agree_interval.lower, 3) + " to " +
+  return std::to_string(group.subjects_agree) + " of " + std::to_string(group.subjects) + " (" +
+         short_number(100.0 * group.agree_interval.lower, 3) + " to " +
          short_number(100.0 * group.agree_interval.upper, 3) + " %)";
 }
-
-std::string name_of_group(const std::string& group) { return group.empty() ? "without a group" : group; }
 
 std::string group_row(const GroupSummary& group, const CorridorRule& rule) {
   const auto count = [](std::size_t number) { return std::to_string(number); };
   return "<tr><th scope=\"row\">" + escape_markup(name_of_group(group.group)) + "</th>" +
-         labelled("verdict", html_badge(group.verdict)) + labelled("measured", count(group.measured)) +
-         labelled("reconstructed", count(group.recordings - group.measured)) +
-         labelled("agree", agreed_of(group)) + labelled("differ", count(group.differ)) +
+         labelled("verdict", html_badge(group.verdict)) + labelled("subjects", count(group.subjects)) +
+         labelled("subjects who agree", agreed_of(group)) + labelled("recordings", count(group.recordings)) +
+         labelled("of them measured", count(group.measured)) + labelled("agree", count(group.agree)) +
+         labelled("differ", count(group.differ)) +
          labelled("not distinguishable", count(group.not_distinguishable)) +
          labelled("not comparable", count(group.not_comparable)) +
          labelled("in the corridor", escape_markup(inside_of(group, rule)), "why") + "</tr>\n";
@@ -112,11 +111,11 @@ std::string outcome_of(const Comparison& one) {
 std::string recording_row(const ComparedRecording& input, const Comparison& one) {
   const Recording& recording = input.input.recording;
   const double length = recording.time.empty() ? 0.0 : recording.time.back() - recording.time.front();
-  const std::string name = recording.name.empty() ? input.file.filename().string() : recording.name;
-  return "<tr><th scope=\"row\">" + escape_markup(name) + "</th>" +
+  return "<tr><th scope=\"row\">" + escape_markup(recording.name) + "</th>" +
          labelled("verdict", html_badge(one.verdict)) +
          labelled("kind", std::string(io::word_of(recording.kind))) +
          labelled("group", escape_markup(name_of_group(recording.group))) +
+         labelled("subject", escape_markup(recording.subject.empty() ? "not said" : recording.subject)) +
          labelled("technique",
                   escape_markup(recording.technique.empty() ? "not said" : recording.technique)) +
          labelled("length", quantity(length, "s") + " at " + quantity(recording.sample_rate, "Hz")) +
@@ -151,7 +150,9 @@ std::string html_recordings(const ComparisonReport& report) {
     rows += recording_row(report.recordings[n], report.found.recordings[n]);
   }
   const std::string table = verdict_table(
-      head_of({"recording", "verdict", "kind", "group", "technique", "length", "outcome", "source"}), rows);
+      head_of({"recording", "verdict", "kind", "group", "subject", "technique", "length", "outcome",
+               "source"}),
+      rows);
   constexpr std::size_t many = 6;
   const std::size_t count = report.recordings.size();
   return count < many ? table
@@ -162,16 +163,18 @@ std::string html_recordings(const ComparisonReport& report) {
 std::string html_groups(const ComparisonReport& report) {
   std::string rows;
   for (const GroupSummary& group : report.found.groups) { rows += group_row(group, report.options.corridor); }
-  return verdict_table(head_of({"group", "verdict", "measured", "reconstructed", "agree (95 %)", "differ",
-                                "not distinguishable", "not comparable", "in the corridor"}),
-                       rows);
+  return verdict_table(
+      head_of({"group", "verdict", "subjects", "who agree (95 %)", "recordings", "of them measured", "agree",
+               "differ", "not distinguishable", "not comparable", "in the corridor"}),
+      rows);
 }
 
 Table subjects_table(const GroupSummary& group) {
   Table table{
       .title = "Features over the subjects of " + name_of_group(group.group),
-      .caption = "Intervals of the mean: percentile bootstrap, seeded; of few subjects they are too narrow.",
-      .columns = {"feature", "recordings", "mean", "SD", "95 % interval of the mean", "simulated"}};
+      .caption = "Several recordings of one subject count as their mean. Intervals of the mean: percentile "
+                 "bootstrap, seeded; of few subjects they are too narrow.",
+      .columns = {"feature", "subjects", "mean", "SD", "95 % interval of the mean", "simulated"}};
   for (const FeatureSummary& one : group.features) {
     const auto value = [&](double number) { return shown(one.feature, number, one.unit); };
     const bool event = one.feature == Feature::loss_of_resistance;
@@ -219,7 +222,7 @@ Table defects_table(const ComparisonReport& report) {
       warnings += (warnings.empty() ? "" : "; ") + warning;
     }
     const Recording& recording = one.input.recording;
-    table.rows.push_back({recording.name.empty() ? one.file.filename().string() : recording.name,
+    table.rows.push_back({recording.name,
                           std::to_string(recording.time.size()), shown(recording.defects),
                           warnings.empty() ? std::string("none") : warnings});
   }

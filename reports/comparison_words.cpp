@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 
 #include "fixtures/io/recording_fields.hpp"
 #include "reports/markup.hpp"
-#include "validation/comparison/field_unit.hpp"
 
 namespace palpate {
 
@@ -31,11 +29,6 @@ std::size_t verdict_count(const ComparisonReport& report, Verdict verdict) {
   return static_cast<std::size_t>(std::ranges::count(report.found.recordings, verdict, &Comparison::verdict));
 }
 
-/// Drops are shares of the peak.
-FieldUnit unit_for(Feature feature, std::string_view unit) {
-  return feature == Feature::relative_drop ? FieldUnit{100.0, "%"} : field_unit(unit);
-}
-
 /// Collects counts above zero by their words.
 struct DefectWords {
   std::string text{};
@@ -45,41 +38,6 @@ struct DefectWords {
 };
 
 }  // namespace
-
-std::string in_words(Feature feature) {
-  std::string words(name_of(feature));
-  std::ranges::replace(words, '_', ' ');
-  return words;
-}
-
-std::string shown(Feature feature, double value, std::string_view unit) {
-  if (std::isnan(value)) { return "-"; }
-  if (feature == Feature::loss_of_resistance) { return value > 0.5 ? "found" : "not found"; }
-  const FieldUnit field = unit_for(feature, unit);
-  return quantity(field.factor * value, field.name);
-}
-
-std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit) {
-  const FieldUnit field = unit_for(feature, unit);
-  return short_number(field.factor * interval.lower) + " to " +
-         quantity(field.factor * interval.upper, field.name);
-}
-
-std::string shown_uncertainty(const FeatureVerdict& verdict) {
-  if (!(verdict.expanded > 0.0) || verdict.feature == Feature::loss_of_resistance) { return {}; }
-  const FieldUnit field = unit_for(verdict.feature, verdict.unit);
-  return "±" + short_number(field.factor * verdict.expanded, 2) + "\u00a0" + field.name;
-}
-
-std::string shown(const Tolerance& tolerance, std::string_view unit) {
-  if (tolerance.factor > 1.0) { return "a factor of " + short_number(tolerance.factor); }
-  std::string text;
-  if (tolerance.relative > 0.0) { text = short_number(100.0 * tolerance.relative, 3) + "\u00a0%"; }
-  if (tolerance.absolute > 0.0) {
-    text += (text.empty() ? "" : " and ") + shown(tolerance.feature, tolerance.absolute, unit);
-  }
-  return text.empty() ? "the same" : text;
-}
 
 bool any_reconstructed(const ComparisonReport& report) { return reconstructed_count(report) > 0; }
 
@@ -94,6 +52,21 @@ std::string kinds_of(const ComparisonReport& report) {
   }
   return text;
 }
+
+std::string subjects_of(const SubjectCorridor& corridor) {
+  const std::string subjects = counted(corridor.subjects, "subject", "subjects");
+  return corridor.recordings == corridor.subjects
+             ? subjects
+             : subjects + " (" + counted(corridor.recordings, "recording", "recordings") + ")";
+}
+
+std::size_t subjects_compared(const ComparisonReport& report) {
+  std::size_t count = 0;
+  for (const GroupSummary& group : report.found.groups) { count += group.subjects; }
+  return count;
+}
+
+std::string name_of_group(const std::string& group) { return group.empty() ? "without a group" : group; }
 
 std::string tally_of(const ComparisonReport& report) {
   std::string text;
@@ -125,11 +98,11 @@ std::string verdict_text(const ComparisonReport& report) {
 std::string verdict_sentence(const ComparisonReport& report) {
   if (!report.simulation.failure.empty()) { return "The simulation " + report.simulation.failure + "."; }
   std::string sentence = "The simulated " + std::string(name_of(report.options.comparison.quantity)) +
-                         " was judged against " + kinds_of(report) + ".";
+                         " was judged against " + kinds_of(report);
   if (report.found.verdict == Verdict::agrees) {
-    sentence += " Every feature that can be judged lies within its tolerance.";
-  } else if (!report.found.reasons.empty()) {
-    sentence += " " + report.found.reasons.front() + ".";
+    sentence += ". Every feature that can be judged lies within its tolerance.";
+  } else {
+    sentence += report.found.reasons.empty() ? "." : ": " + report.found.reasons.front() + ".";
   }
   if (any_reconstructed(report)) { sentence += " What was reconstructed is no evidence about patients."; }
   return sentence;

@@ -72,6 +72,8 @@ void add_import(CLI::App& command, ImportOptions& options) {
       ->check(CLI::IsMember({"continuous", "intermittent"}));
   command.add_option("--source", options.source, "publication, hospital or device")->type_name("TEXT");
   command.add_option("--group", options.group, "subjects that belong together")->type_name("TEXT");
+  command.add_option("--subject", options.subject, "who it is, as a code; recordings of one count once")
+      ->type_name("TEXT");
   command.add_option("--name", options.name, "for people [the file's]")->type_name("TEXT");
   command.add_flag("--pump", options.pump, "pressure of a pump that injects, not of a thumb");
   add_common(command, options, "import");
@@ -113,7 +115,8 @@ void add_compare(CLI::App& command, CompareOptions& options) {
   command.add_option("--quantity", options.quantity, "pressure or force [pressure]");
   command.add_option("--align", options.alignment,
                      "clocks: automatic (depth, else event, else start), depth, event or start [automatic]");
-  command.add_option("--cutoff", options.cutoff, "of the low-pass, at most a quarter of a rate; 0: none [20]")
+  command.add_option("--cutoff", options.cutoff,
+                     "of the low-pass, from 1 to a quarter of a rate; 0: none, and noise is not estimated [20]")
       ->type_name("HZ")
       ->check(number_range(0.0, 1e6));
   command.add_option("--tolerance", options.tolerances, "FEATURE=WIDTH instead of its default; repeatable")

@@ -1,29 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Text inside HTML, SVG and XML, and numbers as people read them.
+/// Text inside HTML, SVG and XML; numbers are told in the words of number_words.hpp.
 
 #include <string>
 #include <string_view>
+
+#include "validation/number_words.hpp"
 
 namespace palpate {
 
 /// & < > " ' escaped; control characters, which XML forbids, become a question mark, and
 /// broken UTF-8 the sign that Unicode has for it.
 std::string escape_markup(std::string_view text);
-
-/// Shortest text that reads back as the same double; "nan", "inf", "-inf".
-std::string exact_number(double value);
-
-/// For programs, at most that many significant digits: "0.001234", "1.235e-07", "12350".
-std::string plain_number(double value, int digits = 4);
-
-/// For people: "0.001234", "1.235 × 10⁻⁷", "12 350", "−3"; no break inside.
-std::string short_number(double value, int digits = 4);
-
-/// A number with its unit, for people; no break inside.
-std::string quantity(double value, std::string_view unit);
-
-/// How many digits, four or more, two numbers need that they do not read the same.
-int digits_apart(double a, double b);
 
 }  // namespace palpate

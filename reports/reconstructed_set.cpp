@@ -113,7 +113,9 @@ class Builder {
     facts.technique = drawn.technique;
     facts.sample_rate = drawn.sample_rate;
     facts.plunger_area = number("X01", "m^2");
-    facts.name = stem + "-" + drawn.technique + "-0" + std::to_string(seed / 2 % 10 + 1);
+    const std::string number_of_subject = "-0" + std::to_string(seed / 2 % 10 + 1);
+    facts.subject = stem + number_of_subject;
+    facts.name = stem + "-" + drawn.technique + number_of_subject;
     facts.note = std::string(io::reconstruction_note) + "; seed " + std::to_string(seed);
     count_defects(facts);
     recordings_.push_back(std::move(facts));

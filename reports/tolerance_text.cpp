@@ -39,10 +39,13 @@ constexpr const char* allowed_forms =
     "must be such as peak=15%, plateau=7mmHg, slope_before=30%+5mmHg/s or drop_time=x2";
 
 Feature feature_named(const std::string& name, const std::string& text) {
+  if (name == comparison::name_of(Feature::loss_of_resistance)) {
+    throw InputError("--tolerance " + text + ": " + name + " is found or not, which has no width");
+  }
   std::vector<std::string_view> known;
-  for (std::size_t n = 0; n < feature_count; ++n) {
+  for (std::size_t n = 1; n < feature_count; ++n) {
     known.push_back(comparison::name_of(static_cast<Feature>(n)));
-    if (known.back() == name && n > 0) { return static_cast<Feature>(n); }
+    if (known.back() == name) { return static_cast<Feature>(n); }
   }
   const std::string_view nearest = io::nearest_word(name, known);
   throw InputError("--tolerance " + text + ": no feature with a width is called \"" + name + "\"; " +
@@ -73,10 +76,11 @@ void add_width(const Written& written, const std::string& text, QuantityKind qua
   const std::string si = comparison::unit_of(tolerance.feature, unit_of(quantity));
   const auto unit = std::ranges::find_if(
       written_units, [&](const WrittenUnit& one) { return one.name == written.unit && one.si == si; });
-  if (!written.unit.empty() && unit == written_units.end()) {
+  const bool bare = written.unit.empty() && si == "1";
+  if (!bare && unit == written_units.end()) {
     throw InputError("--tolerance " + text + ": unit \"" + written.unit + "\"; must be % or a unit of " + si);
   }
-  tolerance.absolute += written.number * (written.unit.empty() ? 1.0 : unit->factor);
+  tolerance.absolute += written.number * (bare ? 1.0 : unit->factor);
 }
 
 }  // namespace

@@ -33,6 +33,9 @@ struct Recording {
   std::string source{};  ///< publication, hospital, device
   std::string note{};    ///< what else a reader must know; of a reconstructed one, from what it was rebuilt
   std::string group{};   ///< of subjects that belong together, as "BMI 18-24.9"
+  /// Who was recorded, as a code that names nobody, so that several recordings of one count once; empty:
+  /// somebody of whom there is no other recording.
+  std::string subject{};
   std::optional<double> body_mass_index{};  ///< [kg/m^2]
   std::string technique{};                  ///< "continuous", "intermittent" or empty
   double plunger_area = 1.767e-4;           ///< [m^2]

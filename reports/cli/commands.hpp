@@ -75,7 +75,7 @@ struct ImportOptions : CommonOptions {
   std::optional<double> sample_rate{};          ///< [Hz], for a file without time
   std::optional<double> body_mass_index{};      ///< [kg/m^2]
   std::optional<double> plunger_area{};         ///< [m^2]
-  std::string technique{}, source{}, group{}, name{};
+  std::string technique{}, source{}, group{}, subject{}, name{};
   bool pump = false;                            ///< pressure of a pump, not of a thumb
 };
 int import_recording(const ImportOptions& options);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "fixtures/io/file_bytes.hpp"
@@ -31,7 +32,22 @@ Value value_named(const std::string& option, const std::string& text, const std:
   throw InputError(option + " " + text + "; must be one of " + known);
 }
 
+/// NaN lies in no range, and passes the check of the command line nevertheless.
+void check_numbers(const CompareOptions& asked) {
+  constexpr double least_cutoff = 1.0;  // [Hz]: three periods are added at either end of a trace
+  if (!(asked.cutoff == 0.0 || asked.cutoff >= least_cutoff)) {
+    throw InputError("--cutoff " + plain_number(asked.cutoff) + "; must be 0 for none, or at least 1 Hz");
+  }
+  if (std::isnan(asked.numerical_uncertainty)) {
+    throw InputError("--numerical-uncertainty nan; must be a number from 0 to 10");
+  }
+  if (std::isnan(asked.input_uncertainty)) {
+    throw InputError("--input-uncertainty nan; must be a number from 0 to 10");
+  }
+}
+
 GroupOptions group_options(const CompareOptions& asked) {
+  check_numbers(asked);
   GroupOptions options;
   ComparisonOptions& o = options.comparison;
   o.quantity =
@@ -39,12 +55,16 @@ GroupOptions group_options(const CompareOptions& asked) {
   o.alignment = value_named(
       "--align", asked.alignment,
       std::array{AlignmentRule::automatic, AlignmentRule::depth, AlignmentRule::event, AlignmentRule::start});
-  o.column = o.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
+  o.column = column_of(o);
   o.cutoff = asked.cutoff;
   o.uncertainties.numerical = asked.numerical_uncertainty;
   o.uncertainties.input = asked.input_uncertainty;
   for (const std::string& text : asked.tolerances) {
     o.tolerances.push_back(tolerance_from(text, o.quantity));
+    const auto same = [&](const Tolerance& one) { return one.feature == o.tolerances.back().feature; };
+    if (std::ranges::count_if(o.tolerances, same) > 1) {
+      throw InputError("--tolerance " + text + ": given before; every feature once");
+    }
   }
   return options;
 }
@@ -54,7 +74,10 @@ std::string quoted(const std::string& word) {
   const bool plain =
       word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,") ==
       std::string::npos;
-  return plain && !word.empty() ? word : "'" + word + "'";
+  if (plain && !word.empty()) { return word; }
+  std::string text = "'";
+  for (const char c : word) { text += c == '\'' ? "'\\''" : std::string(1, c); }
+  return text + "'";
 }
 
 std::string command_of(const CompareOptions& o) {
@@ -109,6 +132,11 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
   if (report.simulation.run_longer > 0.0) {
     std::printf("simulated %.4g s longer than the scene says, until the loss of resistance could be told\n",
                 report.simulation.run_longer);
+  }
+  for (const Comparison& one : report.found.recordings) {
+    if (!one.alignment.not_by_depth.empty()) {
+      std::printf("%s: aligned %s\n", one.recording.c_str(), one.alignment.how.c_str());
+    }
   }
   for (const ComparedRecording& one : report.recordings) {
     for (const std::string& warning : one.input.warnings) {

@@ -2,6 +2,7 @@
 #include "reports/cli/compare_inputs.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "fixtures/io/content_hash.hpp"
 #include "fixtures/io/file_bytes.hpp"
@@ -49,6 +50,18 @@ bool long_enough(const Trace& trace, double duration, double rest) {
   return true;
 }
 
+/// Throws InputError where a trace holds nothing that could be compared.
+void check_samples(const std::filesystem::path& file, const Trace& trace, const Column& column) {
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(file.string() + ": " + what +
+                     "; a trace of at least two samples with numbers is needed");
+  };
+  if (trace.time.size() < 2) { refuse(trace.time.empty() ? "has no samples" : "has one sample"); }
+  if (std::ranges::none_of(column.values, [](double v) { return std::isfinite(v); })) {
+    refuse("no number in column " + column.name);
+  }
+}
+
 }  // namespace
 
 std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem::path>& paths) {
@@ -72,6 +85,11 @@ std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem
     gather([&] {
       ComparedRecording one{.file = file, .input = read_any_recording(file)};
       one.hash = hash_of(file);
+      const auto twin = std::ranges::find(recordings, one.hash, &ComparedRecording::hash);
+      if (twin != recordings.end()) {
+        throw InputError(file.string() + ": the same bytes as " + twin->file.string() +
+                         "; every recording once");
+      }
       if (one.input.recording.name.empty()) { one.input.recording.name = file.stem().string(); }
       recordings.push_back(std::move(one));
     });
@@ -83,9 +101,9 @@ std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem
 ComparedSimulation read_simulation(const std::filesystem::path& file, const std::string& column) {
   ComparedSimulation simulation{.origin = ComparedSimulation::Origin::trace, .file = file};
   simulation.trace = io::read_trace(file);
-  if (simulation.trace.find(column) == nullptr) {
-    throw InputError(file.string() + ": no column " + needed(column));
-  }
+  const Column* compared = simulation.trace.find(column);
+  if (compared == nullptr) { throw InputError(file.string() + ": no column " + needed(column)); }
+  check_samples(file, simulation.trace, *compared);
   simulation.hash = hash_of(file);
   return simulation;
 }

@@ -18,7 +18,7 @@ namespace palpate::cli {
 /// problem.
 std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem::path>& paths);
 
-/// Throws InputError, also where it has no column of that name.
+/// Throws InputError, also where it has no column of that name or no number in it.
 ComparedSimulation read_simulation(const std::filesystem::path& trace, const std::string& column);
 
 /// A scene made ready to run for as long as it says, and after a loss of resistance until the rule that finds

@@ -33,6 +33,7 @@ void apply(const ImportOptions& options, Recording& recording) {
   if (!options.technique.empty()) { recording.technique = options.technique; }
   if (!options.source.empty()) { recording.source = options.source; }
   if (!options.group.empty()) { recording.group = options.group; }
+  if (!options.subject.empty()) { recording.subject = options.subject; }
   if (!options.name.empty()) { recording.name = options.name; }
   if (options.pump) { recording.regime = Recording::Regime::pump; }
   if (recording.name.empty()) { recording.name = options.file.stem().string(); }

@@ -41,3 +41,10 @@ status=0
 "$palpate" compare "$compared/same.csv" --trace "$compared/trace.csv" --out "$out/file" 2>"$out/stderr" || status=$?
 [ "$status" -eq 2 ] || fail "exit status $status where the folder is a file"
 grep -q 'file: not a folder that can be written' "$out/stderr" || fail "unclear message about the folder"
+
+# The command on the page means the same to a shell, whatever a file is called.
+cp "$compared/same.csv" "$out/it's & \$(the) same.csv"
+"$palpate" compare "$out/it's & \$(the) same.csv" --trace "$compared/trace.csv" --out "$out/quoted" --quiet || fail "differs"
+command=$(sed -n 's/^ "command": "\(.*\)",$/\1/p' "$out/quoted/comparison.json" | sed 's/\\\\/\\/g')
+eval "set -- $command"
+[ "$3" = "$out/it's & \$(the) same.csv" ] || fail "the command on the page names $3"

@@ -31,7 +31,7 @@ TEST("comparison.json has the documented keys") {
   const Json& one = json["recordings"][0];
   for (const char* key :
        {"file",          "format",          "fnv1a",          "kind",      "regime",
-        "name",          "source",          "note",           "group",     "technique",
+        "name",          "source",          "note",           "group",     "technique",     "subject",
         "bmi_kg_per_m2", "plunger_area_m2", "sample_rate_hz", "samples",   "defects",
         "warnings",      "verdict",         "reasons",        "alignment", "cutoff_hz",
         "overlap_s",     "features",        "distances",      "rating",    "unfiltered_rating",
@@ -54,7 +54,8 @@ TEST("numbers are those of the comparison, in SI") {
   CHECK(json["recordings"][1]["alignment"]["lag_s"].get<double>() == one.alignment.lag);
   const Json& group = json["groups"][0];
   CHECK(group["recordings"] == 3 && group["measured"] == 1 && group["reconstructed"] == 2);
-  CHECK(group["corridor"]["recordings"] == 3);
+  CHECK(group["corridor"]["recordings"] == 3 && group["corridor"]["subjects"] == 3);
+  CHECK(group["subjects"] == 3 && group["subjects_agree"] == 3);
   CHECK_NEAR(group["corridor"]["half_width_sd"].get<double>(), 4.968,
              1e-3);  // t(0.975, 2) sqrt(4/3), four digits
   CHECK(json["verdict"] == "agrees" && json["holds"] == true);

@@ -45,7 +45,7 @@ TEST("the figures of a recording show both over time and depth, with layers, and
   for (const Figure& figure : figures) { CHECK(figure.zones.size() == 2 && figure.marks.size() == 1); }
   CHECK(figures[0].id == "pressure-over-time" && figures[2].id == "pressure-over-depth");
   CHECK(figures[0].series[0].label == "recorded" && figures[0].series[1].label == "simulated");
-  const double peak_mmhg = 60.0 * clinical::mmhg / pascals_per_mmhg;  // of the law
+  const double peak_mmhg = 60.0 * pascals_per_mmhg / pascals_per_mmhg;  // of the law
   CHECK_NEAR(figures[0].series[1].y[6000], peak_mmhg, 1e-6);
   CHECK_NEAR(figures[2].series[0].x.back(), 5.0 * 14.0, 1e-9);  // mm
   // Both were sampled from one law, which is a straight line at 3 s: the filter passes it unchanged.
@@ -109,19 +109,22 @@ TEST("the page answers in order, makes no request, escapes what it shows and giv
   CHECK(html == to_html(report));
 }
 
+TEST("the page tells recordings from subjects") {
+  std::vector<ComparedRecording> all = subjects(6);
+  for (std::size_t n = 0; n < 6; ++n) { all[n].input.recording.subject = std::to_string(n / 2); }
+  const std::string html = to_html(sample::compared(all));
+  CHECK(contains(html, "6 recordings reconstructed"));
+  CHECK(contains(html, "3 subjects (6 recordings)"));
+  CHECK(contains(html, "data-label=\"subjects\">3<") && contains(html, "data-label=\"recordings\">6<"));
+}
+
 TEST("what cannot be compared still has a page, which says why") {
   const std::string html = to_html(sample::compared({sample::compared_recording("flat", 0.0)}));
   CHECK(contains(html, "class=\"verdict fail\"") && contains(html, "Not comparable"));
   CHECK(contains(html, "constant"));
 }
 
-TEST("values are shown in the units of clinicians") {
-  using comparison::Feature;
-  CHECK(contains(shown(Feature::peak, 461.0 * pascals_per_mmhg, "Pa"), "461") &&
-        contains(shown(Feature::peak, 1.0, "Pa"), "mmHg"));
-  CHECK(contains(shown(Feature::depth_of_loss, 0.0393, "m"), "39.3") &&
-        contains(shown(Feature::depth_of_loss, 0.0393, "m"), "mm"));
-  CHECK(shown(Feature::loss_of_resistance, 0.0, "1") == "not found");
+TEST("what was found wrong is counted in words") {
   CHECK(shown(RecordingDefects{}) == "nothing");
   CHECK(shown(RecordingDefects{.missing = 12, .gaps = 3}) == "12 missing samples, 3 gaps");
 }

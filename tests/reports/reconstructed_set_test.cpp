@@ -57,6 +57,16 @@ Statistics statistics(const std::vector<Recording>& recordings, Value value) {
 const std::array bmi_groups{std::pair{"BMI 18-24.9", 461.0}, std::pair{"BMI 25-34.9", 430.0},
                             std::pair{"BMI 35-44.9", 415.0}, std::pair{"BMI >= 45", 376.0}};
 
+TEST("either technique of one subject says that it is the same subject, and nobody else does") {
+  for (const auto& [group, peak] : bmi_groups) {
+    std::set<std::string> subjects;
+    for (const char* technique : {"continuous", "intermittent"}) {
+      for (const Recording& one : of(group, technique)) { subjects.insert(one.subject); }
+    }
+    CHECK(subjects.size() == 5 && !subjects.contains(""));
+  }
+}
+
 TEST("the stored recordings are what the table gives, sample by sample") {
   std::size_t stored = 0;
   for (const auto& entry : fs::directory_iterator(fixtures / "recordings")) {
@@ -66,6 +76,7 @@ TEST("the stored recordings are what the table gives, sample by sample") {
   for (const Recording& made : all()) {
     const Recording kept = io::read_recording(fixtures / "recordings" / (made.name + ".h5"));
     CHECK(kept.time == made.time && kept.technique == made.technique && kept.group == made.group);
+    CHECK(kept.subject == made.subject);
     CHECK(kept.note == made.note && kept.source == made.source && kept.regime == made.regime);
     CHECK(kept.body_mass_index == made.body_mass_index && kept.defects == made.defects);
     CHECK(kept.pressure.size() == made.pressure.size() && kept.depth.size() == made.depth.size());

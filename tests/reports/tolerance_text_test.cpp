@@ -32,7 +32,9 @@ TEST("what is no tolerance is refused with what is allowed") {
   refused("peak", "must be such as peak=15%");
   refused("peak=", "must be such as peak=15%");
   refused("peek=3%", "did you mean peak");
-  refused("loss_of_resistance=1", "no feature with a width");
+  refused("loss_of_resistance=1", "found or not, which has no width");
+  refused("peak=7", "must be % or a unit of Pa");  // mmHg or Pa?
+  refused("drop_time=0.5", "must be % or a unit of s");
   refused("peak=much", "must be such as");
   refused("peak=-5%", "must be such as");
   refused("peak=5mm", "must be % or a unit of Pa");

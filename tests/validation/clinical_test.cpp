@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/dynamics/pressure_units.hpp"
 #include "tests/validation/planted_faults.hpp"
 
 namespace {
@@ -47,7 +48,8 @@ TEST("a trace one sample late is seen") {
 
 TEST("a simulated pressure that is not the one that was recorded is seen") {
   const Mutation off{.name = "0.06 mmHg too high", .pressure = [](std::vector<double>& pressure) {
-                       for (double& p : pressure) { p += 0.06 * 133.322; }  // more than the link rounds
+                       // more than the link rounds
+                       for (double& p : pressure) { p += 0.06 * pascals_per_mmhg; }
                      }};
   check_red(off, {"clinical/round-trip"});
   const Mutation late{.name = "two frame periods late", .pressure = [](std::vector<double>& pressure) {
@@ -89,6 +91,7 @@ TEST("a sample that is not a number is never rated well") {
                          pressure[pressure.size() / 2] = std::nan("");
                        }};
   check_status("clinical/measures/filter", &fault, Status::fail);
+  check_red(fault, {"clinical/round-trip"});
   check_status("clinical/measures/fault-table", &fault, Status::error);  // a rating refuses it
 }
 

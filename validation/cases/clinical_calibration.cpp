@@ -50,7 +50,7 @@ std::vector<Subject> noisy_subjects(const Scene& scene, std::size_t count, devic
                         .force = clean.columns[2].values};
     for (double& p : recording.pressure) { p = gain * factor * p + zero; }
     for (double& f : recording.force) { f *= force_gain * factor; }
-    add_noise(recording.pressure, 0.3 * mmhg, seeded);
+    add_noise(recording.pressure, 0.3 * pascals_per_mmhg, seeded);
     add_noise(recording.force, 0.02, seeded);
     subjects.push_back({.name = recording.name, .seen = observe(recording)});
   }
@@ -142,15 +142,15 @@ std::vector<Subject> reconstructed_group(const Group& group, std::uint64_t seed)
   std::vector<Subject> subjects;
   constexpr double ligament_ratio = 7.467 / 12.133;  // of the needle force, Davidor et al. 2023
   for (const double score : even_scores(5, seed)) {
-    const double peak = group.peak * mmhg * (1.0 + 0.22 * score);
+    const double peak = group.peak * pascals_per_mmhg * (1.0 + 0.22 * score);
     const Recording drawn = draw_insertion({.plateau = ligament_ratio * peak,
                                             .peak = peak,
-                                            .floor = 15.0 * mmhg,
+                                            .floor = 15.0 * pascals_per_mmhg,
                                             .start = 0.5e-3,
                                             .flavum_begin = 10.5e-3,
                                             .flavum_end = 13.9e-3,
                                             .tremor = 0.02,
-                                            .noise = 0.3 * mmhg,
+                                            .noise = 0.3 * pascals_per_mmhg,
                                             .seed = seed + subjects.size()});
     subjects.push_back({.name = drawn.name, .group = group.name, .seen = observe(drawn)});
   }
@@ -162,7 +162,7 @@ double fitted_peak(const StraightScene& straight, std::span<const Subject> subje
   const Scene scene = short_way();
   Forward forward(scene, fitted_parameters(scene), 1, nullptr,
                   [&](const Scene& at) { return straight.at(at); });
-  return fit(forward, pool(subjects)).after[index_of(Observable::pressure_peak)] / mmhg;
+  return fit(forward, pool(subjects)).after[index_of(Observable::pressure_peak)] / pascals_per_mmhg;
 }
 
 double slope_over_body_mass(const std::array<double, groups.size()>& peaks) {

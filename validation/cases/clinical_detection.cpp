@@ -77,7 +77,7 @@ Figure examples() {
     figure.series.push_back({.label = label});
     for (std::size_t n = 0; n < pressure.size(); ++n) {
       figure.series.back().x.push_back(pressure.time(n));
-      figure.series.back().y.push_back(pressure.value[n] / mmhg);
+      figure.series.back().y.push_back(pressure.value[n] / pascals_per_mmhg);
     }
   };
   add("true, continuous", {}, 1);

@@ -71,10 +71,10 @@ void measure_uncertain_features(const CaseContext& context, Outcome& outcome) {
   for (int n = 0; n < trials; ++n) {
     device::Seeded seeded(static_cast<std::uint64_t>(n) + 1);
     std::vector<double> pressure = pressures(law, time);
-    add_noise(pressure, mmhg, seeded);
+    add_noise(pressure, pascals_per_mmhg, seeded);
     damage(context, pressure);
     const Features found = prepare({.time = time, .value = pressure}, 20.0, {}).features;
-    noise += found.noise / mmhg / trials;
+    noise += found.noise / pascals_per_mmhg / trials;
     for (std::size_t i = 0; i < watched.size(); ++i) {
       const Measured& m = found[watched[i]];
       const double off = m.value.value_or(not_measured) - clean[watched[i]].value.value_or(not_measured);

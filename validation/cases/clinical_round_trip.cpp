@@ -34,16 +34,6 @@ Recording through_the_link(const Insertion& run) {
   return recording_of_link(bytes, run.time.size()).recording;
 }
 
-/// Largest difference of what was sent and what was received, as both were sampled.
-double largest_difference(const Comparison& found) {
-  double largest = found.recorded_raw.size() == 0 ? not_measured : 0.0;
-  for (std::size_t n = 0; n < found.recorded_raw.size(); ++n) {
-    const double difference = std::abs(found.recorded_raw.value[n] - found.simulated_raw.value[n]);
-    if (!(difference <= largest)) { largest = difference; }
-  }
-  return largest;
-}
-
 /// Largest rise of the pressure over one frame period [Pa]: what sampling may take from a peak.
 double largest_rise(const Recording& recording) {
   double largest = 0.0;
@@ -55,7 +45,8 @@ double largest_rise(const Recording& recording) {
 
 void judge_samples(const Comparison& found, Outcome& outcome) {
   outcome.judge({.name = "largest_difference_of_samples",
-                 .value = largest_difference(found) / pascals_per_mmhg,
+                 .value = largest_difference(found.recorded_raw.value, found.simulated_raw.value) /
+                          pascals_per_mmhg,
                  .unit = "mmHg",
                  .upper = 0.5 * (1.0 + 1e-6) * quantum / pascals_per_mmhg,
                  .bound_from = "the link rounds to 0.1 mmHg: half of that, and rounding"});

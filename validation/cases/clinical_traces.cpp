@@ -33,6 +33,16 @@ void damage(const CaseContext& context, std::vector<double>& pressure) {
   if (context.mutation != nullptr && context.mutation->pressure) { context.mutation->pressure(pressure); }
 }
 
+double largest_difference(std::span<const double> a, std::span<const double> b) {
+  double largest = a.empty() ? comparison::not_measured : 0.0;
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    const double difference = std::abs(a[n] - b[n]);
+    if (std::isnan(difference)) { return difference; }
+    largest = std::max(largest, difference);
+  }
+  return largest;
+}
+
 Recording recording_of(const std::vector<double>& time, std::vector<double> pressure) {
   Recording recording{.name = "made-up", .kind = Recording::Kind::reconstructed, .source = "a law"};
   recording.sample_rate = 1.0 / (time[1] - time[0]);

@@ -4,9 +4,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "device/seeded.hpp"
+#include "model/dynamics/pressure_units.hpp"
 #include "model/dynamics/recording.hpp"
 #include "model/dynamics/trace.hpp"
 #include "validation/case.hpp"
@@ -14,13 +16,11 @@
 
 namespace palpate::clinical {
 
-inline constexpr double mmhg = 133.322;  ///< [Pa]
-
 /// Level, a straight rise to the peak, then an exponential fall to the plateau.
 struct PressureLaw {
-  double level = 20.0 * mmhg;    ///< [Pa]
-  double peak = 60.0 * mmhg;     ///< [Pa]
-  double plateau = 8.0 * mmhg;   ///< [Pa]; equal to the peak: no loss of resistance
+  double level = 20.0 * pascals_per_mmhg;    ///< [Pa]
+  double peak = 60.0 * pascals_per_mmhg;     ///< [Pa]
+  double plateau = 8.0 * pascals_per_mmhg;   ///< [Pa]; equal to the peak: no loss of resistance
   double rise = 1.0;             ///< [s] when it begins
   double loss = 6.0;             ///< [s]
   double fall_constant = 0.15;   ///< [s] of the exponential
@@ -42,6 +42,9 @@ void damage(const CaseContext& context, std::vector<double>& pressure);
 Recording recording_of(const std::vector<double>& time, std::vector<double> pressure);
 Trace trace_of(const std::vector<double>& time, std::vector<double> pressure);
 
+/// Largest |a - b| of two of the same length; NaN where any of them is NaN, or there is none.
+double largest_difference(std::span<const double> a, std::span<const double> b);
+
 /// The hands' techniques with and without a loss of resistance, for the rule that finds it.
 enum class Technique { continuous, intermittent };
 struct Insertions {
@@ -52,8 +55,8 @@ struct Insertions {
   bool drops = true;             ///< false: no fall but those between pushes
 };
 inline constexpr double sample_rate = 120.0;            ///< [Hz] of the raw pressure link
-inline constexpr double noise_deviation = 5.0 * mmhg;   ///< [Pa] (assumed)
-inline constexpr double smallest_peak = 300.0 * mmhg;   ///< [Pa]; the largest is twice that
+inline constexpr double noise_deviation = 5.0 * pascals_per_mmhg;   ///< [Pa] (assumed)
+inline constexpr double smallest_peak = 300.0 * pascals_per_mmhg;   ///< [Pa]; the largest is twice that
 /// One made-up insertion of 30 s.
 comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed);
 

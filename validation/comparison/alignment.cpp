@@ -10,11 +10,12 @@ namespace palpate::comparison {
 
 namespace {
 
-/// When a depth is first reached [s].
+/// When a depth is first reached [s]; absent where that is hidden by a gap, or came before the first sample.
 std::optional<double> time_at_depth(const Samples& depth, double wanted) {
   for (std::size_t n = 0; n < depth.size(); ++n) {
     if (!(depth.value[n] >= wanted)) { continue; }
-    if (n == 0 || !std::isfinite(depth.value[n - 1])) { return depth.time(n); }
+    if (depth.value[n] == wanted) { return depth.time(n); }
+    if (n == 0 || !std::isfinite(depth.value[n - 1])) { return std::nullopt; }
     const double share = (wanted - depth.value[n - 1]) / (depth.value[n] - depth.value[n - 1]);
     return depth.time(n - 1) + share * depth.step;
   }
@@ -41,12 +42,19 @@ Alignment by_depth(const PreparedTrace& recorded, const PreparedTrace& simulated
     return alignment;
   }
   double depth = depth_of_event(recorded.features).value_or(high + 1.0);
-  if (depth > high || depth < low) { depth = 0.5 * (low + high); }
+  const bool reached = depth <= high && depth >= low;
+  if (!reached) { depth = 0.5 * (low + high); }
   const auto at_r = time_at_depth(recorded.input.depth, depth);
   const auto at_s = time_at_depth(simulated.input.depth, depth);
   char text[64];
-  std::snprintf(text, sizeof text, "by the depth of %.1f mm", 1e3 * depth);
-  alignment.how = text;
+  std::snprintf(text, sizeof text, "%.1f mm", 1e3 * depth);
+  if (!at_r || !at_s) {
+    alignment.refusal = std::string("a gap hides when the ") + (at_r ? "simulated" : "recorded") +
+                        " tip reached " + text;
+    return alignment;
+  }
+  alignment.how = std::string("by the depth of ") + text +
+                  (reached ? ", that of the recorded event" : ", the middle of what both passed");
   alignment.lag = *at_r - *at_s;
   alignment.uncertainty = std::hypot(recorded.input.depth.step, simulated.input.depth.step) / std::sqrt(12.0);
   return alignment;
@@ -93,7 +101,13 @@ Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, A
   const Alignment deep = by_depth(recorded, simulated);
   if (rule == AlignmentRule::depth || deep.refusal.empty()) { return deep; }
   const Alignment event = by_event(recorded, simulated);
-  return event.refusal.empty() ? event : by_start(recorded, simulated);
+  Alignment other = event.refusal.empty() ? event : by_start(recorded, simulated);
+  const bool both_have_depth = !recorded.input.depth.value.empty() && !simulated.input.depth.value.empty();
+  if (both_have_depth) {
+    other.not_by_depth = deep.refusal;
+    other.how += ", not by depth: " + deep.refusal;
+  }
+  return other;
 }
 
 }  // namespace palpate::comparison

@@ -10,7 +10,7 @@
 namespace palpate::comparison {
 
 enum class AlignmentRule {
-  automatic,  ///< depth where both have it, else the event where both have one, else the start
+  automatic,  ///< depth where both have it without a gap there, else the event in both, else the start
   depth,      ///< both reach the depth of the recorded event (else the middle of the common depths) at once
   event,      ///< loss of resistance where both show one, else the peak
   start,      ///< the first samples coincide
@@ -22,6 +22,7 @@ struct Alignment {
   std::string how{};         ///< "by the loss of resistance", for people
   double lag = 0.0;          ///< [s] recorded time - simulated time of one instant; always reported
   double uncertainty = 0.0;  ///< [s] standard
+  std::string not_by_depth{};  ///< why another rule was used though both have depth; part of `how` as well
   std::string refusal{};     ///< why the rule that was asked for cannot be followed
   /// Whether instants say anything: aligned by the event they are the same by themselves, and aligned by
   /// depth the depth of the event tells, as hands move at speeds of their own.

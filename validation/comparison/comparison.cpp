@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "validation/comparison/feature_verdict.hpp"
+#include "validation/comparison/feature_words.hpp"
 #include "validation/comparison/zero_phase.hpp"
+#include "validation/number_words.hpp"
 
 namespace palpate::comparison {
 
@@ -15,11 +17,6 @@ Comparison refuse(Comparison comparison, const std::string& reason) {
   comparison.verdict = Verdict::not_comparable;
   comparison.reasons = {reason};
   return comparison;
-}
-
-std::string column_of(const ComparisonOptions& options) {
-  if (!options.column.empty()) { return options.column; }
-  return options.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
 }
 
 RawTrace recorded_trace(const Recording& recording, QuantityKind quantity) {
@@ -75,6 +72,15 @@ void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated,
   comparison.simulated_raw = resample(s, grid);
 }
 
+constexpr std::size_t least_common = 20;  // samples of both
+
+std::string overlap_refusal(double overlap, std::size_t samples, const ComparisonOptions& options) {
+  if (samples == 0) { return "no overlap in time"; }
+  return "no overlap in time but for " + short_number(overlap) + " s in " + std::to_string(samples) +
+         " samples; " + short_number(options.least_overlap) + " s in " + std::to_string(least_common) +
+         " are needed";
+}
+
 std::vector<double> jointly(const Samples& a, const Samples& b) {
   std::vector<double> both(a.size());
   for (std::size_t n = 0; n < both.size(); ++n) { both[n] = a.value[n] + b.value[n]; }
@@ -101,12 +107,14 @@ void explain(Comparison& comparison) {
 
 void conclude(Comparison& comparison) {
   comparison.verdict = Verdict::not_judged;
+  std::vector<Reason> reasons;
   for (const FeatureVerdict& one : comparison.features) {
     comparison.verdict = worse(comparison.verdict, one.verdict);
     if (one.verdict != Verdict::agrees && one.verdict != Verdict::not_judged) {
-      comparison.reasons.push_back(sentence_of(one));
+      reasons.push_back({one.verdict, sentence_of(one)});
     }
   }
+  comparison.reasons = worst_first(std::move(reasons));
   if (comparison.verdict == Verdict::not_judged) {
     comparison = refuse(std::move(comparison), "no feature is in both");
   }
@@ -114,8 +122,14 @@ void conclude(Comparison& comparison) {
 
 }  // namespace
 
+std::string column_of(const ComparisonOptions& options) {
+  if (!options.column.empty()) { return options.column; }
+  return options.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
+}
+
 Comparison compare(const Recording& recording, const Trace& simulated, const ComparisonOptions& options) {
-  Comparison comparison{.recording = recording.name, .group = recording.group, .kind = recording.kind,
+  Comparison comparison{.recording = recording.name, .group = recording.group,
+                        .subject = recording.subject, .kind = recording.kind,
                         .unit = std::string(unit_of(options.quantity))};
   if (const std::string wrong = regime_refusal(recording, options); !wrong.empty()) {
     return refuse(comparison, wrong);
@@ -138,8 +152,8 @@ Comparison compare(const Recording& recording, const Trace& simulated, const Com
   lay_on_grid(r, s, options, comparison);
   const std::vector<double> both = finite_only(jointly(comparison.recorded, comparison.simulated));
   comparison.overlap = comparison.recorded.step * static_cast<double>(both.size());
-  if (both.size() < 20 || comparison.overlap < options.least_overlap) {
-    return refuse(comparison, "no overlap in time");
+  if (both.size() < least_common || comparison.overlap < options.least_overlap) {
+    return refuse(comparison, overlap_refusal(comparison.overlap, both.size(), options));
   }
   comparison.recorded_features = r.features;
   comparison.simulated_features = s.features;

@@ -42,6 +42,9 @@ struct ComparisonOptions {
   Uncertainties uncertainties{};
 };
 
+/// Of the simulated trace that is compared.
+std::string column_of(const ComparisonOptions& options);
+
 struct FeatureVerdict {
   Feature feature{};
   std::string unit{};
@@ -61,6 +64,7 @@ struct FeatureVerdict {
 struct Comparison {
   std::string recording{};
   std::string group{};
+  std::string subject{};                ///< a code; empty: of whom there is no other recording
   Recording::Kind kind = Recording::Kind::measured;
   Verdict verdict = Verdict::not_comparable;
   std::vector<std::string> reasons{};   ///< why; for people

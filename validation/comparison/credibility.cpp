@@ -64,7 +64,18 @@ struct Evidence {
   std::size_t measured = 0;       ///< recordings of patients that could be compared
   std::size_t reconstructed = 0;  ///< rebuilt ones
   std::vector<std::string> names{};
+  std::vector<std::string> codes{};  ///< of their subjects, by group
+  Verdict worst = Verdict::not_judged;  ///< on the measured ones alone
 };
+
+/// A group of measured recordings alone is judged as one; where rebuilt ones are among them, what they say
+/// is left out and each measured one speaks for itself.
+Verdict measured_verdict(const Comparison& one, const GroupComparison& comparison) {
+  for (const GroupSummary& group : comparison.groups) {
+    if (group.group == one.group && group.measured == group.recordings) { return group.verdict; }
+  }
+  return one.verdict;
+}
 
 Evidence evidence_of(const GroupComparison* comparison) {
   Evidence evidence;
@@ -76,6 +87,8 @@ Evidence evidence_of(const GroupComparison* comparison) {
     } else {
       ++evidence.measured;
       evidence.names.push_back(one.recording);
+      evidence.codes.push_back(one.subject.empty() ? "" : one.group + "/" + one.subject);
+      evidence.worst = worse(evidence.worst, measured_verdict(one, *comparison));
     }
   }
   return evidence;
@@ -84,29 +97,31 @@ Evidence evidence_of(const GroupComparison* comparison) {
 CredibilityFactor test_samples(const Evidence& evidence) {
   CredibilityFactor factor{
       .activity = "validation", .factor = "test samples", .goal = "recordings of at least 3 subjects"};
-  factor.evidence = std::to_string(evidence.measured) + " measured recordings";
+  const std::size_t subjects = subject_count(subject_indices(evidence.codes));
+  factor.evidence = "measured recordings: " + std::to_string(evidence.measured) +
+                    ", of subjects: " + std::to_string(subjects);
   if (evidence.measured == 0) { factor.evidence = "not shown: no measured recording was compared"; }
   if (evidence.reconstructed > 0) {
     factor.evidence +=
         "; " + std::to_string(evidence.reconstructed) + " rebuilt from published values do not count";
   }
   factor.links = evidence.names;
-  if (evidence.measured > 0) { factor.shown = evidence.measured >= 3 ? Shown::shown : Shown::in_part; }
+  if (evidence.measured > 0) { factor.shown = subjects >= 3 ? Shown::shown : Shown::in_part; }
   return factor;
 }
 
 /// Agreement with patients. "Shown" speaks of the comparison; its verdict is part of the evidence.
-CredibilityFactor output_comparison(const Evidence& evidence, const GroupComparison* comparison) {
+CredibilityFactor output_comparison(const Evidence& evidence) {
   CredibilityFactor factor{.activity = "validation", .factor = "output comparison",
                            .goal = "features and corridor agree within stated tolerances and u_val"};
   if (evidence.measured == 0) {
     factor.evidence = "not shown: no measured recording was compared";
     return factor;
   }
-  factor.evidence = "the verdict is: " + std::string(name_of(comparison->verdict));
+  factor.evidence = "the verdict on what was measured is: " + std::string(name_of(evidence.worst));
   factor.links = evidence.names;
-  factor.shown = comparison->verdict == Verdict::agrees ? Shown::shown : Shown::not_shown;
-  if (comparison->verdict == Verdict::not_distinguishable) { factor.shown = Shown::in_part; }
+  factor.shown = evidence.worst == Verdict::agrees ? Shown::shown : Shown::not_shown;
+  if (evidence.worst == Verdict::not_distinguishable) { factor.shown = Shown::in_part; }
   return factor;
 }
 
@@ -141,7 +156,7 @@ std::vector<CredibilityFactor> credibility(std::span<const Outcome> outcomes,
                           "recordings do not state them all"));
   factors.push_back(never("validation", "equivalency of inputs", "the simulation is given what was measured",
                           "anatomy and hand of the recorded subject are not known"));
-  factors.push_back(output_comparison(evidence, comparison));
+  factors.push_back(output_comparison(evidence));
   factors.push_back(never("applicability", "relevance of the quantities",
                           "what is compared is what a trainee feels",
                           "no trial with trainees is part of this"));

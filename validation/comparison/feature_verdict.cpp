@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "validation/comparison/feature_verdict.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
-
-#include "validation/comparison/field_unit.hpp"
 
 namespace palpate::comparison {
 
@@ -46,15 +42,17 @@ void judge_numbers(FeatureVerdict& one, const Comparison& comparison, const Comp
   one.verdict = judge(*one.simulated.value, one.lower, one.upper, one.expanded);
 }
 
-/// One of the two is missing: whether that is a difference, or nobody can tell.
+std::string reason_of_absence(const FeatureVerdict& one) {
+  if (one.recorded.value) { return "simulated: " + one.simulated.reason; }
+  if (one.simulated.value) { return "recorded: " + one.recorded.reason; }
+  if (one.recorded.reason == one.simulated.reason) { return "in neither: " + one.recorded.reason; }
+  return "recorded: " + one.recorded.reason + "; simulated: " + one.simulated.reason;
+}
+
+/// One of the two is missing, or both. Only the event is never just absent: it is there, or it is not, or
+/// nobody can tell; what is missing with it is told by the event itself.
 void judge_absence(FeatureVerdict& one) {
-  if (!one.recorded.value && !one.simulated.value) {
-    one.reason = "in neither: " + one.recorded.reason;
-    return;
-  }
-  const bool recorded_lacks = !one.recorded.value;
-  one.reason = (recorded_lacks ? "recorded: " + one.recorded.reason : "simulated: " + one.simulated.reason);
-  // What is missing with the event is told by the event itself.
+  one.reason = reason_of_absence(one);
   one.verdict =
       one.feature == Feature::loss_of_resistance ? Verdict::not_distinguishable : Verdict::not_judged;
 }
@@ -68,7 +66,7 @@ FeatureVerdict judge_feature(Feature feature, const Comparison& comparison,
                      .tolerance = tolerance_of(feature, options)};
   if (is_time(feature) && one.recorded.value) { *one.recorded.value -= comparison.alignment.lag; }
   if (is_time(feature) && !comparison.alignment.judges_times()) {
-    one.reason = "the clocks were aligned " + comparison.alignment.how;
+    one.reason = "the clocks were aligned by the " + std::string(name_of(comparison.alignment.used));
     if (one.recorded.value && one.simulated.value) { one.error = *one.simulated.value - *one.recorded.value; }
     return one;
   }
@@ -103,24 +101,6 @@ std::vector<FeatureVerdict> judge_features(const Comparison& comparison, const C
     verdicts.push_back(judge_feature(static_cast<Feature>(n), comparison, options));
   }
   return verdicts;
-}
-
-std::string sentence_of(const FeatureVerdict& one) {
-  const std::string name{name_of(one.feature)};
-  if (!one.reason.empty()) { return name + ": " + one.reason + ": " + std::string(name_of(one.verdict)); }
-  if (one.feature == Feature::loss_of_resistance) {
-    const auto found = [](const Measured& measured) { return *measured.value > 0.5 ? "found" : "not found"; };
-    return name + ": " + found(one.simulated) + " in the simulated trace, " + found(one.recorded) +
-           " in the recorded one: " + std::string(name_of(one.verdict));
-  }
-  const FieldUnit unit = field_unit(one.unit);
-  const auto shown = [&](double value) { return unit.factor * value; };
-  const std::string symbol = unit.name == "1" ? "" : " " + unit.name;
-  char numbers[200];
-  std::snprintf(numbers, sizeof numbers,
-                ": %.4g%s simulated, %.4g%s recorded; %.4g to %.4g%s allowed, known to +-%.2g%s: ", shown(*one.simulated.value), symbol.c_str(), shown(*one.recorded.value), symbol.c_str(),
-                shown(one.lower), shown(one.upper), symbol.c_str(), shown(one.expanded), symbol.c_str());
-  return name + numbers + std::string(name_of(one.verdict));
 }
 
 }  // namespace palpate::comparison

@@ -2,7 +2,6 @@
 #pragma once
 /// E = S - D of every feature against its tolerance and its validation uncertainty.
 
-#include <string>
 #include <vector>
 
 #include "validation/comparison/comparison.hpp"
@@ -11,9 +10,6 @@ namespace palpate::comparison {
 
 /// From the features and the alignment of a comparison.
 std::vector<FeatureVerdict> judge_features(const Comparison& comparison, const ComparisonOptions& options);
-
-/// "peak: 398 mmHg simulated, 461 mmHg recorded; 414 to 508 mmHg allowed, known to +-9.3 mmHg: differs"
-std::string sentence_of(const FeatureVerdict& verdict);
 
 /// The one given for the feature, else its default.
 Tolerance tolerance_of(Feature feature, const ComparisonOptions& options);

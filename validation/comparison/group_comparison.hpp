@@ -17,19 +17,21 @@ namespace palpate::comparison {
 struct FeatureSummary {
   Feature feature{};
   std::string unit{};
-  std::size_t count = 0;                  ///< recordings that have it
-  double mean = not_measured;
-  double deviation = not_measured;        ///< NaN below two
+  std::size_t count = 0;                  ///< subjects who have it
+  double mean = not_measured;             ///< over subjects, of whom several recordings are averaged first
+  double deviation = not_measured;        ///< between subjects; NaN below two
   std::optional<Interval> interval{};     ///< 95 % bootstrap of the mean, percentile; absent below three
-  std::optional<double> simulated{};      ///< of the first recording's comparison
+  std::optional<double> simulated{};      ///< mean over the comparisons, whose filters may differ
 };
 
 struct GroupSummary {
   std::string group{};
   std::size_t recordings = 0;
   std::size_t measured = 0;               ///< of them; the others were rebuilt from published values
-  std::size_t agree = 0, not_distinguishable = 0, differ = 0, not_comparable = 0;
-  double agree_share = not_measured;      ///< agree over those that could be compared
+  std::size_t subjects = 0;               ///< who could be compared
+  std::size_t agree = 0, not_distinguishable = 0, differ = 0, not_comparable = 0;  ///< recordings
+  std::size_t subjects_agree = 0;         ///< all of whose recordings that could be compared agree
+  double agree_share = not_measured;      ///< of the subjects
   Interval agree_interval{};              ///< 95 % Clopper-Pearson
   std::vector<FeatureSummary> features{};
   std::vector<FeatureVerdict> means{};    ///< against the mean over subjects; only where there is a corridor

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <deque>
+#include <optional>
+#include <utility>
 
 namespace palpate::comparison {
 
@@ -60,11 +62,28 @@ struct Search {
     }
     return largest;
   }
+  [[nodiscard]] bool counts(double peak) const { return peak > 0.0 && peak >= rule.least_peak * maximum; }
+  [[nodiscard]] double level(double peak) const { return (1.0 - rule.least_drop) * peak; }
+  [[nodiscard]] bool under(std::size_t n, double peak) const {
+    return counts(peak) && pressure.value[n] <= level(peak);
+  }
   /// A fall to n from a peak that counts.
-  [[nodiscard]] bool fallen(std::size_t n) const {
-    const double peak = before(n);
-    return peak > 0.0 && peak >= rule.least_peak * maximum &&
-           pressure.value[n] <= (1.0 - rule.least_drop) * peak;
+  [[nodiscard]] bool fallen(std::size_t n) const { return under(n, before(n)); }
+  /// No sample of the next 5 s that was measured lies above the level.
+  [[nodiscard]] bool held(std::size_t n, double peak) const { return ahead_hold[n] <= level(peak); }
+  [[nodiscard]] bool ends_within(std::size_t n) const { return n + hold >= pressure.size(); }
+  /// A tenth of the plateau may be missing.
+  [[nodiscard]] bool hidden(std::size_t n) const {
+    const std::size_t end = std::min(n + hold + 1, pressure.size());
+    return 10 * (missing[end] - missing[n]) > hold;
+  }
+  /// By how much of a peak the pressure falls at most within the 5 s from n.
+  [[nodiscard]] double deepest(std::size_t n, double peak) const {
+    double least = pressure.value[n];
+    for (std::size_t m = n; m < std::min(n + hold + 1, pressure.size()); ++m) {
+      least = std::fmin(least, pressure.value[m]);
+    }
+    return 1.0 - least / peak;
   }
 };
 
@@ -93,6 +112,55 @@ bool steady(const Search& search, const LossOfResistance& loss) {
   return quantile(plateau, 0.95) - quantile(plateau, 0.05) <= search.rule.unsteady * loss.peak;
 }
 
+/// The first fall that holds.
+std::optional<LossOfResistance> first_held(const Search& search) {
+  for (std::size_t n = 1; !search.ends_within(n); ++n) {
+    if (!search.fallen(n) || !search.held(n, search.before(n)) || search.hidden(n)) { continue; }
+    LossOfResistance loss{.status = LossOfResistance::Status::found};
+    describe(search, n, loss);
+    if (std::isfinite(loss.relative_drop) && steady(search, loss)) { return loss; }
+  }
+  return std::nullopt;
+}
+
+/// The first fall of which a gap or the end of the trace leaves open whether it was held.
+std::optional<LossOfResistance> first_open(const Search& search) {
+  for (std::size_t n = 1; n < search.pressure.size(); ++n) {
+    const double peak = search.before(n);
+    if (!search.under(n, peak) || !search.held(n, peak)) { continue; }
+    if (!search.ends_within(n) && !search.hidden(n)) { continue; }
+    LossOfResistance loss{.status = LossOfResistance::Status::undecided};
+    describe(search, n, loss);
+    const double fall = 100.0 * search.deepest(n, peak);
+    const double seen = search.pressure.step * static_cast<double>(search.pressure.size() - n);
+    const double hold = search.rule.hold;
+    loss.reason = search.hidden(n)
+                      ? text_of("a gap hides whether a fall of %.0f %% was held for %.3g s", fall, hold)
+                      : text_of("the trace ends %.2f s after a fall of %.0f %%; %.3g s needed", seen, fall, hold);
+    return loss;
+  }
+  return std::nullopt;
+}
+
+/// A fall that took place within a gap longer than the reach, so that nobody knows how fast it was.
+std::optional<LossOfResistance> first_in_a_gap(const Search& search) {
+  const std::vector<double>& value = search.pressure.value;
+  std::size_t last = value.size();  // that was measured
+  for (std::size_t n = 0; n < value.size(); ++n) {
+    if (!std::isfinite(value[n])) { continue; }
+    const std::size_t before = std::exchange(last, n);
+    if (before >= n || n - before <= search.reach) { continue; }
+    const double peak = search.before(before + 1);
+    if (!search.under(n, peak) || !search.held(n, peak)) { continue; }
+    LossOfResistance loss{.status = LossOfResistance::Status::undecided};
+    loss.reason = text_of("a gap of %.3g s hides how the pressure fell by %.0f %%",
+                          search.pressure.step * static_cast<double>(n - before),
+                          100.0 * search.deepest(n, peak));
+    return loss;
+  }
+  return std::nullopt;
+}
+
 /// Why nothing was found, told of the deepest fall.
 LossOfResistance not_found(const Search& search) {
   LossOfResistance loss;
@@ -101,8 +169,7 @@ LossOfResistance not_found(const Search& search) {
   std::size_t at = 0;
   for (std::size_t n = 1; n < value.size(); ++n) {
     const double peak = search.before(n);
-    if (!(peak > 0.0) || peak < search.rule.least_peak * search.maximum) { continue; }
-    if (1.0 - value[n] / peak > deepest) { deepest = 1.0 - value[n] / peak, at = n; }
+    if (search.counts(peak) && 1.0 - value[n] / peak > deepest) { deepest = 1.0 - value[n] / peak, at = n; }
   }
   if (deepest < search.rule.least_drop) {
     loss.reason = text_of("fell by %.0f %% at most within %.3g s; %.0f %% needed", 100.0 * deepest,
@@ -111,22 +178,15 @@ LossOfResistance not_found(const Search& search) {
   }
   std::size_t begin = at;
   while (begin > 0 && search.fallen(begin - 1)) { --begin; }
-  const double level = (1.0 - search.rule.least_drop) * search.before(begin);
+  const double level = search.level(search.before(begin));
   std::size_t end = begin;
   while (end < value.size() && !(value[end] > level)) { ++end; }
   const double held = search.pressure.step * static_cast<double>(end - begin);
-  if (end == value.size() && end - begin <= search.hold) {
-    describe(search, begin, loss);
-    loss.status = LossOfResistance::Status::undecided;
-    loss.reason = text_of("the trace ends %.2f s after a fall of %.0f %%; %.3g s needed", held,
-                          100.0 * deepest, search.rule.hold);
-  } else if (end - begin <= search.hold) {
-    loss.reason = text_of("a fall of %.0f %% came back after %.2f s; %.3g s needed", 100.0 * deepest, held,
-                          search.rule.hold);
-  } else {
-    loss.reason = text_of("a fall of %.0f %% at %.2f s was not steady, or hidden by a gap", 100.0 * deepest,
-                          search.pressure.time(begin));
-  }
+  loss.reason = end - begin <= search.hold
+                    ? text_of("a fall of %.0f %% came back after %.2f s; %.3g s needed", 100.0 * deepest,
+                              held, search.rule.hold)
+                    : text_of("a fall of %.0f %% at %.2f s was not steady", 100.0 * deepest,
+                              search.pressure.time(begin));
   return loss;
 }
 
@@ -146,16 +206,8 @@ LossOfResistance find_loss(const Samples& pressure, const LossRule& rule) {
   if (longest_stretch(pressure.value).size() < 3) { return none; }
   const Search search{pressure, rule};
   if (!(search.maximum > 0.0)) { return none; }
-  for (std::size_t n = 1; n + search.hold < pressure.size(); ++n) {
-    if (!search.fallen(n)) { continue; }
-    const std::size_t hidden = search.missing[n + search.hold + 1] - search.missing[n];
-    const bool held = search.ahead_hold[n] <= (1.0 - rule.least_drop) * search.before(n);
-    if (!held || 10 * hidden > search.hold) { continue; }  // a tenth of the plateau may be missing
-    LossOfResistance loss;
-    describe(search, n, loss);
-    if (!std::isfinite(loss.relative_drop) || !steady(search, loss)) { continue; }
-    loss.status = LossOfResistance::Status::found;
-    return loss;
+  for (const auto& step : {first_held, first_open, first_in_a_gap}) {
+    if (auto loss = step(search)) { return *std::move(loss); }
   }
   return not_found(search);
 }

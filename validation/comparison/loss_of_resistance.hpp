@@ -23,7 +23,8 @@ struct LossRule {
 };
 
 struct LossOfResistance {
-  enum class Status { found, not_found, undecided };  ///< undecided: the trace ends before `hold`
+  /// Undecided: the trace ends before `hold`, or a gap hides whether, or how fast, the pressure fell.
+  enum class Status { found, not_found, undecided };
   Status status = Status::not_found;
   std::string reason{};          ///< why it was not found
   bool weak = false;             ///< found, but dropped by less than half
@@ -35,7 +36,7 @@ struct LossOfResistance {
   double relative_drop = not_measured;  ///< 1 - plateau / peak
 
   [[nodiscard]] bool found() const { return status == Status::found; }
-  /// A fall that can be measured: found, or held until the trace ends too early to call it so.
+  /// A fall that can be measured: found, or held as far as the trace tells.
   [[nodiscard]] bool fell() const { return status != Status::not_found && plateau_samples > 0; }
 };
 std::string_view name_of(LossOfResistance::Status status);

@@ -19,8 +19,6 @@ struct PreparedTrace {
   FeatureInput input{};
   Features features{};
   std::string refusal{};  ///< why there is nothing to compare; empty: there is
-
-  [[nodiscard]] double rate() const { return 1.0 / input.raw.step; }  ///< [Hz]
 };
 
 /// Why a trace cannot be compared: empty, one sample, times that do not increase, no number, a constant,

@@ -1,34 +1,53 @@
 // SPDX-License-Identifier: MIT
 #include "validation/comparison/subject_corridor.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "validation/comparison/statistics.hpp"
 
 namespace palpate::comparison {
 
-CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRule& rule) {
-  const std::size_t count = aligned.size();
-  if (count < std::max<std::size_t>(2, rule.least_recordings)) {
-    return {.refusal = "a corridor needs at least " + std::to_string(rule.least_recordings) +
-                       " recordings; there " + (count == 1 ? "is 1" : "are " + std::to_string(count))};
+namespace {
+
+/// k for every number of subjects up to `most`; NaN below two.
+std::vector<double> factors(std::size_t most, const CorridorRule& rule) {
+  std::vector<double> all(most + 1, not_measured);
+  for (std::size_t n = 2; n <= most; ++n) {
+    all[n] = rule.half_width.value_or(student_factor(0.95, n - 1) *
+                                      std::sqrt(1.0 + 1.0 / static_cast<double>(n)));
+  }
+  return all;
+}
+
+}  // namespace
+
+CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRule& rule,
+                             std::span<const std::size_t> subject) {
+  const std::size_t count = subject.empty() ? aligned.size() : subject_count(subject);
+  const std::size_t least = std::max<std::size_t>(2, rule.least_subjects);
+  if (count < least) {
+    return {.refusal = "a corridor needs at least " + std::to_string(least) + " subjects; there " +
+                       (count == 1 ? "is 1" : "are " + std::to_string(count))};
   }
   const Samples& grid = aligned.front();
-  SubjectCorridor corridor{.mean = grid, .deviation = grid, .recordings = count};
-  corridor.half_width = rule.half_width.value_or(student_factor(0.95, count - 1) *
-                                                 std::sqrt(1.0 + 1.0 / static_cast<double>(count)));
+  const std::vector<double> factor = factors(count, rule);
+  SubjectCorridor corridor{.mean = grid, .deviation = grid, .half_width = grid, .subjects = count,
+                           .recordings = aligned.size(), .factor = factor.back()};
   bool any = false;
+  std::vector<double> here(aligned.size());
   for (std::size_t n = 0; n < grid.size(); ++n) {
-    std::vector<double> here;
-    for (const Samples& one : aligned) {
-      if (n < one.size() && std::isfinite(one.value[n])) { here.push_back(one.value[n]); }
+    for (std::size_t m = 0; m < aligned.size(); ++m) {
+      here[m] = n < aligned[m].size() ? aligned[m].value[n] : not_measured;
     }
-    const bool enough = here.size() >= std::max<std::size_t>(2, rule.least_recordings);
+    const OverSubjects over = over_subjects(here, subject);
+    const bool enough = over.means.size() >= least;
     any = any || enough;
-    corridor.mean.value[n] = enough ? mean_of(here) : not_measured;
-    corridor.deviation.value[n] = enough ? deviation_of(here) : not_measured;
+    corridor.mean.value[n] = enough ? over.mean : not_measured;
+    corridor.deviation.value[n] = enough ? over.of_recording : not_measured;
+    corridor.half_width.value[n] = factor[over.means.size()] * corridor.deviation.value[n];
   }
-  if (!any) { return {.refusal = "no instant is covered by enough recordings"}; }
+  if (!any) { return {.refusal = "no instant is covered by enough subjects"}; }
   return {.corridor = std::move(corridor)};
 }
 
@@ -38,7 +57,7 @@ CorridorCoverage coverage(const SubjectCorridor& corridor, const Samples& simula
   std::size_t inside = 0;
   for (std::size_t n = 0; n < std::min(simulated.size(), corridor.mean.size()); ++n) {
     const double beyond = std::abs(simulated.value[n] - corridor.mean.value[n]) -
-                          corridor.half_width * corridor.deviation.value[n];
+                          corridor.half_width.value[n];
     if (!std::isfinite(beyond)) { continue; }
     ++result.samples;
     if (beyond <= 0.0) { ++inside; }

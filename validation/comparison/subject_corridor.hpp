@@ -6,24 +6,27 @@
 #include <span>
 #include <string>
 
-#include "validation/comparison/samples.hpp"
+#include "validation/comparison/subjects.hpp"
 
 namespace palpate::comparison {
 
 struct CorridorRule {
-  std::size_t least_recordings = 3;  ///< fewer have no standard deviation worth the name
+  std::size_t least_subjects = 3;  ///< fewer have no standard deviation worth the name
   /// k of mean +- k SD. Absent: the one that a further subject's value lies in with a probability of 0.95 if
-  /// subjects are normally distributed, t(0.975, N - 1) sqrt(1 + 1/N) (4.97 for 3 subjects, 2.04 for 60).
+  /// subjects are normally distributed, t(0.975, N - 1) sqrt(1 + 1/N) (4.97 for 3 subjects, 2.02 for 60),
+  /// with the N that were measured at that instant.
   std::optional<double> half_width{};
   double least_inside = 0.90;        ///< of the samples; 0.95 is expected pointwise (assumed margin)
 };
 
-/// Mean +- half_width SD on a grid; NaN where fewer than `least_recordings` were measured.
+/// Mean +- half width on a grid; NaN where fewer than `least_subjects` were measured.
 struct SubjectCorridor {
-  Samples mean{};
-  Samples deviation{};
+  Samples mean{};        ///< of the subjects' means
+  Samples deviation{};   ///< of single recordings of different subjects (subjects.hpp)
+  Samples half_width{};  ///< k of as many subjects as were measured there, times the deviation
+  std::size_t subjects = 0;
   std::size_t recordings = 0;
-  double half_width = 0.0;  ///< k, for all recordings
+  double factor = 0.0;   ///< k, where all subjects were measured
 };
 
 /// All on the grid of the first. `refusal` says why there is no corridor.
@@ -31,7 +34,9 @@ struct CorridorBuilt {
   std::optional<SubjectCorridor> corridor{};
   std::string refusal{};
 };
-CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRule& rule = {});
+/// `subject` says whose each is; empty: every one is of another subject.
+CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRule& rule = {},
+                             std::span<const std::size_t> subject = {});
 
 struct CorridorCoverage {
   std::size_t samples = 0;             ///< judged: where trace and corridor both are

@@ -3,11 +3,9 @@
 
 #include <cmath>
 
-namespace palpate::comparison {
+#include "model/dynamics/pressure_units.hpp"
 
-namespace {
-constexpr double mmhg = 133.322;  // [Pa]
-}
+namespace palpate::comparison {
 
 std::string_view unit_of(QuantityKind kind) { return kind == QuantityKind::pressure ? "Pa" : "N"; }
 std::string_view name_of(QuantityKind kind) { return kind == QuantityKind::pressure ? "pressure" : "force"; }
@@ -29,7 +27,7 @@ std::vector<Tolerance> default_tolerances(QuantityKind kind) {
   const Tolerance plateau =
       kind == QuantityKind::pressure
           ? Tolerance{.feature = Feature::plateau,
-                      .absolute = 7.0 * mmhg,
+                      .absolute = 7.0 * pascals_per_mmhg,
                       .origin =
                           "Kim et al. 1996: epidural pressure of pregnant women sitting has an SD of 7 mmHg"}
           : Tolerance{.feature = Feature::plateau,
@@ -45,7 +43,8 @@ std::vector<Tolerance> default_tolerances(QuantityKind kind) {
       {.feature = Feature::drop_time, .factor = 2.0,
        .origin = "assumption: falls take 50 to 200 ms, a factor of two about 100 ms"},
       plateau,
-      {.feature = Feature::slope_before, .absolute = kind == QuantityKind::pressure ? 5.0 * mmhg : 0.1,
+      {.feature = Feature::slope_before,
+       .absolute = kind == QuantityKind::pressure ? 5.0 * pascals_per_mmhg : 0.1,
        .relative = 0.30, .origin = "assumption: no publication gives it"},
       {.feature = Feature::time_of_peak, .absolute = 0.5, .origin = time},
       {.feature = Feature::time_of_loss, .absolute = 0.5, .origin = time},

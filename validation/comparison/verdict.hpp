@@ -2,7 +2,9 @@
 #pragma once
 /// What a comparison may conclude, for one number and for a whole.
 
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace palpate::comparison {
 
@@ -26,6 +28,14 @@ struct ValidationUncertainty {
 
 /// S - D against an allowed interval of S, with expanded uncertainty (coverage factor times u_val).
 Verdict judge(double simulated, double lower, double upper, double expanded);
+
+/// Why, with what it led to; for people.
+struct Reason {
+  Verdict verdict = Verdict::not_judged;
+  std::string text{};
+};
+/// Their texts, what led to the worst first and else in the order given: the first explains the whole.
+std::vector<std::string> worst_first(std::vector<Reason> reasons);
 
 /// The worst of two: differs, then not distinguishable, then agrees; not judged counts for nothing.
 Verdict worse(Verdict a, Verdict b);

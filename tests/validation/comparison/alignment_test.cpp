@@ -24,6 +24,7 @@ PreparedTrace prepared(const PressureLaw& law, double clock, double speed = 0.0)
 TEST("two clocks are laid over each other by the event when there is no depth") {
   const Alignment found = align(prepared({}, 100.0), prepared({.delay = 1.0}, 0.0), AlignmentRule::automatic);
   CHECK(found.used == AlignmentRule::event && !found.judges_times());
+  CHECK(found.not_by_depth.empty());
   CHECK(found.how == "by the loss of resistance");
   CHECK_NEAR(found.lag, 99.0, 1e-6);  // the same law, a second later
 }
@@ -67,6 +68,30 @@ TEST("depths that do not meet cannot align anything") {
   for (double& d : deep.input.depth.value) { d += 1.0; }
   CHECK(align(deep, prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal.find("do not meet") !=
         std::string::npos);
+}
+
+TEST("a gap over the depth of the event is not bridged: the event decides, and that is said") {
+  PreparedTrace gap = prepared({}, 50.0, 0.005);
+  // The event is at 6.1 s, so half a second on either side of it has no depth.
+  for (std::size_t n = 0; n < gap.input.depth.size(); ++n) {
+    if (std::abs(gap.input.depth.time(n) - 56.1) < 0.5) { gap.input.depth.value[n] = not_measured; }
+  }
+  const PreparedTrace whole = prepared({.delay = 2.0}, 0.0, 0.005);
+  const double depth = 1e3 * *whole.features[Feature::depth_of_loss].value;
+  char expected[80];
+  std::snprintf(expected, sizeof expected, "a gap hides when the simulated tip reached %.1f mm", depth);
+  CHECK(align(whole, gap, AlignmentRule::depth).refusal == expected);
+  const Alignment found = align(whole, gap, AlignmentRule::automatic);
+  CHECK(found.used == AlignmentRule::event);
+  CHECK(found.not_by_depth == expected);
+  CHECK(found.how == "by the loss of resistance, not by depth: " + std::string(expected));
+  CHECK_NEAR(found.lag, 2.0 - 50.0, 1e-6);
+}
+
+TEST("a depth at which a trace begins above it was passed before") {
+  PreparedTrace late = prepared({}, 0.0, 0.005);
+  late.input.depth.value[0] = 0.2;  // drawn back at once, as it seems
+  CHECK(!align(late, prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal.empty());
 }
 
 }  // namespace

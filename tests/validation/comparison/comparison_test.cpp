@@ -11,7 +11,6 @@ namespace {
 using namespace palpate;
 using namespace palpate::comparison;
 using clinical::instants;
-using clinical::mmhg;
 using clinical::pressures;
 using clinical::recording_of;
 using clinical::trace_of;
@@ -70,7 +69,9 @@ TEST("traces that do not meet in time do not overlap") {
   CHECK(compare(recording, simulated(), options).verdict ==
         Verdict::agrees);  // starts coincide, wherever they are
   const std::vector<double> early = instants(0.5, 1000.0);
-  check_refused(recording, trace_of(early, early), "no overlap in time", options);
+  // 0 to 0.5 s at 120 Hz: 61 samples, each for 1/120 s.
+  check_refused(recording, trace_of(early, early),
+                "no overlap in time but for 0.5083 s in 61 samples; 1 s in 20 are needed", options);
 }
 
 TEST("the instant of an event that aligned the clocks proves nothing and is not judged") {
@@ -104,7 +105,7 @@ TEST("gaps in the recording stay out of the figures") {
 TEST("a tolerance that is given replaces the default one") {
   ComparisonOptions strict;
   strict.tolerances = {{.feature = Feature::peak, .relative = 0.03, .origin = "stricter"}};
-  const Trace louder = trace_of(ticks, pressures({.peak = 64.0 * mmhg}, ticks));
+  const Trace louder = trace_of(ticks, pressures({.peak = 64.0 * pascals_per_mmhg}, ticks));
   CHECK(compare(recorded(), louder).verdict != Verdict::differs);
   CHECK(compare(recorded(), louder, strict).verdict == Verdict::differs);
 }
@@ -112,7 +113,8 @@ TEST("a tolerance that is given replaces the default one") {
 TEST("an uncertainty larger than the tolerance leaves nothing to tell") {
   ComparisonOptions vague;
   vague.uncertainties.input = 0.3;
-  const Trace louder = trace_of(ticks, pressures({.peak = 66.0 * mmhg, .plateau = 8.8 * mmhg}, ticks));
+  const clinical::PressureLaw loud{.peak = 66.0 * pascals_per_mmhg, .plateau = 8.8 * pascals_per_mmhg};
+  const Trace louder = trace_of(ticks, pressures(loud, ticks));
   const Comparison found = compare(recorded(), louder, vague);
   CHECK(found.verdict == Verdict::not_distinguishable);
   CHECK(found.features[static_cast<std::size_t>(Feature::peak)].below_uncertainty);

@@ -50,6 +50,14 @@ TEST("cases that pass show a factor, one that fails shows it in part, skipped on
   CHECK(find(credibility(outcomes, nullptr), factor).shown == Shown::not_shown);
 }
 
+TEST("three recordings of one subject are one subject") {
+  GroupComparison found = compared(Recording::Kind::measured, 3, Verdict::agrees);
+  for (Comparison& one : found.recordings) { one.subject = "07"; }
+  const CredibilityFactor samples = find(credibility({}, &found), "test samples");
+  CHECK(samples.shown == Shown::in_part);
+  CHECK(samples.evidence == "measured recordings: 3, of subjects: 1");
+}
+
 TEST("recordings rebuilt from published values show nothing about patients") {
   const GroupComparison rebuilt = compared(Recording::Kind::reconstructed, 8, Verdict::agrees);
   const std::vector<CredibilityFactor> all = credibility({}, &rebuilt);
@@ -68,6 +76,24 @@ TEST("measured recordings show what their verdict says") {
   CHECK(find(credibility({}, &open), "test samples").shown == Shown::in_part);
   const GroupComparison bad = compared(Recording::Kind::measured, 3, Verdict::differs);
   CHECK(find(credibility({}, &bad), "output comparison").shown == Shown::not_shown);
+}
+
+TEST("rebuilt recordings in the same group neither lift nor spoil what measured ones show") {
+  GroupComparison mixed = compared(Recording::Kind::measured, 1, Verdict::agrees);
+  mixed.recordings.push_back({.kind = Recording::Kind::reconstructed, .verdict = Verdict::differs});
+  mixed.verdict = Verdict::differs;
+  mixed.groups = {{.recordings = 2, .measured = 1, .verdict = Verdict::differs}};
+  CHECK(find(credibility({}, &mixed), "output comparison").shown == Shown::shown);
+  mixed.recordings[0].verdict = Verdict::differs;
+  mixed.recordings[1].verdict = mixed.verdict = mixed.groups[0].verdict = Verdict::agrees;
+  CHECK(find(credibility({}, &mixed), "output comparison").shown == Shown::not_shown);
+}
+
+TEST("a group that was measured alone counts as one: its members need not all agree") {
+  GroupComparison found = compared(Recording::Kind::measured, 4, Verdict::agrees);
+  found.recordings[3].verdict = Verdict::differs;
+  found.groups = {{.recordings = 4, .measured = 4, .verdict = Verdict::agrees}};
+  CHECK(find(credibility({}, &found), "output comparison").shown == Shown::shown);
 }
 
 }  // namespace

@@ -8,7 +8,6 @@ namespace {
 
 using namespace palpate;
 using namespace palpate::comparison;
-using clinical::mmhg;
 
 /// Both sides with every feature at 100, except for the peak.
 Comparison given(double recorded_peak, double simulated_peak) {
@@ -69,7 +68,9 @@ TEST("times are not judged where depth or the event aligned the clocks") {
   for (const AlignmentRule rule : {AlignmentRule::depth, AlignmentRule::event}) {
     comparison.alignment = {.used = rule, .how = "by something", .lag = 30.0};
     const FeatureVerdict time = verdict_on(Feature::time_of_loss, comparison);
-    CHECK(time.verdict == Verdict::not_judged && time.reason == "the clocks were aligned by something");
+    CHECK(time.verdict == Verdict::not_judged);
+    CHECK(time.reason == (rule == AlignmentRule::depth ? "the clocks were aligned by the depth"
+                                                       : "the clocks were aligned by the event"));
     CHECK_NEAR(time.error, 30.0, 1e-12);  // told, though not judged
   }
   CHECK(verdict_on(Feature::depth_of_loss, comparison).verdict == Verdict::agrees);
@@ -86,27 +87,24 @@ TEST("an event in one of them alone differs; one that cannot be decided is open"
   CHECK(open.reason == "simulated: the trace ends");
 }
 
-TEST("a feature in neither is not judged and says why") {
+TEST("a feature in neither that is no event is not judged and says why") {
   Comparison comparison = given(100.0, 100.0);
   comparison.recorded_features[Feature::depth_of_peak] = {.reason = "depth was not recorded"};
   comparison.simulated_features[Feature::depth_of_peak] = {.reason = "no column"};
   const FeatureVerdict depth = verdict_on(Feature::depth_of_peak, comparison);
   CHECK(depth.verdict == Verdict::not_judged);
-  CHECK(sentence_of(depth) == "depth_of_peak: in neither: depth was not recorded: not judged");
+  CHECK(depth.reason == "recorded: depth was not recorded; simulated: no column");
 }
 
-TEST("a sentence about the event says who shows it") {
-  FeatureVerdict event{.feature = Feature::loss_of_resistance, .verdict = Verdict::differs};
-  event.recorded.value = 1.0;
-  event.simulated.value = 0.0;
-  CHECK(sentence_of(event) ==
-        "loss_of_resistance: not found in the simulated trace, found in the recorded one: differs");
-}
-
-TEST("a sentence has both numbers, what is allowed and the verdict") {
-  const std::string sentence = sentence_of(verdict_on(Feature::peak, given(100.0 * mmhg, 150.0 * mmhg)));
-  CHECK(sentence.starts_with("peak: 150 mmHg simulated, 100 mmHg recorded; "));
-  CHECK(sentence.ends_with(" mmHg: differs"));
+TEST("an event that neither trace decides is open") {
+  Comparison comparison = given(100.0, 100.0);
+  comparison.recorded_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
+  comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
+  const FeatureVerdict both = verdict_on(Feature::loss_of_resistance, comparison);
+  CHECK(both.verdict == Verdict::not_distinguishable && both.reason == "in neither: the trace ends");
+  comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "a gap"};
+  CHECK(verdict_on(Feature::loss_of_resistance, comparison).reason ==
+        "recorded: the trace ends; simulated: a gap");
 }
 
 }  // namespace

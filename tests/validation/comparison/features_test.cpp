@@ -9,7 +9,6 @@ namespace {
 
 using namespace palpate;
 using namespace palpate::comparison;
-using clinical::mmhg;
 using clinical::PressureLaw;
 
 struct Given {
@@ -47,7 +46,8 @@ TEST("without a loss of resistance its features are absent for that reason, and 
     CHECK(found[feature].reason.starts_with(feature == Feature::depth_of_loss ? "depth"
                                                                               : "no loss of resistance"));
   }
-  CHECK_NEAR(*found[Feature::peak].value, 60.0 * mmhg, 0.01 * 60.0 * mmhg);  // overshoot of the filter
+  const double peak = 60.0 * pascals_per_mmhg;
+  CHECK_NEAR(*found[Feature::peak].value, peak, 0.01 * peak);  // overshoot of the filter
 }
 
 TEST("a trace that ends too early has a drop but no verdict on its event") {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "validation/comparison/group_comparison.hpp"
 
+#include <algorithm>
+
 #include "tests/check.hpp"
 #include "validation/cases/clinical_traces.hpp"
 
@@ -65,7 +67,7 @@ TEST("the spread of a mean over subjects is part of its uncertainty") {
 
 TEST("features that agree do not save a trace that leaves the corridor") {
   std::vector<double> odd = clinical::pressures({}, ticks);
-  for (std::size_t n = 0; n < 2500; ++n) { odd[n] += 30.0 * clinical::mmhg; }  // long before the event
+  for (std::size_t n = 0; n < 2500; ++n) { odd[n] += 30.0 * pascals_per_mmhg; }  // long before the event
   const GroupComparison found = compare_all(subjects("lean"), clinical::trace_of(ticks, odd));
   CHECK(found.recordings[2].verdict ==
         Verdict::agrees);  // by features alone, against the subject of factor 1
@@ -90,7 +92,7 @@ TEST("a first recording with a gap over its fall hides nothing of the others") {
   CHECK(found.groups.front().features[static_cast<std::size_t>(Feature::drop_time)].count == 4);
   bool told = false;
   for (const std::string& reason : found.reasons) {
-    told = told || reason.find("drop_time") != std::string::npos;
+    told = told || reason.find("drop time") != std::string::npos;
   }
   CHECK(told && found.verdict == Verdict::differs);
 }
@@ -99,14 +101,14 @@ TEST("an insertion without the event differs from the group and leaves its corri
   const GroupComparison found = compare_all(subjects("lean"), simulated({.plateau = PressureLaw{}.peak}));
   CHECK(found.verdict == Verdict::differs);
   CHECK(!found.groups.front().coverage.holds);
-  CHECK(found.reasons.front().find("in the corridor of 5 recordings") != std::string::npos);
+  CHECK(found.reasons.front().find("in the corridor of 5 subjects") != std::string::npos);
 }
 
 TEST("two recordings have no corridor; they are judged one by one") {
   const std::vector<Recording> two{subject(1.0, "a"), subject(1.5, "a")};
   const GroupComparison found = compare_all(two, simulated());
   CHECK(!found.groups.front().corridor);
-  CHECK(found.groups.front().corridor_refusal == "a corridor needs at least 3 recordings; there are 2");
+  CHECK(found.groups.front().corridor_refusal == "a corridor needs at least 3 subjects; there are 2");
   CHECK(found.verdict == Verdict::differs);
   CHECK(!found.groups.front().features.front().interval);
 }
@@ -128,6 +130,59 @@ TEST("what cannot be compared is counted and left out") {
   const std::vector<Recording> none{all[3]};
   CHECK(compare_all(none, simulated()).verdict == Verdict::not_comparable);
   CHECK(compare_all({}, simulated()).reasons.front() == "there is no recording");
+}
+
+/// With both traces cut before the event can be called so, for a recording of the factor.
+Recording cut(Recording recording) {
+  while (recording.time.back() > 8.5) {
+    recording.time.pop_back();
+    recording.pressure.pop_back();
+  }
+  return recording;
+}
+
+TEST("two traces that both end before the event can be called so do not agree") {
+  const std::vector<double> until = clinical::instants(8.5, 1000.0);
+  const Trace trace = clinical::trace_of(until, clinical::pressures({}, until));
+  const GroupComparison found = compare_all(std::vector<Recording>{cut(subject(1.0, "lean"))}, trace);
+  CHECK(found.verdict == Verdict::not_distinguishable);
+  CHECK(found.reasons.front().find("loss of resistance: in neither: the trace ends") != std::string::npos);
+}
+
+TEST("the verdict of a group does not depend on who comes first") {
+  std::vector<Recording> all = subjects("lean");
+  all[0] = cut(all[0]);
+  const GroupComparison forward = compare_all(all, simulated());
+  std::ranges::reverse(all);
+  const GroupComparison backward = compare_all(all, simulated());
+  const std::vector<FeatureVerdict>& a = forward.groups.front().means;
+  const std::vector<FeatureVerdict>& b = backward.groups.front().means;
+  CHECK(a.size() == feature_count && b.size() == feature_count);
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    CHECK(a[n].verdict == b[n].verdict);
+    CHECK_NEAR(a[n].expanded, b[n].expanded, 1e-9 * std::abs(b[n].expanded));
+  }
+  CHECK(forward.verdict == backward.verdict);
+  CHECK(a[static_cast<std::size_t>(Feature::loss_of_resistance)].verdict == Verdict::agrees);
+}
+
+TEST("two recordings of each subject leave the mean and the number of subjects") {
+  std::vector<Recording> all = subjects("lean");
+  for (std::size_t n = 0; n < 5; ++n) {
+    all[n].subject = std::to_string(n);
+    all.push_back(all[n]);
+  }
+  const GroupSummary twice = compare_all(all, simulated()).groups.front();
+  const GroupSummary once = compare_all(subjects("lean"), simulated()).groups.front();
+  CHECK(twice.subjects == 5 && twice.recordings == 10 && twice.corridor->recordings == 10);
+  CHECK(once.subjects == 5 && once.recordings == 5);
+  const auto n = static_cast<std::size_t>(Feature::peak);
+  CHECK(twice.features[n].count == 5);
+  CHECK_NEAR(twice.features[n].deviation, once.features[n].deviation, 1e-9 * once.features[n].deviation);
+  CHECK_NEAR(twice.means[n].expanded, once.means[n].expanded, 1e-9 * once.means[n].expanded);
+  CHECK_NEAR(twice.corridor->factor, once.corridor->factor, 0.0);
+  CHECK(twice.subjects_agree == once.subjects_agree && twice.agree == 2 * once.agree);
+  CHECK(twice.agree_interval.upper == once.agree_interval.upper);
 }
 
 }  // namespace

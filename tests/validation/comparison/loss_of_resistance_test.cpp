@@ -92,8 +92,50 @@ TEST("a gap in the plateau of more than a tenth hides it") {
   CHECK(find_loss(pressure).found());
   for (std::size_t n = 700; n < 800; ++n) { pressure.value[n] = not_measured; }
   const LossOfResistance hidden = find_loss(pressure);
-  CHECK(!hidden.found());
+  CHECK(hidden.status == Status::undecided && hidden.fell());
+  CHECK(hidden.reason == "a gap hides whether a fall of 87 % was held for 5 s");  // 1 - 8 / 60
+}
+
+TEST("a gap that begins soon after the fall and never ends hides it") {
+  Samples pressure{.step = 0.01};
+  for (int n = 0; n < 700; ++n) { pressure.value.push_back(falls_to(8.0)(0.01 * n)); }
+  pressure.value.resize(3000, not_measured);
+  const LossOfResistance hidden = find_loss(pressure);
+  CHECK(hidden.status == Status::undecided);
   CHECK(hidden.reason.find("gap") != std::string::npos);
+}
+
+TEST("a fall within a gap longer than a fall may take is not told from a slow one") {
+  Samples pressure{.step = 0.01};
+  for (int n = 0; n < 2000; ++n) { pressure.value.push_back(falls_to(8.0)(0.01 * n)); }
+  for (std::size_t n = 550; n < 850; ++n) { pressure.value[n] = not_measured; }
+  const LossOfResistance hidden = find_loss(pressure);
+  CHECK(hidden.status == Status::undecided && !hidden.fell());
+  CHECK(hidden.reason.starts_with("a gap of 3.01 s hides how the pressure fell by 8"));
+  for (std::size_t n = 900; n < 2000; ++n) { pressure.value[n] = 50.0; }  // comes back at once: no event
+  CHECK(find_loss(pressure).status == Status::not_found);
+}
+
+TEST("a gap hides nothing of a fall that was seen to come back, nor a later one that was held") {
+  Samples pressure{.step = 0.01};
+  for (int n = 0; n < 3000; ++n) {
+    pressure.value.push_back(n < 600 || (n >= 1000 && n < 1600) ? 60.0 : 8.0);
+  }
+  for (std::size_t n = 700; n < 800; ++n) { pressure.value[n] = not_measured; }
+  const LossOfResistance later = find_loss(pressure);
+  CHECK(later.found() && later.fallen_index == 1600);
+  for (std::size_t n = 1600; n < 3000; ++n) { pressure.value[n] = 60.0; }
+  CHECK(find_loss(pressure).status == Status::not_found);
+}
+
+TEST("a last fall that the trace cuts short is open whatever came before it") {
+  Samples pressure{.step = 0.01};
+  for (int n = 0; n < 2000; ++n) {
+    pressure.value.push_back(n > 600 && n < 900 ? 2.0 : n < 1800 ? 60.0 : 8.0);
+  }
+  const LossOfResistance open = find_loss(pressure);
+  CHECK(open.status == Status::undecided);
+  CHECK(open.reason == "the trace ends 2.00 s after a fall of 87 %; 5 s needed");
 }
 
 TEST("no pressure, no numbers and hardly any samples are none") {

@@ -45,7 +45,7 @@ TEST("a good trace keeps its samples, its filtered ones and its depth on one gri
   CHECK(prepared.refusal.empty());
   CHECK(prepared.input.raw.size() == time.size() && prepared.input.filtered.size() == time.size());
   CHECK(prepared.input.depth.size() == time.size());
-  CHECK_NEAR(prepared.rate(), 100.0, 1e-6);
+  CHECK_NEAR(1.0 / prepared.input.raw.step, 100.0, 1e-6);
   CHECK(prepared.features.loss.found());
 }
 

@@ -37,6 +37,11 @@ TEST("intervals of a thousand trials are found from end to end") {
 
 TEST("a factor and its share undo each other") {
   CHECK_NEAR(student_share(student_factor(0.9, 7), 7), 0.9, 1e-12);
+  // What a bootstrap of five covers, as statistics.hpp has it. Student's t of four degrees of freedom lies
+  // within +-t with sqrt(c) (1 + (1 - c) / 2), c = t^2 / (4 + t^2).
+  const double c = 1.959964 * 1.959964 * 0.8 / (4.0 + 1.959964 * 1.959964 * 0.8);
+  CHECK_NEAR(student_share(1.959964 * std::sqrt(0.8), 4), std::sqrt(c) * (1.0 + 0.5 * (1.0 - c)), 1e-12);
+  CHECK_NEAR(student_share(1.959964 * std::sqrt(0.8), 4), 0.846, 5e-4);
   CHECK_NEAR(normal_above(1.959963985), 0.025, 1e-10);
   CHECK_NEAR(normal_above(0.0), 0.5, 1e-15);
 }

@@ -42,4 +42,13 @@ TEST("verdicts read as people say them") {
   CHECK(name_of(Verdict::not_comparable) == "not comparable");
 }
 
+TEST("what led to the worst is told first, and the order is kept among equals") {
+  const std::vector<std::string> told = worst_first({{Verdict::not_distinguishable, "a"},
+                                                     {Verdict::differs, "b"},
+                                                     {Verdict::not_judged, "c"},
+                                                     {Verdict::differs, "d"},
+                                                     {Verdict::not_distinguishable, "e"}});
+  CHECK(told == std::vector<std::string>({"b", "d", "a", "e", "c"}));
+}
+
 }  // namespace

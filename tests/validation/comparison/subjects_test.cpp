@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "validation/comparison/subjects.hpp"
+
+#include "device/seeded.hpp"
+#include "tests/check.hpp"
+#include "validation/cases/clinical_traces.hpp"
+#include "validation/comparison/statistics.hpp"
+#include "validation/comparison/subject_corridor.hpp"
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::comparison;
+
+TEST("codes tell who is who, and an empty one is a subject of its own") {
+  const std::vector<std::string> codes{"a", "", "b", "a", "", "b"};
+  CHECK(subject_indices(codes) == std::vector<std::size_t>({0, 1, 2, 0, 3, 2}));
+  CHECK(subject_count(subject_indices(codes)) == 4);
+  CHECK(subject_count({}) == 0);
+}
+
+TEST("two recordings of each subject count once: means and spreads by hand") {
+  // Means 2, 5, 11: mean 6, variance (16 + 1 + 25) / 2 = 21. Within: squares 2, 8, 2 over 3: 4.
+  const std::vector<double> value{1.0, 3.0, 3.0, 7.0, 10.0, 12.0};
+  const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2};
+  const OverSubjects over = over_subjects(value, subject);
+  CHECK(over.means.size() == 3 && over.recordings == 6);
+  CHECK_NEAR(over.mean, 6.0, 1e-14);
+  CHECK_NEAR(over.deviation, std::sqrt(21.0), 1e-14);
+  CHECK_NEAR(over.of_recording, std::sqrt(21.0 + 4.0 * (1.0 - 0.5)), 1e-14);
+}
+
+TEST("a recording given twice changes nothing, and one that is no number is left out") {
+  const std::vector<double> once{1.0, 3.0, 8.0};
+  const std::vector<double> twice{1.0, 1.0, 3.0, 3.0, 8.0, 8.0, not_measured};
+  const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2, 3};
+  const OverSubjects a = over_subjects(once);
+  const OverSubjects b = over_subjects(twice, subject);
+  CHECK(a.means == b.means && a.mean == b.mean && a.deviation == b.deviation);
+  CHECK_NEAR(b.of_recording, a.of_recording, 1e-15);
+}
+
+TEST("of nobody and of one there is no spread") {
+  CHECK(std::isnan(over_subjects({}).mean));
+  CHECK(std::isnan(over_subjects(std::vector<double>{4.0}).deviation));
+  const std::vector<std::size_t> same{0, 0};
+  CHECK(std::isnan(over_subjects(std::vector<double>{4.0, 5.0}, same).of_recording));
+}
+
+TEST("a single recording of a further subject lies in the corridor as often as it says, or more") {
+  // Four subjects with two recordings each, B = W = 1: Student with 3 degrees of freedom is a little too
+  // wide, as W is known from 4.
+  constexpr std::size_t trials = 4000;
+  device::Seeded seeded(5);
+  const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2, 3, 3};
+  std::size_t inside = 0;
+  for (std::size_t n = 0; n < trials; ++n) {
+    std::vector<Samples> all;
+    for (std::size_t m = 0; m < 4; ++m) {
+      const double own = clinical::normal(seeded);
+      for (int repeat = 0; repeat < 2; ++repeat) {
+        all.push_back({.value = {own + clinical::normal(seeded)}});
+      }
+    }
+    const Samples further{.value = {clinical::normal(seeded) + clinical::normal(seeded)}};
+    inside += coverage(*build_corridor(all, {}, subject).corridor, further).holds ? 1 : 0;
+  }
+  const double share = static_cast<double>(inside) / trials;
+  CHECK(share >= expected_share(0.95, trials).lower);
+}
+
+}  // namespace
