@@ -81,6 +81,18 @@ void for_each_bond(const LatticeShape& shape, Visit visit) {
   }
 }
 
+std::size_t bond_count(const LatticeShape& shape) {
+  std::size_t count = 0;
+  for (const auto& direction : bond_directions(shape.connectivity)) {
+    std::size_t along = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      along *= static_cast<std::size_t>(shape.nodes[axis] - std::abs(direction[axis]));
+    }
+    count += along;
+  }
+  return count;
+}
+
 /// Adds one cell's members to the bonds around it; a bond is found at node * directions + d.
 void add_cell(const LatticeShape& shape, int i, int j, int l, const CellMaterial& material,
               std::vector<Bond>& bonds) {
@@ -182,6 +194,7 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
       }
     }
   }
+  network.springs.reserve(bond_count(shape));
   for_each_bond(shape, [&](int node, std::size_t d, int neighbour) {
     const Bond& bond = bonds[static_cast<std::size_t>(node) * direction_count + d];
     if (bond.stiffness <= 0.0) { return; }
@@ -216,6 +229,7 @@ SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, doubl
   network.rest_position = lattice_positions(shape);
   network.mass = Eigen::VectorXd::Constant(shape.node_count(), node_mass);
   network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
+  network.springs.reserve(bond_count(shape));
   for_each_bond(shape, [&](int node, std::size_t /*direction*/, int neighbour) {
     const double rest =
         (network.rest_position.col(neighbour) - network.rest_position.col(node)).norm();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numeric>
 
 #include "model/dynamics/spring_force.hpp"
 
@@ -75,40 +76,59 @@ void LatticeSprings<Real>::lay_out(const NetworkProblem& problem, bool skip) {
 }
 
 template <class Real>
+auto LatticeSprings<Real>::bond_of(const Spring& spring) const -> Bond {
+  LatticeRows::Place from = rows_.place_of(spring.a);
+  const LatticeRows::Place to = rows_.place_of(spring.b);
+  std::array<int, 3> step{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+  if (leads_back(step)) {
+    from = to;
+    for (int& s : step) { s = -s; }
+  }
+  return {from, slot_of(step)};
+}
+
+/// Springs by the row that they lead from, in their order; row n has those from begins[n] to begins[n + 1].
+template <class Real>
+std::vector<std::uint32_t> LatticeSprings<Real>::by_row(const std::vector<Spring>& springs,
+                                                        std::vector<std::uint32_t>& begins) const {
+  begins.assign(row_moves_.size() + 1, 0);
+  for (const Spring& spring : springs) { ++begins[rows_.row_of(bond_of(spring).from) + 1]; }
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
+  std::vector<std::uint32_t> order(springs.size());
+  for (std::uint32_t n = 0; n < springs.size(); ++n) {
+    order[next[rows_.row_of(bond_of(springs[n]).from)]++] = n;
+  }
+  return order;
+}
+
+/// One row at a time; rows that are equal share a table.
+template <class Real>
 void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip) {
   const auto& springs = problem.network().springs;
   damped_ = !skip || std::ranges::any_of(springs, [](const Spring& s) { return s.viscosity != 0.0; });
   const auto numbers = static_cast<std::size_t>(damped_ ? 2 : 1);
   const auto lanes = static_cast<std::size_t>(lanes_);
   const std::size_t slot_length = static_cast<std::size_t>(vectors_) * numbers * lanes;
-  std::vector<std::vector<Real>> rows(row_moves_.size(),
-                                      std::vector<Real>(lattice::slots * slot_length, Real(0)));
-  for (const Spring& spring : springs) {
-    LatticeRows::Place from = rows_.place_of(spring.a);
-    const LatticeRows::Place to = rows_.place_of(spring.b);
-    std::array<int, 3> step{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
-    if (leads_back(step)) {
-      from = to;
-      for (int& s : step) { s = -s; }
-    }
-    const std::size_t slot = slot_of(step);
-    used_[slot] = true;
-    const auto vector = static_cast<std::size_t>(from[0] % vectors_);
-    const auto lane = static_cast<std::size_t>(from[0] / vectors_);
-    Real* constants = rows[rows_.row_of(from)].data() + slot * slot_length + vector * numbers * lanes + lane;
-    constants[0] += static_cast<Real>(spring.stiffness);
-    if (damped_) { constants[lanes] += static_cast<Real>(spring.viscosity); }
-  }
-  share_tables(rows);
-}
-
-template <class Real>
-void LatticeSprings<Real>::share_tables(const std::vector<std::vector<Real>>& rows) {
+  std::vector<std::uint32_t> begins;
+  const std::vector<std::uint32_t> order = by_row(springs, begins);
   const auto before = [](const std::vector<Real>& a, const std::vector<Real>& b) {
     return std::memcmp(a.data(), b.data(), a.size() * sizeof(Real)) < 0;  // NaN is equal to no number
   };
   std::map<std::vector<Real>, long, decltype(before)> known(before);
-  for (const std::vector<Real>& row : rows) {
+  std::vector<Real> row(lattice::slots * slot_length);
+  for (std::size_t n = 0; n + 1 < begins.size(); ++n) {
+    std::ranges::fill(row, Real(0));
+    for (std::uint32_t k = begins[n]; k < begins[n + 1]; ++k) {
+      const Spring& spring = springs[order[k]];
+      const Bond bond = bond_of(spring);
+      used_[bond.slot] = true;
+      const auto vector = static_cast<std::size_t>(bond.from[0] % vectors_);
+      const auto lane = static_cast<std::size_t>(bond.from[0] / vectors_);
+      Real* constants = row.data() + bond.slot * slot_length + vector * numbers * lanes + lane;
+      constants[0] += static_cast<Real>(spring.stiffness);
+      if (damped_) { constants[lanes] += static_cast<Real>(spring.viscosity); }
+    }
     const auto [found, is_new] = known.try_emplace(row, static_cast<long>(tables_.size()));
     if (is_new) { tables_.insert(tables_.end(), row.begin(), row.end()); }
     row_table_.push_back(found->second);

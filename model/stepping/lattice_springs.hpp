@@ -3,6 +3,7 @@
 /// A regular lattice as its kernels see it: nodes in lanes, springs in tables of a row that equal rows
 /// share (model/EQUATIONS.md, "Lattice in lanes").
 
+#include <cstdint>
 #include <vector>
 
 #include "model/stepping/lattice_rows.hpp"
@@ -31,8 +32,15 @@ class LatticeSprings {
  private:
   [[nodiscard]] Eigen::Index element_of(const LatticeRows::Place& place) const;
   void lay_out(const NetworkProblem& problem, bool skip);
+  /// A spring as the row sees it that it leads from.
+  struct Bond {
+    LatticeRows::Place from;
+    std::size_t slot;
+  };
+  [[nodiscard]] Bond bond_of(const Spring& spring) const;
   void fill_tables(const NetworkProblem& problem, bool skip);
-  void share_tables(const std::vector<std::vector<Real>>& rows);
+  [[nodiscard]] std::vector<std::uint32_t> by_row(const std::vector<Spring>& springs,
+                                                  std::vector<std::uint32_t>& begins) const;
 
   const NetworkProblem& problem_;
   double spacing_;  ///< [m]

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include <Eigen/Eigenvalues>
 
@@ -24,29 +25,49 @@ struct Block {
   Matrix3d matrix;
 };
 
+constexpr double roundings = 1e-12;  ///< of sums and eigenvalues, as a share
+
 enum class Which { stiffness, stretched_stiffness, damping };
 
-/// The spring's k u u^T with its geometric stiffness, all of it or of stretched springs only (which
-/// leaves nothing negative and can only raise the frequencies); or its c u u^T.
-std::vector<Block> blocks_of(const NetworkProblem& problem, Which which) {
-  const NodeVectors place = problem.network().initial_position();
-  std::vector<Block> blocks;
-  for (const Spring& s : problem.network().springs) {
+/// visit(block) for the spring's k u u^T with its geometric stiffness, all of it or of stretched springs only
+/// (which leaves nothing negative and can only raise the frequencies); or its c u u^T.
+template <class Visit>
+void visit_blocks(const NetworkProblem& problem, Which which, Visit visit) {
+  const SpringNetwork& network = problem.network();
+  for (const Spring& s : network.springs) {
     const Eigen::Index a = problem.coordinate(s.a);
     const Eigen::Index b = problem.coordinate(s.b);
-    const Vector3d d = place.col(s.b) - place.col(s.a);
+    const Vector3d d = network.initial_place(s.b) - network.initial_place(s.a);
     const double length = d.norm();
     if ((a < 0 && b < 0) || length < zero_length) { continue; }
     const Matrix3d along = d * d.transpose() / (length * length);
     if (which == Which::damping) {
-      if (s.viscosity > 0.0) { blocks.push_back({a, b, s.viscosity * along}); }
+      if (s.viscosity > 0.0) { visit(Block{a, b, s.viscosity * along}); }
       continue;
     }
     double tension = s.stiffness * (length - s.rest_length);
     if (which == Which::stretched_stiffness) { tension = std::max(0.0, tension); }
     const Matrix3d across = Matrix3d::Identity() - along;
-    blocks.push_back({a, b, s.stiffness * along + tension / length * across});
+    visit(Block{a, b, s.stiffness * along + tension / length * across});
   }
+}
+
+/// Part of a problem's coordinates, in which all others stand still. No motion of the part is faster than the
+/// fastest of the whole, so what it says is said of the whole from below.
+struct Part {
+  std::vector<Eigen::Index> coordinate;  ///< by that of the whole: in the part, or -1
+  VectorXd mass;                         ///< [kg]
+};
+
+std::vector<Block> blocks_of(const NetworkProblem& problem, Which which, const Part& part) {
+  const auto in_part = [&](Eigen::Index c) {
+    return c < 0 ? c : part.coordinate[static_cast<std::size_t>(c)];
+  };
+  std::vector<Block> blocks;
+  visit_blocks(problem, which, [&](const Block& block) {
+    const Block inside{in_part(block.a), in_part(block.b), block.matrix};
+    if (inside.a >= 0 || inside.b >= 0) { blocks.push_back(inside); }
+  });
   return blocks;
 }
 
@@ -112,7 +133,6 @@ class Lanczos {
  private:
   static constexpr int most = 200;
   static constexpr double accuracy = 1e-5;
-  static constexpr double roundings = 1e-12;  ///< of the steps, so that nothing exceeds the true value
 
   void begin() {
     now_ = start_vector(mass_.size());
@@ -139,74 +159,116 @@ class Lanczos {
   VectorXd ritz_;
 };
 
+struct Fastest {
+  double bound = 0.0;
+  Eigen::Index free_node = 0;  ///< that it comes from
+};
+
 /// For any positive weights w, |x_a - x_b|_B^2 <= (1 + w_b/w_a) |x_a|_B^2 + (1 + w_a/w_b) |x_b|_B^2,
 /// so no eigenvalue of M^-1 B exceeds the largest over nodes of lambda_max(sum (1 + w_b/w_a) B) / m.
-double bound_with_weights(const std::vector<Block>& blocks, const VectorXd& mass,
-                          const VectorXd& weight) {
+Fastest bound_with_weights(const NetworkProblem& problem, Which which, const VectorXd& weight) {
+  const VectorXd& mass = problem.mass();
   std::vector<Matrix3d> sums(static_cast<std::size_t>(mass.size() / 3), Matrix3d::Zero());
   const auto add = [&](Eigen::Index self, Eigen::Index other, const Matrix3d& matrix) {
     if (self < 0) { return; }
     const double factor = other < 0 ? 1.0 : 1.0 + weight(other / 3) / weight(self / 3);
     sums[static_cast<std::size_t>(self / 3)] += factor * matrix;
   };
-  for (const Block& block : blocks) {
+  visit_blocks(problem, which, [&](const Block& block) {
     add(block.a, block.b, block.matrix);
     add(block.b, block.a, block.matrix);
-  }
-  double largest = 0.0;
+  });
+  Fastest fastest;
   for (std::size_t i = 0; i < sums.size(); ++i) {
+    // No eigenvalue exceeds the largest sum of a row's magnitudes, which spares most nodes of a lattice.
+    const auto at = static_cast<Eigen::Index>(i);
+    const double most = sums[i].cwiseAbs().rowwise().sum().maxCoeff() / mass(3 * at);
+    if (most <= fastest.bound * (1.0 + roundings)) { continue; }
     const double top =
         Eigen::SelfAdjointEigenSolver<Matrix3d>(sums[i], Eigen::EigenvaluesOnly).eigenvalues()(2);
-    largest = std::max(largest, top / mass(static_cast<Eigen::Index>(3 * i)));
+    if (!(top / mass(3 * at) <= fastest.bound)) { fastest = {top / mass(3 * at), at}; }
   }
-  return largest;
+  return fastest;
 }
 
 struct Extreme {
   double estimate;
   double upper;
+  Eigen::Index free_node = 0;  ///< that looks fastest
 };
 
-/// The best of three choices of weights: equal, inverse masses (exact for one spring), and the
-/// shape of the fastest mode with a floor under it.
-Extreme largest_eigenvalue(const std::vector<Block>& blocks, const VectorXd& mass) {
-  if (blocks.empty()) { return {0.0, 0.0}; }
-  const Eigen::Index nodes = mass.size() / 3;
-  Lanczos lanczos(blocks, mass);
-  const double estimate = lanczos.largest();
-  const VectorXd x = lanczos.vector();
-  VectorXd node_mass(nodes);
-  VectorXd amplitude(nodes);
-  for (Eigen::Index i = 0; i < nodes; ++i) {
-    node_mass(i) = mass(3 * i);
-    amplitude(i) = x.segment<3>(3 * i).norm();
+/// Free nodes of a network whose modes are still sought as a whole; of a larger one this many around the node
+/// that looks fastest.
+constexpr Eigen::Index most_nodes = 8000;
+
+Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest) {
+  const auto& free = problem.free_nodes();
+  const auto nodes = static_cast<Eigen::Index>(free.size());
+  std::vector<Eigen::Index> order(free.size());
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  if (nodes > most_nodes) {
+    const NodeVectors& places = problem.network().rest_position;
+    const Vector3d middle = places.col(free[static_cast<std::size_t>(fastest)]);
+    const auto distance = [&](Eigen::Index i) {  // in the largest norm: cubes suit lattices
+      return (places.col(free[static_cast<std::size_t>(i)]) - middle).lpNorm<Eigen::Infinity>();
+    };
+    std::ranges::nth_element(order, order.begin() + most_nodes, {}, distance);
+    order.resize(static_cast<std::size_t>(most_nodes));
+    std::ranges::sort(order);
   }
-  double upper = bound_with_weights(blocks, mass, VectorXd::Ones(nodes));
-  upper = std::min(upper, bound_with_weights(blocks, mass, node_mass.cwiseInverse()));
+  Part part{.coordinate = std::vector<Eigen::Index>(static_cast<std::size_t>(3 * nodes), -1),
+            .mass = VectorXd(3 * static_cast<Eigen::Index>(order.size()))};
+  Eigen::Index next = 0;
+  for (const Eigen::Index i : order) {
+    part.coordinate[static_cast<std::size_t>(3 * i)] = next;
+    part.mass.segment<3>(next) = problem.mass().segment<3>(3 * i);
+    next += 3;
+  }
+  return part;
+}
+
+/// The best of three choices of weights: equal, inverse masses (exact for one spring), and, where modes of
+/// the whole network are sought, the shape of the fastest with a floor under it.
+Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
+  const VectorXd& mass = problem.mass();
+  const Eigen::Index nodes = mass.size() / 3;
+  const Fastest equal = bound_with_weights(problem, which, VectorXd::Ones(nodes));
+  if (!(equal.bound > 0.0)) { return {0.0, 0.0}; }
+  const VectorXd inverse_mass =
+      Eigen::Map<const VectorXd, 0, Eigen::InnerStride<3>>(mass.data(), nodes).cwiseInverse();
+  double upper = std::min(equal.bound, bound_with_weights(problem, which, inverse_mass).bound);
+  const Part part = whole_or_part(problem, equal.free_node);
+  const std::vector<Block> blocks = blocks_of(problem, which, part);
+  Lanczos lanczos(blocks, part.mass);
+  const double estimate = lanczos.largest();
+  if (part.mass.size() < mass.size()) { return {estimate, upper * (1.0 + 2.0 * roundings), equal.free_node}; }
+  const VectorXd x = lanczos.vector();
+  VectorXd amplitude(nodes);
+  for (Eigen::Index i = 0; i < nodes; ++i) { amplitude(i) = x.segment<3>(3 * i).norm(); }
   for (const double floor : {0.3, 0.1, 0.03}) {
     const VectorXd weight =
         (amplitude.array() / amplitude.maxCoeff() + floor).matrix();
-    if (weight.allFinite()) { upper = std::min(upper, bound_with_weights(blocks, mass, weight)); }
+    if (weight.allFinite()) { upper = std::min(upper, bound_with_weights(problem, which, weight).bound); }
   }
-  return {estimate, upper * (1.0 + 1e-12)};
+  return {estimate, upper * (1.0 + 2.0 * roundings), equal.free_node};
 }
 
 bool any_compressed(const SpringNetwork& network) {
-  const NodeVectors place = network.initial_position();
   return std::ranges::any_of(network.springs, [&](const Spring& s) {
     const double counts = 1e-9;  // less changes no digit of a frequency that anybody reads
-    return (place.col(s.b) - place.col(s.a)).norm() < (1.0 - counts) * s.rest_length;
+    const double length = (network.initial_place(s.b) - network.initial_place(s.a)).norm();
+    return length < (1.0 - counts) * s.rest_length;
   });
 }
 
 /// Compressed springs lower the frequencies, so the bound above leaves that out and the estimate
 /// does not.
 Extreme stiffness_extreme(const NetworkProblem& problem) {
-  const VectorXd& mass = problem.mass();
-  Extreme extreme = largest_eigenvalue(blocks_of(problem, Which::stretched_stiffness), mass);
+  Extreme extreme = largest_eigenvalue(problem, Which::stretched_stiffness);
   if (extreme.upper > 0.0 && any_compressed(problem.network())) {
-    const std::vector<Block> blocks = blocks_of(problem, Which::stiffness);
-    extreme.estimate = Lanczos(blocks, mass).largest();
+    const Part part = whole_or_part(problem, extreme.free_node);
+    const std::vector<Block> blocks = blocks_of(problem, Which::stiffness, part);
+    extreme.estimate = Lanczos(blocks, part.mass).largest();
   }
   return extreme;
 }
@@ -216,7 +278,7 @@ Extreme stiffness_extreme(const NetworkProblem& problem) {
 SpectralBounds spectral_bounds(const NetworkProblem& problem) {
   SpectralBounds bounds;
   const Extreme stiffness = stiffness_extreme(problem);
-  const Extreme damping = largest_eigenvalue(blocks_of(problem, Which::damping), problem.mass());
+  const Extreme damping = largest_eigenvalue(problem, Which::damping);
   bounds.omega_estimate = std::sqrt(stiffness.estimate);
   bounds.omega_upper = std::sqrt(stiffness.upper);
   bounds.damping_upper = damping.upper;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "model/dynamics/lattice.hpp"
 #include "reference/dense_modes.hpp"
 #include "tests/check.hpp"
 #include "tests/model/random_network.hpp"
@@ -83,6 +84,28 @@ TEST("a fixed-free chain has the highest frequency of its closed form") {
   const SpectralBounds bounds = spectral_bounds(problem);
   CHECK_NEAR(bounds.omega_estimate / expected, 1.0, 1e-3);  // neighbours are close: slow to settle
   CHECK(bounds.omega_estimate <= expected && bounds.omega_upper >= expected);
+}
+
+/// Of an unbounded lattice of 26 equal springs a node: waves along an axis at the zone's edge, where every second
+/// layer moves against the others, have sum over neighbours of (1 - cos) (u.e)^2 = 4 + 8 + 16/3.
+constexpr double fastest_wave = 52.0 / 3.0;
+
+TEST("a network too large to seek its modes as a whole is bounded from both sides too") {
+  const SpringNetwork network = uniform_lattice({{22, 22, 22}, 0.01, 26}, 50.0, 0.05, 1e-3);
+  const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
+  const double wave = std::sqrt(fastest_wave * 50.0 / 1e-3);
+  CHECK_NEAR(bounds.omega_upper / wave, 1.0, 1e-11);
+  CHECK(bounds.omega_estimate <= wave && bounds.omega_estimate > 0.98 * wave);
+  CHECK_NEAR(bounds.damping_upper / (fastest_wave * 0.05 / 1e-3), 1.0, 1e-11);
+}
+
+TEST("in a large network the mode is sought where it is fastest") {
+  SpringNetwork network = uniform_lattice({{22, 22, 22}, 0.01, 26}, 50.0, 0.0, 1e-3);
+  network.springs.push_back({0, 1, 5e5, 0.0, 0.01});  // in a corner, alone: its own two masses and no more
+  const double pair = std::sqrt(2.0 * 5e5 / 1e-3);
+  const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
+  CHECK(bounds.omega_estimate >= pair && bounds.omega_estimate <= bounds.omega_upper);
+  CHECK(bounds.omega_upper < 1.01 * pair);
 }
 
 TEST("a network without springs has no frequency, and no bound is NaN") {
