@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 
 #include "fixtures/io/file_bytes.hpp"
@@ -32,22 +31,15 @@ Value value_named(const std::string& option, const std::string& text, const std:
   throw InputError(option + " " + text + "; must be one of " + known);
 }
 
-/// NaN lies in no range, and passes the check of the command line nevertheless.
-void check_numbers(const CompareOptions& asked) {
+void check_cutoff(const CompareOptions& asked) {
   constexpr double least_cutoff = 1.0;  // [Hz]: three periods are added at either end of a trace
   if (!(asked.cutoff == 0.0 || asked.cutoff >= least_cutoff)) {
     throw InputError("--cutoff " + plain_number(asked.cutoff) + "; must be 0 for none, or at least 1 Hz");
   }
-  if (std::isnan(asked.numerical_uncertainty)) {
-    throw InputError("--numerical-uncertainty nan; must be a number from 0 to 10");
-  }
-  if (std::isnan(asked.input_uncertainty)) {
-    throw InputError("--input-uncertainty nan; must be a number from 0 to 10");
-  }
 }
 
 GroupOptions group_options(const CompareOptions& asked) {
-  check_numbers(asked);
+  check_cutoff(asked);
   GroupOptions options;
   ComparisonOptions& o = options.comparison;
   o.quantity =

@@ -57,12 +57,12 @@ TEST("a single recording of a further subject lies in the corridor as often as i
   for (std::size_t n = 0; n < trials; ++n) {
     std::vector<Samples> all;
     for (std::size_t m = 0; m < 4; ++m) {
-      const double own = clinical::normal(seeded);
+      const double own = seeded.normal();
       for (int repeat = 0; repeat < 2; ++repeat) {
-        all.push_back({.value = {own + clinical::normal(seeded)}});
+        all.push_back({.value = {own + seeded.normal()}});
       }
     }
-    const Samples further{.value = {clinical::normal(seeded) + clinical::normal(seeded)}};
+    const Samples further{.value = {seeded.normal() + seeded.normal()}};
     inside += coverage(*build_corridor(all, {}, subject).corridor, further).holds ? 1 : 0;
   }
   const double share = static_cast<double>(inside) / trials;
