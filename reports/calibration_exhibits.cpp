@@ -65,9 +65,9 @@ Table observable_table(const Calibration& result) {
       .id = "observables",
       .title = "Recordings and simulation",
       .caption =
-          "Means over recordings with their standard uncertainty; the scene before and after, and the "
+          "Means over subjects with their standard uncertainty; the scene before and after, and the "
           "fitted scene without the coarser block and step that the fit uses.",
-      .columns = {"observable", "recordings", "mean", "uncertainty", "before", "after",
+      .columns = {"observable", "subjects", "mean", "uncertainty", "before", "after",
                   "after, whole scene"}};
   for (const Eigen::Index row : fit.rows) {
     table.rows.push_back(
@@ -103,12 +103,12 @@ Table held_out_table(const std::vector<HeldOut>& held_out) {
               .caption =
                   "Fitted to all groups but one. Errors are root mean squares over observables, relative: of "
                   "those that were fitted, and of the group that was not.",
-              .columns = {"group held out", "recordings", "error, fitted", "error, foretold", "peak seen",
+              .columns = {"group held out", "subjects", "error, fitted", "error, foretold", "peak seen",
                           "peak foretold"}};
   const Eigen::Index peak = index_of(Observable::pressure_peak);
   for (const HeldOut& each : held_out) {
     table.rows.push_back({each.group.empty() ? "(no group)" : each.group,
-                          static_cast<double>(each.recordings),
+                          static_cast<double>(each.subjects),
                           short_number(100.0 * each.error_fitted, 3) + " %",
                           short_number(100.0 * each.error_foretold, 3) + " %",
                           with_unit(peak, each.seen.mean[peak]), with_unit(peak, each.foretold[peak])});

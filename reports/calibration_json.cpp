@@ -33,7 +33,7 @@ Json observable_json(const Calibration& result, Eigen::Index row) {
   const Fit& fit = result.fit;
   return {{"name", name_of(row)},
           {"unit", unit_of(row)},
-          {"recordings", fit.data.count[static_cast<std::size_t>(row)]},
+          {"subjects", fit.data.count[static_cast<std::size_t>(row)]},
           {"mean", finite_or_null(fit.data.mean[row])},
           {"uncertainty", finite_or_null(std::sqrt(fit.data.covariance(row, row)))},
           {"before", finite_or_null(fit.before[row])},
@@ -50,7 +50,7 @@ Json held_out_json(const HeldOut& held) {
                            {"foretold", finite_or_null(held.foretold[row])}});
   }
   return {{"group", held.group},
-          {"recordings", held.recordings},
+          {"subjects", held.subjects},
           {"converged", held.converged},
           {"error_fitted", finite_or_null(held.error_fitted)},
           {"error_foretold", finite_or_null(held.error_foretold)},

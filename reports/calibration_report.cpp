@@ -29,8 +29,8 @@ std::vector<Fact> facts_of(const CalibrationReport& report) {
       {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
        "largest difference to the whole scene, in uncertainties"},
       {"intervals", freedom == 0 ? "normal" : "Student's t",
-       freedom == 0 ? "too few recordings for a spread"
-                    : "spread between recordings with " + std::to_string(freedom) + " degrees of freedom"}};
+       freedom == 0 ? "too few subjects for a spread"
+                    : "spread between subjects with " + std::to_string(freedom) + " degrees of freedom"}};
 }
 
 std::string kind_banner(const CalibrationReport& report) {

@@ -71,11 +71,13 @@ void add_notes_on_recordings(const CalibrationReport& report, std::vector<std::s
   add_notes_on_force(report, notes);
   add_note_on_plungers(report, notes);
   add_note_on_body_mass(report, notes);
-  if (report.recordings.size() < least_subjects) {
-    notes.emplace_back("Fewer than three recordings: intervals hold for these subjects alone.");
-  } else {
+  if (report.result.fit.data.subjects < least_subjects) {
+    notes.emplace_back("Fewer than three subjects: intervals hold for these alone.");
+  }
+  if (std::ranges::any_of(report.recordings, [](const auto& each) { return each.subject.person.empty(); })) {
     notes.emplace_back(
-        "Every recording counts as a subject of its own: several of one woman make intervals too narrow.");
+        "A recording that names no subject counts as one of its own: several of one person make intervals too "
+        "narrow.");
   }
 }
 

@@ -34,6 +34,7 @@ CalibratedRecording read_one(const std::filesystem::path& path) {
           .technique = recording.technique,
           .kind = recording.kind,
           .subject = {.name = recording.name.empty() ? path.stem().string() : recording.name,
+                      .person = recording.subject,
                       .group = recording.group,
                       .body_mass_index = recording.body_mass_index,
                       .seen = std::move(seen),

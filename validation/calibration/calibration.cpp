@@ -41,7 +41,8 @@ Coarsening coarsest(const Scene& scene, const CalibrationOptions& options) {
 }  // namespace
 
 Calibration calibrate(const Scene& scene, const std::vector<Parameter>& parameters,
-                      std::span<const Subject> subjects, const CalibrationOptions& options) {
+                      std::span<const Subject> recordings, const CalibrationOptions& options) {
+  const std::vector<Subject> subjects = by_person(recordings);
   const auto tell = [&](const char* stage) {
     if (options.progress) { options.progress(stage); }
   };

@@ -31,9 +31,9 @@ struct Calibration {
   [[nodiscard]] bool held() const;
 };
 
-/// Subjects without a refusal; parameters of parameters_of(), changed or fewer. Throws runtime_error where
+/// Recordings without a refusal; parameters of parameters_of(), changed or fewer. Throws runtime_error where
 /// the scene cannot be simulated at the values that are tried, Interrupted on a stop.
 Calibration calibrate(const Scene& scene, const std::vector<Parameter>& parameters,
-                      std::span<const Subject> subjects, const CalibrationOptions& options = {});
+                      std::span<const Subject> recordings, const CalibrationOptions& options = {});
 
 }  // namespace palpate::calibration

@@ -64,7 +64,7 @@ std::vector<HeldOut> leave_groups_out(Forward& forward, const Fit& fit, std::spa
     std::vector<Subject> others;
     for (const Subject& subject : subjects) { (subject.group == group ? held : others).push_back(subject); }
     const Pooled fitted = pool(others, shared);
-    HeldOut out{.group = group, .recordings = held.size(), .seen = pool(held, shared)};
+    HeldOut out{.group = group, .subjects = held.size(), .seen = pool(held, shared)};
     const Search::Found found = Search(forward, fitted, fit.told).from(fit.values());
     out.converged = found.converged;
     out.foretold = forward.at(found.values);

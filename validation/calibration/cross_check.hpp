@@ -21,7 +21,7 @@ Profile profile_of_worst(Forward& forward, const Fit& fit);
 /// One group held out: the others fitted, the held-out one foretold.
 struct HeldOut {
   std::string group{};
-  std::size_t recordings = 0;
+  std::size_t subjects = 0;
   Pooled seen{};  ///< of the group that was held out
   Observation foretold{};
   double error_fitted = 0.0;    ///< root mean square over observables, relative, of those fitted

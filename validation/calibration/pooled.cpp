@@ -16,6 +16,20 @@ std::optional<double> mean_body_mass_index(std::span<const Subject> subjects) {
   return subjects.empty() ? std::nullopt : std::optional(sum / static_cast<double>(subjects.size()));
 }
 
+/// Over those that have a number.
+Observation mean_of(const std::vector<const Subject*>& recordings) {
+  Observation mean = Observation::Constant(observable_count, std::nan(""));
+  for (Eigen::Index c = 0; c < observable_count; ++c) {
+    double sum = 0.0;
+    int count = 0;
+    for (const Subject* each : recordings) {
+      if (std::isfinite(each->seen.value[c])) { sum += each->seen.value[c], ++count; }
+    }
+    if (count > 0) { mean[c] = sum / count; }
+  }
+  return mean;
+}
+
 /// One row per subject.
 Eigen::MatrixXd table_of(std::span<const Subject> subjects, const std::optional<double>& body_mass_index) {
   Eigen::MatrixXd table(static_cast<Eigen::Index>(subjects.size()), observable_count);
@@ -88,16 +102,37 @@ std::vector<Eigen::Index> Pooled::present() const {
 }
 
 std::size_t Pooled::degrees_of_freedom() const {
-  if (recordings < least_subjects) { return 0; }
-  std::size_t fewest = recordings;
+  if (subjects < least_subjects) { return 0; }
+  std::size_t fewest = subjects;
   for (const Eigen::Index c : present()) { fewest = std::min(fewest, count[static_cast<std::size_t>(c)]); }
   return fewest - 1;
+}
+
+std::vector<Subject> by_person(std::span<const Subject> recordings) {
+  std::vector<Subject> people;
+  std::vector<std::vector<const Subject*>> theirs;
+  for (const Subject& recording : recordings) {
+    const auto same = std::ranges::find_if(people, [&](const Subject& person) {
+      return !person.person.empty() && person.person == recording.person && person.group == recording.group;
+    });
+    if (same == people.end()) {
+      people.push_back(recording);
+      theirs.push_back({&recording});
+      continue;
+    }
+    theirs[static_cast<std::size_t>(same - people.begin())].push_back(&recording);
+    if (recording.seen.force != ForceSource::none) { same->seen.force = recording.seen.force; }
+  }
+  for (std::size_t n = 0; n < people.size(); ++n) {
+    if (theirs[n].size() > 1) { people[n].seen.value = mean_of(theirs[n]); }
+  }
+  return people;
 }
 
 Pooled pool(std::span<const Subject> subjects, const SharedUncertainty& shared) {
   Pooled pooled{.mean = Eigen::VectorXd::Constant(observable_count, std::nan("")),
                 .count = std::vector<std::size_t>(static_cast<std::size_t>(observable_count), 0),
-                .recordings = subjects.size(),
+                .subjects = subjects.size(),
                 .body_mass_index = mean_body_mass_index(subjects)};
   const Eigen::MatrixXd table = table_of(subjects, pooled.body_mass_index);
   const std::size_t least = subjects.size() < least_subjects ? 1 : least_subjects;

@@ -12,9 +12,10 @@
 
 namespace palpate::calibration {
 
-/// One recording as a calibration sees it.
+/// A recording as a calibration sees it, or the mean of several of one person.
 struct Subject {
   std::string name{};
+  std::string person{};  ///< recordings with the same one, within a group, are of one person; empty: of nobody else
   std::string group{};
   std::optional<double> body_mass_index{};  ///< [kg/m^2]
   ObservedInsertion seen{};
@@ -33,11 +34,11 @@ struct SharedUncertainty {
 };
 
 struct Pooled {
-  Eigen::VectorXd mean{};        ///< one per observable; NaN where too few recordings have it
+  Eigen::VectorXd mean{};        ///< one per observable; NaN where too few subjects have it
   Eigen::MatrixXd covariance{};  ///< of `mean`; zero rows where that is NaN
   Eigen::MatrixXd sampled{};     ///< the part of it that was estimated from these subjects; empty: none
   std::vector<std::size_t> count{};
-  std::size_t recordings = 0;
+  std::size_t subjects = 0;
   std::optional<double> body_mass_index{};  ///< mean, where all have one
 
   [[nodiscard]] std::vector<Eigen::Index> present() const;  ///< what has a mean, in order
@@ -45,7 +46,11 @@ struct Pooled {
   [[nodiscard]] std::size_t degrees_of_freedom() const;
 };
 
-/// Fewer recordings than this say nothing about subjects: uncertainties are then those of measuring alone.
+/// One for each person: observables are means over the recordings that have them, so that nobody counts twice
+/// (Altman & Bland 1997).
+std::vector<Subject> by_person(std::span<const Subject> recordings);
+
+/// Fewer subjects than this say nothing about others: uncertainties are then those of measuring alone.
 inline constexpr std::size_t least_subjects = 3;
 
 /// [m m^2/kg] Skin to epidural space per unit of BMI (Ravi et al. 2011), all of it in the fat (Bahk et al.

@@ -45,7 +45,7 @@ TEST("a group that differs is foretold worse than what was fitted, by as much as
   Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
   const Fit found = fit(forward, pool(all));
   const std::vector<HeldOut> held = leave_groups_out(forward, found, all);
-  CHECK(held.size() == 3 && held[2].group == "c" && held[2].recordings == 3);
+  CHECK(held.size() == 3 && held[2].group == "c" && held[2].subjects == 3);
   // One observable of ten, the peak, is half of what it is: sqrt(0.25 / 10). 0.005: the prior's pull.
   CHECK_NEAR(held[2].error_foretold, std::sqrt(0.025), 0.005);
   CHECK(held[2].error_fitted < 0.01);

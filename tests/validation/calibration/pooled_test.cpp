@@ -34,6 +34,23 @@ TEST("the spread of a mean is the standard error") {
   CHECK(pooled.degrees_of_freedom() == 2);
 }
 
+TEST("several recordings of one person count as their mean, and only within a group") {
+  std::vector<Subject> recordings{subject(1.0, 5.0), subject(4.0, 6.0), subject(3.0, 7.0), subject(9.0, 8.0)};
+  recordings[0].person = recordings[2].person = recordings[3].person = "A";
+  recordings[3].group = "another";
+  recordings[2].seen.value[3] = std::nan("");
+  recordings[2].seen.force = ForceSource::none;
+  const std::vector<Subject> people = by_person(recordings);
+  CHECK(people.size() == 3);
+  CHECK_NEAR(people[0].seen.value[0], 2.0, 0.0);
+  CHECK_NEAR(people[0].seen.value[3], 5.0, 0.0);  // of the only one that has it
+  CHECK(people[0].seen.force == ForceSource::plunger);
+  CHECK_NEAR(people[1].seen.value[0], 4.0, 0.0);
+  CHECK_NEAR(people[2].seen.value[0], 9.0, 0.0);
+  const std::vector<Subject> nameless{subject(1.0, 5.0), subject(1.0, 5.0)};
+  CHECK(by_person(nameless).size() == 2);
+}
+
 TEST("two recordings give no spread, and what a transducer adds is shared by all that it touches") {
   const std::vector<Subject> subjects{subject(50e3, 8.0), subject(60e3, 10.0)};
   SharedUncertainty only_zero = nothing;

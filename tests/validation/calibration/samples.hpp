@@ -57,7 +57,7 @@ inline ObservedInsertion lawful(const Scene& scene) {
 
 /// Means that the law gives, each with this relative uncertainty on its own.
 inline Pooled lawful_data(const Scene& truth, double relative) {
-  Pooled data{.mean = lawful(truth).value, .recordings = 1};
+  Pooled data{.mean = lawful(truth).value, .subjects = 1};
   data.covariance = (relative * data.mean).cwiseAbs2().asDiagonal();
   data.count.assign(static_cast<std::size_t>(observable_count), 1);
   return data;
