@@ -17,16 +17,15 @@ namespace {
 namespace odeint = boost::numeric::odeint;
 using State = std::vector<double>;
 
-/// Largest |error| over what is allowed, as the library's own checker, but with an absolute tolerance for each
-/// component: metres and metres per second have not the same.
+/// Largest |error| over what is allowed, as the library's own checker, but with an absolute tolerance for
+/// each component: metres and metres per second have not the same.
 class ErrorOfComponents {
  public:
   using value_type = double;
   using algebra_type = odeint::range_algebra;
   using operations_type = odeint::default_operations;
 
-  ErrorOfComponents(double relative, State absolute)
-      : relative_(relative), absolute_(std::move(absolute)) {}
+  ErrorOfComponents(double relative, State absolute) : relative_(relative), absolute_(std::move(absolute)) {}
 
   template <class Algebra>
   double error(Algebra&, const State& before, const State& rate, State& error, double h) const {
@@ -102,9 +101,7 @@ class DormandPrince final : public Integrator {
     bool finite = false;
     try {
       finite = system_.derivative(t, y.data(), dy.data());
-    } catch (const std::exception& error) {
-      fail(name_, "try_step", "an exception", t, error.what());
-    }
+    } catch (const std::exception& error) { fail(name_, "try_step", "an exception", t, error.what()); }
     if (!finite) { fail(name_, "try_step", "an error", t, "the right-hand side is not finite"); }
   }
 

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+/// What a second thread is worth to a lattice, where a second processor is free to run it.
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+#include "validation/bench/bench_cases.hpp"
+#include "validation/bench/kernel_variants.hpp"
+#include "validation/bench/machine_limits.hpp"
+
+namespace palpate::bench {
+
+namespace {
+
+constexpr double wanted_speed_up = 1.7;
+/// Of the 2 that a second processor can bring, 1.8 must be left by what else the machine does.
+constexpr double most_slowdown = 1.1;
+
+struct Pair {
+  int n = 0;
+  KernelVariant variant{};
+  double one = 0.0;  ///< [ns] per spring and step, least by the wall clock
+  double two = 0.0;
+  double two_median = 0.0;
+};
+
+/// One thread and two in turn. Threads that wait do so by looking, so those of the pair exist only while they
+/// are timed.
+Pair time_pair(const KernelVariant& variant, int n) {
+  KernelVariant shared = variant;
+  shared.threads = 2;
+  const std::unique_ptr<Stepping> alone = stepping_of(variant, n);
+  std::unique_ptr<Stepping> together;
+  const Contender one{"one", [&](long times) { alone->step(times); }, Clock::wall};
+  const Contender two{"two", [&](long times) { together->step(times); }, Clock::wall,
+                      [&] {
+                        together = stepping_of(shared, n);
+                        together->step(3);  // the first touch new memory
+                      },
+                      [&] { together.reset(); }};
+  const std::vector<Timed> timed = time_interleaved({one, two}, {.rounds = 7, .batch = 0.03});
+  const double scale = 1e9 / alone->springs();
+  return {.n = n,
+          .variant = variant,
+          .one = scale * timed[0].least,
+          .two = scale * timed[1].least,
+          .two_median = scale * timed[1].median};
+}
+
+Table pairs_table(const std::vector<Pair>& pairs) {
+  Table table{
+      .id = "threads",
+      .title = "One thread and two",
+      .caption =
+          "Nanoseconds per spring and step, least of interleaved rounds by the wall clock: the "
+          "processor time of one thread would leave out what the other does. Both compute the same "
+          "bits.",
+      .columns = {"kernel", "n", "one thread (ns)", "two threads (ns)", "two, median (ns)", "one / two (1)"},
+      .timing = true};
+  for (const Pair& pair : pairs) {
+    table.rows.push_back({std::string(pair.variant.name), static_cast<double>(pair.n), pair.one, pair.two,
+                          pair.two_median, pair.one / pair.two});
+  }
+  return table;
+}
+
+std::string two_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", value);
+  return text;
+}
+
+/// Whether two threads can be twice as fast as one at all now; skips the case if not.
+bool second_is_free(Outcome& outcome) {
+  const double slowdown = side_by_side_slowdown();
+  outcome.timings.push_back({"side_by_side_slowdown", slowdown, "1"});
+  if (slowdown <= most_slowdown) { return true; }
+  outcome.skip("no second processor was free: two copies of the same work side by side took " +
+               two_digits(slowdown) + " times as long as one; at most " + two_digits(most_slowdown) +
+               " where two are idle");
+  return false;
+}
+
+void measure(const CaseContext& context, Outcome& outcome) {
+  if (std::thread::hardware_concurrency() < 2) {
+    outcome.skip("this machine has one processor");
+    return;
+  }
+  if (!second_is_free(outcome)) { return; }
+  std::vector<Pair> pairs;
+  for (const int n : context.quick ? std::vector{40} : std::vector{40, 80}) {
+    for (const KernelVariant& variant : largest_variants()) {
+      if (!context.quick || !variant.uneven) { pairs.push_back(time_pair(variant, n)); }
+    }
+  }
+  outcome.tables = {pairs_table(pairs)};
+  if (!second_is_free(outcome)) { return; }
+  for (const Pair& pair : pairs) {
+    if (pair.variant.uneven) { continue; }
+    outcome.judge({.name = "one_over_two_" + std::string(pair.variant.in_double() ? "double" : "float") +
+                           "_n" + std::to_string(pair.n),
+                   .value = pair.one / pair.two,
+                   .lower = wanted_speed_up,
+                   .bound_from = "asked of the project: two processors at least 1.7 times one"});
+  }
+}
+
+}  // namespace
+
+std::vector<Case> thread_cases() {
+  return {{.name = "bench/threads",
+           .suite = "timing",
+           .claim = "Two threads take a lattice of 40 nodes a side or more 1.7 times as fast as one.",
+           .measure = measure,
+           .weight = 30.0}};
+}
+
+}  // namespace palpate::bench
