@@ -31,31 +31,6 @@ struct Demand {
   double error_at_end = unbounded;
 };
 
-/// How much longer "auto" takes than the quickest setting in double that is no further off. What could be
-/// chance does not count: that setting's median against the least of "auto".
-double automatic_over_best(const std::vector<Point>& points) {
-  const Point& automatic = points.back();
-  if (automatic.kind != Point::Kind::automatic) { return std::nan(""); }
-  double worst = 0.0;
-  for (const Point& p : points) {
-    if (p.kind != Point::Kind::in_double || p.errors.tool > automatic.errors.tool) { continue; }
-    worst = std::max(worst, automatic.seconds / p.median);
-  }
-  return worst;
-}
-
-/// What difference of run times says nothing: how far the least and the median of a setting's rounds are
-/// apart in this table, at the worst of nine in ten, and a tenth at least, as for kernels.
-double noise_of(const std::vector<Point>& points) {
-  std::vector<double> apart;
-  for (const Point& p : points) {
-    if (p.here()) { apart.push_back(p.median / p.seconds); }
-  }
-  const auto tenth = apart.begin() + static_cast<std::ptrdiff_t>(9 * apart.size() / 10);
-  std::ranges::nth_element(apart, tenth);
-  return std::max(1.1, *tenth);
-}
-
 /// Of "auto", and of one step of semi-implicit Euler a tick, which kernels are timed with.
 void judge_end(const std::vector<Point>& points, double most, Outcome& outcome) {
   for (const Point& p : points) {

@@ -202,4 +202,25 @@ bool on_frontier(const std::vector<Point>& points, const Point& point) {
   });
 }
 
+double automatic_over_best(const std::vector<Point>& points) {
+  const Point& automatic = points.back();
+  if (automatic.kind != Point::Kind::automatic) { return std::nan(""); }
+  double worst = 0.0;
+  for (const Point& p : points) {
+    if (p.kind != Point::Kind::in_double || p.errors.tool > automatic.errors.tool) { continue; }
+    worst = std::max(worst, automatic.seconds / p.median);
+  }
+  return worst;
+}
+
+double noise_of(const std::vector<Point>& points) {
+  std::vector<double> apart;
+  for (const Point& p : points) {
+    if (p.here()) { apart.push_back(p.median / p.seconds); }
+  }
+  const auto tenth = apart.begin() + static_cast<std::ptrdiff_t>(9 * apart.size() / 10);
+  std::ranges::nth_element(apart, tenth);
+  return std::max(1.1, *tenth);
+}
+
 }  // namespace palpate::bench

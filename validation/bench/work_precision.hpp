@@ -83,6 +83,15 @@ const Point* cheapest(const std::vector<Point>& points, double error, bool here)
 /// Whether nothing of its kind is both quicker and nearer; "auto" belongs to what is computed in double.
 bool on_frontier(const std::vector<Point>& points, const Point& point);
 
+/// How much longer "auto", the last point, takes than the quickest setting in double that is no further off.
+/// What could be chance does not count: that setting's median against the least of "auto". NaN without an
+/// "auto".
+double automatic_over_best(const std::vector<Point>& points);
+
+/// What difference of run times says nothing: how far the least and the median of a setting's rounds are
+/// apart in this table, at the worst of nine in ten, and a tenth at least, as for kernels.
+double noise_of(const std::vector<Point>& points);
+
 void add_tables(const std::vector<Point>& points, const Study& study, Outcome& outcome);
 void add_figures(const std::vector<Point>& points, const Study& study, Outcome& outcome);
 
