@@ -22,8 +22,9 @@ class PointScene {
   PointScene(const CaseContext& context, const Scene& scene, int node);
   ~PointScene();
   [[nodiscard]] Run here(const Scene& scene) const;
-  /// Networks with forces from the model's list kernel, so that nobody pays for a plain right-hand side; the
-  /// time is that of the march alone. A solver that gives up is a run that failed.
+  /// Networks with forces from the model's list kernel, so that nobody pays for a plain right-hand side. The
+  /// time is that of the march by the wall clock, or less where others had the processor. A solver that gives
+  /// up is a run that failed.
   [[nodiscard]] Run there(const std::string& solver, const reference::Tolerance& tolerance) const;
 
  private:
