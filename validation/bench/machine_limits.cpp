@@ -36,20 +36,24 @@ void VectorUpdate::repeat(long times) {
 
 double VectorUpdate::bytes_moved() const { return 3.0 * sizeof(double) * static_cast<double>(a_.size()); }
 
+double side_by_side_slowdown(const std::function<void()>& mine, const std::function<void()>& other) {
+  const Contender alone{"alone", [&](long) { mine(); }, Clock::wall};
+  const Contender together{"together",
+                           [&](long) {
+                             std::thread second(other);
+                             mine();
+                             second.join();
+                           },
+                           Clock::wall};
+  const std::vector<Timed> timed = time_interleaved({alone, together}, {.rounds = 9, .batch = 0.0});
+  return timed[1].median / timed[0].median;
+}
+
 double side_by_side_slowdown() {
   constexpr long times = 4000;  // some 20 ms
   RootsAndQuotients<double> mine;
   RootsAndQuotients<double> other;
-  const Contender alone{"alone", [&](long n) { mine.repeat(times * n); }, Clock::wall};
-  const Contender together{"together",
-                           [&](long n) {
-                             std::thread second([&] { other.repeat(times * n); });
-                             mine.repeat(times * n);
-                             second.join();
-                           },
-                           Clock::wall};
-  const std::vector<Timed> timed = time_interleaved({alone, together}, {.rounds = 9, .batch = 1e-3});
-  return timed[1].median / timed[0].median;
+  return side_by_side_slowdown([&] { mine.repeat(times); }, [&] { other.repeat(times); });
 }
 
 template class RootsAndQuotients<double>;

@@ -2,6 +2,7 @@
 #pragma once
 /// What this machine allows, measured beside what is judged by it.
 
+#include <functional>
 #include <vector>
 
 #include "validation/bench/interleaved.hpp"
@@ -35,9 +36,12 @@ class VectorUpdate {
   std::vector<double> a_, b_;
 };
 
-/// How many times longer two threads take, each with work of its own that stays in its registers and its
-/// first cache, than one of them alone: 1 on two idle processors, 2 where both share one. Median of rounds,
-/// wall clock.
+/// How many times longer two threads take, each with work of its own, than the first alone: 1 on two idle
+/// processors, 2 where both share one, and in between where memory holds them up. Median of rounds, wall
+/// clock.
+double side_by_side_slowdown(const std::function<void()>& mine, const std::function<void()>& other);
+
+/// The same of roots and quotients, which need nothing but processors.
 double side_by_side_slowdown();
 
 }  // namespace palpate::bench
