@@ -15,7 +15,7 @@ using sundials::Session;
 
 class Explicit final : public Integrator {
  public:
-  Explicit(const char* name, const Problem& problem, const Tolerance& tolerance)
+  Explicit(const char* name, ARKODE_ERKTableID id, const Problem& problem, const Tolerance& tolerance)
       : session_(name, problem, tolerance),
         memory_(
             ERKStepCreate(Session::right_hand_side, 0.0, session_.state(), session_.context())) {
@@ -23,7 +23,7 @@ class Explicit final : public Integrator {
     void* const memory = memory_.get();
     check(ERKStepSetErrHandlerFn(memory, Session::complain, &session_), "ERKStepSetErrHandlerFn");
     check(ERKStepSetUserData(memory, &session_), "ERKStepSetUserData");
-    const sundials::Table table = sundials::explicit_table(ARKODE_FEHLBERG_13_7_8);
+    const sundials::Table table = sundials::explicit_table(id);
     check(ERKStepSetTable(memory, table.get()), "ERKStepSetTable");
     check(ERKStepSVtolerances(memory, tolerance.relative, session_.absolute_tolerance()),
           "ERKStepSVtolerances");
@@ -45,6 +45,9 @@ class Explicit final : public Integrator {
     const int flag = ERKStepEvolve(memory_.get(), time, session_.state(), &time_, ARK_NORMAL);
     if (flag < 0) { ERKStepGetCurrentTime(memory_.get(), &time_); }
     check(flag, "ERKStepEvolve");
+    ARKodeButcherTable used = nullptr;
+    check(ERKStepGetCurrentButcherTable(memory_.get(), &used), "ERKStepGetCurrentButcherTable");
+    sundials::refuse_stale_stage(used, session_.solver());
   }
 
   [[nodiscard]] const double* state() const override { return session_.state_values(); }
@@ -104,6 +107,11 @@ class Implicit final : public Integrator {
     const int flag = ARKStepEvolve(memory_.get(), time, session_.state(), &time_, ARK_NORMAL);
     if (flag < 0) { ARKStepGetCurrentTime(memory_.get(), &time_); }
     check(flag, "ARKStepEvolve");
+    ARKodeButcherTable used = nullptr;
+    ARKodeButcherTable unused_explicit = nullptr;
+    check(ARKStepGetCurrentButcherTables(memory_.get(), &used, &unused_explicit),
+          "ARKStepGetCurrentButcherTables");
+    sundials::refuse_stale_stage(used, session_.solver());
   }
 
   [[nodiscard]] const double* state() const override { return session_.state_values(); }
@@ -125,9 +133,8 @@ class Implicit final : public Integrator {
 };
 
 template <class Method>
-Solution solve(const char* name, const Problem& problem, const std::vector<double>& times,
+Solution solve(const char* name, Method&& integrator, const std::vector<double>& times,
                const Tolerance& tolerance) {
-  Method integrator(name, problem, tolerance);
   return march({name, sundials::version()}, integrator.session().system(), times, tolerance,
                integrator);
 }
@@ -136,12 +143,21 @@ Solution solve(const char* name, const Problem& problem, const std::vector<doubl
 
 Solution solve_arkode_explicit(const Problem& problem, const std::vector<double>& times,
                                const Tolerance& tolerance) {
-  return solve<Explicit>("arkode-fehlberg-7-8", problem, times, tolerance);
+  constexpr const char* name = "arkode-fehlberg-7-8";
+  return solve(name, Explicit(name, ARKODE_FEHLBERG_13_7_8, problem, tolerance), times, tolerance);
+}
+
+Solution solve_arkode_dormand_prince(const Problem& problem, const std::vector<double>& times,
+                                     const Tolerance& tolerance) {
+  constexpr const char* name = "arkode-dormand-prince-5-4";
+  return solve(name, Explicit(name, ARKODE_DORMAND_PRINCE_7_4_5, problem, tolerance), times,
+               tolerance);
 }
 
 Solution solve_arkode_esdirk(const Problem& problem, const std::vector<double>& times,
                              const Tolerance& tolerance) {
-  return solve<Implicit>("arkode-esdirk-5-4", problem, times, tolerance);
+  constexpr const char* name = "arkode-esdirk-5-4";
+  return solve(name, Implicit(name, problem, tolerance), times, tolerance);
 }
 
 }  // namespace palpate::reference

@@ -27,6 +27,11 @@ bool reuses_no_stale_stage(const ARKodeButcherTableMem& table) {
   return true;
 }
 
+void refuse_stale_stage(ARKodeButcherTable used, const std::string& solver) {
+  if (used != nullptr && reuses_no_stale_stage(*used)) { return; }
+  throw SolverError(solver + ": SUNDIALS chose a Runge-Kutta table whose last stage it would reuse stale");
+}
+
 Table without_stale_stage(const ARKodeButcherTableMem& table) {
   const bool safe = reuses_no_stale_stage(table);
   Table copy = loaded(ARKodeButcherTable_Alloc(table.stages + (safe ? 0 : 1), table.d != nullptr));

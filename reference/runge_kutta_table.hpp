@@ -27,6 +27,9 @@ using Table = std::unique_ptr<ARKodeButcherTableMem, Deleter<ARKodeButcherTable_
 /// Whether reusing the last stage's derivative is either not tried or right.
 bool reuses_no_stale_stage(const ARKodeButcherTableMem& table);
 
+/// For the table that a stepper says it used: SolverError naming `solver` when it reuses a stale stage.
+void refuse_stale_stage(ARKodeButcherTable used, const std::string& solver);
+
 /// The same method, with a stage added when it is needed.
 Table without_stale_stage(const ARKodeButcherTableMem& table);
 

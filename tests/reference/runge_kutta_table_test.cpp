@@ -29,33 +29,52 @@ int right_hand_side(double t, N_Vector y, N_Vector dy, void* oscillator) {
   return 0;
 }
 
+/// Raw ERKStep on an oscillator.
+struct ErkStep {
+  explicit ErkStep(const Oscillator& of) : oscillator(of) {
+    SUNContext raw = nullptr;
+    CHECK(SUNContext_Create(nullptr, &raw) == 0);
+    context.reset(raw);
+    y.reset(N_VNew_Serial(2, raw));
+    N_VGetArrayPointer(y.get())[0] = oscillator.displacement;
+    N_VGetArrayPointer(y.get())[1] = oscillator.velocity;
+    memory.reset(ERKStepCreate(right_hand_side, 0.0, y.get(), raw));
+    CHECK(ERKStepSetUserData(memory.get(), &oscillator) == 0);
+  }
+  ErkStep(const ErkStep&) = delete;  // the library keeps its address
+  ErkStep& operator=(const ErkStep&) = delete;
+
+  void advance(double end, int steps) const {
+    CHECK(ERKStepSetFixedStep(memory.get(), end / steps) == 0);
+    CHECK(ERKStepSetMaxNumSteps(memory.get(), 10 * steps) == 0);
+    CHECK(ERKStepSetStopTime(memory.get(), end) == 0);
+    double t = 0.0;
+    CHECK(ERKStepEvolve(memory.get(), end, y.get(), &t, ARK_NORMAL) >= 0);
+  }
+  [[nodiscard]] double position() const { return N_VGetArrayPointer(y.get())[0]; }
+  [[nodiscard]] double evaluations_per_step() const {
+    long taken = 0, evaluations = 0;
+    ERKStepGetNumSteps(memory.get(), &taken);
+    ERKStepGetNumRhsEvals(memory.get(), &evaluations);
+    return static_cast<double>(evaluations) / static_cast<double>(taken);
+  }
+
+  Oscillator oscillator;
+  guarded::Context context;
+  guarded::Vector y;
+  std::unique_ptr<void, guarded::Deleter<ERKStepFree>> memory;
+};
+
 struct FixedSteps {
   double position = 0.0;
   double evaluations_per_step = 0.0;
 };
 
-/// Raw ERKStep with a fixed step.
-FixedSteps run(ARKodeButcherTable table, Oscillator o, double end, int steps) {
-  SUNContext raw = nullptr;
-  CHECK(SUNContext_Create(nullptr, &raw) == 0);
-  const guarded::Context context(raw);
-  const guarded::Vector y(N_VNew_Serial(2, raw));
-  N_VGetArrayPointer(y.get())[0] = o.displacement;
-  N_VGetArrayPointer(y.get())[1] = o.velocity;
-  const std::unique_ptr<void, guarded::Deleter<ERKStepFree>> memory(
-      ERKStepCreate(right_hand_side, 0.0, y.get(), raw));
-  CHECK(ERKStepSetUserData(memory.get(), &o) == 0);
-  CHECK(ERKStepSetTable(memory.get(), table) == 0);
-  CHECK(ERKStepSetFixedStep(memory.get(), end / steps) == 0);
-  CHECK(ERKStepSetMaxNumSteps(memory.get(), 10 * steps) == 0);
-  CHECK(ERKStepSetStopTime(memory.get(), end) == 0);
-  double t = 0.0;
-  CHECK(ERKStepEvolve(memory.get(), end, y.get(), &t, ARK_NORMAL) >= 0);
-  long taken = 0, evaluations = 0;
-  ERKStepGetNumSteps(memory.get(), &taken);
-  ERKStepGetNumRhsEvals(memory.get(), &evaluations);
-  return {N_VGetArrayPointer(y.get())[0],
-          static_cast<double>(evaluations) / static_cast<double>(taken)};
+FixedSteps run(ARKodeButcherTable table, const Oscillator& o, double end, int steps) {
+  const ErkStep erk(o);
+  CHECK(ERKStepSetTable(erk.memory.get(), table) == 0);
+  erk.advance(end, steps);
+  return {erk.position(), erk.evaluations_per_step()};
 }
 
 double observed_order(ARKodeButcherTable table, int steps) {
@@ -89,6 +108,28 @@ TEST(
 TEST("the tables that the references use reuse no stale stage") {
   CHECK(guarded::reuses_no_stale_stage(*guarded::explicit_table(ARKODE_FEHLBERG_13_7_8)));
   CHECK(guarded::reuses_no_stale_stage(*guarded::implicit_table(ARKODE_ESDIRK547L2SA_7_4_5)));
+}
+
+TEST("ERKStep asked for order 2 takes a table that it spoils and a reference refuses; 3 to 5 are sound") {
+  for (const int order : {2, 3, 4, 5}) {
+    const ErkStep erk(driven);
+    CHECK(ERKStepSetOrder(erk.memory.get(), order) == 0);
+    erk.advance(1.0, 50);
+    ARKodeButcherTable chosen = nullptr;
+    CHECK(ERKStepGetCurrentButcherTable(erk.memory.get(), &chosen) == 0);
+    CHECK(chosen != nullptr && chosen->q == order);
+    CHECK(guarded::reuses_no_stale_stage(*chosen) == (order != 2));
+    if (order == 2) {
+      CHECK_THROWS(guarded::refuse_stale_stage(chosen, "erk"), "erk: SUNDIALS chose");
+      CHECK(erk.evaluations_per_step() < 1.1);  // Heun's method has two
+    } else {
+      guarded::refuse_stale_stage(chosen, "erk");
+    }
+  }
+}
+
+TEST("a stepper that names no table is refused too") {
+  CHECK_THROWS(guarded::refuse_stale_stage(nullptr, "erk"), "erk: SUNDIALS chose");
 }
 
 TEST("an added stage changes neither the order conditions nor the embedding") {

@@ -9,6 +9,7 @@
 namespace palpate::bench {
 
 std::vector<Case> kernel_cases();
+std::vector<Case> thread_cases();
 std::vector<Case> precision_cases();
 
 /// Every one, in that order.

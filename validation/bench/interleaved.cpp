@@ -11,16 +11,13 @@ namespace palpate::bench {
 
 namespace {
 
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 double seconds_of(const Contender& contender, long times) {
-  const double begin = processor_seconds();
+  if (contender.begin) { contender.begin(); }
+  const double begin = seconds_on(contender.clock);
   contender.repeat(times);
-  return processor_seconds() - begin;
+  const double seconds = seconds_on(contender.clock) - begin;
+  if (contender.end) { contender.end(); }
+  return seconds;
 }
 
 /// How often fills a batch; warms caches and code on the way.
@@ -42,9 +39,17 @@ double median_of(std::vector<double> values) {
 
 }  // namespace
 
+double seconds_on(Clock clock) {
+  timespec now{};
+  clock_gettime(clock == Clock::wall ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 std::vector<Timed> time_interleaved(const std::vector<Contender>& contenders, const TimingPlan& plan) {
   std::vector<long> times;
-  for (const Contender& each : contenders) { times.push_back(times_for(each, plan.batch)); }
+  for (const Contender& each : contenders) {
+    times.push_back(plan.batch > 0.0 ? times_for(each, plan.batch) : 1);
+  }
   std::vector<std::vector<double>> seconds(contenders.size());
   std::vector<std::size_t> order(contenders.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -57,9 +62,8 @@ std::vector<Timed> time_interleaved(const std::vector<Contender>& contenders, co
   }
   std::vector<Timed> timed;
   for (std::size_t n = 0; n < contenders.size(); ++n) {
-    timed.push_back({.name = contenders[n].name,
-                     .least = std::ranges::min(seconds[n]),
-                     .median = median_of(seconds[n])});
+    timed.push_back(
+        {.name = contenders[n].name, .least = std::ranges::min(seconds[n]), .median = median_of(seconds[n])});
   }
   return timed;
 }

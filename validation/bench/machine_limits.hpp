@@ -2,6 +2,7 @@
 #pragma once
 /// What this machine allows, measured beside what is judged by it.
 
+#include <functional>
 #include <vector>
 
 #include "validation/bench/interleaved.hpp"
@@ -22,16 +23,25 @@ class RootsAndQuotients {
   std::vector<Real> to_;
 };
 
-/// a = b + c x over vectors far larger than any cache.
-class Triad {
+/// a += x b: two numbers read and one written, the latter where it was read, so that nothing else moves
+/// between processor and memory. The two vectors together have `bytes`, so that the bandwidth is that of the
+/// cache or memory which a working set of that size lives in.
+class VectorUpdate {
  public:
-  static constexpr std::size_t count = 6'000'000;       ///< of each of three vectors of doubles
-  static constexpr double bytes = 3.0 * 8.0 * count;    ///< moved in one repetition
-  Triad();
+  explicit VectorUpdate(double bytes);
   void repeat(long times);
+  [[nodiscard]] double bytes_moved() const;  ///< in one repetition
 
  private:
-  std::vector<double> a_, b_, c_;
+  std::vector<double> a_, b_;
 };
+
+/// How many times longer two threads take, each with work of its own, than the first alone: 1 on two idle
+/// processors, 2 where both share one, and in between where memory holds them up. Median of rounds, wall
+/// clock.
+double side_by_side_slowdown(const std::function<void()>& mine, const std::function<void()>& other);
+
+/// The same of roots and quotients, which need nothing but processors.
+double side_by_side_slowdown();
 
 }  // namespace palpate::bench

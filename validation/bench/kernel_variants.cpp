@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "validation/bench/kernel_variants.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "model/dynamics/network_builder.hpp"
+#include "model/stepping/integrator.hpp"
+#include "model/stepping/lattice_view.hpp"
+#include "model/stepping/network_system.hpp"
+#include "validation/bench/bench_cases.hpp"
+
+namespace palpate::bench {
+
+namespace {
+
+constexpr Precision single = Precision::single_precision;
+
+constexpr std::array<KernelVariant, 12> variants{
+    {{.name = "lattice, double"},
+     {.name = "lattice, float", .precision = single},
+     {.name = "lattice, own stiffness, double", .uneven = true},
+     {.name = "lattice, own stiffness, float", .precision = single, .uneven = true},
+     {.name = "lattice, undamped, double", .damped = false},
+     {.name = "lattice, undamped, float", .precision = single, .damped = false},
+     {.name = "lattice, own stiffness, undamped, double", .uneven = true, .damped = false},
+     {.name = "lattice, own stiffness, undamped, float",
+      .precision = single,
+      .uneven = true,
+      .damped = false},
+     {.name = "list, double", .lattice = false},
+     {.name = "list, float", .precision = single, .lattice = false},
+     {.name = "list, undamped, double", .lattice = false, .damped = false},
+     {.name = "list, undamped, float", .precision = single, .lattice = false, .damped = false}}};
+
+/// A spring that no lattice has, so weak that it changes nothing: the network goes through its list.
+void break_lattice(SpringNetwork& network) {
+  const double distance = (network.rest_position.col(2) - network.rest_position.col(0)).norm();
+  network.springs.push_back({0, 2, 1e-9, 0.0, distance});
+}
+
+double nodes(int n) { return std::pow(n, 3); }
+
+double size_of_number(const KernelVariant& variant) {
+  return static_cast<double>(variant.in_double() ? sizeof(double) : sizeof(float));
+}
+
+/// Numbers of its springs that a node has for itself.
+double constants_per_node(const KernelVariant& variant) {
+  if (!variant.uneven) { return 0.0; }
+  return lattice::slots * (variant.damped ? 2.0 : 1.0);
+}
+
+NetworkProblem problem_of(const KernelVariant& variant, int n) {
+  const Scene scene = s26_scene(n);
+  SpringNetwork network = build_network(scene);
+  for (std::size_t s = 0; s < network.springs.size(); ++s) {
+    // Golden ratio: spread evenly between 0.75 and 1.25, no two alike.
+    const double share = 0.618033988749895 * static_cast<double>(s);
+    if (variant.uneven) { network.springs[s].stiffness *= 0.75 + 0.5 * (share - std::floor(share)); }
+    if (!variant.damped) { network.springs[s].viscosity = 0.0; }
+  }
+  if (!variant.lattice) { break_lattice(network); }
+  const std::vector<Load> loads = resolve_loads(scene, network);
+  return NetworkProblem(std::move(network), loads);
+}
+
+template <class Real>
+class SteppingIn final : public Stepping {
+ public:
+  SteppingIn(const KernelVariant& variant, int n)
+      : problem_(problem_of(variant, n)),
+        system_(make_network_system<Real>(problem_,
+                                          {.h = h, .lattice = variant.lattice, .threads = variant.threads})),
+        state_{system_->initial_position(), system_->initial_velocity()},
+        integrator_(find_integrator("euler-cromer")->make<Real>()) {
+    integrator_->prepare(*system_, state_, h);
+    integrator_->start(*system_, state_, 0.0, h);
+  }
+  void step(long times) override {
+    for (long k = 0; k < times; ++k) {
+      integrator_->step(*system_, state_, h * static_cast<double>(steps_++), h);
+    }
+  }
+  [[nodiscard]] double springs() const override { return static_cast<double>(system_->spring_count()); }
+
+ private:
+  static constexpr double h = 1e-3;  ///< [s]
+  NetworkProblem problem_;
+  std::unique_ptr<NetworkSystem<Real>> system_;
+  State<Real> state_;
+  std::unique_ptr<Integrator<Real>> integrator_;
+  long steps_ = 0;
+};
+
+}  // namespace
+
+std::span<const KernelVariant> kernel_variants() { return variants; }
+
+std::span<const KernelVariant> largest_variants() { return std::span(variants).first(4); }
+
+std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n) {
+  if (variant.in_double()) { return std::make_unique<SteppingIn<double>>(variant, n); }
+  return std::make_unique<SteppingIn<float>>(variant, n);
+}
+
+double bytes_moved(const KernelVariant& variant, int n) {
+  constexpr double read_and_written = 2.0 * 3.0 * 3.0;
+  constexpr double inverse_mass = 1.0;
+  return (read_and_written + inverse_mass + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
+}
+
+double working_set(const KernelVariant& variant, int n) {
+  return (3.0 * 3.0 + 1.0 + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
+}
+
+}  // namespace palpate::bench
