@@ -100,7 +100,8 @@ class Simulation::CoreOf final : public Simulation::Core {
     if (const auto* network = dynamic_cast<const NetworkProblem*>(problem.get())) {
       auto made = make_network_system<Real>(
           *network,
-          {.printed = printed, .h = plan.h, .lattice = plan.lattice, .threads = plan.threads, .skip = skip});
+          {.printed = printed, .h = plan.h, .fans = plan.integrator->implicit, .lattice = plan.lattice,
+           .threads = plan.threads, .skip = skip});
       network_ = made.get();
       system_ = std::move(made);
       recorder = std::make_unique<Recorder>(scene, *network);
