@@ -72,6 +72,18 @@ double HeldResponse<Real>::along(const Row& row, const Eigen::Ref<const Eigen::V
 }
 
 template <class Real>
+double HeldResponse<Real>::response_at(std::size_t knot, double share, const Eigen::Vector3d& n) const noexcept {
+  const auto low = static_cast<Eigen::Index>(3 * knot);
+  const auto at = [&](Eigen::Index row, Eigen::Index column) {
+    return n.dot(gram_.template block<3, 3>(row, column) * n);
+  };
+  const double rest = 1.0 - share;
+  if (share == 0.0) { return at(low, low); }
+  return rest * rest * at(low, low) + rest * share * (at(low, low + 3) + at(low + 3, low)) +
+         share * share * at(low + 3, low + 3);
+}
+
+template <class Real>
 void HeldResponse<Real>::factorise() noexcept {
   const auto count = static_cast<Eigen::Index>(rows_);
   for (Eigen::Index j = 0; j < count; ++j) {

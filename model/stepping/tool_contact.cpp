@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Geometry>
 
@@ -34,7 +35,9 @@ ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem
       stride_(layout.stride),
       coupling_(coupling_of(scene, drive_)),
       start_place_(drive_.from),
-      n_(path_.direction()) {
+      n_(path_.direction()),
+      tolerance_(std::max(scene.simulation.solver_tolerance,
+                          64.0 * static_cast<double>(std::numeric_limits<Real>::epsilon()))) {
   if (drive_.kind != Drive::Kind::trajectory) {
     tool_ = layout.size;
     mass_ = mass_of(scene);

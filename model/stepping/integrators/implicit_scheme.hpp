@@ -24,15 +24,18 @@ class ImplicitScheme : public Integrator<Real> {
  private:
   void precondition(const Vector<Real>& r, Vector<Real>& out) noexcept;
   void solve(System<Real>& system, const Vector<Real>& right) noexcept;  ///< correction_ = A^-1 right
-  [[nodiscard]] bool residual_is_rounding(const Vector<Real>& mass, Real h) const noexcept;
+  [[nodiscard]] bool residual_is_rounding(Real h) const noexcept;
 
   double theta_;
   double tolerance_ = 0.0;  ///< on the change of velocity over a step, relative; 0: rounding
   Real rate_ = Real(1);     ///< by which corrections shrink
+  bool alone_ = false;      ///< the factors stand for the Jacobian
   bool renew_ = true;       ///< a_ is to be computed again
   Real reach_ = Real(0);    ///< theta h that a_ was computed for
   Eigen::SparseMatrix<Real> a_;
   PanelFactors<Real> factors_{};
+  bool at_once_ = false;    ///< the last linear solve took one product
+  Vector<Real> elastic_;    ///< diagonal of a_ without the masses
   Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_;
   Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_;
 };
