@@ -56,12 +56,12 @@ using TileKernel = void (*)(const float* values, long blocks, const float* from,
 /// By the number of columns, less one.
 template <class Arch>
 struct Tiles {
-  static constexpr TileKernel add[tile] = {&add_rows<1, Arch>, &add_rows<2, Arch>, &add_rows<3, Arch>,
-                                           &add_rows<4, Arch>, &add_rows<5, Arch>, &add_rows<6, Arch>,
-                                           &add_rows<7, Arch>, &add_rows<8, Arch>};
-  static constexpr TileKernel sum[tile] = {&sum_columns<1, Arch>, &sum_columns<2, Arch>, &sum_columns<3, Arch>,
-                                           &sum_columns<4, Arch>, &sum_columns<5, Arch>, &sum_columns<6, Arch>,
-                                           &sum_columns<7, Arch>, &sum_columns<8, Arch>};
+  static constexpr TileKernel add[tile] = {
+      &add_rows<1, Arch>, &add_rows<2, Arch>, &add_rows<3, Arch>, &add_rows<4, Arch>,
+      &add_rows<5, Arch>, &add_rows<6, Arch>, &add_rows<7, Arch>, &add_rows<8, Arch>};
+  static constexpr TileKernel sum[tile] = {
+      &sum_columns<1, Arch>, &sum_columns<2, Arch>, &sum_columns<3, Arch>, &sum_columns<4, Arch>,
+      &sum_columns<5, Arch>, &sum_columns<6, Arch>, &sum_columns<7, Arch>, &sum_columns<8, Arch>};
 };
 
 template <class Arch>

@@ -125,6 +125,7 @@ class Simulation::CoreOf final : public Simulation::Core {
     integrator_ = plan.integrator->template make<Real>();
     integrator_->set_tolerance(scene.simulation.solver_tolerance);
     integrator_->prepare(stepped(), state_, update_length_);
+    if (contact_ != nullptr) { measure_tool(); }  // the first tick finds code and memory at hand
   }
 
   StepStatus tick() noexcept override {

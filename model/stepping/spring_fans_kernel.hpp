@@ -37,7 +37,7 @@ class FanLoop {
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
   template <std::size_t... lane>
   Batch collect(const Real* from, std::index_sequence<lane...>) const noexcept {
-    return Batch(typename Batch::register_type{from[partners_[lane]]...});  // in registers, not by way of memory
+    return Batch(typename Batch::register_type{from[partners_[lane]]...});  // not by way of memory
   }
   Batch collect(const Real* from) const noexcept {
     return collect(from, std::make_index_sequence<static_cast<std::size_t>(lanes)>{});

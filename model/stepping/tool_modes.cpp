@@ -345,8 +345,8 @@ void ToolContact<Real>::change_shaft() noexcept {
   if (turned) {
     shaft_ = ShaftMode::stick;
   } else if (shaft_ == ShaftMode::stick && !contact_.shaft_held) {
-    // What was held gives way to the force that was too much; the slip itself is rounding still. A shaft that
-    // only now has tissue to rub against was not held.
+    // What was held gives way to the force that was too much; the slip itself is rounding still. A shaft
+    // that only now has tissue to rub against was not held.
     const double sense = may_hold_shaft() && shaft_force_ != 0.0 ? shaft_force_ : slip_;
     shaft_ = sense > 0.0 ? ShaftMode::forward : ShaftMode::backward;
   }

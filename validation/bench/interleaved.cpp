@@ -9,13 +9,13 @@
 
 namespace palpate::bench {
 
-namespace {
-
 double processor_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
+
+namespace {
 
 double seconds_of(const Contender& contender, long times) {
   const double begin = processor_seconds();

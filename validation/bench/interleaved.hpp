@@ -29,6 +29,9 @@ struct TimingPlan {
   std::uint64_t seed = 1;   ///< of the order
 };
 
+/// Of this thread, since some instant [s].
+double processor_seconds();
+
 /// In the order of the contenders.
 std::vector<Timed> time_interleaved(const std::vector<Contender>& contenders, const TimingPlan& plan = {});
 

@@ -287,6 +287,7 @@ std::vector<Case> precision_cases() {
 std::vector<Case> all_benches() {
   std::vector<Case> cases = kernel_cases();
   std::ranges::move(precision_cases(), std::back_inserter(cases));
+  std::ranges::move(needle_cases(), std::back_inserter(cases));
   return cases;
 }
 

@@ -2,9 +2,10 @@
 #pragma once
 /// One implicit stage at theta of the step, for the velocity change D over the step:
 ///   vs = v + theta D,  qs = q + theta h vs,  M D = h f(t + theta h, qs, vs);  v' = v + D, q' = q + h vs.
-/// theta = 1 is implicit Euler, theta = 1/2 the implicit midpoint rule. Newton with the complete
-/// Jacobian, kept while it serves; each linear system by BiCGSTAB, preconditioned with a sparse LDL^T factorisation that
-/// is made once, before the loop, and with what sticks to a tool held in it.
+/// theta = 1 is implicit Euler, theta = 1/2 the implicit midpoint rule. Newton's method with a sparse LDL^T
+/// factorisation that is made once, before the loop, and with what sticks to a tool held in it. While that
+/// serves it stands for the Jacobian; else the complete Jacobian is kept while it serves, and each linear system
+/// solved by BiCGSTAB, which the factors precondition.
 
 #include <memory>
 
