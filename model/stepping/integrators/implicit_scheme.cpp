@@ -16,9 +16,10 @@ constexpr int most_linear_iterations = 100;
 constexpr double close = 1e-2;
 /// A Jacobian is kept, over steps too, while corrections shrink at least by this.
 constexpr double still_good = 0.05;
-/// The factors alone stand for the Jacobian while corrections shrink at least by this: with it an iteration
-/// converges faster, but costs a product or two and a solve more.
+/// The factors alone stand for the Jacobian while corrections shrink at least by this, or so few more are to
+/// come: what it costs to compute the Jacobian and to solve with it.
 constexpr double serves_alone = 0.1;
+constexpr int most_alone = 8;
 }  // namespace
 
 template <class Real>
@@ -34,7 +35,6 @@ void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& stat
   system.jacobian(state.position, stage_v_, th, th * th, a_);
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factors(a_);
   if (factors.info() == Eigen::Success) { factors_.take(factors); }
-  alone_ = factors_.usable();
   elastic_ = a_.diagonal() - system.mass();
   system.learn_response(
       [this](const Vector<Real>& right, Vector<Real>& solution) { precondition(right, solution); });
@@ -69,7 +69,6 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
   Real alpha = 1;
   Real omega = 1;
   const Real enough = static_cast<Real>(close) * r_.norm();
-  at_once_ = false;
   for (int n = 0; n < most_linear_iterations && r_.norm() > enough; ++n) {
     const Real next = shadow_.dot(r_);
     p_ = r_ + (next / rho * (alpha / omega)) * (p_ - omega * v_);
@@ -81,10 +80,7 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
     alpha = rho / shadow_.dot(v_);
     correction_ += alpha * p_hat_;
     r_ -= alpha * v_;
-    if (!(r_.norm() > enough)) {
-      at_once_ = n == 0;
-      break;
-    }
+    if (!(r_.norm() > enough)) { break; }
     precondition(r_, s_hat_);
     system.hold_solution(r_, s_hat_);
     t_.noalias() = a_ * s_hat_;
@@ -113,9 +109,10 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
   const Real dt = static_cast<Real>(h);
   const Real theta = static_cast<Real>(theta_);
   const Real th = theta * dt;
-  const Real tolerance =
-      std::max(static_cast<Real>(tolerance_), 64 * std::numeric_limits<Real>::epsilon());
+  const Real rounding = 64 * std::numeric_limits<Real>::epsilon();
+  const Real tolerance = std::max(static_cast<Real>(tolerance_), rounding);
   Real last = std::numeric_limits<Real>::infinity();
+  alone_ = factors_.usable();
   for (int n = 0; n < most_newton_iterations; ++n) {
     stage_v_ = state.velocity + theta * change_;
     stage_q_ = state.position + th * stage_v_;
@@ -136,17 +133,19 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     // Corrections shrink by a steady rate, no faster than the linear solve is close: what is left after
     // this one is their geometric series. A first correction has the rate of the step before, trusted
     // less each time (Hairer & Wanner).
-    rate_ = std::max(n == 0 ? std::pow(rate_, Real(0.8)) : size / last, static_cast<Real>(close));
-    renew_ = n > 0 && rate_ > still_good;
-    alone_ = alone_ ? n == 0 || rate_ <= serves_alone : factors_.usable() && at_once_;
-    const bool settled = rate_ < Real(1) && size * rate_ <= tolerance * scale * (Real(1) - rate_);
-    const bool stalled = size >= last && size <= Real(1e4) * tolerance * scale;  // at round-off
+    Real& rate = alone_ ? rate_alone_ : rate_;
+    rate = std::max(n == 0 ? std::pow(rate, Real(0.8)) : size / last, static_cast<Real>(close));
+    if (!alone_) { renew_ = n > 0 && rate > still_good; }
+    const Real asked = tolerance * scale * (Real(1) - rate);
+    const bool settled = rate < Real(1) && size * rate <= asked;
+    const bool stalled = size >= last && size <= Real(1e4) * rounding * scale;
     if (settled || stalled || at_rounding) {
       stage_v_ = state.velocity + theta * change_;
       state.position += dt * stage_v_;
       state.velocity += change_;
       return;
     }
+    alone_ = alone_ && (n == 0 || rate <= serves_alone || size * std::pow(rate, Real(most_alone)) <= asked);
     last = size;
   }
   state.velocity.setConstant(std::numeric_limits<Real>::quiet_NaN());  // no solution was found

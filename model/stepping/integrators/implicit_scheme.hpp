@@ -29,13 +29,13 @@ class ImplicitScheme : public Integrator<Real> {
 
   double theta_;
   double tolerance_ = 0.0;  ///< on the change of velocity over a step, relative; 0: rounding
-  Real rate_ = Real(1);     ///< by which corrections shrink
+  Real rate_ = Real(1);     ///< by which corrections shrink with the Jacobian
+  Real rate_alone_ = Real(1);  ///< and with the factors alone
   bool alone_ = false;      ///< the factors stand for the Jacobian
   bool renew_ = true;       ///< a_ is to be computed again
   Real reach_ = Real(0);    ///< theta h that a_ was computed for
   Eigen::SparseMatrix<Real> a_;
   PanelFactors<Real> factors_{};
-  bool at_once_ = false;    ///< the last linear solve took one product
   Vector<Real> elastic_;    ///< diagonal of a_ without the masses
   Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_;
   Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_;
