@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A lattice shared out among threads by layers, to the bits of one thread (model/EQUATIONS.md, "Lattice in
-/// lanes").
+/// A lattice shared out among threads by layers, to the bits of one thread
+/// (model/EQUATIONS.md, "Lattice in lanes").
 
 #include <atomic>
 #include <memory>
