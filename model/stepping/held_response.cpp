@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "model/stepping/held_response.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace palpate {
@@ -72,6 +73,19 @@ double HeldResponse<Real>::along(const Row& row, const Eigen::Ref<const Eigen::V
 }
 
 template <class Real>
+double HeldResponse<Real>::response_at(std::size_t knot, double share,
+                                       const Eigen::Vector3d& n) const noexcept {
+  const auto low = static_cast<Eigen::Index>(3 * knot);
+  const auto at = [&](Eigen::Index row, Eigen::Index column) {
+    return n.dot(gram_.template block<3, 3>(row, column) * n);
+  };
+  const double rest = 1.0 - share;
+  if (share == 0.0) { return at(low, low); }
+  return rest * rest * at(low, low) + rest * share * (at(low, low + 3) + at(low + 3, low)) +
+         share * share * at(low + 3, low + 3);
+}
+
+template <class Real>
 void HeldResponse<Real>::factorise() noexcept {
   const auto count = static_cast<Eigen::Index>(rows_);
   for (Eigen::Index j = 0; j < count; ++j) {
@@ -133,16 +147,19 @@ void HeldResponse<Real>::correct(const Vector<Real>& r, Vector<Real>& x) const n
     mu(i) = (mu(i) - small_.col(i).segment(i + 1, after).dot(mu.tail(after))) / small_(i, i);
   }
   knots_.setZero();
+  std::size_t reached = 0;  // knots that anything is held at: none lies deeper
   for (Eigen::Index i = 0; i < count; ++i) {
     const Row& row = row_[static_cast<std::size_t>(i)];
     on_tool += mu(i) * row.on_tool;
+    reached = std::max(reached, row.first + row.count);
     for (std::size_t n = 0; n < row.count; ++n) {
       knots_.segment<3>(static_cast<Eigen::Index>(3 * (row.first + n))) +=
           mu(i) * coefficients_[row.coefficients + n];
     }
   }
   shares_ = knots_.template cast<Real>();
-  x.noalias() += response_ * shares_;
+  const auto columns = static_cast<Eigen::Index>(3 * reached);
+  x.noalias() += response_.leftCols(columns) * shares_.head(columns);
   if (tool_ >= 0) { x(tool_) += static_cast<Real>(on_tool * tool_response_); }
 }
 

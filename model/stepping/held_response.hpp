@@ -38,6 +38,14 @@ class HeldResponse {
   /// After the last row.
   void factorise() noexcept;
   void correct(const Vector<Real>& r, Vector<Real>& x) const noexcept;
+  /// n.U of two neighbouring knots together under a unit impulse along n, shared between them, nothing held:
+  /// w P^-1 w^T [1/kg].
+  [[nodiscard]] double response_at(std::size_t knot, double share, const Eigen::Vector3d& n) const noexcept;
+  /// W P^-1 W^T of row i, others not held [1/kg].
+  [[nodiscard]] double response_of(std::size_t i) const noexcept {
+    const auto row = static_cast<Eigen::Index>(i);
+    return small_.row(row).head(row + 1).squaredNorm();
+  }
 
  private:
   struct Row {

@@ -40,7 +40,7 @@ Gradient<Real> gradient_of(const SpringLaw& law, const Element& spring,
 
 template <class Real>
 ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h,
-                               bool skip)
+                               bool skip, bool fans)
     : NetworkSystem<Real>(problem, packed_layout(problem), skip) {
   this->set_mass(problem.mass());
   sort_springs(problem, skip);
@@ -53,6 +53,7 @@ ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm&
   springs_.lag = static_cast<Real>(h);
   kernel_ = spring_kernel_for<Real>({.damped = damped_ || !skip, .printed = law_only.any()});
   if (springs_.lagged) { remember_lengths(problem); }
+  if (fans && !law_only.any()) { fans_.take(springs_); }
   this->spread_weight();
 }
 
@@ -128,7 +129,25 @@ Vector<Real> ListNetwork<Real>::initial_position() const {
 template <class Real>
 void ListNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
                                     Vector<Real>& f) noexcept {
-  kernel_(springs_, q.data(), v.data(), f.data());
+  if (fans_.empty()) {
+    kernel_(springs_, q.data(), v.data(), f.data());
+  } else {
+    fans_.add(q.data(), v.data(), f.data());
+  }
+  add_fixed_pairs();
+}
+
+template <class Real>
+double ListNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Real>& v,
+                                          Vector<Real>& f) noexcept {
+  if (fans_.empty()) { return NetworkSystem<Real>::measure_springs(q, v, f); }
+  const double energy = fans_.measure(q.data(), v.data(), f.data());
+  add_fixed_pairs();
+  return energy;
+}
+
+template <class Real>
+void ListNetwork<Real>::add_fixed_pairs() noexcept {
   if (!fixed_pairs_.links.empty()) {
     kernel_(fixed_pairs_, fixed_q_.data(), fixed_v_.data(), fixed_f_.data());
   }
@@ -247,7 +266,8 @@ double ListNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
 template <class Real>
 std::size_t ListNetwork<Real>::spring_bytes() const noexcept {
   return springs_.links.size() * sizeof(Link<Real>) + springs_.anchors.size() * sizeof(Anchor<Real>) +
-         springs_.previous_length.size() * sizeof(Real) + link_slots_.size() * sizeof(link_slots_[0]);
+         springs_.previous_length.size() * sizeof(Real) + link_slots_.size() * sizeof(link_slots_[0]) +
+         fans_.memory_bytes();
 }
 
 template class ListNetwork<double>;

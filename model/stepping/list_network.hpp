@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "model/stepping/network_system.hpp"
-#include "model/stepping/spring_kernels.hpp"
+#include "model/stepping/spring_fans.hpp"
 
 namespace palpate {
 
@@ -15,7 +15,9 @@ template <class Real>
 class ListNetwork final : public NetworkSystem<Real> {
  public:
   /// skip = false computes what the scene does not need, to the same bits.
-  ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip);
+  /// `fans`: physical springs as many at once as a register holds.
+  ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip,
+              bool fans = false);
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
   void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
@@ -25,6 +27,8 @@ class ListNetwork final : public NetworkSystem<Real> {
 
  private:
   void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
+  double measure_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
+  void add_fixed_pairs() noexcept;
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
   [[nodiscard]] std::size_t spring_bytes() const noexcept override;
   static NodeLayout packed_layout(const NetworkProblem& problem);
@@ -34,6 +38,7 @@ class ListNetwork final : public NetworkSystem<Real> {
                  const Eigen::Matrix<Real, 3, 3>& block) const noexcept;
 
   SpringSet<Real> springs_;
+  SpringFans<Real> fans_{};  ///< the same springs, where they are wanted
   SpringKernel<Real> kernel_ = nullptr;
   bool damped_ = true;
   SpringSet<Real> fixed_pairs_;  ///< only without skipping

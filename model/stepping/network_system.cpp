@@ -115,7 +115,8 @@ std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& p
   if (options.lattice) {
     return std::make_unique<LatticeNetwork<Real>>(problem, options.skip, options.threads);
   }
-  return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip);
+  return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip,
+                                             options.fans);
 }
 
 template class NetworkSystem<double>;

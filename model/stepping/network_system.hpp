@@ -50,11 +50,15 @@ class NetworkSystem : public System<Real> {
     Eigen::Index coordinate;
   };
   virtual void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept = 0;
+
+ protected:
   /// add_springs(), and returns their energy [J].
   virtual double measure_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept {
     add_springs(q, v, f);
     return elastic_energy(q);
   }
+
+ private:
   [[nodiscard]] virtual double elastic_energy(const Vector<Real>& q) const noexcept = 0;
   [[nodiscard]] virtual std::size_t spring_bytes() const noexcept = 0;
 
@@ -70,6 +74,7 @@ class NetworkSystem : public System<Real> {
 struct NetworkOptions {
   PrintedForm printed{};
   double h = 0.0;        ///< as in step() [s]
+  bool fans = false;     ///< a list's springs as many at once as a register holds
   bool lattice = false;  ///< in lanes, which lattice_of() the network must allow
   int threads = 1;       ///< that share a lattice
   bool skip = true;

@@ -7,53 +7,93 @@ namespace palpate {
 
 namespace {
 
-constexpr Eigen::Index widest = 16;
+constexpr Eigen::Index widest = 32;
 /// Share of a panel that may be zeros which a column of its own would not store.
 constexpr double padding = 0.25;
 
-}  // namespace
+template <class Real>
+Eigen::Index entries_of(const Eigen::SparseMatrix<Real>& l, Eigen::Index j) {
+  return l.outerIndexPtr()[j + 1] - l.outerIndexPtr()[j];
+}
 
 template <class Real>
-void PanelFactors<Real>::take(const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>& factors) {
-  const Eigen::SparseMatrix<Real>& l = factors.matrixL().nestedExpression();
+const int* rows_of(const Eigen::SparseMatrix<Real>& l, Eigen::Index j) {
+  return l.innerIndexPtr() + l.outerIndexPtr()[j];
+}
+
+}  // namespace
+
+panels::Kernels panel_kernels() noexcept {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) { return panels::avx2_kernels(); }
+#endif
+  return panels::baseline_kernels();
+}
+
+template <class Real>
+panels::Panel PanelFactors<Real>::panel_at(const Lower& l, Eigen::Index first) const {
+  Eigen::Index width = 1;
+  Eigen::Index stored = entries_of(l, first);
+  // The next column joins if it is the parent in the elimination tree: its rows contain these.
+  for (Eigen::Index next = first + 1; next < l.cols() && width < widest; ++next, ++width) {
+    if (entries_of(l, next - 1) == 0 || *rows_of(l, next - 1) != next) { break; }
+    const Eigen::Index entries = stored + entries_of(l, next);
+    const Eigen::Index full = (width + 1) * width / 2 + (width + 1) * entries_of(l, next);
+    if (static_cast<double>(full - entries) > padding * static_cast<double>(full)) { break; }
+    stored = entries;
+  }
+  const Eigen::Index below = entries_of(l, first + width - 1);
+  const Eigen::Index lanes = kernels_.lanes;
+  return {.first = static_cast<int>(first),
+          .width = static_cast<int>(width),
+          .blocks = static_cast<int>((width + below + lanes - 1) / lanes),
+          .below = static_cast<int>(below),
+          .rows = static_cast<long>(rows_.size()),
+          .values = static_cast<long>(values_.size())};
+}
+
+/// The columns as they are, then times the inverse of their unit lower square, then in tiles.
+template <class Real>
+void PanelFactors<Real>::store(const Lower& l, const panels::Panel& panel) {
+  const Eigen::Index last = panel.first + panel.width - 1;
+  const int* begin = rows_of(l, last);
+  const int* end = begin + panel.below;
+  rows_.insert(rows_.end(), begin, end);
+  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(panel.blocks * kernels_.lanes, panel.width);
+  full.topRows(panel.width).diagonal().setOnes();
+  for (Eigen::Index j = panel.first; j <= last; ++j) {
+    for (typename Lower::InnerIterator it(l, j); it; ++it) {
+      const Eigen::Index row = it.row() <= last
+                                   ? it.row() - panel.first
+                                   : panel.width + (std::lower_bound(begin, end, it.row()) - begin);
+      full(row, j - panel.first) = static_cast<double>(it.value());
+    }
+  }
+  const Eigen::MatrixXd inverse = full.topRows(panel.width).triangularView<Eigen::UnitLower>().solve(
+      Eigen::MatrixXd::Identity(panel.width, panel.width));
+  full.bottomRows(full.rows() - panel.width) *= inverse;
+  full.topRows(panel.width) = inverse;
+  for (Eigen::Index tile = 0; tile < panel.width; tile += panels::tile) {
+    const Eigen::Index columns = std::min<Eigen::Index>(panels::tile, panel.width - tile);
+    for (Eigen::Index row = 0; row < full.rows(); row += kernels_.lanes) {
+      const Eigen::MatrixXf block = full.block(row, tile, kernels_.lanes, columns).cast<float>();
+      values_.insert(values_.end(), block.data(), block.data() + block.size());
+    }
+  }
+}
+
+template <class Real>
+void PanelFactors<Real>::take(const Factors& factors) {
+  const Lower& l = factors.matrixL().nestedExpression();
   const Eigen::Index n = l.cols();
-  const auto count = [&](Eigen::Index j) { return Eigen::Index{l.outerIndexPtr()[j + 1] - l.outerIndexPtr()[j]}; };
-  const auto first_row = [&](Eigen::Index j) { return l.innerIndexPtr()[l.outerIndexPtr()[j]]; };
   panels_.clear();
   rows_.clear();
   values_.clear();
-  Eigen::Index most_below = 0;
-  for (Eigen::Index first = 0; first < n;) {
-    Panel panel{first, 1, count(first), rows_.size(), values_.size()};
-    Eigen::Index stored = panel.below;
-    // The next column joins if it is the parent in the elimination tree: its rows contain these.
-    for (Eigen::Index next = first + 1; next < n && panel.width < widest; ++next) {
-      if (count(next - 1) == 0 || first_row(next - 1) != next) { break; }
-      const Eigen::Index entries = stored + count(next);
-      const Eigen::Index width = panel.width + 1;
-      const Eigen::Index full = width * (width - 1) / 2 + width * count(next);
-      if (static_cast<double>(full - entries) > padding * static_cast<double>(full)) { break; }
-      panel.width = width;
-      panel.below = count(next);
-      stored = entries;
-    }
-    const Eigen::Index last = first + panel.width - 1;
-    const int* begin = l.innerIndexPtr() + l.outerIndexPtr()[last];
-    rows_.insert(rows_.end(), begin, begin + panel.below);
-    const Eigen::Index height = panel.width + panel.below;
-    values_.resize(values_.size() + static_cast<std::size_t>(height * panel.width), 0.0F);
-    for (Eigen::Index j = first; j <= last; ++j) {
-      float* column = values_.data() + panel.values + static_cast<std::size_t>((j - first) * height);
-      for (typename Eigen::SparseMatrix<Real>::InnerIterator it(l, j); it; ++it) {
-        const Eigen::Index place =
-            it.row() <= last ? it.row() - first
-                             : panel.width + (std::lower_bound(begin, begin + panel.below, it.row()) - begin);
-        column[place] = static_cast<float>(it.value());
-      }
-    }
-    most_below = std::max(most_below, panel.below);
-    panels_.push_back(panel);
-    first = last + 1;
+  int highest = 0;
+  for (Eigen::Index first = 0; first < n; first += panels_.back().width) {
+    panels_.push_back(panel_at(l, first));
+    store(l, panels_.back());
+    highest = std::max(highest, panels_.back().blocks);
   }
   order_ = factors.permutationP().indices();
   if (order_.size() == 0) { order_.setLinSpaced(n, 0, static_cast<int>(n) - 1); }
@@ -62,54 +102,19 @@ void PanelFactors<Real>::take(const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Re
             Eigen::Map<const Eigen::VectorXf>(values_.data(), static_cast<Eigen::Index>(values_.size()))
                 .allFinite();
   y_.setZero(n);
-  gathered_.setZero(most_below);
-}
-
-template <class Real>
-typename PanelFactors<Real>::Block PanelFactors<Real>::square(const Panel& panel) const noexcept {
-  return {values_.data() + panel.values, panel.width, panel.width,
-          Eigen::OuterStride<>(panel.width + panel.below)};
-}
-
-template <class Real>
-typename PanelFactors<Real>::Block PanelFactors<Real>::lower(const Panel& panel) const noexcept {
-  return {values_.data() + panel.values + panel.width, panel.below, panel.width,
-          Eigen::OuterStride<>(panel.width + panel.below)};
-}
-
-template <class Real>
-void PanelFactors<Real>::forward(const Panel& panel) noexcept {
-  const Block among = square(panel);
-  auto x = y_.segment(panel.first, panel.width);
-  for (Eigen::Index c = 0; c + 1 < panel.width; ++c) {
-    for (Eigen::Index r = c + 1; r < panel.width; ++r) { x(r) -= among(r, c) * x(c); }
-  }
-  if (panel.below == 0) { return; }
-  gathered_.head(panel.below).noalias() = lower(panel) * x;
-  const int* rows = rows_.data() + panel.rows;
-  for (Eigen::Index i = 0; i < panel.below; ++i) { y_(rows[i]) -= gathered_(i); }
-}
-
-template <class Real>
-void PanelFactors<Real>::backward(const Panel& panel) noexcept {
-  const Block among = square(panel);
-  auto x = y_.segment(panel.first, panel.width);
-  if (panel.below > 0) {
-    const int* rows = rows_.data() + panel.rows;
-    for (Eigen::Index i = 0; i < panel.below; ++i) { gathered_(i) = y_(rows[i]); }
-    x.noalias() -= lower(panel).transpose() * gathered_.head(panel.below);
-  }
-  for (Eigen::Index c = panel.width - 1; c >= 0; --c) {
-    for (Eigen::Index r = c + 1; r < panel.width; ++r) { x(c) -= among(r, c) * x(r); }
-  }
+  work_.setZero(highest * kernels_.lanes);
 }
 
 template <class Real>
 void PanelFactors<Real>::solve(const Vector<Real>& right, Vector<Real>& out) noexcept {
   for (Eigen::Index i = 0; i < right.size(); ++i) { y_(order_(i)) = static_cast<float>(right(i)); }
-  for (const Panel& panel : panels_) { forward(panel); }
-  y_.array() *= inverse_pivots_.array();
-  for (std::size_t p = panels_.size(); p-- > 0;) { backward(panels_[p]); }
+  kernels_.solve({.panels = panels_.data(),
+                  .count = static_cast<long>(panels_.size()),
+                  .rows = rows_.data(),
+                  .values = values_.data(),
+                  .inverse_pivots = inverse_pivots_.data(),
+                  .size = static_cast<long>(y_.size())},
+                 y_.data(), work_.data());
   for (Eigen::Index i = 0; i < right.size(); ++i) { out(i) = static_cast<Real>(y_(order_(i))); }
 }
 

@@ -2,50 +2,51 @@
 #pragma once
 /// A sparse L D L^T in dense panels of single precision, for a preconditioner: neighbouring columns with
 /// the same rows are one panel, which is read once and in order. Solving is several times faster than
-/// entry by entry in double, and as close as a preconditioner has to be.
+/// entry by entry in double, and as close as a preconditioner has to be
+/// (model/EQUATIONS.md, "Panels of a factorisation").
 
 #include <vector>
 
 #include <Eigen/SparseCholesky>
 
+#include "model/stepping/panel_view.hpp"
 #include "model/stepping/system.hpp"
 
 namespace palpate {
 
+/// The best kernels that this processor can run.
+panels::Kernels panel_kernels() noexcept;
+
 template <class Real>
 class PanelFactors {
  public:
+  using Factors = Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>;
+  explicit PanelFactors(const panels::Kernels& kernels = panel_kernels()) : kernels_(kernels) {}
   /// A successful factorisation; allocates.
-  void take(const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>& factors);
+  void take(const Factors& factors);
   /// Whether single precision holds the factors.
   [[nodiscard]] bool usable() const { return usable_; }
   /// out = (L D L^T)^-1 right, to about 1e-7 of what the condition makes of it.
   void solve(const Vector<Real>& right, Vector<Real>& out) noexcept;
   [[nodiscard]] std::size_t panel_count() const { return panels_.size(); }
+  /// Read twice by every solve.
+  [[nodiscard]] std::size_t memory_bytes() const { return values_.size() * sizeof(float); }
 
  private:
-  /// Columns [first, first + width) and the rows below them that any of them touches.
-  struct Panel {
-    Eigen::Index first = 0;
-    Eigen::Index width = 0;
-    Eigen::Index below = 0;    ///< how many rows
-    std::size_t rows = 0;      ///< where they begin in rows_
-    std::size_t values = 0;    ///< of a column-major block of width + below rows
-  };
-  using Block = Eigen::Map<const Eigen::MatrixXf, 0, Eigen::OuterStride<>>;
-  [[nodiscard]] Block square(const Panel& panel) const noexcept;
-  [[nodiscard]] Block lower(const Panel& panel) const noexcept;
-  void forward(const Panel& panel) noexcept;
-  void backward(const Panel& panel) noexcept;
+  using Lower = Eigen::SparseMatrix<Real>;
+  /// The panel that begins at a column.
+  [[nodiscard]] panels::Panel panel_at(const Lower& l, Eigen::Index first) const;
+  void store(const Lower& l, const panels::Panel& panel);
 
+  panels::Kernels kernels_;
   bool usable_ = false;
-  std::vector<Panel> panels_;
+  std::vector<panels::Panel> panels_;
   std::vector<int> rows_;
   std::vector<float> values_;
   Eigen::VectorXi order_;  ///< coordinate i is row order_(i) of L
   Eigen::VectorXf inverse_pivots_;
   Eigen::VectorXf y_;
-  Eigen::VectorXf gathered_;
+  Eigen::VectorXf work_;
 };
 
 }  // namespace palpate

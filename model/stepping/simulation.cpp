@@ -100,7 +100,8 @@ class Simulation::CoreOf final : public Simulation::Core {
     if (const auto* network = dynamic_cast<const NetworkProblem*>(problem.get())) {
       auto made = make_network_system<Real>(
           *network,
-          {.printed = printed, .h = plan.h, .lattice = plan.lattice, .threads = plan.threads, .skip = skip});
+          {.printed = printed, .h = plan.h, .fans = plan.integrator->implicit, .lattice = plan.lattice,
+           .threads = plan.threads, .skip = skip});
       network_ = made.get();
       system_ = std::move(made);
       recorder = std::make_unique<Recorder>(scene, *network);
@@ -124,6 +125,7 @@ class Simulation::CoreOf final : public Simulation::Core {
     integrator_ = plan.integrator->template make<Real>();
     integrator_->set_tolerance(scene.simulation.solver_tolerance);
     integrator_->prepare(stepped(), state_, update_length_);
+    if (contact_ != nullptr) { measure_tool(); }  // the first tick finds code and memory at hand
   }
 
   StepStatus tick() noexcept override {

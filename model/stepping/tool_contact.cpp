@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Geometry>
 
@@ -34,7 +35,9 @@ ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem
       stride_(layout.stride),
       coupling_(coupling_of(scene, drive_)),
       start_place_(drive_.from),
-      n_(path_.direction()) {
+      n_(path_.direction()),
+      tolerance_(std::max(scene.simulation.solver_tolerance,
+                          64.0 * static_cast<double>(std::numeric_limits<Real>::epsilon()))) {
   if (drive_.kind != Drive::Kind::trajectory) {
     tool_ = layout.size;
     mass_ = mass_of(scene);
@@ -357,8 +360,9 @@ void ToolContact<Real>::begin_holding() noexcept {
     for (std::size_t n = 0; n < count; ++n) { row[n] = -tip_share(at_.knot + n) * n_; }
   }
   if (contact_.shaft_held) {
-    const auto row = held_.add_row(0, knots_.size(), own);
-    for (std::size_t k = 0; k < knots_.size(); ++k) { row[k] = -shaft_share_[k] * n_; }
+    const std::size_t count = std::min(at_.knot + 2, knots_.size());  // no friction beyond the tip
+    const auto row = held_.add_row(0, count, own);
+    for (std::size_t k = 0; k < count; ++k) { row[k] = -shaft_share_[k] * n_; }
   }
   for (std::size_t k = 0; k < knots_.size(); ++k) {
     if (!is_locked(knots_[k])) { continue; }

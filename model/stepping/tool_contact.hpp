@@ -127,8 +127,16 @@ class ToolContact {
   void match_positions(State<Real>& state) noexcept;
   void change_tip(double t) noexcept;
   void leave(double t) noexcept;
-  bool revise_tip(double rate) noexcept;
-  bool revise_shaft(double slip) noexcept;
+  /// What a step's solution may be off the laws of tip and shaft without breaking them.
+  struct Slack {
+    double velocity = 0.0;  ///< [m/s]
+    double tip = 0.0;       ///< [N]
+    double shaft = 0.0;     ///< [N]
+  };
+  [[nodiscard]] Slack slack() const noexcept;
+  void foresee_cutting() noexcept;
+  bool revise_tip(double rate, const Slack& slack) noexcept;
+  bool revise_shaft(double slip, const Slack& slack) noexcept;
   void change_shaft() noexcept;
   void turn_shaft(double h) noexcept;
   [[nodiscard]] double slip_now() const noexcept;
@@ -181,7 +189,13 @@ class ToolContact {
   std::size_t deepest_ = 0;   ///< interval that was entered last
   bool entered_ = false;      ///< any interval at all
 
+  double tolerance_ = 0.0;    ///< of the solver, relative
   double step_begin_ = 0.0;
+  double step_length_ = 0.0;
+  double step_tip_force_ = 0.0;    ///< T over the last implicit step [N]
+  double step_tip_change_ = 0.0;   ///< and what it grew by since the one before, if the tip stuck in both
+  double stopped_ = 0.0;           ///< velocity against the tissue that a tip had that begins to stick [m/s]
+  bool stuck_before_ = false;
   double place_begin_ = 0.0;
   double handle_place_ = 0.0;
   double handle_velocity_ = 0.0;

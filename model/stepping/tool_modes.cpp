@@ -56,6 +56,7 @@ void ToolContact<Real>::begin(const State<Real>& state) noexcept {
 template <class Real>
 bool ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool predict) noexcept {
   step_begin_ = t;
+  step_length_ = h;
   predict_ = predict;
   depth_begin_ = depth_;
   first_evaluation_ = true;
@@ -64,8 +65,20 @@ bool ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool 
     gather(state.position, state.velocity);
     weigh();
     lag_ = Eigen::Vector2d(velocity_ - velocity_at(at_), slip_now()) / h;
+    foresee_cutting();
   }
   return changed;
+}
+
+/// A tip that stuck goes on pushing by as much more as in the last step; one that begins to stick has to
+/// bring the tissue to its own velocity, whose response to that is known. Where that is more than F_c the step
+/// is begun cutting, so that it need not be solved twice; revise() has the last word.
+template <class Real>
+void ToolContact<Real>::foresee_cutting() noexcept {
+  if (tip_ != TipMode::stuck || !held_.learned() || !(contact_.tip_tip > 0.0)) { return; }
+  const double response = held_.response_at(at_.knot, at_.share, n_) + tool_mobility();
+  const double more = stuck_before_ ? step_tip_change_ : stopped_ / (step_length_ * response);
+  if (step_tip_force_ + more > cutting_force()) { tip_ = TipMode::cutting; }
 }
 
 template <class Real>
@@ -104,26 +117,45 @@ bool ToolContact<Real>::revise(const State<Real>& state) noexcept {
   if (!in_tissue()) { return false; }
   gather(state.position, state.velocity);
   if (is_coordinate()) { velocity_ = static_cast<double>(state.velocity(tool_)); }
-  const bool tip = revise_tip(velocity_ - velocity_at(at_));
-  const bool shaft = revise_shaft(slip_now());
+  const Slack allowed = slack();
+  const bool tip = revise_tip(velocity_ - velocity_at(at_), allowed);
+  const bool shaft = revise_shaft(slip_now(), allowed);
   first_evaluation_ = true;
   return tip || shaft;
 }
 
+/// The solver's tolerance on velocities and the rounding of places, and the forces over a step that change
+/// what is held by as much. A law that is broken by less is the solver's doing: solving again finds it broken
+/// the other way. What is left of it is settled when the step ends.
+template <class Real>
+typename ToolContact<Real>::Slack ToolContact<Real>::slack() const noexcept {
+  constexpr double roundings = 8.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+  double fastest = std::abs(velocity_);
+  for (const Knot& knot : knots_) { fastest = std::max(fastest, std::abs(knot.velocity)); }
+  const double velocity =
+      tolerance_ * fastest + roundings * std::max(std::abs(place_), knots_.back().depth) / step_length_;
+  Slack allowed{.velocity = velocity};
+  const auto force = [&](std::size_t row) { return velocity / (step_length_ * held_.response_of(row)); };
+  if (contact_.tip_held) { allowed.tip = force(0); }
+  if (contact_.shaft_held) { allowed.shaft = force(contact_.tip_held ? 1 : 0); }
+  return allowed;
+}
+
 /// `rate`: of the tip against the tissue when the step ended [m/s].
 template <class Real>
-bool ToolContact<Real>::revise_tip(double rate) noexcept {
+bool ToolContact<Real>::revise_tip(double rate, const Slack& slack) noexcept {
   const TipMode before = tip_;
   switch (tip_) {
     case TipMode::outside: break;
     case TipMode::stuck:
       if (!contact_.tip_held) { break; }
-      if (tip_force_ > cutting_force()) { tip_ = TipMode::cutting; }
-      if (tip_force_ < 0.0) { tip_ = TipMode::in_track; }
+      if (tip_force_ > cutting_force() + slack.tip) { tip_ = TipMode::cutting; }
+      if (tip_force_ < -slack.tip) { tip_ = TipMode::in_track; }
       break;
     case TipMode::cutting:
     case TipMode::in_track:
-      if (tip_ == TipMode::cutting ? rate < 0.0 : rate > 0.0 && depth_begin_ >= cut_) {
+      if (tip_ == TipMode::cutting ? rate < -slack.velocity
+                                   : rate > slack.velocity && depth_begin_ >= cut_) {
         tip_ = contact_.tip_tip > 0.0 ? TipMode::stuck : tip_;
       }
       break;
@@ -132,14 +164,14 @@ bool ToolContact<Real>::revise_tip(double rate) noexcept {
 }
 
 template <class Real>
-bool ToolContact<Real>::revise_shaft(double slip) noexcept {
+bool ToolContact<Real>::revise_shaft(double slip, const Slack& slack) noexcept {
   if (!may_hold_shaft()) { return false; }
   const ShaftMode before = shaft_;
   if (shaft_ == ShaftMode::stick) {
-    if (contact_.shaft_held && std::abs(shaft_force_) > limit_) {
+    if (contact_.shaft_held && std::abs(shaft_force_) > limit_ + slack.shaft) {
       shaft_ = shaft_force_ > 0.0 ? ShaftMode::forward : ShaftMode::backward;
     }
-  } else if (shaft_ == ShaftMode::forward ? slip < 0.0 : slip > 0.0) {
+  } else if (shaft_ == ShaftMode::forward ? slip < -slack.velocity : slip > slack.velocity) {
     shaft_ = ShaftMode::stick;
   }
   return shaft_ != before;
@@ -171,6 +203,10 @@ template <class Real>
 void ToolContact<Real>::end_step(double t, State<Real>& state) noexcept {
   gather(state.position, state.velocity);
   lag_.setZero();
+  const bool stuck = tip_ == TipMode::stuck;
+  step_tip_change_ = stuck && stuck_before_ ? tip_force_ - step_tip_force_ : 0.0;
+  step_tip_force_ = tip_force_;
+  stuck_before_ = stuck;
   if (predict_) {  // where revising found no answer, the law has the last word
     predict_ = false;
     if (contact_.tip_held) { take_tip(tip_force_); }
@@ -213,6 +249,7 @@ void ToolContact<Real>::end_step(double t, State<Real>& state) noexcept {
   change_shaft();
   contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
   contact_.shaft_held = shaft_ == ShaftMode::stick && may_hold_shaft();
+  stopped_ = tip_ == TipMode::stuck ? velocity_ - velocity_at(at_) : 0.0;
   if (in_tissue()) {
     match_positions(state);
     match_velocities(state);
@@ -308,8 +345,9 @@ void ToolContact<Real>::change_shaft() noexcept {
   if (turned) {
     shaft_ = ShaftMode::stick;
   } else if (shaft_ == ShaftMode::stick && !contact_.shaft_held) {
-    // What was held gives way to the force that was too much; the slip itself is rounding still.
-    const double sense = may_hold_shaft() ? shaft_force_ : slip_;
+    // What was held gives way to the force that was too much; the slip itself is rounding still. A shaft
+    // that only now has tissue to rub against was not held.
+    const double sense = may_hold_shaft() && shaft_force_ != 0.0 ? shaft_force_ : slip_;
     shaft_ = sense > 0.0 ? ShaftMode::forward : ShaftMode::backward;
   }
 }

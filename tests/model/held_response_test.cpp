@@ -80,6 +80,29 @@ TEST("a corrected solution is that of the saddle system") {
   CHECK_NEAR(x, VectorXd(exact.head(10)), 1e-12);
 }
 
+TEST("the response of a row, and of a place between two knots, is that of the matrix") {
+  const Setting s = setting();
+  HeldResponse<double> response;
+  const Eigen::PartialPivLU<Square> factors(s.p);
+  response.learn({{0, 1.0, 1.0}, {3, 1.0, 1.0}}, {0, 1, 2}, -1, 1.0, 10,
+                 [&](const VectorXd& right, VectorXd& x) { x = factors.solve(right); });
+  const Eigen::Vector3d along(0.0, 0.6, 0.8);
+  VectorXd w = VectorXd::Zero(10);
+  w.segment<3>(0) = 0.3 * along;
+  w.segment<3>(3) = 0.7 * along;
+  const double expected = w.dot(VectorXd(factors.solve(w)));
+  CHECK_NEAR(response.response_at(0, 0.7, along), expected, 1e-12);
+  CHECK_NEAR(response.response_at(1, 0.0, along),
+             along.dot(factors.inverse().block<3, 3>(3, 3) * along), 1e-12);
+  response.clear();
+  response.add_row(1, 1, 0.0)[0] = Eigen::Vector3d::UnitX();
+  const auto row = response.add_row(0, 2, 0.0);
+  row[0] = 0.3 * along;
+  row[1] = 0.7 * along;
+  response.factorise();
+  CHECK_NEAR(response.response_of(1), expected, 1e-12);
+}
+
 TEST("nothing held changes nothing") {
   const Setting s = setting();
   HeldResponse<double> response;

@@ -144,4 +144,15 @@ TEST("a solver that is asked for less leaves as little more as it is asked for")
   CHECK(std::ranges::any_of(all, [&](const Sample& s) { return s.place != less[static_cast<std::size_t>(&s - all.data())].place; }));
 }
 
+TEST("a tolerance of a hundredth leaves the force of every tick within 1 % of its peak") {
+  Scene scene = stiff_scene(1e-3);
+  const auto force = [](const Sample& s) { return s.cutting + s.friction + s.stiffness; };
+  const std::vector<Sample> all = run(scene);
+  scene.simulation.solver_tolerance = 1e-2;
+  const std::vector<Sample> less = run(scene);
+  const double peak = force(*std::ranges::max_element(all, {}, force));
+  CHECK(peak > 1.0);
+  for (std::size_t n = 0; n < all.size(); ++n) { CHECK_NEAR(force(less[n]), force(all[n]), 0.01 * peak); }
+}
+
 }  // namespace

@@ -198,6 +198,7 @@ std::vector<Case> all_benches() {
   std::vector<Case> cases = kernel_cases();
   std::ranges::move(thread_cases(), std::back_inserter(cases));
   std::ranges::move(precision_cases(), std::back_inserter(cases));
+  std::ranges::move(needle_cases(), std::back_inserter(cases));
   return cases;
 }
 

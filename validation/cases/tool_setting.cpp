@@ -56,6 +56,21 @@ Scene seven_soft_layers(double spacing, int across) {
   return scene;
 }
 
+Scene seven_published_layers(int across) {
+  Scene scene = seven_soft_layers(0.005, across);
+  scene.materials = {tissue_of("skin", 755e3, 3.68, 91.0),
+                     tissue_of("fat", 9.1e3, 0.2, 20.0),
+                     tissue_of("supraspinous", 8e6, 2.65, 320.0),
+                     tissue_of("interspinous", 10e6, 4.56, 74.0),
+                     tissue_of("flavum", 15e6, 7.40, 354.0),
+                     tissue_of("epidural", 2.4e3, 0.0, 0.0, TissueRole::epidural_space),
+                     tissue_of("dura", 12.2e6, 2.0, 0.0, TissueRole::dura)};
+  scene.tissue.layers[3].thickness = 0.0261;
+  scene.tissue.layers[5].thickness = 0.006;
+  scene.tissue.layers[6].thickness = 0.0007;
+  return scene;
+}
+
 Scene chain_scene(const Chain& chain) {
   Scene scene;
   scene.tissue.source = Source::network;

@@ -14,6 +14,10 @@ namespace palpate::tools {
 /// hundredth of those of ligament, forces likewise, so that strains stay as they are. 24 mm deep.
 Scene seven_soft_layers(double spacing = 0.004, int across = 4);
 
+/// The recipe of body-mass index 22, moduli of ligament in full (finite-element ligament tables); 46 mm deep,
+/// nodes 5 mm apart.
+Scene seven_published_layers(int across);
+
 /// Ten equal springs along z whose layers are those of `Scene::tissue.layers`; the last node fixed.
 struct Chain {
   int springs = 10;

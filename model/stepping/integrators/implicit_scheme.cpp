@@ -16,6 +16,10 @@ constexpr int most_linear_iterations = 100;
 constexpr double close = 1e-2;
 /// A Jacobian is kept, over steps too, while corrections shrink at least by this.
 constexpr double still_good = 0.05;
+/// The factors alone stand for the Jacobian while corrections shrink at least by this, or so few more are to
+/// come: what it costs to compute the Jacobian and to solve with it.
+constexpr double serves_alone = 0.1;
+constexpr int most_alone = 8;
 }  // namespace
 
 template <class Real>
@@ -31,6 +35,7 @@ void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& stat
   system.jacobian(state.position, stage_v_, th, th * th, a_);
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factors(a_);
   if (factors.info() == Eigen::Success) { factors_.take(factors); }
+  elastic_ = a_.diagonal() - system.mass();
   system.learn_response(
       [this](const Vector<Real>& right, Vector<Real>& solution) { precondition(right, solution); });
 }
@@ -50,6 +55,13 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
   const Real size = right.template lpNorm<Eigen::Infinity>();
   if (size == Real(0)) { return; }
   r_ = right / size;  // of size one, so that no square leaves the range of the numbers
+  system.begin_holding();
+  if (alone_) {
+    precondition(r_, correction_);
+    system.hold_solution(r_, correction_);
+    correction_ *= size;
+    return;
+  }
   shadow_ = r_;
   p_.setZero();
   v_.setZero();
@@ -57,7 +69,6 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
   Real alpha = 1;
   Real omega = 1;
   const Real enough = static_cast<Real>(close) * r_.norm();
-  system.begin_holding();
   for (int n = 0; n < most_linear_iterations && r_.norm() > enough; ++n) {
     const Real next = shadow_.dot(r_);
     p_ = r_ + (next / rho * (alpha / omega)) * (p_ - omega * v_);
@@ -84,12 +95,12 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
 /// Positions are stored to a rounding, which moves the residual by h K times it; below that Newton's
 /// method has nothing left to find. (theta h)^2 K_ii <= A_ii - M_ii where all is stretched.
 template <class Real>
-bool ImplicitScheme<Real>::residual_is_rounding(const Vector<Real>& mass, Real h) const noexcept {
+bool ImplicitScheme<Real>::residual_is_rounding(Real h) const noexcept {
   constexpr Real roundings = 8 * std::numeric_limits<Real>::epsilon();
   const Real theta = static_cast<Real>(theta_);
   const Real reach = roundings * stage_q_.template lpNorm<Eigen::Infinity>() / (theta * theta * h);
   // Compressed springs push sideways: their part of the diagonal may be negative.
-  return (residual_.array().abs() <= reach * (a_.diagonal() - mass).array().abs()).all();
+  return (residual_.array().abs() <= reach * elastic_.array().abs()).all();
 }
 
 template <class Real>
@@ -98,20 +109,22 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
   const Real dt = static_cast<Real>(h);
   const Real theta = static_cast<Real>(theta_);
   const Real th = theta * dt;
-  const Real tolerance =
-      std::max(static_cast<Real>(tolerance_), 64 * std::numeric_limits<Real>::epsilon());
+  const Real rounding = 64 * std::numeric_limits<Real>::epsilon();
+  const Real tolerance = std::max(static_cast<Real>(tolerance_), rounding);
   Real last = std::numeric_limits<Real>::infinity();
+  alone_ = factors_.usable();
   for (int n = 0; n < most_newton_iterations; ++n) {
     stage_v_ = state.velocity + theta * change_;
     stage_q_ = state.position + th * stage_v_;
     system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
     residual_ = dt * force_ - system.mass().cwiseProduct(change_);
     if (!residual_.allFinite()) { break; }  // the norms below may pass over a NaN
-    if (renew_ || reach_ != th) {
+    if (!alone_ && (renew_ || reach_ != th)) {
       system.jacobian(stage_q_, stage_v_, th, th * th, a_);
+      elastic_ = a_.diagonal() - system.mass();
       reach_ = th;
     }
-    const bool at_rounding = residual_is_rounding(system.mass(), dt);
+    const bool at_rounding = residual_is_rounding(dt);
     solve(system, residual_);
     change_ += correction_;
     const Real size = correction_.template lpNorm<Eigen::Infinity>();
@@ -120,16 +133,19 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     // Corrections shrink by a steady rate, no faster than the linear solve is close: what is left after
     // this one is their geometric series. A first correction has the rate of the step before, trusted
     // less each time (Hairer & Wanner).
-    rate_ = std::max(n == 0 ? std::pow(rate_, Real(0.8)) : size / last, static_cast<Real>(close));
-    renew_ = n > 0 && rate_ > still_good;
-    const bool settled = rate_ < Real(1) && size * rate_ <= tolerance * scale * (Real(1) - rate_);
-    const bool stalled = size >= last && size <= Real(1e4) * tolerance * scale;  // at round-off
+    Real& rate = alone_ ? rate_alone_ : rate_;
+    rate = std::max(n == 0 ? std::pow(rate, Real(0.8)) : size / last, static_cast<Real>(close));
+    if (!alone_) { renew_ = n > 0 && rate > still_good; }
+    const Real asked = tolerance * scale * (Real(1) - rate);
+    const bool settled = rate < Real(1) && size * rate <= asked;
+    const bool stalled = size >= last && size <= Real(1e4) * rounding * scale;
     if (settled || stalled || at_rounding) {
       stage_v_ = state.velocity + theta * change_;
       state.position += dt * stage_v_;
       state.velocity += change_;
       return;
     }
+    alone_ = alone_ && (n == 0 || rate <= serves_alone || size * std::pow(rate, Real(most_alone)) <= asked);
     last = size;
   }
   state.velocity.setConstant(std::numeric_limits<Real>::quiet_NaN());  // no solution was found

@@ -2,9 +2,10 @@
 #pragma once
 /// One implicit stage at theta of the step, for the velocity change D over the step:
 ///   vs = v + theta D,  qs = q + theta h vs,  M D = h f(t + theta h, qs, vs);  v' = v + D, q' = q + h vs.
-/// theta = 1 is implicit Euler, theta = 1/2 the implicit midpoint rule. Newton with the complete
-/// Jacobian, kept while it serves; each linear system by BiCGSTAB, preconditioned with a sparse LDL^T factorisation that
-/// is made once, before the loop, and with what sticks to a tool held in it.
+/// theta = 1 is implicit Euler, theta = 1/2 the implicit midpoint rule. Newton's method with a sparse LDL^T
+/// factorisation that is made once, before the loop, and with what sticks to a tool held in it. While that
+/// serves it stands for the Jacobian; else the complete Jacobian is kept while it serves, and each linear system
+/// solved by BiCGSTAB, which the factors precondition.
 
 #include <memory>
 
@@ -24,15 +25,18 @@ class ImplicitScheme : public Integrator<Real> {
  private:
   void precondition(const Vector<Real>& r, Vector<Real>& out) noexcept;
   void solve(System<Real>& system, const Vector<Real>& right) noexcept;  ///< correction_ = A^-1 right
-  [[nodiscard]] bool residual_is_rounding(const Vector<Real>& mass, Real h) const noexcept;
+  [[nodiscard]] bool residual_is_rounding(Real h) const noexcept;
 
   double theta_;
   double tolerance_ = 0.0;  ///< on the change of velocity over a step, relative; 0: rounding
-  Real rate_ = Real(1);     ///< by which corrections shrink
+  Real rate_ = Real(1);     ///< by which corrections shrink with the Jacobian
+  Real rate_alone_ = Real(1);  ///< and with the factors alone
+  bool alone_ = false;      ///< the factors stand for the Jacobian
   bool renew_ = true;       ///< a_ is to be computed again
   Real reach_ = Real(0);    ///< theta h that a_ was computed for
   Eigen::SparseMatrix<Real> a_;
   PanelFactors<Real> factors_{};
+  Vector<Real> elastic_;    ///< diagonal of a_ without the masses
   Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_;
   Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_;
 };

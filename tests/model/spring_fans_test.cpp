@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/spring_fans.hpp"
+
+#include <limits>
+#include <random>
+
+#include "model/stepping/system.hpp"
+#include "tests/check.hpp"
+
+using namespace palpate;
+
+namespace {
+
+constexpr int node_count = 17;
+
+/// Every third pair of nodes is joined, in either direction, and most nodes to one or two fixed places.
+template <class Real>
+SpringSet<Real> some_springs() {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(0.5, 2.0);
+  const auto number = [&] { return static_cast<Real>(any(random)); };
+  SpringSet<Real> springs;
+  for (int a = 0; a < node_count; ++a) {
+    for (int b = 0; b < node_count; ++b) {
+      if (a == b || (a + 2 * b) % 3 != 0) { continue; }
+      springs.links.push_back({3 * a, 3 * b, number(), number(), number()});
+    }
+    for (int n = 0; n < a % 3; ++n) {
+      springs.anchors.push_back({3 * a, number(), number(), number(), {number(), -number(), number()}});
+    }
+  }
+  return springs;
+}
+
+template <class Real>
+struct Motion {
+  Vector<Real> q = Vector<Real>::Random(3 * node_count);
+  Vector<Real> v = Vector<Real>::Random(3 * node_count);
+};
+
+template <class Real>
+Vector<Real> plain_forces(SpringSet<Real>& springs, const Motion<Real>& motion) {
+  Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
+  spring_kernel_for<Real>({.damped = true})(springs, motion.q.data(), motion.v.data(), f.data());
+  return f;
+}
+
+template <class Real>
+void compare(const fans::Kernels<Real>& kernels) {
+  SpringSet<Real> springs = some_springs<Real>();
+  const Motion<Real> motion;
+  SpringFans<Real> fans(kernels);
+  fans.take(springs);
+  Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
+  Vector<Real> measured = f;
+  fans.add(motion.q.data(), motion.v.data(), f.data());
+  // Some twenty springs pull at a node, each rounded a few times, with forces of up to ten.
+  const double rounding = 100.0 * 20.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+  const Eigen::VectorXd plain = plain_forces(springs, motion).template cast<double>();
+  CHECK_NEAR(Eigen::VectorXd(f.template cast<double>()), plain, rounding);
+  const double energy = fans.measure(motion.q.data(), motion.v.data(), measured.data());
+  CHECK(measured == f);
+  double expected = 0.0;
+  const Eigen::VectorXd q = motion.q.template cast<double>();
+  const auto place = [&](int at) { return q.segment<3>(at); };
+  const auto add = [&](const auto& s, double length) {
+    const double extension = length - static_cast<double>(s.rest_length);
+    expected += 0.5 * static_cast<double>(s.stiffness) * extension * extension;
+  };
+  for (const Link<Real>& s : springs.links) { add(s, (place(s.b) - place(s.a)).norm()); }
+  for (const Anchor<Real>& s : springs.anchors) {
+    const Eigen::Map<const Eigen::Matrix<Real, 3, 1>> far(s.place);
+    add(s, (far.template cast<double>() - place(s.a)).norm());
+  }
+  CHECK_NEAR(energy / expected, 1.0, rounding);
+}
+
+}  // namespace
+
+TEST("springs in fans pull as they do one by one, and store the same energy") {
+  compare(fan_kernels<double>());
+  compare(fan_kernels<float>());
+  compare(fans::baseline_kernels<double>());
+  compare(fans::baseline_kernels<float>());
+}
+
+TEST("a spring without length exerts no force, and a force that is not finite is not hidden") {
+  SpringSet<double> springs;
+  springs.links.push_back({0, 3, 1.0, 1.0, 0.5});
+  SpringFans<double> fans;
+  fans.take(springs);
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(6);
+  const Eigen::VectorXd v = Eigen::VectorXd::Ones(6);
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(6);
+  fans.add(q.data(), v.data(), f.data());
+  CHECK(f == Eigen::VectorXd::Zero(6));
+  q(0) = std::numeric_limits<double>::quiet_NaN();
+  fans.add(q.data(), v.data(), f.data());
+  CHECK(!f.allFinite());
+}
