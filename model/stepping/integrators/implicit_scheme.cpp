@@ -36,6 +36,7 @@ void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& stat
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factors(a_);
   if (factors.info() == Eigen::Success) { factors_.take(factors); }
   elastic_ = a_.diagonal() - system.mass();
+  factor_reach_ = elastic_reach_ = th;
   system.learn_response(
       [this](const Vector<Real>& right, Vector<Real>& solution) { precondition(right, solution); });
 }
@@ -93,12 +94,12 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
 }
 
 /// Positions are stored to a rounding, which moves the residual by h K times it; below that Newton's
-/// method has nothing left to find. (theta h)^2 K_ii <= A_ii - M_ii where all is stretched.
+/// method has nothing left to find. (theta h)^2 K_ii <= A_ii - M_ii where all is stretched, for the h of that A.
 template <class Real>
 bool ImplicitScheme<Real>::residual_is_rounding(Real h) const noexcept {
   constexpr Real roundings = 8 * std::numeric_limits<Real>::epsilon();
-  const Real theta = static_cast<Real>(theta_);
-  const Real reach = roundings * stage_q_.template lpNorm<Eigen::Infinity>() / (theta * theta * h);
+  const Real reach =
+      roundings * stage_q_.template lpNorm<Eigen::Infinity>() * h / (elastic_reach_ * elastic_reach_);
   // Compressed springs push sideways: their part of the diagonal may be negative.
   return (residual_.array().abs() <= reach * elastic_.array().abs()).all();
 }
@@ -112,7 +113,7 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
   const Real rounding = 64 * std::numeric_limits<Real>::epsilon();
   const Real tolerance = std::max(static_cast<Real>(tolerance_), rounding);
   Real last = std::numeric_limits<Real>::infinity();
-  alone_ = factors_.usable();
+  alone_ = factors_.usable() && th == factor_reach_;
   for (int n = 0; n < most_newton_iterations; ++n) {
     stage_v_ = state.velocity + theta * change_;
     stage_q_ = state.position + th * stage_v_;
@@ -122,7 +123,7 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     if (!alone_ && (renew_ || reach_ != th)) {
       system.jacobian(stage_q_, stage_v_, th, th * th, a_);
       elastic_ = a_.diagonal() - system.mass();
-      reach_ = th;
+      reach_ = elastic_reach_ = th;
     }
     const bool at_rounding = residual_is_rounding(dt);
     solve(system, residual_);

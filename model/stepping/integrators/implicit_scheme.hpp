@@ -36,7 +36,9 @@ class ImplicitScheme : public Integrator<Real> {
   Real reach_ = Real(0);    ///< theta h that a_ was computed for
   Eigen::SparseMatrix<Real> a_;
   PanelFactors<Real> factors_{};
-  Vector<Real> elastic_;    ///< diagonal of a_ without the masses
+  Real factor_reach_ = Real(0);  ///< theta h of the factors, which serve steps of that length alone
+  Vector<Real> elastic_;    ///< diagonal of the Jacobian without the masses
+  Real elastic_reach_ = Real(0);  ///< theta h of that
   Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_;
   Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_;
 };
