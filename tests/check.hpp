@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-// Smallest test vocabulary that says what we need. One executable per file:
+// Smallest test vocabulary that says what we need:
 //   TEST("a spring at rest exerts no force") { CHECK_NEAR(force.norm(), 0.0, 1e-15); }
-// Run all cases, or only those whose name contains the first argument.
+// An executable runs all its cases, those of one file (--file tests/model/load_test.cpp), or those whose name
+// contains an argument.
 
 #include <cmath>
 #include <cstdio>
@@ -16,14 +17,15 @@ namespace check {
 struct Case {
   std::string_view name;
   void (*body)();
+  std::string_view file;
 };
 
 inline std::vector<Case> cases;
 inline int checks = 0, failures = 0;
 inline double worst_margin = 0.0;  // largest error / tolerance seen so far
 
-inline bool add(std::string_view name, void (*body)()) {
-  cases.push_back({name, body});
+inline bool add(std::string_view name, void (*body)(), std::string_view file) {
+  cases.push_back({name, body, file});
   return true;
 }
 
@@ -54,9 +56,10 @@ void near(const A& actual, const B& expected, double tolerance, const char* text
               error / tolerance);
 }
 
-inline int run(std::string_view filter) {
+/// File and name: the end of the one and a part of the other.
+inline int run(std::string_view file, std::string_view name) {
   for (const Case& test : cases) {
-    if (test.name.find(filter) == std::string_view::npos) { continue; }
+    if (!test.file.ends_with(file) || test.name.find(name) == std::string_view::npos) { continue; }
     const int before = failures;
     try {
       test.body();
@@ -73,9 +76,10 @@ inline int run(std::string_view filter) {
 
 #define CHECK_JOIN_(a, b) a##b
 #define CHECK_JOIN(a, b) CHECK_JOIN_(a, b)
-#define TEST(name)                                                                                \
-  static void CHECK_JOIN(test_, __LINE__)();                                                      \
-  static const bool CHECK_JOIN(added_, __LINE__) = check::add(name, CHECK_JOIN(test_, __LINE__)); \
+#define TEST(name)                                               \
+  static void CHECK_JOIN(test_, __LINE__)();                     \
+  static const bool CHECK_JOIN(added_, __LINE__) =               \
+      check::add(name, CHECK_JOIN(test_, __LINE__), __FILE__);   \
   static void CHECK_JOIN(test_, __LINE__)()
 #define CHECK(condition)                                               \
   do {                                                                 \
@@ -95,5 +99,3 @@ inline int run(std::string_view filter) {
         check::fail(__FILE__, __LINE__, e.what());                                    \
     }                                                                                 \
   } while (false)
-
-int main(int argc, char** argv) { return check::run(argc > 1 ? argv[1] : ""); }
