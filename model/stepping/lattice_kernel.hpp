@@ -174,7 +174,7 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
   using Vector = RowVector<task, Real, Arch>;
   constexpr long lanes = Vector::lanes;
   const long row_length = view.vectors * lanes;
-  const long slot_length = row_length * view.numbers;
+  const long slot_length = lanes * view.numbers;
   const Layer<Real> all{fields.q, fields.v, fields.f, view.stride};
   double sum = 0.0;
   for (int row2 = slab.begin; row2 < slab.end; ++row2) {
@@ -190,7 +190,7 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
         // The piece's last node is beside the next piece's first: the same vector, one lane on.
         const long right = i + 1 < view.vectors ? (i + 1) * lanes : 1;
         const long left = i > 0 ? (i - 1) * lanes : (view.vectors - 1) * lanes - 1;
-        const Real* constants = table + i * lanes * view.numbers;
+        const Real* constants = table + i * slots * slot_length;
         Vector vector(own, i * lanes);
         if (near.own) { vector.join(own, right, constants, view.rest[0]); }
         for (int n = 0; n < near.count; ++n) {

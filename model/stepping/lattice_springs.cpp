@@ -109,14 +109,14 @@ void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip)
   damped_ = !skip || std::ranges::any_of(springs, [](const Spring& s) { return s.viscosity != 0.0; });
   const auto numbers = static_cast<std::size_t>(damped_ ? 2 : 1);
   const auto lanes = static_cast<std::size_t>(lanes_);
-  const std::size_t slot_length = static_cast<std::size_t>(vectors_) * numbers * lanes;
+  const std::size_t slot_length = numbers * lanes;
   std::vector<std::uint32_t> begins;
   const std::vector<std::uint32_t> order = by_row(springs, begins);
   const auto before = [](const std::vector<Real>& a, const std::vector<Real>& b) {
     return std::memcmp(a.data(), b.data(), a.size() * sizeof(Real)) < 0;  // NaN is equal to no number
   };
   std::map<std::vector<Real>, long, decltype(before)> known(before);
-  std::vector<Real> row(lattice::slots * slot_length);
+  std::vector<Real> row(static_cast<std::size_t>(vectors_) * lattice::slots * slot_length);
   for (std::size_t n = 0; n + 1 < begins.size(); ++n) {
     std::ranges::fill(row, Real(0));
     for (std::uint32_t k = begins[n]; k < begins[n + 1]; ++k) {
@@ -125,7 +125,7 @@ void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip)
       used_[bond.slot] = true;
       const auto vector = static_cast<std::size_t>(bond.from[0] % vectors_);
       const auto lane = static_cast<std::size_t>(bond.from[0] / vectors_);
-      Real* constants = row.data() + bond.slot * slot_length + vector * numbers * lanes + lane;
+      Real* constants = row.data() + (vector * lattice::slots + bond.slot) * slot_length + lane;
       constants[0] += static_cast<Real>(spring.stiffness);
       if (damped_) { constants[lanes] += static_cast<Real>(spring.viscosity); }
     }

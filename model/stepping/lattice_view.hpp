@@ -22,7 +22,7 @@ struct View {
   long lead = 0;                  ///< elements before the first row
   long stride = 0;                ///< from x to y, and from y to z
   long numbers = 2;               ///< of a spring: stiffness, and viscosity where there is any
-  const Real* tables = nullptr;   ///< [slot][vector][number][lane] of a row
+  const Real* tables = nullptr;   ///< [vector][slot][number][lane] of a row, as they are read
   const long* row_table = nullptr;       ///< where a row's begins; equal rows share theirs
   const unsigned char* row_moves = nullptr;  ///< whether any node of a row is free
   Real rest[3]{};                 ///< length [m] along one, two and three axes
