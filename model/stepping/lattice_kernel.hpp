@@ -39,14 +39,14 @@ class RowVector {
   static constexpr long lanes = static_cast<long>(Batch::size);
 
   /// Vector that begins at element `i` of a row.
-  RowVector(const Layer<Real>& row, long i) noexcept : own_(row), place_(i) {
+  RowVector(const Nodes<Real>& row, long i) noexcept : own_(row), place_(i) {
     for (int c = 0; c < 3; ++c) {
       position_[c] = load(row.q + i + c * row.stride);
       if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * row.stride); }
     }
   }
   /// The vector at element `i` of another row; `constants` of these springs, `rest` their length.
-  void join(const Layer<Real>& row, long i, const Real* constants, Real rest) noexcept {
+  void join(const Nodes<Real>& row, long i, const Real* constants, Real rest) noexcept {
     const Real* q = row.q + i;
     const Batch dx = load(q) - position_[0];
     const Batch dy = load(q + row.stride) - position_[1];
@@ -92,7 +92,7 @@ class RowVector {
   }
   static constexpr Real view_zero_length = View<Real>::zero_length;
 
-  const Layer<Real>& own_;
+  const Nodes<Real>& own_;
   long place_;
   Batch position_[3]{};
   Batch velocity_[3]{};
@@ -100,23 +100,23 @@ class RowVector {
   Batch energy_ = Batch(Real(0));
 };
 
-/// Row `row1` of a layer. What a task does not need stays null.
+/// From element `begin` on. What a task does not need stays null. `Arch` in what follows makes functions of
+/// this instruction set alone.
 template <Task task, class Arch, class Real>
-Layer<Real> row_of(const Layer<Real>& layer, long begin) noexcept {
-  Layer<Real> row{.q = layer.q + begin, .stride = layer.stride};
-  if constexpr (sees_velocity(task)) { row.v = layer.v + begin; }
-  if constexpr (task != Task::energy) { row.f = layer.f + begin; }
+Nodes<Real> from_element(const Nodes<Real>& nodes, long begin) noexcept {
+  Nodes<Real> row{.q = nodes.q + begin, .stride = nodes.stride};
+  if constexpr (sees_velocity(task)) { row.v = nodes.v + begin; }
+  if constexpr (task != Task::energy) { row.f = nodes.f + begin; }
   return row;
 }
 
-/// The rows that a row's springs lead to, none of which comes before it. `Arch` in what follows makes
-/// functions of this instruction set alone.
+/// The rows that a row's springs lead to, none of which comes before it.
 template <class Arch, class Real>
 struct Neighbours {
   int count = 0;
   bool own = false;  ///< springs within the row
   struct Row {
-    Layer<Real> at;
+    Nodes<Real> at;
     long slot;
     bool sides;    ///< springs to the left and to the right too
     Real rest[2];  ///< straight across, and to the sides
@@ -125,7 +125,7 @@ struct Neighbours {
 
 template <Task task, class Arch, class Real>
 Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab,
-                                     const Layer<Real>& all, int row1, int row2, long row_length) noexcept {
+                                     const Nodes<Real>& all, int row1, int row2, long row_length) noexcept {
   Neighbours<Arch, Real> found;
   const long own = static_cast<long>(row2) * view.rows1 + row1;
   const bool moves = view.row_moves[own] != 0;
@@ -138,8 +138,8 @@ Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& s
     if (!moves && view.row_moves[there] == 0) { continue; }
     const bool copy = at2 == slab.end && slab.beyond != nullptr;
     const int spans = kind % 2;  // kinds 1 and 3 lead along two axes
-    found.rows[found.count++] = {copy ? row_of<task, Arch>(*slab.beyond, at1 * row_length)
-                                      : row_of<task, Arch>(all, view.lead + there * row_length),
+    found.rows[found.count++] = {copy ? from_element<task, Arch>(*slab.beyond, at1 * row_length)
+                                      : from_element<task, Arch>(all, view.lead + there * row_length),
                                  1 + 3L * kind,
                                  view.sides[kind],
                                  {view.rest[spans], view.rest[spans + 1]}};
@@ -175,7 +175,7 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
   constexpr long lanes = Vector::lanes;
   const long row_length = view.vectors * lanes;
   const long slot_length = lanes * view.numbers;
-  const Layer<Real> all{fields.q, fields.v, fields.f, view.stride};
+  const Nodes<Real> all{fields.q, fields.v, fields.f, view.stride};
   double sum = 0.0;
   for (int row2 = slab.begin; row2 < slab.end; ++row2) {
     for (int row1 = 0; row1 < view.rows1; ++row1) {
@@ -183,8 +183,8 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
       const long row = static_cast<long>(row2) * view.rows1 + row1;
       const long begin = view.lead + row * row_length;
       const bool joined = near.count > 0 || near.own;
-      const Layer<Real> own = slab.below != nullptr ? row_of<task, Arch>(*slab.below, row1 * row_length)
-                                                    : row_of<task, Arch>(all, begin);
+      const Nodes<Real> own = slab.below != nullptr ? from_element<task, Arch>(*slab.below, row1 * row_length)
+                                                    : from_element<task, Arch>(all, begin);
       const Real* table = view.tables + view.row_table[row];
       for (long i = 0; joined && i < view.vectors; ++i) {
         // The piece's last node is beside the next piece's first: the same vector, one lane on.

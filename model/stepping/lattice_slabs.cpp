@@ -32,7 +32,7 @@ LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int lanes, int
 }
 
 template <class Real>
-lattice::Layer<Real> LatticeSlabs<Real>::layer_in(std::vector<Real>& numbers) const noexcept {
+lattice::Nodes<Real> LatticeSlabs<Real>::layer_in(std::vector<Real>& numbers) const noexcept {
   Real* first = numbers.data() + view_.lead;
   return {.q = first, .v = first + 3 * stride_, .f = first + 6 * stride_, .stride = stride_};
 }
@@ -62,14 +62,14 @@ double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> 
     copy(fields, begin - 1, under.below);
     copy(fields, begin, under.above);
     under.copied.store(round_, std::memory_order_release);
-    const lattice::Layer<Real> below = layer_in(under.below);
+    const lattice::Nodes<Real> below = layer_in(under.below);
     (void)kernel(view_, {.begin = begin - 1, .end = begin, .below = &below}, fields);
   }
   if (number == boundaries_.size()) { return kernel(view_, {.begin = begin, .end = end}, fields); }
   const double sum = kernel(view_, {.begin = begin, .end = end - 1}, fields);
   Boundary& over = *boundaries_[number];
   while (over.copied.load(std::memory_order_acquire) != round_) { relax(); }
-  const lattice::Layer<Real> above = layer_in(over.above);
+  const lattice::Nodes<Real> above = layer_in(over.above);
   return sum + kernel(view_, {.begin = end - 1, .end = end, .beyond = &above}, fields);
 }
 

@@ -35,7 +35,7 @@ class LatticeSlabs {
     std::atomic<long> copied{0};  ///< round
   };
   /// q, v and f of a layer in one vector.
-  [[nodiscard]] lattice::Layer<Real> layer_in(std::vector<Real>& numbers) const noexcept;
+  [[nodiscard]] lattice::Nodes<Real> layer_in(std::vector<Real>& numbers) const noexcept;
   void copy(const lattice::Fields<Real>& fields, int layer, std::vector<Real>& to) const noexcept;
   double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
                     const lattice::Fields<Real>& fields) noexcept;

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "model/dynamics/spring_force.hpp"
+#include "model/stepping/instruction_set.hpp"
 
 namespace palpate {
 
@@ -36,12 +37,7 @@ static_assert(lattice::View<double>::zero_length == zero_length);
 
 template <class Real>
 lattice::Kernels<Real> lattice_kernels() noexcept {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    return lattice::avx2_kernels<Real>();
-  }
-#endif
-  return lattice::baseline_kernels<Real>();
+  return has_avx2() ? lattice::avx2_kernels<Real>() : lattice::baseline_kernels<Real>();
 }
 
 template <class Real>

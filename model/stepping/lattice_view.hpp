@@ -31,24 +31,24 @@ struct View {
   bool sides[neighbour_kinds]{};     ///< or to its left and right
 };
 
-/// A layer is all rows at one place along the third axis. This is one that stands elsewhere: x of its first
-/// node, y and z a stride and two strides on.
+/// Nodes that follow each other in memory: x of the first, y and z a stride and two strides on.
 template <class Real>
-struct Layer {
+struct Nodes {
   const Real* q = nullptr;
   const Real* v = nullptr;
   Real* f = nullptr;
   long stride = 0;
 };
 
-/// Layers [begin, end) of a lattice, which one thread goes through.
+/// Layers [begin, end) of a lattice, which one thread goes through. A layer is all rows at one place along the
+/// third axis.
 template <class Real>
 struct Slab {
   int begin = 0;
   int end = 0;
-  const Layer<Real>* beyond = nullptr;  ///< stands for layer `end`, which another thread moves
+  const Nodes<Real>* beyond = nullptr;  ///< stands for layer `end`, which another thread moves
   /// Stands for layer `begin`, which another thread moves: only what its springs do to layer `end` is wanted.
-  const Layer<Real>* below = nullptr;
+  const Nodes<Real>* below = nullptr;
 };
 
 /// What a step moves, see Task::step.

@@ -36,22 +36,13 @@ class NetworkSystem : public System<Real> {
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  protected:
-  /// Sets all of f.
-  void put_weight(Vector<Real>& f) const noexcept;
-  [[nodiscard]] const Vector<Real>& weight() const { return weight_; }  ///< empty where it is skipped [N]
   NetworkSystem(const NetworkProblem& problem, NodeLayout layout, bool skip);
   [[nodiscard]] const NetworkProblem& problem() const { return problem_; }
   /// After set_mass().
   void spread_weight();
-
- private:
-  struct LoadOnCoordinate {
-    int load;
-    Eigen::Index coordinate;
-  };
-  virtual void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept = 0;
-
- protected:
+  /// Sets all of f.
+  void put_weight(Vector<Real>& f) const noexcept;
+  [[nodiscard]] const Vector<Real>& weight() const { return weight_; }  ///< empty where it is skipped [N]
   /// add_springs(), and returns their energy [J].
   virtual double measure_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept {
     add_springs(q, v, f);
@@ -59,6 +50,11 @@ class NetworkSystem : public System<Real> {
   }
 
  private:
+  struct LoadOnCoordinate {
+    int load;
+    Eigen::Index coordinate;
+  };
+  virtual void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept = 0;
   [[nodiscard]] virtual double elastic_energy(const Vector<Real>& q) const noexcept = 0;
   [[nodiscard]] virtual std::size_t spring_bytes() const noexcept = 0;
 
@@ -71,6 +67,7 @@ class NetworkSystem : public System<Real> {
   Vector<Real> weight_;  ///< m g per coordinate [N]; empty where it is skipped
 };
 
+/// How a network is stepped.
 struct NetworkOptions {
   PrintedForm printed{};
   double h = 0.0;        ///< as in step() [s]

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "model/stepping/instruction_set.hpp"
+
 namespace palpate {
 
 namespace {
@@ -24,10 +26,7 @@ const int* rows_of(const Eigen::SparseMatrix<Real>& l, Eigen::Index j) {
 }  // namespace
 
 panels::Kernels panel_kernels() noexcept {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) { return panels::avx2_kernels(); }
-#endif
-  return panels::baseline_kernels();
+  return has_avx2() ? panels::avx2_kernels() : panels::baseline_kernels();
 }
 
 template <class Real>

@@ -125,7 +125,7 @@ class Simulation::CoreOf final : public Simulation::Core {
     integrator_ = plan.integrator->template make<Real>();
     integrator_->set_tolerance(scene.simulation.solver_tolerance);
     integrator_->prepare(stepped(), state_, update_length_);
-    if (contact_ != nullptr) { measure_tool(); }  // the first tick finds code and memory at hand
+    if (contact_ != nullptr) { measure_tool(); }
   }
 
   StepStatus tick() noexcept override {
@@ -163,7 +163,6 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
   void sample_tool(std::span<double> row) noexcept override {
     if (contact_ == nullptr) { return; }
-    if (ticks == 0) { measure_tool(); }
     const ToolForces& f = contact_->forces();
     std::size_t place = 0;
     for (const double value : {contact_->place() * contact_->path().direction().z(), f.total,
@@ -191,7 +190,6 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
   ToolReport tool() noexcept override {
     if (contact_ == nullptr) { return {}; }
-    if (ticks == 0) { measure_tool(); }
     ToolLosses losses = contact_->losses();
     losses.damping = damped_;
     return {contact_->place(), contact_->velocity(), contact_->depth(),  contact_->cut(),
@@ -234,8 +232,8 @@ class Simulation::CoreOf final : public Simulation::Core {
     if (velocity_ == nullptr) { velocity_ = &integrator_->velocity_at(state_); }
     return *velocity_;
   }
-  /// A sum of squares cannot hide what is not finite, and is quick; only one that is large or none asks for
-  /// a closer look.
+  /// A sum of squares cannot hide what is not finite, and is quick; only a large one, or one that is no
+  /// number, asks for a closer look.
   [[nodiscard]] bool is_sane() const noexcept {
     const std::optional<double> travelled = integrator_->most_travelled();
     if (travelled && *travelled <= static_cast<double>(bound_)) { return true; }

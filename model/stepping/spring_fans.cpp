@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "model/stepping/instruction_set.hpp"
+
 namespace palpate {
 
 static_assert(fans::View<double>::zero_length == zero_length);
@@ -23,10 +25,7 @@ std::span<const Spring> take_first(std::span<const Spring>& rest, int node) {
 
 template <class Real>
 fans::Kernels<Real> fan_kernels() noexcept {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) { return fans::avx2_kernels<Real>(); }
-#endif
-  return fans::baseline_kernels<Real>();
+  return has_avx2() ? fans::avx2_kernels<Real>() : fans::baseline_kernels<Real>();
 }
 
 template <class Real>

@@ -59,6 +59,8 @@ TEST("numbers of the simulation are positive and finite, and ticks are countable
       {"simulation.duration", "at most 1e9", [](Scene& s) { s.simulation.duration = 1e7; }},
       {"simulation.step", "must be > 0", [](Scene& s) { s.simulation.step = nan; }},
       {"simulation.substeps", "1 or more", [](Scene& s) { s.simulation.substeps = 0; }},
+      {"simulation.threads", "must be from 1 to 64", [](Scene& s) { s.simulation.threads = 0; }},
+      {"simulation.threads", "must be from 1 to 64", [](Scene& s) { s.simulation.threads = 65; }},
   });
 }
 
