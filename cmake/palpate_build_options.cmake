@@ -6,12 +6,16 @@ endif()
 add_library(palpate_build_options INTERFACE)
 target_compile_features(palpate_build_options INTERFACE cxx_std_20)
 target_include_directories(palpate_build_options INTERFACE "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}")
+set(contraction -ffp-contract=off)  # the same bits on every machine
+if(PALPATE_FUSED)
+  set(contraction -march=x86-64-v3 -ffp-contract=fast)
+endif()
 target_compile_options(palpate_build_options INTERFACE
   -Wall -Wextra -Wconversion -Wshadow
   # g++ 12 reports impossible overlaps inside std::string (its bug 105651).
   -Wno-restrict
-  # Same bits on every machine; square roots vectorise. Neither changes a value.
-  -ffp-contract=off -fno-math-errno)
+  # With the second square roots vectorise; it changes no value.
+  ${contraction} -fno-math-errno)
 if(PALPATE_STRICT)
   target_compile_options(palpate_build_options INTERFACE -Werror)
 endif()

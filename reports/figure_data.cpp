@@ -3,31 +3,31 @@
 
 #include <algorithm>
 
-#include "fixtures/io/hdf5_file.hpp"
 #include "model/dynamics/scene_check.hpp"
 
 namespace palpate {
 
 namespace {
 
-void write_figure(io::Hdf5File& file, const Figure& figure) {
+void write_figure(io::Hdf5File& file, const std::string& above, const Figure& figure) {
   for (std::size_t n = 0; n < figure.series.size(); ++n) {
     const Series& series = figure.series[n];
-    const std::string group = series_group(figure, n);
+    const std::string group = above + series_group(figure, n);
     file.write(group + "/x", series.x, figure.x.label);
     file.write(group + "/y", series.y, figure.y.label);
     if (!series.y2.empty()) { file.write(group + "/y2", series.y2, figure.y.label); }
     file.write_attribute(group, "label", series.label);
   }
   if (figure.heat_map) {
-    const std::string group = heat_map_group(figure);
+    const std::string group = above + heat_map_group(figure);
     file.write(group + "/x", figure.heat_map->x, figure.x.label);
     file.write(group + "/y", figure.heat_map->y, figure.y.label);
     file.write(group + "/z", figure.heat_map->z, figure.heat_map->label);
   }
-  file.make_group("/figures/" + figure.id);
-  file.write_attribute("/figures/" + figure.id, "title", figure.title);
-  file.write_attribute("/figures/" + figure.id, "caption", figure.caption);
+  const std::string group = above + "/figures/" + figure.id;
+  file.make_group(group);
+  file.write_attribute(group, "title", figure.title);
+  file.write_attribute(group, "caption", figure.caption);
 }
 
 /// Names the file and what is wrong in it.
@@ -37,10 +37,11 @@ void require(bool fits, const std::filesystem::path& file, const std::string& gr
   }
 }
 
-void read_figure(const io::Hdf5File& file, const std::filesystem::path& path, Figure& figure) {
+void read_figure(const io::Hdf5File& file, const std::filesystem::path& path, const std::string& above,
+                 Figure& figure) {
   for (std::size_t n = 0; n < figure.series.size(); ++n) {
     Series& series = figure.series[n];
-    const std::string group = series_group(figure, n);
+    const std::string group = above + series_group(figure, n);
     series.x = file.read(group + "/x");
     series.y = file.read(group + "/y");
     if (file.contains(group + "/y2")) { series.y2 = file.read(group + "/y2"); }
@@ -50,7 +51,7 @@ void read_figure(const io::Hdf5File& file, const std::filesystem::path& path, Fi
   }
   if (!figure.heat_map) { return; }
   HeatMap& map = *figure.heat_map;
-  const std::string group = heat_map_group(figure);
+  const std::string group = above + heat_map_group(figure);
   map.x = file.read(group + "/x");
   map.y = file.read(group + "/y");
   map.z = file.read(group + "/z");
@@ -74,7 +75,7 @@ std::string trace_file_name(const std::string& case_name) {
 void write_figure_data(const std::filesystem::path& traces, const Outcome& outcome) {
   if (outcome.figures.empty()) { return; }
   io::Hdf5File file = io::Hdf5File::create(traces / trace_file_name(outcome.name));
-  for (const Figure& figure : outcome.figures) { write_figure(file, figure); }
+  write_figures(file, "", outcome.figures);
   file.write_attribute("/", "case", outcome.name);
   file.commit();
 }
@@ -83,7 +84,16 @@ void read_figure_data(const std::filesystem::path& traces, Outcome& outcome) {
   if (outcome.figures.empty()) { return; }
   const std::filesystem::path path = traces / trace_file_name(outcome.name);
   const io::Hdf5File file = io::Hdf5File::open(path);
-  for (Figure& figure : outcome.figures) { read_figure(file, path, figure); }
+  read_figures(file, path, "", outcome.figures);
+}
+
+void write_figures(io::Hdf5File& file, const std::string& above, const std::vector<Figure>& figures) {
+  for (const Figure& figure : figures) { write_figure(file, above, figure); }
+}
+
+void read_figures(const io::Hdf5File& file, const std::filesystem::path& path, const std::string& above,
+                  std::vector<Figure>& figures) {
+  for (Figure& figure : figures) { read_figure(file, path, above, figure); }
 }
 
 }  // namespace palpate

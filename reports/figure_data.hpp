@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "fixtures/io/hdf5_file.hpp"
 #include "validation/outcome.hpp"
 
 namespace palpate {
@@ -22,5 +23,10 @@ void write_figure_data(const std::filesystem::path& traces, const Outcome& outco
 /// Fills in the numbers of the outcome's figures. Throws InputError when they are not
 /// there or do not fit together.
 void read_figure_data(const std::filesystem::path& traces, Outcome& outcome);
+
+/// The same below a group of any file; `path` names it in messages.
+void write_figures(io::Hdf5File& file, const std::string& above, const std::vector<Figure>& figures);
+void read_figures(const io::Hdf5File& file, const std::filesystem::path& path, const std::string& above,
+                  std::vector<Figure>& figures);
 
 }  // namespace palpate

@@ -167,6 +167,32 @@ void add_calibrate(CLI::App& command, CalibrateOptions& options) {
                  "Writes fitted.toml, calibration.json, report.html. docs/calibration.md shows how.");
 }
 
+void add_judged(CLI::App& command, GateOptions& options, const std::string& name) {
+  command.add_option("results", options.results, "folder that validate, bench or run wrote")
+      ->required()
+      ->type_name("RESULTS");
+  command.add_option("--baseline", options.baseline, "what was accepted (JSON; its curves beside it as .h5)")
+      ->required()
+      ->type_name("FILE");
+  command.add_option("--case", options.cases, "a case or group alone; repeatable [all]")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  add_common(command, options, name);
+}
+
+void add_approve(CLI::App& command, ApproveOptions& options) {
+  add_judged(command, options, "approve");
+  command.add_option("--reason", options.reason, "why numbers may change; stands in the ledger")
+      ->required()
+      ->type_name("TEXT");
+  command.add_option("--spread", options.spreads,
+                     "the same cases by another build or order of summation: what rounding moves; repeatable")
+      ->type_name("RESULTS")
+      ->allow_extra_args(false);
+  command.footer("Prints what was, what becomes of it and the bound it is judged by, then writes FILE and its\n"
+                 "curves. Results that ended in an error or are not finite are refused. docs/gate.md has more.");
+}
+
 /// "palpate: " before every line of a message.
 int refuse(const std::string& message, int code) {
   std::istringstream lines(message);
@@ -214,10 +240,14 @@ int main(int argc, char** argv) {
   add_common(*command, validate_options, "validate");
   command->add_flag("--list", validate_options.list, "name every case and stop");
   command->add_flag("--quick", validate_options.quick, "the short form");
-  command->add_flag("--no-skip", validate_options.no_skip, "compute what scenes do not need");
+  command->add_flag("--no-skip", validate_options.no_skip,
+                    "run cases whose code is as before, compute what scenes do not need; same verdicts");
   command->add_option("--jobs", validate_options.jobs, "cases at a time [one per core]")
       ->check(CLI::Range(1, 1024));
-  command->add_option("--cache", validate_options.cache, "folder of kept references [user's cache]")
+  command->add_option("--order", validate_options.order,
+                      "nodes and springs in an order of chance with this seed: what rounding moves (docs/gate.md)")
+      ->type_name("SEED");
+  command->add_option("--cache", validate_options.cache, "folder of kept references and judged cases [user's cache]")
       ->type_name("DIR");
   command->add_option("--data", validate_options.data, "folder of data outside the project")
       ->type_name("DIR");
@@ -265,6 +295,18 @@ int main(int argc, char** argv) {
   command = app.add_subcommand("transducer", "replay a recording as the 9600 baud pressure link");
   add_transducer(*command, transducer_options);
   command->callback([&] { chosen = [&] { return transducer(transducer_options); }; });
+
+  GateOptions gate_options;
+  command = app.add_subcommand("gate", "hold results against a baseline");
+  add_judged(*command, gate_options, "gate");
+  command->footer("Writes gate.json, gate.xml (JUnit) and report.html. Exit codes: 0 nothing became worse, 1 something\n"
+                  "did or cannot be compared, 2 bad input. docs/gate.md has the rules.");
+  command->callback([&] { chosen = [&] { return gate(gate_options); }; });
+
+  ApproveOptions approve_options;
+  command = app.add_subcommand("approve", "take results as the new baseline");
+  add_approve(*command, approve_options);
+  command->callback([&] { chosen = [&] { return approve(approve_options); }; });
 
   CompareOptions compare_options;
   command = app.add_subcommand("compare", "recorded insertions against a simulated one");

@@ -7,6 +7,7 @@
 #include "model/dynamics/network_builder.hpp"
 #include "model/stepping/simulation.hpp"
 #include "validation/case.hpp"
+#include "validation/renumbering.hpp"
 
 namespace palpate {
 
@@ -53,6 +54,7 @@ Motion simulate(const CaseContext& context, Scene scene, const SpringNetwork* ne
     scene.simulation.step *= 2.0;
     scene.simulation.duration *= 2.0;
   }
+  const OtherOrder order(context.order, own, scene);
   std::optional<Simulation> simulation;
   if (scene.tissue.source == Source::oscillator && network == nullptr) {
     simulation.emplace(scene, context.skip);
@@ -79,6 +81,8 @@ Motion simulate(const CaseContext& context, Scene scene, const SpringNetwork* ne
     if (n % wanted.every == 0 || n == ticks) { sampler.take(); }
   }
   sampler.finish();
+  order.undo(own, motion.position);
+  order.undo(own, motion.velocity);
   if (mutation != nullptr && mutation->step_twice) {
     for (double& t : motion.time) { t *= 0.5; }
   }

@@ -45,7 +45,8 @@ struct ValidateOptions : CommonOptions {
   bool quick = false;
   bool no_skip = false;
   int jobs = 0;                            ///< 0: one per core
-  std::filesystem::path cache{};           ///< of slow references; empty: the user's cache folder
+  std::uint64_t order = 0;                 ///< seed of another order of summation; 0: none
+  std::filesystem::path cache{};           ///< of slow references and of cases already judged; empty: the user's cache folder
   std::filesystem::path data{};            ///< of networks outside the project; empty: searched
 };
 int validate(const ValidateOptions& options);
@@ -104,12 +105,26 @@ struct CalibrateOptions : CommonOptions {
 };
 int calibrate(const CalibrateOptions& options);
 
+struct GateOptions : CommonOptions {
+  std::filesystem::path results{};
+  std::filesystem::path baseline{};
+  std::vector<std::string> cases{};  ///< names or groups; empty: all
+};
+/// Results against a baseline (docs/gate.md).
+int gate(const GateOptions& options);
+
+struct ApproveOptions : GateOptions {
+  std::string reason{};
+  std::vector<std::filesystem::path> spreads{};  ///< results of the same cases by other builds or orders
+};
+/// Takes results as the new baseline.
+int approve(const ApproveOptions& options);
+
 struct ReconstructOptions : CommonOptions {
   std::filesystem::path table{};
 };
 /// Recordings rebuilt from a table of published values: writes one .h5 each.
 int reconstruct(const ReconstructOptions& options);
-
 
 /// Exactly one of scene and trace.
 struct CompareOptions : CommonOptions {

@@ -16,10 +16,10 @@ namespace palpate::cli {
 
 namespace {
 
-constexpr std::size_t most_hashed_bytes = std::size_t{4} << 30U;
+constexpr std::size_t most_compared_bytes = std::size_t{4} << 30U;
 
 std::string hash_of(const std::filesystem::path& file) {
-  return io::content_hash(io::read_bytes(file, most_hashed_bytes));
+  return io::content_hash(io::read_bytes(file, most_compared_bytes));
 }
 
 void add_folder(const std::filesystem::path& folder, std::vector<std::filesystem::path>& files) {

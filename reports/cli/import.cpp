@@ -16,7 +16,7 @@
 namespace palpate::cli {
 namespace {
 
-constexpr std::size_t most_hashed_bytes = std::size_t{1} << 30U;
+constexpr std::size_t most_imported_bytes = std::size_t{1} << 30U;
 
 RecordingFormat format_named(const std::string& name) {
   for (const RecordingFormat format : {RecordingFormat::automatic, RecordingFormat::csv,
@@ -37,7 +37,7 @@ void apply(const ImportOptions& options, Recording& recording) {
   if (!options.name.empty()) { recording.name = options.name; }
   if (options.pump) { recording.regime = Recording::Regime::pump; }
   if (recording.name.empty()) { recording.name = options.file.stem().string(); }
-  const std::string hash = io::content_hash(io::read_bytes(options.file, most_hashed_bytes));
+  const std::string hash = io::content_hash(io::read_bytes(options.file, most_imported_bytes));
   recording.note += (recording.note.empty() ? "" : "; ") + ("imported file: FNV-1a " + hash);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
@@ -11,9 +12,11 @@
 #include "reports/cli/case_runner.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/interrupt.hpp"
+#include "reports/cli/kept_cases.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/provenance.hpp"
 #include "reports/cli/reference_cache.hpp"
+#include "reports/damaged_files.hpp"
 #include "reports/results_folder.hpp"
 #include "validation/bench/bench_cases.hpp"
 
@@ -58,10 +61,12 @@ CaseContext context_of(const ValidateOptions& options, const reference::Cache& c
   CaseContext context;
   context.quick = options.quick;
   context.skip = !options.no_skip;
+  context.order = options.order;
   context.cache = &cache;
   context.outside_network = [folders = data_folders(options.data)](std::string_view name) {
     return outside_network(folders, name);
   };
+  context.damaged_files = try_damaged_files;
   return context;
 }
 
@@ -88,6 +93,7 @@ struct Judging {
   std::string title{};
   std::vector<Case> cases{};
   int jobs = 1;
+  bool keeps = false;  ///< what passed need not run again while nothing changes
 };
 
 std::string command_text(const ValidateOptions& options, const std::string& command) {
@@ -95,37 +101,77 @@ std::string command_text(const ValidateOptions& options, const std::string& comm
   for (const std::string& each : options.cases) { text += " " + each; }
   if (options.quick) { text += " --quick"; }
   if (options.no_skip) { text += " --no-skip"; }
+  if (options.order != 0) { text += " --order " + std::to_string(options.order); }
   return text;
+}
+
+/// Everything that cases depend on beside code, libraries and processor.
+KeptCases kept_cases(const ValidateOptions& options, const std::filesystem::path& cache) {
+  return {cache, std::string(options.quick ? "quick " : "whole ") + std::to_string(options.order) + "\n" +
+                     what_lies_in(data_folders(options.data))};
+}
+
+double seconds_of(const std::map<std::string, Outcome>& outcomes) {
+  double seconds = 0.0;
+  for (const auto& [name, outcome] : outcomes) { seconds += outcome.seconds; }
+  return seconds;
+}
+
+std::string told_of(const std::map<std::string, Outcome>& kept) {
+  std::array<char, 80> text{};
+  std::snprintf(text.data(), text.size(), "%zu cases, %.1f s", kept.size(), seconds_of(kept));
+  return text.data();
+}
+
+/// In the order asked for; what was interrupted is not there.
+std::vector<Outcome> in_order(const std::vector<Case>& cases, std::map<std::string, Outcome> kept,
+                              const std::vector<Outcome>& ran) {
+  for (const Outcome& outcome : ran) { kept.emplace(outcome.name, outcome); }
+  std::vector<Outcome> outcomes;
+  for (const Case& one : cases) {
+    if (const auto found = kept.find(one.name); found != kept.end()) { outcomes.push_back(found->second); }
+  }
+  return outcomes;
+}
+
+void tell_end(const std::vector<Outcome>& outcomes, std::size_t total, const std::filesystem::path& page) {
+  const std::size_t fallen = count(outcomes, Status::fail) + count(outcomes, Status::error);
+  std::printf("%zu passed, %zu failed, %zu skipped of %zu cases; %s\n", count(outcomes, Status::pass), fallen,
+              count(outcomes, Status::skip), total, page.string().c_str());
 }
 
 int judge(const ValidateOptions& options, const Judging& what) {
   if (options.list) { return list(what.cases); }
   const std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
   const std::filesystem::path folder = make_folder(options.folder(what.command));
+  const std::filesystem::path cache_folder = options.cache.empty() ? default_cache_folder() : options.cache;
   // Threads of an interrupted run still use it when this function is gone.
-  static const reference::Cache cache =
-      cache_in(options.cache.empty() ? default_cache_folder() : options.cache);
+  static const reference::Cache cache = cache_in(cache_folder);
+  const KeptCases keeper = kept_cases(options, cache_folder);
+  std::vector<Case> to_run = cases;
+  std::map<std::string, Outcome> kept;
+  if (what.keeps && !options.no_skip) { kept = keeper.take(to_run); }
+  if (!options.quiet && !kept.empty()) {
+    std::printf("%s not run again: code, solvers and data are as before (--no-skip runs them)\n", told_of(kept).c_str());
+  }
   const RunnerResult ran =
-      run_cases(cases, context_of(options, cache), what.jobs, interrupted,
+      run_cases(to_run, context_of(options, cache), what.jobs, interrupted,
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
                   if (!options.quiet) { tell_case(outcome, finished, total); }
+                  if (what.keeps) { keeper.keep(outcome); }
                 });
-  const Results results{.title = what.title,
-                        .command = command_text(options, what.command),
-                        .provenance = build_provenance(),
-                        .outcomes = ran.outcomes};
+  Results results{.title = what.title,
+                  .command = command_text(options, what.command),
+                  .provenance = build_provenance(),
+                  .outcomes = in_order(cases, kept, ran.outcomes)};
+  if (!kept.empty()) { results.provenance["not run again"] = told_of(kept); }
   write_results_folder(folder, results);
-  const std::size_t fallen = count(ran.outcomes, Status::fail) + count(ran.outcomes, Status::error);
-  if (!options.quiet) {
-    std::printf("%zu passed, %zu failed, %zu skipped of %zu cases; %s\n",
-                count(ran.outcomes, Status::pass), fallen, count(ran.outcomes, Status::skip),
-                cases.size(), (folder / "report.html").string().c_str());
-  }
+  if (!options.quiet) { tell_end(results.outcomes, cases.size(), folder / "report.html"); }
   if (ran.interrupted) {
     std::fflush(nullptr);
     std::_Exit(interrupted_code);  // cases still run on threads that cannot be stopped
   }
-  return fallen == 0 && count(ran.outcomes, Status::pass) > 0 ? done : fell_short;
+  return tally(results.outcomes).holds() ? done : fell_short;
 }
 
 }  // namespace
@@ -135,7 +181,8 @@ int validate(const ValidateOptions& options) {
   return judge(options, {.command = "validate",
                          .title = "Palpate validation",
                          .cases = all_cases(),
-                         .jobs = options.jobs > 0 ? options.jobs : cores});
+                         .jobs = options.jobs > 0 ? options.jobs : cores,
+                         .keeps = true});
 }
 
 /// One at a time: what is timed has the machine to itself.

@@ -6,7 +6,7 @@ rm -rf "$out"
 cases=(oscillator network/skew errata)
 [ -n "${PALPATE_SANITIZED:-}" ] && cases=(errata)  # ten times slower there, and bytes are the same
 for n in 1 2; do
-  "$palpate" validate "${cases[@]}" --quick --jobs "$n" --out "$out/$n" --quiet
+  "$palpate" validate "${cases[@]}" --quick --jobs "$n" --cache "$out/cache-$n" --out "$out/$n" --quiet
   "$comparable" "$out/$n/results.json" >"$out/$n.json"
 done
 cmp "$out/1.json" "$out/2.json"

@@ -16,5 +16,6 @@ std::vector<Case> stability_cases();   ///< margins under stress
 std::vector<Case> haptic_cases();      ///< loops through a device
 std::vector<Case> tool_cases();        ///< needle, probe, syringe
 std::vector<Case> clinical_cases();    ///< recorded against simulated insertions: the measures themselves
+std::vector<Case> gate_cases();        ///< the harness judged by itself: what its gate must see
 
 }  // namespace palpate

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 
 #include "validation/cases/network_parts.hpp"
 #include "validation/cases/network_support.hpp"
+#include "validation/renumbering.hpp"
 
 namespace palpate::networks {
 
@@ -92,37 +92,10 @@ Changed mirrored() {
   return changed;
 }
 
-template <class Values>
-void shuffle(Values& values, Random& random) {
-  for (std::size_t n = values.size(); n > 1; --n) {
-    std::swap(values[n - 1], values[static_cast<std::size_t>(random(0.0, static_cast<double>(n)))]);
-  }
-}
-
 Changed renumbered() {
   Changed changed = base_case();
-  const SpringNetwork base = changed.network;
-  Random random(13);
-  changed.node_of.resize(static_cast<std::size_t>(base.node_count()));
-  std::iota(changed.node_of.begin(), changed.node_of.end(), 0);
-  shuffle(changed.node_of, random);
-  const auto to = [&](int node) { return changed.node_of[static_cast<std::size_t>(node)]; };
-  SpringNetwork& network = changed.network;
-  for (int i = 0; i < base.node_count(); ++i) {
-    network.rest_position.col(to(i)) = base.rest_position.col(i);
-    network.initial_displacement.col(to(i)) = base.initial_displacement.col(i);
-    network.mass(to(i)) = base.mass(i);
-    network.fixed[static_cast<std::size_t>(to(i))] = base.fixed[static_cast<std::size_t>(i)];
-  }
-  for (Spring& s : network.springs) {
-    s.a = to(s.a);
-    s.b = to(s.b);
-    if (random(0.0, 1.0) < 0.5) { std::swap(s.a, s.b); }
-  }
-  shuffle(network.springs, random);
-  for (Load& load : changed.scene.loads) {
-    for (int& node : load.nodes) { node = to(node); }
-  }
+  constexpr std::uint64_t seed = 13;
+  changed.node_of = renumber(changed.network, changed.scene, seed);
   return changed;
 }
 

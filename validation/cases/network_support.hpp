@@ -7,7 +7,6 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -16,27 +15,11 @@
 #include "reference/solution.hpp"
 #include "validation/case.hpp"
 #include "validation/metrics.hpp"
+#include "validation/random.hpp"
 
 namespace palpate::networks {
 
 inline constexpr double epsilon = std::numeric_limits<double>::epsilon();
-
-/// Uniform in [low, high) from the bits alone: the same on every machine.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-  double operator()(double low, double high) {
-    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
-  }
-  Eigen::VectorXd vector(Eigen::Index size, double amplitude) {
-    Eigen::VectorXd values(size);
-    for (double& value : values) { value = (*this)(-amplitude, amplitude); }
-    return values;
-  }
-
- private:
-  std::mt19937_64 bits_;
-};
 
 /// A block of one material, built cell by cell and free on all sides.
 struct Block {

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include "reports/figure_svg.hpp"
+#include "reports/gate_report.hpp"
+#include "reports/html_case.hpp"
+#include "reports/html_page.hpp"
+#include "reports/markup.hpp"
+#include "validation/gate/curve_change.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr std::size_t most_drawn = 40;  ///< beyond that a picture more tells no reader anything
+
+/// The tube in y around what was accepted, as a band.
+Series tube_of(const Figure& before, std::size_t series) {
+  const Series& curve = before.series[series];
+  const double half = gate::tube_around(before, series).y;
+  Series band{.label = "allowed", .style = Series::Style::band, .x = curve.x};
+  for (const double y : curve.y) {
+    band.y.push_back(before.y.logarithmic ? y * std::pow(10.0, -half) : y - half);
+    band.y2.push_back(before.y.logarithmic ? y * std::pow(10.0, half) : y + half);
+  }
+  return band;
+}
+
+/// Accepted and new, one over the other.
+Figure overlay(const std::string& case_name, const Figure& before, const Figure* now, std::size_t series) {
+  Figure figure{.id = before.id + "-" + std::to_string(series),
+                .title = case_name + ": " + gate::curve_name(before, series),
+                .caption = before.title,
+                .x = before.x,
+                .y = before.y};
+  if (before.series[series].y2.empty()) { figure.series.push_back(tube_of(before, series)); }
+  figure.series.push_back(before.series[series]);
+  figure.series.back().label = "accepted";
+  if (now == nullptr || series >= now->series.size()) { return figure; }
+  figure.series.push_back(now->series[series]);
+  figure.series.back().label = "now";
+  if (figure.series.back().style == Series::Style::line) { figure.series.back().style = Series::Style::dashed; }
+  return figure;
+}
+
+const Figure* figure_named(const std::vector<Figure>& figures, const std::string& id) {
+  const auto found = std::ranges::find(figures, id, &Figure::id);
+  return found == figures.end() ? nullptr : &*found;
+}
+
+bool has_changed(const gate::CaseVerdict& verdict, const std::string& item) {
+  return std::ranges::any_of(verdict.changes, [&](const gate::Change& change) {
+    return change.item == item && change.judgement != gate::Judgement::rounding;
+  });
+}
+
+/// Of the curves of one case that moved by more than rounding.
+void add_overlays(const GateReport& report, const gate::CaseVerdict& verdict, std::vector<Figure>& figures) {
+  const gate::AcceptedCase* accepted = report.baseline.find(verdict.name);
+  const auto now = std::ranges::find(report.candidate.outcomes, verdict.name, &Outcome::name);
+  if (accepted == nullptr || now == report.candidate.outcomes.end()) { return; }
+  const Outcome shown = gate::comparable(*now);
+  for (const Figure& before : accepted->outcome.figures) {
+    for (std::size_t n = 0; n < before.series.size(); ++n) {
+      if (!has_changed(verdict, gate::curve_name(before, n))) { continue; }
+      figures.push_back(overlay(verdict.name, before, figure_named(shown.figures, before.id), n));
+    }
+  }
+}
+
+std::string curves_section(const GateReport& report) {
+  std::vector<Figure> figures;
+  for (const bool fallen : {true, false}) {
+    for (const gate::CaseVerdict& one : report.verdict.cases) {
+      if (one.falls() == fallen) { add_overlays(report, one, figures); }
+    }
+  }
+  if (figures.empty()) { return {}; }
+  const std::size_t count = figures.size();
+  figures.resize(std::min(count, most_drawn));
+  std::vector<const Figure*> drawn;
+  for (const Figure& figure : figures) { drawn.push_back(&figure); }
+  const std::vector<std::string> svgs = draw_figures(drawn);
+  std::string html = "<section>\n<h2>Curves that moved</h2>\n";
+  if (count > most_drawn) {
+    html += "<p class=\"soft\">The first " + std::to_string(most_drawn) + " of " + std::to_string(count) +
+            " are drawn; the table has them all.</p>\n";
+  }
+  html += "<div class=\"exhibits\">\n";
+  for (std::size_t n = 0; n < figures.size(); ++n) { html += html_figure(figures[n], svgs[n]); }
+  return html + "</div>\n</section>\n";
+}
+
+/// Side by side, so that a reader sees at once that a compiler changed and not the code.
+Table provenance_table(const GateReport& report) {
+  Table table{.id = "provenance", .title = "Where the numbers come from", .columns = {"", "accepted", "now"}};
+  const auto value = [](const auto& map, const std::string& key) {
+    const auto found = map.find(key);
+    return found == map.end() ? std::string() : found->second;
+  };
+  for (const char* key : {"commit", "version", "compiler", "flags", "processor", "date"}) {
+    table.rows.push_back({std::string(key), value(report.baseline.provenance, key), value(report.provenance, key)});
+  }
+  return table;
+}
+
+Table ledger_table(const gate::Baseline& baseline) {
+  Table table{.id = "ledger", .title = "What was approved", .columns = {"date", "commit", "cases", "reason"}};
+  for (auto entry = baseline.ledger.rbegin(); entry != baseline.ledger.rend(); ++entry) {
+    table.rows.push_back({entry->date, entry->commit, static_cast<double>(entry->cases.size()), entry->reason});
+  }
+  return table;
+}
+
+std::vector<Fact> rule_facts() {
+  return {{"same", "every bit", "nothing further is looked at"},
+          {"whole", "finite, complete, of the same units and bounds", "before any difference is taken"},
+          {"rounding", "10 times the spread", "seen between builds and orders of summation, kept with the baseline"},
+          {"errors", "0.1 digits", "and no more; a hundredth of a two-sided bound is no error"},
+          {"counts and numbers without a bound", "1 %", "instructions, evaluations; facts of a run"},
+          {"curves", "0.1 % of the range in x, 0.2 % in y", "0.1 digits on a logarithmic axis; half a sample late"}};
+}
+
+}  // namespace
+
+std::string to_html(const GateReport& report) {
+  const std::string title = "Palpate gate";
+  const auto& last = report.baseline.ledger;
+  std::string body = html_banner({.title = title,
+                                  .small_print = {report.command, report.results,
+                                                  last.empty() ? "" : "baseline of " + last.back().date},
+                                  .held = report.verdict.holds(),
+                                  .verdict = verdict_text(report.verdict),
+                                  .detail = verdict_sentence(report.verdict)});
+  body += "<main>\n";
+  if (!report.verdict.faults.empty()) { body += "<h2>Why</h2>\n" + html_notes(report.verdict.faults); }
+  const Table shown = changes_table(report.verdict, false);
+  if (!shown.rows.empty()) { body += "<h2>What changed</h2>\n" + html_table(shown); }
+  body += curves_section(report);
+  const Table all = changes_table(report.verdict, true);
+  if (all.rows.size() > shown.rows.size()) { body += "<h2>All changes</h2>\n" + html_table(all); }
+  body += "<h2>How it was judged</h2>\n" + html_facts(rule_facts());
+  body += "<h2>Where the numbers come from</h2>\n" + html_table(provenance_table(report)) +
+          html_table(ledger_table(report.baseline)) + "</main>\n" + html_provenance({}, report.command);
+  return html_page(title, body, {});
+}
+
+}  // namespace palpate

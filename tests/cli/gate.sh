@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# A scene is run, accepted, held against itself, and then against runs that must not pass.
+set -euo pipefail
+palpate=$1 scenes=$2 out=$3
+rm -rf "$out"
+mkdir -p "$out"
+scene=$out/scene.toml
+baseline=$out/baseline.json
+
+expect() { # status command...
+  local expected=$1 status=0
+  shift
+  "$@" >"$out/said" 2>&1 || status=$?
+  [ "$status" -eq "$expected" ] && return
+  echo "$* ended with $status, expected $expected"
+  cat "$out/said"
+  exit 1
+}
+run() { # folder options...
+  local folder=$1
+  shift
+  "$palpate" run "$scene" --quiet --out "$out/$folder" --set simulation.duration=0.05 "$@"
+}
+
+cp "$scenes/cube.toml" "$scene"
+run first
+run again
+expect 2 "$palpate" gate "$out/first" --baseline "$baseline" --out "$out/none"
+[ ! -e "$out/none" ]
+expect 2 "$palpate" approve "$out/first" --baseline "$baseline" --reason " "
+[ ! -e "$baseline" ]
+expect 0 "$palpate" approve "$out/first" --baseline "$baseline" --reason "first"
+expect 0 "$palpate" gate "$out/again" --baseline "$baseline" --out "$out/gate"
+for file in gate.json gate.xml report.html; do [ -s "$out/gate/$file" ]; done
+grep -q "1 identical to the last bit" "$out/said"
+
+# The scene is another one: what was accepted is stale.
+sed -i 's/^title = "/title = "Another /' "$scene"
+run stale
+expect 1 "$palpate" gate "$out/stale" --baseline "$baseline" --out "$out/gate"
+grep -q "claims" "$out/said"
+grep -q '"verdict": "fail"' "$out/gate/gate.json"
+grep -q "<failure" "$out/gate/gate.xml"
+expect 0 "$palpate" approve "$out/stale" --baseline "$baseline" --reason "another title"
+grep -q '"reason": "first"' "$baseline" && grep -q '"reason": "another title"' "$baseline"
+
+# A run that diverges is neither passed nor accepted.
+status=0
+run diverged --set 'simulation.integrator="euler-cromer"' --set simulation.step=0.05 --set simulation.substeps=1 \
+  --set simulation.duration=10.0 2>/dev/null || status=$?
+[ "$status" -eq 1 ]
+expect 1 "$palpate" gate "$out/diverged" --baseline "$baseline" --out "$out/gate"
+expect 2 "$palpate" approve "$out/diverged" --baseline "$baseline" --reason "no"
+grep -q "diverged" "$out/said"
+
+# Half a trace is no trace.
+truncate -s 20000 "$out/again/trace.h5"
+expect 2 "$palpate" gate "$out/again" --baseline "$baseline" --out "$out/gate"
+
+# An empty selection, and a folder that holds nothing.
+expect 2 "$palpate" gate "$out/stale" --baseline "$baseline" --case no/such --out "$out/gate"
+mkdir "$out/empty"
+expect 2 "$palpate" gate "$out/empty" --baseline "$baseline" --out "$out/gate"

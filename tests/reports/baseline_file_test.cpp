@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "reports/baseline_file.hpp"
+
+#include <cstdio>
+#include <filesystem>
+
+#include "fixtures/io/file_bytes.hpp"
+#include "reports/damaged_files.hpp"
+#include "reports/gate_report.hpp"
+#include "tests/check.hpp"
+#include "tests/reports/sample_results.hpp"
+#include "validation/gate/approval.hpp"
+
+namespace {
+
+using namespace palpate;
+
+std::filesystem::path scratch(const char* name) {
+  return std::filesystem::temp_directory_path() / ("palpate-baseline-test-" + std::string(name));
+}
+
+gate::Baseline sample_baseline() {
+  gate::Acceptance acceptance{.command = "palpate validate",
+                              .provenance = {{"commit", "abc"}},
+                              .date = "2026-01-01T00:00:00Z",
+                              .reason = "first",
+                              .outcomes = {sample::results().outcomes.front()}};
+  acceptance.variants = {acceptance.outcomes};
+  return gate::accept({}, acceptance);
+}
+
+TEST("a baseline is read as it was written, curves and all") {
+  const gate::Baseline written = sample_baseline();
+  write_baseline(scratch("a.json"), written);
+  const gate::Baseline read = read_baseline(scratch("a.json"));
+  const gate::Candidate candidate{.command = written.command, .outcomes = {written.cases[0].outcome}};
+  CHECK(gate::judge(read, candidate).tally().identical == 1);
+  CHECK(read.ledger.size() == 1 && read.ledger[0].reason == "first" && read.ledger[0].commit == "abc");
+  CHECK(read.cases[0].spread.runs == 1);
+}
+
+TEST("the same baseline gives the same bytes") {
+  write_baseline(scratch("b.json"), sample_baseline());
+  write_baseline(scratch("c.json"), sample_baseline());
+  CHECK(io::read_bytes(scratch("b.h5"), 1U << 24U) == io::read_bytes(scratch("c.h5"), 1U << 24U));
+  CHECK(io::read_bytes(scratch("b.json"), 1U << 24U) == io::read_bytes(scratch("c.json"), 1U << 24U));
+}
+
+TEST("no damage to its files goes unseen") {
+  const auto tried = try_damaged_files();
+  CHECK(tried.size() >= 15);
+  for (const auto& [damage, refusal] : tried) {
+    if (refusal.empty()) { std::printf("  %s: taken for sound\n", damage.c_str()); }
+    CHECK(!refusal.empty());
+  }
+}
+
+TEST("curves do not go where the numbers are") { CHECK_THROWS(write_baseline(scratch("d.h5"), sample_baseline()), "another ending"); }
+
+TEST("page, table and JUnit name what fell") {
+  GateReport report{.command = "palpate gate", .baseline = sample_baseline()};
+  report.candidate = {.command = "palpate validate", .outcomes = {report.baseline.cases[0].outcome}};
+  Figure& figure = report.candidate.outcomes[0].figures[0];
+  figure.series[0].y[2] *= 10.0;
+  report.verdict = gate::judge(report.baseline, report.candidate);
+  CHECK(verdict_text(report.verdict) == "FAIL: 1 of 1 cases fell");
+  CHECK(changes_text(report.verdict).find(figure.id) != std::string::npos);
+  CHECK(to_junit(report).find("<failure") != std::string::npos);
+  CHECK(to_json(report).find("\"verdict\": \"fail\"") != std::string::npos);
+  const std::string page = to_html(report);
+  CHECK(page.find("Curves that moved") != std::string::npos && page.find("<svg") != std::string::npos);
+}
+
+}  // namespace

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Numbers of chance that are the same on every machine.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <random>
+
+namespace palpate {
+
+/// Uniform in [low, high) from the bits alone: the same on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : bits_(seed) {}
+  double operator()(double low, double high) {
+    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
+  }
+  Eigen::VectorXd vector(Eigen::Index size, double amplitude) {
+    Eigen::VectorXd values(size);
+    for (double& value : values) { value = (*this)(-amplitude, amplitude); }
+    return values;
+  }
+
+ private:
+  std::mt19937_64 bits_;
+};
+
+}  // namespace palpate
