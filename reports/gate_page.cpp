@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 
 #include "reports/figure_svg.hpp"
 #include "reports/gate_report.hpp"
@@ -33,7 +34,9 @@ Figure overlay(const std::string& case_name, const Figure& before, const Figure*
                 .caption = before.title,
                 .x = before.x,
                 .y = before.y};
-  if (before.series[series].y2.empty()) { figure.series.push_back(tube_of(before, series)); }
+  const Series& curve = before.series[series];
+  const bool drawn = curve.style != Series::Style::points && std::ranges::is_sorted(curve.x);
+  if (drawn && curve.y2.empty()) { figure.series.push_back(tube_of(before, series)); }
   figure.series.push_back(before.series[series]);
   figure.series.back().label = "accepted";
   if (now == nullptr || series >= now->series.size()) { return figure; }
@@ -93,7 +96,7 @@ std::string curves_section(const GateReport& report) {
 
 /// Side by side, so that a reader sees at once that a compiler changed and not the code.
 Table provenance_table(const GateReport& report) {
-  Table table{.id = "provenance", .title = "Where the numbers come from", .columns = {"", "accepted", "now"}};
+  Table table{.id = "provenance", .title = "Builds", .columns = {"", "accepted", "now"}};
   const auto value = [](const auto& map, const std::string& key) {
     const auto found = map.find(key);
     return found == map.end() ? std::string() : found->second;
@@ -108,6 +111,17 @@ Table ledger_table(const gate::Baseline& baseline) {
   Table table{.id = "ledger", .title = "What was approved", .columns = {"date", "commit", "cases", "reason"}};
   for (auto entry = baseline.ledger.rbegin(); entry != baseline.ledger.rend(); ++entry) {
     table.rows.push_back({entry->date, entry->commit, static_cast<double>(entry->cases.size()), entry->reason});
+  }
+  return table;
+}
+
+/// So short that it is read at a glance.
+Table worst_table(const gate::Verdict& verdict) {
+  constexpr std::size_t at_a_glance = 20;
+  Table table = changes_table(verdict, false);
+  if (table.rows.size() > at_a_glance) {
+    table.caption = "The worst " + std::to_string(at_a_glance) + " of " + std::to_string(table.rows.size()) + ".";
+    table.rows.resize(at_a_glance);
   }
   return table;
 }
@@ -134,7 +148,7 @@ std::string to_html(const GateReport& report) {
                                   .detail = verdict_sentence(report.verdict)});
   body += "<main>\n";
   if (!report.verdict.faults.empty()) { body += "<h2>Why</h2>\n" + html_notes(report.verdict.faults); }
-  const Table shown = changes_table(report.verdict, false);
+  const Table shown = worst_table(report.verdict);
   if (!shown.rows.empty()) { body += "<h2>What changed</h2>\n" + html_table(shown); }
   body += curves_section(report);
   const Table all = changes_table(report.verdict, true);

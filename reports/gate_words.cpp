@@ -13,9 +13,7 @@ using gate::CaseVerdict;
 using gate::Change;
 using gate::Judgement;
 
-bool is_shown(const Change& change, bool all) {
-  return all || change.falls() || change.judgement == Judgement::better;
-}
+bool is_told(const Change& change) { return change.falls() || change.judgement == Judgement::better; }
 
 /// Curves have no single number.
 std::string number_of(const Change& change, double value) {
@@ -30,12 +28,22 @@ std::vector<std::string> row_of(const CaseVerdict& verdict, const Change& change
           change.allowed};
 }
 
+/// Of a case as a whole: its worst change, and how many more there are.
+std::vector<std::string> summary_of(const CaseVerdict& verdict) {
+  std::vector<std::string> row = row_of(verdict, verdict.changes.front());
+  const auto more = std::ranges::count_if(verdict.changes, [](const Change& one) { return is_told(one); }) - 1;
+  if (more > 0) { row[2] += (row[2].empty() ? "and " : ", and ") + std::to_string(more) + " more"; }
+  return row;
+}
+
 /// Worst first, and within a kind in the order of the cases.
 std::vector<std::vector<std::string>> rows_of(const gate::Verdict& verdict, bool all) {
   std::vector<std::pair<Judgement, std::vector<std::string>>> rows;
   for (const CaseVerdict& one : verdict.cases) {
-    for (const Change& change : one.changes) {
-      if (is_shown(change, all)) { rows.emplace_back(change.judgement, row_of(one, change)); }
+    if (all) {
+      for (const Change& change : one.changes) { rows.emplace_back(change.judgement, row_of(one, change)); }
+    } else if (one.falls() || one.better()) {
+      rows.emplace_back(one.changes.front().judgement, summary_of(one));
     }
   }
   std::ranges::stable_sort(rows, std::ranges::greater{}, [](const auto& row) { return static_cast<int>(row.first); });
@@ -51,7 +59,7 @@ constexpr std::array<const char*, 7> heads{"", "case", "what", "before", "now", 
 std::string verdict_text(const gate::Verdict& verdict) {
   const std::string of = " of " + std::to_string(verdict.cases.size()) + " cases ";
   if (verdict.holds()) { return "PASS: none" + of + "became worse"; }
-  if (!verdict.faults.empty()) { return "FAIL: " + verdict.faults.front(); }
+  if (verdict.tally().fallen == 0) { return "FAIL: " + verdict.faults.front(); }
   return "FAIL: " + std::to_string(verdict.tally().fallen) + of + "fell";
 }
 

@@ -62,10 +62,9 @@ std::optional<std::array<Leg, 3>> Kinematics::legs(const Eigen::Vector3d& positi
 std::optional<LegAngles> Kinematics::inverse(const Eigen::Vector3d& position) const noexcept {
   const auto shapes = legs(position);
   if (!shapes) { return std::nullopt; }
-  LegAngles angles;
+  LegAngles angles{.theta1 = angles_at_base(*shapes)};
   for (int i = 0; i < 3; ++i) {
     const Leg& leg = (*shapes)[static_cast<std::size_t>(i)];
-    angles.theta1[i] = std::atan2(leg.sine, leg.cosine);
     angles.theta2[i] = std::atan2(leg.away, leg.outward);
     angles.theta3[i] = std::atan2(leg.height, leg.sideways);
   }
@@ -133,6 +132,15 @@ std::optional<Eigen::Matrix3d> Kinematics::jacobian(
   const auto shapes = legs(position);
   if (!shapes) { return std::nullopt; }
   return falcon::jacobian(*shapes);
+}
+
+Eigen::Vector3d angles_at_base(const std::array<Leg, 3>& legs) noexcept {
+  Eigen::Vector3d theta1;
+  for (int i = 0; i < 3; ++i) {
+    const Leg& leg = legs[static_cast<std::size_t>(i)];
+    theta1[i] = std::atan2(leg.sine, leg.cosine);
+  }
+  return theta1;
 }
 
 Eigen::Matrix3d inverse_jacobian(const std::array<Leg, 3>& legs) noexcept {

@@ -62,6 +62,9 @@ class Kinematics {
   std::array<LegFrame, 3> frames_{};
 };
 
+/// theta1 of the three arms [rad].
+Eigen::Vector3d angles_at_base(const std::array<Leg, 3>& legs) noexcept;
+
 /// d(theta1)/d(position) [rad/m], the inverse of J; singular only at the edge of reach.
 Eigen::Matrix3d inverse_jacobian(const std::array<Leg, 3>& legs) noexcept;
 /// J from the same legs, well defined up to the edge of reach.

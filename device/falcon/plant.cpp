@@ -42,10 +42,11 @@ Drive Plant::drive_at(const Given& given, double time) noexcept {
 }
 
 void Plant::settle(const Given& given) noexcept {
-  now_known_ = false;
-  Motion motion;
-  if (!mechanics_.evaluate(state_, drive_at(given, time_), given.hand, slip_, motion)) { return; }
-  slip_ = settled(motion.arms, slip_, mechanics_.options().coulomb);
+  now_known_ = mechanics_.evaluate(state_, drive_at(given, time_), given.hand, slip_, now_);
+  if (!now_known_) { return; }
+  const Slip slip = settled(now_.arms, slip_, mechanics_.options().coulomb);
+  now_known_ = slip == slip_;  // else it moves otherwise than it was looked at
+  slip_ = slip;
 }
 
 bool Plant::look(const Given& given) noexcept {
@@ -180,8 +181,8 @@ void Plant::advance(double duration, Motors& motors, const Hand& hand) noexcept 
 }
 
 Eigen::Vector3d Plant::theta1() const noexcept {
-  const auto angles = mechanics_.kinematics().inverse(position());
-  return angles ? angles->theta1 : Eigen::Vector3d::Zero();
+  const auto legs = mechanics_.kinematics().legs(position());
+  return legs ? angles_at_base(*legs) : Eigen::Vector3d::Zero();
 }
 
 EnergyAudit Plant::energy(const Hand& hand) const noexcept {

@@ -59,6 +59,29 @@ bool keeps_bounded(const Eigen::Matrix2d& step) {
   return determinant <= 1.0 + rounding && std::abs(step.trace()) <= 1.0 + determinant + rounding;
 }
 
+/// As stable_step(); what is `enough` or longer counts as infinite.
+double stable_step_below(double enough, const IntegratorInfo& scheme, double omega, double damping) {
+  const double rate = std::max(omega, damping);
+  if (scheme.implicit || !(rate > 0.0)) { return std::numeric_limits<double>::infinity(); }
+  ScalarStepper stepper(scheme, omega, damping);
+  const auto stable = [&](double h) { return keeps_bounded(stepper.step_matrix(h)); };
+  if (!stable(shortest_step / rate)) { return 0.0; }
+  // Upwards in steps of 5 % until the first growth, then bisection.
+  double low = shortest_step / rate;
+  double high = 10.0 * low;
+  const double longest = std::min(enough, longest_step / rate);
+  while (low < longest && stable(high)) {
+    low = high;
+    high *= 1.05;
+  }
+  if (low >= longest) { return std::numeric_limits<double>::infinity(); }
+  for (int n = 0; n < 45; ++n) {
+    const double middle = 0.5 * (low + high);
+    (stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
 }  // namespace
 
 double amplification(const IntegratorInfo& scheme, double omega, double damping, double h) {
@@ -70,36 +93,19 @@ double amplification(const IntegratorInfo& scheme, double omega, double damping,
 }
 
 double stable_step(const IntegratorInfo& scheme, double omega, double damping) {
-  const double rate = std::max(omega, damping);
-  if (scheme.implicit || !(rate > 0.0)) { return std::numeric_limits<double>::infinity(); }
-  ScalarStepper stepper(scheme, omega, damping);
-  const auto stable = [&](double h) { return keeps_bounded(stepper.step_matrix(h)); };
-  if (!stable(shortest_step / rate)) { return 0.0; }
-  // Upwards in steps of 5 % until the first growth, then bisection.
-  double low = shortest_step / rate;
-  double high = 10.0 * low;
-  while (high < longest_step / rate && stable(high)) {
-    low = high;
-    high *= 1.05;
-  }
-  if (high >= longest_step / rate) { return std::numeric_limits<double>::infinity(); }
-  for (int n = 0; n < 45; ++n) {
-    const double middle = 0.5 * (low + high);
-    (stable(middle) ? low : high) = middle;
-  }
-  return low;
+  return stable_step_below(std::numeric_limits<double>::infinity(), scheme, omega, damping);
 }
 
 double stable_step(const IntegratorInfo& scheme, const SpectralBounds& bounds) {
   if (scheme.implicit) { return std::numeric_limits<double>::infinity(); }
   constexpr int grid = 12;
   double smallest = std::numeric_limits<double>::infinity();
-  for (int i = 0; i <= grid; ++i) {  // from pure drag (omega = 0) to the fastest oscillator
+  for (int i = grid; i >= 0; --i) {  // from the fastest oscillator, which mostly decides, to pure drag (omega = 0)
     const double omega = bounds.omega_upper * i / grid;
     const double least = std::min(bounds.relaxation_lower * omega * omega, bounds.damping_upper);
     for (int j = 0; j <= grid; ++j) {
       const double damping = least + (bounds.damping_upper - least) * j / grid;
-      smallest = std::min(smallest, stable_step(scheme, omega, damping));
+      smallest = std::min(smallest, stable_step_below(smallest, scheme, omega, damping));
     }
   }
   return smallest;
