@@ -35,12 +35,14 @@ double worst_error_at_limit() {
 
 /// How often the limit lies above the truth, by the binomial law itself.
 double least_coverage(long ticks) {
+  std::vector<double> limit;
+  for (long misses = 0; misses <= ticks; ++misses) { limit.push_back(miss_probability_upper(misses, ticks)); }
   double least = 1.0;
   for (int n = 1; n < 1000; ++n) {
     const double truth = 1e-3 * n;
     double covered = 0.0;
     for (long misses = 0; misses <= ticks; ++misses) {
-      if (truth > miss_probability_upper(misses, ticks)) { continue; }
+      if (truth > limit[static_cast<std::size_t>(misses)]) { continue; }
       covered += gsl_ran_binomial_pdf(static_cast<unsigned>(misses), truth, static_cast<unsigned>(ticks));
     }
     least = std::min(least, covered);

@@ -105,7 +105,7 @@ double share(std::size_t part, std::size_t all) {
 }
 
 void measure_told(const CaseContext& context, Outcome& outcome) {
-  const int seeds = context.quick ? 100 : 400;
+  const int seeds = context.quick ? 40 : 200;
   constexpr double checks = 10.0;
   const double far = std::log(100.0 * double{ticks});  // scales beyond the base
   for (const auto& [name, draw, stretched] :
@@ -124,7 +124,7 @@ void measure_told(const CaseContext& context, Outcome& outcome) {
 }
 
 void measure_refused(const CaseContext& context, Outcome& outcome) {
-  const int seeds = context.quick ? 20 : 100;
+  const int seeds = context.quick ? 8 : 50;
   for (const auto& [name, draw] :
        {std::pair{"in_pairs", Draw(in_pairs)}, {"autoregressive", Draw(autoregressive)}, {"growing", Draw(growing)},
         {"disturbed_later", Draw(disturbed_later)}, {"without_mean", Draw(without_mean)}}) {
