@@ -4,7 +4,6 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>

@@ -60,21 +60,25 @@ std::string to_csv(const CertificateReport& report) {
   return csv;
 }
 
-Figure histogram_figure(const CertificateReport& report) {
-  Figure figure{.id = "histogram",
-                .title = "How often a tick took how long",
-                .caption = "Bins of 1 us from the scheduled release; a single late tick is a point at 1.",
+std::vector<Figure> histogram_figures(const CertificateReport& report) {
+  const LoadResult* worst = report.result.worst();
+  if (worst == nullptr || worst->control.record.ticks() == 0) { return {}; }
+  Figure figure{.id = "responses",
+                .title = "Response: scene and empty loop",
+                .caption = "Ticks in each us from the scheduled release; a single late one is a point at 1.",
                 .x = {.label = "time (us)", .logarithmic = true},
                 .y = {.label = "ticks", .logarithmic = true, .minimum = 0.8},
+                .series = {series_of("scene", worst->scene.record.response),
+                           series_of("empty loop", worst->control.record.response)},
+                .marks = {{"deadline", 1e6 * report.result.claim.deadline}},
                 .timing = true};
-  const LoadResult* worst = report.result.worst();
-  if (worst == nullptr) { return figure; }
-  figure.series = {series_of("response of the scene", worst->scene.record.response),
-                   series_of("its computation", worst->scene.record.compute),
-                   series_of("its wake-up", worst->scene.record.wakeup),
-                   series_of("response of the empty loop", worst->control.record.response)};
-  figure.marks = {{"deadline", 1e6 * report.result.claim.deadline}};
-  return figure;
+  Figure parts = figure;
+  parts.id = "parts";
+  parts.title = "What the response of the scene is made of";
+  parts.caption = "Waking up late and computing, in bins of 1 us.";
+  parts.series = {series_of("computation", worst->scene.record.compute),
+                  series_of("wake-up", worst->scene.record.wakeup)};
+  return {std::move(figure), std::move(parts)};
 }
 
 }  // namespace palpate

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <array>
-#include <utility>
-
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "reports/certificate_report.hpp"
 #include "reports/json_number.hpp"
@@ -93,14 +92,14 @@ Json budget_json(const CertificateReport& report) {
   const auto cycles = [&](double seconds) {
     return report.cycles_per_second ? Json(seconds * *report.cycles_per_second) : Json(nullptr);
   };
-  Json json{{"statement", budget_words(report.result)},
-            {"worst_us", budget.provocations.empty() ? Json(nullptr) : Json(us * budget.worst())},
-            {"worst_cycles", budget.provocations.empty() ? Json(nullptr) : cycles(budget.worst())},
-            {"deadline_cycles", cycles(deadline)},
-            {"cycles_per_second", report.cycles_per_second ? Json(*report.cycles_per_second) : Json(nullptr)},
-            {"worst_instructions",
-             budget.worst_instructions ? Json(*budget.worst_instructions) : Json(nullptr)},
-            {"provocations", Json::array()}};
+  Json json{
+      {"statement", budget_words(report.result)},
+      {"worst_us", budget.provocations.empty() ? Json(nullptr) : Json(us * budget.worst())},
+      {"worst_cycles", budget.provocations.empty() ? Json(nullptr) : cycles(budget.worst())},
+      {"deadline_cycles", cycles(deadline)},
+      {"cycles_per_second", report.cycles_per_second ? Json(*report.cycles_per_second) : Json(nullptr)},
+      {"worst_instructions", budget.worst_instructions ? Json(*budget.worst_instructions) : Json(nullptr)},
+      {"provocations", Json::array()}};
   for (const Provocation& each : budget.provocations) {
     json["provocations"].push_back({{"name", each.name},
                                     {"what", each.what},

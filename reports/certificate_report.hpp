@@ -22,7 +22,7 @@ struct EnvironmentFact {
 };
 
 struct CertificateReport {
-  std::string file{};        ///< of the scene, name alone
+  std::string file{};  ///< of the scene, name alone
   std::string title{};
   std::string scene_hash{};
   certificate::Certificate result{};
@@ -37,13 +37,16 @@ std::string to_json(const CertificateReport& report);
 std::string to_csv(const CertificateReport& report);  ///< the histograms
 std::string to_html(const CertificateReport& report);
 
-std::vector<Table> certificate_tables(const CertificateReport& report);  ///< phases, misses, provocations, tail
-Figure histogram_figure(const CertificateReport& report);
+std::vector<Table> certificate_tables(
+    const CertificateReport& report);  ///< phases, misses, provocations, tail
+/// Responses of scene and empty loop, and what those of the scene are made of; none where nothing ran.
+std::vector<Figure> histogram_figures(const CertificateReport& report);
 
 /// Phases with their names, those of the worst load first: "the scene, load cpu".
 struct NamedPhase {
   std::string name{};
   const certificate::Phase* phase = nullptr;
+  bool empty = false;  ///< the empty loop, which is nowhere in the scene
 };
 std::vector<NamedPhase> phases_of(const CertificateReport& report);
 

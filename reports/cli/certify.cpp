@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "validation/certificate/certify.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -16,7 +18,6 @@
 #include "reports/cli/stress_ng.hpp"
 #include "reports/cli/tool_inspection.hpp"
 #include "validation/certificate/background_load.hpp"
-#include "validation/certificate/certify.hpp"
 #include "validation/certificate/scene_loop.hpp"
 #include "validation/number_words.hpp"
 
@@ -25,7 +26,7 @@ namespace {
 
 using namespace certificate;
 
-constexpr double least_rate = 0.01;   // [Hz]
+constexpr double least_rate = 0.01;  // [Hz]
 constexpr double most_rate = 20000.0;
 constexpr double us = 1e6;
 
@@ -89,11 +90,15 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
 /// On a thread of its own; this one shows how far it is.
 Certificate certify_aside(const Scene& scene, const CertifyPlan& plan, bool quiet) {
   const bool show = !quiet && isatty(STDERR_FILENO) != 0;
-  std::future<Certificate> work = std::async(std::launch::async, [&] { return certificate::certify(scene, plan); });
+  std::future<Certificate> work =
+      std::async(std::launch::async, [&] { return certificate::certify(scene, plan); });
   while (work.wait_for(std::chrono::milliseconds(250)) != std::future_status::ready) {
     const long ticks = plan.progress->ticks;
-    const double share = ticks > 0 ? 100.0 * static_cast<double>(plan.progress->done) / static_cast<double>(ticks) : 0.0;
-    if (show && ticks > 0) { std::fprintf(stderr, "\r\033[K%s: %3.0f %%", plan.progress->stage.load(), share); }
+    const double share =
+        ticks > 0 ? 100.0 * static_cast<double>(plan.progress->done) / static_cast<double>(ticks) : 0.0;
+    if (show && ticks > 0) {
+      std::fprintf(stderr, "\r\033[K%s: %3.0f %%", plan.progress->stage.load(), share);
+    }
     if (show && ticks == 0) { std::fprintf(stderr, "\r\033[K%s", plan.progress->stage.load()); }
   }
   if (show) { std::fprintf(stderr, "\r\033[K"); }
@@ -110,8 +115,8 @@ std::string command_of(const CertifyOptions& options, const Claim& claim) {
 }
 
 void tell(const CertificateReport& report, const Judgement& judgement, const std::filesystem::path& folder) {
-  std::printf("%s: %s\n%s\n", std::string(certificate::name_of(judgement.verdict)).c_str(), judgement.reason.c_str(),
-              budget_words(report.result).c_str());
+  std::printf("%s: %s\n%s\n", std::string(certificate::name_of(judgement.verdict)).c_str(),
+              judgement.reason.c_str(), budget_words(report.result).c_str());
   for (const NamedPhase& named : phases_of(report)) {
     const LoopRecord& record = named.phase->record;
     if (record.ticks() == 0) { continue; }
@@ -125,7 +130,9 @@ void tell(const CertificateReport& report, const Judgement& judgement, const std
 
 int exit_code(const Certificate& certificate, Verdict verdict) {
   if (certificate.interrupted) { return interrupted_code; }
-  return verdict == Verdict::certified ? done : verdict == Verdict::not_certified ? fell_short : machine_cannot;
+  return verdict == Verdict::certified       ? done
+         : verdict == Verdict::not_certified ? fell_short
+                                             : machine_cannot;
 }
 
 }  // namespace

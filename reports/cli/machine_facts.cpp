@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <fstream>
 #include <sstream>
-
 #include <sys/utsname.h>
 #include <time.h>
 #include <unistd.h>
@@ -110,7 +109,8 @@ void add_kernel(std::vector<EnvironmentFact>& facts) {
                 {"clock_source", "clock source",
                  text(first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource"))},
                 {"clock_resolution_ns", "clock resolution (ns)", clock_resolution()},
-                {"load_average", "load average over 1, 5, 15 min", text(first_words(first_line("/proc/loadavg"), 3))}});
+                {"load_average", "load average over 1, 5, 15 min",
+                 text(first_words(first_line("/proc/loadavg"), 3))}});
 }
 
 }  // namespace
@@ -145,7 +145,9 @@ std::vector<int> processors_in(const std::string& list) {
   return processors;
 }
 
-std::vector<int> isolated_processors() { return processors_in(first_line("/sys/devices/system/cpu/isolated")); }
+std::vector<int> isolated_processors() {
+  return processors_in(first_line("/sys/devices/system/cpu/isolated"));
+}
 
 certificate::ProcessorTimes processor_times(int processor) {
   std::ifstream stat("/proc/stat");
@@ -154,8 +156,8 @@ certificate::ProcessorTimes processor_times(int processor) {
   for (std::string line; std::getline(stat, line);) {
     int number = -1;
     double user = 0, nice = 0, system = 0, idle = 0, waiting = 0, hard = 0, soft = 0, stolen = 0;
-    if (std::sscanf(line.c_str(), "cpu%d %lf %lf %lf %lf %lf %lf %lf %lf", &number, &user, &nice, &system, &idle,
-                    &waiting, &hard, &soft, &stolen) != 9) {
+    if (std::sscanf(line.c_str(), "cpu%d %lf %lf %lf %lf %lf %lf %lf %lf", &number, &user, &nice, &system,
+                    &idle, &waiting, &hard, &soft, &stolen) != 9) {
       continue;
     }
     if (number == processor) {

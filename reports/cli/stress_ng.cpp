@@ -4,10 +4,9 @@
 #include <array>
 #include <csignal>
 #include <cstdlib>
+#include <spawn.h>
 #include <sstream>
 #include <stdexcept>
-
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -27,8 +26,9 @@ StressNg::StressNg(const std::vector<int>& processors) {
   for (const int n : processors) { list += (list.empty() ? "" : ",") + std::to_string(n); }
   std::string workers = std::to_string(processors.size());
   std::string program = "stress-ng";
-  std::array<std::string, 13> words{"--quiet", "--taskset", list,  "--cpu",      workers, "--cache", workers,
-                                    "--vm",    "1",         "--vm-bytes", "64M", "--hdd", "1"};
+  std::array<std::string, 13> words{"--quiet", "--taskset", list,   "--cpu", workers,
+                                    "--cache", workers,     "--vm", "1",     "--vm-bytes",
+                                    "64M",     "--hdd",     "1"};
   std::vector<char*> arguments{program.data()};
   for (std::string& word : words) { arguments.push_back(word.data()); }
   arguments.push_back(nullptr);

@@ -2,9 +2,8 @@
 #include "device/real_time.hpp"
 
 #include <chrono>
-#include <thread>
-
 #include <sched.h>
+#include <thread>
 
 #include "tests/check.hpp"
 

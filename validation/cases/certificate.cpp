@@ -2,10 +2,9 @@
 /// The statistics of a real-time certificate: what they say of data whose law is known.
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_randist.h>
+#include <iterator>
 
 #include "device/seeded.hpp"
 #include "validation/cases/certificate_parts.hpp"
@@ -19,14 +18,15 @@ namespace certificate {
 
 namespace {
 
-/// By another library than that of the limit. At its own limit so few misses have the chance 1 - confidence, to the digits of both libraries.
+/// At its own limit so few misses have the chance 1 - confidence, by another library than that of the limit.
 double worst_error_at_limit() {
   double worst = 0.0;
   for (const long ticks : {10L, 1000L, 60000L, 86400000L}) {
     for (const long misses : {0L, 1L, 3L, 9L}) {
       if (misses >= ticks) { continue; }
       const double limit = miss_probability_upper(misses, ticks);
-      const double chance = gsl_cdf_binomial_P(static_cast<unsigned>(misses), limit, static_cast<unsigned>(ticks));
+      const double chance =
+          gsl_cdf_binomial_P(static_cast<unsigned>(misses), limit, static_cast<unsigned>(ticks));
       worst = std::max(worst, std::abs(chance - 0.05) / 0.05);
     }
   }
@@ -51,10 +51,11 @@ double least_coverage(long ticks) {
 }
 
 void measure_miss_bound(const CaseContext&, Outcome& outcome) {
-  outcome.judge({.name = "error_of_the_chance_at_the_limit",
-                 .value = worst_error_at_limit(),
-                 .upper = 1e-6,
-                 .bound_from = "theory: the chance is 0.05; two libraries with different series agree to this"});
+  outcome.judge(
+      {.name = "error_of_the_chance_at_the_limit",
+       .value = worst_error_at_limit(),
+       .upper = 1e-6,
+       .bound_from = "theory: the chance is 0.05; two libraries with different series agree to this"});
   outcome.judge({.name = "least_coverage_of_50_ticks",
                  .value = least_coverage(50),
                  .lower = 0.95,
@@ -92,10 +93,18 @@ void measure_percentiles(const CaseContext&, Outcome& outcome) {
     most = std::isnan(off) ? off : std::max(most, off);
   }
   const char* why = "a bin of 1 us: never too short, at most a bin too long; rounding of a difference";
-  outcome.judge({.name = "least_of_percentile_minus_exact", .value = 1e6 * least, .unit = "us", .lower = -1e-9,
-                 .upper = 1.0, .bound_from = why});
-  outcome.judge({.name = "most_of_percentile_minus_exact", .value = 1e6 * most, .unit = "us", .lower = -1e-9,
-                 .upper = 1.0 + 1e-9, .bound_from = why});
+  outcome.judge({.name = "least_of_percentile_minus_exact",
+                 .value = 1e6 * least,
+                 .unit = "us",
+                 .lower = -1e-9,
+                 .upper = 1.0,
+                 .bound_from = why});
+  outcome.judge({.name = "most_of_percentile_minus_exact",
+                 .value = 1e6 * most,
+                 .unit = "us",
+                 .lower = -1e-9,
+                 .upper = 1.0 + 1e-9,
+                 .bound_from = why});
   outcome.judge({.name = "percentile_that_no_tick_lies_above",
                  .value = histogram.percentile(0.99999) ? 1.0 : 0.0,
                  .upper = 0.0,
@@ -110,7 +119,8 @@ std::vector<Case> certificate_cases() {
   std::vector<Case> cases{
       {.name = "certificate/miss-bound",
        .suite = "timing",
-       .claim = "The limit of the miss probability is what the binomial law says, for no miss, some, and all.",
+       .claim =
+           "The limit of the miss probability is what the binomial law says, for no miss, some, and all.",
        .measure = certificate::measure_miss_bound,
        .weight = 0.1},
       {.name = "certificate/percentiles",

@@ -108,14 +108,14 @@ void measure_told(const CaseContext& context, Outcome& outcome) {
   const int seeds = context.quick ? 40 : 200;
   constexpr double checks = 10.0;
   const double far = std::log(100.0 * double{ticks});  // scales beyond the base
-  for (const auto& [name, draw, stretched] :
-       {std::tuple{"exponential", Draw(independent), far},
-        {"pareto", Draw(heavy), std::expm1(0.15 * far) / 0.15}}) {
+  for (const auto& [name, draw, stretched] : {std::tuple{"exponential", Draw(independent), far},
+                                              {"pareto", Draw(heavy), std::expm1(0.15 * far) / 0.15}}) {
     const Tried tried = try_tails(draw, seeds, base + scale * stretched);
-    outcome.judge({.name = std::string("refused_share_") + name,
-                   .value = share(tried.refused, static_cast<std::size_t>(seeds)),
-                   .upper = comparison::expected_share(checks * false_alarm, static_cast<std::size_t>(seeds)).upper,
-                   .bound_from = "ten checks with a false alarm in a thousand each; binomial limit, 99.9 %"});
+    outcome.judge(
+        {.name = std::string("refused_share_") + name,
+         .value = share(tried.refused, static_cast<std::size_t>(seeds)),
+         .upper = comparison::expected_share(checks * false_alarm, static_cast<std::size_t>(seeds)).upper,
+         .bound_from = "ten checks with a false alarm in a thousand each; binomial limit, 99.9 %"});
     outcome.judge({.name = std::string("coverage_") + name,
                    .value = share(tried.covered, tried.told),
                    .lower = comparison::expected_share(0.95, std::max<std::size_t>(1, tried.told)).lower,
@@ -125,9 +125,11 @@ void measure_told(const CaseContext& context, Outcome& outcome) {
 
 void measure_refused(const CaseContext& context, Outcome& outcome) {
   const int seeds = context.quick ? 8 : 50;
-  for (const auto& [name, draw] :
-       {std::pair{"in_pairs", Draw(in_pairs)}, {"autoregressive", Draw(autoregressive)}, {"growing", Draw(growing)},
-        {"disturbed_later", Draw(disturbed_later)}, {"without_mean", Draw(without_mean)}}) {
+  for (const auto& [name, draw] : {std::pair{"in_pairs", Draw(in_pairs)},
+                                   {"autoregressive", Draw(autoregressive)},
+                                   {"growing", Draw(growing)},
+                                   {"disturbed_later", Draw(disturbed_later)},
+                                   {"without_mean", Draw(without_mean)}}) {
     const Tried tried = try_tails(draw, seeds, 0.0);
     outcome.judge({.name = std::string("refused_share_") + name,
                    .value = share(tried.refused, static_cast<std::size_t>(seeds)),
@@ -142,8 +144,9 @@ void measure_refused(const CaseContext& context, Outcome& outcome) {
 std::vector<Case> tail_cases() {
   return {{.name = "certificate/tail/told",
            .suite = "timing",
-           .claim = "Of independent response times the tail is told, and its interval two decades beyond the data "
-                    "holds the truth as often as it says.",
+           .claim =
+               "Of independent response times the tail is told, and its interval two decades beyond the data "
+               "holds the truth as often as it says.",
            .measure = measure_told,
            .weight = 3.0},
           {.name = "certificate/tail/refused",

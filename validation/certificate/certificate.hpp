@@ -15,9 +15,9 @@
 namespace palpate::certificate {
 
 struct Claim {
-  double rate = 1000.0;     ///< of releases [Hz]
-  double deadline = 1e-3;   ///< from a release until the tick is done [s]
-  double duration = 10.0;   ///< asked for, of each phase [s]
+  double rate = 1000.0;    ///< of releases [Hz]
+  double deadline = 1e-3;  ///< from a release until the tick is done [s]
+  double duration = 10.0;  ///< asked for, of each phase [s]
 
   [[nodiscard]] double period() const { return 1.0 / rate; }
   [[nodiscard]] long ticks() const;  ///< of each phase
@@ -36,10 +36,10 @@ struct Phase {
   LoopRecord record;
   device::ThreadCounts counts{};  ///< in its ticks alone
   ProcessorTimes times{};
-  double seconds = 0.0;           ///< wall time, with pauses
-  long restarts = 0;              ///< of the scene from its beginning
-  double paused = 0.0;            ///< for them, between ticks [s]
-  bool hopeless = false;          ///< given up, far too late
+  double seconds = 0.0;   ///< wall time, with pauses
+  long restarts = 0;      ///< of the scene from its beginning
+  double paused = 0.0;    ///< for them, between ticks [s]
+  bool hopeless = false;  ///< given up, far too late
 };
 
 /// The empty loop and the scene, one after the other under the same load.
@@ -58,8 +58,8 @@ struct Rights {
   std::string fifo{};
   std::string memory{};
   std::string processor{};
-  int on = 0;        ///< processor of the loop
-  bool alone = true; ///< loads had other processors
+  int on = 0;         ///< processor of the loop
+  bool alone = true;  ///< loads had other processors
 
   [[nodiscard]] bool all() const { return fifo.empty() && memory.empty(); }
 };
@@ -73,7 +73,8 @@ struct Certificate {
   bool interrupted = false;
   std::vector<std::string> notes{};
 
-  /// The load under which least can be said for the scene: largest limit of the miss probability. None: nothing ran.
+  /// The load under which least can be said for the scene: largest limit of the miss probability. None:
+  /// nothing ran.
   [[nodiscard]] const LoadResult* worst() const;
 };
 

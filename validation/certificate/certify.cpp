@@ -65,7 +65,8 @@ class Certifier {
 
   void provoke_ticks() {
     tell("provoking worst ticks", 0);
-    result_.budget = provoke(scene_, {.rate = plan_.claim.rate, .cache_bytes = plan_.cache_bytes, .stop = plan_.stop});
+    result_.budget =
+        provoke(scene_, {.rate = plan_.claim.rate, .cache_bytes = plan_.cache_bytes, .stop = plan_.stop});
     if (result_.budget.diverged_at || is_stopped()) { return; }
     tell("missing one tick", 0);
     if (scene_.drive && scene_.drive->kind == Drive::Kind::falcon) {
@@ -94,7 +95,8 @@ class Certifier {
     if (!is_stopped()) {
       measure(result.scene, "the scene", [this](Phase& phase) { run_scene(phase); });
     }
-    result.tail = judge_tail(result.scene.record.largest.sorted(), result.scene.record.ticks(), plan_.claim.deadline);
+    result.tail =
+        judge_tail(result.scene.record.largest.sorted(), result.scene.record.ticks(), plan_.claim.deadline);
   }
 
   std::shared_ptr<void> begin_load(const std::string& load) {
@@ -140,8 +142,8 @@ class Certifier {
     run_paced(phase, plan_.claim.ticks(), [](Moment&) { return true; });
   }
 
-  /// Again and again from the start; it is built anew in a pause between two ticks, on the same processor, so that
-  /// nothing is allocated while releases come.
+  /// Again and again from the start; it is built anew in a pause between two ticks, on the same processor, so
+  /// that nothing is allocated while releases come.
   void run_scene(Phase& phase) {
     LoopEnd end = LoopEnd::over;
     while (end == LoopEnd::over && phase.record.ticks() < plan_.claim.ticks()) {
@@ -162,8 +164,9 @@ class Certifier {
   void note_what_was_left_out() {
     const long whole = std::lround(scene_.simulation.duration * plan_.claim.rate);
     if (plan_.claim.ticks() < whole && !result_.loads.empty()) {
-      result_.notes.push_back("The loop saw the first " + std::to_string(plan_.claim.ticks()) + " of the scene's " +
-                              std::to_string(whole) + " ticks; the provoked ones are of all.");
+      result_.notes.push_back("The loop saw the first " + std::to_string(plan_.claim.ticks()) +
+                              " of the scene's " + std::to_string(whole) +
+                              " ticks; the provoked ones are of all.");
     }
     if (!result_.rights.processor.empty()) {
       result_.notes.push_back("The loop was not kept to one processor: " + result_.rights.processor + ".");

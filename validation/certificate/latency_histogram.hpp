@@ -11,7 +11,7 @@ namespace palpate::certificate {
 
 class LatencyHistogram {
  public:
-  static constexpr double bin_width = 1e-6;        ///< [s]
+  static constexpr double bin_width = 1e-6;         ///< [s]
   static constexpr std::size_t bin_count = 100000;  ///< the last one holds all from 0.1 s on
 
   LatencyHistogram() : counts_(bin_count, 0) {}

@@ -17,9 +17,7 @@ void keep(Peak& peak, double seconds, long tick, const Moment& moment) noexcept 
 
 void Misses::add(bool missed, const TickTimes& times) noexcept {
   if (missed && run_ == 0) { run_began_ = times.due; }
-  if (missed || run_ > 0) {
-    longest_recovery_ = std::max(longest_recovery_, times.end - run_began_);
-  }
+  if (missed || run_ > 0) { longest_recovery_ = std::max(longest_recovery_, times.end - run_began_); }
   run_ = missed ? run_ + 1 : 0;
   count_ += missed ? 1 : 0;
   longest_run_ = std::max(longest_run_, run_);

@@ -14,7 +14,7 @@ namespace palpate::certificate {
 
 /// Where in the scene a tick was.
 struct Moment {
-  double scene_time = 0.0;                  ///< [s]
+  double scene_time = 0.0;                   ///< [s]
   std::optional<ToolHappening> happening{};  ///< in this tick; the last of several
 };
 

@@ -51,7 +51,8 @@ Worst worst_tick(const Scene& scene, double period, const std::atomic<bool>* sto
     if (run.tick(false) == StepStatus::diverged) { break; }
     const Eigen::Vector3d way = run.place() - place;
     const double given = (force - run.force()).dot(way);
-    worst.speed = std::max({worst.speed, way.norm() / period, std::abs(run.simulation().tool_motion().velocity)});
+    worst.speed =
+        std::max({worst.speed, way.norm() / period, std::abs(run.simulation().tool_motion().velocity)});
     if (n > 0 && given > worst.given) {
       worst.tick = n;
       worst.given = given;
@@ -75,7 +76,8 @@ MissedTick measure_missed_tick(const Scene& scene, const std::atomic<bool>* stop
   const double period = 1.0 / settings.rate;
   const Worst worst = worst_tick(scene, period, stop);
   MissedTick result = bounded_missed_tick(settings.coupling_stiffness, worst.speed, period);
-  if (worst.tick < 0) { return result; }
+  result.measured = 0.0;
+  if (worst.tick < 0) { return result; }  // no force ever changed against the way of the grip
   ObservedRun kept(scene);
   ObservedRun missed(scene);
   for (long n = 0; n <= worst.tick; ++n) {

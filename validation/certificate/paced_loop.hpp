@@ -31,6 +31,7 @@ struct PacedLoop {
   /// `work(moment)` is one tick, tells where in the scene it was, and is false where it was the last one.
   template <class Work>
   LoopEnd run(long ticks, LoopRecord& record, Work&& work) noexcept {
+    (void)device::monotonic_now();  // the page that the clock is read from comes with the first look
     const device::ThreadCounts before = device::thread_counts();
     device::DeadlineClock clock(period);
     LoopEnd end = LoopEnd::done;
@@ -43,10 +44,10 @@ struct PacedLoop {
       times.end = device::monotonic_now();
       record.add(times, moment);
       if (done != nullptr) { done->fetch_add(1, std::memory_order_relaxed); }
-      end = !more                                                                ? LoopEnd::over
-            : times.end - times.due > hopeless_lateness                          ? LoopEnd::hopeless
-            : stop != nullptr && stop->load(std::memory_order_relaxed)           ? LoopEnd::stopped
-                                                                                 : LoopEnd::done;
+      end = !more                                                      ? LoopEnd::over
+            : times.end - times.due > hopeless_lateness                ? LoopEnd::hopeless
+            : stop != nullptr && stop->load(std::memory_order_relaxed) ? LoopEnd::stopped
+                                                                       : LoopEnd::done;
     }
     counts += device::thread_counts() - before;
     return end;

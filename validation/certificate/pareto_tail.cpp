@@ -2,12 +2,11 @@
 #include "validation/certificate/pareto_tail.hpp"
 
 #include <algorithm>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
+#include <gsl/gsl_cdf.h>
 #include <limits>
 #include <numeric>
-
-#include <boost/math/tools/minima.hpp>
-#include <gsl/gsl_cdf.h>
 
 namespace palpate::certificate {
 
@@ -17,11 +16,9 @@ constexpr double least_shape = -0.5;
 constexpr double largest_shape = 3.0;
 constexpr double exponential = 1e-7;  // shapes below it are that of the exponential distribution
 constexpr double impossible = 1e300;
-constexpr int digits = 26;            // bits of a minimum's place: half of a double's
+constexpr int digits = 26;  // bits of a minimum's place: half of a double's
 
-double sum_of(std::span<const double> excess) {
-  return std::accumulate(excess.begin(), excess.end(), 0.0);
-}
+double sum_of(std::span<const double> excess) { return std::accumulate(excess.begin(), excess.end(), 0.0); }
 
 /// - log likelihood of shape and scale.
 double unlikeliness(std::span<const double> excess, double shape, double scale) {

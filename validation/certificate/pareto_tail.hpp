@@ -31,9 +31,9 @@ struct ExcessInterval {
   double upper = 0.0;  ///< infinite where nothing bounds it
 };
 
-/// What excesses allow the one at q to be: all values whose profile likelihood lies within half the quantile of
-/// chi-squared with one degree of freedom at `confidence` of the largest (Coles, An Introduction to Statistical
-/// Modeling of Extreme Values, 2001, section 4.3.3).
+/// What excesses allow the one at q to be: all values whose profile likelihood lies within half the quantile
+/// of chi-squared with one degree of freedom at `confidence` of the largest (Coles, An Introduction to
+/// Statistical Modeling of Extreme Values, 2001, section 4.3.3).
 ExcessInterval excess_interval(const ParetoFit& fit, std::span<const double> excess, double q,
                                double confidence);
 

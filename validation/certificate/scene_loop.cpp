@@ -19,7 +19,9 @@ bool in_hand(const Scene& scene) { return scene.drive && scene.drive->kind == Dr
 
 double periods_of_step(const Scene& scene, double rate) { return scene.simulation.step * rate; }
 
-bool is_whole(double number) { return number >= 0.5 && std::abs(number - std::round(number)) <= 1e-6 * number; }
+bool is_whole(double number) {
+  return number >= 0.5 && std::abs(number - std::round(number)) <= 1e-6 * number;
+}
 
 /// Of everything that a line can do to bytes a little, all the time, and once a loss of power.
 FaultScript wire_faults(const Scene& scene) {
@@ -66,6 +68,9 @@ SceneLoop::SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& op
     falcon_.emplace(scene, simulation_,
                     FalconLoopOptions{.faults = options.faults ? wire_faults(scene) : FaultScript{}});
   }
+  constexpr std::size_t enough = 64;  // twice what the model keeps
+  happened_.reserve(enough);
+  take_happenings();
   if (scene.syringe && scene.needle) {
     line_.emplace(options.faults);
     row_.resize(simulation_.columns().size());
@@ -74,7 +79,8 @@ SceneLoop::SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& op
 }
 
 StepStatus SceneLoop::tick() noexcept {
-  simulation_.forget_tool_happenings();
+  if (begun_) { happened_.clear(); }
+  begun_ = true;
   const long before = simulation_.ticks();
   StepStatus status = StepStatus::ok;
   if (falcon_) {
@@ -84,7 +90,16 @@ StepStatus SceneLoop::tick() noexcept {
   }
   period_ = period_ + 1 < periods_of_step_ ? period_ + 1 : 0;
   if (line_ && simulation_.ticks() > before) { send_pressure(); }
+  take_happenings();
   return status;
+}
+
+/// Told and forgotten, as a trace does; neither list ever grows.
+void SceneLoop::take_happenings() noexcept {
+  for (const ToolHappening& each : simulation_.tool_happenings()) {
+    if (happened_.size() < happened_.capacity()) { happened_.push_back(each); }
+  }
+  simulation_.forget_tool_happenings();
 }
 
 void SceneLoop::send_pressure() noexcept {
@@ -92,11 +107,11 @@ void SceneLoop::send_pressure() noexcept {
   line_->send(simulation_.time(), row_[pressure_column_]);
 }
 
-bool SceneLoop::over() const noexcept { return period_ == 0 && simulation_.ticks() >= simulation_.tick_count(); }
+bool SceneLoop::over() const noexcept {
+  return period_ == 0 && simulation_.ticks() >= simulation_.tick_count();
+}
 
 long SceneLoop::tick_count() const noexcept { return simulation_.tick_count() * periods_of_step_; }
-
-std::span<const ToolHappening> SceneLoop::happenings() const noexcept { return simulation_.tool_happenings(); }
 
 Moment SceneLoop::moment() const noexcept {
   Moment moment{.scene_time = simulation_.time()};

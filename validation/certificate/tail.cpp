@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-
 #include <gsl/gsl_cdf.h>
 
 #include "validation/certificate/tail_checks.hpp"
@@ -101,8 +100,9 @@ TailCheck foretelling(const Level& lowest) {
   const Exceedances second = lowest.above.half(true);
   TailCheck check{.name = "first-half-foretells-second",
                   .claim = "the largest of the second half is one that the first half allows (us)",
-                  .value = second.count() > 0 ? 1e6 * std::ranges::max(second.ticks, {}, &LargeTick::seconds).seconds
-                                              : std::nan(""),
+                  .value = second.count() > 0
+                               ? 1e6 * std::ranges::max(second.ticks, {}, &LargeTick::seconds).seconds
+                               : std::nan(""),
                   .lower = std::nan("")};
   if (first.above.count() < 25) { return check; }
   first.excess = first.above.excess();
@@ -153,9 +153,7 @@ Tail judge_tail(std::span<const LargeTick> largest, long ticks, double deadline)
     tail.refusal += (tail.refusal.empty() ? "contradicted by the data: " : "; ") + contradiction(check);
   }
   if (!tail.refusal.empty()) { return tail; }
-  for (const double probability : decades) {
-    tail.levels.push_back(return_level(lowest, probability, 0.95));
-  }
+  for (const double probability : decades) { tail.levels.push_back(return_level(lowest, probability, 0.95)); }
   tail.beyond_deadline = beyond(lowest, deadline, decades[1]);
   return tail;
 }

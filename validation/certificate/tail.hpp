@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// How long ticks may take that were not seen: peaks over a threshold and a generalised Pareto distribution,
-/// told only where what the method assumes was not contradicted (Cazorla et al., OASIcs.WCET.2013.64, on why).
+/// told only where what the method assumes was not contradicted (Cazorla et al., OASIcs.WCET.2013.64, on
+/// why).
 
 #include <optional>
 #include <span>
@@ -43,8 +44,8 @@ struct Tail {
   std::vector<TailCheck> checks{};
   std::vector<ThresholdFit> fits{};   ///< lowest threshold first; the levels are from that
   std::vector<ReturnLevel> levels{};  ///< one and two decades beyond the data
-  /// That a response exceeds the deadline; empty where that is rarer than one in a hundred times the ticks that
-  /// were seen, about which nothing is said.
+  /// That a response exceeds the deadline; empty where that is rarer than one in a hundred times the ticks
+  /// that were seen, about which nothing is said.
   std::optional<double> beyond_deadline{};
 };
 

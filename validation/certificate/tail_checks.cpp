@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
-
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_statistics_double.h>
+#include <numeric>
 
 namespace palpate::certificate {
 
@@ -36,8 +35,8 @@ TailCheck correlation_check(const char* name, const char* claim, double r, std::
   return {.name = name, .claim = claim, .value = r, .lower = -limit, .upper = limit};
 }
 
-/// Ticks that are both above the threshold, a lag apart: how unlikely the most surprising number of such pairs
-/// is among independent ticks, times the number of lags. Their number is close to a Poisson variable.
+/// Ticks that are both above the threshold, a lag apart: how unlikely the most surprising number of such
+/// pairs is among independent ticks, times the number of lags. Their number is close to a Poisson variable.
 double chance_of_pairs(const Exceedances& all) {
   std::array<unsigned, lags + 1> pairs{};
   for (std::size_t n = 0; n < all.count(); ++n) {
@@ -128,21 +127,22 @@ double extremal_index(const Exceedances& all) {
 std::vector<TailCheck> independence_checks(const Exceedances& all) {
   const std::vector<double> size = sizes(all);
   const std::span<const double> each(size);
-  // Of n exponential gaps the estimator has a standard error of 1 / sqrt(n): 4 + 20/4 - 8/2 from the moments of
-  // mean and mean square.
+  // Of n exponential gaps the estimator has a standard error of 1 / sqrt(n): 4 + 20/4 - 8/2 from the moments
+  // of mean and mean square.
   const double spread = gsl_cdf_ugaussian_Qinv(false_alarm) / std::sqrt(static_cast<double>(all.count()));
-  return {{.name = "alone-in-time",
-           .claim = "late ticks do not follow each other within ten ticks (chance of so many pairs)",
-           .value = chance_of_pairs(all),
-           .lower = false_alarm,
-           .upper = 1.0},
-          correlation_check("sizes-uncorrelated", "a large excess does not announce the next (rank correlation)",
-                            rank_correlation(each.first(size.size() - 1), each.subspan(1)), size.size() - 1),
-          {.name = "extremal-index",
-           .claim = "excesses do not come in clusters (extremal index, 1 without any)",
-           .value = extremal_index(all),
-           .lower = 1.0 - spread,
-           .upper = 1.0}};
+  return {
+      {.name = "alone-in-time",
+       .claim = "late ticks do not follow each other within ten ticks (chance of so many pairs)",
+       .value = chance_of_pairs(all),
+       .lower = false_alarm,
+       .upper = 1.0},
+      correlation_check("sizes-uncorrelated", "a large excess does not announce the next (rank correlation)",
+                        rank_correlation(each.first(size.size() - 1), each.subspan(1)), size.size() - 1),
+      {.name = "extremal-index",
+       .claim = "excesses do not come in clusters (extremal index, 1 without any)",
+       .value = extremal_index(all),
+       .lower = 1.0 - spread,
+       .upper = 1.0}};
 }
 
 std::vector<TailCheck> stationarity_checks(const Exceedances& all) {

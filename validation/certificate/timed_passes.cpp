@@ -53,8 +53,9 @@ TimedPasses one_pass(const PassSetting& setting, const ProvocationPlan& plan) {
 
 std::size_t TimedPasses::costliest(std::size_t begin, std::size_t end) const {
   const auto first = ticks.begin();
-  const auto worst = std::ranges::max_element(first + static_cast<std::ptrdiff_t>(begin),
-                                              first + static_cast<std::ptrdiff_t>(end), {}, &TimedTick::processor);
+  const auto worst =
+      std::ranges::max_element(first + static_cast<std::ptrdiff_t>(begin),
+                               first + static_cast<std::ptrdiff_t>(end), {}, &TimedTick::processor);
   return static_cast<std::size_t>(worst - first);
 }
 

@@ -35,7 +35,7 @@ struct TimedPasses {
 
 struct PassSetting {
   std::function<std::unique_ptr<SceneLoop>()> make{};
-  std::size_t most_ticks = 0;                       ///< 0: the whole scene
+  std::size_t most_ticks = 0;                      ///< 0: the whole scene
   std::function<void(std::size_t tick)> before{};  ///< outside the time of the tick; empty: nothing
 };
 

@@ -11,7 +11,9 @@ namespace {
 
 constexpr double us = 1e6;
 
-std::string microseconds(double seconds) { return quantity(us * seconds, "us"); }
+/// Without the spaces of people's numbers: these sentences are in files that programs read.
+std::string with_unit(double value, const char* unit) { return plain_number(value) + " " + unit; }
+std::string microseconds(double seconds) { return with_unit(us * seconds, "us"); }
 
 std::string of_ticks(const Phase& phase) {
   return std::to_string(phase.record.misses.count()) + " of " + std::to_string(phase.record.ticks()) +
@@ -63,9 +65,9 @@ std::string why_not_certified(const Certificate& all) {
 std::string praise(const Certificate& all) {
   const LoadResult& worst = *all.worst();
   return "No tick of " + std::to_string(worst.scene.record.ticks()) + " missed " +
-         microseconds(all.claim.deadline) + " at " + quantity(all.claim.rate, "Hz") +
+         microseconds(all.claim.deadline) + " at " + with_unit(all.claim.rate, "Hz") +
          (all.loads.size() > 1 ? " under any load" : " under load \"" + worst.load + "\"") +
-         ": with 95 % confidence fewer than one in " + short_number(1.0 / worst.miss_probability_upper(), 3) +
+         ": with 95 % confidence fewer than one in " + plain_number(1.0 / worst.miss_probability_upper(), 3) +
          " does.";
 }
 
@@ -86,7 +88,7 @@ std::string_view name_of(Verdict verdict) {
 Judgement judge(const Certificate& all) {
   if (all.budget.diverged_at) {
     return {Verdict::not_certified,
-            "The scene diverges at t = " + quantity(*all.budget.diverged_at, "s") + "."};
+            "The scene diverges at t = " + with_unit(*all.budget.diverged_at, "s") + "."};
   }
   if (std::string why = why_not_qualified(all); !why.empty()) { return {Verdict::not_qualified, why}; }
   if (std::string why = why_not_certified(all); !why.empty()) { return {Verdict::not_certified, why}; }
@@ -96,20 +98,21 @@ Judgement judge(const Certificate& all) {
 std::string suspects(const Phase& phase) {
   std::vector<std::string> who;
   if (phase.times.stolen > 0.0) {
-    who.push_back("the hypervisor took " + quantity(1e3 * phase.times.stolen, "ms") + " of its processor");
+    who.push_back("the hypervisor took " + with_unit(1e3 * phase.times.stolen, "ms") + " of its processor");
   }
   if (phase.counts.involuntary_switches > 0) {
-    who.push_back("other threads were let in " + std::to_string(phase.counts.involuntary_switches) + " times");
+    who.push_back("other threads were let in " + std::to_string(phase.counts.involuntary_switches) +
+                  " times");
   }
   if (phase.counts.major_faults + phase.counts.minor_faults > 0) {
     who.push_back(std::to_string(phase.counts.major_faults + phase.counts.minor_faults) + " page faults");
   }
   if (phase.times.interrupts > 0.0) {
-    who.push_back("interrupts took " + quantity(1e3 * phase.times.interrupts, "ms"));
+    who.push_back("interrupts took " + with_unit(1e3 * phase.times.interrupts, "ms"));
   }
-  if (phase.times.others > 0.0 && phase.seconds > 0.0) {
-    who.push_back("other processors were busy for " + short_number(phase.times.others / phase.seconds, 2) +
-                  " processors' time");
+  if (phase.times.others > 0.0) {
+    who.push_back("other processors were busy for " + with_unit(phase.times.others, "s") + " of " +
+                  with_unit(phase.seconds, "s"));
   }
   std::string text;
   for (const std::string& each : who) { text += (text.empty() ? "" : ", ") + each; }
@@ -117,11 +120,13 @@ std::string suspects(const Phase& phase) {
 }
 
 std::string budget_words(const Certificate& all) {
-  if (all.budget.provocations.empty()) { return "No tick was provoked, so nothing is known of what one costs."; }
+  if (all.budget.provocations.empty()) {
+    return "No tick was provoked, so nothing is known of what one costs.";
+  }
   const Provocation& worst = all.budget.provocations.front();
   const double share = worst.processor / all.claim.deadline;
   return "Whatever the environment: the costliest tick (" + worst.name + ") computes for " +
-         microseconds(worst.processor) + ", " + short_number(100.0 * share, 3) + " % of the deadline" +
+         microseconds(worst.processor) + ", " + plain_number(100.0 * share, 3) + " % of the deadline" +
          (share <= 1.0 ? "." : ": too much for any machine like this one.");
 }
 

@@ -21,8 +21,8 @@ struct Judgement {
 };
 
 /// A scene that diverges is not certified anywhere. Otherwise the environment comes first: without the right
-/// scheduling and locked memory, or where the empty loop alone missed, nothing is said against the scene. It is
-/// certified where no tick missed under any load and no provoked tick takes longer than the deadline.
+/// scheduling and locked memory, or where the empty loop alone missed, nothing is said against the scene. It
+/// is certified where no tick missed under any load and no provoked tick takes longer than the deadline.
 Judgement judge(const Certificate& certificate);
 
 /// Who may have stolen the time of a loop that missed, as the counters tell; empty where they tell nothing.

@@ -14,7 +14,9 @@ TEST("every load but idle works until it is gone") {
   const std::vector<int> processors = palpate::device::allowed_processors();
   for (const char* name : {"cpu", "cache", "memory"}) {
     BackgroundLoad load(name, {processors.back()}, 1U << 20U);
-    for (int n = 0; n < 500 && load.rounds() < 2; ++n) { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
+    for (int n = 0; n < 500 && load.rounds() < 2; ++n) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
     CHECK(load.threads() == 1 && load.rounds() >= 2);
   }
   CHECK(BackgroundLoad("idle", processors, 1U << 20U).threads() == 0);

@@ -25,9 +25,10 @@ Certificate certified(const Scene& scene, const CertifyPlan& plan) {
   return result;
 }
 
-TEST("every load has its empty loop and its scene, for the same number of ticks; a short scene begins again") {
-  const Certificate all = certified(short_scene(), {.claim = {.duration = 0.12}, .loads = {"idle", "cpu"},
-                                                    .cache_bytes = 1U << 20U});
+TEST(
+    "every load has its empty loop and its scene, for the same number of ticks; a short scene begins again") {
+  const Certificate all = certified(
+      short_scene(), {.claim = {.duration = 0.12}, .loads = {"idle", "cpu"}, .cache_bytes = 1U << 20U});
   CHECK(all.loads.size() == 2);
   for (const LoadResult& load : all.loads) {
     CHECK(load.control.record.ticks() == 120 && load.scene.record.ticks() == 120);
@@ -38,15 +39,16 @@ TEST("every load has its empty loop and its scene, for the same number of ticks;
 }
 
 TEST("without asking for the rights nothing is certified") {
-  const Certificate all =
-      certified(short_scene(), {.claim = {.duration = 0.05}, .cache_bytes = 1U << 20U, .ask_for_rights = false});
+  const Certificate all = certified(
+      short_scene(), {.claim = {.duration = 0.05}, .cache_bytes = 1U << 20U, .ask_for_rights = false});
   CHECK(!all.rights.all());
   CHECK(judge(all).verdict == Verdict::not_qualified);
 }
 
 TEST("a scene that is longer than the loop is noted") {
   const Certificate all = certified(short_scene(), {.claim = {.duration = 0.02}, .cache_bytes = 1U << 20U});
-  CHECK(all.notes.size() == 1 && all.notes.front().find("first 20 of the scene's 50 ticks") != std::string::npos);
+  CHECK(all.notes.size() == 1 &&
+        all.notes.front().find("first 20 of the scene's 50 ticks") != std::string::npos);
 }
 
 TEST("Ctrl-C leaves a certificate for what ran") {
@@ -66,11 +68,10 @@ TEST("a tool without a device has the bound of the tissue's stiffness") {
 
 TEST("the system's own counters are asked before and after each loop") {
   int asked = 0;
-  const Certificate all = certified(short_scene(), {.claim = {.duration = 0.02},
-                                                    .cache_bytes = 1U << 20U,
-                                                    .processor_times = [&](int) {
-                                                      return ProcessorTimes{.stolen = 1.0 * ++asked};
-                                                    }});
+  const Certificate all = certified(
+      short_scene(), {.claim = {.duration = 0.02}, .cache_bytes = 1U << 20U, .processor_times = [&](int) {
+                        return ProcessorTimes{.stolen = 1.0 * ++asked};
+                      }});
   CHECK(asked == 4);
   CHECK_NEAR(all.loads.front().scene.times.stolen, 1.0, 0.0);
 }

@@ -71,7 +71,9 @@ TEST("a whole insertion with syringe and link, and one through a Falcon, allocat
   }
 }
 
-TEST("one allocation in one tick is seen") { CHECK_NEAR(static_cast<double>(run(insertion(), true).allocations), 1.0, 0.0); }
+TEST("one allocation in one tick is seen") {
+  CHECK_NEAR(static_cast<double>(run(insertion(), true).allocations), 1.0, 0.0);
+}
 
 TEST("one page that was never touched is seen") {
   LoopRecord record(1.0);

@@ -31,7 +31,7 @@ TEST("one long tick makes all those late that wait behind it: nothing is omitted
     free = begin + (n == 0 ? 3.5e-3 : 1e-4);
     record.add({.due = due, .begin = begin, .end = free}, {});
   }
-  CHECK(record.misses.count() == 3);        // answers after 3.5, 2.6 and 1.7 ms; then 0.8
+  CHECK(record.misses.count() == 3);  // answers after 3.5, 2.6 and 1.7 ms; then 0.8
   CHECK(record.misses.longest_run() == 3);
   CHECK_NEAR(record.misses.longest_recovery(), 3.8e-3, 1e-12);  // until tick 3 was done in time
   CHECK(record.worst_response.tick == 0);
@@ -62,7 +62,8 @@ TEST("what happened to the tool stands with the longest tick") {
   record.add({.due = 0.0, .begin = 0.0, .end = 0.2},
              {.scene_time = 0.3, .happening = ToolHappening{.event = ToolEvent::puncture}});
   record.add({.due = 1.0, .begin = 1.0, .end = 1.1}, {});
-  CHECK(record.worst_compute.moment.happening && record.worst_compute.moment.happening->event == ToolEvent::puncture);
+  CHECK(record.worst_compute.moment.happening &&
+        record.worst_compute.moment.happening->event == ToolEvent::puncture);
 }
 
 }  // namespace

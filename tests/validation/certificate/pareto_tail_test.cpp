@@ -41,8 +41,8 @@ TEST("the fit is a maximum of the likelihood: its two equations hold") {
     logs += std::log1p(fit.shape * y / fit.scale);
     shares += y / (fit.scale + fit.shape * y);
   }
-  CHECK_NEAR(logs / 400.0, fit.shape, 1e-6);                    // Grimshaw 1993
-  CHECK_NEAR((1.0 + fit.shape) * shares / 400.0, 1.0, 1e-3);    // a flat maximum: half the digits of a double
+  CHECK_NEAR(logs / 400.0, fit.shape, 1e-6);                  // Grimshaw 1993
+  CHECK_NEAR((1.0 + fit.shape) * shares / 400.0, 1.0, 1e-3);  // a flat maximum: half the digits of a double
 }
 
 TEST("the excess at q is exceeded with probability q") {
@@ -63,7 +63,8 @@ TEST("the interval holds the estimate, grows with confidence, and is wider above
   const double value = fit.excess_at(1e-4);
   const ExcessInterval narrow = excess_interval(fit, sample, 1e-4, 0.5);
   const ExcessInterval wide = excess_interval(fit, sample, 1e-4, 0.95);
-  CHECK(wide.lower < narrow.lower && narrow.lower < value && value < narrow.upper && narrow.upper < wide.upper);
+  CHECK(wide.lower < narrow.lower && narrow.lower < value && value < narrow.upper &&
+        narrow.upper < wide.upper);
   CHECK(wide.upper - value > value - wide.lower);
 }
 

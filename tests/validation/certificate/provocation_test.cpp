@@ -27,9 +27,9 @@ const Provocation* named(const ComputeBudget& budget, std::string_view name) {
 
 TEST("every event of a scene, its first tick and all special ones are provoked, costliest first") {
   const ComputeBudget budget = provoke(insertion(), {.cache_bytes = 1U << 20U, .enough = 0.0});
-  for (const char* name : {"first tick", "costliest tick", "contact: skin", "puncture: skin", "puncture: ligament",
-                           "loss-of-resistance: epidural space", "nothing skipped", "denormal numbers",
-                           "cold caches", "faults on the lines"}) {
+  for (const char* name : {"first tick", "costliest tick", "contact: skin", "puncture: skin",
+                           "puncture: ligament", "loss-of-resistance: epidural space", "nothing skipped",
+                           "denormal numbers", "cold caches", "faults on the lines"}) {
     const Provocation* found = named(budget, name);
     if (found == nullptr) { std::printf("  missing: %s\n", name); }
     CHECK(found != nullptr && found->processor > 0.0 && found->repetitions == 3);
@@ -41,8 +41,9 @@ TEST("every event of a scene, its first tick and all special ones are provoked, 
 
 TEST("the costliest tick is found among all and among a few") {
   const Scene scene = insertion();
-  const TimedPasses passes = time_passes(
-      {.make = [&] { return std::make_unique<SceneLoop>(scene, 1000.0); }, .most_ticks = 20}, {.most_repetitions = 5});
+  const TimedPasses passes =
+      time_passes({.make = [&] { return std::make_unique<SceneLoop>(scene, 1000.0); }, .most_ticks = 20},
+                  {.most_repetitions = 5});
   CHECK(passes.passes >= 3 && passes.ticks.size() == 20);
   for (const TimedTick& tick : passes.ticks) { CHECK(tick.processor > 0.0 && tick.wall > 0.0); }
   TimedPasses changed = passes;

@@ -30,7 +30,8 @@ const TailCheck& check_named(const Tail& tail, std::string_view name) {
 TEST("independent exponential times: told, one and two decades beyond the data and no further") {
   Seeded random(5);
   constexpr long ticks = 20000;
-  const Tail tail = judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }), ticks, 1e-3);
+  const Tail tail =
+      judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }), ticks, 1e-3);
   CHECK(tail.refusal.empty());
   CHECK(tail.levels.size() == 2 && tail.fits.size() == 3);
   CHECK_NEAR(tail.levels.back().probability, 1e-2 / ticks, 1e-20);
@@ -43,7 +44,8 @@ TEST("a deadline within two decades has its probability") {
   Seeded random(6);
   constexpr long ticks = 20000;
   const double deadline = 20e-6 * std::log(ticks);  // that of one tick in 20 000
-  const Tail tail = judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }), ticks, deadline);
+  const Tail tail =
+      judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }), ticks, deadline);
   CHECK(tail.beyond_deadline.has_value());
   if (tail.beyond_deadline) { CHECK_NEAR(std::log(*tail.beyond_deadline * ticks), 0.0, 1.5); }
 }
@@ -78,8 +80,8 @@ TEST("the extremal index of maxima over m neighbours is 1/m") {
 TEST("what grows with time is refused") {
   Seeded random(9);
   const Tail tail = judge_tail(
-      largest_of(8000, [&](long n) { return exponential(random) * (1.0 + static_cast<double>(n) / 8000.0); }), 8000,
-      1e-3);
+      largest_of(8000, [&](long n) { return exponential(random) * (1.0 + static_cast<double>(n) / 8000.0); }),
+      8000, 1e-3);
   CHECK(tail.refusal.find("both halves") != std::string::npos);
 }
 
