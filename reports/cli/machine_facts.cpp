@@ -154,6 +154,7 @@ certificate::ProcessorTimes processor_times(int processor) {
   const double tick = 1.0 / static_cast<double>(sysconf(_SC_CLK_TCK));
   certificate::ProcessorTimes times;
   for (std::string line; std::getline(stat, line);) {
+    if (!line.starts_with("cpu") || line[3] == ' ') { continue; }  // the first line is the sum of all
     int number = -1;
     double user = 0, nice = 0, system = 0, idle = 0, waiting = 0, hard = 0, soft = 0, stolen = 0;
     if (std::sscanf(line.c_str(), "cpu%d %lf %lf %lf %lf %lf %lf %lf %lf", &number, &user, &nice, &system,

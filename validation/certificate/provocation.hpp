@@ -40,7 +40,7 @@ struct ProvocationPlan {
   double rate = 1000.0;                  ///< [Hz]
   std::size_t cache_bytes = 32U << 20U;  ///< of the largest cache
   int least_repetitions = 3;
-  int most_repetitions = 9;
+  int most_repetitions = 12;
   double enough = 1.0;  ///< [s] after which no repetition is added
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const std::string& stage)> tell{};

@@ -31,6 +31,7 @@ struct TimedPasses {
   /// The tick that costs most of those in [begin, end), and of a list.
   [[nodiscard]] std::size_t costliest(std::size_t begin, std::size_t end) const;
   [[nodiscard]] std::size_t costliest(const std::vector<std::size_t>& of) const;
+  [[nodiscard]] double worst() const;  ///< of all ticks [s]
 };
 
 struct PassSetting {
@@ -39,7 +40,8 @@ struct PassSetting {
   std::function<void(std::size_t tick)> before{};  ///< outside the time of the tick; empty: nothing
 };
 
-/// None is kept of a pass that was stopped.
+/// As many passes as the plan asks for, and more until the costliest tick falls no further. None is kept of a pass
+/// that was stopped.
 TimedPasses time_passes(const PassSetting& setting, const ProvocationPlan& plan);
 
 }  // namespace palpate::certificate

@@ -12,7 +12,7 @@ namespace {
 constexpr double us = 1e6;
 
 /// Without the spaces of people's numbers: these sentences are in files that programs read.
-std::string with_unit(double value, const char* unit) { return plain_number(value) + " " + unit; }
+std::string with_unit(double value, const char* unit) { return plain_number(value, 6) + " " + unit; }
 std::string microseconds(double seconds) { return with_unit(us * seconds, "us"); }
 
 std::string of_ticks(const Phase& phase) {
@@ -125,8 +125,9 @@ std::string budget_words(const Certificate& all) {
   }
   const Provocation& worst = all.budget.provocations.front();
   const double share = worst.processor / all.claim.deadline;
-  return "Whatever the environment: the costliest tick (" + worst.name + ") computes for " +
-         microseconds(worst.processor) + ", " + plain_number(100.0 * share, 3) + " % of the deadline" +
+  return "Whatever the environment: the costliest tick (" + worst.name + ", at " +
+         with_unit(worst.scene_time, "s") + ") computes for " + microseconds(worst.processor) + ", " +
+         plain_number(100.0 * share, 3) + " % of the deadline" +
          (share <= 1.0 ? "." : ": too much for any machine like this one.");
 }
 

@@ -32,7 +32,7 @@ TEST("every event of a scene, its first tick and all special ones are provoked, 
                            "denormal numbers", "cold caches", "faults on the lines"}) {
     const Provocation* found = named(budget, name);
     if (found == nullptr) { std::printf("  missing: %s\n", name); }
-    CHECK(found != nullptr && found->processor > 0.0 && found->repetitions == 3);
+    CHECK(found != nullptr && found->processor > 0.0 && found->repetitions >= 3);
   }
   CHECK(std::ranges::is_sorted(budget.provocations, std::ranges::greater{}, &Provocation::processor));
   CHECK(!budget.worst_instructions && !budget.diverged_at);
