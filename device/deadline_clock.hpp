@@ -4,6 +4,9 @@
 
 namespace palpate::device {
 
+/// CLOCK_MONOTONIC [s]; good to some nanoseconds for months after the machine's start.
+double monotonic_now() noexcept;
+
 struct DeadlineFacts {
   long ticks = 0;
   long missed = 0;                ///< of them, began after the time of the next one
@@ -18,8 +21,9 @@ class DeadlineClock {
   explicit DeadlineClock(double period) : period_(period) {}
 
   /// Returns when the next tick is due, at once if it is overdue. The first call is tick 0 and due
-  /// immediately. Neither allocates nor locks; sleeps in the kernel.
-  void wait() noexcept;
+  /// immediately. Neither allocates nor locks; sleeps in the kernel. Gives the time at which the tick was
+  /// due, on the clock of monotonic_now() [s].
+  double wait() noexcept;
   [[nodiscard]] const DeadlineFacts& facts() const { return facts_; }
 
  private:

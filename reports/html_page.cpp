@@ -54,7 +54,7 @@ std::string html_banner(const Banner& banner) {
   }
   return "<header class=\"top\">\n<h1>" + escape_markup(banner.title) +
          "</h1>\n<p class=\"print\">" + print + "</p>\n<div class=\"verdict " +
-         (banner.held ? "pass" : "fail") + "\" role=\"status\"><strong>" +
+         (banner.open ? "open" : banner.held ? "pass" : "fail") + "\" role=\"status\"><strong>" +
          escape_markup(banner.verdict) + "</strong>" +
          (banner.detail.empty() ? "" : "<span>" + escape_markup(banner.detail) + "</span>") +
          "</div>\n</header>\n";

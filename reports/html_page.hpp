@@ -26,6 +26,7 @@ struct Banner {
   std::string title{};
   std::vector<std::string> small_print{};
   bool held = true;
+  bool open = false;  ///< nothing could be told, so neither good nor bad
   std::string verdict{};
   std::string detail{};
 };

@@ -193,6 +193,28 @@ void add_approve(CLI::App& command, ApproveOptions& options) {
                  "curves. Results that ended in an error or are not finite are refused. docs/gate.md has more.");
 }
 
+void add_certify(CLI::App& command, CertifyOptions& options) {
+  add_scene(command, options, options.scene);
+  command.add_option("--rate", options.rate, "ticks a second [falcon.rate, or a tick a step]")
+      ->type_name("HZ")
+      ->check(number_range(0.01, 20000.0));
+  command.add_option("--duration", options.duration, "of the empty loop and of the scene, under each load [10]")
+      ->type_name("S")
+      ->check(number_range(1e-3, 86400.0));
+  command.add_option("--deadline", options.deadline, "from a release until the tick is done [the period]")
+      ->type_name("US")
+      ->check(number_range(1.0, 1e8));
+  command.add_option("--load", options.loads,
+                     "other work meanwhile: idle, cpu, cache, memory or stress-ng; repeatable, one after the other [idle]")
+      ->type_name("LOAD")
+      ->allow_extra_args(false);
+  command.add_flag("--ordinary", options.ordinary, "ordinary scheduling and memory: no certificate, all figures");
+  add_common(command, options, "certify");
+  command.footer("Writes certificate.json, histogram.csv and report.html; docs/certificate.md says what they claim\n"
+                 "and how to prepare a machine. Exit codes: 0 certified, 1 not certified, 2 bad input,\n"
+                 "3 environment not qualified, 130 Ctrl-C, with a certificate for what ran.");
+}
+
 /// "palpate: " before every line of a message.
 int refuse(const std::string& message, int code) {
   std::istringstream lines(message);
@@ -261,6 +283,11 @@ int main(int argc, char** argv) {
   command->add_flag("--list", bench_options.list, "name every bench and stop");
   command->add_flag("--quick", bench_options.quick, "the short form");
   command->callback([&] { chosen = [&] { return bench(bench_options); }; });
+
+  CertifyOptions certify_options;
+  command = app.add_subcommand("certify", "does a scene keep its deadlines on this machine?");
+  add_certify(*command, certify_options);
+  command->callback([&] { chosen = [&] { return certify(certify_options); }; });
 
   ReportOptions report_options;
   command = app.add_subcommand("report", "render report.html again from a results folder");

@@ -12,7 +12,7 @@ namespace palpate {
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
   for (const auto group : {oscillator_cases, errata_cases, network_cases, patient_cases,
-                           stability_cases, tool_cases, haptic_cases, clinical_cases, gate_cases}) {
+                           stability_cases, tool_cases, haptic_cases, clinical_cases, certificate_cases, gate_cases}) {
     std::ranges::move(group(), std::back_inserter(cases));
   }
   return cases;

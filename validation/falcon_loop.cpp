@@ -46,21 +46,34 @@ FalconLoop::FalconLoop(const Scene& scene, Simulation& simulation, const FalconL
 }
 
 StepStatus FalconLoop::tick() noexcept {
-  const double begin = simulation_.time();
-  for (int n = 0; n < ticks_per_step_; ++n) {
-    const double time = begin + n * period_;
+  StepStatus status = StepStatus::ok;
+  do {
     if (clock_ != nullptr) { clock_->wait(); }
-    servo_.tick([&](const device::DeviceSample& sample) { return render(sample, time); });
-    if (n == 0) {
-      simulation_.move_handle(start_place_ + start_.z() - place_.z(), -velocity_.z());
-    }
-    ++facts_.ticks;
-    facts_.saturated += falcon_.saturated() ? 1 : 0;
-    facts_.largest_requested = std::max(facts_.largest_requested, servo_.sent().norm());
-    falcon_.run_until(time + period_);
-    facts_.largest_delivered =
-        std::max(facts_.largest_delivered, falcon_.body().delivered_force().norm());
+    status = device_tick();
+  } while (ticks_of_step_ > 0);
+  return status;
+}
+
+StepStatus FalconLoop::device_tick() noexcept {
+  const double time = device_time();
+  servo_.tick([&](const device::DeviceSample& sample) { return render(sample, time); });
+  if (ticks_of_step_ == 0) {
+    simulation_.move_handle(start_place_ + start_.z() - place_.z(), -velocity_.z());
   }
+  facts_.saturated += falcon_.saturated() ? 1 : 0;
+  facts_.largest_requested = std::max(facts_.largest_requested, servo_.sent().norm());
+  return finish_device_tick();
+}
+
+StepStatus FalconLoop::missed_device_tick() noexcept { return finish_device_tick(); }
+
+StepStatus FalconLoop::finish_device_tick() noexcept {
+  ++facts_.ticks;
+  falcon_.run_until(device_time() + period_);
+  facts_.largest_delivered =
+      std::max(facts_.largest_delivered, falcon_.body().delivered_force().norm());
+  if (++ticks_of_step_ < ticks_per_step_) { return StepStatus::ok; }
+  ticks_of_step_ = 0;
   const StepStatus status = simulation_.tick();
   watch_tool();
   return status;

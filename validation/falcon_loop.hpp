@@ -54,6 +54,11 @@ class FalconLoop {
   void follow(device::DeadlineClock* clock) { clock_ = clock; }
   /// One tick of the simulation, with all ticks of the device in it.
   StepStatus tick() noexcept;
+  /// The next tick of the device alone; with the last one of a step the simulation's. Time is the caller's.
+  StepStatus device_tick() noexcept;
+  /// In place of a device_tick(): nothing is read, computed or sent in it, so the device goes on with the
+  /// force that it has; the tissue is stepped as ever.
+  StepStatus missed_device_tick() noexcept;
 
   /// Names and units of what sample() writes: "device.x_m", ...
   [[nodiscard]] static std::vector<Column> columns();
@@ -62,17 +67,25 @@ class FalconLoop {
   [[nodiscard]] const device::falcon::EmulatedFalcon& falcon() const { return falcon_; }
   /// Who is told of every packet; outlives the loop.
   void observe(device::falcon::EmulatorObserver* observer) noexcept { falcon_.observe(observer); }
+  /// What the device was asked for last, on the hand [N], frame of the device.
+  [[nodiscard]] const Eigen::Vector3d& force_sent() const { return servo_.sent(); }
 
  private:
   [[nodiscard]] Eigen::Vector3d render(const device::DeviceSample& sample, double time) noexcept;
   [[nodiscard]] double guide(int axis, double velocity) const noexcept;
   void estimate_velocity(const Eigen::Vector3d& place) noexcept;
   void watch_tool() noexcept;
+  /// Device and hand to the end of this tick; with the last one of a step, the tissue.
+  StepStatus finish_device_tick() noexcept;
+  [[nodiscard]] double device_time() const noexcept {
+    return simulation_.time() + ticks_of_step_ * period_;
+  }
 
   FalconDrive settings_;
   Simulation& simulation_;
   double period_;       ///< of the haptic loop [s]
   int ticks_per_step_;  ///< of the tissue
+  int ticks_of_step_ = 0;  ///< of the present step, done
   device::DeadlineClock* clock_ = nullptr;
   device::falcon::EmulatedFalcon falcon_;
   device::ServoLoop servo_;

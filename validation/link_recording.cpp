@@ -29,6 +29,8 @@ double pressure_at(const Recording& recording, std::size_t after, double time, d
   return std::lerp(recording.pressure[after - 1], recording.pressure[after], share);
 }
 
+}  // namespace
+
 std::optional<link::Frame> frame_of(double pressure, std::size_t place) {
   if (!std::isfinite(pressure)) { return std::nullopt; }
   using Limits = std::numeric_limits<std::int16_t>;
@@ -38,8 +40,6 @@ std::optional<link::Frame> frame_of(double pressure, std::size_t place) {
                      .over_range = sent != counts,
                      .pressure = static_cast<std::int16_t>(sent)};
 }
-
-}  // namespace
 
 LinkRecording recording_of_link(std::span<const std::uint8_t> bytes, std::size_t most_samples) {
   LinkRecording result{.recording = {.sample_rate = link::frames_per_second}};

@@ -22,10 +22,13 @@ struct LinkRecording {
 /// `most_samples` [1]: reading stops once one more than these was found.
 LinkRecording recording_of_link(std::span<const std::uint8_t> bytes, std::size_t most_samples);
 
+/// What the link sends of a pressure [Pa], as frame number `place`; nothing of what is no number. What the
+/// frame cannot hold is its largest or smallest value and marked as over range.
+std::optional<device::pressure_link::Frame> frame_of(double pressure, std::size_t place);
+
 /// What a transducer sends that follows the pressure: one place per frame period from the first
 /// sample on, interpolated linearly between samples and rounded to 0.1 mmHg. Nothing is sent within
-/// gaps of the recording and next to samples without a number. What the frame cannot hold is sent as
-/// its largest or smallest value and marked as over range.
+/// gaps of the recording and next to samples without a number.
 using LinkFrames = std::vector<std::optional<device::pressure_link::Frame>>;
 LinkFrames link_frames(const Recording& recording);
 

@@ -57,6 +57,7 @@ class Simulation::Core {
   virtual void move_handle(double place, double velocity) noexcept = 0;
   [[nodiscard]] virtual ToolMotion tool_motion() const noexcept = 0;
   [[nodiscard]] virtual std::span<const ToolHappening> tool_happenings() const noexcept = 0;
+  virtual void forget_tool_happenings() noexcept = 0;
 
   std::unique_ptr<Problem> problem;
   StepPlan plan;
@@ -205,6 +206,9 @@ class Simulation::CoreOf final : public Simulation::Core {
   [[nodiscard]] std::span<const ToolHappening> tool_happenings() const noexcept override {
     if (contact_ == nullptr) { return {}; }
     return contact_->happenings();
+  }
+  void forget_tool_happenings() noexcept override {
+    if (contact_ != nullptr) { contact_->clear_happenings(); }
   }
   [[nodiscard]] int zero_length_springs() const noexcept override {
     return network_ != nullptr ? network_->zero_length_springs(state_.position) : 0;
@@ -370,6 +374,7 @@ ToolMotion Simulation::tool_motion() const noexcept { return core_->tool_motion(
 std::span<const ToolHappening> Simulation::tool_happenings() const noexcept {
   return core_->tool_happenings();
 }
+void Simulation::forget_tool_happenings() noexcept { core_->forget_tool_happenings(); }
 void Simulation::coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept { core_->coordinates(q); }
 void Simulation::velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept { core_->velocities(v); }
 double Simulation::energy() noexcept { return core_->energy(); }

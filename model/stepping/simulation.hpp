@@ -73,6 +73,8 @@ class Simulation {
   [[nodiscard]] ToolMotion tool_motion() const noexcept;
   /// What happened to the tool since sample_text() told it.
   [[nodiscard]] std::span<const ToolHappening> tool_happenings() const noexcept;
+  /// The same as telling it to nobody, without allocating.
+  void forget_tool_happenings() noexcept;
   /// The tool now; zero without one.
   [[nodiscard]] ToolReport tool() noexcept;
   [[nodiscard]] int zero_length_springs() const noexcept;

@@ -53,6 +53,16 @@ int validate(const ValidateOptions& options);
 /// The same of what is timed; cases run one after the other, whatever `jobs` says.
 int bench(const ValidateOptions& options);
 
+struct CertifyOptions : CommonOptions {
+  std::filesystem::path scene{};
+  std::optional<double> rate{};      ///< [Hz]; empty: the scene's
+  double duration = 10.0;            ///< [s] of each phase
+  std::optional<double> deadline{};  ///< [us]; empty: the period
+  std::vector<std::string> loads{};  ///< empty: idle
+  bool ordinary = false;             ///< as if the system refused real-time scheduling and locked memory
+};
+int certify(const CertifyOptions& options);
+
 struct ReportOptions : CommonOptions {
   std::filesystem::path results{};
 };

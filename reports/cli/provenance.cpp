@@ -3,25 +3,15 @@
 
 #include <array>
 #include <ctime>
-#include <fstream>
 #include <thread>
 
 #include "palpate_version.hpp"
 
+#include "reports/cli/machine_facts.hpp"
+
 namespace palpate::cli {
 
 namespace {
-
-std::string processor() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    if (line.starts_with("model name")) {
-      const std::size_t colon = line.find(':');
-      return colon == std::string::npos ? line : line.substr(line.find_first_not_of(' ', colon + 1));
-    }
-  }
-  return "unknown";
-}
 
 std::string utc_now() {
   const std::time_t now = std::time(nullptr);
@@ -35,11 +25,12 @@ std::string utc_now() {
 }  // namespace
 
 std::map<std::string, std::string> build_provenance() {
+  const std::string processor = processor_line("model name");
   return {{"version", build::version},
           {"commit", build::commit},
           {"compiler", std::string("g++ ") + __VERSION__},
           {"flags", PALPATE_FLAGS},
-          {"processor", processor() + ", " + std::to_string(std::thread::hardware_concurrency()) +
+          {"processor", (processor.empty() ? "unknown" : processor) + ", " + std::to_string(std::thread::hardware_concurrency()) +
                             " hardware threads"},
           {"date", utc_now()}};
 }

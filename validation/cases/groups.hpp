@@ -15,6 +15,7 @@ std::vector<Case> patient_cases();     ///< a network sampled from a patient's M
 std::vector<Case> stability_cases();   ///< margins under stress
 std::vector<Case> haptic_cases();      ///< loops through a device
 std::vector<Case> tool_cases();        ///< needle, probe, syringe
+std::vector<Case> certificate_cases(); ///< the statistics of a real-time certificate
 std::vector<Case> clinical_cases();    ///< recorded against simulated insertions: the measures themselves
 std::vector<Case> gate_cases();        ///< the harness judged by itself: what its gate must see
 

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "device/real_time.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+
+namespace palpate::device {
+
+std::vector<int> allowed_processors() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  std::vector<int> allowed;
+  if (sched_getaffinity(0, sizeof set, &set) != 0) { return allowed; }
+  for (int n = 0; n < CPU_SETSIZE; ++n) {
+    if (CPU_ISSET(n, &set)) { allowed.push_back(n); }
+  }
+  return allowed;
+}
+
+bool pin_to(int processor) noexcept {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(processor, &set);
+  return pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0;
+}
+
+bool pin_to(const std::vector<int>& processors) noexcept {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  for (const int n : processors) { CPU_SET(n, &set); }
+  return pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0;
+}
+
+void touch_stack() noexcept {
+  constexpr std::size_t bytes = std::size_t{256} << 10U;
+  constexpr std::size_t page = 4096;
+  std::array<char, bytes> stack;
+  volatile char* const touched = stack.data();
+  for (std::size_t n = 0; n < bytes; n += page) { touched[n] = 0; }
+}
+
+LockedMemory::LockedMemory() noexcept {
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) { refusal_ = std::strerror(errno); }
+}
+
+LockedMemory::~LockedMemory() {
+  if (refusal_.empty()) { munlockall(); }
+}
+
+FifoScheduling::FifoScheduling(int priority) noexcept {
+  const sched_param wanted{.sched_priority = priority};
+  refusal_ = pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted);
+}
+
+FifoScheduling::~FifoScheduling() {
+  const sched_param none{.sched_priority = 0};
+  if (refusal_ == 0) { pthread_setschedparam(pthread_self(), SCHED_OTHER, &none); }
+}
+
+ThreadCounts thread_counts() noexcept {
+  rusage use{};
+  getrusage(RUSAGE_THREAD, &use);
+  return {.minor_faults = use.ru_minflt,
+          .major_faults = use.ru_majflt,
+          .voluntary_switches = use.ru_nvcsw,
+          .involuntary_switches = use.ru_nivcsw};
+}
+
+ThreadCounts operator-(const ThreadCounts& a, const ThreadCounts& b) noexcept {
+  return {.minor_faults = a.minor_faults - b.minor_faults,
+          .major_faults = a.major_faults - b.major_faults,
+          .voluntary_switches = a.voluntary_switches - b.voluntary_switches,
+          .involuntary_switches = a.involuntary_switches - b.involuntary_switches};
+}
+
+ThreadCounts& operator+=(ThreadCounts& a, const ThreadCounts& b) noexcept {
+  a.minor_faults += b.minor_faults;
+  a.major_faults += b.major_faults;
+  a.voluntary_switches += b.voluntary_switches;
+  a.involuntary_switches += b.involuntary_switches;
+  return a;
+}
+
+}  // namespace palpate::device

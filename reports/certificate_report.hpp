@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// certificate.json, histogram.csv and report.html of a real-time certificate.
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "reports/html_page.hpp"
+#include "validation/certificate/verdict.hpp"
+
+namespace palpate {
+
+/// One thing about the machine; no value where the system does not say.
+struct EnvironmentFact {
+  std::string key{};    ///< of certificate.json
+  std::string label{};  ///< of the page
+  std::variant<std::monostate, bool, double, std::string> value{};
+};
+
+struct CertificateReport {
+  std::string file{};  ///< of the scene, name alone
+  std::string title{};
+  std::string scene_hash{};
+  certificate::Certificate result{};
+  std::vector<EnvironmentFact> environment{};
+  std::optional<double> cycles_per_second{};  ///< of the processor's counter, where it never changes
+  std::function<std::string(const ToolHappening&)> happening_name{};
+  std::string command{};
+  std::map<std::string, std::string> provenance{};
+};
+
+std::string to_json(const CertificateReport& report);
+std::string to_csv(const CertificateReport& report);  ///< the histograms
+std::string to_html(const CertificateReport& report);
+
+std::vector<Table> certificate_tables(
+    const CertificateReport& report);  ///< phases, misses, provocations, tail
+/// Responses of scene and empty loop, and what those of the scene are made of; none where nothing ran.
+std::vector<Figure> histogram_figures(const CertificateReport& report);
+
+/// Phases with their names, those of the worst load first: "the scene, load cpu".
+struct NamedPhase {
+  std::string name{};
+  const certificate::Phase* phase = nullptr;
+  bool empty = false;  ///< the empty loop, which is nowhere in the scene
+};
+std::vector<NamedPhase> phases_of(const CertificateReport& report);
+
+/// "puncture: skin", or nothing.
+std::string happening_at(const CertificateReport& report, const certificate::Moment& moment);
+
+}  // namespace palpate

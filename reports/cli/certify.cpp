@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "validation/certificate/certify.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <future>
+#include <unistd.h>
+
+#include "fixtures/io/content_hash.hpp"
+#include "fixtures/io/file_bytes.hpp"
+#include "model/dynamics/scene_check.hpp"
+#include "reports/certificate_report.hpp"
+#include "reports/cli/interrupt.hpp"
+#include "reports/cli/loaded_scene.hpp"
+#include "reports/cli/machine_facts.hpp"
+#include "reports/cli/scene_run.hpp"
+#include "reports/cli/stress_ng.hpp"
+#include "reports/cli/tool_inspection.hpp"
+#include "validation/certificate/background_load.hpp"
+#include "validation/certificate/scene_loop.hpp"
+#include "validation/number_words.hpp"
+
+namespace palpate::cli {
+namespace {
+
+using namespace certificate;
+
+constexpr double least_rate = 0.01;  // [Hz]
+constexpr double most_rate = 20000.0;
+constexpr double us = 1e6;
+
+void refuse_unknown_loads(const CertifyOptions& options) {
+  for (const std::string& load : options.loads) {
+    if (is_own_load(load) || load == "stress-ng") { continue; }
+    throw InputError("--load " + load + ": unknown; " + std::string(own_loads) + " or stress-ng");
+  }
+}
+
+Claim claim_of(const CertifyOptions& options, const LoadedScene& loaded) {
+  const Scene& scene = loaded.file.scene;
+  Claim claim{.rate = options.rate.value_or(rate_of(scene)), .duration = options.duration};
+  if (const std::string why = why_not_at(scene, claim.rate); !why.empty()) {
+    throw InputError(loaded.file.where("simulation.step") + ": " + why);
+  }
+  if (!(claim.rate >= least_rate && claim.rate <= most_rate)) {
+    throw InputError(loaded.file.where("simulation.step") + ": a tick a step is a rate of " +
+                     plain_number(claim.rate) + " Hz; " + plain_number(least_rate) + " to " +
+                     plain_number(most_rate) + " Hz");
+  }
+  claim.deadline = options.deadline ? *options.deadline / us : claim.period();
+  if (!(claim.deadline <= claim.period() * (1.0 + 1e-9))) {
+    throw InputError("--deadline " + plain_number(*options.deadline) + ": longer than the period; at most " +
+                     plain_number(us * claim.period()) + " us");
+  }
+  if (!(claim.duration * claim.rate >= 1.0 - 1e-9)) {
+    throw InputError("--duration " + plain_number(options.duration) + ": shorter than a period; at least " +
+                     plain_number(claim.period()) + " s");
+  }
+  return claim;
+}
+
+/// Of a tool that no device holds [N/m]; nothing where the tissue moves freely.
+std::optional<double> tissue_stiffness(const LoadedScene& loaded) {
+  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
+  const Scene& scene = loaded.file.scene;
+  if (network == nullptr || (scene.drive && scene.drive->kind == Drive::Kind::falcon)) { return {}; }
+  const auto facts = tool_inspection(scene, *network);
+  const auto compliance = facts.find("static_compliance_m_per_n");
+  if (compliance == facts.end() || compliance->is_null() || !(compliance->get<double>() > 0.0)) { return {}; }
+  return 1.0 / compliance->get<double>();
+}
+
+CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Progress& progress) {
+  CertifyPlan plan{.claim = claim_of(options, loaded),
+                   .cache_bytes = largest_cache(),
+                   .isolated = isolated_processors(),
+                   .tissue_stiffness = tissue_stiffness(loaded),
+                   .ask_for_rights = !options.ordinary,
+                   .stop = &interrupted,
+                   .progress = &progress,
+                   .processor_times = processor_times};
+  if (!options.loads.empty()) { plan.loads = options.loads; }
+  plan.outside_load = [](const std::string&, const std::vector<int>& processors) {
+    return std::make_shared<StressNg>(processors);
+  };
+  return plan;
+}
+
+/// On a thread of its own; this one shows how far it is.
+Certificate certify_aside(const Scene& scene, const CertifyPlan& plan, bool quiet) {
+  const bool show = !quiet && isatty(STDERR_FILENO) != 0;
+  std::future<Certificate> work =
+      std::async(std::launch::async, [&] { return certificate::certify(scene, plan); });
+  while (work.wait_for(std::chrono::milliseconds(250)) != std::future_status::ready) {
+    const long ticks = plan.progress->ticks;
+    const double share =
+        ticks > 0 ? 100.0 * static_cast<double>(plan.progress->done) / static_cast<double>(ticks) : 0.0;
+    if (show && ticks > 0) {
+      std::fprintf(stderr, "\r\033[K%s: %3.0f %%", plan.progress->stage.load(), share);
+    }
+    if (show && ticks == 0) { std::fprintf(stderr, "\r\033[K%s", plan.progress->stage.load()); }
+  }
+  if (show) { std::fprintf(stderr, "\r\033[K"); }
+  return work.get();
+}
+
+std::string command_of(const CertifyOptions& options, const Claim& claim) {
+  std::string command = "palpate certify " + options.scene.filename().string() + " --rate " +
+                        plain_number(claim.rate, 6) + " --duration " + plain_number(claim.duration, 6) +
+                        " --deadline " + plain_number(us * claim.deadline, 6);
+  for (const std::string& load : options.loads) { command += " --load " + load; }
+  for (const std::string& each : options.overrides) { command += " --set " + each; }
+  return command;
+}
+
+void tell(const CertificateReport& report, const Judgement& judgement, const std::filesystem::path& folder) {
+  std::printf("%s: %s\n%s\n", std::string(certificate::name_of(judgement.verdict)).c_str(),
+              judgement.reason.c_str(), budget_words(report.result).c_str());
+  for (const NamedPhase& named : phases_of(report)) {
+    const LoopRecord& record = named.phase->record;
+    if (record.ticks() == 0) { continue; }
+    std::printf("  %-28s %9ld ticks, %ld missed; response %.1f us in the middle, %.1f us at worst\n",
+                named.name.c_str(), record.ticks(), record.misses.count(),
+                us * record.response.percentile(0.5).value_or(record.response.maximum()),
+                us * record.response.maximum());
+  }
+  std::printf("%s\n", (folder / "report.html").string().c_str());
+}
+
+int exit_code(const Certificate& certificate, Verdict verdict) {
+  if (certificate.interrupted) { return interrupted_code; }
+  return verdict == Verdict::certified       ? done
+         : verdict == Verdict::not_certified ? fell_short
+                                             : machine_cannot;
+}
+
+}  // namespace
+
+int certify(const CertifyOptions& options) {
+  refuse_unknown_loads(options);
+  if (std::ranges::find(options.loads, "stress-ng") != options.loads.end() && !has_stress_ng()) {
+    std::fprintf(stderr, "palpate: --load stress-ng: not installed; the package stress-ng\n");
+    return machine_cannot;
+  }
+  const LoadedScene loaded = load_scene(options.scene, options, false);
+  Progress progress;
+  const CertifyPlan plan = plan_of(options, loaded, progress);
+  const std::filesystem::path folder = make_folder(options.folder("certify"));
+  const HappeningNames names(loaded.file.scene);
+  CertificateReport report{.file = options.scene.filename().string(),
+                           .title = loaded.file.scene.title,
+                           .scene_hash = io::content_hash(loaded.file.text),
+                           .result = certify_aside(loaded.file.scene, plan, options.quiet),
+                           .cycles_per_second = cycles_per_second(),
+                           .happening_name = [&](const ToolHappening& each) { return names.of(each); },
+                           .command = command_of(options, plan.claim),
+                           .provenance = scene_provenance(loaded)};
+  report.environment = environment_of(report.result.rights, plan.priority, report.cycles_per_second);
+  if (loaded.file.scene.simulation.threads > 1) {
+    report.result.notes.emplace_back("The scene asks for more threads; the loop stepped it with one.");
+  }
+  const Judgement judgement = judge(report.result);
+  io::replace_file(folder / "certificate.json", to_json(report));
+  io::replace_file(folder / "histogram.csv", to_csv(report));
+  io::replace_file(folder / "report.html", to_html(report));
+  if (!options.quiet) { tell(report, judgement, folder); }
+  return exit_code(report.result, judgement.verdict);
+}
+
+}  // namespace palpate::cli

@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# `palpate certify` from outside: verdict and exit code agree whatever the machine grants, files are whole, Ctrl-C.
+set -euo pipefail
+palpate=$1 scenes=$2 out=$3 read_json=$4
+rm -rf "$out"
+fail() { echo "$1"; exit 1; }
+short=(--set simulation.duration=0.1 --quiet)
+
+check() {  # folder, exit status: three whole files that agree with the status
+  local folder=$1 status=$2 expected
+  for file in certificate.json report.html histogram.csv; do
+    [ -s "$folder/$file" ] || fail "$folder/$file is missing"
+  done
+  [ "$(find "$folder" -name '*.tmp*' | wc -l)" -eq 0 ] || fail "a temporary file is left in $folder"
+  case $("$read_json" "$folder/certificate.json" verdict) in
+    certified) expected=0 ;;
+    "not certified") expected=1 ;;
+    "environment not qualified") expected=3 ;;
+    *) fail "unknown verdict in $folder" ;;
+  esac
+  [ "$("$read_json" "$folder/certificate.json" interrupted)" = true ] && expected=130
+  [ "$status" -eq "$expected" ] || fail "exit status $status, but the verdict wants $expected in $folder"
+  [ -n "$("$read_json" "$folder/certificate.json" reason)" ] || fail "no reason in $folder"
+  grep -q '</html>' "$folder/report.html" || fail "half a page in $folder"
+  head -n 1 "$folder/histogram.csv" | grep -q '^bin_start_us,wakeup,compute,response,control' || fail "other columns"
+}
+counted() { awk -F, -v column="$2" 'NR > 1 { n += $column } END { print n + 0 }' "$1/histogram.csv"; }
+
+# Whatever this machine is, with a device and without: the numbers of the files agree.
+for scene in epidural falcon-soft oscillator; do
+  status=0
+  rate=()
+  [ "$scene" = oscillator ] && rate=(--rate 1000 --set simulation.step=0.01)
+  "$palpate" certify "$scenes/$scene.toml" --duration 0.2 "${short[@]}" "${rate[@]}" --out "$out/$scene" || status=$?
+  check "$out/$scene" "$status"
+  [ "$("$read_json" "$out/$scene/certificate.json" ticks)" -eq 200 ] || fail "not 200 ticks of $scene"
+  [ "$("$read_json" "$out/$scene/certificate.json" restarts)" -eq 1 ] || fail "$scene did not begin again"
+  [ "$(counted "$out/$scene" 4)" -eq 200 ] || fail "the histogram of $scene has other ticks"
+  [ "$("$read_json" "$out/$scene/certificate.json" response_us/p99.99)" = null ] || fail "p99.99 of 200 ticks"
+done
+"$read_json" "$out/falcon-soft/certificate.json" missed_tick/measured_mj | grep -q '^[0-9]' || fail "no energy measured"
+
+# A machine that grants no rights: never certified, all figures there.
+status=0
+"$palpate" certify "$scenes/epidural.toml" --duration 0.1 "${short[@]}" --ordinary --out "$out/ordinary" || status=$?
+[ "$status" -eq 3 ] || fail "exit status $status without rights, expected 3"
+check "$out/ordinary" 3
+"$read_json" "$out/ordinary/certificate.json" reason | grep -q 'no SCHED_FIFO.*no locked memory' || fail "no reason"
+"$read_json" "$out/ordinary/certificate.json" compute_budget/worst_us | grep -q '^[0-9]' || fail "no compute budget"
+
+# A scene that diverges is not certified anywhere.
+status=0
+"$palpate" certify "$scenes/cube.toml" --duration 1 --quiet --set 'simulation.integrator="euler-cromer"' --set simulation.step=0.05 \
+  --set simulation.substeps=1 --set simulation.duration=10.0 --out "$out/diverged" || status=$?
+[ "$status" -eq 1 ] || fail "exit status $status of a scene that diverges, expected 1"
+check "$out/diverged" 1
+
+# Ctrl-C within a second, a whole certificate for what ran.
+"$palpate" certify "$scenes/falcon-soft.toml" --duration 1000 "${short[@]}" --out "$out/interrupted" &
+pid=$!
+sleep 3
+begin=$(date +%s%N)
+kill -INT "$pid"
+status=0
+wait "$pid" || status=$?
+elapsed=$((($(date +%s%N) - begin) / 1000000))
+limit=1000
+[ "${PALPATE_SANITIZED:-0}" = 1 ] && limit=10000
+[ "$elapsed" -le "$limit" ] || fail "took $elapsed ms to stop"
+[ "$status" -eq 130 ] || fail "exit status $status after Ctrl-C, expected 130"
+check "$out/interrupted" 130

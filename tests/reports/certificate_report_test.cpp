@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "reports/certificate_report.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::certificate;
+using Json = nlohmann::json;
+
+CertificateReport sample(long scene_misses) {
+  CertificateReport report{
+      .file = "scene.toml", .title = "A scene <with> signs", .command = "palpate certify scene.toml"};
+  Certificate& all = report.result;
+  all.claim = {.rate = 1000.0, .deadline = 1e-3, .duration = 2.0};
+  all.budget.provocations = {{.name = "first tick",
+                              .what = "the first",
+                              .processor = 4e-4,
+                              .wall = 5e-4,
+                              .repetitions = 3,
+                              .ticks = 1}};
+  LoadResult& load = all.loads.emplace_back("idle", 1e-3);
+  for (long n = 0; n < 2000; ++n) {
+    const double due = 1e-3 * static_cast<double>(n);
+    load.control.record.add({.due = due, .begin = due + 5.5e-6, .end = due + 6.5e-6}, {});
+    load.scene.record.add(
+        {.due = due, .begin = due + 5.5e-6, .end = due + (n < scene_misses ? 1.5003e-3 : 3.002e-4)},
+        {.scene_time = due, .happening = ToolHappening{.event = ToolEvent::puncture}});
+  }
+  load.tail.refusal = "too few ticks";
+  report.environment = {{"kernel", "kernel", std::string("6.1")},
+                        {"smt", "two threads a core", false},
+                        {"turbo", "turbo", {}},
+                        {"clock_resolution_ns", "clock resolution (ns)", 1.0}};
+  return report;
+}
+
+TEST("the keys that others read are there, with their units") {
+  const Json json = Json::parse(to_json(sample(0)));
+  CHECK(json["verdict"] == "certified");
+  CHECK_NEAR(json["rate_hz"].get<double>(), 1000.0, 0.0);
+  CHECK_NEAR(json["deadline_us"].get<double>(), 1000.0, 1e-9);
+  CHECK(json["ticks"] == 2000 && json["misses"] == 0 && json["longest_miss_run"] == 0);
+  CHECK_NEAR(json["miss_probability_upper_95"].get<double>(), 1.0 - std::pow(0.05, 1.0 / 2000.0), 1e-15);
+  CHECK_NEAR(json["response_us"]["p50"].get<double>(), 300.2,
+             1e-3);  // the end of its bin, but not beyond the maximum
+  CHECK_NEAR(json["response_us"]["p99.9"].get<double>(), 300.2, 1e-3);
+  CHECK(json["response_us"]["p99.99"].is_null());  // 2000 ticks
+  CHECK_NEAR(json["response_us"]["max"].get<double>(), 300.2, 1e-3);
+  CHECK_NEAR(json["control"]["wakeup_us"]["max"].get<double>(), 5.5, 1e-3);
+  CHECK(json["response_us"]["max_at_event"] == "puncture");
+  CHECK(json["tail"]["refused"] == "too few ticks");
+  CHECK(json["compute_budget"]["worst_instructions"].is_null());
+  CHECK(json["missed_tick"].is_null());
+}
+
+TEST("what the system does not say is null, and what it says has its type") {
+  const Json environment = Json::parse(to_json(sample(0)))["environment"];
+  CHECK(environment["kernel"] == "6.1" && environment["smt"] == false && environment["turbo"].is_null());
+  CHECK_NEAR(environment["clock_resolution_ns"].get<double>(), 1.0, 0.0);
+}
+
+TEST("bins without any tick are left out, and each column counts every tick") {
+  const std::string csv = to_csv(sample(2));
+  CHECK(csv ==
+        "bin_start_us,wakeup,compute,response,control\n5,2000,0,0,0\n6,0,0,0,2000\n294,0,1998,0,0\n"
+        "300,0,0,1998,0\n1494,0,2,0,0\n1500,0,0,2,0\n");
+}
+
+TEST("the page begins with the verdict, says why, and shows what a manager needs") {
+  const std::string good = to_html(sample(0));
+  CHECK(good.find("verdict pass") != std::string::npos &&
+        good.find("<strong>Certified") != std::string::npos);
+  CHECK(good.find("Extrapolation refused: too few ticks") != std::string::npos);
+  CHECK(good.find("A scene &lt;with&gt; signs") != std::string::npos);
+  CHECK(good.find("not counted") != std::string::npos);
+  const std::string bad = to_html(sample(3));
+  CHECK(bad.find("verdict fail") != std::string::npos && bad.find("Not certified") != std::string::npos);
+  CertificateReport open = sample(3);
+  open.result.rights.fifo = "Operation not permitted";
+  CHECK(to_html(open).find("verdict open") != std::string::npos);
+}
+
+TEST("a certificate of nothing is whole too") {
+  CertificateReport report = sample(0);
+  report.result.loads.clear();
+  report.result.budget.provocations.clear();
+  const Json json = Json::parse(to_json(report));
+  CHECK(json["ticks"] == 0 && json["response_us"].is_null() &&
+        json["verdict"] == "environment not qualified");
+  CHECK(to_csv(report) == "bin_start_us,wakeup,compute,response,control\n");
+  CHECK(to_html(report).find("It did not run") != std::string::npos);
+}
+
+TEST("several loads have columns of their own after those of the worst") {
+  CertificateReport report = sample(0);
+  LoadResult& load = report.result.loads.emplace_back("cpu", 1e-3);
+  load.scene.record.add({.due = 0.0, .begin = 1e-6, .end = 9.5e-6}, {});
+  const std::string csv = to_csv(report);
+  CHECK(
+      csv.starts_with("bin_start_us,wakeup,compute,response,control,wakeup_idle,compute_idle,response_idle,"
+                      "control_idle,wakeup_cpu,"));
+  CHECK(Json::parse(to_json(report))["load"] == "cpu");  // one tick supports least
+}
+
+}  // namespace

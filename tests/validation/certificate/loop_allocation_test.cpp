@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// The loop that is certified, as `palpate certify` runs it, neither allocates nor faults once it has begun.
+#include <cstdio>
+
+#include "tests/check.hpp"
+#include "tests/model/allocation_count.hpp"
+#include "tests/model/tool_scenes.hpp"
+#include "validation/certificate/paced_loop.hpp"
+#include "validation/certificate/scene_loop.hpp"
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::certificate;
+
+struct Found {
+  long allocations = 0;
+  long faults = 0;
+  long ticks = 0;
+};
+
+/// Ticks of the scene at 2 kHz, after one pass at full speed, which brings in code and tables.
+Found run(const Scene& scene, bool allocating) {
+  constexpr double rate = 2000.0;
+  {
+    SceneLoop before(scene, rate);
+    while (!before.over()) { (void)before.tick(); }
+  }
+  SceneLoop loop(scene, rate);
+  LoopRecord record(1.0 / rate);
+  PacedLoop paced{.period = 1.0 / rate};
+  const long allocations = check::allocations;
+  paced.run(loop.tick_count(), record, [&](Moment& moment) {
+    (void)loop.tick();
+    moment = loop.moment();
+    double* volatile leak = allocating && record.ticks() == 3 ? new double(1.0) : nullptr;
+    delete leak;
+    return !loop.over();
+  });
+  return {.allocations = check::allocations - allocations,
+          .faults = paced.counts.minor_faults + paced.counts.major_faults,
+          .ticks = record.ticks()};
+}
+
+Scene insertion() {
+  Scene scene = layered_scene();
+  scene.syringe = Syringe{};
+  scene.drive->speed = 0.05;
+  scene.simulation = {.duration = 0.3, .step = 5e-4};
+  return scene;
+}
+
+Scene in_hand() {
+  Scene scene = layered_scene();
+  scene.drive = Drive{.kind = Drive::Kind::falcon, .speed = 0.05};
+  scene.falcon = FalconDrive{.rate = 2000.0};
+  scene.simulation = {.duration = 0.3, .step = 5e-4};
+  return scene;
+}
+
+TEST("a whole insertion with syringe and link, and one through a Falcon, allocate nothing and miss no page") {
+  device::touch_stack();
+  const device::LockedMemory locked;
+  if (!locked.refusal().empty()) { std::printf("  memory is not locked: %s\n", locked.refusal().c_str()); }
+  for (const Scene& scene : {insertion(), in_hand()}) {
+    const Found found = run(scene, false);
+    CHECK(found.ticks == 600);
+    CHECK_NEAR(static_cast<double>(found.allocations), 0.0, 0.0);
+    // Without locked memory the system may take pages away at any time.
+    if (locked.refusal().empty()) { CHECK_NEAR(static_cast<double>(found.faults), 0.0, 0.0); }
+  }
+}
+
+TEST("one allocation in one tick is seen") {
+  CHECK_NEAR(static_cast<double>(run(insertion(), true).allocations), 1.0, 0.0);
+}
+
+TEST("one page that was never touched is seen") {
+  LoopRecord record(1.0);
+  PacedLoop paced{.period = 1e-3};
+  std::vector<char> memory;
+  memory.reserve(std::size_t{1} << 22U);  // from the system, untouched
+  volatile char* const place = memory.data() + (std::size_t{1} << 21U);
+  paced.run(5, record, [&](Moment&) {
+    if (record.ticks() == 2) { *place = 1; }
+    return true;
+  });
+  CHECK(paced.counts.minor_faults >= 1);
+}
+
+}  // namespace

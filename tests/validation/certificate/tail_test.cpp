@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "validation/certificate/tail.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "device/seeded.hpp"
+#include "tests/check.hpp"
+#include "validation/certificate/tail_checks.hpp"
+
+namespace {
+
+using namespace palpate::certificate;
+using palpate::device::Seeded;
+
+double exponential(Seeded& random) { return -std::log(1.0 - random.uniform(0.0, 1.0)); }
+
+std::vector<LargeTick> largest_of(long ticks, const std::function<double(long)>& time) {
+  LargestTicks largest(kept_responses);
+  for (long n = 0; n < ticks; ++n) { largest.add({time(n), n}); }
+  return largest.sorted();
+}
+
+const TailCheck& check_named(const Tail& tail, std::string_view name) {
+  return *std::ranges::find(tail.checks, name, &TailCheck::name);
+}
+
+TEST("independent exponential times: told, one and two decades beyond the data and no further") {
+  Seeded random(5);
+  constexpr long ticks = 20000;
+  const Tail tail =
+      judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }), ticks, 1e-3);
+  CHECK(tail.refusal.empty());
+  CHECK(tail.levels.size() == 2 && tail.fits.size() == 3);
+  CHECK_NEAR(tail.levels.back().probability, 1e-2 / ticks, 1e-20);
+  const double truth = 20e-6 * std::log(100.0 * ticks);
+  CHECK(tail.levels.back().lower < truth && truth < tail.levels.back().upper);
+  CHECK(!tail.beyond_deadline);  // exp(-50): far beyond two decades
+}
+
+TEST("a deadline within two decades has its probability") {
+  Seeded random(6);
+  constexpr long ticks = 20000;
+  const double deadline = 20e-6 * std::log(ticks);  // that of one tick in 20 000
+  const Tail tail =
+      judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }), ticks, deadline);
+  CHECK(tail.beyond_deadline.has_value());
+  if (tail.beyond_deadline) { CHECK_NEAR(std::log(*tail.beyond_deadline * ticks), 0.0, 1.5); }
+}
+
+TEST("late ticks that come in pairs are refused, by the number that shows it") {
+  Seeded random(7);
+  double before = 0.0;
+  const Tail tail = judge_tail(largest_of(8000,
+                                          [&](long) {
+                                            const double now = exponential(random);
+                                            return std::max(std::exchange(before, now), now);
+                                          }),
+                               8000, 1e-3);
+  CHECK(tail.refusal.find("late ticks do not follow each other") != std::string::npos);
+  CHECK(!check_named(tail, "alone-in-time").holds());
+  CHECK(tail.levels.empty());
+}
+
+TEST("the extremal index of maxima over m neighbours is 1/m") {
+  for (const int m : {1, 2, 4}) {
+    Seeded random(8);
+    std::vector<double> recent(static_cast<std::size_t>(m), 0.0);
+    const auto largest = largest_of(50000, [&](long n) {
+      recent[static_cast<std::size_t>(n % m)] = exponential(random);
+      return *std::ranges::max_element(recent);
+    });
+    // Of some 2500/m clusters: 1/sqrt(n) of the index, four times
+    CHECK_NEAR(extremal_index(exceedances(largest, 2500, 50000)), 1.0 / m, 4.0 / m / std::sqrt(2500.0 / m));
+  }
+}
+
+TEST("what grows with time is refused") {
+  Seeded random(9);
+  const Tail tail = judge_tail(
+      largest_of(8000, [&](long n) { return exponential(random) * (1.0 + static_cast<double>(n) / 8000.0); }),
+      8000, 1e-3);
+  CHECK(tail.refusal.find("both halves") != std::string::npos);
+}
+
+TEST("too few ticks, and ticks that are all alike, have no tail") {
+  CHECK(judge_tail(largest_of(1000, [](long n) { return 1e-6 * static_cast<double>(n); }), 1000, 1e-3)
+            .refusal.find("too few") != std::string::npos);
+  CHECK(judge_tail(largest_of(5000, [](long) { return 1e-4; }), 5000, 1e-3).refusal.find("all alike") !=
+        std::string::npos);
+}
+
+TEST("a check whose number is none does not hold") {
+  CHECK(!(TailCheck{.value = std::nan(""), .lower = -1e300, .upper = 1e300}.holds()));
+  CHECK(!(TailCheck{.value = 1.0, .lower = std::nan(""), .upper = 2.0}.holds()));
+}
+
+}  // namespace

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Other work on the machine while a loop is measured: threads of ordinary priority that do one thing without
+/// end, in memory of fixed size.
+
+#include <atomic>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+namespace palpate::certificate {
+
+/// "idle", "cpu", "cache", "memory".
+bool is_own_load(std::string_view name);
+inline constexpr std::string_view own_loads = "idle, cpu, cache, memory";
+
+class BackgroundLoad {
+ public:
+  /// One thread for each of these processors, and kept to them. `cache_bytes`: of the largest cache.
+  BackgroundLoad(std::string_view name, const std::vector<int>& processors, std::size_t cache_bytes);
+  ~BackgroundLoad();
+  BackgroundLoad(const BackgroundLoad&) = delete;
+  BackgroundLoad& operator=(const BackgroundLoad&) = delete;
+
+  [[nodiscard]] std::size_t threads() const { return threads_.size(); }
+  /// Rounds of work done by all so far: it grows while the load works.
+  [[nodiscard]] long rounds() const { return rounds_.load(std::memory_order_relaxed); }
+
+ private:
+  void compute() noexcept;
+  void walk(std::vector<double>& buffer) noexcept;
+  void stream(std::vector<double>& buffer) noexcept;
+
+  std::atomic<bool> stop_{false};
+  std::atomic<long> rounds_{0};
+  std::vector<std::thread> threads_{};
+};
+
+}  // namespace palpate::certificate
