@@ -104,9 +104,10 @@ TEST("the spread is the largest difference that other builds showed") {
                "is not in a variant");
 }
 
-TEST("damage turns the gate red and the same code never does") {
-  check_status("gate/faults", nullptr, Status::pass);
-  check_status("gate/self", nullptr, Status::pass);
-}
+TEST("damage turns the gate red") { check_status("gate/faults", nullptr, Status::pass); }
+
+#ifndef PALPATE_SANITIZED  // two hundred runs of the same code, which those of damage go through too
+TEST("the same code never turns it red") { check_status("gate/self", nullptr, Status::pass); }
+#endif
 
 }  // namespace
