@@ -2,6 +2,7 @@
 #include "reports/cli/kept_cases.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <link.h>
 
 #include "palpate_code_hash.hpp"
@@ -78,7 +79,9 @@ std::string what_runs() {
   std::vector<std::string> libraries;
   dl_iterate_phdr(add_library, &libraries);
   std::ranges::sort(libraries);
-  std::string text = std::string(build::code_hash) + "\n" + build_provenance().at("processor") + "\n";
+  const char* tunables = std::getenv("GLIBC_TUNABLES");  // which functions the C library picks
+  std::string text = std::string(build::code_hash) + "\n" + build_provenance().at("processor") + "\n" +
+                     (tunables != nullptr ? tunables : "") + "\n";
   for (const std::string& library : libraries) { text += file_facts(library); }
   return text;
 }
