@@ -17,6 +17,7 @@
 #include "reports/cli/scene_run.hpp"
 #include "reports/cli/stress_ng.hpp"
 #include "reports/cli/tool_inspection.hpp"
+#include "reports/shown_units.hpp"
 #include "validation/certificate/background_load.hpp"
 #include "validation/certificate/scene_loop.hpp"
 #include "validation/number_words.hpp"
@@ -28,8 +29,6 @@ using namespace certificate;
 
 constexpr double least_rate = 0.01;  // [Hz]
 constexpr double most_rate = 20000.0;
-constexpr double us = 1e6;
-
 void refuse_unknown_loads(const CertifyOptions& options) {
   for (const std::string& load : options.loads) {
     if (is_own_load(load) || load == "stress-ng") { continue; }
