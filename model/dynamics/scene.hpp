@@ -48,6 +48,7 @@ struct SimulationSettings {
   double solver_tolerance = 0.0;                     ///< of implicit schemes, relative; 0: rounding
   Precision precision = Precision::double_precision; ///< of the stepping, never of the reference
   int threads = 1;                                   ///< at most, that share a regular lattice
+  double sleep_force = 0.0;                          ///< [N] that sleeping nodes may withhold in all; 0: none sleeps
   PrintedForm printed{};                             ///< all false: the corrected physics
 };
 

@@ -52,6 +52,8 @@ class Checker : private Rules {
     must(!s.substeps || *s.substeps >= 1, "simulation.substeps", "must be \"auto\" or 1 or more");
     must(s.threads >= 1 && s.threads <= most_threads, "simulation.threads",
          std::to_string(s.threads) + "; must be from 1 to " + std::to_string(most_threads));
+    must(s.sleep_force >= 0.0 && std::isfinite(s.sleep_force), "simulation.sleep_force",
+         number_in_words(s.sleep_force) + " N; must be 0 or more");
     const double ticks = s.duration / s.step;
     must(!(ticks > 1e9), "simulation.duration", number_in_words(ticks) + " ticks; at most 1e9");
     must(!(ticks < 1.0 - 1e-9), "simulation.duration", "shorter than one step; at least one step");

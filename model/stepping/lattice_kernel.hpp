@@ -204,7 +204,7 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
         if constexpr (measures_energy(task)) { sum += static_cast<double>(vector.energy()); }
       }
       if constexpr (takes_step(task)) {
-        if (slab.below == nullptr) { sum += move_row<Arch>(view, fields, begin, row_length); }
+        if (slab.below == nullptr && view.row_moves[row] != 0) { sum += move_row<Arch>(view, fields, begin, row_length); }
       }
     }
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "model/stepping/lattice_network.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -37,16 +38,39 @@ LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprin
 }
 
 template <class Real>
+void LatticeNetwork<Real>::let_sleep(double most_withheld) {
+  const NetworkProblem& problem = this->problem();
+  const SpringNetwork& network = problem.network();
+  const LatticeRows& rows = springs_.rows();
+  std::vector<unsigned char> awake(rows.count(), 0);
+  const auto wake = [&](int node) { awake[rows.row_of(rows.place_of(node))] = 1; };
+  const auto stirred = [](const NodeVectors& columns, int node) {
+    return columns.cols() > 0 && !columns.col(node).isZero(0.0);
+  };
+  for (int node = 0; node < network.node_count(); ++node) {
+    if (stirred(network.initial_displacement, node) || stirred(network.initial_velocity, node)) { wake(node); }
+  }
+  for (const Load& load : problem.loads()) { std::ranges::for_each(load.nodes, wake); }
+  lattice::View<Real> view = springs_.view();
+  sleep_.emplace(view, view.vectors * kernels_.lanes, std::move(awake), most_withheld);
+  view.row_moves = sleep_->awake();
+  slabs_ = std::make_unique<LatticeSlabs<Real>>(view, kernels_.lanes, 1);
+}
+
+template <class Real>
 void LatticeNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
                                        Vector<Real>& f) noexcept {
   slabs_->sweep(damped_ ? kernels_.force : kernels_.undamped_force, {q.data(), v.data(), f.data()});
+  if (sleep_) { sleep_->wake_pulled(f.data(), this->inverse_mass().data()); }
 }
 
 template <class Real>
 double LatticeNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                                              Vector<Real>& f) noexcept {
-  return slabs_->sweep(damped_ ? kernels_.measured_force : kernels_.measured_undamped_force,
-                       {q.data(), v.data(), f.data()});
+  const double energy = slabs_->sweep(damped_ ? kernels_.measured_force : kernels_.measured_undamped_force,
+                                      {q.data(), v.data(), f.data()});
+  if (sleep_) { sleep_->wake_pulled(f.data(), this->inverse_mass().data()); }
+  return energy;
 }
 
 template <class Real>
@@ -63,8 +87,9 @@ double LatticeNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>
                                  .inverse_mass = this->inverse_mass().data(),
                                  .weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
                                  .h = h};
-  return slabs_->sweep(damped_ ? kernels_.step : kernels_.undamped_step,
-                       {move.q, move.v, next_force_.data(), &move});
+  const lattice::Fields<Real> fields{move.q, move.v, next_force_.data(), &move};
+  const double squares = slabs_->sweep(damped_ ? kernels_.step : kernels_.undamped_step, fields);
+  return sleep_ ? squares + sleep_->wake_in_step(fields) : squares;
 }
 
 template <class Real>
@@ -73,6 +98,7 @@ void LatticeNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
   f.setZero();
   if (!damped_) { return; }
   slabs_->sweep(kernels_.damping, {q.data(), w.data(), f.data()});
+  if (sleep_) { sleep_->withhold(f.data()); }
   f = -f;
 }
 
@@ -83,7 +109,7 @@ double LatticeNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcep
 
 template <class Real>
 std::size_t LatticeNetwork<Real>::spring_bytes() const noexcept {
-  return springs_.memory_bytes() + slabs_->memory_bytes() +
+  return springs_.memory_bytes() + slabs_->memory_bytes() + (sleep_ ? sleep_->memory_bytes() : 0) +
          static_cast<std::size_t>(next_force_.size()) * sizeof(Real);
 }
 

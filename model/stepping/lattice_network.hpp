@@ -4,6 +4,9 @@
 /// (model/EQUATIONS.md, "Lattice in lanes"). Fixed nodes and the elements that fill rows up have no
 /// inverse mass and never move.
 
+#include <optional>
+
+#include "model/stepping/lattice_sleep.hpp"
 #include "model/stepping/lattice_slabs.hpp"
 #include "model/stepping/lattice_springs.hpp"
 #include "model/stepping/network_system.hpp"
@@ -16,6 +19,11 @@ class LatticeNetwork final : public NetworkSystem<Real> {
   /// Throws std::invalid_argument for a network that lattice_of() does not know.
   LatticeNetwork(const NetworkProblem& problem, bool skip, int threads = 1,
                  const lattice::Kernels<Real>& kernels = lattice_kernels<Real>());
+
+  /// Rows that nothing displaces, moves or loads in the beginning sleep (lattice_sleep.hpp). For one thread and
+  /// without weight.
+  void let_sleep(double most_withheld);
+  [[nodiscard]] double awake_share() const noexcept override { return sleep_ ? sleep_->awake_share() : 1.0; }
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
   [[nodiscard]] bool has_one_pass() const override { return true; }
@@ -34,6 +42,7 @@ class LatticeNetwork final : public NetworkSystem<Real> {
   LatticeSprings<Real> springs_;
   bool damped_;
   lattice::Kernels<Real> kernels_;
+  std::optional<LatticeSleep<Real>> sleep_;  ///< where rows may sleep
   std::unique_ptr<LatticeSlabs<Real>> slabs_;
   Vector<Real> next_force_;  ///< weight between two steps in one pass [N]
 };

@@ -24,6 +24,7 @@ class LatticeSprings {
   LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes, bool skip);
 
   [[nodiscard]] const NodeLayout& layout() const { return layout_; }
+  [[nodiscard]] const LatticeRows& rows() const { return rows_; }
   [[nodiscard]] lattice::View<Real> view() const;
   /// Places of all nodes, and far from each other of what the vectors hold beside them.
   [[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> initial_position() const;

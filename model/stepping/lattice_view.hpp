@@ -24,7 +24,7 @@ struct View {
   long numbers = 2;               ///< of a spring: stiffness, and viscosity where there is any
   const Real* tables = nullptr;   ///< [vector][slot][number][lane] of a row, as they are read
   const long* row_table = nullptr;       ///< where a row's begins; equal rows share theirs
-  const unsigned char* row_moves = nullptr;  ///< whether any node of a row is free
+  const unsigned char* row_moves = nullptr;  ///< 0: no node of a row is free, or all sleep
   Real rest[3]{};                 ///< length [m] along one, two and three axes
   bool own_springs = false;       ///< some row has springs within it
   bool straight[neighbour_kinds]{};  ///< some row has springs straight across to that neighbour

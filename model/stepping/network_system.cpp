@@ -113,7 +113,9 @@ template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
                                                          const NetworkOptions& options) {
   if (options.lattice) {
-    return std::make_unique<LatticeNetwork<Real>>(problem, options.skip, options.threads);
+    auto lattice = std::make_unique<LatticeNetwork<Real>>(problem, options.skip, options.threads);
+    if (options.sleep_force > 0.0) { lattice->let_sleep(options.sleep_force); }
+    return lattice;
   }
   return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip,
                                              options.fans);

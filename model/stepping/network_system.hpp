@@ -34,6 +34,8 @@ class NetworkSystem : public System<Real> {
   /// With a free end; all of them without skipping.
   [[nodiscard]] std::size_t spring_count() const { return spring_count_; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
+  /// Of what can move: the part that is stepped.
+  [[nodiscard]] virtual double awake_share() const noexcept { return 1.0; }
 
  protected:
   NetworkSystem(const NetworkProblem& problem, NodeLayout layout, bool skip);
@@ -74,6 +76,7 @@ struct NetworkOptions {
   bool fans = false;     ///< a list's springs as many at once as a register holds
   bool lattice = false;  ///< in lanes, which lattice_of() the network must allow
   int threads = 1;       ///< that share a lattice
+  double sleep_force = 0.0;  ///< [N] that sleeping nodes of a lattice may withhold; 0: none sleeps
   bool skip = true;
 };
 template <class Real>

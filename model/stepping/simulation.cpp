@@ -50,6 +50,7 @@ class Simulation::Core {
   virtual double energy() noexcept = 0;
   [[nodiscard]] virtual int zero_length_springs() const noexcept = 0;
   [[nodiscard]] virtual std::size_t spring_count() const noexcept = 0;
+  [[nodiscard]] virtual double awake_share() const noexcept = 0;
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept = 0;
   void sample(std::span<double> row) noexcept;
   virtual void sample_tool(std::span<double> row) noexcept = 0;
@@ -103,7 +104,7 @@ class Simulation::CoreOf final : public Simulation::Core {
       auto made = make_network_system<Real>(
           *network,
           {.printed = printed, .h = plan.h, .fans = plan.integrator->implicit, .lattice = plan.lattice,
-           .threads = plan.threads, .skip = skip});
+           .threads = plan.threads, .sleep_force = plan.sleep_force, .skip = skip});
       network_ = made.get();
       system_ = std::move(made);
       recorder = std::make_unique<Recorder>(scene, *network);
@@ -217,6 +218,9 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
   [[nodiscard]] std::size_t spring_count() const noexcept override {
     return network_ != nullptr ? network_->spring_count() : 1;
+  }
+  [[nodiscard]] double awake_share() const noexcept override {
+    return network_ != nullptr ? network_->awake_share() : 1.0;
   }
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return (network_ != nullptr ? network_->memory_bytes() : sizeof(OscillatorSystem<Real>)) +
@@ -382,6 +386,7 @@ void Simulation::velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept { core_->vel
 double Simulation::energy() noexcept { return core_->energy(); }
 int Simulation::zero_length_springs() const noexcept { return core_->zero_length_springs(); }
 std::size_t Simulation::spring_count() const noexcept { return core_->spring_count(); }
+double Simulation::awake_share() const noexcept { return core_->awake_share(); }
 std::size_t Simulation::memory_bytes() const noexcept { return core_->memory_bytes(); }
 
 NodeVectors Simulation::node_positions() const {

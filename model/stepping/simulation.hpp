@@ -79,6 +79,8 @@ class Simulation {
   [[nodiscard]] ToolReport tool() noexcept;
   [[nodiscard]] int zero_length_springs() const noexcept;
   [[nodiscard]] std::size_t spring_count() const noexcept;  ///< that are computed
+  /// Of what can move: the part that is stepped now; 1 where nothing may sleep.
+  [[nodiscard]] double awake_share() const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:

@@ -24,6 +24,7 @@ struct StepPlan {
   std::map<std::string, double> stable_step{};   ///< [s] by integrator; infinite: no limit
   bool lattice = false;                          ///< a regular lattice, stepped in lanes
   int threads = 1;                               ///< that share a lattice
+  double sleep_force = 0.0;                      ///< [N] as in NetworkOptions
   std::string kernel{};
   std::vector<std::string> skipped{};            ///< "dampers: every spring has zero viscosity"
   std::vector<std::string> warnings{};

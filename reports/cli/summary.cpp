@@ -63,6 +63,7 @@ std::string summary_json(const LoadedScene& loaded, const Run& run) {
   json["slowest_tick_s"] = run.slowest_tick;
   json["ns_per_spring_step"] = run.ns_per_spring_step(simulation.spring_count());
   json["kernel"] = plan.kernel;
+  if (plan.sleep_force > 0.0) { json["awake_share"] = simulation.awake_share(); }
   json["skipped"] = plan.skipped;
   json["warnings"] = plan.warnings;
   json["zero_length_springs"] = run.zero_length_springs;
