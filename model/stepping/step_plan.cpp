@@ -105,18 +105,12 @@ void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, 
     plan.warnings.emplace_back("one thread: only a regular lattice under an explicit scheme is shared out");
     return;
   }
-<<<<<<< HEAD
-  const int layers = rows->nodes()[2];
-  plan.threads = LatticeSlabs<double>::most_threads(layers, rows->vectors(), wanted);
-=======
   if (plan.sleep_force > 0.0) {
     plan.warnings.emplace_back("one thread: rows that may sleep are not shared out");
     return;
   }
-  const LatticeRows rows = lattice_rows_of(problem, scene);
-  const int layers = rows.nodes()[2];
-  plan.threads = LatticeSlabs<double>::most_threads(layers, rows.vectors(), wanted);
->>>>>>> 5e4e6f7 (Rows of a lattice sleep until a wave pulls at them)
+  const int layers = rows->nodes()[2];
+  plan.threads = LatticeSlabs<double>::most_threads(layers, rows->vectors(), wanted);
   if (plan.threads < wanted) {
     plan.warnings.push_back(std::to_string(plan.threads) + " of " + std::to_string(wanted) +
                             " threads: each takes two layers or more of " + std::to_string(layers) +
@@ -130,10 +124,6 @@ void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, 
   if (plan.threads > 1) { plan.kernel += "-" + std::to_string(plan.threads) + "-threads"; }
 }
 
-<<<<<<< HEAD
-void list_skipped(const Scene& scene, const NetworkProblem& problem, const std::optional<LatticeRows>& rows,
-                  StepPlan& plan) {
-=======
 /// Springs of a lattice have their natural length, so a row at rest stays there until something pulls.
 void choose_sleep(const Scene& scene, StepPlan& plan) {
   const double wanted = scene.simulation.sleep_force;
@@ -150,8 +140,8 @@ void choose_sleep(const Scene& scene, StepPlan& plan) {
   plan.skipped.push_back("nodes at rest, until more than " + number(wanted) + " N in all pulls at them");
 }
 
-void list_skipped(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
->>>>>>> 5e4e6f7 (Rows of a lattice sleep until a wave pulls at them)
+void list_skipped(const Scene& scene, const NetworkProblem& problem, const std::optional<LatticeRows>& rows,
+                  StepPlan& plan) {
   const auto& springs = problem.network().springs;
   const auto fixed_pairs = [&] {
     return std::ranges::count_if(springs, [&](const Spring& s) {
@@ -245,14 +235,9 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   plan.lattice = rows.has_value();
   plan.kernel = plan.lattice ? lattice_kernel_name(damped || !skip, single)
                              : kernel_name({.damped = damped || !skip, .printed = law_as_printed}, single);
-<<<<<<< HEAD
+  choose_sleep(scene, plan);
   choose_threads(scene, rows, plan);
   if (skip) { list_skipped(scene, *network, rows, plan); }
-=======
-  choose_sleep(scene, plan);
-  choose_threads(scene, *network, plan);
-  if (skip) { list_skipped(scene, *network, plan); }
->>>>>>> 5e4e6f7 (Rows of a lattice sleep until a wave pulls at them)
   return plan;
 }
 
