@@ -90,6 +90,7 @@ int run(const RunOptions& options) {
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = make_folder(options.folder("run"));
   RollOutOptions roll_out_how = roll_out_options(loaded, options.quiet);
+  if (!options.no_view) { roll_out_how.events = most_events_shown; }
   std::optional<FalconLoop> falcon;
   std::optional<device::falcon::WireRecording> packets;
   if (in_hand) {
@@ -108,7 +109,7 @@ int run(const RunOptions& options) {
   if (packets) { write_packets(folder, *packets); }
   const Palpation palpation = palpate_skin(loaded);
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
-  write_run_report(folder, loaded, result, palpation, provenance);
+  write_run_report(folder, {loaded, result, palpation, provenance, options.no_view ? "not wanted" : ""});
   if (!options.quiet) { tell(result, loaded, folder); }
   if (result.interrupted) { return interrupted_code; }
   return result.diverged ? fell_short : done;
