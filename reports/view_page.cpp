@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "reports/view_page.hpp"
 
-#include "report_assets.hpp"
+#include "view_assets.hpp"
 
 #include "reports/html_page.hpp"
 #include "reports/markup.hpp"

@@ -16,9 +16,9 @@ constexpr Rgb rgb(unsigned code) {
           static_cast<double>(code & 255U) / 255.0};
 }
 
-/// viridis at equal steps, as matplotlib has it.
-constexpr std::array<Rgb, 9> viridis{rgb(0x440154), rgb(0x472d7b), rgb(0x3b528b), rgb(0x2c728e), rgb(0x21918c),
-                                     rgb(0x28ae80), rgb(0x5ec962), rgb(0xaddc30), rgb(0xfde725)};
+/// magma from its light end on, as matplotlib has it, without the darkest eighth: what is zero is pale.
+constexpr std::array<Rgb, 8> magma{rgb(0xfcfdbf), rgb(0xfec287), rgb(0xfb8861), rgb(0xe75263),
+                                   rgb(0xb73779), rgb(0x822681), rgb(0x51127c), rgb(0x1d1147)};
 
 /// The first word that a label holds decides.
 constexpr std::array<std::pair<std::string_view, Rgb>, 12> by_word{{{"skin", rgb(0xe3b196)},
@@ -38,11 +38,11 @@ constexpr std::array<Rgb, 6> others{rgb(0xe0b79c), rgb(0x8fb8a8), rgb(0xb7a3cf),
 }  // namespace
 
 Rgb scale_colour(double share) {
-  const double along = std::clamp(share, 0.0, 1.0) * static_cast<double>(viridis.size() - 1);
-  const auto below = std::min(static_cast<std::size_t>(along), viridis.size() - 2);
+  const double along = std::clamp(share, 0.0, 1.0) * static_cast<double>(magma.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(along), magma.size() - 2);
   const double rest = along - static_cast<double>(below);
   Rgb colour{};
-  for (std::size_t n = 0; n < 3; ++n) { colour[n] = (1.0 - rest) * viridis[below][n] + rest * viridis[below + 1][n]; }
+  for (std::size_t n = 0; n < 3; ++n) { colour[n] = (1.0 - rest) * magma[below][n] + rest * magma[below + 1][n]; }
   return colour;
 }
 

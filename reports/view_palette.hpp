@@ -11,7 +11,7 @@ namespace palpate {
 
 using Rgb = std::array<double, 3>;  ///< 0 to 1, sRGB
 
-/// viridis at `share` from 0 to 1.
+/// From pale at `share` 0 to dark at 1.
 Rgb scale_colour(double share);
 
 /// One for each label, by what it says: skin, fat, ligament, bone ...; others come from a list.

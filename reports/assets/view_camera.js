@@ -13,7 +13,7 @@ class ViewCamera {
   home() {
     this.azimuth = 0.45;
     this.elevation = 0.42;
-    this.distance = 2.25 * this.size;
+    this.distance = 2.1 * this.size;
     this.target = this.middle.slice();
     if (this.drawing.tool) { this.target[2] -= 0.1 * this.size; }
     this.place();

@@ -46,7 +46,7 @@ class Drawing {
     smooth.minFilter = smooth.magFilter = THREE.LinearFilter;
     this.uniforms = {
       opacity: { value: new Float32Array(32).fill(1) }, cut: { value: new THREE.Vector4(0, 0, 0, 1) },
-      scale: { value: smooth }, tissueColours: { value: texture(colours.tissue, 32) }, scaled: { value: 1 }
+      scale: { value: smooth }, tissueColours: { value: texture(colours.tissue, 32) }, scaled: { value: 1 }, own: { value: -1 }
     };
   }
   material(shaders, own, options) {
@@ -116,7 +116,7 @@ class Drawing {
     this.tissue.header.labels.forEach((label, n) => {
       const geometry = this.nodeGeometry([]);
       const pair = [THREE.BackSide, THREE.FrontSide].map((side) => {
-        const mesh = new THREE.Mesh(geometry, this.material(sideShaders, {}, Object.assign({ side: side }, depth)));
+        const mesh = new THREE.Mesh(geometry, this.material(sideShaders, { own: { value: n } }, Object.assign({ side: side }, depth)));
         this.add(mesh);
         return mesh;
       });
@@ -246,7 +246,7 @@ class Drawing {
       this.camera.updateProjectionMatrix();
     }
     const zoom = height * ratio / (2 * Math.tan(this.camera.fov * Math.PI / 360));
-    this.nodeSize.value = 0.3 * this.tissue.spacing() * zoom;
+    this.nodeSize.value = 0.24 * this.tissue.spacing() * zoom;
     this.orderSides();
     this.renderer.render(this.scene, this.camera);
   }

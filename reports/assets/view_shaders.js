@@ -6,6 +6,7 @@ uniform vec4 cut;
 uniform sampler2D scale;
 uniform sampler2D tissueColours;
 uniform float scaled;
+uniform float own;
 attribute vec3 rest;
 attribute float label;
 attribute float share;
@@ -13,8 +14,9 @@ varying vec4 paint;
 varying float hidden;
 void prepare() {
   vec4 byScale = texture2D(scale, vec2(clamp(share, 0.0, 1.0) * 0.998 + 0.001, 0.5));
-  vec4 byTissue = texture2D(tissueColours, vec2((label + 0.5) / 32.0, 0.5));
-  paint = vec4(mix(byTissue.rgb, byScale.rgb, scaled), opacity[int(label + 0.5)]);
+  float kind = own < 0.0 ? label : own;  // a side is of its cell's kind, whatever its corners are
+  vec4 byTissue = texture2D(tissueColours, vec2((kind + 0.5) / 32.0, 0.5));
+  paint = vec4(mix(byTissue.rgb, byScale.rgb, scaled), opacity[int(kind + 0.5)]);
   hidden = dot(rest, cut.xyz) > cut.w ? 1.0 : 0.0;
 }`;
 
@@ -32,7 +34,7 @@ varying vec4 paint;
 varying vec3 seenAt;
 void main() {
   vec3 normal = normalize(cross(dFdx(seenAt), dFdy(seenAt)));
-  float light = 0.58 + 0.42 * abs(dot(normal, normalize(vec3(0.25, 0.55, 0.8))));
+  float light = 0.76 + 0.24 * abs(dot(normal, normalize(vec3(0.25, 0.55, 0.8))));
   gl_FragColor = vec4(paint.rgb * light, paint.a);
 }`
 };

@@ -6,6 +6,7 @@
 #include "device/falcon/wire_recording.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/trace_file.hpp"
+#include "fixtures/io/xdmf_file.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/falcon_script.hpp"
@@ -14,6 +15,7 @@
 #include "reports/cli/run_facts.hpp"
 #include "reports/cli/scene_run.hpp"
 #include "reports/cli/summary.hpp"
+#include "reports/view.hpp"
 
 namespace palpate::cli {
 
@@ -105,6 +107,9 @@ int run(const RunOptions& options) {
   io::write_trace_csv(folder / "trace.csv", result.trace);
   io::write_trace_hdf5(folder / "trace.h5", result.trace,
                        network != nullptr ? network->network() : SpringNetwork{}, provenance);
+  if (network != nullptr && !result.trace.frames.empty()) {
+    io::write_xdmf(folder / "trace.xdmf", folder / "trace.h5", result.trace, network->network());
+  }
   io::replace_file(folder / "summary.json", summary_json(loaded, result));
   if (packets) { write_packets(folder, *packets); }
   const Palpation palpation = palpate_skin(loaded);
