@@ -3,6 +3,7 @@
 /// What the 3-D view of a run shows, in SI and in the tissue's frame: a part of the nodes of its
 /// network, numbered anew, at some instants of its trace.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -16,7 +17,12 @@
 
 namespace palpate {
 
-inline constexpr int most_events_shown = 20;
+/// Ticks with events that a view of so many nodes shows: twenty, fewer where their places took over 240 MB.
+inline int events_shown(Eigen::Index nodes) {
+  constexpr Eigen::Index most = 20;
+  constexpr Eigen::Index most_places = 10'000'000;  // of 24 bytes
+  return static_cast<int>(std::min(most, most_places / std::max<Eigen::Index>(nodes, 1)));
+}
 
 /// The tool as a body that moves along its line.
 struct ViewTool {

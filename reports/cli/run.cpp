@@ -92,7 +92,8 @@ int run(const RunOptions& options) {
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = make_folder(options.folder("run"));
   RollOutOptions roll_out_how = roll_out_options(loaded, options.quiet);
-  if (!options.no_view) { roll_out_how.events = most_events_shown; }
+  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
+  if (network != nullptr && !options.no_view) { roll_out_how.events = events_shown(network->network().node_count()); }
   std::optional<FalconLoop> falcon;
   std::optional<device::falcon::WireRecording> packets;
   if (in_hand) {
@@ -103,7 +104,6 @@ int run(const RunOptions& options) {
   if (options.real_time) { roll_out_how.clock = &clock.emplace(1.0 / rate); }
   const Run result = roll_out(loaded.simulation, roll_out_how);
   const auto provenance = scene_provenance(loaded);
-  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
   io::write_trace_csv(folder / "trace.csv", result.trace);
   io::write_trace_hdf5(folder / "trace.h5", result.trace,
                        network != nullptr ? network->network() : SpringNetwork{}, provenance);
