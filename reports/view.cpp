@@ -44,15 +44,17 @@ ViewFocus focus_of(const View& view, const SpringNetwork& network, const Trace& 
   return focus;
 }
 
-/// What the cell at a node is made of, or the node itself where it is no cell's lowest corner.
+/// The middle of the cell at a node; of a node that is no cell's lowest corner, halfway to the node below it.
 Eigen::Vector3d place_of_material(const SpringNetwork& network, const std::optional<NodeGrid>& grid, int node) {
   const Eigen::Vector3d own = network.rest_position.col(node);
   if (!grid) { return own; }
   const GridPlace& place = grid->places()[static_cast<std::size_t>(node)];
-  if (!grid->is_cell(place)) { return own; }
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const int corner : grid->corners(place)) { sum += network.rest_position.col(corner); }
-  return sum / 8.0;
+  if (!grid->is_cell(place)) {
+    const int below = grid->node_at(beside(place, 2, 1));
+    return below < 0 ? own : Eigen::Vector3d(0.5 * (own + network.rest_position.col(below)));
+  }
+  const std::array<int, 8> corners = grid->corners(place);
+  return 0.5 * (own + network.rest_position.col(corners[7]));
 }
 
 std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first) {
@@ -60,6 +62,19 @@ std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double fi
   const auto found = std::ranges::find_if(line, [&](const PathInterval& each) { return point.z() < each.end; });
   const std::string& label = found == line.end() ? line.back().label : found->label;
   return label.empty() ? "tissue" : label;
+}
+
+/// Layers that are nowhere what a cell is told to be of.
+void tell_thin_layers(View& view, const Scene& scene) {
+  std::string missing;
+  for (const Layer& layer : scene.tissue.layers) {
+    const std::string& label = layer.tissue.empty() ? layer.material : layer.tissue;
+    if (std::ranges::find(view.labels, label) != view.labels.end()) { continue; }
+    missing += (missing.empty() ? "" : ", ") + label;
+  }
+  if (!missing.empty()) {
+    view.notes.push_back("thinner than the cells that hold them, and not told apart here: " + missing);
+  }
 }
 
 void add_nodes(View& view, const ViewInput& input, const ShownNodes& shown) {
@@ -83,7 +98,8 @@ void add_nodes(View& view, const ViewInput& input, const ShownNodes& shown) {
     const std::string label = label_at(input.scene, place_of_material(network, shown.grid, node), first);
     auto known = std::ranges::find(view.labels, label);
     if (known == view.labels.end() && view.labels.size() < most_labels) { known = view.labels.insert(known, label); }
-    view.label.push_back(static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(known - view.labels.begin(), most_labels - 1)));
+    view.label.push_back(
+        static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(known - view.labels.begin(), most_labels - 1)));
   }
 }
 
@@ -158,8 +174,9 @@ void add_springs(View& view, const SpringNetwork& network, const std::vector<int
   for (std::size_t n = 0; n < springs.size(); ++n) {
     if (lengths[n] < sorted[most_springs_shown]) { view.springs.push_back(springs[n]); }
   }
-  view.notes.push_back("of " + short_number(static_cast<double>(springs.size()), 9) + " springs between these nodes the " +
-                       short_number(static_cast<double>(view.springs.size()), 9) + " shortest are shown");
+  view.notes.push_back("of " + short_number(static_cast<double>(springs.size()), 9) +
+                       " springs between these nodes the " + short_number(static_cast<double>(view.springs.size()), 9) +
+                       " shortest are shown");
 }
 
 /// Instants of the view: frames of the trace, thinned evenly, and moments between them.
@@ -172,7 +189,8 @@ std::vector<std::pair<double, const NodeVectors*>> instants_of(const ViewInput& 
     instants.emplace_back(input.trace.frame_time[frame], &input.trace.frames[frame]);
   }
   for (std::size_t n = 0; n < input.moments.time.size(); ++n) {
-    if (std::ranges::find(instants, input.moments.time[n], &std::pair<double, const NodeVectors*>::first) == instants.end()) {
+    if (std::ranges::find(instants, input.moments.time[n], &std::pair<double, const NodeVectors*>::first) ==
+        instants.end()) {
       instants.emplace_back(input.moments.time[n], &input.moments.positions[n]);
     }
   }
@@ -243,6 +261,7 @@ std::optional<View> make_view(const ViewInput& input) {
   if (!shown.note.empty()) { view.notes.push_back(shown.note); }
   const std::vector<int> number = numbers_of(shown, network.node_count());
   add_nodes(view, input, shown);
+  tell_thin_layers(view, input.scene);
   add_grid(view, shown, number);
   std::vector<ViewSurface> surfaces = input.surfaces;
   if (shown.grid) { surfaces.insert(surfaces.begin(), skin_of(*shown.grid)); }

@@ -62,20 +62,20 @@ struct ViewFrame {
 };
 
 struct View {
-  NodeVectors rest{};                          ///< undeformed places [m]
-  std::vector<std::uint8_t> label{};           ///< of each node, an index of labels
-  std::vector<std::string> labels{};           ///< what the tissue is made of, at least one
+  NodeVectors rest{};                 ///< undeformed places [m]
+  std::vector<std::uint8_t> label{};  ///< of each node, an index of labels
+  std::vector<std::string> labels{};  ///< what the tissue is made of, at least one
   std::vector<std::uint8_t> fixed{};
-  Eigen::VectorXd stiffness{};                 ///< mean over the springs of a node [N/m]
-  std::vector<std::array<int, 3>> place{};     ///< on a grid that need not be regular; empty: there is none
-  std::vector<std::uint8_t> cell{};            ///< 1: the node is the lowest corner of a cell of tissue
+  Eigen::VectorXd stiffness{};              ///< mean over the springs of a node [N/m]
+  std::vector<std::array<int, 3>> place{};  ///< on a grid that need not be regular; empty: there is none
+  std::vector<std::uint8_t> cell{};         ///< 1: the node is the lowest corner of a cell of tissue
   std::vector<ViewSpring> springs{};
   std::vector<ViewSurface> surfaces{};
-  std::vector<ViewFrame> frames{};             ///< at least one
-  std::size_t peak = 0;                        ///< frame of the largest reaction
+  std::vector<ViewFrame> frames{};  ///< at least one
+  std::size_t peak = 0;             ///< frame of the largest reaction
   std::optional<ViewTool> tool{};
-  double cut = 0.0;                            ///< y of the sagittal plane through the tool, or the middle [m]
-  std::vector<std::string> notes{};            ///< what is not as in the network: nodes or frames left out
+  double cut = 0.0;                  ///< y of the sagittal plane through the tool, or the middle [m]
+  std::vector<std::string> notes{};  ///< what is not as in the network: nodes or frames left out
 };
 
 struct ViewInput {

@@ -53,8 +53,8 @@ Scales scales_of(const View& view, int bits) {
 /// By its logarithm, 0 to 255.
 std::uint8_t stiffness_byte(double stiffness, const Scales& scales) {
   if (!(scales.stiffest > scales.softest)) { return 128; }
-  const double share = std::log(std::max(stiffness, scales.softest) / scales.softest) /
-                       std::log(scales.stiffest / scales.softest);
+  const double share =
+      std::log(std::max(stiffness, scales.softest) / scales.softest) / std::log(scales.stiffest / scales.softest);
   return static_cast<std::uint8_t>(std::lround(255.0 * share));
 }
 
@@ -147,13 +147,18 @@ Json frames_json(const View& view) {
   return frames;
 }
 
-Json list_of(const Eigen::Ref<const Eigen::VectorXd>& values) { return std::vector<double>(values.begin(), values.end()); }
+Json list_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  return std::vector<double>(values.begin(), values.end());
+}
 
 Json tool_json(const ViewTool& tool) {
   const char* shape = tool.shape == ViewTool::Shape::needle      ? "needle"
                       : tool.shape == ViewTool::Shape::fingertip ? "fingertip"
                                                                  : "ultrasound";
-  return {{"shape", shape}, {"origin", list_of(tool.origin)}, {"direction", list_of(tool.direction)}, {"size", list_of(tool.size)}};
+  return {{"shape", shape},
+          {"origin", list_of(tool.origin)},
+          {"direction", list_of(tool.direction)},
+          {"size", list_of(tool.size)}};
 }
 
 Json colours_json(const std::vector<std::string>& labels) {
@@ -170,19 +175,33 @@ std::string header_of(const View& view, const Scales& scales) {
   for (const ViewSurface& surface : view.surfaces) {
     std::size_t supports = 0;
     for (const auto& vertex : surface.vertices) { supports += vertex.size(); }
-    surfaces.push_back({{"label", surface.label}, {"vertices", surface.vertices.size()}, {"supports", supports},
+    surfaces.push_back({{"label", surface.label},
+                        {"vertices", surface.vertices.size()},
+                        {"supports", supports},
                         {"triangles", surface.triangles.size()}});
   }
-  Json header{{"nodes", view.rest.cols()}, {"springs", view.springs.size()}, {"grid", !view.place.empty()},
-              {"labels", view.labels}, {"colours", colours_json(view.labels)}, {"surfaces", surfaces},
-              {"low", list_of(scales.low)}, {"extent", list_of(scales.extent)}, {"step", scales.step},
-              {"displacement", scales.displacement}, {"force", scales.force},
-              {"stiffness", {scales.softest, scales.stiffest}}, {"cut", view.cut}, {"peak", view.peak},
-              {"enlargement", view.tool ? 1.0 : enlargement(std::max(scales.displacement, 1e-300), scales.extent.maxCoeff())},
-              {"frames", frames_json(view)}};
+  Json header{
+      {"nodes", view.rest.cols()},
+      {"springs", view.springs.size()},
+      {"grid", !view.place.empty()},
+      {"labels", view.labels},
+      {"colours", colours_json(view.labels)},
+      {"surfaces", surfaces},
+      {"low", list_of(scales.low)},
+      {"extent", list_of(scales.extent)},
+      {"step", scales.step},
+      {"displacement", scales.displacement},
+      {"force", scales.force},
+      {"stiffness", {scales.softest, scales.stiffest}},
+      {"cut", view.cut},
+      {"peak", view.peak},
+      {"enlargement", view.tool ? 1.0 : enlargement(std::max(scales.displacement, 1e-300), scales.extent.maxCoeff())},
+      {"frames", frames_json(view)}};
   if (view.tool) { header["tool"] = tool_json(*view.tool); }
   std::string text = header.dump(-1, ' ', true, Json::error_handler_t::replace);
-  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) { text.replace(at, 1, "\\u003c"); }
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
+    text.replace(at, 1, "\\u003c");
+  }
   return text;
 }
 
@@ -216,21 +235,22 @@ EncodedView encode(View view, std::size_t most) {
     encoded = encode_to(view, bits);
     if (encoded.numbers.size() <= most) {
       if (bits < 16) {
-        encoded.notes.push_back("displacements are shown to " +
-                                quantity(mm * scales_of(view, bits).step, "mm") + " to keep the page small");
+        encoded.notes.push_back("displacements are shown to " + quantity(mm * scales_of(view, bits).step, "mm") +
+                                " to keep the page small");
       }
       return encoded;
     }
   }
   const std::size_t all = view.frames.size();
-  for (std::size_t before = 0; encoded.numbers.size() > most && view.frames.size() != before && before != fewest_frames;) {
+  for (std::size_t before = 0;
+       encoded.numbers.size() > most && view.frames.size() != before && before != fewest_frames;) {
     before = view.frames.size();
     halve_frames(view);
     encoded = encode_to(view, 11);
   }
   encoded.notes.push_back(std::to_string(view.frames.size()) + " of " + std::to_string(all) +
-                          " instants are shown, and displacements to " +
-                          quantity(mm * scales_of(view, 11).step, "mm") + ", to keep the page small");
+                          " instants are shown, and displacements to " + quantity(mm * scales_of(view, 11).step, "mm") +
+                          ", to keep the page small");
   return encoded;
 }
 

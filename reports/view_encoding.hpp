@@ -12,8 +12,8 @@ namespace palpate {
 inline constexpr std::size_t most_view_bytes = 4'000'000;
 
 struct EncodedView {
-  std::string header{};   ///< JSON; holds no '<'
-  std::string numbers{};  ///< base64 of deflated bytes
+  std::string header{};              ///< JSON; holds no '<'
+  std::string numbers{};             ///< base64 of deflated bytes
   std::vector<std::string> notes{};  ///< what was given up for size
 };
 

@@ -16,8 +16,9 @@ constexpr Rgb rgb(unsigned code) {
           static_cast<double>(code & 255U) / 255.0};
 }
 
-/// magma from its light end on, as matplotlib has it, without the darkest eighth: what is zero is pale.
-constexpr std::array<Rgb, 8> magma{rgb(0xfcfdbf), rgb(0xfec287), rgb(0xfb8861), rgb(0xe75263),
+/// magma of matplotlib from its light end on, without the darkest eighth and with a greyer beginning: what is zero
+/// is pale and has no hue.
+constexpr std::array<Rgb, 8> magma{rgb(0xf4ede4), rgb(0xfdc697), rgb(0xfb8861), rgb(0xe75263),
                                    rgb(0xb73779), rgb(0x822681), rgb(0x51127c), rgb(0x1d1147)};
 
 /// The first word that a label holds decides.
@@ -33,7 +34,8 @@ constexpr std::array<std::pair<std::string_view, Rgb>, 12> by_word{{{"skin", rgb
                                                                     {"bone", rgb(0xeee7d3)},
                                                                     {"nodule", rgb(0x8e6bb0)},
                                                                     {"disc", rgb(0x86b39a)}}};
-constexpr std::array<Rgb, 6> others{rgb(0xe0b79c), rgb(0x8fb8a8), rgb(0xb7a3cf), rgb(0xd69a7c), rgb(0x93b5d6), rgb(0xc3bf7d)};
+constexpr std::array<Rgb, 6> others{rgb(0xe0b79c), rgb(0x8fb8a8), rgb(0xb7a3cf),
+                                    rgb(0xd69a7c), rgb(0x93b5d6), rgb(0xc3bf7d)};
 
 }  // namespace
 

@@ -87,9 +87,16 @@ ShownNodes shown_nodes(const SpringNetwork& network, const ViewFocus& focus, con
   if (!grid) { return chosen(sample_of(network, focus), needed, std::nullopt, "every n-th" + near_tool(focus)); }
   for (int n = 1;; ++n) {
     NodeGrid coarse = n == 1 ? *grid : grid->thinned(n);
-    const std::string planes = n == 1 ? "" : " of every " + std::to_string(n) + (n == 2 ? "nd" : n == 3 ? "rd" : "th") + " plane of the grid";
+    const std::string planes = n == 1 ? ""
+                                      : " of every " + std::to_string(n) +
+                                            (n == 2   ? "nd"
+                                             : n == 3 ? "rd"
+                                                      : "th") +
+                                            " plane of the grid";
     const Marks all = all_of(coarse);
-    if (count_of_marks(all) <= most_nodes_shown_all) { return chosen(all, needed, std::move(coarse), "those" + planes); }
+    if (count_of_marks(all) <= most_nodes_shown_all) {
+      return chosen(all, needed, std::move(coarse), "those" + planes);
+    }
     const Marks shell = shell_of(coarse, network, focus);
     if (count_of_marks(shell) > most_nodes_shown) { continue; }
     return chosen(shell, needed, std::move(coarse), "the surface, the plane of the cut" + near_tool(focus) + planes);

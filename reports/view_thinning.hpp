@@ -23,9 +23,9 @@ struct ViewFocus {
 };
 
 struct ShownNodes {
-  std::vector<int> nodes{};         ///< ascending
-  std::optional<NodeGrid> grid{};   ///< that they lie on, in the numbering of the network
-  std::string note{};               ///< what was left out; empty: nothing
+  std::vector<int> nodes{};        ///< ascending
+  std::optional<NodeGrid> grid{};  ///< that they lie on, in the numbering of the network
+  std::string note{};              ///< what was left out; empty: nothing
 };
 
 /// `needed` are shown whatever else is.

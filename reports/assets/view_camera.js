@@ -25,8 +25,8 @@ class ViewCamera {
     const camera = this.drawing.camera;
     camera.position.set(this.target[0] + flat * Math.sin(this.azimuth), this.target[1] + flat * Math.cos(this.azimuth),
                         this.target[2] - Math.sin(this.elevation) * this.distance);
-    camera.near = 0.02 * this.size;
-    camera.far = 20 * this.size;
+    camera.near = Math.max(0.02 * this.size, this.distance - 1.5 * this.size);
+    camera.far = this.distance + 4 * this.size;
     camera.updateProjectionMatrix();
     camera.lookAt(...this.target);
     camera.updateMatrixWorld();
@@ -60,7 +60,9 @@ class ViewCamera {
       fingers.set(event.pointerId, event);
       canvas.setPointerCapture(event.pointerId);
     });
-    ['pointerup', 'pointercancel'].forEach((name) => canvas.addEventListener(name, (event) => fingers.delete(event.pointerId)));
+    ['pointerup', 'pointercancel'].forEach(function (name) {
+      canvas.addEventListener(name, (event) => fingers.delete(event.pointerId));
+    });
     canvas.addEventListener('pointermove', (event) => {
       const before = fingers.get(event.pointerId);
       if (!before) { return; }

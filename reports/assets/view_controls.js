@@ -4,15 +4,18 @@ class Controls {
     this.drawing = drawing;
     this.header = drawing.tissue.header;
     this.find = (name) => document.getElementById('view-' + name);
-    const grid = this.header.grid;
+    const { grid, tool } = this.header;
     this.state = {
-      frame: this.header.peak, colour: 'displacement', axis: grid || this.header.tool ? 1 : -1, cut: this.header.cut, enlarged: this.header.enlargement,
-      body: grid, nodes: !grid, springs: !grid, lines: false, tool: true, skin: 1, opacity: this.header.labels.map(() => 1)
+      frame: this.header.peak, colour: tool && tool.shape === 'needle' ? 'tissue' : 'displacement',
+      axis: grid || tool ? 1 : -1, cut: this.header.cut, enlarged: this.header.enlargement,
+      body: grid, nodes: !grid, springs: !grid, lines: false, tool: true, skin: 1,
+      opacity: this.header.labels.map(() => 1)
     };
     this.makeShown();
     this.makeLayers();
     this.makeEnlargements();
     this.makeTime();
+    this.find('colour').value = this.state.colour;
     this.find('colour').addEventListener('change', (event) => this.set({ colour: event.target.value }));
     this.find('axis').addEventListener('change', (event) => this.setAxis(Number(event.target.value)));
     this.find('cut').addEventListener('input', (event) => this.set({ cut: Number(event.target.value) }));
@@ -25,8 +28,8 @@ class Controls {
     return made;
   }
   makeShown() {
-    const parts = [['body', 'tissue'], ['nodes', 'nodes'], ['springs', 'springs'], ['lines', 'force lines'], ['tool', 'tool']];
-    parts.forEach(([key, words]) => {
+    const parts = { body: 'tissue', nodes: 'nodes', springs: 'springs', lines: 'force lines', tool: 'tool' };
+    Object.entries(parts).forEach(([key, words]) => {
       if ((key === 'body' && !this.header.grid) || (key === 'tool' && !this.header.tool)) { return; }
       const label = this.make('label', {}, this.find('shown'));
       const box = this.make('input', { type: 'checkbox', checked: this.state[key], id: 'view-show-' + key }, label);
@@ -69,12 +72,9 @@ class Controls {
     this.header.frames.forEach((frame, n) => {
       if (!frame.event) { return; }
       this.make('option', { value: n }, this.find('events'));
-      const words = frame.event + ', ' + secondsInWords(frame.time);
-      this.make('button', { type: 'button', textContent: words }, this.find('happened')).addEventListener('click', () => this.set({ frame: n }));
+      this.makeInstant(frame.event, n);
     });
-    const most = this.make('button', { type: 'button' }, this.find('happened'));
-    most.textContent = 'largest reaction, ' + secondsInWords(this.header.frames[this.header.peak].time);
-    most.addEventListener('click', () => this.set({ frame: this.header.peak }));
+    this.makeInstant('largest reaction', this.header.peak);
     this.find('canvas').addEventListener('keydown', (event) => {
       const last = this.header.frames.length - 1;
       if (event.key === ' ') { this.play(!this.playing); }
@@ -83,6 +83,11 @@ class Controls {
       else { return; }
       event.preventDefault();
     });
+  }
+  makeInstant(what, n) {
+    const button = this.make('button', { type: 'button' }, this.find('happened'));
+    button.textContent = what + ', ' + secondsInWords(this.header.frames[n].time);
+    button.addEventListener('click', () => this.set({ frame: n }));
   }
   // Once through in six seconds, at the instants that were kept; nothing is made up between them.
   play(on) {
@@ -136,9 +141,11 @@ class Controls {
     const legend = this.find('legend');
     legend.replaceChildren();
     const header = this.header;
+    const [softest, stiffest] = header.stiffness;
     const about = {
       displacement: ['displacement', (share) => inWords(share * header.displacement, 'm')],
-      stiffness: ['stiffness of springs, of nodes their mean', (share) => inWords(header.stiffness[0] * Math.pow(header.stiffness[1] / header.stiffness[0], share), 'N/m')],
+      stiffness: ['stiffness of springs, of nodes their mean',
+                  (share) => inWords(softest * Math.pow(stiffest / softest, share), 'N/m')],
       force: ['largest principal force', (share) => inWords(share * share * header.force, 'N')]
     }[this.state.colour];
     if (about) {
@@ -155,7 +162,8 @@ class Controls {
       });
     }
     if (this.state.enlarged !== 1) {
-      this.make('div', { textContent: 'movement ' + (this.state.enlarged ? this.state.enlarged + ' times larger' : 'not drawn') }, legend);
+      const words = this.state.enlarged ? this.state.enlarged + ' times larger' : 'not drawn';
+      this.make('div', { textContent: 'movement ' + words }, legend);
     }
   }
 }

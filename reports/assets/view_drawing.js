@@ -30,7 +30,9 @@ class Drawing {
     const colours = this.tissue.header.colours;
     const texture = function (list, count) {
       const data = new Uint8Array(3 * count);
-      list.forEach(function (colour, n) { new THREE.Color(colour).toArray().forEach((part, c) => { data[3 * n + c] = Math.round(255 * part); }); });
+      list.forEach(function (colour, n) {
+        new THREE.Color(colour).toArray().forEach((part, c) => { data[3 * n + c] = Math.round(255 * part); });
+      });
       const made = new THREE.DataTexture(data, count, 1, THREE.RGBFormat);
       made.unpackAlignment = 1;
       made.needsUpdate = true;
@@ -46,7 +48,8 @@ class Drawing {
     smooth.minFilter = smooth.magFilter = THREE.LinearFilter;
     this.uniforms = {
       opacity: { value: new Float32Array(32).fill(1) }, cut: { value: new THREE.Vector4(0, 0, 0, 1) },
-      scale: { value: smooth }, tissueColours: { value: texture(colours.tissue, 32) }, scaled: { value: 1 }, own: { value: -1 }
+      scale: { value: smooth }, tissueColours: { value: texture(colours.tissue, 32) },
+      scaled: { value: 1 }, own: { value: -1 }
     };
   }
   material(shaders, own, options) {
@@ -59,8 +62,10 @@ class Drawing {
   makeNodes() {
     const tissue = this.tissue;
     this.attributes = {
-      position: new THREE.BufferAttribute(this.position, 3), share: new THREE.BufferAttribute(this.share, 1),
-      rest: new THREE.BufferAttribute(tissue.rest, 3), label: new THREE.BufferAttribute(Float32Array.from(tissue.label), 1)
+      position: new THREE.BufferAttribute(this.position, 3),
+      share: new THREE.BufferAttribute(this.share, 1),
+      rest: new THREE.BufferAttribute(tissue.rest, 3),
+      label: new THREE.BufferAttribute(Float32Array.from(tissue.label), 1)
     };
     this.nodeSize = { value: 1 };
     this.nodes = new THREE.Points(this.nodeGeometry(), this.material(nodeShaders, { size: this.nodeSize }));
@@ -76,36 +81,41 @@ class Drawing {
     object.frustumCulled = false;  // its places change
     this.scene.add(object);
   }
+  // Geometry of strokes: its vertex n belongs to the node nodeOf[n].
+  strokeGeometry(nodeOf) {
+    const tissue = this.tissue;
+    const geometry = new THREE.BufferGeometry();
+    const make = function (name, size) {
+      const attribute = new THREE.BufferAttribute(new Float32Array(size * nodeOf.length), size);
+      geometry.setAttribute(name, attribute);
+      return attribute.array;
+    };
+    make('position', 3);
+    make('share', 1);
+    const rest = make('rest', 3), label = make('label', 1);
+    nodeOf.forEach(function (node, n) {
+      for (let c = 0; c < 3; ++c) { rest[3 * n + c] = tissue.rest[3 * node + c]; }
+      label[n] = tissue.label[node];
+    });
+    return geometry;
+  }
   // Two vertices a spring, so that each can have its own stiffness.
   makeSprings() {
     const springs = this.tissue.springs;
     const ends = this.springEnds = new Uint32Array(2 * springs.a.length);
     springs.a.forEach(function (a, s) { ends[2 * s] = a; ends[2 * s + 1] = a + springs.way[s]; });
-    const geometry = new THREE.BufferGeometry();
-    const attribute = function (name, size) { geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(size * ends.length), size)); };
-    attribute('position', 3); attribute('rest', 3); attribute('share', 1); attribute('label', 1);
-    const tissue = this.tissue;
-    ends.forEach(function (node, n) {
-      for (let c = 0; c < 3; ++c) { geometry.attributes.rest.array[3 * n + c] = tissue.rest[3 * node + c]; }
-      geometry.attributes.label.array[n] = tissue.label[node];
-    });
-    this.springs = new THREE.LineSegments(geometry, this.material(lineShaders,
-      { ink: { value: new THREE.Vector4(0, 0, 0, 0) }, nearer: { value: 0 } }, { transparent: false }));
+    const paint = { ink: { value: new THREE.Vector4(0, 0, 0, 0) }, nearer: { value: 0 } };
+    const material = this.material(lineShaders, paint, { transparent: false });
+    this.springs = new THREE.LineSegments(this.strokeGeometry(ends), material);
     this.add(this.springs);
   }
   // Force lines: one stroke through each node, pulls and pushes in two colours.
   makeLines() {
-    const geometry = new THREE.BufferGeometry();
-    const count = 2 * this.tissue.count;
-    const attribute = function (name, size) { geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(size * count), size)); };
-    attribute('position', 3); attribute('rest', 3); attribute('share', 1); attribute('label', 1);
-    for (let n = 0; n < count; ++n) {
-      const node = n >> 1;
-      for (let c = 0; c < 3; ++c) { geometry.attributes.rest.array[3 * n + c] = this.tissue.rest[3 * node + c]; }
-      geometry.attributes.label.array[n] = this.tissue.label[node];
-    }
     this.lineColours = { pull: { value: new THREE.Color(0xd55e00) }, push: { value: new THREE.Color(0x0072b2) } };
-    this.lines = new THREE.LineSegments(geometry, this.material(strokeShaders, Object.assign({ nearer: { value: 2e-3 } }, this.lineColours), { transparent: false }));
+    const nodeOf = Uint32Array.from({ length: 2 * this.tissue.count }, (_, n) => n >> 1);
+    const paint = Object.assign({ nearer: { value: 2e-3 } }, this.lineColours);
+    const material = this.material(strokeShaders, paint, { transparent: false });
+    this.lines = new THREE.LineSegments(this.strokeGeometry(nodeOf), material);
     this.add(this.lines);
   }
   // The body of each kind of tissue, its back drawn before its front so that it can be seen through.
@@ -116,14 +126,17 @@ class Drawing {
     this.tissue.header.labels.forEach((label, n) => {
       const geometry = this.nodeGeometry([]);
       const pair = [THREE.BackSide, THREE.FrontSide].map((side) => {
-        const mesh = new THREE.Mesh(geometry, this.material(sideShaders, { own: { value: n } }, Object.assign({ side: side }, depth)));
+        const material = this.material(sideShaders, { own: { value: n } }, Object.assign({ side: side }, depth));
+        const mesh = new THREE.Mesh(geometry, material);
         this.add(mesh);
         return mesh;
       });
       this.sides.push({ geometry: geometry, meshes: pair, label: n });
     });
-    this.edges = new THREE.LineSegments(this.nodeGeometry([]), this.material(lineShaders,
-      { ink: { value: new THREE.Vector4(0, 0, 0, 0.35) }, nearer: { value: 2e-4 }, cut: { value: new THREE.Vector4(0, 0, 0, 1) } }, { transparent: false }));
+    const paint = { ink: { value: new THREE.Vector4(0, 0, 0, 0.35) }, nearer: { value: 2e-4 },
+                    cut: { value: new THREE.Vector4(0, 0, 0, 1) } };  // the cells behind the cut have all their edges
+    const material = this.material(lineShaders, paint, { transparent: false });
+    this.edges = new THREE.LineSegments(this.nodeGeometry([]), material);
     this.add(this.edges);
   }
   makeSurfaces() {
@@ -131,8 +144,10 @@ class Drawing {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3 * about.counts.length), 3));
       geometry.setIndex(Array.from(about.corners));
-      const material = new THREE.MeshPhongMaterial({ color: 0xe0ac90, specular: 0x2a1f1a, shininess: 18, side: THREE.DoubleSide,
-        transparent: true, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -2, clippingPlanes: [this.plane] });
+      const material = new THREE.MeshPhongMaterial({
+        color: 0xe0ac90, specular: 0x2a1f1a, shininess: 18, side: THREE.DoubleSide, transparent: true,
+        polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -2, clippingPlanes: [this.plane]
+      });
       const mesh = new THREE.Mesh(geometry, material);
       this.add(mesh);
       return { about: about, mesh: mesh };
@@ -167,9 +182,11 @@ class Drawing {
   cutAt(state) {
     const axis = state.axis;
     const nothing = axis < 0;
-    this.uniforms.cut.value.set(axis === 0 ? 1 : 0, axis === 1 ? 1 : 0, axis === 2 ? 1 : 0, nothing ? 1 : state.cut + 1e-6);
-    this.plane.normal.set(axis === 0 ? -1 : 0, axis === 1 ? -1 : 0, axis === 2 ? -1 : 0);
-    this.plane.constant = nothing ? 1 : state.cut + 1e-6;
+    const normal = [0, 1, 2].map((c) => c === axis ? 1 : 0);
+    const at = nothing ? 1 : state.cut + 1e-6;  // nodes in the plane are seen
+    this.uniforms.cut.value.set(...normal, at);
+    this.plane.normal.set(...normal).negate();
+    this.plane.constant = at;
     if (!this.sides.length) { return; }
     const rest = this.tissue.rest;
     const found = sidesOfCells(this.tissue, function (corners) {
@@ -252,16 +269,18 @@ class Drawing {
   }
   // What can be seen through is drawn from far to near.
   orderSides() {
-    const centre = new THREE.Vector3();
+    const centre = new THREE.Vector3(), corner = new THREE.Vector3();
     const far = this.sides.map((part) => {
       const index = part.geometry.index;
       centre.set(0, 0, 0);
       if (!index || !index.count) { return 0; }
-      for (let n = 0; n < index.count; n += 3) { centre.add(new THREE.Vector3().fromArray(this.position, 3 * index.array[n])); }
+      for (let n = 0; n < index.count; n += 3) { centre.add(corner.fromArray(this.position, 3 * index.array[n])); }
       return centre.multiplyScalar(3 / index.count).distanceTo(this.camera.position);
     });
     const order = far.map((_, n) => n).sort(function (a, b) { return far[b] - far[a]; });
-    order.forEach((part, place) => this.sides[part].meshes.forEach(function (mesh, back) { mesh.renderOrder = 2 * place + back; }));
+    order.forEach((part, place) => {
+      this.sides[part].meshes.forEach(function (mesh, side) { mesh.renderOrder = 2 * place + side; });
+    });
     this.surfaces.forEach(function (surface) { surface.mesh.renderOrder = 2 * order.length + 2; });
   }
 }

@@ -24,7 +24,8 @@ async function startView() {
     return controls;
   } catch (problem) {
     body.hidden = true;
-    why.textContent = 'No view in three dimensions: ' + problem.message + '. The still pictures below show the same run.';
+    why.textContent = 'No view in three dimensions: ' + problem.message +
+      '. The still pictures below show the same run.';
     document.getElementById('view').dataset.state = 'stills';
     return null;
   }

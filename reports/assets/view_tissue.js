@@ -73,7 +73,9 @@ function sidesOfCells(tissue, keeps) {
     if (gx[n] < 65535) { nodeAt.set(slot(gx[n], gy[n], gz[n]), n); }
   }
   const cornersOf = function (n) {
-    return [0, 1, 2, 3, 4, 5, 6, 7].map((c) => nodeAt.get(slot(gx[n] + (c & 1), gy[n] + (c >> 1 & 1), gz[n] + (c >> 2))));
+    return [0, 1, 2, 3, 4, 5, 6, 7].map(function (c) {
+      return nodeAt.get(slot(gx[n] + (c & 1), gy[n] + (c >> 1 & 1), gz[n] + (c >> 2)));
+    });
   };
   const kept = new Map();  // lowest corner -> corners
   for (let n = 0; n < tissue.count; ++n) {

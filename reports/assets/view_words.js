@@ -2,7 +2,7 @@
 function inWords(value, unit) {
   const size = Math.abs(value);
   const prefixes = [[1e9, 'G'], [1e6, 'M'], [1e3, 'k'], [1, ''], [1e-3, 'm'], [1e-6, 'µ'], [1e-9, 'n']];
-  if (size < 1e-12) { return '0\u00a0' + unit; }
+  if (size < 1e-12) { return '0\u00a0' + (unit === 'm' ? 'mm' : unit); }
   const [factor, prefix] = prefixes.find((each) => size >= 0.9995 * each[0]) || prefixes[prefixes.length - 1];
   return String(+(value / factor).toPrecision(3)).replace('-', '−') + '\u00a0' + prefix + unit;
 }

@@ -16,12 +16,15 @@ mkdir -p "$out"
 operate() {
   local name=$1 page=$2
   shift 2
-  local policy="<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:\">"
-  { sed "s|<head>|<head>$policy|; /<\/body>/,\$d" "$page"; echo "<script>"; cat "$driver"; echo "</script></body></html>"; } >"$out/$name.html"
-  timeout 120 "$browser" --headless --no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
-    --disable-background-networking --disable-component-update --disable-sync --no-first-run --user-data-dir="$out/$name.profile" \
-    --window-size=1280,1000 --virtual-time-budget=60000 "$@" --dump-dom "file://$out/$name.html" \
-    >"$out/$name.dom" 2>"$out/$name.log"
+  local policy="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+  {
+    sed "s|<head>|<head><meta http-equiv=\"Content-Security-Policy\" content=\"$policy\">|; /<\/body>/,\$d" "$page"
+    printf '<script>%s</script></body></html>\n' "$(cat "$driver")"
+  } >"$out/$name.html"
+  timeout 120 "$browser" --headless --no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader \
+    --enable-unsafe-swiftshader --disable-background-networking --disable-component-update --disable-sync \
+    --no-first-run --user-data-dir="$out/$name.profile" --window-size=1280,1000 --virtual-time-budget=60000 "$@" \
+    --dump-dom "file://$out/$name.html" >"$out/$name.dom" 2>"$out/$name.log"
   grep -o '<pre id="found">.*' "$out/$name.dom" | sed 's/<pre id="found">//; s/<\/pre>.*//'
 }
 

@@ -23,7 +23,9 @@
   function apart(a, b) {
     let count = 0;
     for (let n = 0; n < a.length; n += 4) {
-      count += Math.abs(a[n] - b[n]) + Math.abs(a[n + 1] - b[n + 1]) + Math.abs(a[n + 2] - b[n + 2]) + Math.abs(a[n + 3] - b[n + 3]) > 24 ? 1 : 0;
+      let sum = 0;
+      for (let c = n; c < n + 4; ++c) { sum += Math.abs(a[c] - b[c]); }
+      count += sum > 24 ? 1 : 0;
     }
     return count;
   }
@@ -80,7 +82,8 @@
     if (state === 'ready') {
       try {
         const colours = operate();
-        words += ' colours=' + colours + ' blank=' + (colours < 20 ? 'yes' : 'no') + ' unchanged=' + (unchanged.join('; ') || 'none');
+        words += ' colours=' + colours + ' blank=' + (colours < 20 ? 'yes' : 'no') +
+          ' unchanged=' + (unchanged.join('; ') || 'none');
       } catch (problem) { problems.push(problem.stack); }
     } else { words += ' says=' + find('why').textContent; }
     report(words);

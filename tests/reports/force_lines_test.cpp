@@ -28,8 +28,8 @@ TEST("inside a chain the principal force is the chain's tension, along the chain
     const NodeVectors position = (1.0 + stretch) * network.rest_position;
     const ForceLines lines = force_lines(network, {}, position);
     const double tension = 50.0 * stretch;
-    CHECK_NEAR(lines.line(3, 1), tension, 1e-5);                 // single precision
-    CHECK_NEAR(lines.line(3, 0), 0.5 * tension, 1e-5);           // one spring only
+    CHECK_NEAR(lines.line(3, 1), tension, 1e-5);        // single precision
+    CHECK_NEAR(lines.line(3, 0), 0.5 * tension, 1e-5);  // one spring only
     CHECK_NEAR(std::abs(lines.line.col(2).head<3>().cast<double>().dot(direction)), 1.0, 1e-6);
     CHECK_NEAR(lines.held, Eigen::Vector3d(-tension * direction), 1e-12);
   }

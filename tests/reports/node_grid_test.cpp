@@ -61,9 +61,8 @@ TEST("a lattice has a cell between every eight nodes, and its sides enclose its 
 
 TEST("a voxel body with a gap has no cells across it") {
   // A U of two legs of 3 x 3 nodes on a base, the gap between them one cell wide.
-  const SpringNetwork network = without(block({8, 3, 6}), [](const Eigen::Vector3d& x) {
-    return std::abs(x.x()) < 0.01 && x.z() < 0.015;
-  });
+  const SpringNetwork network =
+      without(block({8, 3, 6}), [](const Eigen::Vector3d& x) { return std::abs(x.x()) < 0.01 && x.z() < 0.015; });
   const auto grid = NodeGrid::of(network);
   CHECK(grid.has_value());
   const double base = 0.07 * 0.02 * 0.03;

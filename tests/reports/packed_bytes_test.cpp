@@ -21,8 +21,13 @@ std::vector<std::uint8_t> inflated(const std::string& packed) {
 }  // namespace
 
 TEST("base64 is that of RFC 4648, section 10") {
-  const std::array<std::pair<const char*, const char*>, 7> vectors{{{"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"},
-                                                                    {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}}};
+  const std::array<std::pair<const char*, const char*>, 7> vectors{{{"", ""},
+                                                                    {"f", "Zg=="},
+                                                                    {"fo", "Zm8="},
+                                                                    {"foo", "Zm9v"},
+                                                                    {"foob", "Zm9vYg=="},
+                                                                    {"fooba", "Zm9vYmE="},
+                                                                    {"foobar", "Zm9vYmFy"}}};
   for (const auto& [plain, coded] : vectors) { CHECK(base64(plain) == coded); }
   CHECK(base64(std::string("\xff\xfe\x00", 3)) == "//4A");
 }

@@ -36,15 +36,17 @@ TEST("where numbers are too many they get coarser and then fewer, and the page s
   const EncodedView fewer = encode(*view, whole.numbers.size() / 3);
   CHECK(fewer.notes.size() == 1 && fewer.notes[0].find("of 40 instants") != std::string::npos);
   const auto header = nlohmann::json::parse(fewer.header);
-  CHECK(header["frames"].size() < 40 && header["frames"][header["peak"].get<std::size_t>()]["reaction"] ==
-                                             view->frames[view->peak].reaction);
+  CHECK(header["frames"].size() < 40 &&
+        header["frames"][header["peak"].get<std::size_t>()]["reaction"] == view->frames[view->peak].reaction);
 }
 
 TEST("nothing in the page asks the network or ends a script") {
   ViewSample sample = pressed_block({3, 3, 3}, 2);
   sample.scene.tissue.lattice.material = "a </script><b>";
   const std::string html = html_view(*sample.view());
-  for (const char* request : {"src=", "url(", "@import", "a </script>", "<b>a"}) { CHECK(html.find(request) == std::string::npos); }
+  for (const char* request : {"src=", "url(", "@import", "a </script>", "<b>a"}) {
+    CHECK(html.find(request) == std::string::npos);
+  }
   CHECK(html == html_view(*sample.view()));
 }
 
@@ -57,4 +59,11 @@ TEST("a still picture paints what can be seen of the half behind the cut, and it
   const std::string moved = still_at(*view, 2, 10.0);
   CHECK(count_of(moved, "<path") == sides + 40 && moved.find("nan") == std::string::npos);
   CHECK(moved.find("displacement") != std::string::npos);
+}
+
+TEST("of very many sides a still picture paints squares as one, and leaves none out") {
+  const auto view = pressed_block({151, 121, 3}, 1).view();
+  const std::string rest = still_at_rest(*view);
+  // The upper sides of 150 x 60 cells behind y = 0 and two rows each of front and flank, as squares of 2 x 2.
+  CHECK(count_of(rest, "<path") == (150 * 60 + 150 * 2 + 60 * 2) / 4 + 1);
 }

@@ -19,7 +19,8 @@ struct ViewSample {
 /// A block that is pressed at its middle, deeper in every frame, by a load that grows.
 inline ViewSample pressed_block(std::array<int, 3> nodes, int frames) {
   ViewSample sample;
-  sample.scene.tissue.lattice = {.nodes = nodes, .spacing = 0.004, .weights = LatticeWeights::uniform, .node_mass = 1e-3};
+  sample.scene.tissue.lattice = {
+      .nodes = nodes, .spacing = 0.004, .weights = LatticeWeights::uniform, .node_mass = 1e-3};
   sample.scene.loads = {{.nodes = {0}, .force = {0.0, 0.0, 2.0}, .profile = Profile::constant}};
   const SpringNetwork network = build_network(sample.scene);
   for (int n = 0; n < frames; ++n) {

@@ -36,7 +36,8 @@ TEST("a small network is shown whole, with its skin, springs, forces and largest
   CHECK(view && view->rest == sample.problem->network().rest_position && view->notes.empty());
   CHECK(view->springs.size() == sample.problem->network().springs.size());
   CHECK(std::accumulate(view->cell.begin(), view->cell.end(), 0) == 5 * 5 * 4);
-  CHECK(view->surfaces.size() == 1 && view->surfaces[0].vertices.size() == 36 && view->surfaces[0].triangles.size() == 2 * 25);
+  CHECK(view->surfaces.size() == 1 && view->surfaces[0].vertices.size() == 36 &&
+        view->surfaces[0].triangles.size() == 2 * 25);
   CHECK(view->frames.size() == 7 && view->peak == 6);
   CHECK_NEAR(view->frames[3].applied, 2.0, 1e-15);
   CHECK_NEAR(view->frames[4].displacement, NodeVectors(sample.trace.frames[4] - view->rest), 1e-18);
@@ -89,15 +90,18 @@ TEST("a large block keeps its surface, its cut and what is near the tool, and sa
 }
 
 TEST("a block too large even for that is shown by every n-th plane") {
-  SpringNetwork network = uniform_lattice({.nodes = {150, 150, 60}, .spacing = 0.001, .connectivity = 6}, 1.0, 0.0, 1e-3);
+  SpringNetwork network =
+      uniform_lattice({.nodes = {150, 150, 60}, .spacing = 0.001, .connectivity = 6}, 1.0, 0.0, 1e-3);
   const ShownNodes shown = shown_nodes(network, {.cut = 0.0}, {7});
-  CHECK(shown.nodes.size() <= static_cast<std::size_t>(most_nodes_shown) + 1 && contains(shown.note, "every 2nd plane"));
+  CHECK(shown.nodes.size() <= static_cast<std::size_t>(most_nodes_shown) + 1 &&
+        contains(shown.note, "every 2nd plane"));
   CHECK(std::ranges::find(shown.nodes, 7) != shown.nodes.end());
 }
 
 TEST("a surface of a person's own follows the nodes that it names") {
   const ViewSample sample = pressed_block({3, 3, 3}, 2);
-  const ViewSurface torso{.label = "torso", .vertices = {{{0, 0.5}, {1, 0.5}}, {{5, 1.0}}, {{8, 1.0}}}, .triangles = {{0, 1, 2}}};
+  const ViewSurface torso{
+      .label = "torso", .vertices = {{{0, 0.5}, {1, 0.5}}, {{5, 1.0}}, {{8, 1.0}}}, .triangles = {{0, 1, 2}}};
   const auto view = make_view({sample.scene, *sample.problem, sample.trace, sample.moments, {torso}});
   CHECK(view->surfaces.size() == 2 && view->surfaces[1].label == "torso" && view->surfaces[1].vertices[1][0].node == 5);
 }
