@@ -14,6 +14,8 @@ find_package(HDF5 1.10 REQUIRED COMPONENTS C)
 find_program(GNUPLOT gnuplot REQUIRED)
 find_file(DYGRAPH_JS dygraph.min.js PATHS /usr/share/javascript/dygraphs REQUIRED)
 find_file(DYGRAPH_CSS dygraph.min.css PATHS /usr/share/javascript/dygraphs REQUIRED)
+find_file(THREE_JS three.min.js PATHS /usr/share/javascript/three REQUIRED)
+find_package(ZLIB 1.2 REQUIRED)
 
 # Third-party headers are not ours to warn about.
 add_library(palpate_hdf5 INTERFACE)

@@ -11,7 +11,9 @@ function(palpate_embed header)
     file(READ "${path}" text)
     # A page that names a source map makes the browser ask for it.
     string(REGEX REPLACE "(//|/\\*)# sourceMappingURL=[^\n]*" "" text "${text}")
-    string(APPEND content "inline constexpr std::string_view ${name} = R\"palpate~(${text})palpate~\";\n")
+    # The length is stated: g++ counts no more than 262144 characters in a constant expression.
+    string(APPEND content "inline constexpr char ${name}_text[] = R\"palpate~(${text})palpate~\";\n"
+                          "inline constexpr std::string_view ${name}(${name}_text, sizeof(${name}_text) - 1);\n")
   endforeach()
   string(APPEND content "}  // namespace ${arg_NAMESPACE}\n")
   set(old "")

@@ -239,6 +239,7 @@ int main(int argc, char** argv) {
   add_scene(*command, run_options, run_options.scene);
   add_common(*command, run_options, "run");
   command->add_flag("--no-skip", run_options.no_skip, "compute what the scene does not need; same result");
+  command->add_flag("--no-view", run_options.no_view, "no view in three dimensions in report.html, and nothing kept for it");
   command->add_flag("--real-time", run_options.real_time, "every tick waits for its time on the wall clock");
   command->add_option("--script", run_options.script, "faults on the Falcon's line by time (TOML, docs/falcon.md)")
       ->type_name("FILE");

@@ -10,6 +10,7 @@
 #include "reports/tool_facts.hpp"
 #include "reports/tool_figures.hpp"
 #include "reports/trace_figures.hpp"
+#include "reports/view_page.hpp"
 #include "reports/zoom_plots.hpp"
 
 namespace palpate {
@@ -65,13 +66,16 @@ std::string to_html(const RunReport& report, const Trace& trace) {
                                   .verdict = report.verdict,
                                   .detail = report.detail});
   body += "<main>\n" + notes_under("Warnings", report.warnings) + "<h2>Key facts</h2>\n" +
-          html_facts(report.facts) + sections.tool + events_of(trace) + sections.traces +
+          html_facts(report.facts) + (report.view ? html_view(*report.view) : "") + sections.tool + events_of(trace) + sections.traces +
           html_zoom_section(zooms) +
           notes_under("Skipped, because the scene does not need it", report.skipped) + "</main>\n" +
           html_provenance(report.provenance, report.command);
-  if (zooms.empty()) { return html_page(report.title, body, {}); }
   const std::string zoom = zoom_script(zooms);
-  return html_page(report.title, body, {assets::dygraph_js, zoom});
+  const std::string view = report.view ? view_script() : "";
+  std::vector<std::string_view> scripts;
+  if (!zooms.empty()) { scripts = {assets::dygraph_js, zoom}; }
+  if (report.view) { scripts.push_back(view); }
+  return html_page(report.title, body, scripts);
 }
 
 }  // namespace palpate

@@ -95,14 +95,6 @@ Furthest furthest_of(const Trace& trace) {
   return furthest;
 }
 
-/// 1, 2 or 5 times a power of ten by which displacements are enlarged to be seen.
-double enlargement(double distance, double extent) {
-  const double wanted = 0.06 * extent / distance;
-  if (wanted <= 1.0) { return 1.0; }
-  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
-  return decade * (wanted / decade >= 5.0 ? 5.0 : wanted / decade >= 2.0 ? 2.0 : 1.0);
-}
-
 Figure slice(const Trace& trace, const Furthest& furthest) {
   const NodeVectors& rest = trace.frames.front();
   const NodeVectors& moved = trace.frames[furthest.frame];
@@ -148,6 +140,13 @@ std::vector<Figure> figures_over_time(const Trace& trace) {
     figures.push_back(figure_of(group, trace, figures.size()));
   }
   return figures;
+}
+
+double enlargement(double distance, double extent) {
+  const double wanted = 0.06 * extent / distance;
+  if (wanted <= 1.0) { return 1.0; }
+  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
+  return decade * (wanted / decade >= 5.0 ? 5.0 : wanted / decade >= 2.0 ? 2.0 : 1.0);
 }
 
 std::optional<Figure> snapshot_figure(const Trace& trace) {

@@ -15,6 +15,10 @@ namespace palpate {
 /// a tool is in tool_figures.hpp.
 std::vector<Figure> figures_over_time(const Trace& trace);
 
+/// 1, 2 or 5 times a power of ten by which displacements up to `distance` are enlarged to be seen in a
+/// picture of `extent` [m]; at least 1.
+double enlargement(double distance, double extent);
+
 /// Nodes of the slice in which a node has moved furthest, at rest and then. Nothing when no frame
 /// differs from the first.
 std::optional<Figure> snapshot_figure(const Trace& trace);

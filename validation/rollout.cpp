@@ -15,7 +15,7 @@ using Clock = std::chrono::steady_clock;
 class TraceKeeper {
  public:
   TraceKeeper(Simulation& simulation, const RollOutOptions& options, Run& run)
-      : simulation_(simulation), falcon_(options.falcon), run_(run) {
+      : simulation_(simulation), falcon_(options.falcon), run_(run), moments_(simulation, options.events) {
     run.trace.columns = simulation.columns();
     tissue_columns_ = run.trace.columns.size();
     if (falcon_ != nullptr) {
@@ -27,10 +27,13 @@ class TraceKeeper {
     for (Column& column : run.trace.columns) { column.values.reserve(rows); }
     run.trace.text_columns = simulation.text_columns();
     words_.resize(run.trace.text_columns.size());
-    const int frames = simulation.node_positions().cols() == 0 ? 0 : options.frames;
+    const NodeVectors begin = simulation.node_positions();
+    const long wanted = std::min<long>(options.frames, simulation.tick_count() + 1);
+    const long frames = begin.cols() == 0 ? 0 : wanted;
     frame_interval_ = frames <= 1 ? 0.0
-                                  : static_cast<double>(simulation.tick_count()) / (frames - 1);
-    frames_ = frames;
+                                  : static_cast<double>(simulation.tick_count()) / static_cast<double>(frames - 1);
+    run.trace.frame_time.resize(static_cast<std::size_t>(frames));
+    run.trace.frames.assign(run.trace.frame_time.size(), begin);
   }
   void take() {
     run_.trace.time.push_back(simulation_.time());
@@ -48,22 +51,34 @@ class TraceKeeper {
     if (simulation_.ticks() == 0) { run_.energy.initial = run_.energy.maximum = energy; }
     run_.energy.final = energy;
     run_.energy.maximum = std::max(run_.energy.maximum, energy);
-    const auto kept = static_cast<double>(run_.trace.frames.size());
-    if (kept < frames_ && static_cast<double>(simulation_.ticks()) >= kept * frame_interval_ - 1e-9) {
-      run_.trace.frame_time.push_back(simulation_.time());
-      run_.trace.frames.push_back(simulation_.node_positions());
-    }
+    take_frame();
+    moments_.take(simulation_, run_.trace);
+  }
+  /// Room for frames that never came goes.
+  void finish() {
+    run_.trace.frame_time.resize(kept_);
+    run_.trace.frames.resize(kept_);
+    run_.moments = moments_.moments();
   }
 
  private:
+  void take_frame() noexcept {
+    const bool due = static_cast<double>(simulation_.ticks()) >= static_cast<double>(kept_) * frame_interval_ - 1e-9;
+    if (kept_ == run_.trace.frames.size() || !due) { return; }
+    run_.trace.frame_time[kept_] = simulation_.time();
+    simulation_.node_positions(run_.trace.frames[kept_]);
+    ++kept_;
+  }
+
   Simulation& simulation_;
   FalconLoop* falcon_;
   Run& run_;
   std::size_t tissue_columns_ = 0;
   std::vector<double> row_;
   std::vector<std::string> words_;
-  int frames_ = 0;
+  std::size_t kept_ = 0;  ///< frames
   double frame_interval_ = 0.0;
+  MomentKeeper moments_;
 };
 
 }  // namespace
@@ -104,6 +119,7 @@ Run roll_out(Simulation& simulation, const RollOutOptions& options) {
       last_progress = end;
     }
   }
+  keeper.finish();
   run.zero_length_springs = simulation.zero_length_springs();
   if (options.falcon != nullptr) { run.falcon = options.falcon->facts(); }
   if (options.clock != nullptr) { run.real_time = options.clock->facts(); }

@@ -9,6 +9,7 @@
 #include "model/dynamics/trace.hpp"
 #include "model/stepping/simulation.hpp"
 #include "validation/falcon_loop.hpp"
+#include "validation/moments.hpp"
 
 namespace palpate {
 
@@ -20,6 +21,7 @@ struct RunEnergy {
 
 struct Run {
   Trace trace{};
+  Moments moments{};              ///< beside the frames of the trace
   bool diverged = false;
   double diverged_at = 0.0;       ///< [s]
   bool interrupted = false;
@@ -41,6 +43,8 @@ struct Run {
 
 struct RollOutOptions {
   int frames = 0;                             ///< snapshots of all nodes, evenly over the ticks
+  int events = 0;                             ///< snapshots at the first so many ticks with events, and at the
+                                              ///< tool's largest force
   const std::atomic<bool>* stop = nullptr;    ///< looked at between ticks
   std::function<void(double share)> progress{};  ///< 0 to 1, a few times a second at most
   std::function<bool(const Trace&)> enough{};  ///< after every tick: true ends the run, as its duration would

@@ -53,6 +53,7 @@ class Simulation::Core {
   [[nodiscard]] virtual double awake_share() const noexcept = 0;
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept = 0;
   void sample(std::span<double> row) noexcept;
+  void node_positions(Eigen::Ref<NodeVectors> all) noexcept;
   virtual void sample_tool(std::span<double> row) noexcept = 0;
   virtual void sample_text(std::span<std::string> row, std::vector<Event>& events) = 0;
   virtual ToolReport tool() noexcept = 0;
@@ -87,6 +88,16 @@ void Simulation::Core::sample(std::span<double> row) noexcept {
   const double t = static_cast<double>(ticks) * tick_length;
   recorder->sample(t, load_gate(t, plan.h), sample_q_, sample_v_, row);
   sample_tool(row.subspan(recorder->columns().size()));
+}
+
+void Simulation::Core::node_positions(Eigen::Ref<NodeVectors> all) noexcept {
+  if (all.cols() == 0) { return; }
+  const auto& network = static_cast<const NetworkProblem&>(*problem);
+  coordinates(sample_q_);
+  for (int node = 0; node < static_cast<int>(all.cols()); ++node) {
+    const Eigen::Index c = network.coordinate(node);
+    all.col(node) = c < 0 ? network.network().initial_place(node) : Eigen::Vector3d(sample_q_.segment<3>(c));
+  }
 }
 
 template <class Real>
@@ -389,15 +400,12 @@ std::size_t Simulation::spring_count() const noexcept { return core_->spring_cou
 double Simulation::awake_share() const noexcept { return core_->awake_share(); }
 std::size_t Simulation::memory_bytes() const noexcept { return core_->memory_bytes(); }
 
+void Simulation::node_positions(Eigen::Ref<NodeVectors> all) noexcept { core_->node_positions(all); }
 NodeVectors Simulation::node_positions() const {
   const auto* network = dynamic_cast<const NetworkProblem*>(core_->problem.get());
   if (network == nullptr) { return {}; }
-  NodeVectors all = network->network().initial_position();
-  Eigen::VectorXd q(network->dof());
-  core_->coordinates(q);
-  for (const int node : network->free_nodes()) {
-    all.col(node) = q.segment<3>(network->coordinate(node));
-  }
+  NodeVectors all(3, network->network().node_count());
+  core_->node_positions(all);
   return all;
 }
 

@@ -67,6 +67,8 @@ class Simulation {
   void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept;  ///< at the tick [m/s]
   /// All nodes [m], 3 x nodes; the oscillator has none.
   [[nodiscard]] NodeVectors node_positions() const;
+  /// The same without allocating; `all` is 3 x nodes.
+  void node_positions(Eigen::Ref<NodeVectors> all) noexcept;
   /// Kinetic plus elastic energy and the potential of gravity [J].
   [[nodiscard]] double energy() noexcept;
   /// Place s [m] and velocity s' [m/s] of the tool now, without any evaluation; zero without one.

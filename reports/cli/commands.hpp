@@ -27,6 +27,7 @@ struct RunOptions : CommonOptions {
   std::filesystem::path scene{};
   bool no_skip = false;
   bool real_time = false;
+  bool no_view = false;              ///< a page without pictures in three dimensions
   bool packets = false;              ///< write what went over the Falcon's line
   std::filesystem::path script{};    ///< faults on it
 };

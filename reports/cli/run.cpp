@@ -6,6 +6,7 @@
 #include "device/falcon/wire_recording.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/trace_file.hpp"
+#include "fixtures/io/xdmf_file.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/falcon_script.hpp"
@@ -14,6 +15,7 @@
 #include "reports/cli/run_facts.hpp"
 #include "reports/cli/scene_run.hpp"
 #include "reports/cli/summary.hpp"
+#include "reports/view.hpp"
 
 namespace palpate::cli {
 
@@ -90,6 +92,8 @@ int run(const RunOptions& options) {
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = make_folder(options.folder("run"));
   RollOutOptions roll_out_how = roll_out_options(loaded, options.quiet);
+  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
+  if (network != nullptr && !options.no_view) { roll_out_how.events = events_shown(network->network().node_count()); }
   std::optional<FalconLoop> falcon;
   std::optional<device::falcon::WireRecording> packets;
   if (in_hand) {
@@ -100,15 +104,17 @@ int run(const RunOptions& options) {
   if (options.real_time) { roll_out_how.clock = &clock.emplace(1.0 / rate); }
   const Run result = roll_out(loaded.simulation, roll_out_how);
   const auto provenance = scene_provenance(loaded);
-  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
   io::write_trace_csv(folder / "trace.csv", result.trace);
   io::write_trace_hdf5(folder / "trace.h5", result.trace,
                        network != nullptr ? network->network() : SpringNetwork{}, provenance);
+  if (network != nullptr && !result.trace.frames.empty()) {
+    io::write_xdmf(folder / "trace.xdmf", folder / "trace.h5", result.trace, network->network());
+  }
   io::replace_file(folder / "summary.json", summary_json(loaded, result));
   if (packets) { write_packets(folder, *packets); }
   const Palpation palpation = palpate_skin(loaded);
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
-  write_run_report(folder, loaded, result, palpation, provenance);
+  write_run_report(folder, {loaded, result, palpation, provenance, options.no_view ? "not wanted" : ""});
   if (!options.quiet) { tell(result, loaded, folder); }
   if (result.interrupted) { return interrupted_code; }
   return result.diverged ? fell_short : done;

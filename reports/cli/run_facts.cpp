@@ -66,11 +66,21 @@ void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const R
                    "at most " + quantity(run.energy.maximum, "J")});
 }
 
+void add_view(RunReport& report, const RunPage& page) {
+  const auto* network = dynamic_cast<const NetworkProblem*>(&page.loaded.simulation.problem());
+  if (network == nullptr) { return; }
+  if (page.no_view.empty()) {
+    report.view = make_view({page.loaded.file.scene, *network, page.run.trace, page.run.moments});
+  }
+  if (!report.view) {
+    report.skipped.push_back("view in three dimensions: " + (page.no_view.empty() ? "no frames are kept" : page.no_view));
+  }
+}
+
 }  // namespace
 
-void write_run_report(const std::filesystem::path& folder, const LoadedScene& loaded,
-                      const Run& run, const Palpation& palpation,
-                      const std::map<std::string, std::string>& provenance) {
+void write_run_report(const std::filesystem::path& folder, const RunPage& page) {
+  const auto& [loaded, run, palpation, provenance, no_view] = page;
   const StepPlan& plan = loaded.simulation.plan();
   RunReport report;
   report.title = loaded.file.scene.title.empty() ? "Palpate run" : loaded.file.scene.title;
@@ -90,6 +100,7 @@ void write_run_report(const std::filesystem::path& folder, const LoadedScene& lo
   add_step_facts(report.facts, plan);
   add_cost_facts(report.facts, loaded, run);
   report.skipped = plan.skipped;
+  add_view(report, page);
   report.warnings = plan.warnings;
   std::ranges::copy(palpation.warnings, std::back_inserter(report.warnings));
   report.tool_figures = falcon_figures(run.trace);

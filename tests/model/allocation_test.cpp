@@ -19,6 +19,7 @@ long allocations_of(const Scene& scene, int ticks) {
   std::vector<double> row(simulation.columns().size());
   Eigen::VectorXd q(simulation.problem().dof());
   Eigen::VectorXd v(simulation.problem().dof());
+  NodeVectors nodes = simulation.node_positions();
   const long before = check::allocations;
   StepStatus status = StepStatus::ok;
   for (int n = 0; n < ticks && status == StepStatus::ok; ++n) {
@@ -26,6 +27,7 @@ long allocations_of(const Scene& scene, int ticks) {
     simulation.sample(row);
     simulation.coordinates(q);
     simulation.velocities(v);
+    simulation.node_positions(nodes);
     (void)simulation.energy();
     (void)simulation.zero_length_springs();
   }

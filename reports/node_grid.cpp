@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include "reports/node_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/dynamics/lattice.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr GridPlace nowhere{-1, -1, -1};
+
+std::size_t slot(const GridPlace& extent, const GridPlace& p) {
+  return (static_cast<std::size_t>(p[2]) * static_cast<std::size_t>(extent[1]) + static_cast<std::size_t>(p[1])) *
+             static_cast<std::size_t>(extent[0]) +
+         static_cast<std::size_t>(p[0]);
+}
+
+bool within(const GridPlace& extent, const GridPlace& p) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (p[axis] < 0 || p[axis] >= extent[axis]) { return false; }
+  }
+  return true;
+}
+
+/// Which of the planes that are met along an axis each coordinate lies on.
+std::vector<int> planes_of(const Eigen::RowVectorXd& coordinate) {
+  const double same = 1e-6 * (coordinate.maxCoeff() - coordinate.minCoeff());
+  std::vector<double> planes(coordinate.begin(), coordinate.end());
+  std::ranges::sort(planes);
+  std::size_t kept = 0;
+  for (const double plane : planes) {
+    if (kept == 0 || plane - planes[kept - 1] > same) { planes[kept++] = plane; }
+  }
+  planes.resize(kept);
+  std::vector<int> index;
+  for (const double x : coordinate) {
+    index.push_back(static_cast<int>(std::ranges::upper_bound(planes, x + same) - planes.begin()) - 1);
+  }
+  return index;
+}
+
+/// Places by the planes that nodes share; empty where few are shared, so that there is no grid.
+std::vector<GridPlace> places_by_planes(const NodeVectors& position) {
+  constexpr double most_room = 64.0;  // places for each node
+  std::array<std::vector<int>, 3> index;
+  double room = 1.0;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    auto& planes = index[static_cast<std::size_t>(axis)];
+    planes = planes_of(position.row(axis));
+    room *= 1.0 + *std::ranges::max_element(planes);
+  }
+  if (room > most_room * static_cast<double>(position.cols())) { return {}; }
+  std::vector<GridPlace> places;
+  for (std::size_t n = 0; n < index[0].size(); ++n) { places.push_back({index[0][n], index[1][n], index[2][n]}); }
+  return places;
+}
+
+std::vector<GridPlace> places_of(const SpringNetwork& network) {
+  const auto shape = lattice_of(network);
+  if (!shape) { return places_by_planes(network.rest_position); }
+  std::vector<GridPlace> places;
+  for (int node = 0; node < shape->node_count(); ++node) { places.push_back(shape->place(node)); }
+  return places;
+}
+
+/// Bit `axis` of a node: a spring joins it with the next node along that axis.
+std::vector<std::uint8_t> edges_of(const SpringNetwork& network, const std::vector<GridPlace>& places) {
+  std::vector<std::uint8_t> edges(places.size(), 0);
+  for (const Spring& spring : network.springs) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(spring.a);
+      const auto b = static_cast<std::size_t>(spring.b);
+      const auto bit = static_cast<std::uint8_t>(1U << static_cast<unsigned>(axis));
+      if (beside(places[a], axis, 1) == places[b]) { edges[a] |= bit; }
+      if (beside(places[b], axis, 1) == places[a]) { edges[b] |= bit; }
+    }
+  }
+  return edges;
+}
+
+}  // namespace
+
+int NodeGrid::node_at(const GridPlace& place) const {
+  return within(extent_, place) ? node_at_[slot(extent_, place)] : -1;
+}
+
+bool NodeGrid::is_cell(const GridPlace& lowest) const {
+  return within(extent_, lowest) && cell_at_[slot(extent_, lowest)] != 0;
+}
+
+std::array<int, 8> NodeGrid::corners(const GridPlace& lowest) const {
+  std::array<int, 8> nodes{};
+  for (int n = 0; n < 8; ++n) {
+    nodes[static_cast<std::size_t>(n)] = node_at({lowest[0] + (n & 1), lowest[1] + (n >> 1 & 1), lowest[2] + (n >> 2)});
+  }
+  return nodes;
+}
+
+void NodeGrid::add_nodes(std::vector<GridPlace> places, const std::vector<std::uint8_t>& present) {
+  place_ = std::move(places);
+  for (std::size_t n = 0; n < place_.size(); ++n) {
+    if (present[n] == 0) { place_[n] = nowhere; }
+    for (std::size_t axis = 0; axis < 3; ++axis) { extent_[axis] = std::max(extent_[axis], place_[n][axis] + 1); }
+  }
+  node_at_.assign(slot(extent_, {0, 0, extent_[2]}), -1);
+  cell_at_.assign(node_at_.size(), 0);
+  for (std::size_t n = 0; n < place_.size(); ++n) {
+    if (place_[n] != nowhere) { node_at_[slot(extent_, place_[n])] = static_cast<int>(n); }
+  }
+}
+
+template <class IsCell>
+void NodeGrid::add_cells(IsCell is_cell) {
+  for (const GridPlace& place : place_) {
+    if (place == nowhere || !is_cell(place)) { continue; }
+    cell_at_[slot(extent_, place)] = 1;
+    cells_.push_back(place);
+  }
+}
+
+std::optional<NodeGrid> NodeGrid::of(const SpringNetwork& network) {
+  if (network.node_count() == 0) { return std::nullopt; }
+  NodeGrid grid;
+  std::vector<GridPlace> places = places_of(network);
+  if (places.empty()) { return std::nullopt; }
+  const std::vector<std::uint8_t> edges = edges_of(network, places);
+  grid.add_nodes(std::move(places), std::vector<std::uint8_t>(edges.size(), 1));
+  grid.add_cells([&](const GridPlace& lowest) {
+    const std::array<int, 8> nodes = grid.corners(lowest);
+    for (unsigned n = 0; n < 8; ++n) {
+      const auto wanted = static_cast<std::uint8_t>(~n & 7U);  // axes along which another corner follows
+      if (nodes[n] < 0 || (edges[static_cast<std::size_t>(nodes[n])] & wanted) != wanted) { return false; }
+    }
+    return true;
+  });
+  if (grid.cells_.empty()) { return std::nullopt; }
+  return grid;
+}
+
+NodeGrid NodeGrid::thinned(int n) const {
+  NodeGrid grid;
+  std::vector<GridPlace> places = place_;
+  std::vector<std::uint8_t> present(places.size(), 0);
+  for (std::size_t node = 0; node < places.size(); ++node) {
+    present[node] = std::ranges::all_of(places[node], [n](int index) { return index % n == 0; });
+    for (int& index : places[node]) { index /= n; }
+  }
+  grid.add_nodes(std::move(places), present);
+  grid.add_cells([&](const GridPlace& lowest) {
+    const std::array<int, 8> nodes = grid.corners(lowest);
+    if (std::ranges::find(nodes, -1) != nodes.end()) { return false; }
+    for (int part = 0; part < n * n * n; ++part) {
+      const GridPlace fine{n * lowest[0] + part % n, n * lowest[1] + part / n % n, n * lowest[2] + part / (n * n)};
+      if (!is_cell(fine)) { return false; }
+    }
+    return true;
+  });
+  return grid;
+}
+
+std::vector<GridFace> exposed_faces(const NodeGrid& grid, const std::function<bool(const GridPlace&)>& kept) {
+  // Corners of the sides towards -x, +x, -y, +y, -z, +z.
+  static constexpr std::array<std::array<std::size_t, 4>, 6> sides{
+      {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
+  std::vector<GridFace> faces;
+  for (const GridPlace& cell : grid.cells()) {
+    if (!kept(cell)) { continue; }
+    const std::array<int, 8> nodes = grid.corners(cell);
+    for (int side = 0; side < 6; ++side) {
+      const GridPlace next = beside(cell, side / 2, side % 2 == 0 ? -1 : 1);
+      if (grid.is_cell(next) && kept(next)) { continue; }
+      GridFace face{cell, {}};
+      for (std::size_t n = 0; n < 4; ++n) { face.nodes[n] = nodes[sides[static_cast<std::size_t>(side)][n]]; }
+      faces.push_back(face);
+    }
+  }
+  return faces;
+}
+
+}  // namespace palpate

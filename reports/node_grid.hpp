@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The grid that the nodes of a network lie on, regular or not, with or without holes, and the cells of
+/// tissue between them: eight corners whose twelve edges are springs.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "model/dynamics/spring_network.hpp"
+
+namespace palpate {
+
+using GridPlace = std::array<int, 3>;
+
+class NodeGrid {
+ public:
+  /// Nothing where the nodes lie on no grid, or no cell is whole.
+  static std::optional<NodeGrid> of(const SpringNetwork& network);
+
+  [[nodiscard]] const std::vector<GridPlace>& places() const { return place_; }
+  [[nodiscard]] const GridPlace& extent() const { return extent_; }
+  [[nodiscard]] int node_at(const GridPlace& place) const;  ///< -1: none
+  [[nodiscard]] bool is_cell(const GridPlace& lowest) const;
+  /// Corner n of a cell: bit 0 along x, bit 1 along y, bit 2 along z.
+  [[nodiscard]] std::array<int, 8> corners(const GridPlace& lowest) const;
+  [[nodiscard]] const std::vector<GridPlace>& cells() const { return cells_; }  ///< by their lowest corner
+
+  /// The grid of every n-th plane: a cell is there where all n^3 cells are. Its nodes keep their indices.
+  [[nodiscard]] NodeGrid thinned(int n) const;
+
+ private:
+  void add_nodes(std::vector<GridPlace> places, const std::vector<std::uint8_t>& present);
+  template <class IsCell>
+  void add_cells(IsCell is_cell);
+
+  std::vector<GridPlace> place_{};  ///< of every node of the network; (-1, -1, -1): not on this grid
+  GridPlace extent_{0, 0, 0};
+  std::vector<int> node_at_{};
+  std::vector<std::uint8_t> cell_at_{};
+  std::vector<GridPlace> cells_{};
+};
+
+/// Place next to `place` along an axis.
+inline GridPlace beside(GridPlace place, int axis, int step) {
+  place[static_cast<std::size_t>(axis)] += step;
+  return place;
+}
+
+/// A side of a cell, its corners counted so that the right hand points out of the cell.
+struct GridFace {
+  GridPlace cell{};
+  std::array<int, 4> nodes{};
+};
+
+/// Sides of the cells that are `kept` towards those that are not.
+std::vector<GridFace> exposed_faces(const NodeGrid& grid, const std::function<bool(const GridPlace&)>& kept);
+
+}  // namespace palpate

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What the 3-D view of a run shows, in SI and in the tissue's frame: a part of the nodes of its
+/// network, numbered anew, at some instants of its trace.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/dynamics/problem.hpp"
+#include "model/dynamics/trace.hpp"
+#include "validation/moments.hpp"
+
+namespace palpate {
+
+/// Ticks with events that a view of so many nodes shows: twenty, fewer where their places took over 240 MB.
+inline int events_shown(Eigen::Index nodes) {
+  constexpr Eigen::Index most = 20;
+  constexpr Eigen::Index most_places = 10'000'000;  // of 24 bytes
+  return static_cast<int>(std::min(most, most_places / std::max<Eigen::Index>(nodes, 1)));
+}
+
+/// The tool as a body that moves along its line.
+struct ViewTool {
+  enum class Shape { needle, fingertip, ultrasound } shape = Shape::needle;
+  Eigen::Vector3d origin{0.0, 0.0, 0.0};     ///< of the tip at place 0 [m]
+  Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< unit
+  Eigen::Vector2d size{0.0, 0.0};            ///< across; needle and fingertip: diameter twice [m]
+};
+
+/// A surface that follows the tissue: every vertex is a weighted mean of nodes.
+struct ViewSurface {
+  struct Support {
+    int node = 0;
+    double weight = 1.0;  ///< those of a vertex sum to one
+  };
+  std::string label{};
+  std::vector<std::vector<Support>> vertices{};
+  std::vector<std::array<int, 3>> triangles{};  ///< of vertices, outwards by the right hand
+};
+
+struct ViewSpring {
+  int a = 0;
+  int b = 0;
+  double stiffness = 0.0;  ///< [N/m]
+};
+
+struct ViewFrame {
+  double time = 0.0;           ///< [s]
+  NodeVectors displacement{};  ///< from the undeformed place [m]
+  Eigen::Matrix4Xf line{};     ///< force lines: unit direction and principal force [N] (force_lines.hpp)
+  double place = 0.0;          ///< of the tool's tip on its line, in space [m]
+  double depth = 0.0;          ///< of the tip in the undeformed tissue [m]
+  double applied = 0.0;        ///< by the hand, or by loads [N]
+  double reaction = 0.0;       ///< on the tool, or of what holds the tissue [N]
+  std::string layer{};         ///< that the tip is in
+  std::string event{};
+};
+
+struct View {
+  NodeVectors rest{};                 ///< undeformed places [m]
+  std::vector<std::uint8_t> label{};  ///< of each node, an index of labels
+  std::vector<std::string> labels{};  ///< what the tissue is made of, at least one
+  std::vector<std::uint8_t> fixed{};
+  Eigen::VectorXd stiffness{};              ///< mean over the springs of a node [N/m]
+  std::vector<std::array<int, 3>> place{};  ///< on a grid that need not be regular; empty: there is none
+  std::vector<std::uint8_t> cell{};         ///< 1: the node is the lowest corner of a cell of tissue
+  std::vector<ViewSpring> springs{};
+  std::vector<ViewSurface> surfaces{};
+  std::vector<ViewFrame> frames{};  ///< at least one
+  std::size_t peak = 0;             ///< frame of the largest reaction
+  std::optional<ViewTool> tool{};
+  double cut = 0.0;                  ///< y of the sagittal plane through the tool, or the middle [m]
+  std::vector<std::string> notes{};  ///< what is not as in the network: nodes or frames left out
+};
+
+struct ViewInput {
+  const Scene& scene;
+  const NetworkProblem& problem;
+  const Trace& trace;
+  const Moments& moments;
+  std::vector<ViewSurface> surfaces{};  ///< beside the skin of a grid; of nodes of the network
+};
+
+/// Nothing where the trace has no frames.
+std::optional<View> make_view(const ViewInput& input);
+
+}  // namespace palpate
