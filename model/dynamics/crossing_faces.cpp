@@ -36,13 +36,15 @@ Side side_of(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vect
   return {ad.dot(ab.cross(ac)), doubt * ab.norm() * ac.norm() * std::max(ad.norm(), ab.norm())};
 }
 
-/// Whether the open segment p to q goes through the inside of a face.
+/// Whether the segment p to q goes from one side of a face to the other through its inside or its rim.
 bool pierces(const Vector3d& p, const Vector3d& q, const std::array<Vector3d, 3>& t) {
   const int from = side_of(t[0], t[1], t[2], p).sign();
   const int to = side_of(t[0], t[1], t[2], q).sign();
   if (from * to >= 0) { return false; }
-  const int first = side_of(p, q, t[0], t[1]).sign();
-  return first != 0 && side_of(p, q, t[1], t[2]).sign() == first && side_of(p, q, t[2], t[0]).sign() == first;
+  const std::array<int, 3> round{side_of(p, q, t[0], t[1]).sign(), side_of(p, q, t[1], t[2]).sign(),
+                                 side_of(p, q, t[2], t[0]).sign()};
+  const auto [least, most] = std::ranges::minmax(round);
+  return least * most >= 0 && (least != 0 || most != 0);
 }
 
 class Sweep {
