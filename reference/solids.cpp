@@ -55,7 +55,8 @@ TriangleSurface sphere_surface(const Vector3d& centre, double radius, int divisi
   Builder b;
   const int n = divisions;
   for (int octant = 0; octant < 8; ++octant) {
-    const Vector3d sign((octant & 1) != 0 ? -1.0 : 1.0, (octant & 2) != 0 ? -1.0 : 1.0, (octant & 4) != 0 ? -1.0 : 1.0);
+    const Vector3d sign((octant & 1) != 0 ? -1.0 : 1.0, (octant & 2) != 0 ? -1.0 : 1.0,
+                        (octant & 4) != 0 ? -1.0 : 1.0);
     const bool mirrored = sign.prod() < 0.0;
     const auto at = [&](int i, int j) {
       // Whole numbers times a sign: both octants beside an edge compute the same place.

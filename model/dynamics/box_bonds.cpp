@@ -83,9 +83,7 @@ Constants isotropic_constants(const Elasticity& c) {
     Constants k;
     k(6) = body;
     for (int face = 0; face < 3; ++face) { k(3 + face) = (0.4 - c(3 + face, 6) * body) / c(3 + face, 3 + face); }
-    for (int axis = 0; axis < 3; ++axis) {
-      k(axis) = (1.2 - c.row(axis).tail<4>().dot(k.tail<4>())) / c(axis, axis);
-    }
+    for (int axis = 0; axis < 3; ++axis) { k(axis) = (1.2 - c.row(axis).tail<4>().dot(k.tail<4>())) / c(axis, axis); }
     return k;
   };
   const double most = (0.4 / c.col(6).tail<3>().array()).minCoeff();

@@ -77,8 +77,8 @@ class Sweep {
     return {surface_.corner(face, 0), surface_.corner(face, 1), surface_.corner(face, 2)};
   }
   [[nodiscard]] bool near(int f, int g) const {
-    return of(f).low.y() <= of(g).high.y() && of(g).low.y() <= of(f).high.y() &&
-           of(f).low.z() <= of(g).high.z() && of(g).low.z() <= of(f).high.z();
+    return of(f).low.y() <= of(g).high.y() && of(g).low.y() <= of(f).high.y() && of(f).low.z() <= of(g).high.z() &&
+           of(g).low.z() <= of(f).high.z();
   }
   [[nodiscard]] bool cross(int f, int g) const { return edges_pierce(f, g) || edges_pierce(g, f); }
 
@@ -102,8 +102,6 @@ class Sweep {
 
 }  // namespace
 
-std::optional<std::array<int, 2>> crossing_faces(const TriangleSurface& surface) {
-  return Sweep(surface).run();
-}
+std::optional<std::array<int, 2>> crossing_faces(const TriangleSurface& surface) { return Sweep(surface).run(); }
 
 }  // namespace palpate

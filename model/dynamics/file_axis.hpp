@@ -12,8 +12,18 @@ namespace palpate {
 /// x runs along its rows, y down its columns and z across its slices. The others are for images that
 /// know how the patient lay.
 enum class FileAxis {
-  x_plus, x_minus, y_plus, y_minus, z_plus, z_minus,
-  left, right, anterior, posterior, superior, inferior
+  x_plus,
+  x_minus,
+  y_plus,
+  y_minus,
+  z_plus,
+  z_minus,
+  left,
+  right,
+  anterior,
+  posterior,
+  superior,
+  inferior
 };
 
 /// A signed permutation: axis n of the tissue is sign[n] times axis from[n] of the file.

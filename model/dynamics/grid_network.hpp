@@ -70,8 +70,8 @@ SpringNetwork grid_network(const NodeGrid& nodes, int connectivity, Cell cell) {
     for (std::size_t d = 0; d < directions.size(); ++d) {
       const auto& step = directions[d];
       const std::array<int, 3> to{at[0] + step[0], at[1] + step[1], at[2] + step[2]};
-      const bool there = to[0] >= 0 && to[1] >= 0 && to[0] < nodes.count[0] && to[1] < nodes.count[1] &&
-                         to[2] < nodes.count[2];
+      const bool there =
+          to[0] >= 0 && to[1] >= 0 && to[0] < nodes.count[0] && to[1] < nodes.count[1] && to[2] < nodes.count[2];
       const int neighbour = there ? nodes.at(to[0], to[1], to[2]) : -1;
       if (neighbour < 0 || bonds.stiffness[d] <= 0.0) { continue; }
       const int axes = std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]);
@@ -83,8 +83,8 @@ SpringNetwork grid_network(const NodeGrid& nodes, int connectivity, Cell cell) {
       });
       if (bond.stiffness <= 0.0) { continue; }
       const double rest = (network.rest_position.col(neighbour) - network.rest_position.col(node)).norm();
-      network.springs.push_back({node, neighbour, bond.stiffness,
-                                 bond.viscosity(network.mass(node), network.mass(neighbour)), rest});
+      network.springs.push_back(
+          {node, neighbour, bond.stiffness, bond.viscosity(network.mass(node), network.mass(neighbour)), rest});
     }
   });
   return network;

@@ -13,9 +13,12 @@ std::vector<LookupPoint> lookup_points(Weighting weighting) {
   const std::string muscle = "muscle";
   const std::string ligament = "ligamentum-flavum";
   switch (weighting) {
-    case Weighting::t1: return {{0.15, ligament}, {0.45, muscle}, {0.90, fat}};
-    case Weighting::t2: return {{0.08, ligament}, {0.35, muscle}, {0.70, fat}};
-    case Weighting::literal: return {{0.0, fat}, {1.0, ligament}};
+    case Weighting::t1:
+      return {{0.15, ligament}, {0.45, muscle}, {0.90, fat}};
+    case Weighting::t2:
+      return {{0.08, ligament}, {0.35, muscle}, {0.70, fat}};
+    case Weighting::literal:
+      return {{0.0, fat}, {1.0, ligament}};
   }
   return {};
 }
@@ -53,8 +56,7 @@ double Lookup::youngs_modulus(double intensity) const {
   if (after == points_.begin()) { return modulus_.front(); }
   if (after == points_.end()) { return modulus_.back(); }
   const auto n = static_cast<std::size_t>(after - points_.begin());
-  const double share =
-      (intensity - points_[n - 1].intensity) / (points_[n].intensity - points_[n - 1].intensity);
+  const double share = (intensity - points_[n - 1].intensity) / (points_[n].intensity - points_[n - 1].intensity);
   if (linear_) { return (1.0 - share) * modulus_[n - 1] + share * modulus_[n]; }
   return modulus_[n - 1] * std::pow(modulus_[n] / modulus_[n - 1], share);
 }
@@ -63,8 +65,7 @@ const std::string& Lookup::material(double intensity) const {
   const double modulus = std::log(youngs_modulus(intensity));
   std::size_t nearest = 0;
   for (std::size_t n = 1; n < points_.size(); ++n) {
-    const bool nearer =
-        std::abs(std::log(modulus_[n]) - modulus) < std::abs(std::log(modulus_[nearest]) - modulus);
+    const bool nearer = std::abs(std::log(modulus_[n]) - modulus) < std::abs(std::log(modulus_[nearest]) - modulus);
     if (nearer) { nearest = n; }
   }
   return points_[nearest].material;

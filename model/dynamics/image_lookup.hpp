@@ -32,11 +32,11 @@ class Lookup {
   Lookup(const std::vector<LookupPoint>& points, const std::vector<Material>& materials, bool linear,
          std::vector<Violation>& broken);
 
-  [[nodiscard]] double youngs_modulus(double intensity) const;         ///< [Pa]
+  [[nodiscard]] double youngs_modulus(double intensity) const;  ///< [Pa]
   /// The point whose modulus is nearest, by ratio.
   [[nodiscard]] const std::string& material(double intensity) const;
-  [[nodiscard]] double softest() const;                                ///< [Pa]
-  [[nodiscard]] double stiffest() const;                               ///< [Pa]
+  [[nodiscard]] double softest() const;   ///< [Pa]
+  [[nodiscard]] double stiffest() const;  ///< [Pa]
 
  private:
   std::vector<LookupPoint> points_;

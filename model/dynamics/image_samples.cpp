@@ -35,7 +35,8 @@ PixelRange range_of(const ImageVolume& image, const ImageSettings& settings, std
     range.last[n] = static_cast<int>(std::clamp(high, -1.0, double(image.count[n] - 1)));
     if (range.last[n] >= range.first[n]) { continue; }
     broken.push_back({"tissue.mri.region", "no pixel of the image lies in it along " +
-                                               std::string(1, static_cast<char>('x' + n)) + ", which goes from 0 to " +
+                                               std::string(1, static_cast<char>('x' + n)) +
+                                               ", which goes from 0 to " +
                                                number_in_words((image.count[n] - 1) * image.spacing(axis)) + " m"});
   }
   return range;
@@ -178,8 +179,9 @@ ImageSamples sample_image(const ImageVolume& image, const ImageVolume* labels, c
   ImageSamples samples;
   const std::optional<FileAxis> inward = image_axis(settings.inward, image);
   if (!inward) {
-    broken.push_back({"tissue.mri.inward", "this image does not say how the patient lay; must be one of "
-                                           "\"+x\", \"-x\", \"+y\", \"-y\", \"+z\" and \"-z\""});
+    broken.push_back({"tissue.mri.inward",
+                      "this image does not say how the patient lay; must be one of "
+                      "\"+x\", \"-x\", \"+y\", \"-y\", \"+z\" and \"-z\""});
     return samples;
   }
   const PixelRange range = range_of(image, settings, broken);
@@ -191,15 +193,16 @@ ImageSamples sample_image(const ImageVolume& image, const ImageVolume* labels, c
     const auto axis = static_cast<std::size_t>(places.map.from[n]);
     samples.count[n] = static_cast<int>(places.along[axis].size());
     const auto file_axis = static_cast<Eigen::Index>(axis);
-    samples.spacing(static_cast<Eigen::Index>(n)) =
-        settings.node_spacing.value_or(image.spacing(file_axis) * (axis == 2 ? settings.slice_stride : settings.stride));
+    samples.spacing(static_cast<Eigen::Index>(n)) = settings.node_spacing.value_or(
+        image.spacing(file_axis) * (axis == 2 ? settings.slice_stride : settings.stride));
     nodes *= samples.count[n];
     if (samples.count[n] >= 2) { continue; }
     broken.push_back({"tissue.mri.region", "leaves one node along " + std::string(1, static_cast<char>('x' + axis)) +
                                                " of the image; at least two along each axis"});
   }
   if (nodes > most_nodes) {
-    broken.push_back({"tissue.mri.stride", number_in_words(nodes) + " nodes; at most 2e7, by stride, node_spacing or region"});
+    broken.push_back(
+        {"tissue.mri.stride", number_in_words(nodes) + " nodes; at most 2e7, by stride, node_spacing or region"});
   }
   if (!broken.empty()) { return samples; }
   samples.range = range_of_percentiles(image, range, settings.percentiles);

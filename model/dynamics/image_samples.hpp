@@ -18,16 +18,16 @@ struct ImageRegion {
 
 struct ImageSettings {
   Weighting weighting = Weighting::t2;
-  int stride = 1;                              ///< pixels between nodes within a slice
-  int slice_stride = 1;                        ///< slices between nodes
-  std::optional<double> node_spacing{};        ///< [m] in all three directions, instead of strides
-  FileAxis inward = FileAxis::z_plus;          ///< of the image; points into the tissue
-  std::optional<ImageRegion> region{};         ///< empty: the whole image
-  Eigen::Vector2d percentiles{1.0, 99.0};      ///< of the region's pixels that stand for 0 and 1 [%]
-  std::optional<double> air{};                 ///< darker than this [0 to 1] and open to the skin side: no tissue
+  int stride = 1;                          ///< pixels between nodes within a slice
+  int slice_stride = 1;                    ///< slices between nodes
+  std::optional<double> node_spacing{};    ///< [m] in all three directions, instead of strides
+  FileAxis inward = FileAxis::z_plus;      ///< of the image; points into the tissue
+  std::optional<ImageRegion> region{};     ///< empty: the whole image
+  Eigen::Vector2d percentiles{1.0, 99.0};  ///< of the region's pixels that stand for 0 and 1 [%]
+  std::optional<double> air{};             ///< darker than this [0 to 1] and open to the skin side: no tissue
   int connectivity = 26;
-  std::vector<LookupPoint> lookup{};           ///< instead of the weighting's own
-  std::map<int, std::string> materials{};      ///< of label values; others follow the lookup
+  std::vector<LookupPoint> lookup{};       ///< instead of the weighting's own
+  std::map<int, std::string> materials{};  ///< of label values; others follow the lookup
 };
 
 /// Values at nodes, x of the tissue frame fastest.

@@ -99,8 +99,8 @@ class ImageNodes {
       const bool by_label = labelled(place);
       tissue_.material[place] = by_label ? of_label[samples_.label[place]]
                                          : materials_.code_of(lookup_.material(intensity), "tissue.mri", broken_);
-      modulus_[place] = by_label ? materials_.cell(tissue_.material[place]).youngs_modulus
-                                 : lookup_.youngs_modulus(intensity);
+      modulus_[place] =
+          by_label ? materials_.cell(tissue_.material[place]).youngs_modulus : lookup_.youngs_modulus(intensity);
       count += by_label ? 1U : 0U;
     }
     tissue_.image.emplace().labelled_nodes = count;
@@ -152,8 +152,8 @@ class ImageNodes {
   VoxelMaterials materials_;
   std::vector<Violation>& broken_;
   VoxelTissue tissue_{};
-  std::vector<double> modulus_{};         ///< E per place [Pa]
-  std::vector<std::size_t> place_of_{};   ///< of each node of the network
+  std::vector<double> modulus_{};        ///< E per place [Pa]
+  std::vector<std::size_t> place_of_{};  ///< of each node of the network
   CellMaterial bond_{};
 };
 

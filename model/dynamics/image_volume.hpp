@@ -13,10 +13,10 @@ namespace palpate {
 
 /// Pixels along x (a row of a slice), then y (down its columns), then z (slice after slice).
 struct ImageVolume {
-  std::string format{};                            ///< "DICOM series", "NIfTI", "PNG slices"
+  std::string format{};  ///< "DICOM series", "NIfTI", "PNG slices"
   std::array<int, 3> count{0, 0, 0};
-  Eigen::Vector3d spacing{0.0, 0.0, 0.0};          ///< between pixel centres [m]
-  std::vector<float> value{};                      ///< bright is large, units of the scanner
+  Eigen::Vector3d spacing{0.0, 0.0, 0.0};  ///< between pixel centres [m]
+  std::vector<float> value{};              ///< bright is large, units of the scanner
   /// Directions of x, y and z as columns, in the patient's frame: x to the left, y to the back, z to the
   /// head (LPS). Empty where the file does not say.
   std::optional<Eigen::Matrix3d> orientation{};

@@ -20,21 +20,21 @@ struct Surround {
 };
 
 struct MeshSettings {
-  double voxel = 0.002;                    ///< edge of a voxel [m]
+  double voxel = 0.002;  ///< edge of a voxel [m]
   int connectivity = 26;
-  FileAxis inward = FileAxis::z_plus;      ///< of the files; points into the tissue
-  Eigen::Vector3d origin{0.0, 0.0, 0.0};   ///< of the files, after scaling, that becomes [0, 0, 0] [m]
+  FileAxis inward = FileAxis::z_plus;     ///< of the files; points into the tissue
+  Eigen::Vector3d origin{0.0, 0.0, 0.0};  ///< of the files, after scaling, that becomes [0, 0, 0] [m]
   std::optional<Surround> surround{};
 };
 
 /// A surface in the tissue frame.
 struct MeshBody {
-  std::string name{};        ///< of its file
-  std::string key{};         ///< "tissue.mesh.files[0]", for what is wrong with it
+  std::string name{};  ///< of its file
+  std::string key{};   ///< "tissue.mesh.files[0]", for what is wrong with it
   TriangleSurface surface{};
   std::string material{};
   bool fixed = false;
-  int priority = 0;          ///< the highest has the cell; of equals the last
+  int priority = 0;  ///< the highest has the cell; of equals the last
 };
 
 /// A file's vertices in the tissue frame; `scale` is metres per unit of the file.

@@ -17,8 +17,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 std::string place_in_words(const Vector3d& at) {
-  return "(" + number_in_words(at.x()) + ", " + number_in_words(at.y()) + ", " + number_in_words(at.z()) +
-         ") m";
+  return "(" + number_in_words(at.x()) + ", " + number_in_words(at.y()) + ", " + number_in_words(at.z()) + ") m";
 }
 
 struct Edge {
@@ -53,8 +52,7 @@ std::optional<std::string> edge_defect(const TriangleSurface& surface) {
   for (std::size_t begin = 0; begin < edges.size();) {
     std::size_t end = begin;
     int balance = 0;
-    for (; end < edges.size() && edges[end].low == edges[begin].low && edges[end].high == edges[begin].high;
-         ++end) {
+    for (; end < edges.size() && edges[end].low == edges[begin].low && edges[end].high == edges[begin].high; ++end) {
       balance += edges[end].ascending ? 1 : -1;
     }
     const Edge& edge = edges[begin];
@@ -107,8 +105,7 @@ SolidMoments moments_of(const TriangleSurface& surface) {
     const Vector3d sum = a + b + c;
     solid.volume += volume;
     first += volume / 4.0 * sum;
-    second += volume / 20.0 *
-              (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
+    second += volume / 20.0 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
   }
   if (solid.volume == 0.0) { return solid; }
   const Vector3d mean = first / solid.volume;
@@ -136,9 +133,8 @@ void weld(TriangleSurface& surface) {
       if (i >= 0 && i < static_cast<int>(count)) { i = first[static_cast<std::size_t>(i)]; }
     }
   }
-  std::erase_if(surface.triangle, [](const std::array<int, 3>& t) {
-    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-  });
+  std::erase_if(surface.triangle,
+                [](const std::array<int, 3>& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
 }
 
 std::optional<std::string> surface_defect(const TriangleSurface& surface) {

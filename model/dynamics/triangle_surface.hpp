@@ -16,7 +16,7 @@ namespace palpate {
 
 /// Triangles name their vertices counter-clockwise as seen from outside.
 struct TriangleSurface {
-  NodeVectors vertex{};                            ///< [m]
+  NodeVectors vertex{};  ///< [m]
   std::vector<std::array<int, 3>> triangle{};
 
   [[nodiscard]] Eigen::Vector3d corner(int face, int n) const {
@@ -26,9 +26,9 @@ struct TriangleSurface {
 
 /// Volume, centroid and second moments of a solid of density one.
 struct SolidMoments {
-  double volume = 0.0;                                         ///< [m^3]; negative: inside out
-  Eigen::Vector3d centroid{0.0, 0.0, 0.0};                     ///< [m]
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();           ///< about the centroid [m^5]
+  double volume = 0.0;                                ///< [m^3]; negative: inside out
+  Eigen::Vector3d centroid{0.0, 0.0, 0.0};            ///< [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centroid [m^5]
 };
 
 /// Exact for a closed surface: sums of tetrahedra from the surface's first vertex.

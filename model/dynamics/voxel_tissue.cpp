@@ -73,8 +73,7 @@ Between between(double place, double first, double spacing, int nodes) {
 }  // namespace
 
 std::optional<double> skin_depth(const VoxelTissue& tissue, const Eigen::Vector2d& at) {
-  for (const PlaneCrossing& crossing :
-       plane_crossings(tissue.nodes, {at.x(), at.y(), 0.0}, Vector3d::UnitZ())) {
+  for (const PlaneCrossing& crossing : plane_crossings(tissue.nodes, {at.x(), at.y(), 0.0}, Vector3d::UnitZ())) {
     return crossing.depth;
   }
   return {};
@@ -125,8 +124,7 @@ std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue, const std::
   return intervals;
 }
 
-std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Vector3d& origin,
-                                           const Vector3d& direction) {
+std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Vector3d& origin, const Vector3d& direction) {
   std::vector<PlaneCrossing> crossings;
   for (int l = 0; l < grid.count[2]; ++l) {
     PlaneCrossing crossing{.depth = (grid.first.z() + l * grid.spacing.z() - origin.z()) / direction.z()};

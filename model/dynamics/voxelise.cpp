@@ -23,9 +23,7 @@ std::int64_t turn(const Across& a, const Across& b, const Across& c) {
 }
 
 /// Points on an edge belong to one of the two faces beside it: to the one that goes along it this way.
-bool takes_edge(const Across& from, const Across& to) {
-  return to.z > from.z || (to.z == from.z && to.y < from.y);
-}
+bool takes_edge(const Across& from, const Across& to) { return to.z > from.z || (to.z == from.z && to.y < from.y); }
 
 struct Crossing {
   std::size_t row = 0;
@@ -98,8 +96,8 @@ class Scan {
       x += static_cast<double>(side) * surface_.vertex(0, v[n]);
       total += static_cast<double>(side);
     }
-    const auto row = static_cast<std::size_t>(l) * static_cast<std::size_t>(grid_.count[1]) +
-                     static_cast<std::size_t>(j);
+    const auto row =
+        static_cast<std::size_t>(l) * static_cast<std::size_t>(grid_.count[1]) + static_cast<std::size_t>(j);
     crossings_.push_back({row, x / total, winding});
   }
 

@@ -37,10 +37,10 @@ struct BoxGrid {
 BoxGrid cubes_around(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double edge);
 
 struct VoxelBody {
-  std::vector<std::uint8_t> inside{};     ///< per box of the grid; 1: its centre is inside the surface
+  std::vector<std::uint8_t> inside{};  ///< per box of the grid; 1: its centre is inside the surface
   std::size_t voxel_count = 0;
-  int parts = 0;                          ///< that growth over 26 neighbours does not join
-  double volume = 0.0;                    ///< of the voxels [m^3]
+  int parts = 0;        ///< that growth over 26 neighbours does not join
+  double volume = 0.0;  ///< of the voxels [m^3]
 };
 
 /// The cells whose centre lies inside. Whether it does is decided row by row with the winding number of the

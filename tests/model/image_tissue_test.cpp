@@ -112,7 +112,8 @@ TEST("percentiles, not the brightest pixel, make the scale") {
 }
 
 TEST("strides, a region and a spacing of one's own choose the nodes") {
-  const ImageVolume image = image_of({21, 17, 9}, {0.5e-3, 0.5e-3, 1e-3}, [](int i, int j, int l) { return i + 3 * j + 7 * l; });
+  const ImageVolume image =
+      image_of({21, 17, 9}, {0.5e-3, 0.5e-3, 1e-3}, [](int i, int j, int l) { return i + 3 * j + 7 * l; });
   const VoxelTissue strided = build(image, {.stride = 4, .slice_stride = 2, .lookup = falling});
   CHECK(strided.nodes.count == (std::array{6, 5, 5}));
   CHECK_NEAR(strided.nodes.spacing, Vector3d(2e-3, 2e-3, 2e-3), 1e-15);
@@ -122,12 +123,15 @@ TEST("strides, a region and a spacing of one's own choose the nodes") {
   const VoxelTissue even = build(image, {.node_spacing = 1.25e-3, .percentiles = {0.0, 100.0}, .lookup = falling});
   CHECK(even.nodes.count == (std::array{9, 7, 7}));
   // A linear image is reproduced between its pixels: node (4, 3, 2) is at pixel (10, 7.5, 2.5).
-  CHECK_NEAR(double(even.intensity[(2 * 7 + 3) * 9 + 4]), (10.0 + 3.0 * 7.5 + 7.0 * 2.5) / (20.0 + 48.0 + 56.0), 1e-6);
+  CHECK_NEAR(double(even.intensity[(2 * 7 + 3) * 9 + 4]), (10.0 + 3.0 * 7.5 + 7.0 * 2.5) / (20.0 + 48.0 + 56.0),
+             1e-6);
 }
 
 TEST("the image's axis that points inwards becomes z, by its name or by the patient's") {
-  ImageVolume image = image_of({5, 4, 3}, {1e-3, 2e-3, 3e-3}, [](int i, int j, int l) { return i + 10 * j + 100 * l; });
-  const VoxelTissue turned = build(image, {.inward = FileAxis::x_minus, .percentiles = {0.0, 100.0}, .lookup = falling});
+  ImageVolume image =
+      image_of({5, 4, 3}, {1e-3, 2e-3, 3e-3}, [](int i, int j, int l) { return i + 10 * j + 100 * l; });
+  const VoxelTissue turned =
+      build(image, {.inward = FileAxis::x_minus, .percentiles = {0.0, 100.0}, .lookup = falling});
   CHECK(turned.nodes.count == (std::array{4, 3, 5}));
   CHECK_NEAR(turned.nodes.spacing, Vector3d(2e-3, 3e-3, 1e-3), 0.0);
   // z = 0 is the last pixel of a row; x runs against y of the image.
@@ -137,7 +141,8 @@ TEST("the image's axis that points inwards becomes z, by its name or by the pati
   CHECK(first > inwards && first > along_x);
   // Rows run to the patient's back, columns to the head, slices to the left.
   image.orientation.emplace() << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-  const VoxelTissue anterior = build(image, {.inward = FileAxis::anterior, .percentiles = {0.0, 100.0}, .lookup = falling});
+  const VoxelTissue anterior =
+      build(image, {.inward = FileAxis::anterior, .percentiles = {0.0, 100.0}, .lookup = falling});
   CHECK(anterior.intensity == turned.intensity);
   ImageVolume blind = image;
   blind.orientation.reset();
@@ -153,7 +158,9 @@ TEST("a mirrored image is not taken for the other side of the patient") {
 
 TEST("labels set the material, and bone among them never moves") {
   const ImageVolume image = image_of({4, 4, 6}, Vector3d::Constant(1e-3), [](int i, int, int) { return i; });
-  const ImageVolume labels = image_of({4, 4, 6}, Vector3d::Constant(1e-3), [](int, int, int l) { return l >= 4 ? 76 : l == 3 ? 9 : 0; });
+  const ImageVolume labels = image_of({4, 4, 6}, Vector3d::Constant(1e-3), [](int, int, int l) {
+    return l >= 4 ? 76 : l == 3 ? 9 : 0;
+  });
   const ImageSettings settings{.lookup = falling, .materials = {{76, "vertebra-bone"}}};
   const VoxelTissue tissue = build(image, settings, &labels);
   CHECK_NEAR(double(tissue.image->labelled_nodes), 32.0, 0.0);
@@ -172,7 +179,9 @@ TEST("air before the skin is no tissue, darkness inside is, and z = 0 is the ski
   CHECK_NEAR(*skin_depth(tissue, {3e-3, 0.0}), 1e-3, 1e-15);
   CHECK(tissue.nodes.at(0, 0, 6) >= 0);
   CHECK_NEAR(tissue.nodes.first.z(), -2e-3, 1e-15);
-  CHECK(has(refusal(image_of({4, 4, 4}, Vector3d::Constant(1e-3), [](int i, int, int) { return i == 0; }), {.percentiles = {0.0, 100.0}, .air = 1.0, .lookup = falling}), "must leave some tissue"));
+  CHECK(has(refusal(image_of({4, 4, 4}, Vector3d::Constant(1e-3), [](int i, int, int) { return i == 0; }),
+                    {.percentiles = {0.0, 100.0}, .air = 1.0, .lookup = falling}),
+            "must leave some tissue"));
 }
 
 TEST("a needle reads its layers from the volume") {
@@ -214,11 +223,13 @@ TEST("lookups are monotone, end where they say, and the paper's is the one that 
 
 TEST("what cannot become tissue is refused with its key") {
   const ImageVolume image = image_of({4, 4, 4}, Vector3d::Constant(1e-3), [](int i, int, int) { return i; });
-  CHECK(has(refusal(image, {.lookup = {{0.5, "stiff"}, {0.5, "soft"}}}), "tissue.mri.lookup[1].intensity: 0.5; must be above"));
+  CHECK(has(refusal(image, {.lookup = {{0.5, "stiff"}, {0.5, "soft"}}}),
+            "tissue.mri.lookup[1].intensity: 0.5; must be above"));
   CHECK(has(refusal(image, {.lookup = {{0.1, "stiff"}, {0.5, "soft"}, {0.9, "stiff"}}}), "rise and fall"));
   CHECK(has(refusal(image, {.lookup = {{0.1, "wood"}}}), "unknown material \"wood\""));
   CHECK(has(refusal(image, {.stride = 9, .lookup = falling}), "one node along x"));
-  CHECK(has(refusal(image, {.region = ImageRegion{{0.1, 0, 0}, {0.2, 1, 1}}, .lookup = falling}), "no pixel of the image lies in it along x"));
+  CHECK(has(refusal(image, {.region = ImageRegion{{0.1, 0, 0}, {0.2, 1, 1}}, .lookup = falling}),
+            "no pixel of the image lies in it along x"));
   const ImageVolume flat = image_of({4, 4, 4}, Vector3d::Constant(1e-3), [](int, int, int) { return 7; });
   CHECK(has(refusal(flat, {.lookup = falling}), "must have contrast"));
 }

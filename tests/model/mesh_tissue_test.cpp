@@ -51,8 +51,9 @@ TEST("a cube of voxels is the lattice of its size, spring by spring") {
     const Vector3d shift(0.002, 0.002, 0.0);
     const VoxelTissue tissue =
         build({body(box_surface(low + shift, low + shift + Vector3d::Constant(edge)), "soft")}, settings);
-    const SpringNetwork lattice =
-        cell_lattice({{6, 6, 6}, 0.004, connectivity}, [](int, int, int) { return CellMaterial{5e3, 1000.0, 0.4, {}}; });
+    const SpringNetwork lattice = cell_lattice({{6, 6, 6}, 0.004, connectivity}, [](int, int, int) {
+      return CellMaterial{5e3, 1000.0, 0.4, {}};
+    });
     CHECK_NEAR(double(tissue.network.springs.size()), double(lattice.springs.size()), 0.0);
     CHECK_NEAR(tissue.network.mass, lattice.mass, 0.0);
     double apart = 0.0;
@@ -60,8 +61,8 @@ TEST("a cube of voxels is the lattice of its size, spring by spring") {
       const Spring& mine = tissue.network.springs[s];
       const Spring& its = lattice.springs[s];
       CHECK(mine.a == its.a && mine.b == its.b);
-      apart = std::max({apart, std::abs(mine.stiffness / its.stiffness - 1.0),
-                        std::abs(mine.viscosity / its.viscosity - 1.0)});
+      apart = std::max(
+          {apart, std::abs(mine.stiffness / its.stiffness - 1.0), std::abs(mine.viscosity / its.viscosity - 1.0)});
     }
     CHECK_NEAR(apart, 0.0, 1e-15);  // E a / 3.75 against (a / 3.75) E: four roundings
   }
@@ -76,10 +77,9 @@ TEST("mass is density times the volume of the voxels") {
 
 TEST("bodies that touch share the nodes between them; a gap keeps them apart") {
   const auto springs_across = [](double gap) {
-    const VoxelTissue tissue =
-        build({body(box_surface({0.0, 0.0, 0.0}, {0.01, 0.01, 0.01}), "soft"),
-               body(box_surface({0.0, 0.0, 0.01 + gap}, {0.01, 0.01, 0.02 + gap}), "stiff")},
-              {.voxel = 0.002});
+    const VoxelTissue tissue = build({body(box_surface({0.0, 0.0, 0.0}, {0.01, 0.01, 0.01}), "soft"),
+                                      body(box_surface({0.0, 0.0, 0.01 + gap}, {0.01, 0.01, 0.02 + gap}), "stiff")},
+                                     {.voxel = 0.002});
     int across = 0;
     for (const Spring& s : tissue.network.springs) {
       const double a = tissue.network.rest_position(2, s.a) - 0.01 - 0.5 * gap;
@@ -108,9 +108,9 @@ TEST("of two bodies in one place the one of higher priority has it, of equals th
 }
 
 TEST("what surrounds bodies fills the rest of its box, and nodes of bone never move") {
-  const MeshSettings settings{
-      .voxel = 0.002, .surround = Surround{"soft", {0.0, 0.0, 0.0}, {0.01, 0.01, 0.01}}};
-  const VoxelTissue tissue = build({body(box_surface({0.004, 0.004, 0.004}, {0.006, 0.006, 0.006}), "bone")}, settings);
+  const MeshSettings settings{.voxel = 0.002, .surround = Surround{"soft", {0.0, 0.0, 0.0}, {0.01, 0.01, 0.01}}};
+  const VoxelTissue tissue =
+      build({body(box_surface({0.004, 0.004, 0.004}, {0.006, 0.006, 0.006}), "bone")}, settings);
   CHECK_NEAR(double(tissue.network.node_count()), 216.0, 0.0);
   CHECK_NEAR(double(std::ranges::count(tissue.network.fixed, 1)), 8.0, 0.0);
 }
@@ -128,7 +128,8 @@ TEST("the file's axis that points inwards becomes z, and its origin zero") {
 TEST("what cannot become voxels is refused with its key") {
   const TriangleSurface box = box_surface(Vector3d::Zero(), Vector3d::Constant(0.01));
   CHECK(has(refusal({}, {}), "tissue.mesh.files: is missing"));
-  CHECK(has(refusal({body(box, "wood")}, {}), "tissue.mesh.files[0].material: unknown material \"wood\"; known are soft, stiff, bone"));
+  CHECK(has(refusal({body(box, "wood")}, {}),
+            "tissue.mesh.files[0].material: unknown material \"wood\"; known are soft, stiff, bone"));
   CHECK(has(refusal({body(box, "soft")}, {.voxel = 1e-6}), "1e+12 voxels around the bodies of 0.01 m; at most 1e8"));
   const TriangleSurface plate = box_surface({0.0, 0.0, 0.0001}, {0.01, 0.01, 0.0005});
   CHECK(has(refusal({body(plate, "soft")}, {}), "no voxel's centre is inside soft.stl, which is thinner"));

@@ -34,7 +34,8 @@ double winding(const TriangleSurface& surface, const Vector3d& at) {
     const Vector3d a = surface.corner(f, 0) - at;
     const Vector3d b = surface.corner(f, 1) - at;
     const Vector3d c = surface.corner(f, 2) - at;
-    const double below = a.norm() * b.norm() * c.norm() + a.dot(b) * c.norm() + b.dot(c) * a.norm() + c.dot(a) * b.norm();
+    const double below =
+        a.norm() * b.norm() * c.norm() + a.dot(b) * c.norm() + b.dot(c) * a.norm() + c.dot(a) * b.norm();
     sum += 2.0 * std::atan2(a.dot(b.cross(c)), below);
   }
   return sum / (4.0 * std::numbers::pi);
@@ -125,10 +126,9 @@ TEST("a neck narrower than a voxel leaves two parts, and both are kept") {
 }
 
 TEST("volume, centroid and inertia come to those of the surface at first order") {
-  const TriangleSurface shapes[] = {sphere_surface({0.0013, 0.0007, 0.0021}, 0.02, 24),
-                                    ring_surface(0.02, 0.006, 2.0 * std::numbers::pi, 60, 30),
-                                    ring_surface(0.02, 0.006, 4.5, 60, 30),
-                                    box_surface({0.0003, 0.0002, 0.0001}, {0.0403, 0.0302, 0.0046})};
+  const TriangleSurface shapes[] = {
+      sphere_surface({0.0013, 0.0007, 0.0021}, 0.02, 24), ring_surface(0.02, 0.006, 2.0 * std::numbers::pi, 60, 30),
+      ring_surface(0.02, 0.006, 4.5, 60, 30), box_surface({0.0003, 0.0002, 0.0001}, {0.0403, 0.0302, 0.0046})};
   for (const TriangleSurface& shape : shapes) {
     const SolidMoments exact = moments_of(shape);
     const double surface = area(shape);
