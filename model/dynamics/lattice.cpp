@@ -22,32 +22,6 @@ int axes_spanned(const std::array<int, 3>& direction) {
   return std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
 }
 
-/// What the cells around a bond add up to.
-struct Bond {
-  double stiffness = 0.0;
-  double damping_ratio_sum = 0.0;  ///< weighted by stiffness
-  double viscosity_sum = 0.0;      ///< weighted by stiffness
-  double ratio_weight = 0.0;       ///< stiffness of the cells that give a damping ratio
-  double viscosity_weight = 0.0;   ///< stiffness of the cells that give a viscosity
-};
-
-void add(Bond& bond, double stiffness, const CellMaterial& material) {
-  bond.stiffness += stiffness;
-  if (material.viscosity) {
-    bond.viscosity_sum += stiffness * *material.viscosity;
-    bond.viscosity_weight += stiffness;
-  } else {
-    bond.damping_ratio_sum += stiffness * material.damping_ratio;
-    bond.ratio_weight += stiffness;
-  }
-}
-
-double viscosity_of(const Bond& bond, double mass_a, double mass_b) {
-  const double reduced_mass = mass_a * mass_b / (mass_a + mass_b);
-  const double critical = 2.0 * std::sqrt(bond.stiffness * reduced_mass);
-  return (bond.damping_ratio_sum * critical + bond.viscosity_sum) / bond.stiffness;
-}
-
 NodeVectors lattice_positions(const LatticeShape& shape) {
   NodeVectors position(3, shape.node_count());
   for (int l = 0; l < shape.nodes[2]; ++l) {
@@ -96,7 +70,7 @@ std::size_t bond_count(const LatticeShape& shape) {
 
 /// Adds one cell's members to the bonds around it; a bond is found at node * directions + d.
 void add_cell(const LatticeShape& shape, int i, int j, int l, const CellMaterial& material,
-              std::vector<Bond>& bonds) {
+              std::vector<BondSum>& bonds) {
   const auto offsets = bond_directions(shape.connectivity);
   const BondStiffness k =
       bond_stiffness(material.youngs_modulus, shape.spacing, shape.connectivity);
@@ -113,7 +87,7 @@ void add_cell(const LatticeShape& shape, int i, int j, int l, const CellMaterial
       });
       if (!inside) { continue; }
       const auto node = static_cast<std::size_t>(shape.index(i + at[0], j + at[1], l + at[2]));
-      add(bonds[node * offsets.size() + d], stiffness, material);
+      bonds[node * offsets.size() + d].add(stiffness, material);
     }
   }
 }
@@ -181,7 +155,7 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
   network.mass = Eigen::VectorXd::Zero(shape.node_count());
   network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
   const std::size_t direction_count = bond_directions(shape.connectivity).size();
-  std::vector<Bond> bonds(static_cast<std::size_t>(shape.node_count()) * direction_count);
+  std::vector<BondSum> bonds(static_cast<std::size_t>(shape.node_count()) * direction_count);
   const double volume = shape.spacing * shape.spacing * shape.spacing;
   for (int l = 0; l + 1 < shape.nodes[2]; ++l) {
     for (int j = 0; j + 1 < shape.nodes[1]; ++j) {
@@ -197,12 +171,12 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
   }
   network.springs.reserve(bond_count(shape));
   for_each_bond(shape, [&](int node, std::size_t d, int neighbour) {
-    const Bond& bond = bonds[static_cast<std::size_t>(node) * direction_count + d];
+    const BondSum& bond = bonds[static_cast<std::size_t>(node) * direction_count + d];
     if (bond.stiffness <= 0.0) { return; }
     const double rest =
         (network.rest_position.col(neighbour) - network.rest_position.col(node)).norm();
     network.springs.push_back({node, neighbour, bond.stiffness,
-                               viscosity_of(bond, network.mass(node), network.mass(neighbour)),
+                               bond.viscosity(network.mass(node), network.mass(neighbour)),
                                rest});
   });
   return network;

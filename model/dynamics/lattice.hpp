@@ -7,18 +7,11 @@
 #include <optional>
 #include <span>
 
+#include "model/dynamics/bond_sum.hpp"
 #include "model/dynamics/scene.hpp"
 #include "model/dynamics/spring_network.hpp"
 
 namespace palpate {
-
-/// What fills one cubic cell.
-struct CellMaterial {
-  double youngs_modulus = 0.0;        ///< [Pa]
-  double density = 0.0;               ///< [kg/m^3]
-  double damping_ratio = 0.0;         ///< [1]
-  std::optional<double> viscosity{};  ///< [N s/m] per spring; wins over damping_ratio
-};
 
 struct LatticeShape {
   std::array<int, 3> nodes{};

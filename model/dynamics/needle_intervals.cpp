@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "model/dynamics/needle_path.hpp"
+#include "model/dynamics/voxel_tissue.hpp"
 
 namespace palpate {
 
@@ -47,12 +48,8 @@ Stretch inside(const Inclusion& body, const Eigen::Vector3d& origin, const Eigen
 }
 
 PathInterval interval_of(const Material* material, std::string label) {
-  PathInterval interval{.label = std::move(label)};
-  if (material == nullptr) { return interval; }
-  interval.role = role_of(*material);
-  interval.cutting_force = interval.role == TissueRole::bone ? infinity : material->cutting_force;
-  interval.friction = material->friction;
-  return interval;
+  if (material == nullptr) { return {.label = std::move(label)}; }
+  return interval_in(*material, std::move(label), 0.0, infinity);
 }
 
 /// Layers, or the one material of a lattice, from `first` on.
@@ -77,8 +74,21 @@ std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& n, d
 
 }  // namespace
 
+PathInterval interval_in(const Material& material, std::string label, double begin, double end) {
+  const TissueRole role = role_of(material);
+  return {.begin = begin,
+          .end = end,
+          .cutting_force = role == TissueRole::bone ? infinity : material.cutting_force,
+          .friction = material.friction,
+          .role = role,
+          .label = std::move(label)};
+}
+
 std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double first) {
+  if (scene.tissue.voxels) {
+    return voxel_intervals(*scene.tissue.voxels, scene.materials, origin, direction, first);
+  }
   std::vector<PathInterval> line = ground(scene, direction, first);
   for (const Inclusion& body : scene.tissue.inclusions) {
     Stretch within = inside(body, origin, direction);

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "model/dynamics/network_builder.hpp"
+#include "model/dynamics/voxel_tissue.hpp"
 
 namespace palpate {
 
@@ -107,6 +108,12 @@ void NeedlePath::network_knots(const SpringNetwork& network) {
   }
 }
 
+void NeedlePath::voxel_knots(const Scene& scene) {
+  for (const PlaneCrossing& crossing : plane_crossings(scene.tissue.voxels->nodes, origin_, direction_)) {
+    add_knot(crossing.depth, crossing.supports);
+  }
+}
+
 void NeedlePath::cut_into_pieces() {
   for (std::size_t k = 0; k + 1 < knots_.size(); ++k) {
     for (const PathInterval& interval : intervals_) {
@@ -127,7 +134,9 @@ NeedlePath NeedlePath::of_needle(const Scene& scene, const SpringNetwork& networ
   NeedlePath path;
   path.origin_ = {scene.needle->entry.x(), scene.needle->entry.y(), 0.0};
   path.direction_ = scene.needle->direction.normalized();
-  if (scene.tissue.source == Source::network) {
+  if (scene.tissue.voxels) {
+    path.voxel_knots(scene);
+  } else if (scene.tissue.source == Source::network) {
     path.network_knots(network);
   } else {
     path.lattice_knots(scene, network);
@@ -143,8 +152,11 @@ NeedlePath NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network
   NeedlePath path;
   const Probe& probe = *scene.probe;
   path.origin_ = {probe.entry.x(), probe.entry.y(), 0.0};
-  const std::vector<int> skin = face_nodes(network.rest_position, Face::z_min);
-  const double a = node_spacing(network);
+  const VoxelTissue* voxels = scene.tissue.voxels.get();
+  const std::vector<int> skin =
+      voxels != nullptr ? skin_nodes(*voxels) : face_nodes(network.rest_position, Face::z_min);
+  const Eigen::Vector2d a = voxels != nullptr ? Eigen::Vector2d(voxels->nodes.spacing.head<2>())
+                                              : Eigen::Vector2d::Constant(node_spacing(network));
   std::vector<Support> supports;
   double depth = 0.0;
   double total = 0.0;
@@ -155,8 +167,8 @@ NeedlePath NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network
     int covered = 0;
     for (int j = 0; j < samples; ++j) {
       for (int i = 0; i < samples; ++i) {
-        const double x = at.x() + a * ((i + 0.5) / samples - 0.5);
-        const double y = at.y() + a * ((j + 0.5) / samples - 0.5);
+        const double x = at.x() + a.x() * ((i + 0.5) / samples - 0.5);
+        const double y = at.y() + a.y() * ((j + 0.5) / samples - 0.5);
         const bool inside = probe.shape == Probe::Shape::fingertip
                                 ? std::hypot(x, y) <= 0.5 * probe.size.x()
                                 : std::abs(x) <= 0.5 * probe.size.x() &&

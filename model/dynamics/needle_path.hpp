@@ -22,8 +22,11 @@ struct PathInterval {
   std::string label{};         ///< of the layer, or its material's name
 };
 
+/// A material between two depths, under a label.
+PathInterval interval_in(const Material& material, std::string label, double begin, double end);
+
 /// Materials along entry + xi n in order of xi, from the skin for ever: layers, the lattice's
-/// material, inclusions. `first` is where the tissue begins (layers of a bare network count from it).
+/// material, inclusions, or the boxes of voxels. `first` is where the tissue begins (layers of a bare network count from it).
 std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double first);
 
@@ -74,6 +77,7 @@ class NeedlePath {
   };
   void add_knot(double depth, const std::vector<Support>& supports);
   void lattice_knots(const Scene& scene, const SpringNetwork& network);
+  void voxel_knots(const Scene& scene);
   void network_knots(const SpringNetwork& network);
   void cut_into_pieces();
 

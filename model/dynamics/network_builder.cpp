@@ -7,6 +7,7 @@
 
 #include "model/dynamics/lattice.hpp"
 #include "model/dynamics/tissue_map.hpp"
+#include "model/dynamics/voxel_tissue.hpp"
 
 namespace palpate {
 
@@ -60,7 +61,7 @@ void hold_faces(const Tissue& tissue, SpringNetwork& network) {
 }
 
 void hold_bone(const Scene& scene, SpringNetwork& network) {
-  if (!has_bone(scene)) { return; }
+  if (scene.tissue.voxels || !has_bone(scene)) { return; }  // voxels come with their bone fixed
   for (Eigen::Index i = 0; i < network.node_count(); ++i) {
     const bool bone = in_bone(scene, network.rest_position.col(i));
     if (bone) { network.fixed[static_cast<std::size_t>(i)] = 1; }
@@ -70,7 +71,7 @@ void hold_bone(const Scene& scene, SpringNetwork& network) {
 SpringNetwork unheld_network(const Scene& scene) {
   if (scene.tissue.source == Source::lattice) { return build_lattice(scene); }
   if (scene.tissue.source == Source::layers) { return build_cells(scene, layered_shape(scene)); }
-  return scene.tissue.network;
+  return scene.tissue.voxels ? scene.tissue.voxels->network : scene.tissue.network;
 }
 
 }  // namespace

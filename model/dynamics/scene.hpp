@@ -7,6 +7,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -120,7 +121,8 @@ struct Oscillator {
   double drive_frequency = 0.0;  ///< [rad/s]
 };
 
-enum class Source { lattice, layers, network, oscillator };
+enum class Source { lattice, layers, network, oscillator, mesh, mri };
+struct VoxelTissue;  // voxel_tissue.hpp
 enum class Face { x_min, x_max, y_min, y_max, z_min, z_max };
 
 struct Tissue {
@@ -135,6 +137,7 @@ struct Tissue {
   std::vector<Inclusion> inclusions{};
   SpringNetwork network{};                         ///< source = network, as read from its files
   Oscillator oscillator{};
+  std::shared_ptr<const VoxelTissue> voxels{};     ///< source = mesh or mri, as built from its files
 };
 
 enum class Profile { constant, ramp, half_sine };

@@ -9,6 +9,7 @@
 #include "model/dynamics/network_builder.hpp"
 #include "model/dynamics/rules.hpp"
 #include "model/dynamics/tool_check.hpp"
+#include "model/dynamics/voxel_tissue.hpp"
 
 namespace palpate {
 
@@ -35,12 +36,8 @@ class Checker : private Rules {
 
  private:
   void known_material(const std::string& name, std::string key) {
-    std::string known;
-    for (const Material& material : scene_.materials) {
-      known += (known.empty() ? "" : ", ") + material.name;
-    }
     must(std::ranges::find(scene_.materials, name, &Material::name) != scene_.materials.end(),
-         std::move(key), "unknown material \"" + name + "\"; known are " + known);
+         std::move(key), unknown_material(name, scene_.materials));
   }
 
   void check_simulation() {
@@ -85,6 +82,8 @@ class Checker : private Rules {
       case Source::layers: check_layers(tissue); break;
       case Source::network: check_network(tissue.network); break;
       case Source::oscillator: check_oscillator(tissue.oscillator); break;
+      case Source::mesh: check_voxels("tissue.mesh"); break;
+      case Source::mri: check_voxels("tissue.mri"); break;
     }
     if (tissue.source != Source::layers) { check_layers_of_needle(); }
     for (std::size_t n = 0; n < tissue.inclusions.size(); ++n) {
@@ -181,6 +180,13 @@ class Checker : private Rules {
     }
   }
 
+  void check_voxels(const std::string& table) {
+    const Tissue& tissue = scene_.tissue;
+    must(tissue.voxels != nullptr, table, "was not read; its files are needed");
+    must(tissue.inclusions.empty(), "inclusion", "given; must be left out, unless source = \"lattice\" or "
+                                                 "\"layers\"");
+  }
+
   void check_oscillator(const Oscillator& o) {
     positive(o.mass, "tissue.oscillator.mass", "kg");
     non_negative(o.stiffness, "tissue.oscillator.stiffness", "N/m");
@@ -200,6 +206,8 @@ class Checker : private Rules {
       case Source::layers: return layered_node_count(scene_);
       case Source::network: return tissue.network.node_count();
       case Source::oscillator: return -1;
+      case Source::mesh:
+      case Source::mri: return tissue.voxels->network.node_count();
     }
     return -1;
   }
@@ -245,6 +253,12 @@ class Checker : private Rules {
 };
 
 }  // namespace
+
+std::string unknown_material(const std::string& name, const std::vector<Material>& known) {
+  std::string names;
+  for (const Material& material : known) { names += (names.empty() ? "" : ", ") + material.name; }
+  return "unknown material \"" + name + "\"; known are " + names;
+}
 
 std::vector<Violation> check_scene(const Scene& scene) { return Checker(scene).run(); }
 

@@ -17,6 +17,9 @@ struct Violation {
   std::string message{};
 };
 
+/// What to say of a material that is not among `known`.
+std::string unknown_material(const std::string& name, const std::vector<Material>& known);
+
 /// All broken rules of a scene; empty when it can be simulated.
 std::vector<Violation> check_scene(const Scene& scene);
 

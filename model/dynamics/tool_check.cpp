@@ -5,6 +5,8 @@
 #include <array>
 #include <optional>
 
+#include "model/dynamics/voxel_tissue.hpp"
+
 namespace palpate {
 
 namespace {
@@ -44,6 +46,14 @@ std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
 void check_entry(const Tissue& tissue, const Eigen::Vector2d& entry,
                  const Eigen::Vector2d& half_size, const std::string& key, Rules& rules) {
   if (!entry.allFinite()) { return rules.must(false, key, "not finite; two finite numbers"); }
+  if (tissue.voxels) {
+    const std::optional<double> skin = skin_depth(*tissue.voxels, entry);
+    return rules.must(skin && *skin > -0.5 * tissue.voxels->nodes.spacing.z(), key,
+                      list_of(entry) + " m; " +
+                          (skin ? "the tissue there begins " + number_in_words(-*skin) +
+                                      " m above z = 0; must begin at z >= 0"
+                                : "no tissue lies beneath; must be above tissue"));
+  }
   const std::optional<Eigen::Vector2d> half = half_skin(tissue);
   if (!half) { return; }
   const Eigen::Vector2d reach = entry.cwiseAbs() + half_size;

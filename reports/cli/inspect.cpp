@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "model/dynamics/voxel_tissue.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/tool_inspection.hpp"
@@ -45,6 +46,33 @@ Json oscillator_facts(const Oscillator& oscillator) {
           {"stiffness_max_n_per_m", oscillator.stiffness}};
 }
 
+/// Volumes by surfaces and by voxels, body by body; what was read of an image.
+Json voxel_facts(const VoxelTissue& tissue) {
+  Json facts = Json::object();
+  if (tissue.image) {
+    const ImageFacts& image = *tissue.image;
+    facts["image"] = {{"format", image.format},
+                      {"pixels", image.pixels},
+                      {"spacing_m", {image.spacing.x(), image.spacing.y(), image.spacing.z()}},
+                      {"intensity_range", {image.range.x(), image.range.y()}},
+                      {"weighting", image.weighting},
+                      {"labelled_nodes", image.labelled_nodes}};
+  }
+  double mesh = 0.0;
+  double voxels = 0.0;
+  for (const BodyFacts& body : tissue.bodies) {
+    mesh += body.surface_volume;
+    voxels += body.voxel_volume;
+    facts["bodies"][body.name] = {{"material", body.material},
+                                  {"mesh_m3", body.surface_volume},
+                                  {"voxels_m3", body.voxel_volume},
+                                  {"kept_voxels", body.kept_cells},
+                                  {"parts", body.parts}};
+  }
+  if (!tissue.bodies.empty()) { facts["volume_m3"] = {{"mesh", mesh}, {"voxels", voxels}}; }
+  return facts;
+}
+
 Json facts_of(const LoadedScene& loaded) {
   const Simulation& simulation = loaded.simulation;
   const StepPlan& plan = simulation.plan();
@@ -53,6 +81,7 @@ Json facts_of(const LoadedScene& loaded) {
   facts.update(network != nullptr ? network_facts(*network)
                                   : oscillator_facts(loaded.file.scene.tissue.oscillator));
   if (network != nullptr) { facts.update(tool_inspection(loaded.file.scene, *network)); }
+  if (const auto& voxels = loaded.file.scene.tissue.voxels) { facts.update(voxel_facts(*voxels)); }
   facts["omega_max_rad_per_s"] = plan.bounds.omega_estimate;
   facts["omega_upper_bound_rad_per_s"] = plan.bounds.omega_upper;
   facts["damping_upper_bound_per_s"] = plan.bounds.damping_upper;

@@ -8,6 +8,7 @@
 #include "fixtures/io/file_bytes.hpp"
 #include "reports/falcon_report.hpp"
 #include "reports/markup.hpp"
+#include "reports/patient_report.hpp"
 #include "reports/run_report.hpp"
 #include "reports/tool_facts.hpp"
 
@@ -97,6 +98,7 @@ void write_run_report(const std::filesystem::path& folder, const RunPage& page) 
   if (!report.facts.empty()) { report.facts.push_back(tick_cost(plan, run)); }
   if (run.real_time) { report.facts.push_back(punctuality(*run.real_time)); }
   std::ranges::move(scene_facts(loaded), std::back_inserter(report.facts));
+  std::ranges::move(patient_facts(loaded.file.scene), std::back_inserter(report.facts));
   add_step_facts(report.facts, plan);
   add_cost_facts(report.facts, loaded, run);
   report.skipped = plan.skipped;
@@ -106,6 +108,7 @@ void write_run_report(const std::filesystem::path& folder, const RunPage& page) 
   report.tool_figures = falcon_figures(run.trace);
   if (run.falcon) { report.tool_figures.push_back(force_reach_figure(*run.falcon)); }
   if (palpation.figure) { report.tool_figures.push_back(*palpation.figure); }
+  std::ranges::move(lookup_figures(loaded.file.scene), std::back_inserter(report.tool_figures));
   if (run.zero_length_springs > 0) {
     report.warnings.push_back(std::to_string(run.zero_length_springs) +
                               " springs have no length and exert no force");

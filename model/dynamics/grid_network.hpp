@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Network of the nodes of a grid that exist, gathered bond by bond from the cells around each
+/// (model/EQUATIONS.md, "Material to springs", "Springs of a box").
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "model/dynamics/bond_sum.hpp"
+#include "model/dynamics/box_bonds.hpp"
+#include "model/dynamics/lattice.hpp"
+#include "model/dynamics/voxel_tissue.hpp"
+
+namespace palpate {
+
+namespace grid {
+
+/// Calls visit(i, j, l) for the cells that hold both the node at `a` and that at a + step, in the order of
+/// their index; cell (i, j, l) has node (i, j, l) at its corner of least coordinates.
+template <class Visit>
+void for_each_cell_around(const NodeGrid& nodes, const std::array<int, 3>& a, const std::array<int, 3>& step,
+                          Visit visit) {
+  std::array<int, 3> low{};
+  std::array<int, 3> high{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    low[n] = std::max(step[n] == 1 ? a[n] : a[n] - 1, 0);
+    high[n] = std::min(step[n] == -1 ? a[n] - 1 : a[n], nodes.count[n] - 2);
+  }
+  for (int l = low[2]; l <= high[2]; ++l) {
+    for (int j = low[1]; j <= high[1]; ++j) {
+      for (int i = low[0]; i <= high[0]; ++i) { visit(i, j, l); }
+    }
+  }
+}
+
+template <class Visit>
+void for_each_node(const NodeGrid& nodes, Visit visit) {
+  for (int l = 0; l < nodes.count[2]; ++l) {
+    for (int j = 0; j < nodes.count[1]; ++j) {
+      for (int i = 0; i < nodes.count[0]; ++i) {
+        if (nodes.at(i, j, l) >= 0) { visit(std::array{i, j, l}, nodes.at(i, j, l)); }
+      }
+    }
+  }
+}
+
+}  // namespace grid
+
+/// `cell(i, j, l, a, b)` is what fills a cell as the bond between the network's nodes a and b sees it, or
+/// null where it is empty; with a == b it is asked for the mass that the node owns. Nodes without mass
+/// must not be in the grid.
+template <class Cell>
+SpringNetwork grid_network(const NodeGrid& nodes, int connectivity, Cell cell) {
+  SpringNetwork network;
+  const auto count = std::ranges::count_if(nodes.node, [](int node) { return node >= 0; });
+  network.rest_position.resize(3, count);
+  network.mass = Eigen::VectorXd::Zero(count);
+  network.fixed.assign(static_cast<std::size_t>(count), 0);
+  const double volume = nodes.spacing.prod();
+  grid::for_each_node(nodes, [&](const std::array<int, 3>& at, int node) {
+    network.rest_position.col(node) = nodes.place(at[0], at[1], at[2]);
+    grid::for_each_cell_around(nodes, at, {0, 0, 0}, [&](int i, int j, int l) {
+      const CellMaterial* material = cell(i, j, l, node, node);
+      if (material != nullptr) { network.mass(node) += material->density * volume / 8.0; }
+    });
+  });
+  const BoxBonds bonds = box_bonds(nodes.spacing, connectivity);
+  const auto directions = bond_directions(connectivity);
+  grid::for_each_node(nodes, [&](const std::array<int, 3>& at, int node) {
+    for (std::size_t d = 0; d < directions.size(); ++d) {
+      const auto& step = directions[d];
+      const std::array<int, 3> to{at[0] + step[0], at[1] + step[1], at[2] + step[2]};
+      const bool there =
+          to[0] >= 0 && to[1] >= 0 && to[0] < nodes.count[0] && to[1] < nodes.count[1] && to[2] < nodes.count[2];
+      const int neighbour = there ? nodes.at(to[0], to[1], to[2]) : -1;
+      if (neighbour < 0 || bonds.stiffness[d] <= 0.0) { continue; }
+      const int axes = std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]);
+      const double share = bonds.stiffness[d] / (axes == 1 ? 4.0 : axes == 2 ? 2.0 : 1.0);
+      BondSum bond;
+      grid::for_each_cell_around(nodes, at, step, [&](int i, int j, int l) {
+        const CellMaterial* material = cell(i, j, l, node, neighbour);
+        if (material != nullptr) { bond.add(share * material->youngs_modulus, *material); }
+      });
+      if (bond.stiffness <= 0.0) { continue; }
+      const double rest = (network.rest_position.col(neighbour) - network.rest_position.col(node)).norm();
+      network.springs.push_back(
+          {node, neighbour, bond.stiffness, bond.viscosity(network.mass(node), network.mass(neighbour)), rest});
+    }
+  });
+  return network;
+}
+
+}  // namespace palpate

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "model/dynamics/voxel_tissue.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double slack = 1e-9;  // of a place, in units of a box
+
+std::uint16_t material_at(const VoxelTissue& tissue, const Vector3d& point) {
+  const Vector3d cell = (point - tissue.boxes.low).cwiseQuotient(tissue.boxes.size);
+  const auto i = static_cast<int>(std::floor(cell.x()));
+  const auto j = static_cast<int>(std::floor(cell.y()));
+  const auto l = static_cast<int>(std::floor(cell.z()));
+  return tissue.boxes.holds(i, j, l) ? tissue.material[tissue.boxes.index(i, j, l)] : std::uint16_t{0};
+}
+
+/// Depths at which the line leaves one box for the next, sorted, from `first` to the far side of the grid.
+std::vector<double> wall_depths(const BoxGrid& grid, const Vector3d& origin, const Vector3d& n, double first) {
+  std::vector<double> depths{first};
+  const Vector3d high = grid.low + grid.size.cwiseProduct(Vector3d(grid.count[0], grid.count[1], grid.count[2]));
+  const double last = (high.z() - origin.z()) / n.z();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(n(axis)) < 1e-12) { continue; }
+    for (int wall = 0; wall <= grid.count[static_cast<std::size_t>(axis)]; ++wall) {
+      const double depth = (grid.low(axis) + wall * grid.size(axis) - origin(axis)) / n(axis);
+      if (depth > first && depth <= last) { depths.push_back(depth); }
+    }
+  }
+  std::ranges::sort(depths);
+  return depths;
+}
+
+/// Lines that run along a wall of boxes see the box beside it of greater coordinates.
+Vector3d off_the_walls(const BoxGrid& grid, const Vector3d& origin) {
+  return origin + slack * grid.size.cwiseProduct(Vector3d(1.0, 1.0, 0.0));
+}
+
+struct Run {
+  double begin = 0.0;
+  double end = 0.0;
+  std::uint16_t material = 0;
+};
+
+PathInterval interval_of(const VoxelTissue& tissue, const std::vector<Material>& materials, const Run& run) {
+  PathInterval interval{.begin = run.begin, .end = run.end, .label = "gap"};
+  if (run.material == 0) { return interval; }
+  const std::string& name = tissue.materials[run.material - 1U];
+  const auto found = std::ranges::find(materials, name, &Material::name);
+  return found == materials.end() ? interval : interval_in(*found, name, run.begin, run.end);
+}
+
+/// Neighbouring weights of a place along one axis; count 0 when it lies outside.
+struct Between {
+  std::array<int, 2> at{0, 0};
+  std::array<double, 2> weight{0.0, 0.0};
+  int count = 0;
+};
+
+Between between(double place, double first, double spacing, int nodes) {
+  const double steps = (place - first) / spacing;
+  if (steps < -slack || steps > nodes - 1 + slack) { return {}; }
+  const int low = std::clamp(static_cast<int>(std::floor(steps)), 0, std::max(nodes - 2, 0));
+  const double share = std::clamp(steps - low, 0.0, 1.0);
+  return {{low, std::min(low + 1, nodes - 1)}, {1.0 - share, share}, 2};
+}
+
+}  // namespace
+
+std::optional<double> skin_depth(const VoxelTissue& tissue, const Eigen::Vector2d& at) {
+  for (const PlaneCrossing& crossing : plane_crossings(tissue.nodes, {at.x(), at.y(), 0.0}, Vector3d::UnitZ())) {
+    return crossing.depth;
+  }
+  return {};
+}
+
+std::vector<int> skin_nodes(const VoxelTissue& tissue) {
+  const NodeGrid& grid = tissue.nodes;
+  std::vector<int> skin;
+  for (int j = 0; j < grid.count[1]; ++j) {
+    for (int i = 0; i < grid.count[0]; ++i) {
+      int l = 0;
+      while (l < grid.count[2] && grid.at(i, j, l) < 0) { ++l; }
+      if (l < grid.count[2]) { skin.push_back(grid.at(i, j, l)); }
+    }
+  }
+  std::ranges::sort(skin);
+  return skin;
+}
+
+std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue, const std::vector<Material>& materials,
+                                          const Vector3d& origin, const Vector3d& direction, double first) {
+  const Vector3d from = off_the_walls(tissue.boxes, origin);
+  const std::vector<double> depths = wall_depths(tissue.boxes, from, direction, first);
+  std::vector<Run> runs;
+  for (std::size_t n = 0; n + 1 < depths.size(); ++n) {
+    const double middle = 0.5 * (depths[n] + depths[n + 1]);
+    const std::uint16_t material = material_at(tissue, from + middle * direction);
+    const bool same = !runs.empty() && runs.back().material == material;
+    if (same) {
+      runs.back().end = depths[n + 1];
+    } else {
+      runs.push_back({depths[n], depths[n + 1], material});
+    }
+  }
+  std::vector<PathInterval> intervals;
+  for (const Run& run : runs) {
+    PathInterval next = interval_of(tissue, materials, run);
+    const bool thin = run.end - run.begin < tissue.thinnest && next.role != TissueRole::bone;
+    const bool joined = !intervals.empty() && (thin || intervals.back().label == next.label);
+    if (joined) {
+      intervals.back().end = run.end;
+    } else {
+      intervals.push_back(std::move(next));
+    }
+  }
+  if (intervals.empty()) { intervals.push_back({.begin = first, .label = "gap"}); }
+  intervals.back().end = std::numeric_limits<double>::infinity();
+  return intervals;
+}
+
+std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Vector3d& origin, const Vector3d& direction) {
+  std::vector<PlaneCrossing> crossings;
+  for (int l = 0; l < grid.count[2]; ++l) {
+    PlaneCrossing crossing{.depth = (grid.first.z() + l * grid.spacing.z() - origin.z()) / direction.z()};
+    const Vector3d at = origin + crossing.depth * direction;
+    const Between x = between(at.x(), grid.first.x(), grid.spacing.x(), grid.count[0]);
+    const Between y = between(at.y(), grid.first.y(), grid.spacing.y(), grid.count[1]);
+    double total = 0.0;
+    for (int n = 0; n < x.count * y.count; ++n) {
+      const auto i = static_cast<std::size_t>(n % 2);
+      const auto j = static_cast<std::size_t>(n / 2);
+      const double weight = x.weight[i] * y.weight[j];
+      const int node = grid.at(x.at[i], y.at[j], l);
+      if (node < 0 || weight <= 1e-12) { continue; }
+      crossing.supports.push_back({node, weight});
+      total += weight;
+    }
+    if (crossing.supports.empty()) { continue; }
+    for (NeedlePath::Support& support : crossing.supports) { support.weight /= total; }
+    crossings.push_back(std::move(crossing));
+  }
+  return crossings;
+}
+
+}  // namespace palpate
