@@ -5,6 +5,7 @@
 #include "reports/cli/judging.hpp"
 #include "reports/cli/reference_cache.hpp"
 #include "reports/timing/child_process.hpp"
+#include "reports/timing/history.hpp"
 #include "reports/timing/instruction_counter.hpp"
 #include "reports/timing/paired_runs.hpp"
 #include "validation/bench/bench_cases.hpp"
@@ -19,7 +20,8 @@ const std::filesystem::path source = PALPATE_SOURCE_DIR;
 const std::vector<std::string> paired_scenes{"s26", "seven-layers", "epidural"};
 
 timing::PairedRuns runs_with(const std::filesystem::path& base) {
-  return {.base = base, .head = timing::own_library(), .scenes = source / "fixtures" / "scenes", .stop = &interrupted};
+  return {
+      .base = base, .head = timing::own_library(), .scenes = source / "fixtures" / "scenes", .stop = &interrupted};
 }
 
 int bench_against(const BenchOptions& options, Judging judging) {
@@ -39,16 +41,25 @@ int bench_itself(const BenchOptions& options, Judging judging) {
   return judge(options, judging);
 }
 
+/// The history is read before anything runs, so that a damaged one costs nothing.
+std::function<Outcome(const Results&)> keep_history(const std::filesystem::path& file) {
+  return [file, history = timing::read_history(file)](const Results& results) mutable {
+    history.push_back(timing::history_line_of(results));
+    timing::append_history(file, history.back());
+    return timing::history_outcome(history);
+  };
+}
+
 }  // namespace
 
 /// One at a time: what is timed has the machine to itself.
 int bench(const BenchOptions& options) {
-  const Judging judging{.command = "bench", .title = "Palpate benchmark", .jobs = 1};
+  Judging judging{.command = "bench", .title = "Palpate benchmark", .jobs = 1};
+  if (!options.history.empty()) { judging.afterwards = keep_history(options.history); }
   if (!options.against.empty()) { return bench_against(options, judging); }
   if (options.self_test > 0) { return bench_itself(options, judging); }
-  Judging all = judging;
-  all.cases = bench::all_benches(timing::callgrind_counter(&interrupted));
-  return judge(options, all);
+  judging.cases = bench::all_benches(timing::callgrind_counter(&interrupted));
+  return judge(options, judging);
 }
 
 }  // namespace palpate::cli

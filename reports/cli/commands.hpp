@@ -46,7 +46,7 @@ struct ValidateOptions : CommonOptions {
   bool no_skip = false;
   int jobs = 0;                            ///< 0: one per core
   std::uint64_t order = 0;                 ///< seed of another order of summation; 0: none
-  std::filesystem::path cache{};           ///< of slow references and of cases already judged; empty: the user's cache folder
+  std::filesystem::path cache{};           ///< of references, judged cases, libraries; empty: the user's cache folder
   std::filesystem::path data{};            ///< of networks outside the project; empty: searched
 };
 int validate(const ValidateOptions& options);
@@ -54,6 +54,7 @@ int validate(const ValidateOptions& options);
 struct BenchOptions : ValidateOptions {
   std::string against{};  ///< revision, or a step library: timed in pairs with this build
   int self_test = 0;      ///< comparisons of this build with itself; 0: none
+  std::filesystem::path history{};  ///< of runs, one line each; empty: none is kept
 };
 /// The same of what is timed; cases run one after the other, whatever `jobs` says.
 int bench(const BenchOptions& options);

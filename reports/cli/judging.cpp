@@ -157,6 +157,10 @@ int judge(const ValidateOptions& options, const Judging& what) {
                   .provenance = build_provenance(),
                   .outcomes = in_order(cases, kept, ran.outcomes)};
   if (!kept.empty()) { results.provenance["not run again"] = told_of(kept); }
+  if (what.afterwards && !ran.interrupted) {
+    results.outcomes.push_back(what.afterwards(results));
+    if (!options.quiet) { tell_case(results.outcomes.back(), results.outcomes.size(), results.outcomes.size()); }
+  }
   write_results_folder(folder, results);
   if (!options.quiet) { tell_end(results.outcomes, cases.size(), folder / "report.html"); }
   if (ran.interrupted) {

@@ -11,10 +11,15 @@ void add_bench(CLI::App& command, BenchOptions& options) {
   add_common(command, options, "bench");
   command.add_flag("--list", options.list, "name every bench and stop");
   command.add_flag("--quick", options.quick, "the short form");
+  command
+      .add_option("--history", options.history,
+                  "append what was found as a line of JSON, and look for slow creep in the runs that stand there")
+      ->type_name("FILE");
   CLI::Option* against =
       command
-          .add_option("--against", options.against,
-                      "time this build in pairs with that of a revision (scripts/build-base makes it), or with a library")
+          .add_option(
+              "--against", options.against,
+              "time this build in pairs with that of a revision (scripts/build-base makes it), or with a library")
           ->type_name("REV|FILE");
   command
       .add_option("--self-test", options.self_test,
@@ -45,16 +50,21 @@ void add_steps(CLI::App& command, StepsOptions& options) {
       command.add_option("--library", options.library, "step library whose code is used [the program's own]")
           ->type_name("FILE");
   CLI::Option* beside =
-      command.add_option("--beside", options.beside, "another that is timed in turn with it; prints pairs of seconds")
+      command
+          .add_option("--beside", options.beside, "another that is timed in turn with it; prints pairs of seconds")
           ->type_name("FILE")
           ->needs(library);
-  command.add_option("--pairs", options.pairs, "of batches [40]")->type_name("N")->check(CLI::Range(1, 100000))->needs(beside);
+  command.add_option("--pairs", options.pairs, "of batches [40]")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000))
+      ->needs(beside);
   command.add_option("--seed", options.seed, "of the order within pairs [1]")->type_name("N")->needs(beside);
   command.add_flag("--head-first", options.head_first, "load the other one first")->needs(beside);
   command.add_flag("--planted", options.planted, "the other one takes one tick in twenty more")->needs(beside);
   command.add_flag("--quiet", options.quiet, "say nothing but errors");
-  command.footer("Steps, and does nothing else: for profilers. `valgrind --tool=callgrind --instr-atstart=no palpate\n"
-                 "steps cube-list-double` counts the instructions of these ticks alone (docs/bench.md).");
+  command.footer(
+      "Steps, and does nothing else: for profilers. `valgrind --tool=callgrind --instr-atstart=no palpate\n"
+      "steps cube-list-double` counts the instructions of these ticks alone (docs/bench.md).");
 }
 
 }  // namespace palpate::cli

@@ -24,10 +24,14 @@ constexpr int looks_after_stop = 6;  // for a child that tidies up first; then i
 struct Pipe {
   std::array<int, 2> ends{-1, -1};
   Pipe() {
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) { throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno)); }
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) {
+      throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
+    }
   }
   ~Pipe() {
-    for (const int end : ends) { if (end >= 0) { close(end); } }
+    for (const int end : ends) {
+      if (end >= 0) { close(end); }
+    }
   }
   Pipe(const Pipe&) = delete;
   Pipe& operator=(const Pipe&) = delete;
@@ -117,7 +121,9 @@ ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool
 
 ScratchFolder::ScratchFolder() {
   std::string name = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) { throw std::runtime_error(name + " cannot be made: " + std::strerror(errno)); }
+  if (mkdtemp(name.data()) == nullptr) {
+    throw std::runtime_error(name + " cannot be made: " + std::strerror(errno));
+  }
   path_ = name;
 }
 

@@ -26,7 +26,8 @@ struct ChildEnd {
 };
 
 /// `words`: the program's file, then its arguments. The child is told to end when this process does, and when `stop`
-/// (nullptr: never) becomes true; nobody waits for it then for longer than a third of a second. Throws std::runtime_error when it cannot be started.
+/// (nullptr: never) becomes true; nobody waits for it then for longer than a third of a second. Throws
+/// std::runtime_error when it cannot be started.
 ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool>* stop);
 
 /// A folder for files of a moment, gone with this object. Throws std::runtime_error.

@@ -20,12 +20,9 @@ std::string why_not(const std::filesystem::path& valgrind) {
 
 std::vector<std::string> command_of(const std::filesystem::path& valgrind, const std::filesystem::path& folder,
                                     const std::vector<std::string>& words) {
-  std::vector<std::string> command{valgrind.string(),
-                                   "--tool=callgrind",
-                                   "--instr-atstart=no",
-                                   "--callgrind-out-file=" + (folder / "part").string(),
-                                   own_program().string(),
-                                   "steps"};
+  std::vector<std::string> command{valgrind.string(),      "--tool=callgrind",
+                                   "--instr-atstart=no",   "--callgrind-out-file=" + (folder / "part").string(),
+                                   own_program().string(), "steps"};
   command.insert(command.end(), words.begin(), words.end());
   return command;
 }

@@ -14,7 +14,7 @@ namespace palpate::timing {
 
 namespace {
 
-constexpr int bad_input = 2;        // what `palpate` and our scripts end with then
+constexpr int bad_input = 2;  // what `palpate` and our scripts end with then
 constexpr const char* library_name = "libpalpate_steps.so";
 
 /// Instructions are the same every time: counted once for each question.
@@ -25,7 +25,8 @@ class Counts {
     const std::string key = library.string() + "\n" + scene.string() + "\n" + std::to_string(ticks);
     const auto known = known_.find(key);
     if (known != known_.end()) { return known->second; }
-    return known_[key] = count_steps({scene.string(), "--library", library.string(), "--ticks", std::to_string(ticks)}, stop_);
+    return known_[key] =
+               count_steps({scene.string(), "--library", library.string(), "--ticks", std::to_string(ticks)}, stop_);
   }
 
  private:
@@ -35,9 +36,9 @@ class Counts {
 
 PairedReport run_start(const PairedRuns& runs, const std::filesystem::path& scene, bench::Head head,
                        std::uint64_t seed, bool head_first) {
-  std::vector<std::string> words{own_program().string(), "steps", scene.string(),
-                                 "--library", runs.base.string(), "--beside", runs.head.string(),
-                                 "--pairs", std::to_string(runs.pairs), "--seed", std::to_string(seed)};
+  std::vector<std::string> words{own_program().string(),     "steps",    scene.string(),      "--library",
+                                 runs.base.string(),         "--beside", runs.head.string(),  "--pairs",
+                                 std::to_string(runs.pairs), "--seed",   std::to_string(seed)};
   if (head_first) { words.emplace_back("--head-first"); }
   if (head == bench::Head::planted) { words.emplace_back("--planted"); }
   const ChildEnd end = run_child(words, runs.stop);

@@ -18,14 +18,15 @@ struct PairedRuns {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Each start is `palpate steps --library BASE --beside HEAD`; instructions are counted once for each library and scene.
+/// Each start is `palpate steps --library BASE --beside HEAD`; instructions are counted once for each library and
+/// scene.
 bench::PairedMeasurement measurement_of(const PairedRuns& runs);
 
 /// The step library of the build that runs. Throws InputError when it does not lie beside the program.
 std::filesystem::path own_library();
 
-/// That of a revision of `source`, built by scripts/build-base unless `cache` holds it; or the file itself where one of
-/// that name exists. Throws InputError with the script's words.
+/// That of a revision of `source`, built by scripts/build-base unless `cache` holds it; or the file itself where one
+/// of that name exists. Throws InputError with the script's words.
 std::filesystem::path library_of(const std::string& revision, const std::filesystem::path& source,
                                  const std::filesystem::path& cache, const std::atomic<bool>* stop);
 

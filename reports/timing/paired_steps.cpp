@@ -80,7 +80,9 @@ class PairOfSteps {
 
 double next_number(std::istream& words) {
   double number = std::nan("");
-  if (!(words >> number) || !(number > 0.0)) { throw InputError("times of a paired run: cut short; as `palpate steps --beside` prints them"); }
+  if (!(words >> number) || !(number > 0.0)) {
+    throw InputError("times of a paired run: cut short; as `palpate steps --beside` prints them");
+  }
   return number;
 }
 

@@ -11,6 +11,7 @@ std::vector<Case> all_benches(const timing::InstructionCounter& counter) {
   std::ranges::move(thread_cases(), std::back_inserter(cases));
   std::ranges::move(precision_cases(), std::back_inserter(cases));
   std::ranges::move(needle_cases(), std::back_inserter(cases));
+  std::ranges::move(frontier_cases(), std::back_inserter(cases));
   std::ranges::move(instruction_cases(counter), std::back_inserter(cases));
   return cases;
 }

@@ -13,6 +13,7 @@ std::vector<Case> kernel_cases();
 std::vector<Case> thread_cases();
 std::vector<Case> precision_cases();
 std::vector<Case> needle_cases();
+std::vector<Case> frontier_cases();
 std::vector<Case> instruction_cases(const timing::InstructionCounter& counter);
 
 /// Every one, in that order.

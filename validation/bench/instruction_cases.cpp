@@ -14,8 +14,8 @@ Table counts_table(const Workload& workload, const InstructionCount& count, doub
   const auto ticks = static_cast<double>(workload.ticks);
   Table table{.id = "instructions",
               .title = "Instructions",
-              .caption = "Counted by " + count.counter + " in " + std::to_string(workload.ticks) + " ticks after the first " +
-                         std::to_string(workload.before) +
+              .caption = "Counted by " + count.counter + " in " + std::to_string(workload.ticks) +
+                         " ticks after the first " + std::to_string(workload.before) +
                          ", each time set up anew. The kernel is what the processor that it emulates got.",
               .columns = {"time", "kernel", "in all", "a tick", "a spring and step"},
               .timing = true};
@@ -42,9 +42,8 @@ void measure(const Workload& workload, const InstructionCounter& counter, Outcom
                  .upper = 0.0,
                  .bound_from = "the same work from the same start, set up at another place in memory"});
   outcome.judge({.name = "instructions_per_tick", .value = a_tick, .unit = "instructions"});
-  outcome.judge({.name = "instructions_per_spring_step",
-                 .value = a_tick / spring_steps,
-                 .unit = "instructions/spring-step"});
+  outcome.judge(
+      {.name = "instructions_per_spring_step", .value = a_tick / spring_steps, .unit = "instructions/spring-step"});
   outcome.tables.push_back(counts_table(workload, count, spring_steps));
 }
 
@@ -56,9 +55,8 @@ std::vector<Case> instruction_cases(const InstructionCounter& counter) {
     cases.push_back({.name = "bench/instructions/" + workload.name,
                      .suite = "timing",
                      .claim = "A tick takes the same instructions every time: " + workload.what + ".",
-                     .measure = [workload, counter](const CaseContext&, Outcome& outcome) {
-                       measure(workload, counter, outcome);
-                     },
+                     .measure = [workload, counter](const CaseContext&,
+                                                    Outcome& outcome) { measure(workload, counter, outcome); },
                      .weight = 5.0});
   }
   return cases;

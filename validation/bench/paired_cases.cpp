@@ -27,8 +27,9 @@ bool has_a_cause(const PairedFinding& finding, const PairedVerdict& verdict) {
 Table starts_table(const PairedFinding& finding) {
   Table table{.id = "starts",
               .title = "Starts of the process",
-              .caption = "Each loads the libraries in the other order. Head over base; what identical libraries show here "
-                         "is where they lie in memory.",
+              .caption =
+                  "Each loads the libraries in the other order. Head over base; what identical libraries show here "
+                  "is where they lie in memory.",
               .columns = {"start", "pairs", "median ratio", "base, median (us)", "head, median (us)"},
               .timing = true};
   for (std::size_t n = 0; n < finding.starts.size(); ++n) {
@@ -63,14 +64,16 @@ void compare(const PairedFinding& finding, Outcome& outcome) {
   const PairedVerdict verdict = timing::judge_pairs(finding.starts);
   tell(finding, verdict, outcome);
   if (verdict.slower() && !has_a_cause(finding, verdict)) {
-    outcome.notes.emplace_back("The clock says slower, but nothing more is done and no more deadlines are missed: where code "
-                               "lies in memory, or the machine.");
+    outcome.notes.emplace_back(
+        "The clock says slower, but nothing more is done and no more deadlines are missed: where code "
+        "lies in memory, or the machine.");
   }
   outcome.judge({.name = "slowdown_with_a_cause",
                  .value = has_a_cause(finding, verdict) ? verdict.lower : std::min(verdict.lower, 1.0),
                  .upper = timing::allowed_slowdown,
-                 .bound_from = "wanted: no build is 3 % slower, with 99 % confidence, by a clock that instructions or "
-                               "missed deadlines bear out"});
+                 .bound_from =
+                     "wanted: no build is 3 % slower, with 99 % confidence, by a clock that instructions or "
+                     "missed deadlines bear out"});
 }
 
 struct Alarms {
@@ -104,11 +107,12 @@ void self_test(const std::string& scene, int comparisons, const PairedMeasuremen
                  .lower = 0.0,
                  .upper = 0.0,
                  .bound_from = "one tick in twenty more is 5 % slower, which is more than 3 %"});
-  Table table{.id = "self-test",
-              .title = "The comparison, compared",
-              .caption = "A build against itself, and against itself with one tick in twenty more.",
-              .columns = {"head", "comparisons", "alarms", "alarms of the clock alone", "least ratio", "largest ratio"},
-              .timing = true};
+  Table table{
+      .id = "self-test",
+      .title = "The comparison, compared",
+      .caption = "A build against itself, and against itself with one tick in twenty more.",
+      .columns = {"head", "comparisons", "alarms", "alarms of the clock alone", "least ratio", "largest ratio"},
+      .timing = true};
   for (const auto& [name, alarms] : {std::pair{"the same", &same}, std::pair{"5 % planted", &planted}}) {
     table.rows.push_back({std::string(name), static_cast<double>(comparisons), static_cast<double>(alarms->in_all),
                           static_cast<double>(alarms->by_clock), *std::ranges::min_element(alarms->ratios),
@@ -141,12 +145,11 @@ std::vector<Case> self_test_cases(const std::vector<std::string>& scenes, int co
                                   const PairedMeasurement& measure) {
   std::vector<Case> cases;
   for (const std::string& scene : scenes) {
-    cases.push_back({.name = "bench/self-test/" + scene,
-                     .suite = "timing",
-                     .claim = "With " + scene + ".toml a build is never called slower than itself, and 5 % are always seen.",
-                     .measure = [=](const CaseContext&, Outcome& outcome) {
-                       self_test(scene, comparisons, measure, outcome);
-                     }});
+    cases.push_back(
+        {.name = "bench/self-test/" + scene,
+         .suite = "timing",
+         .claim = "With " + scene + ".toml a build is never called slower than itself, and 5 % are always seen.",
+         .measure = [=](const CaseContext&, Outcome& outcome) { self_test(scene, comparisons, measure, outcome); }});
   }
   return cases;
 }

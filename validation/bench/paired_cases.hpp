@@ -26,8 +26,8 @@ enum class Head { as_built, planted };
 /// Measures a scene by its name; `seed`: of the order within pairs.
 using PairedMeasurement = std::function<PairedFinding(const std::string& scene, Head head, std::uint64_t seed)>;
 
-/// Whether the head is slower: the lower 99 % limit of the ratio of times is above 1.03, and it takes more instructions
-/// or misses more deadlines. Where nobody counts instructions, the clock decides alone.
+/// Whether the head is slower: the lower 99 % limit of the ratio of times is above 1.03, and it takes more
+/// instructions or misses more deadlines. Where nobody counts instructions, the clock decides alone.
 bool is_slower(const PairedFinding& finding);
 
 /// "bench/paired/SCENE": the head against the base.

@@ -55,9 +55,10 @@ PairedVerdict judge_pairs(std::span<const PairedStart> starts) {
     }
   }
   verdict.pairs = static_cast<long>(logarithms.size());
+  const bool nothing_measured = logarithms.empty();
   const MedianLimits limits = median_limits(std::move(logarithms), paired_confidence);
   verdict.ratio = std::exp(limits.median);
-  verdict.lower = std::exp(limits.lower);
+  verdict.lower = nothing_measured ? std::nan("") : std::exp(limits.lower);  // NaN passes nowhere
   verdict.upper = std::exp(limits.upper);
   return verdict;
 }

@@ -27,7 +27,8 @@ bool refused(Do&& work, const std::string& what) {
 }
 
 TEST("a part has its number, the label that the program gave, and its instructions") {
-  const CallgrindPart read = part_from(part(3, "Client Request: springs-damped-double", "\ntotals: 11025\n"), "part.3");
+  const CallgrindPart read =
+      part_from(part(3, "Client Request: springs-damped-double", "\ntotals: 11025\n"), "part.3");
   CHECK(read.number == 3 && read.label == "springs-damped-double");
   CHECK(read.instructions == 11025 && read.creator == "callgrind-3.19.0");
 }
@@ -52,8 +53,9 @@ TEST("of a folder only what the program asked for counts, in its order") {
 }
 
 TEST("a child gives its output, its errors and its status") {
-  const ChildEnd end = run_child({"/bin/sh", "-c", "echo out; echo '==1== x' >&2; echo 'palpate: why' >&2; echo '==1== y' >&2; exit 3"},
-                                 nullptr);
+  const ChildEnd end = run_child(
+      {"/bin/sh", "-c", "echo out; echo '==1== x' >&2; echo 'palpate: why' >&2; echo '==1== y' >&2; exit 3"},
+      nullptr);
   CHECK(end.status == 3 && !end.stopped);
   CHECK(end.output == "out\n");
   CHECK(end.last_words() == "why");

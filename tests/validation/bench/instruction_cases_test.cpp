@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "validation/bench/workloads.hpp"
-
 #include <algorithm>
 
 #include "tests/check.hpp"
 #include "validation/bench/bench_cases.hpp"
+#include "validation/bench/workloads.hpp"
 #include "validation/gate/baseline.hpp"
 #include "validation/gate/gate.hpp"
 
@@ -61,7 +60,9 @@ TEST("names of workloads are unlike, and an unknown one is refused with those th
   try {
     (void)find_workload("cube");
     CHECK(false);
-  } catch (const std::exception& error) { CHECK(std::string(error.what()).find("cube-list-double") != std::string::npos); }
+  } catch (const std::exception& error) {
+    CHECK(std::string(error.what()).find("cube-list-double") != std::string::npos);
+  }
 }
 
 TEST("workloads go through the kernels that they are named after") {
