@@ -97,6 +97,7 @@ Json budget_json(const CertificateReport& report) {
       {"deadline_cycles", cycles(deadline)},
       {"cycles_per_second", report.cycles_per_second ? Json(*report.cycles_per_second) : Json(nullptr)},
       {"worst_instructions", budget.worst_instructions ? Json(*budget.worst_instructions) : Json(nullptr)},
+      {"not_counted", budget.worst_instructions ? Json(nullptr) : Json(report.not_counted)},
       {"provocations", Json::array()}};
   for (const Provocation& each : budget.provocations) {
     json["provocations"].push_back({{"name", each.name},

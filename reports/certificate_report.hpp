@@ -30,6 +30,7 @@ struct CertificateReport {
   certificate::Certificate result{};
   std::vector<EnvironmentFact> environment{};
   std::optional<double> cycles_per_second{};  ///< of the processor's counter, where it never changes
+  std::string not_counted{};                  ///< why there are no instructions of the costliest tick
   std::function<std::string(const ToolHappening&)> happening_name{};
   std::string command{};
   std::map<std::string, std::string> provenance{};

@@ -84,10 +84,10 @@ Table provocations_table(const CertificateReport& report) {
               .title = "Worst ticks, provoked",
               .caption =
                   "Time on the thread's own clock, the least of the repetitions, so that other work on the "
-                  "machine does not count; costliest first. Instructions of the costliest: " +
+                  "machine does not count; costliest first. Instructions of the scene's costliest tick: " +
                   (report.result.budget.worst_instructions
                        ? short_number(static_cast<double>(*report.result.budget.worst_instructions))
-                       : std::string("not counted")) +
+                       : "not counted (" + report.not_counted + ")") +
                   ".",
               .columns = {"provocation", "how", "scene at (s)", "computes for (us)", "by the wall clock (us)",
                           "of the deadline (%)", "cycles (thousands)", "repetitions"},

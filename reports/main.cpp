@@ -11,9 +11,11 @@
 #include "model/dynamics/scene_check.hpp"
 #include "model/stepping/integrator.hpp"
 #include "reports/cli/commands.hpp"
+#include "reports/cli/common_arguments.hpp"
 #include "reports/cli/interrupt.hpp"
 #include "reports/cli/number_range.hpp"
 #include "reports/cli/provenance.hpp"
+#include "reports/cli/timing_arguments.hpp"
 #include "reports/figure_svg.hpp"
 #include "reports/tolerance_text.hpp"
 
@@ -21,18 +23,6 @@ namespace {
 
 using namespace palpate;
 using namespace palpate::cli;
-
-void add_common(CLI::App& command, CommonOptions& options, const std::string& name) {
-  command.add_option("--out", options.out, "folder for what is written [palpate-out/" + name + "]")
-      ->type_name("DIR");
-  command.add_flag("--quiet", options.quiet, "say nothing but errors");
-}
-
-void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file) {
-  command.add_option("--set", options.overrides, file + " key to override, value in TOML syntax; repeatable")
-      ->type_name("dotted.key=value")
-      ->allow_extra_args(false);
-}
 
 void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene) {
   command.add_option("scene", scene, "scene file (TOML, docs/scenes.md)")->required()->type_name("SCENE");
@@ -276,14 +266,15 @@ int main(int argc, char** argv) {
       ->type_name("DIR");
   command->callback([&] { chosen = [&] { return validate(validate_options); }; });
 
-  ValidateOptions bench_options;
+  BenchOptions bench_options;
   command = app.add_subcommand("bench", "run time against error, and what a spring costs");
-  command->add_option("cases", bench_options.cases, "benches or groups; all when none")
-      ->type_name("CASE");
-  add_common(*command, bench_options, "bench");
-  command->add_flag("--list", bench_options.list, "name every bench and stop");
-  command->add_flag("--quick", bench_options.quick, "the short form");
+  add_bench(*command, bench_options);
   command->callback([&] { chosen = [&] { return bench(bench_options); }; });
+
+  StepsOptions steps_options;
+  command = app.add_subcommand("steps", "ticks of a scene and nothing else, for profilers");
+  add_steps(*command, steps_options);
+  command->callback([&] { chosen = [&] { return steps(steps_options); }; });
 
   CertifyOptions certify_options;
   command = app.add_subcommand("certify", "does a scene keep its deadlines on this machine?");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <future>
 #include <unistd.h>
@@ -18,6 +19,7 @@
 #include "reports/cli/stress_ng.hpp"
 #include "reports/cli/tool_inspection.hpp"
 #include "reports/shown_units.hpp"
+#include "reports/timing/instruction_counter.hpp"
 #include "validation/certificate/background_load.hpp"
 #include "validation/certificate/scene_loop.hpp"
 #include "validation/number_words.hpp"
@@ -29,6 +31,8 @@ using namespace certificate;
 
 constexpr double least_rate = 0.01;  // [Hz]
 constexpr double most_rate = 20000.0;
+constexpr std::string_view costliest_tick = "costliest tick";  // as provocation.cpp names it
+
 void refuse_unknown_loads(const CertifyOptions& options) {
   for (const std::string& load : options.loads) {
     if (is_own_load(load) || load == "stress-ng") { continue; }
@@ -104,6 +108,23 @@ Certificate certify_aside(const Scene& scene, const CertifyPlan& plan, bool quie
   return work.get();
 }
 
+/// Of the tick of the scene that took longest, once more and alone.
+void count_worst(const CertifyOptions& options, const Claim& claim, CertificateReport& report) {
+  ComputeBudget& budget = report.result.budget;
+  const auto worst = std::ranges::find(budget.provocations, costliest_tick, &Provocation::name);
+  if (worst == budget.provocations.end() || report.result.interrupted) {
+    report.not_counted = report.result.interrupted ? "interrupted" : "no tick was timed";
+    return;
+  }
+  std::vector<std::string> words{options.scene.string(),
+                                 "--before", std::to_string(std::lround(worst->scene_time * claim.rate)),
+                                 "--rate", exact_number(claim.rate)};
+  for (const std::string& each : options.overrides) { words.insert(words.end(), {"--set", each}); }
+  const timing::InstructionCount count = timing::count_steps(words, &interrupted);
+  report.not_counted = count.refusal;
+  if (count.refusal.empty()) { budget.worst_instructions = count.passes.front(); }
+}
+
 std::string command_of(const CertifyOptions& options, const Claim& claim) {
   std::string command = "palpate certify " + options.scene.filename().string() + " --rate " +
                         plain_number(claim.rate, 6) + " --duration " + plain_number(claim.duration, 6) +
@@ -156,6 +177,7 @@ int certify(const CertifyOptions& options) {
                            .command = command_of(options, plan.claim),
                            .provenance = scene_provenance(loaded)};
   report.environment = environment_of(report.result.rights, plan.priority, report.cycles_per_second);
+  count_worst(options, plan.claim, report);
   if (loaded.file.scene.simulation.threads > 1) {
     report.result.notes.emplace_back("The scene asks for more threads; the loop stepped it with one.");
   }

@@ -47,12 +47,34 @@ struct ValidateOptions : CommonOptions {
   bool no_skip = false;
   int jobs = 0;                            ///< 0: one per core
   std::uint64_t order = 0;                 ///< seed of another order of summation; 0: none
-  std::filesystem::path cache{};           ///< of slow references and of cases already judged; empty: the user's cache folder
+  std::filesystem::path cache{};           ///< of references, judged cases, libraries; empty: the user's cache folder
   std::filesystem::path data{};            ///< of networks outside the project; empty: searched
 };
 int validate(const ValidateOptions& options);
+
+struct BenchOptions : ValidateOptions {
+  std::string against{};  ///< revision, or a step library: timed in pairs with this build
+  int self_test = 0;      ///< comparisons of this build with itself; 0: none
+  std::filesystem::path history{};  ///< of runs, one line each; empty: none is kept
+};
 /// The same of what is timed; cases run one after the other, whatever `jobs` says.
-int bench(const ValidateOptions& options);
+int bench(const BenchOptions& options);
+
+struct StepsOptions : CommonOptions {
+  std::string what{};             ///< name of a workload, or a scene file
+  std::optional<long> before{};   ///< ticks that a profiler does not look at; empty: the workload's, or none
+  std::optional<long> ticks{};    ///< that it looks at; empty: the workload's, or one
+  std::optional<double> rate{};   ///< of a scene [Hz]; empty: its own
+  int times = 1;
+  std::filesystem::path library{};  ///< whose code steps the scene; empty: the program's own
+  std::filesystem::path beside{};   ///< another that is timed in turn with it
+  int pairs = 40;
+  std::uint64_t seed = 1;
+  bool head_first = false;  ///< `beside` is loaded first
+  bool planted = false;     ///< `beside` takes one tick in twenty more
+};
+/// Ticks and nothing else; or pairs of them.
+int steps(const StepsOptions& options);
 
 struct CertifyOptions : CommonOptions {
   std::filesystem::path scene{};

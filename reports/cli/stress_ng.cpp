@@ -3,23 +3,16 @@
 
 #include <array>
 #include <csignal>
-#include <cstdlib>
 #include <spawn.h>
-#include <sstream>
 #include <stdexcept>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "reports/timing/child_process.hpp"
+
 namespace palpate::cli {
 
-bool has_stress_ng() {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path != nullptr ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    if (access((folder + "/stress-ng").c_str(), X_OK) == 0) { return true; }
-  }
-  return false;
-}
+bool has_stress_ng() { return !timing::find_program("stress-ng").empty(); }
 
 StressNg::StressNg(const std::vector<int>& processors) {
   std::string list;

@@ -14,7 +14,8 @@ using Json = nlohmann::json;
 
 CertificateReport sample(long scene_misses) {
   CertificateReport report{
-      .file = "scene.toml", .title = "A scene <with> signs", .command = "palpate certify scene.toml"};
+      .file = "scene.toml", .title = "A scene <with> signs", .not_counted = "valgrind is not installed",
+      .command = "palpate certify scene.toml"};
   Certificate& all = report.result;
   all.claim = {.rate = 1000.0, .deadline = 1e-3, .duration = 2.0};
   all.budget.provocations = {{.name = "first tick",
@@ -55,6 +56,11 @@ TEST("the keys that others read are there, with their units") {
   CHECK(json["response_us"]["max_at_event"] == "puncture");
   CHECK(json["tail"]["refused"] == "too few ticks");
   CHECK(json["compute_budget"]["worst_instructions"].is_null());
+  CHECK(json["compute_budget"]["not_counted"] == "valgrind is not installed");
+  CertificateReport counted = sample(0);
+  counted.result.budget.worst_instructions = 1234567;
+  const Json budget = Json::parse(to_json(counted))["compute_budget"];
+  CHECK(budget["worst_instructions"] == 1234567 && budget["not_counted"].is_null());
   CHECK(json["missed_tick"].is_null());
 }
 
@@ -77,7 +83,7 @@ TEST("the page begins with the verdict, says why, and shows what a manager needs
         good.find("<strong>Certified") != std::string::npos);
   CHECK(good.find("Extrapolation refused: too few ticks") != std::string::npos);
   CHECK(good.find("A scene &lt;with&gt; signs") != std::string::npos);
-  CHECK(good.find("not counted") != std::string::npos);
+  CHECK(good.find("not counted (valgrind is not installed)") != std::string::npos);
   const std::string bad = to_html(sample(3));
   CHECK(bad.find("verdict fail") != std::string::npos && bad.find("Not certified") != std::string::npos);
   CertificateReport open = sample(3);

@@ -33,12 +33,6 @@ constexpr std::array<KernelVariant, 12> variants{
      {.name = "list, undamped, double", .lattice = false, .damped = false},
      {.name = "list, undamped, float", .precision = single, .lattice = false, .damped = false}}};
 
-/// A spring that no lattice has, so weak that it changes nothing: the network goes through its list.
-void break_lattice(SpringNetwork& network) {
-  const double distance = (network.rest_position.col(2) - network.rest_position.col(0)).norm();
-  network.springs.push_back({0, 2, 1e-9, 0.0, distance});
-}
-
 double nodes(int n) { return std::pow(n, 3); }
 
 double size_of_number(const KernelVariant& variant) {
@@ -94,6 +88,11 @@ class SteppingIn final : public Stepping {
 };
 
 }  // namespace
+
+void break_lattice(SpringNetwork& network) {
+  const double distance = (network.rest_position.col(2) - network.rest_position.col(0)).norm();
+  network.springs.push_back({0, 2, 1e-9, 0.0, distance});
+}
 
 std::span<const KernelVariant> kernel_variants() { return variants; }
 

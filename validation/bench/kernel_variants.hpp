@@ -37,6 +37,9 @@ class Stepping {
 };
 std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n);
 
+/// Adds a spring that no lattice has, so weak that it changes nothing: the network goes through its list.
+void break_lattice(SpringNetwork& network);
+
 /// What a step in one pass cannot do without, from its layout (lattice_view.hpp): of each node position,
 /// velocity and force, read and written, the inverse mass, read, and the constants of its springs where no
 /// two rows share them [bytes].

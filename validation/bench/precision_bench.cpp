@@ -194,12 +194,4 @@ std::vector<Case> precision_cases() {
                      measure_ligament)};
 }
 
-std::vector<Case> all_benches() {
-  std::vector<Case> cases = kernel_cases();
-  std::ranges::move(thread_cases(), std::back_inserter(cases));
-  std::ranges::move(precision_cases(), std::back_inserter(cases));
-  std::ranges::move(needle_cases(), std::back_inserter(cases));
-  return cases;
-}
-
 }  // namespace palpate::bench

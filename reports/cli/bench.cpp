@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include <memory>
+
+#include "reports/cli/interrupt.hpp"
+#include "reports/cli/judging.hpp"
+#include "reports/cli/reference_cache.hpp"
+#include "reports/timing/child_process.hpp"
+#include "reports/timing/history.hpp"
+#include "reports/timing/instruction_counter.hpp"
+#include "reports/timing/paired_runs.hpp"
+#include "validation/bench/bench_cases.hpp"
+
+namespace palpate::cli {
+
+namespace {
+
+const std::filesystem::path source = PALPATE_SOURCE_DIR;
+
+/// A lattice, a list of springs, a needle: what most of the code is in.
+const std::vector<std::string> paired_scenes{"s26", "seven-layers", "epidural"};
+
+timing::PairedRuns runs_with(const std::filesystem::path& base) {
+  return {
+      .base = base, .head = timing::own_library(), .scenes = source / "fixtures" / "scenes", .stop = &interrupted};
+}
+
+int bench_against(const BenchOptions& options, Judging judging) {
+  const std::filesystem::path cache = options.cache.empty() ? default_cache_folder() : options.cache;
+  const timing::PairedRuns runs = runs_with(timing::library_of(options.against, source, cache, &interrupted));
+  judging.further = " --against " + options.against;
+  judging.cases = bench::paired_cases(paired_scenes, timing::measurement_of(runs));
+  return judge(options, judging);
+}
+
+int bench_itself(const BenchOptions& options, Judging judging) {
+  const timing::ScratchFolder folder;
+  const std::filesystem::path copy = folder.path() / "base.so";  // a file that is loaded twice is one library
+  std::filesystem::copy_file(timing::own_library(), copy);
+  judging.further = " --self-test " + std::to_string(options.self_test);
+  judging.cases = bench::self_test_cases(paired_scenes, options.self_test, timing::measurement_of(runs_with(copy)));
+  return judge(options, judging);
+}
+
+/// The history is read before anything runs, so that a damaged one costs nothing.
+std::function<Outcome(const Results&)> keep_history(const std::filesystem::path& file) {
+  return [file, history = timing::read_history(file)](const Results& results) mutable {
+    history.push_back(timing::history_line_of(results));
+    timing::append_history(file, history.back());
+    return timing::history_outcome(history);
+  };
+}
+
+}  // namespace
+
+/// One at a time: what is timed has the machine to itself.
+int bench(const BenchOptions& options) {
+  Judging judging{.command = "bench", .title = "Palpate benchmark", .jobs = 1};
+  if (!options.history.empty()) { judging.afterwards = keep_history(options.history); }
+  if (!options.against.empty()) { return bench_against(options, judging); }
+  if (options.self_test > 0) { return bench_itself(options, judging); }
+  judging.cases = bench::all_benches(timing::callgrind_counter(&interrupted));
+  return judge(options, judging);
+}
+
+}  // namespace palpate::cli

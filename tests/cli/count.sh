@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# Instructions of a step, counted: the same every time, more where there is more to do, refused where nobody can.
+set -euo pipefail
+palpate=$1 out=$2
+rm -rf "$out"
+mkdir -p "$out/no-programs"
+fail() { echo "$1"; exit 1; }
+
+# A chain of 400 springs, and one with 2 % more of them between second neighbours.
+chain() { # folder further-springs
+  mkdir -p "$1"
+  awk 'BEGIN { print "x_m,y_m,z_m,mass_kg,fixed"; for (i = 0; i <= 400; ++i) printf "0,0,%.3f,0.001,%d\n", i / 1000, i == 400 }' >"$1/nodes.csv"
+  awk -v more="$2" 'BEGIN {
+    print "a,b,stiffness_n_per_m,viscosity_ns_per_m,rest_length_m"
+    for (i = 0; i < 400; ++i) printf "%d,%d,10,0.01,\n", i, i + 1
+    for (i = 0; i < more; ++i) printf "%d,%d,1,0.01,\n", 40 * i, 40 * i + 2 }' >"$1/springs.csv"
+  cat >"$1/scene.toml" <<'SCENE'
+title = "A chain"
+[simulation]
+duration = 0.1
+step = 1e-3
+integrator = "euler-cromer"
+substeps = 1
+[tissue]
+source = "network"
+[tissue.network]
+nodes = "nodes.csv"
+springs = "springs.csv"
+[[load]]
+nodes = [0]
+force = [0.0, 0.0, 0.001]
+SCENE
+}
+chain "$out/even" 0
+chain "$out/more" 8
+
+# Without Valgrind: not run, with the reason; results are whole.
+PATH="$out/no-programs" "$palpate" bench bench/instructions/oscillator --out "$out/none" >"$out/said" || true
+grep -q 'skip.*not run: \(valgrind is not installed\|a program with sanitizers\)' "$out/said" || fail "no reason: $(cat "$out/said")"
+[ -s "$out/none/results.json" ] || fail "no results without valgrind"
+[ "${PALPATE_SANITIZED:-0}" = 1 ] && exit 0
+
+count() { # scene
+  rm -f "$out"/part*
+  valgrind --tool=callgrind --instr-atstart=no --callgrind-out-file="$out/part" \
+    "$palpate" steps "$1" --before 5 --ticks 20 --quiet 2>/dev/null
+  sed -n 's/^totals: //p' "$out/part.1"
+}
+first=$(count "$out/even/scene.toml")
+# Another environment, and so other places on the stack.
+second=$(PALPATE_TEST_PADDING=$(printf 'x%.0s' {1..4001}) count "$out/even/scene.toml")
+[ "$first" = "$second" ] || fail "$first instructions, then $second"
+more=$(count "$out/more/scene.toml")
+awk -v a="$first" -v b="$more" 'BEGIN { exit !(b / a > 1.01 && b / a <= 1.021) }' || fail "2 % more springs: $first, then $more"
+
+# Counted by the program itself, and judged.
+"$palpate" bench bench/instructions/oscillator --out "$out/bench" >"$out/said" || fail "$(cat "$out/said")"
+grep -q '"unit": "instructions/spring-step"' "$out/bench/results.json" || fail "no count per spring and step"

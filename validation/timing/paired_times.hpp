@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Two builds timed in turn in one process: what the pairs say of their ratio, whatever else the machine does.
+
+#include <span>
+#include <vector>
+
+namespace palpate::timing {
+
+/// Of the median of a distribution of any shape, from order statistics (Conover, Practical Nonparametric
+/// Statistics, 3.2): the k-th smallest of n is a lower limit with confidence 1 - P(Bin(n, 1/2) < k).
+struct MedianLimits {
+  double median = 0.0;
+  double lower = 0.0;  ///< one-sided; minus infinity where so few values support none
+  double upper = 0.0;  ///< likewise
+};
+MedianLimits median_limits(std::vector<double> values, double confidence);
+
+/// One batch of ticks by each build, one right after the other, in an order of chance [s].
+struct Pair {
+  double base = 0.0;
+  double head = 0.0;
+};
+
+/// The pairs of one process; the next one loads the libraries in the other order.
+struct PairedStart {
+  std::vector<Pair> pairs{};
+  double batch_deadline = 0.0;  ///< what a batch may take in real time [s]
+};
+
+/// A share of this much is what the wall clock is asked to see.
+inline constexpr double allowed_slowdown = 1.03;
+inline constexpr double paired_confidence = 0.99;
+
+struct PairedVerdict {
+  double ratio = 0.0;  ///< head over base, median
+  double lower = 0.0;  ///< 99 %, one-sided
+  double upper = 0.0;
+  long pairs = 0;
+  long base_misses = 0;  ///< batches that took longer than in real time
+  long head_misses = 0;
+
+  [[nodiscard]] bool slower() const { return !(lower <= allowed_slowdown); }
+  /// More by more than chance: with as many of each, so uneven a split comes once in a hundred times at most.
+  [[nodiscard]] bool misses_rose() const;
+};
+
+PairedVerdict judge_pairs(std::span<const PairedStart> starts);
+
+}  // namespace palpate::timing
