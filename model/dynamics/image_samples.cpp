@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double most_nodes = 2e7;
+constexpr double most_image_nodes = 2e7;
 constexpr double rounding = 1e-6;  // of a place, in pixels
 
 /// First and last pixel of the region along each axis of the image.
@@ -200,7 +200,7 @@ ImageSamples sample_image(const ImageVolume& image, const ImageVolume* labels, c
     broken.push_back({"tissue.mri.region", "leaves one node along " + std::string(1, static_cast<char>('x' + axis)) +
                                                " of the image; at least two along each axis"});
   }
-  if (nodes > most_nodes) {
+  if (nodes > most_image_nodes) {
     broken.push_back(
         {"tissue.mri.stride", number_in_words(nodes) + " nodes; at most 2e7, by stride, node_spacing or region"});
   }
