@@ -244,7 +244,7 @@ std::string tissue_key(const View& view, const std::vector<Rgb>& colours) {
   double x = 8.0;
   double y = height - key_height + 20.0;
   for (std::size_t n = 0; n < view.labels.size(); ++n) {
-    const double room = 34.0 + 8.4 * static_cast<double>(view.labels[n].size());
+    const double room = 34.0 + 9.0 * static_cast<double>(view.labels[n].size());
     if (x + room > width && x > 8.0) {
       x = 8.0;
       y += 22.0;
@@ -259,7 +259,7 @@ std::string tissue_key(const View& view, const std::vector<Rgb>& colours) {
 std::string scale_key(double largest) {
   constexpr int steps = 40;
   constexpr double left = 8.0;
-  constexpr double long_side = 260.0;
+  constexpr double long_side = 380.0;
   std::string key;
   for (int n = 0; n < steps; ++n) {
     key += "<path fill=\"" + hex_colour(scale_colour((n + 0.5) / steps)) + "\" d=\"M" +
@@ -268,8 +268,8 @@ std::string scale_key(double largest) {
   }
   const double y = height - key_height + 36.0;
   return key + text_at(left, y, "start", "0") +
-         text_at(left + 0.5 * long_side, y, "middle", quantity(0.5 * mm * largest, "mm")) +
-         text_at(left + long_side, y, "end", quantity(mm * largest, "mm")) +
+         text_at(left + 0.5 * long_side, y, "middle", short_number(0.5 * mm * largest, 3) + "\u00a0mm") +
+         text_at(left + long_side, y, "end", short_number(mm * largest, 3) + "\u00a0mm") +
          text_at(left + long_side + 12.0, y - 14.0, "start", "displacement");
 }
 
