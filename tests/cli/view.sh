@@ -41,6 +41,7 @@ for scene in palpation cube; do
   found=$(operate "$scene" "$out/$scene/report.html")
   echo "$scene: $found"
   expect "$found" "state=ready"
+  expect "$found" "requests=0"
   expect "$found" "problems=none"
   expect "$found" "unchanged=none"
   expect "$found" "blank=no"
