@@ -159,7 +159,7 @@ class Drawing {
   followTheme() {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => new THREE.Color(style.getPropertyValue(name).trim());
-    this.springInk.value.set(...colour('--soft').toArray(), 0.4);
+    this.springInk.value.set(...colour('--soft').toArray(), 0.25);
     this.lineColours.pull.value.copy(colour('--series-1'));
     this.lineColours.push.value.copy(colour('--series-0'));
   }
