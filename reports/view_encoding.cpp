@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "reports/markup.hpp"
@@ -40,13 +41,14 @@ Scales scales_of(const View& view, int bits) {
     scales.force = std::max(scales.force, static_cast<double>(frame.line.row(3).cwiseAbs().maxCoeff()));
   }
   scales.step = largest / (std::ldexp(1.0, bits - 1) - 1.0);
-  scales.softest = view.stiffness.minCoeff();
-  scales.stiffest = view.stiffness.maxCoeff();
-  for (const ViewSpring& spring : view.springs) {
-    scales.softest = std::min(scales.softest, spring.stiffness);
-    scales.stiffest = std::max(scales.stiffest, spring.stiffness);
-  }
-  scales.softest = std::max(scales.softest, 1e-6 * scales.stiffest);  // some springs may have none
+  scales.softest = std::numeric_limits<double>::infinity();  // of what has any
+  const auto reach = [&scales](double stiffness) {
+    if (stiffness > 0.0) { scales.softest = std::min(scales.softest, stiffness); }
+    scales.stiffest = std::max(scales.stiffest, stiffness);
+  };
+  for (const double stiffness : view.stiffness) { reach(stiffness); }
+  for (const ViewSpring& spring : view.springs) { reach(spring.stiffness); }
+  scales.softest = std::min(scales.softest, scales.stiffest);
   return scales;
 }
 

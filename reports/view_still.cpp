@@ -18,7 +18,7 @@ namespace {
 
 constexpr double width = 640.0;  // of a picture, as its user units
 constexpr double height = 470.0;
-constexpr double key_height = 44.0;
+constexpr double key_height = 58.0;
 constexpr std::size_t most_sides = 4500;
 constexpr std::size_t most_strokes = 6000;
 
@@ -46,7 +46,7 @@ Projection3 direction_of_sight() {
 
 /// The part of the tool that is drawn: from its tip out of the body.
 std::array<Eigen::Vector3d, 2> shaft_of(const View& view, std::size_t frame) {
-  const double reach = 0.45 * (view.rest.rowwise().maxCoeff() - view.rest.rowwise().minCoeff()).norm();
+  const double reach = 0.3 * (view.rest.rowwise().maxCoeff() - view.rest.rowwise().minCoeff()).norm();
   const Eigen::Vector3d tip = view.tool->origin + view.frames[frame].place * view.tool->direction;
   const Eigen::Vector3d skin = view.tool->origin - reach * view.tool->direction;
   return {tip, skin};
@@ -82,7 +82,10 @@ struct Picture {
   bool by_cell = false;      ///< a side has the colour of its cell's lowest corner, not the mean of its own
 };
 
-std::string stroke_width(double w) { return "\" stroke-width=\"" + svg_number(w) + "\""; }
+std::string stroke(const std::string& colour, double across, const SvgPath& path) {
+  return "<path fill=\"none\" stroke=\"" + colour + "\" stroke-width=\"" + svg_number(across) + "\" d=\"" +
+         path.data() + "\"/>";
+}
 
 struct Side {
   std::array<int, 4> nodes{};
@@ -199,8 +202,7 @@ std::vector<Piece> painted_springs(const Picture& picture) {
         colour[c] += 0.5 * picture.colours[static_cast<std::size_t>(end)][c];
       }
     }
-    pieces.push_back({0.5 * (a + b).dot(picture.projection.nearer),
-                      "<path fill=\"none\" stroke=\"" + hex_colour(colour) + "\" d=\"" + path.data() + "\"/>"});
+    pieces.push_back({0.5 * (a + b).dot(picture.projection.nearer), stroke(hex_colour(colour), 2.0, path)});
   }
   return pieces;
 }
@@ -215,10 +217,8 @@ std::string painted_tool(const Picture& picture, std::size_t frame) {
   path.move(a.x(), a.y());
   path.line(b.x(), b.y());
   const double across = std::max(2.0, picture.projection.scale * picture.view.tool->size.x());
-  const std::string data = "\" d=\"" + path.data() + "\"/>";
-  return "<path fill=\"none\" stroke=\"#4a5661" + stroke_width(across + 1.0) + data.substr(1) +
-         "<path fill=\"none\" stroke=\"" + (needle ? "#cfd7de" : "#d9a58a") +
-         stroke_width(std::max(1.0, across - 1.0)) + data.substr(1);
+  return stroke("#4a5661", across + 1.0, path) +
+         stroke(needle ? "#cfd7de" : "#d9a58a", std::max(1.0, across - 1.0), path);
 }
 
 std::string text_at(double x, double y, const std::string& anchor, const std::string& text) {
@@ -242,15 +242,15 @@ std::string painted(const Picture& picture, std::size_t frame, const std::string
 std::string tissue_key(const View& view, const std::vector<Rgb>& colours) {
   std::string key;
   double x = 8.0;
-  double y = height - key_height + 16.0;
+  double y = height - key_height + 20.0;
   for (std::size_t n = 0; n < view.labels.size(); ++n) {
-    const double room = 30.0 + 6.6 * static_cast<double>(view.labels[n].size());
+    const double room = 34.0 + 9.0 * static_cast<double>(view.labels[n].size());
     if (x + room > width && x > 8.0) {
       x = 8.0;
-      y += 18.0;
+      y += 22.0;
     }
     key += "<path fill=\"" + hex_colour(colours[n]) + "\" d=\"M" + svg_number(x) + " " + svg_number(y - 9.0) +
-           "h11v11h-11z\"/>" + text_at(x + 16.0, y, "start", view.labels[n]);
+           "h11v11h-11z\"/>" + text_at(x + 19.0, y, "start", view.labels[n]);
     x += room;
   }
   return key;
@@ -259,17 +259,17 @@ std::string tissue_key(const View& view, const std::vector<Rgb>& colours) {
 std::string scale_key(double largest) {
   constexpr int steps = 40;
   constexpr double left = 8.0;
-  constexpr double long_side = 260.0;
+  constexpr double long_side = 380.0;
   std::string key;
   for (int n = 0; n < steps; ++n) {
     key += "<path fill=\"" + hex_colour(scale_colour((n + 0.5) / steps)) + "\" d=\"M" +
-           svg_number(left + n * long_side / steps) + " " + svg_number(height - key_height + 8.0) + "h" +
+           svg_number(left + n * long_side / steps) + " " + svg_number(height - key_height + 6.0) + "h" +
            svg_number(long_side / steps + 0.3) + "v10h-" + svg_number(long_side / steps + 0.3) + "z\"/>";
   }
-  const double y = height - key_height + 32.0;
+  const double y = height - key_height + 36.0;
   return key + text_at(left, y, "start", "0") +
-         text_at(left + 0.5 * long_side, y, "middle", quantity(0.5 * mm * largest, "mm")) +
-         text_at(left + long_side, y, "end", quantity(mm * largest, "mm")) +
+         text_at(left + 0.5 * long_side, y, "middle", short_number(0.5 * mm * largest, 3) + "\u00a0mm") +
+         text_at(left + long_side, y, "end", short_number(mm * largest, 3) + "\u00a0mm") +
          text_at(left + long_side + 12.0, y - 14.0, "start", "displacement");
 }
 

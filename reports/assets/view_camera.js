@@ -5,7 +5,7 @@ class ViewCamera {
     this.canvas = drawing.canvas;
     const header = drawing.tissue.header;
     this.middle = header.low.map((low, axis) => low + header.extent[axis] / 2);
-    this.size = Math.hypot(...header.extent);
+    this.size = Math.hypot(...header.extent) || 0.01;  // of a single node
     this.home();
     this.listen();
   }

@@ -145,7 +145,7 @@ class Controls {
     const about = {
       displacement: ['displacement', (share) => inWords(share * header.displacement, 'm')],
       stiffness: ['stiffness of springs, of nodes their mean',
-                  (share) => inWords(softest * Math.pow(stiffest / softest, share), 'N/m')],
+                  (share) => inWords(softest * Math.pow(stiffest / (softest || 1), share), 'N/m')],
       force: ['largest principal force', (share) => inWords(share * share * header.force, 'N')]
     }[this.state.colour];
     if (about) {

@@ -21,6 +21,7 @@ class Drawing {
     this.makeLines();
     this.makeSides();
     this.makeSurfaces();
+    this.followTheme();
     if (tissue.header.tool) {
       this.tool = toolBody(tissue.header.tool);
       this.scene.add(this.tool);
@@ -104,14 +105,15 @@ class Drawing {
     const springs = this.tissue.springs;
     const ends = this.springEnds = new Uint32Array(2 * springs.a.length);
     springs.a.forEach(function (a, s) { ends[2 * s] = a; ends[2 * s + 1] = a + springs.way[s]; });
-    const paint = { ink: { value: new THREE.Vector4(0, 0, 0, 0) }, nearer: { value: 0 } };
+    this.springInk = { value: new THREE.Vector4() };
+    const paint = { ink: this.springInk, nearer: { value: 0 } };
     const material = this.material(lineShaders, paint, { transparent: false });
     this.springs = new THREE.LineSegments(this.strokeGeometry(ends), material);
     this.add(this.springs);
   }
   // Force lines: one stroke through each node, pulls and pushes in two colours.
   makeLines() {
-    this.lineColours = { pull: { value: new THREE.Color(0xd55e00) }, push: { value: new THREE.Color(0x0072b2) } };
+    this.lineColours = { pull: { value: new THREE.Color() }, push: { value: new THREE.Color() } };
     const nodeOf = Uint32Array.from({ length: 2 * this.tissue.count }, (_, n) => n >> 1);
     const paint = Object.assign({ nearer: { value: 2e-3 } }, this.lineColours);
     const material = this.material(strokeShaders, paint, { transparent: false });
@@ -152,6 +154,14 @@ class Drawing {
       this.add(mesh);
       return { about: about, mesh: mesh };
     });
+  }
+  // Lines take colours of the page, so that they are seen on light and on dark paper.
+  followTheme() {
+    const style = getComputedStyle(document.documentElement);
+    const colour = (name) => new THREE.Color(style.getPropertyValue(name).trim());
+    this.springInk.value.set(...colour('--soft').toArray(), 0.25);
+    this.lineColours.pull.value.copy(colour('--series-1'));
+    this.lineColours.push.value.copy(colour('--series-0'));
   }
   // ---- what a person chose ----
   show(state) {

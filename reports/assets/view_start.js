@@ -19,6 +19,10 @@ async function startView() {
     const redraw = () => requestAnimationFrame(() => drawing.draw());
     new ResizeObserver(redraw).observe(canvas);
     canvas.addEventListener('webglcontextrestored', redraw);
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', function () {
+      drawing.followTheme();
+      controls.set({});
+    });
     why.hidden = true;
     document.getElementById('view').dataset.state = 'ready';
     return controls;

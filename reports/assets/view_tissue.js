@@ -61,9 +61,8 @@ class Tissue {
   }
 }
 
-// Sides of the cells of one piece of a grid: those cells whose middle `keeps` holds.
-function sidesOfCells(tissue, keeps) {
-  const sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+// For a node of a grid and a step along it, the node there; undefined: none.
+function neighbours(tissue) {
   const [gx, gy, gz] = tissue.grid;
   const width = 2 + gx.reduce((most, at) => Math.max(most, at), 0);
   const depth = 2 + gy.reduce((most, at) => Math.max(most, at), 0);
@@ -72,35 +71,37 @@ function sidesOfCells(tissue, keeps) {
   for (let n = 0; n < tissue.count; ++n) {
     if (gx[n] < 65535) { nodeAt.set(slot(gx[n], gy[n], gz[n]), n); }
   }
-  const cornersOf = function (n) {
-    return [0, 1, 2, 3, 4, 5, 6, 7].map(function (c) {
-      return nodeAt.get(slot(gx[n] + (c & 1), gy[n] + (c >> 1 & 1), gz[n] + (c >> 2)));
-    });
-  };
+  return function (n, x, y, z) { return nodeAt.get(slot(gx[n] + x, gy[n] + y, gz[n] + z)); };
+}
+
+// Sides of the cells of one piece of a grid, those cells whose corners `keeps` holds: triangles of each kind of
+// tissue, and the edges of what lies open.
+function sidesOfCells(tissue, keeps) {
+  const sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+  const steps = [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
+  const beside = neighbours(tissue);
   const kept = new Map();  // lowest corner -> corners
   for (let n = 0; n < tissue.count; ++n) {
     if (!tissue.cell[n]) { continue; }
-    const corners = cornersOf(n);
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((c) => beside(n, c & 1, c >> 1 & 1, c >> 2));
     if (keeps(corners)) { kept.set(n, corners); }
   }
   const triangles = tissue.header.labels.map(() => []);
   const edges = new Map();
   kept.forEach(function (corners, n) {
-    const label = tissue.label[n];
-    for (let side = 0; side < 6; ++side) {
-      const step = side % 2 ? 1 : -1;
-      const next = nodeAt.get(slot(gx[n] + (side >> 1 === 0 ? step : 0), gy[n] + (side >> 1 === 1 ? step : 0),
-                                   gz[n] + (side >> 1 === 2 ? step : 0)));
+    sides.forEach(function (side, towards) {
+      const next = beside(n, ...steps[towards]);
       const inside = next !== undefined && kept.has(next);
-      if (inside && tissue.label[next] === label) { continue; }
-      const [a, b, c, d] = sides[side].map((corner) => corners[corner]);
-      triangles[label].push(a, b, c, a, c, d);
-      if (inside) { continue; }
+      if (inside && tissue.label[next] === tissue.label[n]) { return; }
+      const [a, b, c, d] = side.map((corner) => corners[corner]);
+      triangles[tissue.label[n]].push(a, b, c, a, c, d);
+      if (inside) { return; }
       [[a, b], [b, c], [c, d], [d, a]].forEach(function (pair) {
-        const low = Math.min(...pair), high = Math.max(...pair);
-        edges.set(low * tissue.count + high, [low, high]);
+        edges.set(Math.min(...pair) * tissue.count + Math.max(...pair), pair);
       });
-    }
+    });
   });
-  return { triangles: triangles, edges: [].concat(...edges.values()) };
+  const open = [];
+  edges.forEach((pair) => open.push(pair[0], pair[1]));
+  return { triangles: triangles, edges: open };
 }

@@ -37,10 +37,12 @@ expect() {  # expect TEXT WORDS: fails loudly
 
 "$palpate" run "$scenes/palpation.toml" --set simulation.duration=0.4 --out "$out/palpation" --quiet
 "$palpate" run "$scenes/cube.toml" --set simulation.duration=0.1 --out "$out/cube" --quiet
-for scene in palpation cube; do
+"$palpate" run "$scenes/network-example/scene.toml" --out "$out/network" --quiet
+for scene in palpation cube network; do
   found=$(operate "$scene" "$out/$scene/report.html")
   echo "$scene: $found"
   expect "$found" "state=ready"
+  expect "$found" "requests=0"
   expect "$found" "problems=none"
   expect "$found" "unchanged=none"
   expect "$found" "blank=no"

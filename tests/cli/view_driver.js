@@ -45,20 +45,24 @@
     const first = picture();
     const colours = new Set();
     for (let n = 0; n < first.length; n += 4) { colours.add(first[n] << 16 | first[n + 1] << 8 | first[n + 2]); }
-    choose(find('colour'), 'tissue');  // so that only movement is seen
-    mustChange('time', () => choose(frame, Math.floor(frame.max / 2)));
+    choose(find('colour'), 'tissue');  // so that only movement is seen, and that of the nodes
+    if (find('show-tool')) { find('show-tool').click(); }
+    mustChange('nodes over time', () => choose(frame, Math.floor(frame.max / 2)));
     if (find('time').textContent === '') { problems.push('no time is told'); }
     mustChange('colour by displacement', () => choose(find('colour'), 'displacement'));
     mustChange('colour by force', () => choose(find('colour'), 'force'));
-    mustChange('no cut', () => choose(find('axis'), -1));
-    mustChange('cut along x', () => choose(find('axis'), 0));
-    mustChange('sagittal cut', () => choose(find('axis'), 1));
-    mustChange('place of the cut', () => choose(find('cut'), Number(find('cut').value) + 0.006));
-    mustChange('tissue hidden', () => find('show-body').click());
+    const body = find('show-body');
+    if (body) {
+      mustChange('no cut', () => choose(find('axis'), -1));
+      mustChange('cut along x', () => choose(find('axis'), 0));
+      mustChange('sagittal cut', () => choose(find('axis'), 1));
+      mustChange('place of the cut', () => choose(find('cut'), Number(find('cut').value) + 0.006));
+      mustChange('tissue hidden', () => body.click());
+    }
     ['nodes', 'springs', 'lines'].forEach((part) => mustChange(part, () => find('show-' + part).click()));
-    find('show-body').click();
+    if (body) { body.click(); }
     document.querySelectorAll('#view-layers input').forEach(function (slider, n) {
-      if (n < 2) { mustChange('opacity ' + n, () => choose(slider, 0.1)); }
+      if (body && n < 2) { mustChange('opacity ' + n, () => choose(slider, 0.1)); }
     });
     const key = (name) => find('canvas').dispatchEvent(new KeyboardEvent('keydown', { key: name, bubbles: true }));
     const before = frame.value;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "reports/node_grid.hpp"
 
+#include <Eigen/Geometry>
+
 #include "model/dynamics/lattice.hpp"
 #include "tests/check.hpp"
 
