@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Claims about tissue that is built from surfaces and images, of solids and phantoms with known answers.
+
+#include <vector>
+
+#include "validation/case.hpp"
+
+namespace palpate {
+
+std::vector<Case> patient_tissue_cases();  ///< surfaces, images
+Case hertz_case();                         ///< a ball pressed into a lattice
+
+}  // namespace palpate
