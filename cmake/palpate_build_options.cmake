@@ -15,7 +15,9 @@ target_compile_options(palpate_build_options INTERFACE
   # g++ 12 reports impossible overlaps inside std::string (its bug 105651).
   -Wno-restrict
   # With the second square roots vectorise; it changes no value.
-  ${contraction} -fno-math-errno)
+  ${contraction} -fno-math-errno
+  # Simulators and our own step library are shared libraries; programs share the precompiled headers with them.
+  -fPIC)
 if(PALPATE_STRICT)
   target_compile_options(palpate_build_options INTERFACE -Werror)
 endif()
@@ -78,7 +80,5 @@ function(palpate_add_library name)
   if(PALPATE_SANITIZE OR arg_TOGETHER)
     palpate_use_precompiled(palpate_${name})
     palpate_compile_together(palpate_${name} SOURCES ${arg_SOURCES} ALONE ${arg_ALONE})
-  else()  # a simulator may be a shared library; precompiled headers are shared with programs, which are not
-    set_target_properties(palpate_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   endif()
 endfunction()
