@@ -9,6 +9,7 @@
 #include "fixtures/io/hdf5_file.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/case_json.hpp"
+#include "reports/json_trouble.hpp"
 #include "reports/figure_data.hpp"
 
 namespace palpate {
@@ -133,7 +134,7 @@ gate::Baseline read_baseline(const std::filesystem::path& path) {
     baseline = baseline_from(json);
     hash = json.at("curves");
   } catch (const std::exception& problem) {
-    throw InputError(path.string() + ": " + problem.what() + "; a baseline as palpate approve wrote it");
+    throw json_trouble(path.string(), text, problem, "a baseline as palpate approve wrote it");
   }
   const std::filesystem::path curves = curves_of_baseline(path);
   if (io::content_hash(io::read_bytes(curves, most_bytes)) != hash) {

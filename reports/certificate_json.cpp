@@ -5,6 +5,7 @@
 
 #include "reports/certificate_report.hpp"
 #include "reports/json_number.hpp"
+#include "reports/shown_units.hpp"
 #include "validation/certificate/miss_bound.hpp"
 
 namespace palpate {
@@ -13,8 +14,6 @@ namespace {
 using namespace certificate;
 using Json = nlohmann::ordered_json;
 
-constexpr double us = 1e6;
-
 Json number_or_null(const std::optional<double>& value) {
   return value ? finite_or_null(us * *value) : Json(nullptr);
 }
@@ -22,8 +21,7 @@ Json number_or_null(const std::optional<double>& value) {
 Json times_json(const CertificateReport& report, const LatencyHistogram& times, const Peak& worst) {
   if (times.count() == 0) { return nullptr; }
   Json json{{"min", us * times.minimum()}};
-  for (const auto& [name, share] :
-       {std::pair{"p50", 0.5}, {"p90", 0.9}, {"p99", 0.99}, {"p99.9", 0.999}, {"p99.99", 0.9999}}) {
+  for (const auto& [name, share] : shown_percentiles) {
     json[name] = number_or_null(times.percentile(share));
   }
   json["max"] = us * times.maximum();

@@ -4,13 +4,12 @@
 #include "reports/certificate_report.hpp"
 #include "reports/figure_svg.hpp"
 #include "reports/markup.hpp"
+#include "reports/shown_units.hpp"
 
 namespace palpate {
 namespace {
 
 using namespace certificate;
-
-constexpr double us = 1e6;
 
 std::string headline(Verdict verdict) {
   switch (verdict) {

@@ -2,10 +2,12 @@
 #pragma once
 /// certificate.json, histogram.csv and report.html of a real-time certificate.
 
+#include <array>
 #include <functional>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -33,6 +35,10 @@ struct CertificateReport {
   std::string command{};
   std::map<std::string, std::string> provenance{};
 };
+
+/// Shares of the ticks whose times are told, by the names that they go under.
+inline constexpr std::array<std::pair<const char*, double>, 5> shown_percentiles{
+    {{"p50", 0.5}, {"p90", 0.9}, {"p99", 0.99}, {"p99.9", 0.999}, {"p99.99", 0.9999}}};
 
 std::string to_json(const CertificateReport& report);
 std::string to_csv(const CertificateReport& report);  ///< the histograms

@@ -4,14 +4,13 @@
 
 #include "reports/certificate_report.hpp"
 #include "reports/markup.hpp"
+#include "reports/shown_units.hpp"
 #include "validation/certificate/miss_bound.hpp"
 
 namespace palpate {
 namespace {
 
 using namespace certificate;
-
-constexpr double us = 1e6;
 
 Cell time_cell(const std::optional<double>& seconds) {
   return seconds ? Cell(us * *seconds) : Cell(std::string("too few ticks"));
@@ -27,7 +26,7 @@ std::string place_of(const CertificateReport& report, bool empty, const Peak& wo
 std::vector<Cell> times_row(const CertificateReport& report, const NamedPhase& phase, const char* what,
                             const LatencyHistogram& times, const Peak& worst) {
   std::vector<Cell> row{phase.name, std::string(what), us * times.minimum()};
-  for (const double share : {0.5, 0.9, 0.99, 0.999, 0.9999}) {
+  for (const auto& [name, share] : shown_percentiles) {
     row.push_back(time_cell(times.percentile(share)));
   }
   row.emplace_back(us * times.maximum());
@@ -42,8 +41,10 @@ Table times_table(const CertificateReport& report) {
       .caption =
           "In us, from the scheduled release. A percentile is the end of its bin of 1 us; it is left "
           "out where no tick lies above it.",
-      .columns = {"phase", "what", "min", "p50", "p90", "p99", "p99.9", "p99.99", "max", "max was at"},
+      .columns = {"phase", "what", "min"},
       .timing = true};
+  for (const auto& [name, share] : shown_percentiles) { table.columns.emplace_back(name); }
+  table.columns.insert(table.columns.end(), {"max", "max was at"});
   for (const NamedPhase& named : phases_of(report)) {
     const LoopRecord& record = named.phase->record;
     if (record.ticks() == 0) { continue; }

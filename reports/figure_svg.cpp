@@ -2,11 +2,11 @@
 #include "reports/figure_svg.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <sys/wait.h>
 
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/scratch_folder.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/figure_look.hpp"
 #include "reports/gnuplot_script.hpp"
@@ -18,28 +18,6 @@
 namespace palpate {
 
 namespace {
-
-/// A folder that is gone with the object.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) {
-      throw DrawingError("no temporary folder for figures in " + pattern);
-    }
-    path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 std::string file_text(const std::filesystem::path& path) {
   try {
@@ -98,7 +76,7 @@ std::string sample(Shape shape) {
 
 std::vector<std::string> draw_figures(const std::vector<const Figure*>& figures) {
   if (figures.empty()) { return {}; }
-  const ScratchFolder scratch;
+  const io::ScratchFolder scratch;
   const auto picture = [&](std::size_t n) { return scratch.path() / (std::to_string(n) + ".svg"); };
   std::string script;
   for (std::size_t n = 0; n < figures.size(); ++n) {

@@ -6,6 +6,7 @@
 
 #include "model/dynamics/scene_check.hpp"
 #include "reports/case_json.hpp"
+#include "reports/json_trouble.hpp"
 
 namespace palpate {
 
@@ -51,7 +52,7 @@ Results results_from_json(const std::string& text, const std::string& name) {
     }
     return results;
   } catch (const std::exception& problem) {
-    throw InputError(name + ": " + problem.what() + "; results.json as palpate wrote it");
+    throw json_trouble(name, text, problem, "results.json as palpate wrote it");
   }
 }
 

@@ -12,6 +12,7 @@
 #include "fixtures/io/trace_file.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/case_json.hpp"
+#include "reports/json_trouble.hpp"
 #include "validation/number_words.hpp"
 
 namespace palpate {
@@ -153,7 +154,7 @@ Results read_run_folder(const std::filesystem::path& folder) {
             .provenance = std::move(provenance),
             .outcomes = {outcome_of(summary, trace, scene)}};
   } catch (const std::exception& problem) {
-    throw InputError(file.string() + ": " + problem.what() + "; summary.json as palpate wrote it");
+    throw json_trouble(file.string(), text, problem, "summary.json as palpate wrote it");
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "model/dynamics/network_builder.hpp"
@@ -210,15 +211,23 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
 std::optional<LatticeShape> lattice_of(const SpringNetwork& network) {
   const std::optional<LatticeShape> shape = grid_of(network.rest_position);
   if (!shape) { return {}; }
+  const std::array<double, 4> lengths{0.0, shape->spacing, shape->spacing * std::numbers::sqrt2,
+                                      shape->spacing * std::numbers::sqrt3};
+  int node = -1;  // most springs begin where the one before did
+  std::array<int, 3> a{};
   for (const Spring& spring : network.springs) {
-    const std::array<int, 3> a = shape->place(spring.a);
+    if (spring.a != node) {
+      node = spring.a;
+      a = shape->place(node);
+    }
     const std::array<int, 3> b = shape->place(spring.b);
     std::array<int, 3> step{};
     for (std::size_t n = 0; n < 3; ++n) { step[n] = b[n] - a[n]; }
     const bool bond = std::ranges::all_of(step, [](int s) { return std::abs(s) <= 1; });
-    const double natural = shape->spacing * std::sqrt(axes_spanned(step));
+    if (!bond) { return {}; }
+    const double natural = lengths[static_cast<std::size_t>(axes_spanned(step))];
     const bool fits = std::abs(spring.rest_length - natural) <= regular * natural;  // no NaN does
-    if (!bond || !fits) { return {}; }
+    if (!fits) { return {}; }
   }
   return shape;
 }

@@ -67,6 +67,12 @@ void hold_bone(const Scene& scene, SpringNetwork& network) {
   }
 }
 
+SpringNetwork unheld_network(const Scene& scene) {
+  if (scene.tissue.source == Source::lattice) { return build_lattice(scene); }
+  if (scene.tissue.source == Source::layers) { return build_cells(scene, layered_shape(scene)); }
+  return scene.tissue.network;
+}
+
 }  // namespace
 
 BondStiffness bond_stiffness(double youngs_modulus, double spacing, int connectivity) {
@@ -94,10 +100,7 @@ std::vector<int> face_nodes(const NodeVectors& rest_position, Face face) {
 Eigen::Index layered_node_count(const Scene& scene) { return layered_shape(scene).node_count(); }
 
 SpringNetwork build_network(const Scene& scene) {
-  const Source source = scene.tissue.source;
-  SpringNetwork network = source == Source::lattice  ? build_lattice(scene)
-                          : source == Source::layers ? build_cells(scene, layered_shape(scene))
-                                                     : scene.tissue.network;
+  SpringNetwork network = unheld_network(scene);
   hold_faces(scene.tissue, network);
   hold_bone(scene, network);
   return network;

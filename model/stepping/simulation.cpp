@@ -7,6 +7,7 @@
 
 #include "model/dynamics/network_builder.hpp"
 #include "model/dynamics/syringe.hpp"
+#include "model/stepping/flushed_denormals.hpp"
 #include "model/stepping/network_system.hpp"
 #include "model/stepping/oscillator_system.hpp"
 #include "model/stepping/recorder.hpp"
@@ -130,6 +131,7 @@ class Simulation::CoreOf final : public Simulation::Core {
   }
 
   StepStatus tick() noexcept override {
+    const FlushedDenormals flushed;
     const double begin = static_cast<double>(ticks) * tick_length;
     if (ticks == 0) { integrator_->start(stepped(), state_, 0.0, update_length_); }
     if (contact_ == nullptr) {

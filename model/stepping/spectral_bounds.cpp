@@ -234,9 +234,12 @@ Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
   const Eigen::Index nodes = mass.size() / 3;
   const Fastest equal = bound_with_weights(problem, which, VectorXd::Ones(nodes));
   if (!(equal.bound > 0.0)) { return {0.0, 0.0}; }
-  const VectorXd inverse_mass =
-      Eigen::Map<const VectorXd, 0, Eigen::InnerStride<3>>(mass.data(), nodes).cwiseInverse();
-  double upper = std::min(equal.bound, bound_with_weights(problem, which, inverse_mass).bound);
+  double upper = equal.bound;
+  if (mass.minCoeff() < mass.maxCoeff()) {  // else the weights are equal once more
+    const VectorXd inverse_mass =
+        Eigen::Map<const VectorXd, 0, Eigen::InnerStride<3>>(mass.data(), nodes).cwiseInverse();
+    upper = std::min(upper, bound_with_weights(problem, which, inverse_mass).bound);
+  }
   const Part part = whole_or_part(problem, equal.free_node);
   const std::vector<Block> blocks = blocks_of(problem, which, part);
   Lanczos lanczos(blocks, part.mass);

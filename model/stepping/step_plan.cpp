@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -90,22 +91,22 @@ void choose_substeps(const Scene& scene, StepPlan& plan) {
   }
 }
 
-LatticeRows lattice_rows_of(const NetworkProblem& problem, const Scene& scene) {
-  const bool single = scene.simulation.precision == Precision::single_precision;
-  return {lattice_of(problem.network()).value(),
-          single ? lattice_kernels<float>().lanes : lattice_kernels<double>().lanes};
+/// Of a lattice that steps in lanes.
+std::optional<LatticeRows> lattice_rows(const NetworkProblem& problem, bool single) {
+  const std::optional<LatticeShape> shape = lattice_of(problem.network());
+  if (!shape) { return {}; }
+  return LatticeRows(*shape, single ? lattice_kernels<float>().lanes : lattice_kernels<double>().lanes);
 }
 
-void choose_threads(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
+void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, StepPlan& plan) {
   const int wanted = scene.simulation.threads;
   if (wanted == 1) { return; }
-  if (!plan.lattice) {
+  if (!rows) {
     plan.warnings.emplace_back("one thread: only a regular lattice under an explicit scheme is shared out");
     return;
   }
-  const LatticeRows rows = lattice_rows_of(problem, scene);
-  const int layers = rows.nodes()[2];
-  plan.threads = LatticeSlabs<double>::most_threads(layers, rows.vectors(), wanted);
+  const int layers = rows->nodes()[2];
+  plan.threads = LatticeSlabs<double>::most_threads(layers, rows->vectors(), wanted);
   if (plan.threads < wanted) {
     plan.warnings.push_back(std::to_string(plan.threads) + " of " + std::to_string(wanted) +
                             " threads: each takes two layers or more of " + std::to_string(layers) +
@@ -119,23 +120,25 @@ void choose_threads(const Scene& scene, const NetworkProblem& problem, StepPlan&
   if (plan.threads > 1) { plan.kernel += "-" + std::to_string(plan.threads) + "-threads"; }
 }
 
-void list_skipped(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
+void list_skipped(const Scene& scene, const NetworkProblem& problem, const std::optional<LatticeRows>& rows,
+                  StepPlan& plan) {
   const auto& springs = problem.network().springs;
-  const auto fixed_pairs = std::ranges::count_if(springs, [&](const Spring& s) {
-    return problem.coordinate(s.a) < 0 && problem.coordinate(s.b) < 0;
-  });
+  const auto fixed_pairs = [&] {
+    return std::ranges::count_if(springs, [&](const Spring& s) {
+      return problem.coordinate(s.a) < 0 && problem.coordinate(s.b) < 0;
+    });
+  };
   const auto fixed_nodes =
       problem.network().node_count() - static_cast<Eigen::Index>(problem.free_nodes().size());
   if (std::ranges::none_of(springs, [](const Spring& s) { return s.viscosity != 0.0; })) {
     plan.skipped.emplace_back("dampers: every spring has zero viscosity");
   }
   // Lanes go through whole rows: fixed nodes among free ones are stepped, without an inverse mass.
-  const long left_out =
-      plan.lattice ? springs_between_fixed_rows(problem, lattice_rows_of(problem, scene)) : fixed_pairs;
+  const long left_out = rows ? springs_between_fixed_rows(problem, *rows) : fixed_pairs();
   if (left_out > 0) {
     plan.skipped.push_back("springs between fixed nodes: " + std::to_string(left_out));
   }
-  if (fixed_nodes > 0 && !plan.lattice) {
+  if (fixed_nodes > 0 && !rows) {
     plan.skipped.push_back("stepping of fixed nodes: " + std::to_string(fixed_nodes));
   }
   if (scene.tissue.gravity.isZero()) { plan.skipped.emplace_back("gravity: zero"); }
@@ -207,12 +210,13 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
                                           [](const Spring& s) { return s.viscosity != 0.0; });
   const bool law_as_printed = printed.sign || printed.reversed || printed.direction ||
                               printed.half_force || printed.lagged_velocity;
-  plan.lattice = !plan.integrator->implicit && !law_as_printed &&
-                 lattice_of(network->network()).has_value();
+  std::optional<LatticeRows> rows;
+  if (!plan.integrator->implicit && !law_as_printed) { rows = lattice_rows(*network, single); }
+  plan.lattice = rows.has_value();
   plan.kernel = plan.lattice ? lattice_kernel_name(damped || !skip, single)
                              : kernel_name({.damped = damped || !skip, .printed = law_as_printed}, single);
-  choose_threads(scene, *network, plan);
-  if (skip) { list_skipped(scene, *network, plan); }
+  choose_threads(scene, rows, plan);
+  if (skip) { list_skipped(scene, *network, rows, plan); }
   return plan;
 }
 

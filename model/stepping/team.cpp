@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "model/stepping/team.hpp"
 
+#include "model/stepping/flushed_denormals.hpp"
+
 namespace palpate {
 
 namespace {
@@ -28,6 +30,7 @@ void Team::run_call() noexcept {
 }
 
 void Team::serve(int number) noexcept {
+  const FlushedDenormals flushed;  // as on the thread that calls
   for (long seen = 0;;) {
     long idle = 0;
     long round = seen;

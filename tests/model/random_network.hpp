@@ -4,26 +4,11 @@
 
 #include <cmath>
 #include <cstdint>
-#include <random>
 
 #include "model/dynamics/spring_network.hpp"
+#include "validation/random.hpp"
 
 namespace palpate {
-
-/// Uniform in [low, high), from the generator's bits alone (the library's distributions differ).
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-  double operator()(double low, double high) {
-    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
-  }
-  Eigen::VectorXd vector(Eigen::Index size, double amplitude) {
-    return Eigen::VectorXd::NullaryExpr(size, [&] { return (*this)(-amplitude, amplitude); });
-  }
-
- private:
-  std::mt19937_64 bits_;
-};
 
 struct RandomNetwork {
   int nodes = 12;

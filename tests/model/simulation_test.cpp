@@ -192,4 +192,19 @@ TEST("a network given in memory moves as the same scene does") {
   CHECK((q.array() == after(scene, 25).position.array()).all());
 }
 
+TEST("below the normal range a tick counts zero, and what follows it does not") {
+  Scene scene;
+  scene.tissue.source = Source::oscillator;
+  scene.tissue.oscillator.displacement = 1e-310;
+  scene.tissue.oscillator.velocity = 1e-310;
+  Simulation simulation(scene);
+  (void)simulation.tick();
+  VectorXd x(1), v(1);
+  simulation.coordinates(x);
+  simulation.velocities(v);
+  CHECK(x(0) == 0.0 && v(0) == 0.0);
+  volatile double small = 1e-310;
+  CHECK(small * 0.5 > 0.0);
+}
+
 }  // namespace

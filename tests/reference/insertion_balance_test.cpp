@@ -2,7 +2,7 @@
 // What must hold for every insertion: momentum, energy, constraints, convergence.
 #include <algorithm>
 
-#include "insertion_samples.hpp"
+#include "tests/reference/insertion_samples.hpp"
 #include "reference/insertion.hpp"
 #include "tests/check.hpp"
 

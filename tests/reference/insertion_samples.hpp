@@ -7,7 +7,7 @@
 
 #include "model/dynamics/network_builder.hpp"
 #include "reference/insertion.hpp"
-#include "sample_problems.hpp"
+#include "tests/reference/sample_problems.hpp"
 
 namespace sample {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "insertion_samples.hpp"
+#include "tests/reference/insertion_samples.hpp"
 #include "tests/check.hpp"
 
 using namespace palpate;

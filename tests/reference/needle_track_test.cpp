@@ -3,7 +3,7 @@
 
 #include <numeric>
 
-#include "insertion_samples.hpp"
+#include "tests/reference/insertion_samples.hpp"
 #include "reference/hand_motion.hpp"
 #include "tests/check.hpp"
 

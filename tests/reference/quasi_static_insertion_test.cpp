@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "reference/quasi_static_insertion.hpp"
 
-#include "insertion_samples.hpp"
+#include "tests/reference/insertion_samples.hpp"
 #include "reference/solution.hpp"
-#include "sample_problems.hpp"
+#include "tests/reference/sample_problems.hpp"
 #include "tests/check.hpp"
 
 using namespace palpate;

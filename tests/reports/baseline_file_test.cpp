@@ -2,22 +2,18 @@
 #include "reports/baseline_file.hpp"
 
 #include <cstdio>
-#include <filesystem>
 
 #include "fixtures/io/file_bytes.hpp"
 #include "reports/damaged_files.hpp"
 #include "reports/gate_report.hpp"
 #include "tests/check.hpp"
+#include "tests/fixtures/scratch_folder.hpp"
 #include "tests/reports/sample_results.hpp"
 #include "validation/gate/approval.hpp"
 
 namespace {
 
 using namespace palpate;
-
-std::filesystem::path scratch(const char* name) {
-  return std::filesystem::temp_directory_path() / ("palpate-baseline-test-" + std::string(name));
-}
 
 gate::Baseline sample_baseline() {
   gate::Acceptance acceptance{.command = "palpate validate",
@@ -30,9 +26,10 @@ gate::Baseline sample_baseline() {
 }
 
 TEST("a baseline is read as it was written, curves and all") {
+  const scratch::Folder folder;
   const gate::Baseline written = sample_baseline();
-  write_baseline(scratch("a.json"), written);
-  const gate::Baseline read = read_baseline(scratch("a.json"));
+  write_baseline(folder / "a.json", written);
+  const gate::Baseline read = read_baseline(folder / "a.json");
   const gate::Candidate candidate{.command = written.command, .outcomes = {written.cases[0].outcome}};
   CHECK(gate::judge(read, candidate).tally().identical == 1);
   CHECK(read.ledger.size() == 1 && read.ledger[0].reason == "first" && read.ledger[0].commit == "abc");
@@ -40,10 +37,11 @@ TEST("a baseline is read as it was written, curves and all") {
 }
 
 TEST("the same baseline gives the same bytes") {
-  write_baseline(scratch("b.json"), sample_baseline());
-  write_baseline(scratch("c.json"), sample_baseline());
-  CHECK(io::read_bytes(scratch("b.h5"), 1U << 24U) == io::read_bytes(scratch("c.h5"), 1U << 24U));
-  CHECK(io::read_bytes(scratch("b.json"), 1U << 24U) == io::read_bytes(scratch("c.json"), 1U << 24U));
+  const scratch::Folder folder;
+  write_baseline(folder / "b.json", sample_baseline());
+  write_baseline(folder / "c.json", sample_baseline());
+  CHECK(io::read_bytes(folder / "b.h5", 1U << 24U) == io::read_bytes(folder / "c.h5", 1U << 24U));
+  CHECK(io::read_bytes(folder / "b.json", 1U << 24U) == io::read_bytes(folder / "c.json", 1U << 24U));
 }
 
 TEST("no damage to its files goes unseen") {
@@ -55,7 +53,10 @@ TEST("no damage to its files goes unseen") {
   }
 }
 
-TEST("curves do not go where the numbers are") { CHECK_THROWS(write_baseline(scratch("d.h5"), sample_baseline()), "another ending"); }
+TEST("curves do not go where the numbers are") {
+  const scratch::Folder folder;
+  CHECK_THROWS(write_baseline(folder / "d.h5", sample_baseline()), "another ending");
+}
 
 TEST("page, table and JUnit name what fell") {
   GateReport report{.command = "palpate gate", .baseline = sample_baseline()};

@@ -7,13 +7,13 @@
 
 namespace palpate::bench {
 
-namespace {
-
 std::string two_digits(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.2f", value);
   return text.data();
 }
+
+namespace {
 
 Table times_table(std::span<const KernelSize> sizes) {
   Table table{.id = "kernels",

@@ -3,6 +3,7 @@
 /// What `bench/kernels` shows.
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "validation/bench/kernel_variants.hpp"
@@ -29,6 +30,9 @@ struct KernelTime {
   /// No step of a lattice can be quicker [ns].
   [[nodiscard]] double bound() const { return memory() > root ? memory() : root; }
 };
+
+/// "1.23", as times stand in tables and sentences.
+std::string two_digits(double value);
 
 struct KernelSize {
   int n = 0;

@@ -2,10 +2,10 @@
 /// What a second thread is worth to a lattice, where a second processor is free to run it.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <thread>
 
 #include "validation/bench/bench_cases.hpp"
+#include "validation/bench/kernel_tables.hpp"
 #include "validation/bench/kernel_variants.hpp"
 #include "validation/bench/machine_limits.hpp"
 
@@ -73,12 +73,6 @@ Table pairs_table(const std::vector<Pair>& pairs) {
                           pair.two_median, pair.one / pair.two, pair.slowdown});
   }
   return table;
-}
-
-std::string two_digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f", value);
-  return text;
 }
 
 /// Only while a second processor is free, before and after; what was timed in between is shown in any case.

@@ -5,24 +5,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <random>
 
 #include "model/dynamics/spring_network.hpp"
 #include "model/stepping/integrator.hpp"
+#include "validation/random.hpp"
 
 namespace palpate::stability {
-
-/// Uniform in [low, high) from the bits alone: the same on every machine.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-  double operator()(double low, double high) {
-    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
-  }
-
- private:
-  std::mt19937_64 bits_;
-};
 
 /// n^3 nodes of 1 g, 5 mm apart, 26 neighbours of 50 N/m, the far face held. Every viscosity is
 /// `relaxation` [s] times the stiffness, so damping is proportional and modes decouple.
