@@ -31,6 +31,7 @@ using namespace certificate;
 
 constexpr double least_rate = 0.01;  // [Hz]
 constexpr double most_rate = 20000.0;
+constexpr std::string_view costliest_tick = "costliest tick";  // as provocation.cpp names it
 
 void refuse_unknown_loads(const CertifyOptions& options) {
   for (const std::string& load : options.loads) {
@@ -110,7 +111,7 @@ Certificate certify_aside(const Scene& scene, const CertifyPlan& plan, bool quie
 /// Of the tick of the scene that took longest, once more and alone.
 void count_worst(const CertifyOptions& options, const Claim& claim, CertificateReport& report) {
   ComputeBudget& budget = report.result.budget;
-  const auto worst = std::ranges::find(budget.provocations, costliest_tick_of_scene, &Provocation::name);
+  const auto worst = std::ranges::find(budget.provocations, costliest_tick, &Provocation::name);
   if (worst == budget.provocations.end() || report.result.interrupted) {
     report.not_counted = report.result.interrupted ? "interrupted" : "no tick was timed";
     return;

@@ -58,7 +58,7 @@ class Provoker {
   }
   void add_scene() {
     add("first tick", "the first after a start", whole_, 0, 1);
-    add(costliest_tick_of_scene, "any tick of the scene", whole_, whole_.costliest(0, whole_.ticks.size()),
+    add("costliest tick", "any tick of the scene", whole_, whole_.costliest(0, whole_.ticks.size()),
         whole_.ticks.size());
     const HappeningNames names(scene_);
     std::map<std::string, std::vector<std::size_t>> ticks;

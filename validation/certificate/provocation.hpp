@@ -14,9 +14,6 @@
 
 namespace palpate::certificate {
 
-/// Name of what any tick of the scene costs at most, nothing else being done to it.
-inline constexpr const char* costliest_tick_of_scene = "costliest tick";
-
 struct Provocation {
   std::string name{};       ///< "puncture: ligamentum flavum"
   std::string what{};       ///< how it was provoked
