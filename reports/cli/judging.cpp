@@ -130,6 +130,16 @@ void tell_end(const std::vector<Outcome>& outcomes, std::size_t total, const std
               count(outcomes, Status::skip), total, page.string().c_str());
 }
 
+/// A selection of which nothing could run here is no verdict on the program.
+int exit_code(const std::vector<Outcome>& outcomes) {
+  if (tally(outcomes).holds()) { return done; }
+  const bool none_ran = std::ranges::all_of(
+      outcomes, [](const Outcome& one) { return one.status == Status::skip && one.reason.starts_with("not run: "); });
+  if (outcomes.empty() || !none_ran) { return fell_short; }
+  std::fprintf(stderr, "palpate: %s\n", outcomes.front().reason.c_str());
+  return machine_cannot;
+}
+
 }  // namespace
 
 int judge(const ValidateOptions& options, const Judging& what) {
@@ -167,7 +177,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
     std::fflush(nullptr);
     std::_Exit(interrupted_code);  // cases still run on threads that cannot be stopped
   }
-  return tally(results.outcomes).holds() ? done : fell_short;
+  return exit_code(results.outcomes);
 }
 
 }  // namespace palpate::cli

@@ -35,7 +35,9 @@ chain "$out/even" 0
 chain "$out/more" 8
 
 # Without Valgrind: not run, with the reason; results are whole.
-PATH="$out/no-programs" "$palpate" bench bench/instructions/oscillator --out "$out/none" >"$out/said" || true
+status=0
+PATH="$out/no-programs" "$palpate" bench bench/instructions/oscillator --out "$out/none" >"$out/said" 2>&1 || status=$?
+[ "$status" -eq 3 ] || fail "exit status $status without valgrind, expected 3"
 grep -q 'skip.*not run: \(valgrind is not installed\|a program with sanitizers\)' "$out/said" || fail "no reason: $(cat "$out/said")"
 [ -s "$out/none/results.json" ] || fail "no results without valgrind"
 [ "${PALPATE_SANITIZED:-0}" = 1 ] && exit 0
