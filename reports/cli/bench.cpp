@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <memory>
 
+#include "fixtures/io/scratch_folder.hpp"
 #include "reports/cli/interrupt.hpp"
 #include "reports/cli/judging.hpp"
 #include "reports/cli/reference_cache.hpp"
@@ -33,7 +34,7 @@ int bench_against(const BenchOptions& options, Judging judging) {
 }
 
 int bench_itself(const BenchOptions& options, Judging judging) {
-  const timing::ScratchFolder folder;
+  const io::ScratchFolder folder;
   const std::filesystem::path copy = folder.path() / "base.so";  // a file that is loaded twice is one library
   std::filesystem::copy_file(timing::own_library(), copy);
   judging.further = " --self-test " + std::to_string(options.self_test);

@@ -130,6 +130,22 @@ void tell_end(const std::vector<Outcome>& outcomes, std::size_t total, const std
               count(outcomes, Status::skip), total, page.string().c_str());
 }
 
+void look_at_all(const ValidateOptions& options, const Judging& what, Results& results) {
+  if (!what.afterwards) { return; }
+  results.outcomes.push_back(what.afterwards(results));
+  if (!options.quiet) { tell_case(results.outcomes.back(), results.outcomes.size(), results.outcomes.size()); }
+}
+
+/// A selection of which nothing could run here is no verdict on the program.
+int exit_code(const std::vector<Outcome>& outcomes) {
+  if (tally(outcomes).holds()) { return done; }
+  const bool none_ran = std::ranges::all_of(
+      outcomes, [](const Outcome& one) { return one.status == Status::skip && one.reason.starts_with("not run: "); });
+  if (outcomes.empty() || !none_ran) { return fell_short; }
+  std::fprintf(stderr, "palpate: %s\n", outcomes.front().reason.c_str());
+  return machine_cannot;
+}
+
 }  // namespace
 
 int judge(const ValidateOptions& options, const Judging& what) {
@@ -157,17 +173,14 @@ int judge(const ValidateOptions& options, const Judging& what) {
                   .provenance = build_provenance(),
                   .outcomes = in_order(cases, kept, ran.outcomes)};
   if (!kept.empty()) { results.provenance["not run again"] = told_of(kept); }
-  if (what.afterwards && !ran.interrupted) {
-    results.outcomes.push_back(what.afterwards(results));
-    if (!options.quiet) { tell_case(results.outcomes.back(), results.outcomes.size(), results.outcomes.size()); }
-  }
+  if (!ran.interrupted) { look_at_all(options, what, results); }
   write_results_folder(folder, results);
   if (!options.quiet) { tell_end(results.outcomes, cases.size(), folder / "report.html"); }
   if (ran.interrupted) {
     std::fflush(nullptr);
     std::_Exit(interrupted_code);  // cases still run on threads that cannot be stopped
   }
-  return tally(results.outcomes).holds() ? done : fell_short;
+  return exit_code(results.outcomes);
 }
 
 }  // namespace palpate::cli

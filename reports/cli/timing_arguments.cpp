@@ -15,6 +15,9 @@ void add_bench(CLI::App& command, BenchOptions& options) {
       .add_option("--history", options.history,
                   "append what was found as a line of JSON, and look for slow creep in the runs that stand there")
       ->type_name("FILE");
+  command
+      .add_option("--cache", options.cache, "folder of kept references and of libraries of revisions [user's cache]")
+      ->type_name("DIR");
   CLI::Option* against =
       command
           .add_option(

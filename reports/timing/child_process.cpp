@@ -119,17 +119,4 @@ ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool
   return end;
 }
 
-ScratchFolder::ScratchFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) {
-    throw std::runtime_error(name + " cannot be made: " + std::strerror(errno));
-  }
-  path_ = name;
-}
-
-ScratchFolder::~ScratchFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 }  // namespace palpate::timing

@@ -30,17 +30,4 @@ struct ChildEnd {
 /// std::runtime_error when it cannot be started.
 ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool>* stop);
 
-/// A folder for files of a moment, gone with this object. Throws std::runtime_error.
-class ScratchFolder {
- public:
-  ScratchFolder();
-  ~ScratchFolder();
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
 }  // namespace palpate::timing

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "reports/timing/instruction_counter.hpp"
 
+#include "fixtures/io/scratch_folder.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/timing/callgrind_output.hpp"
 #include "reports/timing/child_process.hpp"
@@ -34,7 +35,7 @@ InstructionCount count_steps(const std::vector<std::string>& words, const std::a
   const std::filesystem::path valgrind = find_program("valgrind");
   count.refusal = why_not(valgrind);
   if (!count.refusal.empty()) { return count; }
-  const ScratchFolder folder;
+  const io::ScratchFolder folder;
   const ChildEnd end = run_child(command_of(valgrind, folder.path(), words), stop);
   if (end.stopped) {
     count.refusal = "interrupted";

@@ -6,14 +6,14 @@ rm -rf "$out"
 mkdir -p "$out/no-programs"
 fail() { echo "$1"; exit 1; }
 
-# A chain of 400 springs, and one with 2 % more of them between second neighbours.
+# A chain of 400 nodes joined to their next three, and one with 2 % more springs, between fourth neighbours.
 chain() { # folder further-springs
   mkdir -p "$1"
   awk 'BEGIN { print "x_m,y_m,z_m,mass_kg,fixed"; for (i = 0; i <= 400; ++i) printf "0,0,%.3f,0.001,%d\n", i / 1000, i == 400 }' >"$1/nodes.csv"
   awk -v more="$2" 'BEGIN {
     print "a,b,stiffness_n_per_m,viscosity_ns_per_m,rest_length_m"
-    for (i = 0; i < 400; ++i) printf "%d,%d,10,0.01,\n", i, i + 1
-    for (i = 0; i < more; ++i) printf "%d,%d,1,0.01,\n", 40 * i, 40 * i + 2 }' >"$1/springs.csv"
+    for (i = 0; i < 400; ++i) for (k = 1; k <= 3 && i + k <= 400; ++k) printf "%d,%d,10,0.01,\n", i, i + k
+    for (i = 0; i < more; ++i) printf "%d,%d,1,0.01,\n", 16 * i, 16 * i + 4 }' >"$1/springs.csv"
   cat >"$1/scene.toml" <<'SCENE'
 title = "A chain"
 [simulation]
@@ -32,10 +32,12 @@ force = [0.0, 0.0, 0.001]
 SCENE
 }
 chain "$out/even" 0
-chain "$out/more" 8
+chain "$out/more" 24
 
 # Without Valgrind: not run, with the reason; results are whole.
-PATH="$out/no-programs" "$palpate" bench bench/instructions/oscillator --out "$out/none" >"$out/said" || true
+status=0
+PATH="$out/no-programs" "$palpate" bench bench/instructions/oscillator --out "$out/none" >"$out/said" 2>&1 || status=$?
+[ "$status" -eq 3 ] || fail "exit status $status without valgrind, expected 3"
 grep -q 'skip.*not run: \(valgrind is not installed\|a program with sanitizers\)' "$out/said" || fail "no reason: $(cat "$out/said")"
 [ -s "$out/none/results.json" ] || fail "no results without valgrind"
 [ "${PALPATE_SANITIZED:-0}" = 1 ] && exit 0

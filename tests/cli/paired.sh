@@ -15,7 +15,7 @@ refused() { # message command...
 cp "$library" "$out/copy.so"
 
 # Both orders of loading; as many pairs as asked for; the same motion to the last bit.
-for option in --pairs=3 --head-first; do
+for option in --seed=2 --head-first; do
   "$palpate" steps "$scenes/s26.toml" --library "$out/copy.so" --beside "$library" --pairs 3 "$option" >"$out/pairs"
   [ "$(head -n 1 "$out/pairs")" = same ] || fail "not the same motion"
   [ "$(wc -l <"$out/pairs")" -eq 5 ] || fail "not three pairs"
@@ -32,8 +32,6 @@ refused 'no-such-revision: no revision' "$palpate" bench --against no-such-revis
 if first=$(git -C "$scenes" rev-list --max-parents=0 HEAD 2>/dev/null | tail -n 1) && [ -n "$first" ]; then
   refused "$first: has no step library" "$palpate" bench --against "$first" --cache "$out/cache" --out "$out/none"
 fi
-[ "${PALPATE_SANITIZED:-0}" = 1 ] && exit 0
-
 "$palpate" bench bench/self-test/s26 --self-test 1 --out "$out/self" >"$out/said" || fail "$(cat "$out/said")"
 "$palpate" bench bench/paired/s26 --against "$out/copy.so" --out "$out/paired" --history "$out/history.jsonl" >"$out/said" ||
   fail "$(cat "$out/said")"

@@ -2,6 +2,7 @@
 #include "reports/timing/callgrind_output.hpp"
 
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/scratch_folder.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/timing/child_process.hpp"
 #include "tests/check.hpp"
@@ -43,7 +44,7 @@ TEST("a file that is cut short, or counts something else, or holds no number is 
 }
 
 TEST("of a folder only what the program asked for counts, in its order") {
-  const ScratchFolder folder;
+  const io::ScratchFolder folder;
   io::replace_file(folder.path() / "part.10", part(10, "Client Request: b", "\ntotals: 2\n"));
   io::replace_file(folder.path() / "part.2", part(2, "Client Request: a", "\ntotals: 1\n"));
   io::replace_file(folder.path() / "part", part(11, "Program termination", "\ntotals: 9\n"));

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/scratch_folder.hpp"
 #include "model/dynamics/scene_check.hpp"
 #include "reports/timing/child_process.hpp"
 #include "reports/timing/paired_steps.hpp"
@@ -28,7 +29,7 @@ std::vector<HistoryLine> creeping(double growth) {
 }
 
 TEST("lines are appended, and read back to the last digit") {
-  const ScratchFolder folder;
+  const io::ScratchFolder folder;
   const auto file = folder.path() / "history.jsonl";
   CHECK(read_history(file).empty());
   append_history(file, run_of(1.0 / 3.0));
@@ -40,7 +41,7 @@ TEST("lines are appended, and read back to the last digit") {
 }
 
 TEST("a damaged line is named, and a file that cannot be written is refused") {
-  const ScratchFolder folder;
+  const io::ScratchFolder folder;
   const auto file = folder.path() / "history.jsonl";
   io::replace_file(file, to_text(run_of(1.0)) + to_text(run_of(1.0)).substr(0, 40) + "\n");
   const auto said = [](auto&& work) -> std::string {
