@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # patient_data.sh PALPATE SCRATCH DATA...: two lumbar MRI, one level of a spine as surfaces, T1 and T2 volumes.
-# Exit 77: the first folder DATA that exists holds none of it.
+# What inspect reads of each on the needle's line. Exit 77: no folder DATA holds them.
 set -euo pipefail
 palpate=$1
 scratch=$2
@@ -21,7 +21,7 @@ lumbar() {
   cat > "$scratch/lumbar-$1.toml" <<TOML
 title = "Lumbar MRI, subject $1"
 [simulation]
-duration = 1.9
+duration = 0.01
 [tissue]
 source = "mri"
 [tissue.mri]
@@ -43,20 +43,70 @@ TOML
 first_of() {
   "$palpate" inspect "$1" | awk -v role="$2" '$5 == role { print $1; exit }'
 }
-event_depth() {  # of the first such event in a trace [mm]
-  awk -F, -v event="$2" 'NR == 1 { for (n = 1; n <= NF; ++n) { if ($n == "tool.depth_m") d = n; if ($n == "tool.event") e = n } }
-    $e == event { print 1000 * $d; exit }' "$1/trace.csv"
-}
-
 # Nominal depths from the data's README: 70 to 78 mm (177) and 42 to 52 mm (129) at mid-lumbar level. A node stands for
 # 2.8 mm of depth and a skin found by `air` for half of one.
 for subject in 177 129; do
   if [ "$subject" = 177 ]; then lumbar 177 136.3 131.6 240.2 188.0; else lumbar 129 157.9 112.8 240.2 169.2; fi
   depth[$subject]=$(first_of "$scratch/lumbar-$subject.toml" epidural-space)
-  "$palpate" run "$scratch/lumbar-$subject.toml" --out "$scratch/$subject" --quiet
-  lost[$subject]=$(event_depth "$scratch/$subject" loss-of-resistance)
-  echo "subject $subject: canal at ${depth[$subject]} mm by the volume, resistance lost at ${lost[$subject]} mm"
+  echo "subject $subject: canal ${depth[$subject]} mm below the skin by the volume"
 done
 between "${depth[177]}" 67.2 80.8 "depth of the canal, subject 177"
 between "${depth[129]}" 39.2 54.8 "depth of the canal, subject 129"
-between "$(echo "${depth[177]} - ${depth[129]}" | bc -l)" 15 36 "difference of the two patients"
+between "$(awk -v a="${depth[177]}" -v b="${depth[129]}" 'BEGIN { print a - b }')" 15 36 "difference of the two patients"
+
+# Nodes of 2 mm; the surfaces are in metres, x to the front, z to the head.
+surfaces="$data/vhm_lumbar_vertebrae"
+cat > "$scratch/spine.toml" <<TOML
+[simulation]
+duration = 0.01
+[tissue]
+source = "mesh"
+[tissue.mesh]
+voxel = 0.002
+inward = "+x"
+origin = [-0.066, 0.0, 0.0705]
+surround = { material = "muscle", min = [-0.014, -0.014, 0.0], max = [0.014, 0.014, 0.058] }
+files = [
+  { path = "$surfaces/L3.obj", material = "bone", priority = 2 },
+  { path = "$surfaces/L4.obj", material = "bone", priority = 2 },
+  { path = "$surfaces/L34_interspinous_constructed.obj", material = "interspinous-ligament" },
+  { path = "$surfaces/L34_supraspinous_constructed.obj", material = "supraspinous-ligament" },
+  { path = "$surfaces/L34_ligamentum_flavum_constructed.obj", material = "ligamentum-flavum" },
+]
+[needle]
+TOML
+line=$("$palpate" inspect "$scratch/spine.toml" | awk '/from mm/ { on = 1; next } /^static/ { on = 0 } on { printf "%s ", $6 }')
+echo "between the vertebrae: $line"
+case "$line" in
+  *supraspinous-ligament*interspinous-ligament*ligamentum-flavum*bone*) ;;
+  *) fail "the needle between the vertebrae meets $line" ;;
+esac
+bone=$("$palpate" inspect "$scratch/spine.toml" --set 'needle.entry=[0.0, 0.012]' | awk '$1 == "bone_at_m" { print $2 }')
+echo "mis-aimed by 12 mm: bone at $bone m"
+between "$bone" 0.0 0.03 "depth of bone, mis-aimed"
+# L3 holds 80.6 and L4 72.6 cm3 by the data's README; a cell of 2 mm may be wrong within its half diagonal of the surface,
+# and errors of so many cells cancel to a few per cent.
+for body in L3:80.6 L4:72.6; do
+  cm3=$("$palpate" inspect "$scratch/spine.toml" --json | tr -d ' \n' | sed "s/.*\"${body%%:*}.obj\":{\"material\":\"bone\",\"mesh_m3\":\([0-9.e-]*\),\"voxels_m3\":\([0-9.e-]*\).*/\2/")
+  between "$(awk -v v="$cm3" -v t="${body#*:}" 'BEGIN { print 1e6 * v / t }')" 0.97 1.03 "voxels of ${body%%:*}"
+done
+
+for weighting in T1 T2; do
+  file=$(echo "$weighting" | tr T t)w.nii.gz
+  cat > "$scratch/$weighting.toml" <<TOML
+[simulation]
+duration = 0.01
+[tissue]
+source = "mri"
+[tissue.mri]
+path = "$data/sct_spine_mri_t1_t2/$file"
+weighting = "$weighting"
+inward = "anterior"
+stride = 2
+slice_stride = 2
+[probe]
+TOML
+  "$palpate" inspect "$scratch/$weighting.toml" > "$scratch/$weighting.txt" || fail "$file is refused"
+  grep -q "weighting: $weighting" "$scratch/$weighting.txt" || fail "$file: no weighting"
+  echo "$file: $(grep '^nodes' "$scratch/$weighting.txt")"
+done
