@@ -104,7 +104,6 @@ weighting = "$weighting"
 inward = "anterior"
 stride = 2
 slice_stride = 2
-[probe]
 TOML
   "$palpate" inspect "$scratch/$weighting.toml" > "$scratch/$weighting.txt" || fail "$file is refused"
   grep -q "weighting: $weighting" "$scratch/$weighting.txt" || fail "$file: no weighting"

@@ -192,7 +192,8 @@ TEST("a needle reads its layers from the volume") {
   scene.tissue.voxels = std::make_shared<const VoxelTissue>(
       build(image_of({6, 6, 20}, {1e-3, 1e-3, 2e-3}, value), {.percentiles = {0.0, 100.0}, .lookup = falling}));
   scene.needle = Needle{.entry = {0.2e-3, -0.3e-3}};
-  const auto& intervals = tool_path(scene, build_network(scene)).intervals();
+  const auto path = tool_path(scene, build_network(scene));
+  const auto& intervals = path.intervals();
   CHECK_NEAR(double(intervals.size()), 3.0, 0.0);
   CHECK(intervals[0].label == "soft" && intervals[1].label == "stiff" && intervals[2].label == "soft");
   // Boxes are centred on their pixels: slice 10 begins at 9.5 spacings.

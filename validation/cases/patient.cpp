@@ -8,6 +8,7 @@
 #include "reference/ensemble.hpp"
 #include "reference/trajectory_error.hpp"
 #include "validation/cases/groups.hpp"
+#include "validation/cases/patient_tissue.hpp"
 #include "validation/metrics.hpp"
 
 namespace palpate {
@@ -254,13 +255,15 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
 }  // namespace
 
 std::vector<Case> patient_cases() {
-  return {{.name = "patient/lumbar",
+  std::vector<Case> cases = patient_tissue_cases();
+  cases.push_back({.name = "patient/lumbar",
            .suite = "accuracy",
            .claim = "On a network sampled from a patient's MRI, pressed and let go, every scheme "
                     "converges at its order to what independent solvers agree on",
            .measure = measure_lumbar,
            .quick = false,
-           .weight = 100.0}};
+           .weight = 100.0});
+  return cases;
 }
 
 }  // namespace palpate

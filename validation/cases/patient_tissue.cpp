@@ -175,8 +175,7 @@ std::vector<Case> patient_tissue_cases() {
            .suite = "model",
            .claim = "A phantom image becomes the nodes and springs that its brightness says",
            .measure = measure_image,
-           .quick = false},
-          hertz_case()};
+           .quick = false}};
 }
 
 }  // namespace palpate

@@ -8,7 +8,6 @@
 
 namespace palpate {
 
-std::vector<Case> patient_tissue_cases();  ///< surfaces, images
-Case hertz_case();                         ///< a ball pressed into a lattice
+std::vector<Case> patient_tissue_cases();
 
 }  // namespace palpate
