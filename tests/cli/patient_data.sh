@@ -102,8 +102,8 @@ source = "mri"
 path = "$data/sct_spine_mri_t1_t2/$file"
 weighting = "$weighting"
 inward = "anterior"
-stride = 2
-slice_stride = 2
+stride = 5
+slice_stride = 4
 TOML
   "$palpate" inspect "$scratch/$weighting.toml" > "$scratch/$weighting.txt" || fail "$file is refused"
   grep -q "weighting: $weighting" "$scratch/$weighting.txt" || fail "$file: no weighting"

@@ -16,7 +16,7 @@ Table counts_table(const Workload& workload, const InstructionCount& count, doub
               .title = "Instructions",
               .caption = "Counted by " + count.counter + " in " + std::to_string(workload.ticks) +
                          " ticks after the first " + std::to_string(workload.before) +
-                         ", each time set up anew. The kernel is what the processor that it emulates got.",
+                         ", each time in a process of its own. The kernel is what the processor that it emulates got.",
               .columns = {"time", "kernel", "in all", "a tick", "a spring and step"},
               .timing = true};
   for (std::size_t n = 0; n < count.passes.size(); ++n) {
@@ -40,7 +40,7 @@ void measure(const Workload& workload, const InstructionCounter& counter, Outcom
                  .unit = "instructions",
                  .lower = 0.0,
                  .upper = 0.0,
-                 .bound_from = "the same work from the same start, set up at another place in memory"});
+                 .bound_from = "the same work from the same start, in a process of its own"});
   outcome.judge({.name = "instructions_per_tick", .value = a_tick, .unit = "instructions"});
   outcome.judge(
       {.name = "instructions_per_spring_step", .value = a_tick / spring_steps, .unit = "instructions/spring-step"});
