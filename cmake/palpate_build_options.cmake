@@ -37,48 +37,77 @@ if(PALPATE_SANITIZE)
 endif()
 
 # Libraries that a simulator links are compiled without it in the optimised build, and so see the header that a
-# file forgot to include; all the rest reads common headers precompiled.
+# file forgot to include; all the rest reads common headers precompiled. What waits for files, processes or
+# people, and tests, which call what they time, are optimised less: a third of their compilation.
 file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/precompiled.cpp" CONTENT "// headers only\n")
-add_library(palpate_precompiled OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
-target_link_libraries(palpate_precompiled PRIVATE palpate_build_options Eigen3::Eigen)
-target_precompile_headers(palpate_precompiled PRIVATE
-  <algorithm> <array> <charconv> <chrono> <cmath> <complex> <cstdio> <filesystem> <fstream>
-  <functional> <limits> <map> <memory> <numbers> <numeric> <optional> <random> <set> <span> <sstream>
-  <stdexcept> <string> <string_view> <variant> <vector>
-  <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <Eigen/SparseCore>)
+set(palpate_little_optimised $<IF:$<CONFIG:Release>,-O1,-O0>)
+foreach(target palpate_precompiled palpate_precompiled_little_optimised)
+  add_library(${target} OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
+  target_link_libraries(${target} PRIVATE palpate_build_options Eigen3::Eigen)
+  target_precompile_headers(${target} PRIVATE
+    <algorithm> <array> <charconv> <chrono> <cmath> <complex> <cstdio> <filesystem> <fstream>
+    <functional> <limits> <map> <memory> <numbers> <numeric> <optional> <random> <set> <span> <sstream>
+    <stdexcept> <string> <string_view> <variant> <vector>
+    <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <Eigen/SparseCore>)
+endforeach()
+target_compile_options(palpate_precompiled_little_optimised PRIVATE ${palpate_little_optimised})
 function(palpate_use_precompiled target)
-  target_precompile_headers(${target} REUSE_FROM palpate_precompiled)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "LITTLE_OPTIMISED" "" "")
+  if(arg_LITTLE_OPTIMISED)
+    target_compile_options(${target} PRIVATE ${palpate_little_optimised}
+      -Wno-stringop-overread -Wno-maybe-uninitialized)
+    target_precompile_headers(${target} REUSE_FROM palpate_precompiled_little_optimised)
+  else()
+    target_precompile_headers(${target} REUSE_FROM palpate_precompiled)
+  endif()
   # g++ 12 reports impossible sizes and places inside std::string from precompiled headers (its bug 105651 again).
   target_compile_options(${target} PRIVATE -Wno-stringop-overflow -Wno-array-bounds)
 endfunction()
 
-# palpate_add_library(<name> [TOGETHER] SOURCES ... [ALONE ...] [PUBLIC ...] [PRIVATE ...]): one box of the
-# architecture, usable as palpate::<name>. The sanitized build compiles about eight sources at a time to take
+# palpate_add_library(<name> [TOGETHER [LITTLE_OPTIMISED]] SOURCES ... [ALONE ...] [PUBLIC ...] [PRIVATE ...]):
+# one box of the architecture, usable as palpate::<name>. The sanitized build compiles about eight sources at a time to take
 # less of it; TOGETHER does so in every build, for libraries that no simulator links. Sources are dealt out
 # like cards, so that neighbours in the list, which have local names in common, do not meet; those ALONE
-# have flags or names that nobody can share.
+# have flags or names that nobody can share. A unit names its sources from the project's root, so that a cache
+# of compilations knows it in another checkout.
 function(palpate_compile_together target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;ALONE")
   list(REMOVE_ITEM arg_SOURCES ${arg_ALONE})
   list(LENGTH arg_SOURCES count)
-  math(EXPR units "(${count} + 7) / 8")
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  math(EXPR last "(${count} + 7) / 8 - 1")
   set(unit 0)
   foreach(source IN LISTS arg_SOURCES)
-    set_source_files_properties("${source}" PROPERTIES UNITY_GROUP "unit${unit}")
-    math(EXPR unit "(${unit} + 1) % ${units}")
+    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" OUTPUT_VARIABLE path)
+    cmake_path(IS_PREFIX PROJECT_BINARY_DIR "${path}" generated)
+    if(generated)
+      file(RELATIVE_PATH path "${PROJECT_BINARY_DIR}" "${path}")
+    else()
+      file(RELATIVE_PATH path "${PROJECT_SOURCE_DIR}" "${path}")
+    endif()
+    string(APPEND unit_${unit} "#include \"${path}\"\n")
+    math(EXPR unit "(${unit} + 1) % (${last} + 1)")
   endforeach()
+  foreach(unit RANGE ${last})
+    set(file "${CMAKE_CURRENT_BINARY_DIR}/${target}_${unit}.cpp")
+    file(CONFIGURE OUTPUT "${file}" CONTENT "${unit_${unit}}" @ONLY)
+    target_sources(${target} PRIVATE "${file}")
+  endforeach()
+  set_source_files_properties(${arg_SOURCES} PROPERTIES HEADER_FILE_ONLY ON)
 endfunction()
 
 function(palpate_add_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "TOGETHER" "" "SOURCES;ALONE;PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "TOGETHER;LITTLE_OPTIMISED" "" "SOURCES;ALONE;PUBLIC;PRIVATE")
   add_library(palpate_${name} STATIC ${arg_SOURCES})
   add_library(palpate::${name} ALIAS palpate_${name})
   target_link_libraries(palpate_${name}
     PUBLIC palpate_build_options ${arg_PUBLIC}
     PRIVATE ${arg_PRIVATE})
   if(PALPATE_SANITIZE OR arg_TOGETHER)
-    palpate_use_precompiled(palpate_${name})
+    set(little_optimised "")
+    if(arg_LITTLE_OPTIMISED)
+      set(little_optimised LITTLE_OPTIMISED)
+    endif()
+    palpate_use_precompiled(palpate_${name} ${little_optimised})
     palpate_compile_together(palpate_${name} SOURCES ${arg_SOURCES} ALONE ${arg_ALONE})
   endif()
 endfunction()

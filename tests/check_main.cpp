@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tests/check.hpp"
+#include "tests/source_folder.hpp"
+
+std::filesystem::path scratch::source_folder() { return PALPATE_SOURCE_DIR; }
 
 int main(int argc, char** argv) {
   std::string_view file;

@@ -5,6 +5,7 @@
 #include "reports/cli/interrupt.hpp"
 #include "reports/cli/judging.hpp"
 #include "reports/cli/reference_cache.hpp"
+#include "reports/cli/source_folder.hpp"
 #include "reports/timing/child_process.hpp"
 #include "reports/timing/history.hpp"
 #include "reports/timing/instruction_counter.hpp"
@@ -15,19 +16,17 @@ namespace palpate::cli {
 
 namespace {
 
-const std::filesystem::path source = PALPATE_SOURCE_DIR;
-
 /// A lattice, a list of springs, a needle: what most of the code is in.
 const std::vector<std::string> paired_scenes{"s26", "seven-layers", "epidural"};
 
 timing::PairedRuns runs_with(const std::filesystem::path& base) {
   return {
-      .base = base, .head = timing::own_library(), .scenes = source / "fixtures" / "scenes", .stop = &interrupted};
+      .base = base, .head = timing::own_library(), .scenes = source_folder() / "fixtures" / "scenes", .stop = &interrupted};
 }
 
 int bench_against(const BenchOptions& options, Judging judging) {
   const std::filesystem::path cache = options.cache.empty() ? default_cache_folder() : options.cache;
-  const timing::PairedRuns runs = runs_with(timing::library_of(options.against, source, cache, &interrupted));
+  const timing::PairedRuns runs = runs_with(timing::library_of(options.against, source_folder(), cache, &interrupted));
   judging.further = " --against " + options.against;
   judging.cases = bench::paired_cases(paired_scenes, timing::measurement_of(runs));
   return judge(options, judging);

@@ -16,6 +16,7 @@
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/provenance.hpp"
 #include "reports/cli/reference_cache.hpp"
+#include "reports/cli/source_folder.hpp"
 #include "reports/damaged_files.hpp"
 #include "reports/results_folder.hpp"
 
@@ -38,7 +39,7 @@ std::vector<std::filesystem::path> data_folders(const std::filesystem::path& giv
     folders.emplace_back(from_environment);
   }
   folders.emplace_back("../shared/data");
-  folders.emplace_back(std::filesystem::path(PALPATE_SOURCE_DIR) / "../shared/data");
+  folders.emplace_back(source_folder() / "../shared/data");
   return folders;
 }
 

@@ -10,13 +10,14 @@
 #include "model/dynamics/recording_defects.hpp"
 #include "tests/check.hpp"
 #include "tests/fixtures/scratch_folder.hpp"
+#include "tests/source_folder.hpp"
 
 namespace {
 
 using namespace palpate;
 namespace fs = std::filesystem;
 
-const fs::path fixtures = fs::path(PALPATE_SOURCE_DIR) / "fixtures";
+const fs::path fixtures = scratch::source_folder() / "fixtures";
 
 const io::PublishedValues& table() {
   static const io::PublishedValues values =

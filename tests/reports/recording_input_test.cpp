@@ -11,6 +11,7 @@
 #include "model/dynamics/recording_defects.hpp"
 #include "tests/check.hpp"
 #include "tests/fixtures/scratch_folder.hpp"
+#include "tests/source_folder.hpp"
 #include "validation/link_recording.hpp"
 
 namespace {
@@ -18,7 +19,7 @@ namespace {
 using namespace palpate;
 namespace fs = std::filesystem;
 
-const fs::path recordings = fs::path(PALPATE_SOURCE_DIR) / "fixtures" / "recordings";
+const fs::path recordings = scratch::source_folder() / "fixtures" / "recordings";
 
 struct Damage {
   std::size_t offset = 0;  ///< in the clean stream
