@@ -33,9 +33,16 @@ for scene in epidural falcon-soft oscillator; do
   [ "$scene" = oscillator ] && rate=(--rate 1000 --set simulation.step=0.01)
   "$palpate" certify "$scenes/$scene.toml" --duration 0.2 "${short[@]}" "${rate[@]}" --out "$out/$scene" || status=$?
   check "$out/$scene" "$status"
-  [ "$("$read_json" "$out/$scene/certificate.json" ticks)" -eq 200 ] || fail "not 200 ticks of $scene"
-  [ "$("$read_json" "$out/$scene/certificate.json" restarts)" -eq 1 ] || fail "$scene did not begin again"
-  [ "$(counted "$out/$scene" 4)" -eq 200 ] || fail "the histogram of $scene has other ticks"
+  ticks=$("$read_json" "$out/$scene/certificate.json" ticks)
+  if [ "$("$read_json" "$out/$scene/certificate.json" given_up)" = true ]; then
+    # A machine far too slow: the loop ends once it is 2 s late, with the ticks that ran and a verdict that says no.
+    [ "$ticks" -gt 0 ] && [ "$ticks" -lt 200 ] || fail "$ticks ticks of $scene, which gave up"
+    [ "$status" -ne 0 ] || fail "$scene gave up and was certified"
+  else
+    [ "$ticks" -eq 200 ] || fail "$ticks ticks of $scene, not 200"
+    [ "$("$read_json" "$out/$scene/certificate.json" restarts)" -eq 1 ] || fail "$scene did not begin again"
+  fi
+  [ "$(counted "$out/$scene" 4)" -eq "$ticks" ] || fail "the histogram of $scene has other ticks"
   [ "$("$read_json" "$out/$scene/certificate.json" response_us/p99.99)" = null ] || fail "p99.99 of 200 ticks"
 done
 "$read_json" "$out/falcon-soft/certificate.json" missed_tick/measured_mj | grep -q '^[0-9]' || fail "no energy measured"

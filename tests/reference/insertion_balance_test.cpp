@@ -95,7 +95,9 @@ TEST("what the hand gives is stored or lost, in a chain and in a block, there an
     CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * hand);
     CHECK_NEAR(run.largest_drift, 0.0, 1e-11);
     CHECK_NEAR(run.largest_slip, 0.0, 1e-10);  // the tolerance of velocities
+#ifndef PALPATE_SANITIZED  // of the optimised reference; nobody waits for this one
     CHECK(run.seconds < 20.0);
+#endif
   }
 }
 
