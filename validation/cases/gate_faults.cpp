@@ -2,12 +2,18 @@
 /// Damage of every kind that a gate exists for, planted one at a time: each must turn its verdict red.
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
+#include <utility>
 
+#include "validation/bench/paired_cases.hpp"
 #include "validation/cases/gate_parts.hpp"
 #include "validation/cases/gate_sample.hpp"
+#include "validation/certificate/tail.hpp"
 #include "validation/gate/gate.hpp"
+#include "validation/random.hpp"
 
 namespace palpate::gating {
 
@@ -108,6 +114,42 @@ std::vector<HandedFault> faults_of_cases() {
            [](Baseline&, Candidate&, std::vector<std::string>& only) { only = {"brick"}; }}};
 }
 
+/// Six starts of 40 pairs; both builds wait for the rest of the machine, by up to 30 % in every pair.
+bench::PairedFinding timed_builds(double slowdown) {
+  Random random(1);
+  const auto counted = [](double work) {
+    return timing::InstructionCount{.passes = {std::lround(work)}};
+  };
+  bench::PairedFinding finding{.base = counted(1e6), .head = counted(1e6 * slowdown)};
+  for (int start = 0; start < 6; ++start) {
+    timing::PairedStart pairs{.batch_deadline = 1.0};
+    for (int n = 0; n < 40; ++n) {
+      const double base = 1e-3 * random(1.0, 1.3);
+      pairs.pairs.push_back({.base = base, .head = slowdown * base * random(0.95, 1.05)});
+    }
+    finding.starts.push_back(std::move(pairs));
+  }
+  return finding;
+}
+
+/// Empty where it was not told from the same library.
+std::string refusal_of_slower_library() {
+  if (bench::is_slower(timed_builds(1.0)) || !bench::is_slower(timed_builds(1.05))) { return ""; }
+  return "slower by pairs and by instructions; the same library is not";
+}
+
+/// Every late response makes the next one late. Empty where a tail was extrapolated from them.
+std::string refusal_of_correlated_tail() {
+  Random random(1);
+  certificate::LargestTicks largest(certificate::kept_responses);
+  double before = 0.0;
+  for (long n = 0; n < certificate::least_ticks_of_tail; ++n) {
+    const double now = -std::log(1.0 - random(0.0, 1.0));
+    largest.add({300e-6 + 20e-6 * std::max(std::exchange(before, now), now), n});
+  }
+  return certificate::judge_tail(largest.sorted(), certificate::least_ticks_of_tail, 1e-3).refusal;
+}
+
 /// What happened to one fault, as a row of the report.
 class Ledger {
  public:
@@ -172,12 +214,14 @@ void measure(const CaseContext& context, Outcome& outcome) {
   Ledger ledger;
   try_model_faults(context, study, baseline, ledger);
   try_handed_faults(baseline, sound, ledger);
-  if (context.damaged_files) {
-    for (const auto& [fault, refusal] : context.damaged_files()) {
-      Verdict verdict{.faults = {refusal}};
-      if (refusal.empty()) { verdict = gate::judge(baseline, sound); }
-      ledger.add(fault, verdict);
-    }
+  std::vector<std::pair<std::string, std::string>> refusals{
+      {"a library that is 5 % slower, on a busy machine", refusal_of_slower_library()},
+      {"a tail of response times that hang together", refusal_of_correlated_tail()}};
+  if (context.damaged_files) { std::ranges::copy(context.damaged_files(), std::back_inserter(refusals)); }
+  for (const auto& [fault, refusal] : refusals) {
+    Verdict verdict{.faults = {refusal}};
+    if (refusal.empty()) { verdict = gate::judge(baseline, sound); }
+    ledger.add(fault, verdict);
   }
   ledger.conclude(outcome);
 }
