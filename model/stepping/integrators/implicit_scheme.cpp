@@ -11,6 +11,12 @@ namespace palpate {
 
 namespace {
 constexpr int most_newton_iterations = 25;
+/// How often a correction is halved that made the next one larger.
+constexpr int most_halvings = 12;
+/// A correction grown by more than this is not taken.
+constexpr double growth = 2.0;
+/// Corrections below this, relative, that shrink no more are what a nearly singular Jacobian makes of rounding.
+constexpr double stagnant = 1e-8;
 constexpr int most_linear_iterations = 100;
 /// Residual that a linear solve may leave, relative: Newton asks again anyway.
 constexpr double close = 1e-2;
@@ -25,7 +31,7 @@ constexpr int most_alone = 8;
 template <class Real>
 void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& state, double h) {
   const Eigen::Index n = system.dof();
-  for (Vector<Real>* work : {&change_, &stage_q_, &stage_v_, &force_, &residual_, &correction_, &r_,
+  for (Vector<Real>* work : {&change_, &stage_q_, &stage_v_, &force_, &residual_, &correction_, &taken_, &r_,
                              &shadow_, &p_, &p_hat_, &s_hat_, &v_, &t_}) {
     work->setZero(n);
   }
@@ -112,9 +118,12 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
   const Real th = theta * dt;
   const Real rounding = 64 * std::numeric_limits<Real>::epsilon();
   const Real tolerance = std::max(static_cast<Real>(tolerance_), rounding);
+  const Real noise = std::max(Real(1e4) * rounding, static_cast<Real>(stagnant));
   Real last = std::numeric_limits<Real>::infinity();
+  Real scale = Real(0);
   alone_ = factors_.usable() && th == factor_reach_;
-  for (int n = 0; n < most_newton_iterations; ++n) {
+  int halvings = 0;
+  for (int n = 0; n < most_newton_iterations + halvings; ++n) {
     stage_v_ = state.velocity + theta * change_;
     stage_q_ = state.position + th * stage_v_;
     system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
@@ -127,10 +136,22 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     }
     const bool at_rounding = residual_is_rounding(dt);
     solve(system, residual_);
-    change_ += correction_;
     const Real size = correction_.template lpNorm<Eigen::Infinity>();
-    const Real scale = state.velocity.template lpNorm<Eigen::Infinity>() +
-                       change_.template lpNorm<Eigen::Infinity>();
+    // A correction that moves no place by more than a few roundings, however slow all is.
+    const Real unseen = 4 * std::numeric_limits<Real>::epsilon() * stage_q_.template lpNorm<Eigen::Infinity>() / th;
+    // Far from the solution a whole correction may lead further away (Deuflhard's natural monotonicity).
+    if (n > 0 && !(size <= std::max({static_cast<Real>(growth) * last, noise * scale, unseen})) &&
+        halvings < most_halvings) {
+      ++halvings;
+      taken_ *= Real(0.5);
+      change_ -= taken_;
+      alone_ = false;
+      renew_ = true;
+      continue;
+    }
+    taken_ = correction_;
+    change_ += correction_;
+    scale = state.velocity.template lpNorm<Eigen::Infinity>() + change_.template lpNorm<Eigen::Infinity>();
     // Corrections shrink by a steady rate, no faster than the linear solve is close: what is left after
     // this one is their geometric series. A first correction has the rate of the step before, trusted
     // less each time (Hairer & Wanner).
@@ -139,7 +160,7 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     if (!alone_) { renew_ = n > 0 && rate > still_good; }
     const Real asked = tolerance * scale * (Real(1) - rate);
     const bool settled = rate < Real(1) && size * rate <= asked;
-    const bool stalled = size >= last && size <= Real(1e4) * rounding * scale;
+    const bool stalled = size >= last && size <= std::max(noise * scale, unseen);
     if (settled || stalled || at_rounding) {
       stage_v_ = state.velocity + theta * change_;
       state.position += dt * stage_v_;

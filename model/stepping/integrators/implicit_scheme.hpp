@@ -39,7 +39,7 @@ class ImplicitScheme : public Integrator<Real> {
   Real factor_reach_ = Real(0);  ///< theta h of the factors, which serve steps of that length alone
   Vector<Real> elastic_;    ///< diagonal of the Jacobian without the masses
   Real elastic_reach_ = Real(0);  ///< theta h of that
-  Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_;
+  Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_, taken_;
   Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_;
 };
 
