@@ -24,7 +24,7 @@ struct ImageSettings {
   FileAxis inward = FileAxis::z_plus;      ///< of the image; points into the tissue
   std::optional<ImageRegion> region{};     ///< empty: the whole image
   Eigen::Vector2d percentiles{1.0, 99.0};  ///< of the region's pixels that stand for 0 and 1 [%]
-  std::optional<double> air{};             ///< darker than this [0 to 1] and open to the skin side: no tissue
+  std::optional<double> air{};             ///< darker than this [0 to 1] before the skin: no tissue
   int connectivity = 26;
   std::vector<LookupPoint> lookup{};       ///< instead of the weighting's own
   std::map<int, std::string> materials{};  ///< of label values; others follow the lookup

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "model/dynamics/grid_network.hpp"
 #include "model/dynamics/voxel_materials.hpp"
@@ -53,34 +54,48 @@ class ImageNodes {
     return !samples_.label.empty() && settings_.materials.contains(samples_.label[place]);
   }
 
-  /// What is dark and reached from the skin side through dark nodes alone.
+  [[nodiscard]] bool dark(std::size_t place) const {
+    return static_cast<double>(samples_.intensity[place]) < *settings_.air && !labelled(place);
+  }
+
+  /// What is dark before the first bright node of its line into the tissue. Darkness behind stays: ligament,
+  /// fascia and cortical bone are dark as air.
   void leave_out_air() {
     if (!settings_.air) { return; }
     const NodeGrid& grid = tissue_.nodes;
-    std::vector<std::array<int, 3>> front;
-    const auto try_place = [&](int i, int j, int l) {
-      const bool inside = i >= 0 && j >= 0 && l >= 0 && i < grid.count[0] && j < grid.count[1] && l < grid.count[2];
-      if (!inside) { return; }
-      const std::size_t place = grid.index(i, j, l);
-      const bool dark = static_cast<double>(samples_.intensity[place]) < *settings_.air && !labelled(place);
-      if (!dark || tissue_.nodes.node[place] < 0) { return; }
-      tissue_.nodes.node[place] = -1;
-      front.push_back({i, j, l});
-    };
+    Eigen::ArrayXXi skin(grid.count[0], grid.count[1]);
     for (int j = 0; j < grid.count[1]; ++j) {
-      for (int i = 0; i < grid.count[0]; ++i) { try_place(i, j, 0); }
-    }
-    while (!front.empty()) {
-      const auto [i, j, l] = front.back();
-      front.pop_back();
-      for (const int step : {-1, 1}) {
-        try_place(i + step, j, l);
-        try_place(i, j + step, l);
-        try_place(i, j, l + step);
+      for (int i = 0; i < grid.count[0]; ++i) {
+        int& l = skin(i, j) = 0;
+        while (l < grid.count[2] && dark(grid.index(i, j, l))) { ++l; }
       }
     }
-    const bool all = std::ranges::all_of(tissue_.nodes.node, [](int node) { return node < 0; });
+    bool all = true;
+    for (int j = 0; j < grid.count[1]; ++j) {
+      for (int i = 0; i < grid.count[0]; ++i) {
+        const int depth = without_outlier(skin, i, j);
+        for (int l = 0; l < depth; ++l) {
+          const std::size_t place = grid.index(i, j, l);
+          if (!labelled(place)) { tissue_.nodes.node[place] = -1; }
+        }
+        all = all && depth == grid.count[2];
+      }
+    }
     if (all) { broken_.push_back({"tissue.mri.air", "all of the region is darker; must leave some tissue"}); }
+  }
+
+  /// Noise in air and gaps in the skin are a line wide: one that ends more than two nodes from the median of
+  /// itself and its neighbours takes that.
+  static int without_outlier(const Eigen::ArrayXXi& skin, int i, int j) {
+    std::vector<int> around;
+    for (int b = std::max(j - 1, 0); b <= std::min<int>(j + 1, static_cast<int>(skin.cols()) - 1); ++b) {
+      for (int a = std::max(i - 1, 0); a <= std::min<int>(i + 1, static_cast<int>(skin.rows()) - 1); ++a) {
+        around.push_back(skin(a, b));
+      }
+    }
+    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+    std::ranges::nth_element(around, middle);
+    return std::abs(skin(i, j) - *middle) > 2 ? *middle : skin(i, j);
   }
 
   void name_materials() {

@@ -16,12 +16,13 @@ mkdir -p "$scratch"
 fail() { echo "FAIL: $*" >&2; exit 1; }
 between() { awk -v v="$1" -v low="$2" -v high="$3" 'BEGIN { exit !(v >= low && v <= high) }' || fail "$4: $1 not in $2..$3"; }
 
-# lumbar SUBJECT X0 Y0 X1 Y1 [mm]: region of the sagittal slices, x from the canal to behind the back, y one level.
+# lumbar SUBJECT X0 Y0 X1 Y1 DEPTH [mm] DURATION [s]: region of the sagittal slices, x from the canal to behind the back,
+# y one level; a needle goes so deep.
 lumbar() {
   cat > "$scratch/lumbar-$1.toml" <<TOML
 title = "Lumbar MRI, subject $1"
 [simulation]
-duration = 0.01
+duration = $7
 [tissue]
 source = "mri"
 [tissue.mri]
@@ -35,9 +36,40 @@ slice_stride = 3
 air = 0.1
 region = { min = [${2}e-3, ${3}e-3, 0.0], max = [${4}e-3, ${5}e-3, 0.02] }
 [needle]
+gauge = 16
 [drive]
-speed = 0.05
+speed = 0.2
+depth = ${6}e-3
+from = -0.001
+$soft
 TOML
+}
+# A tip that rests on a few nodes must cut soft tissue by little force, or it drags it further than their distance.
+soft='[[material]]
+name = "subcutaneous-fat"
+youngs_modulus = 24.0e3
+density = 950.0
+damping_ratio = 0.5
+cutting_force = 0.05
+friction = 2.0
+[[material]]
+name = "muscle"
+youngs_modulus = 55.7e3
+density = 1050.0
+damping_ratio = 0.5
+cutting_force = 0.1
+friction = 5.0
+[[material]]
+name = "ligamentum-flavum"
+youngs_modulus = 15.0e6
+density = 1130.0
+damping_ratio = 0.5
+cutting_force = 2.0
+friction = 50.0'
+# Where a run's first event of a kind was [mm].
+depth_of() { # folder event
+  awk -F, -v event="$2" 'NR == 1 { for (n = 1; n <= NF; ++n) { if ($n == "tool.depth_m") { d = n } if ($n == "tool.event") { e = n } } next }
+    index($e, event) { print 1000 * $d; exit }' "$1/trace.csv"
 }
 # Depth at which the line on which the needle lies first meets a role [mm].
 first_of() {
@@ -46,9 +78,16 @@ first_of() {
 # Nominal depths from the data's README: 70 to 78 mm (177) and 42 to 52 mm (129) at mid-lumbar level. A node stands for
 # 2.8 mm of depth and a skin found by `air` for half of one.
 for subject in 177 129; do
-  if [ "$subject" = 177 ]; then lumbar 177 136.3 131.6 240.2 188.0; else lumbar 129 157.9 112.8 240.2 169.2; fi
+  if [ "$subject" = 177 ]; then lumbar 177 136.3 131.6 240.2 188.0 72 0.37; else lumbar 129 157.9 112.8 240.2 169.2 48 0.25; fi
   depth[$subject]=$(first_of "$scratch/lumbar-$subject.toml" epidural-space)
   echo "subject $subject: canal ${depth[$subject]} mm below the skin by the volume"
+  "$palpate" run "$scratch/lumbar-$subject.toml" --no-view --out "$scratch/run-$subject" >"$scratch/said" 2>&1 ||
+    fail "subject $subject: $(cat "$scratch/said")"
+  lost=$(depth_of "$scratch/run-$subject" loss-of-resistance)
+  echo "subject $subject: resistance lost ${lost:-nowhere} mm deep"
+  # In a step of 1 ms the needle goes 0.2 mm; two, for the tick that shows it.
+  between "${lost:-0}" "$(awk -v d="${depth[$subject]}" 'BEGIN { print d - 0.4 }')" \
+    "$(awk -v d="${depth[$subject]}" 'BEGIN { print d + 0.4 }')" "loss of resistance, subject $subject"
 done
 between "${depth[177]}" 67.2 80.8 "depth of the canal, subject 177"
 between "${depth[129]}" 39.2 54.8 "depth of the canal, subject 129"
@@ -58,7 +97,7 @@ between "$(awk -v a="${depth[177]}" -v b="${depth[129]}" 'BEGIN { print a - b }'
 surfaces="$data/vhm_lumbar_vertebrae"
 cat > "$scratch/spine.toml" <<TOML
 [simulation]
-duration = 0.01
+duration = 0.25
 [tissue]
 source = "mesh"
 [tissue.mesh]
@@ -74,6 +113,12 @@ files = [
   { path = "$surfaces/L34_ligamentum_flavum_constructed.obj", material = "ligamentum-flavum" },
 ]
 [needle]
+gauge = 16
+[drive]
+speed = 0.2
+depth = 0.046
+from = -0.001
+$soft
 TOML
 line=$("$palpate" inspect "$scratch/spine.toml" | awk '/from mm/ { on = 1; next } /^static/ { on = 0 } on { printf "%s ", $6 }')
 echo "between the vertebrae: $line"
@@ -84,6 +129,19 @@ esac
 bone=$("$palpate" inspect "$scratch/spine.toml" --set 'needle.entry=[0.0, 0.012]' | awk '$1 == "bone_at_m" { print $2 }')
 echo "mis-aimed by 12 mm: bone at $bone m"
 between "$bone" 0.0 0.03 "depth of bone, mis-aimed"
+"$palpate" run "$scratch/spine.toml" --no-view --out "$scratch/through" >"$scratch/said" 2>&1 || fail "$(cat "$scratch/said")"
+passed=$(awk -F, '/puncture/ { for (n = 1; n <= NF; ++n) { if ($n ~ /ligament/) { printf "%s ", $n } } }' "$scratch/through/trace.csv")
+echo "punctured between the vertebrae: $passed"
+case "$passed" in
+  *supraspinous-ligament*interspinous-ligament*ligamentum-flavum*) ;;
+  *) fail "the needle between the vertebrae punctured $passed" ;;
+esac
+"$palpate" run "$scratch/spine.toml" --set 'needle.entry=[0.0, 0.012]' --set simulation.duration=0.1 --no-view --out "$scratch/stopped" \
+  >"$scratch/said" 2>&1 || fail "$(cat "$scratch/said")"
+stopped=$(depth_of "$scratch/stopped" bone)
+echo "mis-aimed by 12 mm: stopped ${stopped:-nowhere} mm deep"
+between "${stopped:-0}" "$(awk -v d="$bone" 'BEGIN { print 1000 * d - 0.4 }')" "$(awk -v d="$bone" 'BEGIN { print 1000 * d + 0.4 }')" \
+  "where bone stopped the needle"
 # L3 holds 80.6 and L4 72.6 cm3 by the data's README; a cell of 2 mm may be wrong within its half diagonal of the surface,
 # and errors of so many cells cancel to a few per cent.
 for body in L3:80.6 L4:72.6; do

@@ -184,6 +184,20 @@ TEST("air before the skin is no tissue, darkness inside is, and z = 0 is the ski
             "must leave some tissue"));
 }
 
+TEST("noise in air is no tissue, and a gap in the skin lets no air in") {
+  // Nodes every three pixels: 6 x 6 x 8, skin at slice 3; node (3, 3) is bright in slice 0, node (1, 1) dark throughout.
+  const auto value = [](int i, int j, int l) {
+    const bool noise = (i + 1) / 3 == 3 && (j + 1) / 3 == 3 && l == 0;
+    const bool gap = (i + 1) / 3 == 1 && (j + 1) / 3 == 1;
+    return noise || (l >= 3 && !gap) ? 100.0 : 0.0;
+  };
+  const ImageSettings settings{.stride = 3, .percentiles = {0.0, 100.0}, .air = 0.5, .lookup = falling};
+  const VoxelTissue tissue = build(image_of({18, 18, 8}, Vector3d::Constant(1e-3), value), settings);
+  CHECK(tissue.nodes.at(3, 3, 0) < 0 && tissue.nodes.at(3, 3, 2) < 0);
+  CHECK(tissue.nodes.at(1, 1, 2) < 0 && tissue.nodes.at(1, 1, 3) >= 0 && tissue.nodes.at(1, 1, 7) >= 0);
+  CHECK_NEAR(double(std::ranges::count_if(tissue.nodes.node, [](int n) { return n >= 0; })), 6.0 * 6.0 * 5.0, 0.0);
+}
+
 TEST("a needle reads its layers from the volume") {
   const auto value = [](int, int, int l) { return l < 10 ? 100.0 : l < 14 ? 0.0 : 100.0; };
   Scene scene;
