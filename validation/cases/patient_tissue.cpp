@@ -175,7 +175,8 @@ std::vector<Case> patient_tissue_cases() {
            .suite = "model",
            .claim = "A phantom image becomes the nodes and springs that its brightness says",
            .measure = measure_image,
-           .quick = false}};
+           .quick = false},
+          hertz_case()};
 }
 
 }  // namespace palpate

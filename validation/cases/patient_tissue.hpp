@@ -10,4 +10,6 @@ namespace palpate {
 
 std::vector<Case> patient_tissue_cases();
 
+Case hertz_case();  ///< "tissue/hertz"
+
 }  // namespace palpate
