@@ -31,7 +31,7 @@ constexpr int most_alone = 8;
 template <class Real>
 void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& state, double h) {
   const Eigen::Index n = system.dof();
-  for (Vector<Real>* work : {&change_, &stage_q_, &stage_v_, &force_, &residual_, &correction_, &taken_, &r_,
+  for (Vector<Real>* work : {&change_, &stage_q_, &stage_v_, &force_, &residual_, &correction_, &taken_, &guess_, &r_,
                              &shadow_, &p_, &p_hat_, &s_hat_, &v_, &t_}) {
     work->setZero(n);
   }
@@ -113,6 +113,23 @@ bool ImplicitScheme<Real>::residual_is_rounding(Real h) const noexcept {
 template <class Real>
 void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double t,
                                 double h) noexcept {
+  guess_ = change_;
+  for (const int halvings : {0, most_halvings}) {
+    if (find_change(system, state, t, h, halvings)) {
+      stage_v_ = state.velocity + static_cast<Real>(theta_) * change_;
+      state.position += static_cast<Real>(h) * stage_v_;
+      state.velocity += change_;
+      return;
+    }
+    change_ = guess_;
+    renew_ = true;
+  }
+  state.velocity.setConstant(std::numeric_limits<Real>::quiet_NaN());  // no solution was found
+}
+
+template <class Real>
+bool ImplicitScheme<Real>::find_change(System<Real>& system, const State<Real>& state, double t, double h,
+                                       int halvings) noexcept {
   const Real dt = static_cast<Real>(h);
   const Real theta = static_cast<Real>(theta_);
   const Real th = theta * dt;
@@ -122,8 +139,8 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
   Real last = std::numeric_limits<Real>::infinity();
   Real scale = Real(0);
   alone_ = factors_.usable() && th == factor_reach_;
-  int halvings = 0;
-  for (int n = 0; n < most_newton_iterations + halvings; ++n) {
+  const int most = most_newton_iterations + halvings;
+  for (int n = 0; n < most; ++n) {
     stage_v_ = state.velocity + theta * change_;
     stage_q_ = state.position + th * stage_v_;
     system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
@@ -141,15 +158,15 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     const Real unseen = 4 * std::numeric_limits<Real>::epsilon() * stage_q_.template lpNorm<Eigen::Infinity>() / th;
     // Far from the solution a whole correction may lead further away (Deuflhard's natural monotonicity).
     if (n > 0 && !(size <= std::max({static_cast<Real>(growth) * last, noise * scale, unseen})) &&
-        halvings < most_halvings) {
-      ++halvings;
+        halvings > 0) {
+      --halvings;
       taken_ *= Real(0.5);
       change_ -= taken_;
       alone_ = false;
       renew_ = true;
       continue;
     }
-    taken_ = correction_;
+    if (halvings > 0) { taken_ = correction_; }
     change_ += correction_;
     scale = state.velocity.template lpNorm<Eigen::Infinity>() + change_.template lpNorm<Eigen::Infinity>();
     // Corrections shrink by a steady rate, no faster than the linear solve is close: what is left after
@@ -161,16 +178,11 @@ void ImplicitScheme<Real>::step(System<Real>& system, State<Real>& state, double
     const Real asked = tolerance * scale * (Real(1) - rate);
     const bool settled = rate < Real(1) && size * rate <= asked;
     const bool stalled = size >= last && size <= std::max(noise * scale, unseen);
-    if (settled || stalled || at_rounding) {
-      stage_v_ = state.velocity + theta * change_;
-      state.position += dt * stage_v_;
-      state.velocity += change_;
-      return;
-    }
+    if (settled || stalled || at_rounding) { return true; }
     alone_ = alone_ && (n == 0 || rate <= serves_alone || size * std::pow(rate, Real(most_alone)) <= asked);
     last = size;
   }
-  state.velocity.setConstant(std::numeric_limits<Real>::quiet_NaN());  // no solution was found
+  return false;
 }
 
 template class ImplicitScheme<double>;

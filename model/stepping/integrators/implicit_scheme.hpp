@@ -25,6 +25,9 @@ class ImplicitScheme : public Integrator<Real> {
  private:
   void precondition(const Vector<Real>& r, Vector<Real>& out) noexcept;
   void solve(System<Real>& system, const Vector<Real>& right) noexcept;  ///< correction_ = A^-1 right
+  /// D from the one before, to change_; false where Newton's method does not end. So many corrections are halved
+  /// that lead away.
+  bool find_change(System<Real>& system, const State<Real>& state, double t, double h, int halvings) noexcept;
   [[nodiscard]] bool residual_is_rounding(Real h) const noexcept;
 
   double theta_;
@@ -39,7 +42,7 @@ class ImplicitScheme : public Integrator<Real> {
   Real factor_reach_ = Real(0);  ///< theta h of the factors, which serve steps of that length alone
   Vector<Real> elastic_;    ///< diagonal of the Jacobian without the masses
   Real elastic_reach_ = Real(0);  ///< theta h of that
-  Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_, taken_;
+  Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_, taken_, guess_;
   Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_;
 };
 
