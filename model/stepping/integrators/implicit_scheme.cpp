@@ -154,11 +154,13 @@ bool ImplicitScheme<Real>::find_change(System<Real>& system, const State<Real>& 
     const bool at_rounding = residual_is_rounding(dt);
     solve(system, residual_);
     const Real size = correction_.template lpNorm<Eigen::Infinity>();
-    // A correction that moves no place by more than a few roundings, however slow all is.
-    const Real unseen = 4 * std::numeric_limits<Real>::epsilon() * stage_q_.template lpNorm<Eigen::Infinity>() / th;
+    // A correction that moves no place by more than a few roundings, however slow all is, counts as noise too.
+    const auto is_noise = [&] {
+      return size <= noise * scale || th * size <= 4 * std::numeric_limits<Real>::epsilon() *
+                                                       stage_q_.template lpNorm<Eigen::Infinity>();
+    };
     // Far from the solution a whole correction may lead further away (Deuflhard's natural monotonicity).
-    if (n > 0 && !(size <= std::max({static_cast<Real>(growth) * last, noise * scale, unseen})) &&
-        halvings > 0) {
+    if (halvings > 0 && n > 0 && !(size <= static_cast<Real>(growth) * last) && !is_noise()) {
       --halvings;
       taken_ *= Real(0.5);
       change_ -= taken_;
@@ -177,7 +179,7 @@ bool ImplicitScheme<Real>::find_change(System<Real>& system, const State<Real>& 
     if (!alone_) { renew_ = n > 0 && rate > still_good; }
     const Real asked = tolerance * scale * (Real(1) - rate);
     const bool settled = rate < Real(1) && size * rate <= asked;
-    const bool stalled = size >= last && size <= std::max(noise * scale, unseen);
+    const bool stalled = size >= last && is_noise();
     if (settled || stalled || at_rounding) { return true; }
     alone_ = alone_ && (n == 0 || rate <= serves_alone || size * std::pow(rate, Real(most_alone)) <= asked);
     last = size;
