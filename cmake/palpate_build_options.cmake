@@ -40,7 +40,7 @@ endif()
 # file forgot to include; all the rest reads common headers precompiled. What waits for files, processes or
 # people, and tests, which call what they time, are optimised less: a third of their compilation.
 file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/precompiled.cpp" CONTENT "// headers only\n")
-set(palpate_little_optimised $<IF:$<CONFIG:Release>,-O1,-O0>)
+set(palpate_little_optimised $<$<CONFIG:Release>:-O1>)
 foreach(target palpate_precompiled palpate_precompiled_little_optimised)
   add_library(${target} OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
   target_link_libraries(${target} PRIVATE palpate_build_options Eigen3::Eigen)
