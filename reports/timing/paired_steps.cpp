@@ -18,10 +18,17 @@ namespace {
 
 constexpr double least_batch = 0.5e-3;  // [s]
 
-double seconds_of(LibrarySteps& steps, long ticks) {
-  const double begin = bench::seconds_on(bench::Clock::wall);
+struct BatchTime {
+  double processor = 0.0;
+  double wall = 0.0;
+};
+
+BatchTime time_of(LibrarySteps& steps, long ticks) {
+  const double wall = bench::seconds_on(bench::Clock::wall);
+  const double processor = bench::seconds_on(bench::Clock::processor);
   steps.run(ticks);
-  return bench::seconds_on(bench::Clock::wall) - begin;
+  return {.processor = bench::seconds_on(bench::Clock::processor) - processor,
+          .wall = bench::seconds_on(bench::Clock::wall) - wall};
 }
 
 /// Both builds of one scene, at the same tick.
@@ -37,11 +44,11 @@ class PairOfSteps {
   Pair time(bool head_first) {
     if (done_ + batch_ > tick_count_) { begin_anew(); }
     done_ += batch_;
-    Pair pair;
-    if (head_first) { pair.head = seconds_of(*head_steps_, head_ticks()); }
-    pair.base = seconds_of(*base_steps_, batch_);
-    if (!head_first) { pair.head = seconds_of(*head_steps_, head_ticks()); }
-    return pair;
+    BatchTime head;
+    if (head_first) { head = time_of(*head_steps_, head_ticks()); }
+    const BatchTime base = time_of(*base_steps_, batch_);
+    if (!head_first) { head = time_of(*head_steps_, head_ticks()); }
+    return {.base = base.processor, .head = head.processor, .base_wall = base.wall, .head_wall = head.wall};
   }
   [[nodiscard]] double batch_deadline() const { return static_cast<double>(batch_) * base_steps_->tick_length(); }
   [[nodiscard]] bool same_motion() { return base_steps_->digest() == head_steps_->digest(); }
@@ -64,7 +71,7 @@ class PairOfSteps {
       throw InputError(plan_.scene.string() + ": " + std::to_string(tick_count_) + " ticks; at least " +
                        std::to_string(planted_every));
     }
-    const double seconds = std::max(seconds_of(*base_steps_, planted_every), 1e-7);
+    const double seconds = std::max(time_of(*base_steps_, planted_every).processor, 1e-7);
     const long most = tick_count_ / planted_every;
     batch_ = planted_every * std::clamp(std::lround(std::ceil(least_batch / seconds)), 1L, most);
     begin_anew();
@@ -102,7 +109,8 @@ std::string to_text(const PairedReport& report) {
   std::string text = report.same_motion ? "same\n" : "different\n";
   text += exact_number(report.start.batch_deadline) + " " + std::to_string(report.start.pairs.size()) + "\n";
   for (const Pair& pair : report.start.pairs) {
-    text += exact_number(pair.base) + " " + exact_number(pair.head) + "\n";
+    text += exact_number(pair.base) + " " + exact_number(pair.head) + " " + exact_number(pair.base_wall) + " " +
+            exact_number(pair.head_wall) + "\n";
   }
   return text;
 }
@@ -116,8 +124,8 @@ PairedReport paired_report_from(const std::string& text) {
   report.start.batch_deadline = next_number(words);
   const auto count = static_cast<std::size_t>(next_number(words));
   for (std::size_t n = 0; n < count; ++n) {
-    const double base = next_number(words);
-    report.start.pairs.push_back({.base = base, .head = next_number(words)});
+    Pair& pair = report.start.pairs.emplace_back();
+    for (double* time : {&pair.base, &pair.head, &pair.base_wall, &pair.head_wall}) { *time = next_number(words); }
   }
   return report;
 }

@@ -50,8 +50,8 @@ PairedVerdict judge_pairs(std::span<const PairedStart> starts) {
   for (const PairedStart& start : starts) {
     for (const Pair& pair : start.pairs) {
       logarithms.push_back(std::log(pair.head / pair.base));
-      verdict.base_misses += pair.base > start.batch_deadline ? 1 : 0;
-      verdict.head_misses += pair.head > start.batch_deadline ? 1 : 0;
+      verdict.base_misses += pair.base_wall > start.batch_deadline ? 1 : 0;
+      verdict.head_misses += pair.head_wall > start.batch_deadline ? 1 : 0;
     }
   }
   verdict.pairs = static_cast<long>(logarithms.size());

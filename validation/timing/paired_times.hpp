@@ -18,8 +18,10 @@ MedianLimits median_limits(std::vector<double> values, double confidence);
 
 /// One batch of ticks by each build, one right after the other, in an order of chance [s].
 struct Pair {
-  double base = 0.0;
-  double head = 0.0;
+  double base = 0.0;       ///< processor time of the thread: whoever else runs meanwhile is not charged to a build
+  double head = 0.0;       ///< likewise
+  double base_wall = 0.0;  ///< by the wall clock, which deadlines go by
+  double head_wall = 0.0;
 };
 
 /// The pairs of one process; the next one loads the libraries in the other order.
@@ -28,7 +30,7 @@ struct PairedStart {
   double batch_deadline = 0.0;  ///< what a batch may take in real time [s]
 };
 
-/// A share of this much is what the wall clock is asked to see.
+/// A share of this much is what the clock is asked to see.
 inline constexpr double allowed_slowdown = 1.03;
 inline constexpr double paired_confidence = 0.99;
 

@@ -80,11 +80,12 @@ TEST("another compiler begins another series, and what is not counted none") {
 }
 
 TEST("pairs come back from their text to the last bit, and half a text is refused") {
-  const PairedReport report{.start = {.pairs = {{1e-3 / 3.0, 2e-3}, {0.1, 0.2}}, .batch_deadline = 0.02},
+  const PairedReport report{.start = {.pairs = {{1e-3 / 3.0, 2e-3, 1e-3, 2e-3}, {0.1, 0.2, 0.3, 0.4}}, .batch_deadline = 0.02},
                             .same_motion = true};
   const PairedReport read = paired_report_from(to_text(report));
   CHECK(read.same_motion && read.start.pairs.size() == 2);
   CHECK_NEAR(read.start.pairs[0].base, 1e-3 / 3.0, 0.0);
+  CHECK_NEAR(read.start.pairs[1].head_wall, 0.4, 0.0);
   CHECK_NEAR(read.start.batch_deadline, 0.02, 0.0);
   for (const std::string& text :
        {to_text(report).substr(0, to_text(report).size() - 5), std::string("same\n0.1 -3\n"), std::string()}) {

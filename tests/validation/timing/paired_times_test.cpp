@@ -72,6 +72,19 @@ TEST("equal builds are never called slower on a busy machine, and five per cent 
   }
 }
 
+TEST("who waits for others is late, and no slower") {
+  std::vector<PairedStart> starts = noisy_starts(1.0, 5);
+  for (PairedStart& start : starts) {
+    start.batch_deadline = 0.01;
+    for (Pair& pair : start.pairs) {
+      pair.base_wall = pair.base;
+      pair.head_wall = pair.head + 0.02;
+    }
+  }
+  const PairedVerdict verdict = judge_pairs(starts);
+  CHECK(!verdict.slower() && verdict.base_misses == 0 && verdict.head_misses == 240 && verdict.misses_rose());
+}
+
 TEST("the ratio is the median's") {
   const PairedVerdict verdict = judge_pairs(noisy_starts(1.05, 7));
   CHECK_NEAR(verdict.ratio, 1.05, 0.01);
