@@ -73,7 +73,7 @@ StepStatus press_mixed_block(double force) {
     if (stiff) { spring.stiffness = 6e5; }
   }
   Scene scene;
-  scene.simulation = {.duration = 0.2, .step = 1e-3, .substeps = 1, .integrator = "implicit-euler"};
+  scene.simulation = {.duration = 0.05, .step = 1e-3, .substeps = 1, .integrator = "implicit-euler"};
   scene.tissue.source = Source::network;
   scene.loads = {{.nodes = {137}, .force = {0.0, 0.3 * force, -force}}};
   Simulation simulation(scene, network);
