@@ -17,7 +17,10 @@ PairedFinding finding_of(double ratio, double instructions, double base = 5e-4) 
   for (int start = 0; start < 6; ++start) {
     timing::PairedStart& pairs = finding.starts.emplace_back();
     pairs.batch_deadline = 1e-3;
-    for (int n = 0; n < 40; ++n) { pairs.pairs.push_back({base, base * ratio * (0.99 + 0.0005 * n)}); }
+    for (int n = 0; n < 40; ++n) {
+      const double head = base * ratio * (0.99 + 0.0005 * n);
+      pairs.pairs.push_back({base, head, base, head});
+    }
   }
   return finding;
 }
