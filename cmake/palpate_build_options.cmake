@@ -54,6 +54,7 @@ target_compile_options(palpate_precompiled_little_optimised PRIVATE ${palpate_li
 function(palpate_use_precompiled target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "LITTLE_OPTIMISED" "" "")
   if(arg_LITTLE_OPTIMISED)
+    # At -O1 g++ 12 sees reads beyond short strings and uninitialised sizes inside Eigen that -O3 knows are none.
     target_compile_options(${target} PRIVATE ${palpate_little_optimised}
       -Wno-stringop-overread -Wno-maybe-uninitialized)
     target_precompile_headers(${target} REUSE_FROM palpate_precompiled_little_optimised)

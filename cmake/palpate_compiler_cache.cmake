@@ -1,4 +1,5 @@
-# Where ccache is installed it compiles nothing twice, in whatever folder a checkout lies; CCACHE_DISABLE=1 leaves it out.
+# Where ccache is installed it keeps what was compiled, for a checkout in another folder too; CCACHE_DISABLE=1 leaves it
+# out.
 find_program(PALPATE_CCACHE ccache)
 if(PALPATE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env

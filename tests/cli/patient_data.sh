@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # patient_data.sh PALPATE SCRATCH DATA...: two lumbar MRI, one level of a spine as surfaces, T1 and T2 volumes.
-# What inspect reads of each on the needle's line. Exit 77: no folder DATA holds them.
+# What inspect reads of each on the needle's line, and where needles through them lose resistance or are stopped. Exit 77: no folder DATA holds them.
 set -euo pipefail
 palpate=$1
 scratch=$2
