@@ -141,6 +141,11 @@ void measure_refused(const CaseContext& context, Outcome& outcome) {
 
 }  // namespace
 
+Tail tail_of_pairs(std::uint64_t seed) {
+  Seeded random(seed);
+  return tail_of(in_pairs(random));
+}
+
 std::vector<Case> tail_cases() {
   return {{.name = "certificate/tail/told",
            .suite = "model",

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "validation/bench/paired_cases.hpp"
+#include "validation/cases/certificate_parts.hpp"
 #include "validation/cases/gate_parts.hpp"
 #include "validation/cases/gate_sample.hpp"
-#include "validation/certificate/tail.hpp"
 #include "validation/gate/gate.hpp"
 #include "validation/random.hpp"
 
@@ -138,18 +138,6 @@ std::string refusal_of_slower_library() {
   return "slower by pairs and by instructions; the same library is not";
 }
 
-/// Every late response makes the next one late. Empty where a tail was extrapolated from them.
-std::string refusal_of_correlated_tail() {
-  Random random(1);
-  certificate::LargestTicks largest(certificate::kept_responses);
-  double before = 0.0;
-  for (long n = 0; n < certificate::least_ticks_of_tail; ++n) {
-    const double now = -std::log(1.0 - random(0.0, 1.0));
-    largest.add({300e-6 + 20e-6 * std::max(std::exchange(before, now), now), n});
-  }
-  return certificate::judge_tail(largest.sorted(), certificate::least_ticks_of_tail, 1e-3).refusal;
-}
-
 /// What happened to one fault, as a row of the report.
 class Ledger {
  public:
@@ -216,7 +204,7 @@ void measure(const CaseContext& context, Outcome& outcome) {
   try_handed_faults(baseline, sound, ledger);
   std::vector<std::pair<std::string, std::string>> refusals{
       {"a library that is 5 % slower, on a busy machine", refusal_of_slower_library()},
-      {"a tail of response times that hang together", refusal_of_correlated_tail()}};
+      {"a tail of response times that hang together", certificate::tail_of_pairs(1).refusal}};
   if (context.damaged_files) { std::ranges::copy(context.damaged_files(), std::back_inserter(refusals)); }
   for (const auto& [fault, refusal] : refusals) {
     Verdict verdict{.faults = {refusal}};
