@@ -40,8 +40,15 @@ endif()
 # file forgot to include; all the rest reads common headers precompiled. What waits for files, processes or
 # people, and tests, which call what they time, are optimised less: a third of their compilation.
 file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/precompiled.cpp" CONTENT "// headers only\n")
-set(palpate_little_optimised $<$<CONFIG:Release>:-O1>)
-foreach(target palpate_precompiled palpate_precompiled_little_optimised)
+set(palpate_precompiled_headers palpate_precompiled)
+set(palpate_precompiled_little palpate_precompiled)
+set(palpate_little_optimised "")
+if(CMAKE_BUILD_TYPE STREQUAL "Release")  # the other build has one level, and one such file
+  set(palpate_little_optimised -O1)
+  set(palpate_precompiled_little palpate_precompiled_little_optimised)
+  list(APPEND palpate_precompiled_headers ${palpate_precompiled_little})
+endif()
+foreach(target IN LISTS palpate_precompiled_headers)
   add_library(${target} OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
   target_link_libraries(${target} PRIVATE palpate_build_options Eigen3::Eigen)
   target_precompile_headers(${target} PRIVATE
@@ -50,14 +57,14 @@ foreach(target palpate_precompiled palpate_precompiled_little_optimised)
     <stdexcept> <string> <string_view> <variant> <vector>
     <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <Eigen/SparseCore>)
 endforeach()
-target_compile_options(palpate_precompiled_little_optimised PRIVATE ${palpate_little_optimised})
+target_compile_options(${palpate_precompiled_little} PRIVATE ${palpate_little_optimised})
 function(palpate_use_precompiled target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "LITTLE_OPTIMISED" "" "")
   if(arg_LITTLE_OPTIMISED)
     # At -O1 g++ 12 sees reads beyond short strings and uninitialised sizes inside Eigen that -O3 knows are none.
     target_compile_options(${target} PRIVATE ${palpate_little_optimised}
       -Wno-stringop-overread -Wno-maybe-uninitialized)
-    target_precompile_headers(${target} REUSE_FROM palpate_precompiled_little_optimised)
+    target_precompile_headers(${target} REUSE_FROM ${palpate_precompiled_little})
   else()
     target_precompile_headers(${target} REUSE_FROM palpate_precompiled)
   endif()
