@@ -36,17 +36,15 @@ if(PALPATE_SANITIZE)
   target_compile_definitions(palpate_build_options INTERFACE PALPATE_SANITIZED)
 endif()
 
-# Libraries that a simulator links are compiled without it in the optimised build, and so see the header that a
-# file forgot to include; all the rest reads common headers precompiled. What waits for files, processes or
-# people, and tests, which call what they time, are optimised less: a third of their compilation.
+# What steps a scene is compiled without it in the optimised build, file by file; all the rest reads common headers
+# precompiled. What waits for files, processes or people, and what calls the model and no more, is optimised less:
+# a third of its compilation.
 file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/precompiled.cpp" CONTENT "// headers only\n")
-set(palpate_precompiled_headers palpate_precompiled)
-set(palpate_precompiled_little palpate_precompiled)
-set(palpate_little_optimised "")
-if(CMAKE_BUILD_TYPE STREQUAL "Release")  # the other build has one level, and one such file
+set(palpate_precompiled_headers palpate_precompiled palpate_precompiled_little_optimised)
+if(CMAKE_BUILD_TYPE STREQUAL "Release")
   set(palpate_little_optimised -O1)
-  set(palpate_precompiled_little palpate_precompiled_little_optimised)
-  list(APPEND palpate_precompiled_headers ${palpate_precompiled_little})
+else()
+  set(palpate_little_optimised -O0)
 endif()
 foreach(target IN LISTS palpate_precompiled_headers)
   add_library(${target} OBJECT "${PROJECT_BINARY_DIR}/precompiled.cpp")
@@ -57,14 +55,14 @@ foreach(target IN LISTS palpate_precompiled_headers)
     <stdexcept> <string> <string_view> <variant> <vector>
     <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <Eigen/SparseCore>)
 endforeach()
-target_compile_options(${palpate_precompiled_little} PRIVATE ${palpate_little_optimised})
+target_compile_options(palpate_precompiled_little_optimised PRIVATE ${palpate_little_optimised})
 function(palpate_use_precompiled target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "LITTLE_OPTIMISED" "" "")
   if(arg_LITTLE_OPTIMISED)
     # At -O1 g++ 12 sees reads beyond short strings and uninitialised sizes inside Eigen that -O3 knows are none.
     target_compile_options(${target} PRIVATE ${palpate_little_optimised}
       -Wno-stringop-overread -Wno-maybe-uninitialized)
-    target_precompile_headers(${target} REUSE_FROM ${palpate_precompiled_little})
+    target_precompile_headers(${target} REUSE_FROM palpate_precompiled_little_optimised)
   else()
     target_precompile_headers(${target} REUSE_FROM palpate_precompiled)
   endif()
@@ -74,7 +72,7 @@ endfunction()
 
 # palpate_add_library(<name> [TOGETHER [LITTLE_OPTIMISED]] SOURCES ... [ALONE ...] [PUBLIC ...] [PRIVATE ...]):
 # one box of the architecture, usable as palpate::<name>. The sanitized build compiles about eight sources at a time to take
-# less of it; TOGETHER does so in every build, for libraries that no simulator links. Sources are dealt out
+# less of it; TOGETHER does so in every build. Sources are dealt out
 # like cards, so that neighbours in the list, which have local names in common, do not meet; those ALONE
 # have flags or names that nobody can share. A unit names its sources from the project's root, so that a cache
 # of compilations knows it in another checkout.
