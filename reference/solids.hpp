@@ -2,6 +2,8 @@
 #pragma once
 /// Closed surfaces of solids whose volume is known in closed form, for what becomes of surfaces.
 
+#include <functional>
+
 #include "model/dynamics/triangle_surface.hpp"
 
 namespace palpate::reference {
@@ -15,5 +17,10 @@ TriangleSurface sphere_surface(const Eigen::Vector3d& centre, double radius, int
 /// A disc of radius `thickness` swept by `angle` [rad] on a circle of `radius` about z: a torus for 2 pi, and a
 /// letter C, closed at its ends, for less. `steps` along the circle, `around` the disc.
 TriangleSurface ring_surface(double radius, double thickness, double angle, int steps, int around);
+
+/// An open patch over |x| <= half.x, |y| <= half.y in `steps` by `steps` squares, its vertices at z = height(x, y);
+/// faces look towards -z.
+TriangleSurface patch_surface(const Eigen::Vector2d& half, int steps,
+                              const std::function<double(double, double)>& height);
 
 }  // namespace palpate::reference

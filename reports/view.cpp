@@ -45,7 +45,7 @@ ViewFocus focus_of(const View& view, const SpringNetwork& network, const Trace& 
 }
 
 /// The middle of the cell at a node; of a node that is no cell's lowest corner, halfway to the node below it.
-Eigen::Vector3d place_of_material(const SpringNetwork& network, const std::optional<NodeGrid>& grid, int node) {
+Eigen::Vector3d place_of_material(const SpringNetwork& network, const std::optional<CellGrid>& grid, int node) {
   const Eigen::Vector3d own = network.rest_position.col(node);
   if (!grid) { return own; }
   const GridPlace& place = grid->places()[static_cast<std::size_t>(node)];
@@ -55,13 +55,6 @@ Eigen::Vector3d place_of_material(const SpringNetwork& network, const std::optio
   }
   const std::array<int, 8> corners = grid->corners(place);
   return 0.5 * (own + network.rest_position.col(corners[7]));
-}
-
-std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first) {
-  const auto line = intervals_along(scene, {point.x(), point.y(), 0.0}, Eigen::Vector3d::UnitZ(), first);
-  const auto found = std::ranges::find_if(line, [&](const PathInterval& each) { return point.z() < each.end; });
-  const std::string& label = found == line.end() ? line.back().label : found->label;
-  return label.empty() ? "tissue" : label;
 }
 
 /// Layers that are nowhere what a cell is told to be of.
@@ -95,7 +88,8 @@ void add_nodes(View& view, const ViewInput& input, const ShownNodes& shown) {
     view.rest.col(n) = network.rest_position.col(node);
     view.stiffness(n) = sum(node) / std::max(1.0, count(node));
     view.fixed.push_back(network.fixed[static_cast<std::size_t>(node)]);
-    const std::string label = label_at(input.scene, place_of_material(network, shown.grid, node), first);
+    std::string label = label_at(input.scene, place_of_material(network, shown.grid, node), first);
+    if (label.empty()) { label = "tissue"; }
     auto known = std::ranges::find(view.labels, label);
     if (known == view.labels.end() && view.labels.size() < most_labels) { known = view.labels.insert(known, label); }
     view.label.push_back(
@@ -124,8 +118,9 @@ void add_grid(View& view, const ShownNodes& shown, const std::vector<int>& numbe
 }
 
 /// The skin of a grid: sides of its cells towards -z.
-ViewSurface skin_of(const NodeGrid& grid) {
-  ViewSurface skin{.label = "skin"};
+ViewSurface skin_of(const CellGrid& grid, const NodeVectors& rest) {
+  ViewSurface skin{.label = "skin", .of_cells = true};
+  std::vector<int> nodes;
   std::vector<int> vertex(grid.places().size(), -1);
   for (const GridFace& face : exposed_faces(grid, [](const GridPlace&) { return true; })) {
     const int above = grid.node_at(face.cell);
@@ -137,12 +132,14 @@ ViewSurface skin_of(const NodeGrid& grid) {
       if (own < 0) {
         own = static_cast<int>(skin.vertices.size());
         skin.vertices.push_back({{face.nodes[n], 1.0}});
+        nodes.push_back(face.nodes[n]);
       }
       corner[n] = own;
     }
     skin.triangles.push_back({corner[0], corner[1], corner[2]});
     skin.triangles.push_back({corner[0], corner[2], corner[3]});
   }
+  skin.rest = rest(Eigen::all, nodes);
   return skin;
 }
 
@@ -264,7 +261,7 @@ std::optional<View> make_view(const ViewInput& input) {
   tell_thin_layers(view, input.scene);
   add_grid(view, shown, number);
   std::vector<ViewSurface> surfaces = input.surfaces;
-  if (shown.grid) { surfaces.insert(surfaces.begin(), skin_of(*shown.grid)); }
+  if (surfaces.empty() && shown.grid) { surfaces.push_back(skin_of(*shown.grid, network.rest_position)); }
   add_surfaces(view, std::move(surfaces), number);
   add_springs(view, network, number);
   add_frames(view, input, shown);

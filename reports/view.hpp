@@ -32,15 +32,17 @@ struct ViewTool {
   Eigen::Vector2d size{0.0, 0.0};            ///< across; needle and fingertip: diameter twice [m]
 };
 
-/// A surface that follows the tissue: every vertex is a weighted mean of nodes.
+/// A surface that follows the tissue: every vertex moves by the weighted mean of what nodes move by.
 struct ViewSurface {
   struct Support {
     int node = 0;
     double weight = 1.0;  ///< those of a vertex sum to one
   };
   std::string label{};
-  std::vector<std::vector<Support>> vertices{};
+  NodeVectors rest{};  ///< undeformed places of the vertices [m]
+  std::vector<std::vector<Support>> vertices{};  ///< without any the vertex stays
   std::vector<std::array<int, 3>> triangles{};  ///< of vertices, outwards by the right hand
+  bool of_cells = false;                        ///< it is made of sides of the cells of tissue
 };
 
 struct ViewSpring {
@@ -83,7 +85,7 @@ struct ViewInput {
   const NetworkProblem& problem;
   const Trace& trace;
   const Moments& moments;
-  std::vector<ViewSurface> surfaces{};  ///< beside the skin of a grid; of nodes of the network
+  std::vector<ViewSurface> surfaces{};  ///< of nodes of the network; empty: the skin of its grid, if it has one
 };
 
 /// Nothing where the trace has no frames.

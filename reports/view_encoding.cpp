@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include "reports/markup.hpp"
@@ -60,12 +62,17 @@ std::uint8_t stiffness_byte(double stiffness, const Scales& scales) {
   return static_cast<std::uint8_t>(std::lround(255.0 * share));
 }
 
+/// One coordinate of places between `low` and `low` + `extent` [m].
+void pack_places(PackedBytes& packed, const Eigen::RowVectorXd& places, double low, double extent) {
+  Integers values;
+  const double scale = extent > 0.0 ? 65535.0 / extent : 0.0;
+  for (const double x : places) { values.push_back(std::llround((x - low) * scale)); }
+  packed.add_differences(values, 16);
+}
+
 void pack_nodes(PackedBytes& packed, const View& view, const Scales& scales) {
   for (int axis = 0; axis < 3; ++axis) {
-    Integers values;
-    const double scale = scales.extent(axis) > 0.0 ? 65535.0 / scales.extent(axis) : 0.0;
-    for (const double x : view.rest.row(axis)) { values.push_back(std::llround((x - scales.low(axis)) * scale)); }
-    packed.add_differences(values, 16);
+    pack_places(packed, view.rest.row(axis), scales.low(axis), scales.extent(axis));
   }
   packed.add_bytes(view.label);
   packed.add_bytes(view.fixed);
@@ -94,7 +101,18 @@ void pack_springs(PackedBytes& packed, const View& view, const Scales& scales) {
   packed.add_bytes(stiffness);
 }
 
+/// The box around a surface; a point where it has no vertices.
+Eigen::AlignedBox3d bounds_of(const ViewSurface& surface) {
+  Eigen::AlignedBox3d box(Eigen::Vector3d(0.0, 0.0, 0.0));
+  if (surface.rest.cols() > 0) { box = {surface.rest.rowwise().minCoeff(), surface.rest.rowwise().maxCoeff()}; }
+  return box;
+}
+
 void pack_surface(PackedBytes& packed, const ViewSurface& surface) {
+  const Eigen::AlignedBox3d box = bounds_of(surface);
+  for (int axis = 0; axis < 3; ++axis) {
+    pack_places(packed, surface.rest.row(axis), box.min()(axis), box.sizes()(axis));
+  }
   std::vector<std::uint8_t> counts;
   Integers nodes, weights, corners;
   for (const auto& vertex : surface.vertices) {
@@ -180,6 +198,8 @@ std::string header_of(const View& view, const Scales& scales) {
     surfaces.push_back({{"label", surface.label},
                         {"vertices", surface.vertices.size()},
                         {"supports", supports},
+                        {"low", list_of(bounds_of(surface).min())},
+                        {"extent", list_of(bounds_of(surface).sizes())},
                         {"triangles", surface.triangles.size()}});
   }
   Json header{

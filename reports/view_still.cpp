@@ -21,6 +21,7 @@ constexpr double height = 470.0;
 constexpr double key_height = 58.0;
 constexpr std::size_t most_sides = 4500;
 constexpr std::size_t most_strokes = 6000;
+constexpr std::size_t most_faces = 12'000;  // of a surface in the tissue, else it is left out
 
 /// Parallel projection from the side of +y and above the skin, as the view begins.
 struct Projection3 {
@@ -62,6 +63,9 @@ Projection3 projection_of(const View& view) {
   };
   for (const auto& point : view.rest.colwise()) { reach(point); }
   if (view.tool) { reach(shaft_of(view, 0)[1]); }
+  for (const ViewSurface& surface : view.surfaces) {
+    for (const auto& point : surface.rest.colwise()) { reach(point); }
+  }
   const Eigen::Vector2d extent = (high - low).cwiseMax(1e-9);
   projection.middle = 0.5 * (low + high);
   projection.scale = 0.94 * std::min(width / extent.x(), (height - key_height) / extent.y());
@@ -158,6 +162,15 @@ class SeenSides {
   std::vector<GridSide> sides_;
 };
 
+/// A colour as it looks on a face across `normal`, of any length.
+Rgb lit(const Picture& picture, Rgb colour, const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d light =
+      (picture.projection.nearer + 0.7 * picture.projection.up + 0.3 * picture.projection.right).normalized();
+  const double brightness = 0.76 + 0.24 * std::abs(normal.normalized().dot(light));
+  for (double& part : colour) { part *= brightness; }
+  return colour;
+}
+
 Piece painted_side(const Picture& picture, const Side& side) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   SvgPath path;
@@ -169,20 +182,43 @@ Piece painted_side(const Picture& picture, const Side& side) {
   }
   path.close();
   const Eigen::Vector3d normal = (picture.position.col(side.nodes[2]) - picture.position.col(side.nodes[0]))
-                                     .cross(picture.position.col(side.nodes[3]) - picture.position.col(side.nodes[1]))
-                                     .normalized();
-  const Eigen::Vector3d light =
-      (picture.projection.nearer + 0.7 * picture.projection.up + 0.3 * picture.projection.right).normalized();
-  const double brightness = 0.76 + 0.24 * std::abs(normal.dot(light));
+                                     .cross(picture.position.col(side.nodes[3]) - picture.position.col(side.nodes[1]));
   Rgb colour{};
   for (std::size_t c = 0; c < 3; ++c) {
     for (const int node : side.nodes) {
       const int of = picture.by_cell ? side.cell : node;
-      colour[c] += 0.25 * brightness * picture.colours[static_cast<std::size_t>(of)][c];
+      colour[c] += 0.25 * picture.colours[static_cast<std::size_t>(of)][c];
     }
   }
   return {middle.dot(picture.projection.nearer),
-          "<path fill=\"" + hex_colour(colour) + "\" d=\"" + path.data() + "\"/>"};
+          "<path fill=\"" + hex_colour(lit(picture, colour, normal)) + "\" d=\"" + path.data() + "\"/>"};
+}
+
+/// Faces behind the cut of surfaces that lie in the tissue.
+std::vector<Piece> painted_surface(const Picture& picture, const ViewSurface& surface) {
+  const Rgb skin{0xe0 / 255.0, 0xac / 255.0, 0x90 / 255.0};
+  NodeVectors place = surface.rest;
+  for (std::size_t vertex = 0; vertex < surface.vertices.size(); ++vertex) {
+    for (const ViewSurface::Support& support : surface.vertices[vertex]) {
+      place.col(static_cast<Eigen::Index>(vertex)) +=
+          support.weight * (picture.position.col(support.node) - picture.view.rest.col(support.node));
+    }
+  }
+  std::vector<Piece> pieces;
+  for (const auto& face : surface.triangles) {
+    const Eigen::Vector3d middle = place(Eigen::all, face).rowwise().mean();
+    if (middle.y() > picture.view.cut) { continue; }
+    SvgPath path;
+    for (std::size_t n = 0; n < 3; ++n) {
+      const Eigen::Vector2d at = picture.projection.pixel(place.col(face[n]));
+      n == 0 ? path.move(at.x(), at.y()) : path.line(at.x(), at.y());
+    }
+    path.close();
+    const Eigen::Vector3d normal = (place.col(face[1]) - place.col(face[0])).cross(place.col(face[2]) - place.col(face[0]));
+    pieces.push_back({middle.dot(picture.projection.nearer),
+                      "<path fill=\"" + hex_colour(lit(picture, skin, normal)) + "\" d=\"" + path.data() + "\"/>"});
+  }
+  return pieces;
 }
 
 /// Springs where there are no cells, the nearest in front.
@@ -231,6 +267,9 @@ std::string painted(const Picture& picture, std::size_t frame, const std::string
   const std::vector<Side> sides = SeenSides(picture.view).nodes(most_sides);
   for (const Side& side : sides) { pieces.push_back(painted_side(picture, side)); }
   if (sides.empty()) { pieces = painted_springs(picture); }
+  for (const ViewSurface& surface : picture.view.surfaces) {
+    if (!surface.of_cells && surface.triangles.size() <= most_faces) { std::ranges::move(painted_surface(picture, surface), std::back_inserter(pieces)); }
+  }
   std::ranges::stable_sort(pieces, {}, &Piece::nearness);
   std::string svg = "<svg role=\"img\" aria-label=\"" + escape_markup(what) + "\" viewBox=\"0 0 " + svg_number(width) +
                     " " + svg_number(height) + "\"><g class=\"edge\">";

@@ -20,7 +20,7 @@ bool is_near(const ViewFocus& focus, const Eigen::Vector3d& point) {
 }
 
 /// Marks the corners of the cells of the surface, on either side of the cut, and near the tool.
-Marks shell_of(const NodeGrid& grid, const SpringNetwork& network, const ViewFocus& focus) {
+Marks shell_of(const CellGrid& grid, const SpringNetwork& network, const ViewFocus& focus) {
   Marks shown(static_cast<std::size_t>(network.node_count()), 0);
   const auto mark = [&](const GridPlace& cell) {
     for (const int node : grid.corners(cell)) { shown[static_cast<std::size_t>(node)] = 1; }
@@ -37,7 +37,7 @@ Marks shell_of(const NodeGrid& grid, const SpringNetwork& network, const ViewFoc
   return shown;
 }
 
-Marks all_of(const NodeGrid& grid) {
+Marks all_of(const CellGrid& grid) {
   Marks shown(grid.places().size(), 0);
   for (std::size_t n = 0; n < shown.size(); ++n) { shown[n] = grid.places()[n][0] >= 0; }
   return shown;
@@ -60,7 +60,7 @@ Marks sample_of(const SpringNetwork& network, const ViewFocus& focus) {
 
 long count_of_marks(const Marks& marks) { return std::ranges::count(marks, std::uint8_t{1}); }
 
-ShownNodes chosen(Marks shown, const std::vector<int>& needed, std::optional<NodeGrid> grid, const std::string& which) {
+ShownNodes chosen(Marks shown, const std::vector<int>& needed, std::optional<CellGrid> grid, const std::string& which) {
   for (const int node : needed) { shown[static_cast<std::size_t>(node)] = 1; }
   ShownNodes result{.grid = std::move(grid)};
   for (std::size_t n = 0; n < shown.size(); ++n) {
@@ -80,13 +80,13 @@ std::string near_tool(const ViewFocus& focus) {
 }  // namespace
 
 ShownNodes shown_nodes(const SpringNetwork& network, const ViewFocus& focus, const std::vector<int>& needed) {
-  std::optional<NodeGrid> grid = NodeGrid::of(network);
+  std::optional<CellGrid> grid = CellGrid::of(network);
   if (network.node_count() <= most_nodes_shown_all) {
     return chosen(Marks(static_cast<std::size_t>(network.node_count()), 1), needed, std::move(grid), "");
   }
   if (!grid) { return chosen(sample_of(network, focus), needed, std::nullopt, "every n-th" + near_tool(focus)); }
   for (int n = 1;; ++n) {
-    NodeGrid coarse = n == 1 ? *grid : grid->thinned(n);
+    CellGrid coarse = n == 1 ? *grid : grid->thinned(n);
     const std::string planes = n == 1 ? ""
                                       : " of every " + std::to_string(n) +
                                             (n == 2   ? "nd"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/node_grid.hpp"
+#include "reports/cell_grid.hpp"
 
 namespace palpate {
 
@@ -24,7 +24,7 @@ struct ViewFocus {
 
 struct ShownNodes {
   std::vector<int> nodes{};        ///< ascending
-  std::optional<NodeGrid> grid{};  ///< that they lie on, in the numbering of the network
+  std::optional<CellGrid> grid{};  ///< that they lie on, in the numbering of the network
   std::string note{};              ///< what was left out; empty: nothing
 };
 

@@ -130,7 +130,7 @@ class ImageNodes {
   }
 
   void put_skin_at_zero(const Eigen::Vector2d& entry) {
-    if (const auto skin = skin_depth(tissue_, entry)) { tissue_.nodes.first.z() -= *skin; }
+    if (const auto skin = skin_depth(tissue_.nodes, entry)) { tissue_.nodes.first.z() -= *skin; }
     tissue_.boxes = {.low = tissue_.nodes.first - 0.5 * tissue_.nodes.spacing,
                      .size = tissue_.nodes.spacing,
                      .count = tissue_.nodes.count};

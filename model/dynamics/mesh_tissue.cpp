@@ -138,10 +138,7 @@ class MeshVoxels {
         }
       }
     }
-    int count = 0;
-    for (int& node : nodes.node) {
-      if (node == 0) { node = count++; }
-    }
+    palpate::number_nodes(nodes);
   }
 
   void make_network() {
@@ -172,9 +169,8 @@ class MeshVoxels {
 
 }  // namespace
 
-void place_in_tissue(TriangleSurface& surface, double scale, const MeshSettings& settings) {
-  const Eigen::Matrix3d turn = axis_map(settings.inward).matrix();
-  surface.vertex = turn * ((scale * surface.vertex).colwise() - settings.origin);
+void place_in_tissue(TriangleSurface& surface, double scale, FileAxis inward, const Vector3d& origin) {
+  surface.vertex = axis_map(inward).matrix() * ((scale * surface.vertex).colwise() - origin);
 }
 
 VoxelTissue mesh_tissue(const std::vector<MeshBody>& bodies, const MeshSettings& settings,

@@ -37,8 +37,9 @@ struct MeshBody {
   int priority = 0;  ///< the highest has the cell; of equals the last
 };
 
-/// A file's vertices in the tissue frame; `scale` is metres per unit of the file.
-void place_in_tissue(TriangleSurface& surface, double scale, const MeshSettings& settings);
+/// A file's vertices in the tissue frame; `scale` is metres per unit of the file,
+/// and `inward` and `origin` as in MeshSettings.
+void place_in_tissue(TriangleSurface& surface, double scale, FileAxis inward, const Eigen::Vector3d& origin);
 
 /// Voxels are the cells of a lattice with a node at each corner. Bodies whose voxels touch share the nodes
 /// between them and so are joined; a gap of a voxel or more keeps them apart. Nodes of bone and of fixed

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "model/dynamics/needle_path.hpp"
+#include "model/dynamics/tissue_grid.hpp"
+#include "model/dynamics/tissue_map.hpp"
 #include "model/dynamics/voxel_tissue.hpp"
 
 namespace palpate {
@@ -52,13 +54,49 @@ PathInterval interval_of(const Material* material, std::string label) {
   return interval_in(*material, std::move(label), 0.0, infinity);
 }
 
+PathInterval interval_of(const Scene& scene, const Layer& layer) {
+  return interval_of(find_material(scene, layer.material), layer.tissue.empty() ? layer.material : layer.tissue);
+}
+
+/// Layers beneath a skin that need not be flat. Between two places of the line their depth differs by no more
+/// than these are apart, so steps of part of the thinnest layer pass none.
+std::vector<PathInterval> ground_beneath_skin(const Scene& scene, const Eigen::Vector3d& origin,
+                                              const Eigen::Vector3d& n, double first) {
+  const std::vector<Layer>& layers = scene.tissue.layers;
+  const auto layer = [&](double xi) { return layer_at(layers, depth_in_layers(scene, origin + xi * n)); };
+  const LatticeShape block = block_shape(scene);
+  const double last = (block.spacing * (block.nodes[2] - 1) - origin.z()) / n.z();
+  const double thinnest = std::ranges::min(layers, {}, &Layer::thickness).thickness;
+  const double step = std::min(0.5 * thinnest, 0.1 * block.spacing);
+  std::vector<PathInterval> intervals{interval_of(scene, layers[layer(first)])};
+  intervals.front().begin = first;
+  std::size_t before = layer(first);
+  for (double begin = first; begin < last; begin += step) {
+    const std::size_t after = layer(begin + step);
+    if (after == before) { continue; }
+    double low = begin;
+    double high = begin + step;
+    while (high - low > 1e-9) {
+      const double middle = 0.5 * (low + high);
+      (layer(middle) == before ? low : high) = middle;
+    }
+    intervals.back().end = high;
+    intervals.push_back(interval_of(scene, layers[after]));
+    intervals.back().begin = high;
+    before = after;
+  }
+  intervals.back().end = infinity;
+  return intervals;
+}
+
 /// Layers, or the one material of a lattice, from `first` on.
-std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& n, double first) {
+std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& origin, const Eigen::Vector3d& n,
+                                 double first) {
+  if (layers_follow_skin(scene)) { return ground_beneath_skin(scene, origin, n, first); }
   std::vector<PathInterval> intervals;
   double begin = first;
   for (const Layer& layer : scene.tissue.layers) {
-    PathInterval next = interval_of(find_material(scene, layer.material),
-                                    layer.tissue.empty() ? layer.material : layer.tissue);
+    PathInterval next = interval_of(scene, layer);
     next.begin = begin;
     next.end = begin += layer.thickness / n.z();
     intervals.push_back(std::move(next));
@@ -89,7 +127,7 @@ std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vecto
   if (scene.tissue.voxels) {
     return voxel_intervals(*scene.tissue.voxels, scene.materials, origin, direction, first);
   }
-  std::vector<PathInterval> line = ground(scene, direction, first);
+  std::vector<PathInterval> line = ground(scene, origin, direction, first);
   for (const Inclusion& body : scene.tissue.inclusions) {
     Stretch within = inside(body, origin, direction);
     within.begin = std::max(within.begin, first);
@@ -112,6 +150,19 @@ std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vecto
     line = std::move(cut);
   }
   return line;
+}
+
+std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first) {
+  if (layers_follow_skin(scene)) {
+    const Layer& layer = scene.tissue.layers[layer_at(scene.tissue.layers, depth_in_layers(scene, point))];
+    const std::vector<Inclusion>& bodies = scene.tissue.inclusions;
+    const auto body = std::find_if(bodies.rbegin(), bodies.rend(),
+                                   [&](const Inclusion& each) { return contains(each, point); });
+    return body != bodies.rend() ? body->material : layer.tissue.empty() ? layer.material : layer.tissue;
+  }
+  const auto line = intervals_along(scene, {point.x(), point.y(), 0.0}, Eigen::Vector3d::UnitZ(), first);
+  const auto found = std::ranges::find_if(line, [&](const PathInterval& each) { return point.z() < each.end; });
+  return found == line.end() ? line.back().label : found->label;
 }
 
 }  // namespace palpate

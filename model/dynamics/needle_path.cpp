@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "model/dynamics/network_builder.hpp"
+#include "model/dynamics/tissue_grid.hpp"
 #include "model/dynamics/voxel_tissue.hpp"
 
 namespace palpate {
@@ -42,6 +43,12 @@ double node_spacing(const SpringNetwork& network) {
   const auto middle = shortest.begin() + static_cast<std::ptrdiff_t>(shortest.size() / 2);
   std::ranges::nth_element(shortest, middle);
   return *middle;
+}
+
+/// The grid of a tissue whose skin need not be flat.
+std::optional<NodeGrid> uneven_grid(const Scene& scene) {
+  if (scene.tissue.voxels) { return scene.tissue.voxels->nodes; }
+  return layers_follow_skin(scene) ? std::optional(block_beneath_skin(scene).nodes) : std::nullopt;
 }
 
 }  // namespace
@@ -108,8 +115,8 @@ void NeedlePath::network_knots(const SpringNetwork& network) {
   }
 }
 
-void NeedlePath::voxel_knots(const Scene& scene) {
-  for (const PlaneCrossing& crossing : plane_crossings(scene.tissue.voxels->nodes, origin_, direction_)) {
+void NeedlePath::grid_knots(const NodeGrid& grid) {
+  for (const PlaneCrossing& crossing : plane_crossings(grid, origin_, direction_)) {
     add_knot(crossing.depth, crossing.supports);
   }
 }
@@ -134,8 +141,8 @@ NeedlePath NeedlePath::of_needle(const Scene& scene, const SpringNetwork& networ
   NeedlePath path;
   path.origin_ = {scene.needle->entry.x(), scene.needle->entry.y(), 0.0};
   path.direction_ = scene.needle->direction.normalized();
-  if (scene.tissue.voxels) {
-    path.voxel_knots(scene);
+  if (const std::optional<NodeGrid> grid = uneven_grid(scene)) {
+    path.grid_knots(*grid);
   } else if (scene.tissue.source == Source::network) {
     path.network_knots(network);
   } else {
@@ -152,11 +159,10 @@ NeedlePath NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network
   NeedlePath path;
   const Probe& probe = *scene.probe;
   path.origin_ = {probe.entry.x(), probe.entry.y(), 0.0};
-  const VoxelTissue* voxels = scene.tissue.voxels.get();
-  const std::vector<int> skin =
-      voxels != nullptr ? skin_nodes(*voxels) : face_nodes(network.rest_position, Face::z_min);
-  const Eigen::Vector2d a = voxels != nullptr ? Eigen::Vector2d(voxels->nodes.spacing.head<2>())
-                                              : Eigen::Vector2d::Constant(node_spacing(network));
+  const std::optional<NodeGrid> grid = uneven_grid(scene);
+  const std::vector<int> skin = grid ? skin_nodes(*grid) : face_nodes(network.rest_position, Face::z_min);
+  const Eigen::Vector2d a =
+      grid ? Eigen::Vector2d(grid->spacing.head<2>()) : Eigen::Vector2d::Constant(node_spacing(network));
   std::vector<Support> supports;
   double depth = 0.0;
   double total = 0.0;

@@ -30,6 +30,11 @@ PathInterval interval_in(const Material& material, std::string label, double beg
 std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double first);
 
+/// What the tissue at a point is called, as intervals_along calls it on the line along z through the point.
+std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first);
+
+struct NodeGrid;  // node_grid.hpp
+
 class NeedlePath {
  public:
   struct Support {
@@ -77,7 +82,7 @@ class NeedlePath {
   };
   void add_knot(double depth, const std::vector<Support>& supports);
   void lattice_knots(const Scene& scene, const SpringNetwork& network);
-  void voxel_knots(const Scene& scene);
+  void grid_knots(const NodeGrid& grid);
   void network_knots(const SpringNetwork& network);
   void cut_into_pieces();
 

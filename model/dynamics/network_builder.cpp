@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/dynamics/grid_network.hpp"
 #include "model/dynamics/lattice.hpp"
+#include "model/dynamics/tissue_grid.hpp"
 #include "model/dynamics/tissue_map.hpp"
 #include "model/dynamics/voxel_tissue.hpp"
 
@@ -13,21 +15,30 @@ namespace palpate {
 
 namespace {
 
-/// As many cells deep as come nearest to the layers' thickness.
-LatticeShape layered_shape(const Scene& scene) {
-  const LayerBlock& block = scene.tissue.block;
-  const double depth =
-      std::transform_reduce(scene.tissue.layers.begin(), scene.tissue.layers.end(), 0.0,
-                            std::plus<>(), [](const Layer& layer) { return layer.thickness; });
-  const int cells = std::max(1, static_cast<int>(std::lround(depth / block.spacing)));
-  return {{block.nodes[0], block.nodes[1], cells + 1}, block.spacing, block.connectivity};
-}
-
 SpringNetwork build_cells(const Scene& scene, const LatticeShape& shape) {
   return cell_lattice(shape, [&](int i, int j, int l) {
     return cell_material(scene, {.low = shape.position(i, j, l),
                                  .size = shape.spacing,
                                  .bottom = shape.spacing * (l + 1)});
+  });
+}
+
+SpringNetwork build_beneath_skin(const Scene& scene) {
+  const BlockBeneathSkin block = block_beneath_skin(scene);
+  const NodeGrid& nodes = block.nodes;
+  std::vector<std::optional<CellMaterial>> cells(nodes.node.size());
+  for (int l = 0; l + 1 < nodes.count[2]; ++l) {
+    for (int j = 0; j + 1 < nodes.count[1]; ++j) {
+      for (int i = 0; i + 1 < nodes.count[0]; ++i) {
+        if (!block.holds(i, j, l)) { continue; }
+        cells[nodes.index(i, j, l)] =
+            cell_material(scene, {.low = nodes.place(i, j, l), .size = nodes.spacing.z()});
+      }
+    }
+  }
+  return grid_network(nodes, scene.tissue.block.connectivity, [&](int i, int j, int l, int, int) {
+    const std::optional<CellMaterial>& cell = cells[nodes.index(i, j, l)];
+    return cell ? &*cell : nullptr;
   });
 }
 
@@ -70,7 +81,8 @@ void hold_bone(const Scene& scene, SpringNetwork& network) {
 
 SpringNetwork unheld_network(const Scene& scene) {
   if (scene.tissue.source == Source::lattice) { return build_lattice(scene); }
-  if (scene.tissue.source == Source::layers) { return build_cells(scene, layered_shape(scene)); }
+  if (layers_follow_skin(scene)) { return build_beneath_skin(scene); }
+  if (scene.tissue.source == Source::layers) { return build_cells(scene, block_shape(scene)); }
   return scene.tissue.voxels ? scene.tissue.voxels->network : scene.tissue.network;
 }
 
@@ -98,7 +110,10 @@ std::vector<int> face_nodes(const NodeVectors& rest_position, Face face) {
   return nodes;
 }
 
-Eigen::Index layered_node_count(const Scene& scene) { return layered_shape(scene).node_count(); }
+Eigen::Index layered_node_count(const Scene& scene) {
+  if (!layers_follow_skin(scene)) { return block_shape(scene).node_count(); }
+  return std::ranges::count_if(block_beneath_skin(scene).nodes.node, [](int node) { return node >= 0; });
+}
 
 SpringNetwork build_network(const Scene& scene) {
   SpringNetwork network = unheld_network(scene);

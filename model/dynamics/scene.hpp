@@ -123,6 +123,7 @@ struct Oscillator {
 
 enum class Source { lattice, layers, network, oscillator, mesh, mri };
 struct VoxelTissue;  // voxel_tissue.hpp
+class Skin;          // skin.hpp
 enum class Face { x_min, x_max, y_min, y_max, z_min, z_max };
 
 struct Tissue {
@@ -138,6 +139,7 @@ struct Tissue {
   SpringNetwork network{};                         ///< source = network, as read from its files
   Oscillator oscillator{};
   std::shared_ptr<const VoxelTissue> voxels{};     ///< source = mesh or mri, as built from its files
+  std::shared_ptr<const Skin> skin{};              ///< a surface that follows the tissue, as read from its file
 };
 
 enum class Profile { constant, ramp, half_sine };

@@ -8,6 +8,7 @@
 
 #include "model/dynamics/network_builder.hpp"
 #include "model/dynamics/rules.hpp"
+#include "model/dynamics/tissue_grid.hpp"
 #include "model/dynamics/tool_check.hpp"
 #include "model/dynamics/voxel_tissue.hpp"
 
@@ -86,6 +87,9 @@ class Checker : private Rules {
       case Source::mri: check_voxels("tissue.mri"); break;
     }
     if (tissue.source != Source::layers) { check_layers_of_needle(); }
+    const bool bare = tissue.source == Source::network || tissue.source == Source::oscillator;
+    must(!(tissue.skin && bare), "tissue.skin", "given; must be left out with source = \"network\" or "
+                                                "\"oscillator\", which have no cells for it to lie in");
     for (std::size_t n = 0; n < tissue.inclusions.size(); ++n) {
       const Inclusion& body = tissue.inclusions[n];
       known_material(body.material, at("inclusion", n, "material"));
@@ -155,6 +159,16 @@ class Checker : private Rules {
     const double nodes = planes * tissue.block.nodes[0] * tissue.block.nodes[1];
     must(!(nodes > most_nodes), "tissue.layers.spacing",
          number_in_words(nodes) + " nodes; at most 5e7");
+    if (none_broken() && layers_follow_skin(scene_)) { check_beneath_skin(); }
+  }
+
+  void check_beneath_skin() {
+    const double places = places_beneath_skin(scene_);
+    must(places > 0.0, "tissue.skin.path",
+         "its surface lies nowhere above the block of layers; must do so at the middle of a cell at least");
+    must(!(places > most_nodes), "tissue.skin.path",
+         "its highest place is so far above z = 0 that the block takes " + number_in_words(places) +
+             " nodes; at most 5e7");
   }
 
   void check_network(const SpringNetwork& network) {

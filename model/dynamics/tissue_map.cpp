@@ -6,11 +6,14 @@
 #include <optional>
 #include <stdexcept>
 
+#include "model/dynamics/skin.hpp"
+#include "model/dynamics/tissue_grid.hpp"
+
 namespace palpate {
 
 namespace {
 
-constexpr double surface = 1e-9;  // what counts as on a surface [m]
+constexpr double on_surface = 1e-9;  // what counts as on a surface [m]
 
 const Material& material_named(const Scene& scene, std::string_view name) {
   const auto found = std::ranges::find(scene.materials, name, &Material::name);
@@ -25,15 +28,6 @@ bool is_bone(const Material& material) { return role_of(material) == TissueRole:
 
 CellMaterial cell_of(const Material& m) {
   return {m.youngs_modulus, m.density, m.damping_ratio, m.viscosity};
-}
-
-/// Whether the body, grown by `margin` on every side, holds the point.
-bool contains(const Inclusion& body, const Eigen::Vector3d& point, double margin = 0.0) {
-  const Eigen::Vector3d away = point - body.centre;
-  if (body.shape == Inclusion::Shape::sphere) {
-    return away.norm() <= 0.5 * body.size.x() + margin;
-  }
-  return (away.cwiseAbs() - 0.5 * body.size).maxCoeff() <= margin;
 }
 
 /// Calls visit(material, upper end, lower end); below the last layer that layer goes on.
@@ -77,7 +71,7 @@ Mixture layered_mixture(const Scene& scene, double top, double bottom) {
     viscosity_share += m.viscosity ? share : 0.0;
   });
   const double rest = 1.0 - bone_share;
-  if (rest * (bottom - top) <= surface) { return mixture; }
+  if (rest * (bottom - top) <= on_surface) { return mixture; }
   mixture.bone = nullptr;
   if (viscosity_share > 0.5 * rest) { mean.viscosity = viscosity / viscosity_share; }
   if (bone_share > 0.0) {
@@ -110,10 +104,31 @@ bool all_in_bone(const Scene& scene, const Cell& cell) {
 
 }  // namespace
 
+bool contains(const Inclusion& body, const Eigen::Vector3d& point, double margin) {
+  const Eigen::Vector3d away = point - body.centre;
+  if (body.shape == Inclusion::Shape::sphere) {
+    return away.norm() <= 0.5 * body.size.x() + margin;
+  }
+  return (away.cwiseAbs() - 0.5 * body.size).maxCoeff() <= margin;
+}
+
+double depth_in_layers(const Scene& scene, const Eigen::Vector3d& point) {
+  return layers_follow_skin(scene) ? scene.tissue.skin->depth(point) : point.z();
+}
+
+std::size_t layer_at(const std::vector<Layer>& layers, double depth) {
+  std::size_t n = 0;
+  for (double end = layers[0].thickness; n + 1 < layers.size() && depth >= end; end += layers[n].thickness) { ++n; }
+  return n;
+}
+
 CellMaterial cell_material(const Scene& scene, const Cell& cell) {
   const Tissue& tissue = scene.tissue;
   Mixture mixture;
-  if (tissue.source == Source::layers) {
+  if (layers_follow_skin(scene)) {
+    const double middle = tissue.skin->distance(cell.centre());  // only cells beneath the skin are asked for
+    mixture = layered_mixture(scene, std::max(0.0, middle - 0.5 * cell.size), middle + 0.5 * cell.size);
+  } else if (tissue.source == Source::layers) {
     mixture = layered_mixture(scene, cell.low.z(), cell.bottom);
   } else {
     mixture.soft = cell_of(material_named(scene, tissue.lattice.material));
@@ -133,13 +148,14 @@ CellMaterial cell_material(const Scene& scene, const Cell& cell) {
 
 bool in_bone(const Scene& scene, const Eigen::Vector3d& point) {
   bool bone = false;
+  const double depth = depth_in_layers(scene, point);
   for_each_layer(scene, [&](const Material& m, double top, double bottom) {
-    const bool here = point.z() >= top - surface && point.z() <= bottom + surface;
+    const bool here = depth >= top - on_surface && depth <= bottom + on_surface;
     bone = bone || (here && is_bone(m));
   });
   for (const Inclusion& body : scene.tissue.inclusions) {
     const bool hard = is_bone(material_named(scene, body.material));
-    if (contains(body, point, hard ? surface : -surface)) { bone = hard; }
+    if (contains(body, point, hard ? on_surface : -on_surface)) { bone = hard; }
   }
   return bone;
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 
+#include "model/dynamics/tissue_grid.hpp"
 #include "model/dynamics/voxel_tissue.hpp"
 
 namespace palpate {
@@ -18,7 +19,7 @@ constexpr double fastest_rate = 20000.0;
 constexpr int longest_delay = 100;       // ticks
 constexpr double lowest_grip = 0.08;     // z of the device on its axis, counts within +-1600 [m]
 constexpr double highest_grip = 0.175;
-constexpr double rounding = 1e-9;  // of numbers that a person writes
+constexpr double digits_lost = 1e-9;  // of numbers that a person writes
 
 template <class Vector>
 std::string list_of(const Vector& values) {
@@ -43,12 +44,15 @@ std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
 }
 
 /// A place of the tool on the skin, with what of the tool lies around it.
-void check_entry(const Tissue& tissue, const Eigen::Vector2d& entry,
+void check_entry(const Scene& scene, const Eigen::Vector2d& entry,
                  const Eigen::Vector2d& half_size, const std::string& key, Rules& rules) {
   if (!entry.allFinite()) { return rules.must(false, key, "not finite; two finite numbers"); }
-  if (tissue.voxels) {
-    const std::optional<double> skin = skin_depth(*tissue.voxels, entry);
-    return rules.must(skin && *skin > -0.5 * tissue.voxels->nodes.spacing.z(), key,
+  const Tissue& tissue = scene.tissue;
+  const bool beneath_skin = rules.none_broken() && layers_follow_skin(scene);
+  if (tissue.voxels || beneath_skin) {
+    const NodeGrid grid = tissue.voxels ? tissue.voxels->nodes : block_beneath_skin(scene).nodes;
+    const std::optional<double> skin = skin_depth(grid, entry);
+    return rules.must(skin && *skin > -0.75 * grid.spacing.z(), key,
                       list_of(entry) + " m; " +
                           (skin ? "the tissue there begins " + number_in_words(-*skin) +
                                       " m above z = 0; must begin at z >= 0"
@@ -57,7 +61,7 @@ void check_entry(const Tissue& tissue, const Eigen::Vector2d& entry,
   const std::optional<Eigen::Vector2d> half = half_skin(tissue);
   if (!half) { return; }
   const Eigen::Vector2d reach = entry.cwiseAbs() + half_size;
-  const bool inside = (reach - *half).maxCoeff() <= rounding * half->maxCoeff();
+  const bool inside = (reach - *half).maxCoeff() <= digits_lost * half->maxCoeff();
   const std::string what = half_size.isZero() ? "must be" : "all of its size must be";
   rules.must(inside, key,
              list_of(entry) + " m; " + what + " on the skin, |x| <= " + number_in_words(half->x()) +
@@ -67,12 +71,12 @@ void check_entry(const Tissue& tissue, const Eigen::Vector2d& entry,
 void check_needle(const Scene& scene, const Needle& needle, Rules& rules) {
   rules.positive(needle.diameter, "needle.diameter", "m");
   rules.positive(needle.mass, "needle.mass", "kg");
-  check_entry(scene.tissue, needle.entry, Eigen::Vector2d::Zero(), "needle.entry", rules);
+  check_entry(scene, needle.entry, Eigen::Vector2d::Zero(), "needle.entry", rules);
   const double length = needle.direction.norm();
   const bool has_length = std::isfinite(length) && length >= 1e-100;
   rules.must(has_length, "needle.direction",
              list_of(needle.direction) + "; must have a length from 1e-100 to 1e100");
-  rules.must(!has_length || needle.direction.z() >= (0.5 - rounding) * length, "needle.direction",
+  rules.must(!has_length || needle.direction.z() >= (0.5 - digits_lost) * length, "needle.direction",
              list_of(needle.direction) + "; must be within 60 degrees of [0, 0, 1]");
 }
 
@@ -89,7 +93,7 @@ void check_map(const Tissue& tissue, const Probe& probe, Rules& rules) {
   const std::optional<Eigen::Vector2d> half = half_skin(tissue);
   if (!half || !counted || !(grid.spacing > 0.0) || !probe.size.allFinite()) { return; }
   const Eigen::Vector2d reach = probe.entry.cwiseAbs() + grid.half_span() + 0.5 * probe.size;
-  rules.must((reach - *half).maxCoeff() <= rounding * half->maxCoeff(), "probe.map",
+  rules.must((reach - *half).maxCoeff() <= digits_lost * half->maxCoeff(), "probe.map",
              "its sites with the probe reach to " + list_of(reach) + " m; the skin ends at " +
                  list_of(*half) + " m");
 }
@@ -100,7 +104,7 @@ void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
   rules.must(sized, "probe.size", list_of(probe.size) + " m; must be > 0");
   rules.must(probe.shape == Probe::Shape::ultrasound || probe.size.x() == probe.size.y(),
              "probe.size", list_of(probe.size) + " m; must be one diameter for a fingertip");
-  if (sized) { check_entry(scene.tissue, probe.entry, 0.5 * probe.size, "probe.entry", rules); }
+  if (sized) { check_entry(scene, probe.entry, 0.5 * probe.size, "probe.entry", rules); }
   if (probe.map) { check_map(scene.tissue, probe, rules); }
 }
 
@@ -150,7 +154,7 @@ void check_syringe(const Syringe& syringe, Rules& rules) {
 /// Whole ticks of the haptic loop in one of the tissue, to rounding.
 bool divides(double rate, double step) {
   const double ticks = rate * step;
-  return std::abs(ticks - std::round(ticks)) <= rounding * ticks && std::round(ticks) >= 1.0;
+  return std::abs(ticks - std::round(ticks)) <= digits_lost * ticks && std::round(ticks) >= 1.0;
 }
 
 void check_falcon(const Scene& scene, const FalconDrive& falcon, Rules& rules) {

@@ -36,6 +36,11 @@ class ByteReader {
     }
     return values;
   }
+  // One coordinate of places in a box.
+  places(box, count, axis, into) {
+    const steps = this.differences(count, 16);
+    for (let n = 0; n < count; ++n) { into[3 * n + axis] = box.low[axis] + steps[n] / 65535 * box.extent[axis]; }
+  }
   // 16-bit numbers, as differences to others in the same places.
   changes(before) {
     const low = this.plane(before.length);

@@ -249,13 +249,16 @@ class Drawing {
     position.needsUpdate = share.needsUpdate = true;
   }
   moveSurface(surface) {
-    const { counts, nodes, weights } = surface.about;
+    const { rest, counts, nodes, weights } = surface.about;
     const position = surface.mesh.geometry.attributes.position;
     let next = 0;
     counts.forEach((count, vertex) => {
-      const sum = [0, 0, 0];
+      const sum = [rest[3 * vertex], rest[3 * vertex + 1], rest[3 * vertex + 2]];
       for (const end = next + count; next < end; ++next) {
-        for (let c = 0; c < 3; ++c) { sum[c] += weights[next] / 32767 * this.position[3 * nodes[next] + c]; }
+        const node = 3 * nodes[next];
+        for (let c = 0; c < 3; ++c) {
+          sum[c] += weights[next] / 32767 * (this.position[node + c] - this.tissue.rest[node + c]);
+        }
       }
       position.setXYZ(vertex, sum[0], sum[1], sum[2]);
     });

@@ -8,7 +8,9 @@ class Tissue {
     this.springs = { a: reader.differences(header.springs, 32), way: reader.differences(header.springs, 32),
                      stiffness: reader.plane(header.springs) };
     this.surfaces = header.surfaces.map(function (about) {
-      return { label: about.label, counts: reader.plane(about.vertices), nodes: reader.differences(about.supports, 32),
+      const rest = new Float32Array(3 * about.vertices);
+      for (let axis = 0; axis < 3; ++axis) { reader.places(about, about.vertices, axis, rest); }
+      return { label: about.label, rest: rest, counts: reader.plane(about.vertices), nodes: reader.differences(about.supports, 32),
                weights: reader.differences(about.supports, 16), corners: reader.differences(3 * about.triangles, 32) };
     });
     let before = new Int16Array(3 * this.count);
@@ -21,12 +23,7 @@ class Tissue {
   readNodes(reader) {
     const header = this.header;
     this.rest = new Float32Array(3 * this.count);
-    for (let axis = 0; axis < 3; ++axis) {
-      const steps = reader.differences(this.count, 16);
-      for (let n = 0; n < this.count; ++n) {
-        this.rest[3 * n + axis] = header.low[axis] + steps[n] / 65535 * header.extent[axis];
-      }
-    }
+    for (let axis = 0; axis < 3; ++axis) { reader.places(header, this.count, axis, this.rest); }
     this.label = reader.plane(this.count);
     this.fixed = reader.plane(this.count);
     this.stiffness = reader.plane(this.count);

@@ -11,6 +11,7 @@
 #include "reports/patient_report.hpp"
 #include "reports/run_report.hpp"
 #include "reports/tool_facts.hpp"
+#include "reports/view_skin.hpp"
 
 namespace palpate::cli {
 
@@ -71,7 +72,12 @@ void add_view(RunReport& report, const RunPage& page) {
   const auto* network = dynamic_cast<const NetworkProblem*>(&page.loaded.simulation.problem());
   if (network == nullptr) { return; }
   if (page.no_view.empty()) {
-    report.view = make_view({page.loaded.file.scene, *network, page.run.trace, page.run.moments});
+    const Scene& scene = page.loaded.file.scene;
+    std::vector<std::string> notes;
+    std::vector<ViewSurface> surfaces;
+    if (std::optional<ViewSurface> skin = view_of_skin(scene, notes)) { surfaces.push_back(std::move(*skin)); }
+    report.view = make_view({scene, *network, page.run.trace, page.run.moments, std::move(surfaces)});
+    if (report.view) { report.view->notes.insert(report.view->notes.end(), notes.begin(), notes.end()); }
   }
   if (!report.view) {
     report.skipped.push_back("view in three dimensions: " + (page.no_view.empty() ? "no frames are kept" : page.no_view));

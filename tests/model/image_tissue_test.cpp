@@ -175,8 +175,8 @@ TEST("air before the skin is no tissue, darkness inside is, and z = 0 is the ski
   const ImageSettings settings{.percentiles = {0.0, 100.0}, .air = 0.2, .lookup = falling};
   const VoxelTissue tissue = build(image, settings, nullptr, {-3e-3, 0.0});
   // Means of 3 x 3 pixels within a slice: the step of the skin is smeared by one pixel, at i = 3 and 4 of slice 2.
-  CHECK_NEAR(*skin_depth(tissue, {-3e-3, 0.0}), 0.0, 1e-15);
-  CHECK_NEAR(*skin_depth(tissue, {3e-3, 0.0}), 1e-3, 1e-15);
+  CHECK_NEAR(*skin_depth(tissue.nodes, {-3e-3, 0.0}), 0.0, 1e-15);
+  CHECK_NEAR(*skin_depth(tissue.nodes, {3e-3, 0.0}), 1e-3, 1e-15);
   CHECK(tissue.nodes.at(0, 0, 6) >= 0);
   CHECK_NEAR(tissue.nodes.first.z(), -2e-3, 1e-15);
   CHECK(has(refusal(image_of({4, 4, 4}, Vector3d::Constant(1e-3), [](int i, int, int) { return i == 0; }),

@@ -117,7 +117,7 @@ TEST("what surrounds bodies fills the rest of its box, and nodes of bone never m
 
 TEST("the file's axis that points inwards becomes z, and its origin zero") {
   TriangleSurface box = box_surface({10.0, 20.0, 30.0}, {11.0, 22.0, 33.0});
-  place_in_tissue(box, 0.001, {.inward = FileAxis::x_minus, .origin = {0.011, 0.02, 0.03}});
+  place_in_tissue(box, 0.001, FileAxis::x_minus, {0.011, 0.02, 0.03});
   const Vector3d low = box.vertex.rowwise().minCoeff();
   const Vector3d high = box.vertex.rowwise().maxCoeff();
   CHECK_NEAR(low, Vector3d(-0.002, 0.0, 0.0), 1e-15);

@@ -176,7 +176,7 @@ std::vector<Case> patient_tissue_cases() {
            .claim = "A phantom image becomes the nodes and springs that its brightness says",
            .measure = measure_image,
            .quick = false},
-          hertz_case()};
+          skin_case(), hertz_case()};
 }
 
 }  // namespace palpate

@@ -10,6 +10,7 @@ namespace palpate {
 
 std::vector<Case> patient_tissue_cases();
 
+Case skin_case();   ///< "tissue/skin"
 Case hertz_case();  ///< "tissue/hertz"
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "reports/node_grid.hpp"
+#include "reports/cell_grid.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -83,15 +83,15 @@ std::vector<std::uint8_t> edges_of(const SpringNetwork& network, const std::vect
 
 }  // namespace
 
-int NodeGrid::node_at(const GridPlace& place) const {
+int CellGrid::node_at(const GridPlace& place) const {
   return within(extent_, place) ? node_at_[slot(extent_, place)] : -1;
 }
 
-bool NodeGrid::is_cell(const GridPlace& lowest) const {
+bool CellGrid::is_cell(const GridPlace& lowest) const {
   return within(extent_, lowest) && cell_at_[slot(extent_, lowest)] != 0;
 }
 
-std::array<int, 8> NodeGrid::corners(const GridPlace& lowest) const {
+std::array<int, 8> CellGrid::corners(const GridPlace& lowest) const {
   std::array<int, 8> nodes{};
   for (int n = 0; n < 8; ++n) {
     nodes[static_cast<std::size_t>(n)] = node_at({lowest[0] + (n & 1), lowest[1] + (n >> 1 & 1), lowest[2] + (n >> 2)});
@@ -99,7 +99,7 @@ std::array<int, 8> NodeGrid::corners(const GridPlace& lowest) const {
   return nodes;
 }
 
-void NodeGrid::add_nodes(std::vector<GridPlace> places, const std::vector<std::uint8_t>& present) {
+void CellGrid::add_nodes(std::vector<GridPlace> places, const std::vector<std::uint8_t>& present) {
   place_ = std::move(places);
   for (std::size_t n = 0; n < place_.size(); ++n) {
     if (present[n] == 0) { place_[n] = nowhere; }
@@ -113,7 +113,7 @@ void NodeGrid::add_nodes(std::vector<GridPlace> places, const std::vector<std::u
 }
 
 template <class IsCell>
-void NodeGrid::add_cells(IsCell is_cell) {
+void CellGrid::add_cells(IsCell is_cell) {
   for (const GridPlace& place : place_) {
     if (place == nowhere || !is_cell(place)) { continue; }
     cell_at_[slot(extent_, place)] = 1;
@@ -121,9 +121,9 @@ void NodeGrid::add_cells(IsCell is_cell) {
   }
 }
 
-std::optional<NodeGrid> NodeGrid::of(const SpringNetwork& network) {
+std::optional<CellGrid> CellGrid::of(const SpringNetwork& network) {
   if (network.node_count() == 0) { return std::nullopt; }
-  NodeGrid grid;
+  CellGrid grid;
   std::vector<GridPlace> places = places_of(network);
   if (places.empty()) { return std::nullopt; }
   const std::vector<std::uint8_t> edges = edges_of(network, places);
@@ -140,8 +140,8 @@ std::optional<NodeGrid> NodeGrid::of(const SpringNetwork& network) {
   return grid;
 }
 
-NodeGrid NodeGrid::thinned(int n) const {
-  NodeGrid grid;
+CellGrid CellGrid::thinned(int n) const {
+  CellGrid grid;
   std::vector<GridPlace> places = place_;
   std::vector<std::uint8_t> present(places.size(), 0);
   for (std::size_t node = 0; node < places.size(); ++node) {
@@ -161,7 +161,7 @@ NodeGrid NodeGrid::thinned(int n) const {
   return grid;
 }
 
-std::vector<GridFace> exposed_faces(const NodeGrid& grid, const std::function<bool(const GridPlace&)>& kept) {
+std::vector<GridFace> exposed_faces(const CellGrid& grid, const std::function<bool(const GridPlace&)>& kept) {
   // Corners of the sides towards -x, +x, -y, +y, -z, +z.
   static constexpr std::array<std::array<std::size_t, 4>, 6> sides{
       {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "reports/node_grid.hpp"
+#include "reports/cell_grid.hpp"
 
 #include <Eigen/Geometry>
 
@@ -54,7 +54,7 @@ SpringNetwork without(const SpringNetwork& network, const std::function<bool(con
 
 TEST("a lattice has a cell between every eight nodes, and its sides enclose its volume") {
   const SpringNetwork network = block({4, 5, 6});
-  const auto grid = NodeGrid::of(network);
+  const auto grid = CellGrid::of(network);
   CHECK(grid && grid->cells().size() == 3 * 4 * 5);
   const std::vector<GridFace> faces = exposed_faces(*grid, everywhere);
   CHECK(faces.size() == 2 * (3 * 4 + 4 * 5 + 3 * 5));
@@ -65,7 +65,7 @@ TEST("a voxel body with a gap has no cells across it") {
   // A U of two legs of 3 x 3 nodes on a base, the gap between them one cell wide.
   const SpringNetwork network =
       without(block({8, 3, 6}), [](const Eigen::Vector3d& x) { return std::abs(x.x()) < 0.01 && x.z() < 0.015; });
-  const auto grid = NodeGrid::of(network);
+  const auto grid = CellGrid::of(network);
   CHECK(grid.has_value());
   const double base = 0.07 * 0.02 * 0.03;
   const double legs = 2.0 * 0.02 * 0.02 * 0.02;
@@ -75,14 +75,14 @@ TEST("a voxel body with a gap has no cells across it") {
 TEST("a cell that lacks a spring along an edge is no tissue") {
   SpringNetwork network = block({4, 3, 3});
   std::erase_if(network.springs, [](const Spring& spring) { return spring.a == 1 && spring.b == 2; });
-  const auto grid = NodeGrid::of(network);
+  const auto grid = CellGrid::of(network);
   CHECK(grid && grid->cells().size() == 3 * 2 * 2 - 1);
 }
 
 TEST("planes of nodes need not be equally far apart") {
   SpringNetwork network = block({3, 3, 3});
   for (auto node : network.rest_position.colwise()) { node.z() += 40.0 * node.z() * node.z(); }
-  const auto grid = NodeGrid::of(network);
+  const auto grid = CellGrid::of(network);
   CHECK(grid && grid->cells().size() == 8);
 }
 
@@ -91,12 +91,12 @@ TEST("nodes anywhere are on no grid") {
   std::srand(3);
   network.rest_position += 0.002 * NodeVectors::Random(3, 125);
   std::erase_if(network.springs, [](const Spring& spring) { return spring.a == 62; });  // nor are they a lattice
-  CHECK(!NodeGrid::of(network));
+  CHECK(!CellGrid::of(network));
 }
 
 TEST("every second plane gives cells of twice the size where all small ones are") {
   const SpringNetwork network = block({5, 5, 7});
-  const NodeGrid coarse = NodeGrid::of(network)->thinned(2);
+  const CellGrid coarse = CellGrid::of(network)->thinned(2);
   CHECK(coarse.cells().size() == 2 * 2 * 3);
   CHECK_NEAR(enclosed_volume(exposed_faces(coarse, everywhere), network.rest_position), 0.04 * 0.04 * 0.06, 1e-17);
 }

@@ -15,10 +15,10 @@ namespace palpate {
 
 using GridPlace = std::array<int, 3>;
 
-class NodeGrid {
+class CellGrid {
  public:
   /// Nothing where the nodes lie on no grid, or no cell is whole.
-  static std::optional<NodeGrid> of(const SpringNetwork& network);
+  static std::optional<CellGrid> of(const SpringNetwork& network);
 
   [[nodiscard]] const std::vector<GridPlace>& places() const { return place_; }
   [[nodiscard]] const GridPlace& extent() const { return extent_; }
@@ -29,7 +29,7 @@ class NodeGrid {
   [[nodiscard]] const std::vector<GridPlace>& cells() const { return cells_; }  ///< by their lowest corner
 
   /// The grid of every n-th plane: a cell is there where all n^3 cells are. Its nodes keep their indices.
-  [[nodiscard]] NodeGrid thinned(int n) const;
+  [[nodiscard]] CellGrid thinned(int n) const;
 
  private:
   void add_nodes(std::vector<GridPlace> places, const std::vector<std::uint8_t>& present);
@@ -56,6 +56,6 @@ struct GridFace {
 };
 
 /// Sides of the cells that are `kept` towards those that are not.
-std::vector<GridFace> exposed_faces(const NodeGrid& grid, const std::function<bool(const GridPlace&)>& kept);
+std::vector<GridFace> exposed_faces(const CellGrid& grid, const std::function<bool(const GridPlace&)>& kept);
 
 }  // namespace palpate

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The skin of a body as a surface of triangles, open or closed: how deep a place lies beneath it
+/// (model/EQUATIONS.md, "Layers beneath a skin").
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "model/dynamics/triangle_surface.hpp"
+
+namespace palpate {
+
+class Skin {
+ public:
+  /// In the tissue's frame. The surface must have passed skin_defect. `shapes_layers`: the layers of a block
+  /// follow it, else it is carried along and no more.
+  Skin(TriangleSurface surface, bool shapes_layers);
+  ~Skin();
+  Skin(Skin&&) noexcept;
+  Skin& operator=(Skin&&) noexcept;
+
+  [[nodiscard]] const TriangleSurface& surface() const;
+  [[nodiscard]] bool shapes_layers() const;
+
+  /// z where a line along +z first meets the surface [m]; nothing where it misses it.
+  [[nodiscard]] std::optional<double> top(double x, double y) const;
+  /// From a point to the nearest place of the surface [m].
+  [[nodiscard]] double distance(const Eigen::Vector3d& point) const;
+  /// The distance, negative above the surface and where no surface is above or below.
+  [[nodiscard]] double depth(const Eigen::Vector3d& point) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<const Parts> parts_;
+};
+
+/// What forbids a surface as skin, in words: no faces, coordinates that are not finite, a missing vertex.
+std::optional<std::string> skin_defect(const TriangleSurface& surface);
+
+}  // namespace palpate
