@@ -37,6 +37,12 @@ class SolverError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// An iteration that was ended before it had found its answer.
+class NotConverged : public SolverError {
+ public:
+  using SolverError::SolverError;
+};
+
 /// times: ascending, times[0] = 0 and equal to the problem's initial instant. Every break of the
 /// problem is a stop time, and no step is longer than a quarter of its shortest feature.
 /// Throws SolverError.

@@ -75,16 +75,16 @@ class StaticResponse::Gauss final : public Solver {
 
 class StaticResponse::Gradients final : public Solver {
  public:
-  explicit Gradients(Sparse stiffness) : stiffness_(std::move(stiffness)) {
+  Gradients(Sparse stiffness, int most_rounds) : stiffness_(std::move(stiffness)) {
     solver_.setTolerance(1e-10);
-    solver_.setMaxIterations(20000);
+    solver_.setMaxIterations(most_rounds);
     solver_.compute(stiffness_);
   }
   [[nodiscard]] VectorXd solve(const VectorXd& force) const override {
     VectorXd x = solver_.solve(force);
     if (solver_.info() != Eigen::Success || !x.allFinite()) {
-      throw SolverError("static response: conjugate gradients do not converge; the body may be free "
-                        "to move");
+      throw NotConverged("conjugate gradients do not converge in " + std::to_string(solver_.maxIterations()) +
+                         " rounds; the body may be free to move");
     }
     return x;
   }
@@ -94,13 +94,13 @@ class StaticResponse::Gradients final : public Solver {
   Eigen::ConjugateGradient<Sparse, Eigen::Lower | Eigen::Upper> solver_;
 };
 
-StaticResponse::StaticResponse(const Problem& problem, Eigen::Index most_factorised)
-    : StaticResponse(LinearProblem(problem).stiffness(), most_factorised) {}
+StaticResponse::StaticResponse(const Problem& problem, Eigen::Index most_factorised, int most_rounds)
+    : StaticResponse(LinearProblem(problem).stiffness(), most_factorised, most_rounds) {}
 
-StaticResponse::StaticResponse(Sparse stiffness, Eigen::Index most_factorised) {
+StaticResponse::StaticResponse(Sparse stiffness, Eigen::Index most_factorised, int most_rounds) {
   if (is_symmetric(stiffness)) {
     if (stiffness.rows() > most_factorised) {
-      solver_ = std::make_unique<Gradients>(std::move(stiffness));
+      solver_ = std::make_unique<Gradients>(std::move(stiffness), most_rounds);
       return;
     }
     auto factors = std::make_unique<Cholesky>(stiffness);

@@ -13,14 +13,15 @@ namespace palpate::reference {
 
 /// K^-1 of a stiffness matrix, prepared once. Up to `most_factorised` coordinates it is factorised,
 /// with one round of refinement for each answer; beyond, where the factors of a block would take
-/// more than a gigabyte, a symmetric one goes through conjugate gradients to a residual of 1e-10.
+/// more than a gigabyte, a symmetric one goes through conjugate gradients to a residual of 1e-10,
+/// in at most `most_rounds`.
 class StaticResponse {
  public:
   /// K of the problem at its rest position. SolverError where K is singular, that is, where the body
   /// can move freely; a large K may show that only when it is asked.
-  explicit StaticResponse(const Problem& problem, Eigen::Index most_factorised = 15000);
-  explicit StaticResponse(Eigen::SparseMatrix<double> stiffness,
-                          Eigen::Index most_factorised = 15000);
+  explicit StaticResponse(const Problem& problem, Eigen::Index most_factorised = 15000, int most_rounds = 20000);
+  explicit StaticResponse(Eigen::SparseMatrix<double> stiffness, Eigen::Index most_factorised = 15000,
+                          int most_rounds = 20000);
   ~StaticResponse();
   StaticResponse(StaticResponse&&) noexcept;
   StaticResponse& operator=(StaticResponse&&) noexcept;

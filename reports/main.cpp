@@ -358,7 +358,8 @@ int main(int argc, char** argv) {
     return refuse(std::string(error.what()) + "; `palpate --help` shows what is allowed", bad_input);
   }
   try {
-    catch_interrupts();
+    const bool looks = !app.got_subcommand("inspect");  // which has nothing to finish
+    if (looks) { catch_interrupts(); }
     return chosen();
   } catch (const InputError& error) {
     return refuse(error.what(), bad_input);

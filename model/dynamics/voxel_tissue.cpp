@@ -55,6 +55,14 @@ PathInterval interval_of(const VoxelTissue& tissue, const std::vector<Material>&
   return found == materials.end() ? interval : interval_in(*found, name, run.begin, run.end);
 }
 
+/// Where the skin is steep, nodes beside the line carry it before its own box is tissue.
+void join_first_gap(const BoxGrid& grid, std::vector<PathInterval>& intervals) {
+  if (intervals.size() < 2 || intervals[0].label != "gap" || intervals[1].role == TissueRole::bone) { return; }
+  if (intervals[0].end - intervals[0].begin > 2.0 * grid.size.z()) { return; }
+  intervals[1].begin = intervals[0].begin;
+  intervals.erase(intervals.begin());
+}
+
 }  // namespace
 
 std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue, const std::vector<Material>& materials,
@@ -83,6 +91,7 @@ std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue, const std::
       intervals.push_back(std::move(next));
     }
   }
+  join_first_gap(tissue.boxes, intervals);
   if (intervals.empty()) { intervals.push_back({.begin = first, .label = "gap"}); }
   intervals.back().end = std::numeric_limits<double>::infinity();
   return intervals;

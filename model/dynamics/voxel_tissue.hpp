@@ -49,7 +49,8 @@ struct VoxelTissue {
 };
 
 /// Materials of the boxes that the line origin + xi n crosses from `first` on, the last for ever. What is
-/// thinner than `thinnest`, bone excepted, belongs to the layer before it; nothing is labelled "gap".
+/// thinner than `thinnest`, bone excepted, belongs to the layer before it; nothing is labelled "gap". At the skin a
+/// gap of up to two boxes belongs to the soft tissue after it.
 std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue, const std::vector<Material>& materials,
                                           const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                           double first);

@@ -142,7 +142,8 @@ double static_compliance(const NeedlePath& path, const NetworkProblem& problem) 
   }
   if (w.isZero(0.0)) { return 0.0; }
   constexpr Eigen::Index quickly_factorised = 6000;  // for a single answer
-  return reference::StaticResponse(problem, quickly_factorised).compliance(w);
+  constexpr int most_rounds = 3000;
+  return reference::StaticResponse(problem, quickly_factorised, most_rounds).compliance(w);
 }
 
 /// Rounding can hide that a stiffness is singular: a chain of all springs, each as soft as the
@@ -163,6 +164,10 @@ void add_compliance(Json& facts, const NeedlePath& path, const NetworkProblem& p
   double compliance = std::numeric_limits<double>::infinity();
   try {
     compliance = static_compliance(path, problem);
+  } catch (const reference::NotConverged& problem_of_solver) {
+    facts["static_compliance_m_per_n"] = nullptr;
+    facts["static_compliance_reason"] = std::string("not found: ") + problem_of_solver.what();
+    return;
   } catch (const reference::SolverError&) {
     // Stays infinite: the stiffness is singular.
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/dynamics/network_builder.hpp"
 #include "model/stepping/simulation.hpp"
 #include "model/stepping/stability.hpp"
 #include "tests/check.hpp"
@@ -70,6 +71,19 @@ TEST("auto turns to the implicit midpoint rule where explicit schemes need over 
   CHECK(plan.integrator->name == "implicit-midpoint" && plan.substeps == 1);
   CHECK(plan.integrator_reason.find("explicit schemes would need") != std::string::npos);
   CHECK(plan.substeps_reason == "an implicit scheme needs one");
+}
+
+TEST("of many nodes auto takes more explicit substeps than of few") {
+  for (const bool many : {false, true}) {
+    Scene scene;
+    scene.tissue.lattice.nodes = {21, 21, many ? 21 : 3};
+    scene.tissue.lattice.material = "stiff";
+    scene.materials = {{.name = "stiff", .youngs_modulus = 60e6, .density = 1100.0, .damping_ratio = 0.5}};
+    const NetworkProblem problem(build_network(scene));
+    const StepPlan plan = plan_steps(scene, problem);
+    CHECK(plan.integrator->implicit != many);
+    CHECK(many == (plan.substeps > 200));
+  }
 }
 
 TEST("the number of substeps is the smallest that keeps the margin") {
