@@ -18,12 +18,12 @@ Eigen::AlignedBox3d around(const NodeGrid& grid) {
   return {box.min() - room, box.max() + room};
 }
 
-std::vector<std::array<int, 3>> faces_inside(const TriangleSurface& surface, const Eigen::AlignedBox3d& box) {
+std::vector<std::array<int, 3>> faces_around(const TriangleSurface& surface, const Eigen::AlignedBox3d& box) {
   std::vector<std::array<int, 3>> faces;
   for (const auto& face : surface.triangle) {
-    bool inside = true;
-    for (const int vertex : face) { inside = inside && box.contains(Eigen::Vector3d(surface.vertex.col(vertex))); }
-    if (inside) { faces.push_back(face); }
+    Eigen::AlignedBox3d around_face;
+    for (const int vertex : face) { around_face.extend(Eigen::Vector3d(surface.vertex.col(vertex))); }
+    if (box.intersects(around_face)) { faces.push_back(face); }
   }
   return faces;
 }
@@ -34,7 +34,7 @@ std::optional<ViewSurface> view_of_skin(const Scene& scene, std::vector<std::str
   const std::optional<NodeGrid> grid = scene.tissue.skin ? tissue_grid(scene) : std::nullopt;
   if (!grid) { return {}; }
   const TriangleSurface& surface = scene.tissue.skin->surface();
-  ViewSurface skin{.label = "skin", .triangles = faces_inside(surface, around(*grid))};
+  ViewSurface skin{.label = "skin", .triangles = faces_around(surface, around(*grid))};
   const auto in_words = [](std::size_t count) { return short_number(static_cast<double>(count), 9); };
   if (skin.triangles.size() > most_faces_shown) {
     notes.push_back("the skin is not shown: " + in_words(skin.triangles.size()) +

@@ -58,41 +58,76 @@ PathInterval interval_of(const Scene& scene, const Layer& layer) {
   return interval_of(find_material(scene, layer.material), layer.tissue.empty() ? layer.material : layer.tissue);
 }
 
-/// Layers beneath a skin that need not be flat. Between two places of the line their depth differs by no more
-/// than these are apart, so steps of part of the thinnest layer pass none.
-std::vector<PathInterval> ground_beneath_skin(const Scene& scene, const Eigen::Vector3d& origin,
-                                              const Eigen::Vector3d& n, double first) {
-  const std::vector<Layer>& layers = scene.tissue.layers;
-  const auto layer = [&](double xi) { return layer_at(layers, depth_in_layers(scene, origin + xi * n)); };
-  const LatticeShape block = block_shape(scene);
-  const double last = (block.spacing * (block.nodes[2] - 1) - origin.z()) / n.z();
-  const double thinnest = std::ranges::min(layers, {}, &Layer::thickness).thickness;
-  const double step = std::min(0.5 * thinnest, 0.1 * block.spacing);
-  std::vector<PathInterval> intervals{interval_of(scene, layers[layer(first)])};
-  intervals.front().begin = first;
-  std::size_t before = layer(first);
-  for (double begin = first; begin < last; begin += step) {
-    const std::size_t after = layer(begin + step);
-    if (after == before) { continue; }
-    double low = begin;
-    double high = begin + step;
+/// Layers beneath a skin that need not be flat, and gaps where the line leaves the body. Nodes begin within half a
+/// spacing of the skin; layers are counted from them, so that the first is as thick as it is.
+class LayersOnLine {
+ public:
+  LayersOnLine(const Scene& scene, const Eigen::Vector3d& origin, const Eigen::Vector3d& n)
+      : scene_(scene), origin_(origin), n_(n), step_(0.1 * scene.tissue.block.spacing) {}
+
+  std::vector<PathInterval> from(double first) {
+    const double shift = first - skin_near(first);
+    const LatticeShape block = block_shape(scene_);
+    const double last = (block.spacing * (block.nodes[2] - 1) - origin_.z()) / n_.z();
+    std::vector<PathInterval> intervals;
+    const double start = first - shift;
+    std::ptrdiff_t here = std::max<std::ptrdiff_t>(layer(start), 0);
+    add(intervals, here, first);
+    for (int n = 0; start + n * step_ < last; ++n) {
+      double begin = start + n * step_;
+      const double end = start + (n + 1) * step_;
+      while (layer(end) != here) {
+        begin = change(begin, end, here);
+        here = layer(begin);
+        add(intervals, here, begin + shift);
+      }
+    }
+    return intervals;
+  }
+
+ private:
+  static constexpr std::ptrdiff_t outside = -1;
+
+  [[nodiscard]] std::ptrdiff_t layer(double xi) const {
+    const double depth = depth_in_layers(scene_, origin_ + xi * n_);
+    return depth < -1e-9 ? outside : static_cast<std::ptrdiff_t>(layer_at(scene_.tissue.layers, depth));
+  }
+  /// Where the line enters the body, within one and a half spacings of `first`; `first` where it does not.
+  [[nodiscard]] double skin_near(double first) const {
+    for (int n = -15; n < 15; ++n) {
+      const double end = first + (n + 1) * step_;
+      if (layer(first + n * step_) == outside && layer(end) != outside) {
+        return change(first + n * step_, end, outside);
+      }
+    }
+    return first;
+  }
+  /// The first place past a change between two places, to 1e-9 m.
+  [[nodiscard]] double change(double low, double high, std::ptrdiff_t before) const {
     while (high - low > 1e-9) {
       const double middle = 0.5 * (low + high);
       (layer(middle) == before ? low : high) = middle;
     }
-    intervals.back().end = high;
-    intervals.push_back(interval_of(scene, layers[after]));
-    intervals.back().begin = high;
-    before = after;
+    return high;
   }
-  intervals.back().end = infinity;
-  return intervals;
-}
+  void add(std::vector<PathInterval>& intervals, std::ptrdiff_t of, double begin) const {
+    if (!intervals.empty()) { intervals.back().end = begin; }
+    intervals.push_back(of == outside ? PathInterval{.label = "gap"}
+                                      : interval_of(scene_, scene_.tissue.layers[static_cast<std::size_t>(of)]));
+    intervals.back().begin = begin;
+    intervals.back().end = infinity;
+  }
+
+  const Scene& scene_;
+  Eigen::Vector3d origin_;
+  Eigen::Vector3d n_;
+  double step_;
+};
 
 /// Layers, or the one material of a lattice, from `first` on.
 std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& origin, const Eigen::Vector3d& n,
                                  double first) {
-  if (layers_follow_skin(scene)) { return ground_beneath_skin(scene, origin, n, first); }
+  if (layers_follow_skin(scene)) { return LayersOnLine(scene, origin, n).from(first); }
   std::vector<PathInterval> intervals;
   double begin = first;
   for (const Layer& layer : scene.tissue.layers) {

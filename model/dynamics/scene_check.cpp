@@ -8,6 +8,7 @@
 
 #include "model/dynamics/network_builder.hpp"
 #include "model/dynamics/rules.hpp"
+#include "model/dynamics/skin.hpp"
 #include "model/dynamics/tissue_grid.hpp"
 #include "model/dynamics/tool_check.hpp"
 #include "model/dynamics/voxel_tissue.hpp"
@@ -162,11 +163,19 @@ class Checker : private Rules {
     if (none_broken() && layers_follow_skin(scene_)) { check_beneath_skin(); }
   }
 
+  /// "from z = 0.01 to 0.02 m"
+  [[nodiscard]] std::string skin_reach() const {
+    const auto z = scene_.tissue.skin->surface().vertex.row(2);
+    return "from z = " + number_in_words(z.minCoeff()) + " to " + number_in_words(z.maxCoeff()) + " m";
+  }
+
   void check_beneath_skin() {
     const double places = places_beneath_skin(scene_);
-    must(places > 0.0, "tissue.skin.path",
-         "its surface lies nowhere above the block of layers; must do so at the middle of a cell at least");
-    must(!(places > most_nodes), "tissue.skin.path",
+    const bool fits = places <= most_nodes;
+    must(!fits || layered_node_count(scene_) > 0, "tissue.skin.path",
+         "no cell of the block of layers lies beneath its surface, which reaches " + skin_reach() +
+             "; at least one must");
+    must(fits, "tissue.skin.path",
          "its highest place is so far above z = 0 that the block takes " + number_in_words(places) +
              " nodes; at most 5e7");
   }

@@ -10,6 +10,8 @@
 #include <Eigen/Geometry>
 #include <unsupported/Eigen/BVH>
 
+#include "model/dynamics/rules.hpp"
+
 namespace palpate {
 
 namespace {
@@ -21,6 +23,8 @@ using Tree = Eigen::KdBVH<double, 3, int>;
 using Corners = std::array<Vector3d, 3>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double same_place = 1e-9;        // [m]
+constexpr double farthest = 10.0;          // from the origin that a body may reach [m]
 constexpr double share_rounding = 1e-12;  // of shares of a face: neighbours leave no gap between them
 
 Corners corners_of(const TriangleSurface& surface, int face) {
@@ -65,18 +69,17 @@ double squared_distance(const Vector3d& p, const Corners& t) {
   return std::min(nearest, off * off / square);
 }
 
-/// The least z of the faces on a line along z.
+/// z of the faces on a line along z.
 struct AlongZ {
   const TriangleSurface& surface;
   Vector2d at;
-  double least = infinity;
+  std::vector<double> meets{};
 
   bool intersectVolume(const Box& box) const {
-    return at.x() >= box.min().x() && at.x() <= box.max().x() && at.y() >= box.min().y() &&
-           at.y() <= box.max().y() && box.min().z() < least;
+    return at.x() >= box.min().x() && at.x() <= box.max().x() && at.y() >= box.min().y() && at.y() <= box.max().y();
   }
   bool intersectObject(int face) {
-    if (const auto z = height(corners_of(surface, face), at)) { least = std::min(least, *z); }
+    if (const auto z = height(corners_of(surface, face), at)) { meets.push_back(*z); }
     return false;  // the search goes on
   }
 };
@@ -123,10 +126,17 @@ Skin& Skin::operator=(Skin&&) noexcept = default;
 const TriangleSurface& Skin::surface() const { return parts_->surface; }
 bool Skin::shapes_layers() const { return parts_->shapes_layers; }
 
-std::optional<double> Skin::top(double x, double y) const {
+std::optional<Skin::Stretch> Skin::beneath(double x, double y) const {
   AlongZ line{.surface = parts_->surface, .at = {x, y}};
   Eigen::BVIntersect(parts_->tree, line);
-  return std::isfinite(line.least) ? std::optional(line.least) : std::nullopt;
+  if (line.meets.empty()) { return {}; }
+  std::ranges::sort(line.meets);
+  Stretch stretch{.top = line.meets.front()};
+  // Neighbours that share the edge or the corner that is met count once.
+  const auto again =
+      std::ranges::find_if(line.meets, [&](double z) { return z > stretch.top + same_place; });
+  if (again != line.meets.end()) { stretch.bottom = *again; }
+  return stretch;
 }
 
 double Skin::distance(const Vector3d& point) const {
@@ -135,9 +145,9 @@ double Skin::distance(const Vector3d& point) const {
 }
 
 double Skin::depth(const Vector3d& point) const {
-  const std::optional<double> z = top(point.x(), point.y());
+  const std::optional<Stretch> tissue = beneath(point.x(), point.y());
   const double away = distance(point);
-  return z && point.z() >= *z ? away : -away;
+  return tissue && point.z() >= tissue->top && point.z() <= tissue->bottom ? away : -away;
 }
 
 std::optional<std::string> skin_defect(const TriangleSurface& surface) {
@@ -147,9 +157,14 @@ std::optional<std::string> skin_defect(const TriangleSurface& surface) {
       const bool known = vertex >= 0 && vertex < surface.vertex.cols();
       if (!known || !surface.vertex.col(vertex).allFinite()) {
         return "vertex " + std::to_string(vertex) + " of face " + std::to_string(f) +
-               (known ? " is not finite" : " does not exist");
+               (known ? " is not finite; must be three finite numbers" : " does not exist");
       }
     }
+  }
+  const double reach = surface.vertex.cwiseAbs().maxCoeff();
+  if (!(reach <= farthest)) {
+    return "with scale and origin it reaches to " + number_in_words(reach) + " m; must lie within " +
+           number_in_words(farthest) + " m";
   }
   return {};
 }

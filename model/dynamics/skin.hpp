@@ -3,6 +3,7 @@
 /// The skin of a body as a surface of triangles, open or closed: how deep a place lies beneath it
 /// (model/EQUATIONS.md, "Layers beneath a skin").
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,11 +24,16 @@ class Skin {
   [[nodiscard]] const TriangleSurface& surface() const;
   [[nodiscard]] bool shapes_layers() const;
 
-  /// z where a line along +z first meets the surface [m]; nothing where it misses it.
-  [[nodiscard]] std::optional<double> top(double x, double y) const;
+  /// Where a line along +z is beneath the surface: from where it first meets it to where it meets it again, which
+  /// for an open surface is nowhere [m]. Nothing where it misses it.
+  struct Stretch {
+    double top = 0.0;
+    double bottom = std::numeric_limits<double>::infinity();
+  };
+  [[nodiscard]] std::optional<Stretch> beneath(double x, double y) const;
   /// From a point to the nearest place of the surface [m].
   [[nodiscard]] double distance(const Eigen::Vector3d& point) const;
-  /// The distance, negative above the surface and where no surface is above or below.
+  /// The distance, negative outside of those stretches.
   [[nodiscard]] double depth(const Eigen::Vector3d& point) const;
 
  private:

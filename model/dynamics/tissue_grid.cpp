@@ -15,16 +15,16 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// z of the skin above the middle of every column of cells, x fastest; infinite where there is none.
-std::vector<double> tops_of_columns(const Skin& skin, const LatticeShape& shape) {
-  std::vector<double> tops;
+/// Where the middle of every column of cells is beneath the skin, x fastest; empty from infinity on.
+std::vector<Skin::Stretch> stretches_of_columns(const Skin& skin, const LatticeShape& shape) {
+  std::vector<Skin::Stretch> stretches;
   for (int j = 0; j + 1 < shape.nodes[1]; ++j) {
     for (int i = 0; i + 1 < shape.nodes[0]; ++i) {
       const Eigen::Vector3d middle = 0.5 * (shape.position(i, j, 0) + shape.position(i + 1, j + 1, 0));
-      tops.push_back(skin.top(middle.x(), middle.y()).value_or(infinity));
+      stretches.push_back(skin.beneath(middle.x(), middle.y()).value_or(Skin::Stretch{.top = infinity}));
     }
   }
-  return tops;
+  return stretches;
 }
 
 NodeGrid grid_of(const LatticeShape& shape) {
@@ -54,10 +54,16 @@ bool layers_follow_skin(const Scene& scene) {
 
 double places_beneath_skin(const Scene& scene) {
   const LatticeShape shape = block_shape(scene);
-  const double highest = std::ranges::min(tops_of_columns(*scene.tissue.skin, shape));
+  const double highest =
+      std::ranges::min(stretches_of_columns(*scene.tissue.skin, shape), {}, &Skin::Stretch::top).top;
   const double bottom = shape.spacing * (shape.nodes[2] - 1);
   if (!(highest < bottom)) { return 0.0; }
   return std::ceil((bottom - highest) / shape.spacing + 1.0) * shape.nodes[0] * shape.nodes[1];
+}
+
+double BlockBeneathSkin::covered() const {
+  const auto filled = std::ranges::count_if(columns, [](const Column& c) { return c.begin < c.end; });
+  return static_cast<double>(filled) / static_cast<double>(std::max<std::size_t>(columns.size(), 1));
 }
 
 BlockBeneathSkin block_beneath_skin(const Scene& scene) {
@@ -67,18 +73,24 @@ BlockBeneathSkin block_beneath_skin(const Scene& scene) {
   // Cell l of a column lies beneath the skin where its middle, (l + 1/2) a, does; a flat skin in a plane of
   // nodes is there but for rounding.
   BlockBeneathSkin block;
-  for (const double top : tops_of_columns(*scene.tissue.skin, shape)) {
-    const bool tissue = top < bottom * a;
-    block.first_cell.push_back(tissue ? std::min(bottom, static_cast<int>(std::ceil(top / a - 0.5 - 1e-9))) : bottom);
+  const auto first_below = [&](double z) {
+    return z < bottom * a ? std::min(bottom, static_cast<int>(std::ceil(z / a - 0.5 - 1e-9))) : bottom;
+  };
+  int above = bottom;
+  for (const Skin::Stretch& tissue : stretches_of_columns(*scene.tissue.skin, shape)) {
+    block.columns.push_back({first_below(tissue.top), first_below(tissue.bottom)});
+    if (block.columns.back().begin < block.columns.back().end) { above = std::min(above, block.columns.back().begin); }
   }
-  const int above = std::ranges::min(block.first_cell);
   if (above == bottom) { return {}; }
   NodeGrid& grid = block.nodes;
   grid = {.first = shape.position(0, 0, 0) + Eigen::Vector3d(0.0, 0.0, above * a),
           .spacing = Eigen::Vector3d::Constant(a),
           .count = {shape.nodes[0], shape.nodes[1], bottom - above + 1}};
   grid.node.assign(grid.index(0, 0, grid.count[2]), -1);
-  for (int& first : block.first_cell) { first -= above; }
+  for (BlockBeneathSkin::Column& column : block.columns) {
+    column.begin -= above;
+    column.end -= above;
+  }
   for (int l = 0; l + 1 < grid.count[2]; ++l) {
     for (int j = 0; j + 1 < grid.count[1]; ++j) {
       for (int i = 0; i + 1 < grid.count[0]; ++i) {

@@ -18,15 +18,22 @@ LatticeShape block_shape(const Scene& scene);
 bool layers_follow_skin(const Scene& scene);
 
 /// The block's cells whose middle is beneath the skin, from the highest place of the skin above the block
-/// down to where a flat block ends (model/EQUATIONS.md, "Layers beneath a skin").
+/// down to where a flat block ends, or the body does (model/EQUATIONS.md, "Layers beneath a skin").
 struct BlockBeneathSkin {
   NodeGrid nodes{};               ///< without any where none of the skin lies above the block
-  std::vector<int> first_cell{};  ///< of each column, in planes of `nodes`, x fastest
+  struct Column {
+    int begin = 0;
+    int end = 0;
+  };
+  std::vector<Column> columns{};  ///< cells of tissue, [begin, end) in planes of `nodes`; x fastest
 
   [[nodiscard]] bool holds(int i, int j, int l) const {
-    return l >= first_cell[static_cast<std::size_t>(j) * static_cast<std::size_t>(nodes.count[0] - 1) +
-                           static_cast<std::size_t>(i)];
+    const Column& column = columns[static_cast<std::size_t>(j) * static_cast<std::size_t>(nodes.count[0] - 1) +
+                                   static_cast<std::size_t>(i)];
+    return l >= column.begin && l < column.end;
   }
+  /// Share of the block's columns that have tissue.
+  [[nodiscard]] double covered() const;
 };
 
 /// Of a scene whose layers follow a skin and take at most `most_nodes` of scene_check.hpp.

@@ -43,20 +43,44 @@ std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
   return {};
 }
 
+/// Grid of a tissue whose skin need not be flat, and how far above z = 0 it may begin beneath a tool: by a node's
+/// place, and beneath a skin by what that is off the skin, too.
+struct UnevenSkin {
+  NodeGrid grid{};
+  double slack = 0.0;  ///< [m]
+};
+std::optional<UnevenSkin> uneven_skin(const Scene& scene, const Rules& rules) {
+  if (scene.tissue.voxels) {
+    const NodeGrid& grid = scene.tissue.voxels->nodes;
+    return UnevenSkin{grid, 0.5 * grid.spacing.z()};
+  }
+  if (!rules.none_broken() || !layers_follow_skin(scene)) { return {}; }
+  return UnevenSkin{block_beneath_skin(scene).nodes, 0.75 * scene.tissue.block.spacing};
+}
+
+/// What is wrong with the middle of a tool, or the middles of its sides, at a place on such a skin.
+std::optional<std::string> wrong_on(const UnevenSkin& skin, const Eigen::Vector2d& at, const Eigen::Vector2d& half_size) {
+  using Eigen::Vector2d;
+  for (const Vector2d& way : {Vector2d(0, 0), Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1)}) {
+    const Vector2d place = at + way.cwiseProduct(half_size);
+    const std::string where = way.isZero() || half_size.isZero() ? "there" : "beneath its side, at " + list_of(place) + " m,";
+    const std::optional<double> depth = skin_depth(skin.grid, place);
+    if (!depth) { return way.isZero() ? "no tissue lies beneath; must be above tissue" : "no tissue lies " + where + " must be above tissue"; }
+    if (*depth < -skin.slack) {
+      return "the tissue " + where + " begins " + number_in_words(-*depth) + " m above z = 0; must begin at z >= 0";
+    }
+  }
+  return {};
+}
+
 /// A place of the tool on the skin, with what of the tool lies around it.
 void check_entry(const Scene& scene, const Eigen::Vector2d& entry,
                  const Eigen::Vector2d& half_size, const std::string& key, Rules& rules) {
   if (!entry.allFinite()) { return rules.must(false, key, "not finite; two finite numbers"); }
   const Tissue& tissue = scene.tissue;
-  const bool beneath_skin = rules.none_broken() && layers_follow_skin(scene);
-  if (tissue.voxels || beneath_skin) {
-    const NodeGrid grid = tissue.voxels ? tissue.voxels->nodes : block_beneath_skin(scene).nodes;
-    const std::optional<double> skin = skin_depth(grid, entry);
-    return rules.must(skin && *skin > -0.75 * grid.spacing.z(), key,
-                      list_of(entry) + " m; " +
-                          (skin ? "the tissue there begins " + number_in_words(-*skin) +
-                                      " m above z = 0; must begin at z >= 0"
-                                : "no tissue lies beneath; must be above tissue"));
+  if (const std::optional<UnevenSkin> skin = uneven_skin(scene, rules)) {
+    const std::optional<std::string> wrong = wrong_on(*skin, entry, half_size);
+    return rules.must(!wrong, key, list_of(entry) + " m; " + wrong.value_or(""));
   }
   const std::optional<Eigen::Vector2d> half = half_skin(tissue);
   if (!half) { return; }
@@ -80,7 +104,8 @@ void check_needle(const Scene& scene, const Needle& needle, Rules& rules) {
              list_of(needle.direction) + "; must be within 60 degrees of [0, 0, 1]");
 }
 
-void check_map(const Tissue& tissue, const Probe& probe, Rules& rules) {
+void check_map(const Scene& scene, const Probe& probe, Rules& rules) {
+  const Tissue& tissue = scene.tissue;
   const PalpationGrid& grid = *probe.map;
   const auto [along_x, along_y] = grid.sites;
   rules.positive(grid.spacing, "probe.map.spacing", "m");
@@ -90,6 +115,17 @@ void check_map(const Tissue& tissue, const Probe& probe, Rules& rules) {
   const long count = static_cast<long>(along_x) * along_y;
   rules.must(count <= most_sites, "probe.map.sites",
              std::to_string(count) + " sites; must be at most " + std::to_string(most_sites));
+  if (!counted || count > most_sites || !(grid.spacing > 0.0)) { return; }
+  if (const std::optional<UnevenSkin> skin = uneven_skin(scene, rules)) {
+    for (long site = 0; site < count; ++site) {
+      const Eigen::Vector2d step(static_cast<double>(site % along_x), static_cast<double>(site / along_x));
+      const Eigen::Vector2d at = probe.entry - grid.half_span() + grid.spacing * step;
+      if (const auto wrong = wrong_on(*skin, at, 0.5 * probe.size)) {
+        return rules.must(false, "probe.map", "its site at " + list_of(at) + " m: " + *wrong);
+      }
+    }
+    return;
+  }
   const std::optional<Eigen::Vector2d> half = half_skin(tissue);
   if (!half || !counted || !(grid.spacing > 0.0) || !probe.size.allFinite()) { return; }
   const Eigen::Vector2d reach = probe.entry.cwiseAbs() + grid.half_span() + 0.5 * probe.size;
@@ -105,7 +141,7 @@ void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
   rules.must(probe.shape == Probe::Shape::ultrasound || probe.size.x() == probe.size.y(),
              "probe.size", list_of(probe.size) + " m; must be one diameter for a fingertip");
   if (sized) { check_entry(scene, probe.entry, 0.5 * probe.size, "probe.entry", rules); }
-  if (probe.map) { check_map(scene.tissue, probe, rules); }
+  if (probe.map) { check_map(scene, probe, rules); }
 }
 
 /// Pauses that an intermittent drive would make in the whole duration, at most.

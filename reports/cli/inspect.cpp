@@ -7,6 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "model/dynamics/skin.hpp"
+#include "model/dynamics/tissue_grid.hpp"
 #include "model/dynamics/voxel_tissue.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
@@ -73,6 +75,17 @@ Json voxel_facts(const VoxelTissue& tissue) {
   return facts;
 }
 
+/// Where the surface lies, and how much of a block of layers is beneath it.
+Json skin_facts(const Scene& scene) {
+  const TriangleSurface& surface = scene.tissue.skin->surface();
+  const auto list = [](const Eigen::Vector3d& v) { return std::vector<double>(v.begin(), v.end()); };
+  Json facts{{"faces", surface.triangle.size()},
+             {"min_m", list(surface.vertex.rowwise().minCoeff())},
+             {"max_m", list(surface.vertex.rowwise().maxCoeff())}};
+  if (layers_follow_skin(scene)) { facts["columns_covered"] = block_beneath_skin(scene).covered(); }
+  return facts;
+}
+
 Json facts_of(const LoadedScene& loaded) {
   const Simulation& simulation = loaded.simulation;
   const StepPlan& plan = simulation.plan();
@@ -81,6 +94,7 @@ Json facts_of(const LoadedScene& loaded) {
   facts.update(network != nullptr ? network_facts(*network)
                                   : oscillator_facts(loaded.file.scene.tissue.oscillator));
   if (network != nullptr) { facts.update(tool_inspection(loaded.file.scene, *network)); }
+  if (loaded.file.scene.tissue.skin) { facts["skin"] = skin_facts(loaded.file.scene); }
   if (const auto& voxels = loaded.file.scene.tissue.voxels) { facts.update(voxel_facts(*voxels)); }
   facts["omega_max_rad_per_s"] = plan.bounds.omega_estimate;
   facts["omega_upper_bound_rad_per_s"] = plan.bounds.omega_upper;

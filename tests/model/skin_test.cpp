@@ -43,12 +43,14 @@ bool has(const std::string& text, std::string_view part) { return text.find(part
 
 TEST("depth beneath a box: to the nearest of its sides, negative above and beside it") {
   const Skin skin(box_surface({-0.02, -0.01, 0.005}, {0.02, 0.01, 0.045}), true);
-  CHECK_NEAR(*skin.top(0.003, 0.004), 0.005, 1e-15);
-  CHECK_NEAR(*skin.top(0.02, 0.01), 0.005, 1e-15);  // a corner of two faces
-  CHECK(!skin.top(0.0201, 0.0));
+  CHECK_NEAR(skin.beneath(0.003, 0.004)->top, 0.005, 1e-15);
+  CHECK_NEAR(skin.beneath(0.003, 0.004)->bottom, 0.045, 1e-15);
+  CHECK_NEAR(skin.beneath(0.0, 0.0)->bottom, 0.045, 1e-15);  // on the edge that two faces share
+  CHECK(!skin.beneath(0.0201, 0.0));
   CHECK_NEAR(skin.depth({0.001, 0.002, 0.009}), 0.004, 1e-15);
   CHECK_NEAR(skin.depth({0.001, 0.009, 0.025}), 0.001, 1e-15);
   CHECK_NEAR(skin.depth({0.001, 0.002, 0.0}), -0.005, 1e-15);
+  CHECK_NEAR(skin.depth({0.001, 0.002, 0.048}), -0.003, 1e-15);  // below the body
   CHECK_NEAR(skin.depth({0.023, 0.0, 0.001}), -0.005, 1e-15);  // 3 mm beside and 4 mm above an edge
 }
 
@@ -103,13 +105,30 @@ TEST("layers stay as thick as they are, across the skin, on a slope") {
   const double lean = std::sqrt(1.0 + slope * slope);
   const auto line = intervals_along(scene, {0.001, 0.0, 0.0}, Vector3d::UnitZ(), 0.001);
   CHECK(line.size() == 3 && line[0].label == "skin" && line[1].label == "fat" && line[2].label == "bone");
-  CHECK_NEAR(line[0].end, slope * 0.001 + 0.002 * lean, 1e-8);
-  CHECK_NEAR(line[1].end, slope * 0.001 + 0.013 * lean, 1e-8);
+  // Counted from where the nodes begin, here half a millimetre below the skin.
+  CHECK_NEAR(line[0].end, 0.001 + 0.002 * lean, 1e-8);
+  CHECK_NEAR(line[1].end, 0.001 + 0.013 * lean, 1e-8);
   CHECK(label_at(scene, {0.001, 0.0, slope * 0.001 + 0.012 * lean}, 0.0) == "fat");
   const Vector3d straight = Vector3d(-slope, 0.0, 1.0).normalized();
   const auto across = intervals_along(scene, {0.0, 0.0, 0.0}, straight, 0.0);
   CHECK_NEAR(across[0].end, 0.002, 1e-8);
   CHECK_NEAR(across[1].end, 0.013, 1e-8);
+}
+
+TEST("a layer however thin is met, and where the line leaves the body there is a gap") {
+  Scene scene = layered(std::make_shared<const Skin>(box_surface({-0.012, -0.03, 0.0}, {0.008, 0.03, 0.05}), true));
+  scene.tissue.layers[0].thickness = 1e-7;
+  const auto line = intervals_along(scene, {0.0, 0.0, 0.0}, Vector3d(1.0, 0.0, 1.0).normalized(), 0.0);
+  CHECK(line.size() == 4 && line[0].label == "skin" && line[1].label == "fat" && line[2].label == "skin");
+  CHECK_NEAR(line[0].end, 1e-7 * std::sqrt(2.0), 3e-9);
+  CHECK(line[3].label == "gap" && line[3].friction == 0.0);
+  CHECK_NEAR(line[3].begin, 0.008 * std::sqrt(2.0), 3e-9);
+}
+
+TEST("a closed body ends where its surface is met again") {
+  const Scene scene = layered(std::make_shared<const Skin>(box_surface({-0.03, -0.03, 0.0}, {0.03, 0.03, 0.012}), true));
+  CHECK_NEAR(build_network(scene).rest_position.row(2).maxCoeff(), 0.012, 1e-15);
+  CHECK_NEAR(block_beneath_skin(scene).covered(), 1.0, 0.0);
 }
 
 TEST("nodes in bone beneath a curved skin are held, and no others but those of the face") {
@@ -140,7 +159,8 @@ TEST("a pit of one cell stays open though all its corners exist") {
 }
 
 TEST("scenes that a skin makes impossible are refused by name") {
-  CHECK(has(refusal(layered(patch([](double, double) { return 0.5; }))), "tissue.skin.path: its surface lies nowhere"));
+  CHECK(has(refusal(layered(patch([](double, double) { return 0.5; }))), "tissue.skin.path: no cell of the block"));
+  CHECK(has(refusal(layered(patch([](double, double) { return 0.0195; }))), "from z = 0.0195 to 0.0195 m"));
   CHECK(has(refusal(layered(patch([](double, double) { return -1e5; }))), "tissue.skin.path: its highest place"));
   Scene bare = layered(patch([](double, double) { return 0.0; }));
   bare.tissue.source = Source::oscillator;
@@ -148,6 +168,16 @@ TEST("scenes that a skin makes impossible are refused by name") {
   Scene needle = layered(patch([](double, double) { return -0.012; }));
   needle.needle = Needle{};
   CHECK(has(refusal(needle), "needle.entry"));
+  Scene probe = layered(patch([](double x, double) { return 3.0 * std::max(x - 0.004, 0.0); }));
+  probe.probe = Probe{.size = {0.01, 0.01}, .entry = {0.006, 0.0}};
+  probe.drive = Drive{};
+  CHECK(refusal(probe).empty());
+  probe.probe->entry.x() = 0.009;
+  CHECK(has(refusal(probe), "probe.entry: [0.009, 0] m; no tissue lies beneath its side"));
+  probe.probe->entry.x() = 0.0;
+  probe.probe->map = PalpationGrid{.sites = {3, 1}, .spacing = 0.009};
+  CHECK(has(refusal(probe), "probe.map: its site at [-0.009, 0] m: no tissue lies beneath its side"));
+  CHECK(has(skin_defect(box_surface({0, 0, 0}, {1, 1, 150})).value_or(""), "must lie within 10 m"));
   TriangleSurface broken = box_surface({0, 0, 0}, {1, 1, 1});
   broken.vertex(1, 3) = std::nan("");
   CHECK(has(skin_defect(broken).value_or(""), "vertex 3"));
