@@ -70,8 +70,8 @@ for repeat in '' --repeat; do
   grep -q '^palpate: standard output: cannot be written;' "$out/stderr" || fail "no word of what was not written"
 done
 
-# Two gigabytes of nothing, and of rows, end in one clear error, at once and in little memory. Sanitizers take ten
-# times as long.
+# Two gigabytes of nothing, and of rows, end in one clear error, in ten seconds of a processor's time, whatever else
+# runs, and in little memory. Sanitizers take ten times as long.
 patience=10
 [ -n "${PALPATE_SANITIZED:-}" ] && patience=100
 head -c 65536 /dev/urandom >"$out/garbage"
@@ -79,12 +79,11 @@ truncate -s 2G "$out/garbage"
 { printf 'time_s,pressure_Pa\n'; (yes '1,2' || true) | head -c 41000000; } >"$out/rows.csv"
 truncate -s 2G "$out/rows.csv"
 refuses() {
-  local status=0 begin=$SECONDS
-  (within_memory; "$palpate" import "$1" --out "$out/written") 2>"$out/stderr" || status=$?
+  local status=0
+  (within_memory; ulimit -t "$patience"; "$palpate" import "$1" --out "$out/written") 2>"$out/stderr" || status=$?
   [ "$status" -eq 2 ] || { cat "$out/stderr"; fail "$1: exit status $status, expected 2"; }
   grep -q "^palpate: .*$2.*;" "$out/stderr" || { cat "$out/stderr"; fail "$1: unclear message"; }
   [ ! -e "$out/written" ] || fail "$1: something was written"
-  [ $((SECONDS - begin)) -le "$patience" ] || fail "$1: took too long"
 }
 refuses "$out/garbage" garbage
 refuses "$out/rows.csv" 'more than 10000000 samples'
