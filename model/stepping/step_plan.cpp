@@ -24,7 +24,7 @@ namespace {
 constexpr int most_automatic_substeps = 200;
 constexpr int most_automatic_substeps_with_tool = 25;
 /// Making the factors of an implicit step grows with the square of the nodes (of 9100 free ones in three
-/// dimensions it took half a minute, of 30 000 six), and a tick with them faster than an explicit substep.
+/// dimensions it took half a minute), and a tick with them faster than an explicit substep.
 constexpr std::size_t most_nodes_factorised = 8000;
 constexpr int most_automatic_substeps_of_many = 1000;
 
