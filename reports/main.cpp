@@ -12,7 +12,6 @@
 #include "model/stepping/integrator.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/common_arguments.hpp"
-#include "reports/cli/interrupt.hpp"
 #include "reports/cli/number_range.hpp"
 #include "reports/cli/provenance.hpp"
 #include "reports/cli/timing_arguments.hpp"
@@ -358,8 +357,6 @@ int main(int argc, char** argv) {
     return refuse(std::string(error.what()) + "; `palpate --help` shows what is allowed", bad_input);
   }
   try {
-    const bool looks = !app.got_subcommand("inspect");  // which has nothing to finish
-    if (looks) { catch_interrupts(); }
     return chosen();
   } catch (const InputError& error) {
     return refuse(error.what(), bad_input);

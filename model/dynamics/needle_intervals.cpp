@@ -66,11 +66,11 @@ class LayersOnLine {
       : scene_(scene), origin_(origin), n_(n), step_(0.1 * scene.tissue.block.spacing) {}
 
   std::vector<PathInterval> from(double first) {
-    const double shift = first - skin_near(first);
+    const double start = skin_near(first);
+    const double shift = first - start;
     const LatticeShape block = block_shape(scene_);
     const double last = (block.spacing * (block.nodes[2] - 1) - origin_.z()) / n_.z();
     std::vector<PathInterval> intervals;
-    const double start = first - shift;
     std::ptrdiff_t here = std::max<std::ptrdiff_t>(layer(start), 0);
     add(intervals, here, first);
     for (int n = 0; start + n * step_ < last; ++n) {
@@ -87,10 +87,11 @@ class LayersOnLine {
 
  private:
   static constexpr std::ptrdiff_t outside = -1;
+  static constexpr double same_place = 1e-9;  // [m]
 
   [[nodiscard]] std::ptrdiff_t layer(double xi) const {
     const double depth = depth_in_layers(scene_, origin_ + xi * n_);
-    return depth < -1e-9 ? outside : static_cast<std::ptrdiff_t>(layer_at(scene_.tissue.layers, depth));
+    return depth < -same_place ? outside : static_cast<std::ptrdiff_t>(layer_at(scene_.tissue.layers, depth));
   }
   /// Where the line enters the body, within one and a half spacings of `first`; `first` where it does not.
   [[nodiscard]] double skin_near(double first) const {
@@ -102,9 +103,9 @@ class LayersOnLine {
     }
     return first;
   }
-  /// The first place past a change between two places, to 1e-9 m.
+  /// The first place past a change between two places.
   [[nodiscard]] double change(double low, double high, std::ptrdiff_t before) const {
-    while (high - low > 1e-9) {
+    while (high - low > same_place) {
       const double middle = 0.5 * (low + high);
       (layer(middle) == before ? low : high) = middle;
     }
@@ -189,11 +190,12 @@ std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vecto
 
 std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first) {
   if (layers_follow_skin(scene)) {
-    const Layer& layer = scene.tissue.layers[layer_at(scene.tissue.layers, depth_in_layers(scene, point))];
+    const std::vector<Layer>& layers = scene.tissue.layers;
     const std::vector<Inclusion>& bodies = scene.tissue.inclusions;
     const auto body = std::find_if(bodies.rbegin(), bodies.rend(),
                                    [&](const Inclusion& each) { return contains(each, point); });
-    return body != bodies.rend() ? body->material : layer.tissue.empty() ? layer.material : layer.tissue;
+    if (body != bodies.rend()) { return body->material; }
+    return interval_of(scene, layers[layer_at(layers, depth_in_layers(scene, point))]).label;
   }
   const auto line = intervals_along(scene, {point.x(), point.y(), 0.0}, Eigen::Vector3d::UnitZ(), first);
   const auto found = std::ranges::find_if(line, [&](const PathInterval& each) { return point.z() < each.end; });

@@ -45,12 +45,6 @@ double node_spacing(const SpringNetwork& network) {
   return *middle;
 }
 
-/// The grid of a tissue whose skin need not be flat.
-std::optional<NodeGrid> uneven_grid(const Scene& scene) {
-  if (scene.tissue.voxels) { return scene.tissue.voxels->nodes; }
-  return layers_follow_skin(scene) ? std::optional(block_beneath_skin(scene).nodes) : std::nullopt;
-}
-
 }  // namespace
 
 void NeedlePath::add_knot(double depth, const std::vector<Support>& supports) {

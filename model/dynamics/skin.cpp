@@ -23,8 +23,8 @@ using Tree = Eigen::KdBVH<double, 3, int>;
 using Corners = std::array<Vector3d, 3>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double same_place = 1e-9;        // [m]
-constexpr double farthest = 10.0;          // from the origin that a body may reach [m]
+constexpr double same_place = 1e-9;       // [m]
+constexpr double farthest = 10.0;         // from the origin that a body may reach [m]
 constexpr double share_rounding = 1e-12;  // of shares of a face: neighbours leave no gap between them
 
 Corners corners_of(const TriangleSurface& surface, int face) {
@@ -120,8 +120,6 @@ Skin::Skin(TriangleSurface surface, bool shapes_layers) {
   parts_ = std::make_unique<const Parts>(Parts{std::move(surface), shapes_layers, std::move(tree)});
 }
 Skin::~Skin() = default;
-Skin::Skin(Skin&&) noexcept = default;
-Skin& Skin::operator=(Skin&&) noexcept = default;
 
 const TriangleSurface& Skin::surface() const { return parts_->surface; }
 bool Skin::shapes_layers() const { return parts_->shapes_layers; }

@@ -18,8 +18,6 @@ class Skin {
   /// follow it, else it is carried along and no more.
   Skin(TriangleSurface surface, bool shapes_layers);
   ~Skin();
-  Skin(Skin&&) noexcept;
-  Skin& operator=(Skin&&) noexcept;
 
   [[nodiscard]] const TriangleSurface& surface() const;
   [[nodiscard]] bool shapes_layers() const;
@@ -41,7 +39,8 @@ class Skin {
   std::unique_ptr<const Parts> parts_;
 };
 
-/// What forbids a surface as skin, in words: no faces, coordinates that are not finite, a missing vertex.
+/// What forbids a surface as skin, in words: no faces, coordinates that are not finite or beyond
+/// 10 m, as of a file in other units, a missing vertex.
 std::optional<std::string> skin_defect(const TriangleSurface& surface);
 
 }  // namespace palpate

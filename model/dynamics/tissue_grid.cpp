@@ -105,13 +105,19 @@ BlockBeneathSkin block_beneath_skin(const Scene& scene) {
   return block;
 }
 
+std::optional<NodeGrid> uneven_grid(const Scene& scene) {
+  if (scene.tissue.voxels) { return scene.tissue.voxels->nodes; }
+  return layers_follow_skin(scene) ? std::optional(block_beneath_skin(scene).nodes) : std::nullopt;
+}
+
 std::optional<NodeGrid> tissue_grid(const Scene& scene) {
   const Tissue& tissue = scene.tissue;
+  if (std::optional<NodeGrid> uneven = uneven_grid(scene)) { return uneven; }
   switch (tissue.source) {
     case Source::lattice: return grid_of({tissue.lattice.nodes, tissue.lattice.spacing, tissue.lattice.connectivity});
-    case Source::layers: return layers_follow_skin(scene) ? block_beneath_skin(scene).nodes : grid_of(block_shape(scene));
+    case Source::layers: return grid_of(block_shape(scene));
     case Source::mesh:
-    case Source::mri: return tissue.voxels->nodes;
+    case Source::mri:
     case Source::network:
     case Source::oscillator: break;
   }

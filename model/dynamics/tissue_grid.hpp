@@ -42,6 +42,9 @@ BlockBeneathSkin block_beneath_skin(const Scene& scene);
 /// Places on the grid that block_beneath_skin lays, some of them empty.
 double places_beneath_skin(const Scene& scene);
 
+/// The grid of a tissue whose skin need not be flat; nothing for others.
+std::optional<NodeGrid> uneven_grid(const Scene& scene);
+
 /// With the nodes numbered as in build_network(scene). Nothing for a bare network and an oscillator.
 std::optional<NodeGrid> tissue_grid(const Scene& scene);
 

@@ -43,31 +43,17 @@ std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
   return {};
 }
 
-/// Grid of a tissue whose skin need not be flat, and how far above z = 0 it may begin beneath a tool: by a node's
-/// place, and beneath a skin by what that is off the skin, too.
-struct UnevenSkin {
-  NodeGrid grid{};
-  double slack = 0.0;  ///< [m]
-};
-std::optional<UnevenSkin> uneven_skin(const Scene& scene, const Rules& rules) {
-  if (scene.tissue.voxels) {
-    const NodeGrid& grid = scene.tissue.voxels->nodes;
-    return UnevenSkin{grid, 0.5 * grid.spacing.z()};
-  }
-  if (!rules.none_broken() || !layers_follow_skin(scene)) { return {}; }
-  return UnevenSkin{block_beneath_skin(scene).nodes, 0.75 * scene.tissue.block.spacing};
-}
-
 /// What is wrong with the middle of a tool, or the middles of its sides, at a place on such a skin.
-std::optional<std::string> wrong_on(const UnevenSkin& skin, const Eigen::Vector2d& at, const Eigen::Vector2d& half_size) {
+std::optional<std::string> wrong_on(const NodeGrid& grid, const Eigen::Vector2d& at,
+                                    const Eigen::Vector2d& half_size) {
   using Eigen::Vector2d;
   for (const Vector2d& way : {Vector2d(0, 0), Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1)}) {
     const Vector2d place = at + way.cwiseProduct(half_size);
-    const std::string where = way.isZero() || half_size.isZero() ? "there" : "beneath its side, at " + list_of(place) + " m,";
-    const std::optional<double> depth = skin_depth(skin.grid, place);
-    if (!depth) { return way.isZero() ? "no tissue lies beneath; must be above tissue" : "no tissue lies " + where + " must be above tissue"; }
-    if (*depth < -skin.slack) {
-      return "the tissue " + where + " begins " + number_in_words(-*depth) + " m above z = 0; must begin at z >= 0";
+    const std::string where = way.isZero() || half_size.isZero() ? "" : " at its side, " + list_of(place) + " m";
+    const std::optional<double> depth = skin_depth(grid, place);
+    if (!depth) { return "no tissue lies beneath" + where + "; must be above tissue"; }
+    if (*depth <= -0.5 * grid.spacing.z()) {  // planes of nodes lie that near to the skin
+      return "the tissue beneath" + where + " begins " + number_in_words(-*depth) + " m above z = 0; must begin at z >= 0";
     }
   }
   return {};
@@ -78,8 +64,9 @@ void check_entry(const Scene& scene, const Eigen::Vector2d& entry,
                  const Eigen::Vector2d& half_size, const std::string& key, Rules& rules) {
   if (!entry.allFinite()) { return rules.must(false, key, "not finite; two finite numbers"); }
   const Tissue& tissue = scene.tissue;
-  if (const std::optional<UnevenSkin> skin = uneven_skin(scene, rules)) {
-    const std::optional<std::string> wrong = wrong_on(*skin, entry, half_size);
+  const std::optional<NodeGrid> grid = rules.none_broken() ? uneven_grid(scene) : std::nullopt;
+  if (grid) {
+    const std::optional<std::string> wrong = wrong_on(*grid, entry, half_size);
     return rules.must(!wrong, key, list_of(entry) + " m; " + wrong.value_or(""));
   }
   const std::optional<Eigen::Vector2d> half = half_skin(tissue);
@@ -115,19 +102,21 @@ void check_map(const Scene& scene, const Probe& probe, Rules& rules) {
   const long count = static_cast<long>(along_x) * along_y;
   rules.must(count <= most_sites, "probe.map.sites",
              std::to_string(count) + " sites; must be at most " + std::to_string(most_sites));
-  if (!counted || count > most_sites || !(grid.spacing > 0.0)) { return; }
-  if (const std::optional<UnevenSkin> skin = uneven_skin(scene, rules)) {
+  const bool usable = counted && count <= most_sites && std::isfinite(grid.spacing) && grid.spacing > 0.0 &&
+                      probe.size.allFinite() && probe.entry.allFinite();
+  if (!usable) { return; }
+  if (const std::optional<NodeGrid> nodes = rules.none_broken() ? uneven_grid(scene) : std::nullopt) {
     for (long site = 0; site < count; ++site) {
       const Eigen::Vector2d step(static_cast<double>(site % along_x), static_cast<double>(site / along_x));
       const Eigen::Vector2d at = probe.entry - grid.half_span() + grid.spacing * step;
-      if (const auto wrong = wrong_on(*skin, at, 0.5 * probe.size)) {
+      if (const auto wrong = wrong_on(*nodes, at, 0.5 * probe.size)) {
         return rules.must(false, "probe.map", "its site at " + list_of(at) + " m: " + *wrong);
       }
     }
     return;
   }
   const std::optional<Eigen::Vector2d> half = half_skin(tissue);
-  if (!half || !counted || !(grid.spacing > 0.0) || !probe.size.allFinite()) { return; }
+  if (!half) { return; }
   const Eigen::Vector2d reach = probe.entry.cwiseAbs() + grid.half_span() + 0.5 * probe.size;
   rules.must((reach - *half).maxCoeff() <= digits_lost * half->maxCoeff(), "probe.map",
              "its sites with the probe reach to " + list_of(reach) + " m; the skin ends at " +

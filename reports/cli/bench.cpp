@@ -54,6 +54,7 @@ std::function<Outcome(const Results&)> keep_history(const std::filesystem::path&
 
 /// One at a time: what is timed has the machine to itself.
 int bench(const BenchOptions& options) {
+  catch_interrupts();
   Judging judging{.command = "bench", .title = "Palpate benchmark", .jobs = 1};
   if (!options.history.empty()) { judging.afterwards = keep_history(options.history); }
   if (!options.against.empty()) { return bench_against(options, judging); }

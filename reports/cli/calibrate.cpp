@@ -93,6 +93,7 @@ Scene scene_at_priors(const Scene& scene, const std::vector<Parameter>& paramete
 }  // namespace
 
 int calibrate(const CalibrateOptions& options) {
+  catch_interrupts();
   const LoadedScene loaded = load_scene(options.scene, options, false);
   const Scene& scene = loaded.file.scene;
   if (const std::string why = why_not_calibrated(scene); !why.empty()) {

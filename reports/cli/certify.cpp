@@ -158,6 +158,7 @@ int exit_code(const Certificate& certificate, Verdict verdict) {
 }  // namespace
 
 int certify(const CertifyOptions& options) {
+  catch_interrupts();
   refuse_unknown_loads(options);
   if (std::ranges::find(options.loads, "stress-ng") != options.loads.end() && !has_stress_ng()) {
     std::fprintf(stderr, "palpate: --load stress-ng: not installed; the package stress-ng\n");

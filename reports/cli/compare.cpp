@@ -8,6 +8,7 @@
 #include "model/dynamics/scene_check.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/compare_inputs.hpp"
+#include "reports/cli/interrupt.hpp"
 #include "reports/cli/provenance.hpp"
 #include "reports/comparison_json.hpp"
 #include "reports/comparison_words.hpp"
@@ -153,6 +154,7 @@ void write(const ComparisonReport& report, const std::filesystem::path& folder) 
 }  // namespace
 
 int compare_recordings(const CompareOptions& options) {
+  catch_interrupts();
   if (options.scene.empty() == options.trace.empty()) {
     throw InputError("compare: exactly one of --scene and --trace is needed");
   }

@@ -84,6 +84,7 @@ std::unique_ptr<ByteLink> make_link(bool pty) {
 }  // namespace
 
 int falcon(const FalconOptions& options) {
+  catch_interrupts();
   const int modes = int(options.pty) + int(options.stdio) + int(!options.solve.empty());
   if (modes != 1) {
     throw InputError("falcon needs a mode; exactly one of --pty, --stdio and --solve");

@@ -6,7 +6,8 @@
 
 namespace palpate::cli {
 
-/// Set by SIGINT and SIGTERM once catch_interrupts() was called.
+/// Set by SIGINT and SIGTERM once catch_interrupts() was called, which is for commands that look at it; others end
+/// at once, and so does every command that is asked twice.
 extern std::atomic<bool> interrupted;
 void catch_interrupts();
 

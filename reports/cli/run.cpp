@@ -10,6 +10,7 @@
 #include "model/dynamics/scene_check.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/falcon_script.hpp"
+#include "reports/cli/interrupt.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/palpation.hpp"
 #include "reports/cli/run_facts.hpp"
@@ -84,6 +85,7 @@ void write_packets(const std::filesystem::path& folder, const device::falcon::Wi
 }  // namespace
 
 int run(const RunOptions& options) {
+  catch_interrupts();
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const Scene& scene = loaded.file.scene;
   const bool in_hand = scene.drive && scene.drive->kind == Drive::Kind::falcon;

@@ -134,6 +134,7 @@ void tell_resampling(const Recording& recording) {
 }  // namespace
 
 int transducer(const TransducerCommandOptions& options) {
+  catch_interrupts();
   if (int(options.pty) + int(options.stdio) != 1 || (options.fast && !options.stdio)) {
     throw InputError("transducer needs a mode; exactly one of --pty and --stdio (--fast: --stdio alone)");
   }

@@ -162,4 +162,21 @@ TEST("a needle meets the bodies on its line, and gaps between them") {
   CHECK_NEAR(slanted.bone(), 0.02 / std::cos(0.3), 1e-12);
 }
 
+TEST("where the skin is steep a short gap before the line's own voxels is theirs, a long one stays a gap") {
+  for (const double low : {0.004, 0.006}) {  // of the body on the line: two voxels and three
+    Scene scene;
+    scene.materials = materials;
+    scene.tissue.source = Source::mesh;
+    scene.tissue.voxels = std::make_shared<const VoxelTissue>(
+        build({body(box_surface({-0.01, -0.01, 0.0}, {0.0, 0.01, 0.02}), "stiff"),
+               body(box_surface({0.0, -0.01, low}, {0.01, 0.01, 0.02}), "soft")},
+              {.voxel = 0.002}));
+    const auto line = intervals_along(scene, {0.0005, 0.0, 0.0}, Vector3d::UnitZ(), 0.0);
+    const bool joined = low < 0.005;
+    CHECK(line.front().label == (joined ? "soft" : "gap"));
+    CHECK_NEAR(line.front().begin, 0.0, 0.0);
+    CHECK_NEAR(double(line.size()), joined ? 1.0 : 2.0, 0.0);
+  }
+}
+
 }  // namespace

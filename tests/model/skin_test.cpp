@@ -173,10 +173,10 @@ TEST("scenes that a skin makes impossible are refused by name") {
   probe.drive = Drive{};
   CHECK(refusal(probe).empty());
   probe.probe->entry.x() = 0.009;
-  CHECK(has(refusal(probe), "probe.entry: [0.009, 0] m; no tissue lies beneath its side"));
+  CHECK(has(refusal(probe), "probe.entry: [0.009, 0] m; no tissue lies beneath at its side"));
   probe.probe->entry.x() = 0.0;
   probe.probe->map = PalpationGrid{.sites = {3, 1}, .spacing = 0.009};
-  CHECK(has(refusal(probe), "probe.map: its site at [-0.009, 0] m: no tissue lies beneath its side"));
+  CHECK(has(refusal(probe), "probe.map: its site at [-0.009, 0] m: no tissue lies beneath at its side"));
   CHECK(has(skin_defect(box_surface({0, 0, 0}, {1, 1, 150})).value_or(""), "must lie within 10 m"));
   TriangleSurface broken = box_surface({0, 0, 0}, {1, 1, 1});
   broken.vertex(1, 3) = std::nan("");
