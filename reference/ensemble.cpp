@@ -133,8 +133,8 @@ void judge_agreement(const EstablishOptions& options, Reference& reference) {
 std::optional<NetworkProblem> permuted(const NetworkProblem& problem) {
   SpringNetwork network = problem.network();
   std::mt19937 order(20);  // any fixed seed: the order must only be the same every time
-  std::ranges::shuffle(network.springs, order);
-  for (Spring& spring : network.springs) { std::swap(spring.a, spring.b); }
+  network.springs.edit([&](std::vector<Spring>& all) { std::ranges::shuffle(all, order); });
+  network.springs.change_each([&](Spring& spring) { std::swap(spring.a, spring.b); });
   NetworkProblem shuffled(std::move(network), problem.loads(), problem.gravity());
   Eigen::VectorXd q = problem.initial_position();
   q.array() +=

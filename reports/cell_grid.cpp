@@ -70,12 +70,18 @@ std::vector<GridPlace> places_of(const SpringNetwork& network) {
 std::vector<std::uint8_t> edges_of(const SpringNetwork& network, const std::vector<GridPlace>& places) {
   std::vector<std::uint8_t> edges(places.size(), 0);
   for (const Spring& spring : network.springs) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto a = static_cast<std::size_t>(spring.a);
-      const auto b = static_cast<std::size_t>(spring.b);
-      const auto bit = static_cast<std::uint8_t>(1U << static_cast<unsigned>(axis));
-      if (beside(places[a], axis, 1) == places[b]) { edges[a] |= bit; }
-      if (beside(places[b], axis, 1) == places[a]) { edges[b] |= bit; }
+    const auto a = static_cast<std::size_t>(spring.a);
+    const auto b = static_cast<std::size_t>(spring.b);
+    GridPlace step{};
+    int apart = 0;
+    for (std::size_t n = 0; n < 3; ++n) {
+      step[n] = places[b][n] - places[a][n];
+      apart += std::abs(step[n]);
+    }
+    if (apart != 1) { continue; }
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const auto bit = static_cast<std::uint8_t>(1U << axis);
+      if (step[axis] != 0) { edges[step[axis] > 0 ? a : b] |= bit; }
     }
   }
   return edges;

@@ -38,12 +38,12 @@ std::vector<int> renumber(SpringNetwork& network, Scene& scene, std::uint64_t se
     network.mass(to(i)) = first.mass(i);
     network.fixed[static_cast<std::size_t>(to(i))] = first.fixed[static_cast<std::size_t>(i)];
   }
-  for (Spring& s : network.springs) {
+  network.springs.change_each([&](Spring& s) {
     s.a = to(s.a);
     s.b = to(s.b);
     if (random(0.0, 1.0) < 0.5) { std::swap(s.a, s.b); }
-  }
-  shuffle(network.springs, random);
+  });
+  network.springs.edit([&](std::vector<Spring>& all) { shuffle(all, random); });
   for (Load& load : scene.loads) {
     for (int& node : load.nodes) { node = to(node); }
   }

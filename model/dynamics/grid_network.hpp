@@ -82,7 +82,7 @@ SpringNetwork grid_network(const NodeGrid& nodes, int connectivity, Cell cell) {
         if (material != nullptr) { bond.add(share * material->youngs_modulus, *material); }
       });
       if (bond.stiffness <= 0.0) { continue; }
-      const double rest = (network.rest_position.col(neighbour) - network.rest_position.col(node)).norm();
+      const double rest = nodes.spacing.cwiseProduct(Eigen::Vector3d(step[0], step[1], step[2])).norm();
       network.springs.push_back(
           {node, neighbour, bond.stiffness, bond.viscosity(network.mass(node), network.mass(neighbour)), rest});
     }

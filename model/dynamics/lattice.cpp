@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "model/dynamics/network_builder.hpp"
@@ -34,60 +33,83 @@ NodeVectors lattice_positions(const LatticeShape& shape) {
   return position;
 }
 
-/// Calls visit(node, direction index, neighbour) for every bond, by node, then by direction.
+/// Calls visit(place, direction index, neighbour) for the bonds of a layer's nodes, by node, then by direction.
 template <class Visit>
-void for_each_bond(const LatticeShape& shape, Visit visit) {
+void for_each_bond(const LatticeShape& shape, int l, Visit visit) {
   const auto bonds = bond_directions(shape.connectivity);
-  for (int l = 0; l < shape.nodes[2]; ++l) {
-    for (int j = 0; j < shape.nodes[1]; ++j) {
-      for (int i = 0; i < shape.nodes[0]; ++i) {
-        for (std::size_t d = 0; d < bonds.size(); ++d) {
-          const int ni = i + bonds[d][0];
-          const int nj = j + bonds[d][1];
-          const int nl = l + bonds[d][2];
-          if (ni < 0 || nj < 0 || ni >= shape.nodes[0] || nj >= shape.nodes[1] ||
-              nl >= shape.nodes[2]) {
-            continue;
-          }
-          visit(shape.index(i, j, l), d, shape.index(ni, nj, nl));
-        }
+  for (int j = 0; j < shape.nodes[1]; ++j) {
+    for (int i = 0; i < shape.nodes[0]; ++i) {
+      for (std::size_t d = 0; d < bonds.size(); ++d) {
+        const int ni = i + bonds[d][0];
+        const int nj = j + bonds[d][1];
+        const int nl = l + bonds[d][2];
+        const bool there = ni >= 0 && nj >= 0 && ni < shape.nodes[0] && nj < shape.nodes[1] && nl < shape.nodes[2];
+        if (there) { visit(std::array{i, j, l}, d, shape.index(ni, nj, nl)); }
       }
     }
   }
 }
 
-std::size_t bond_count(const LatticeShape& shape) {
-  std::size_t count = 0;
-  for (const auto& direction : bond_directions(shape.connectivity)) {
-    std::size_t along = 1;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      along *= static_cast<std::size_t>(shape.nodes[axis] - std::abs(direction[axis]));
-    }
-    count += along;
-  }
-  return count;
+double bond_length(const LatticeShape& shape, const std::array<int, 3>& direction) {
+  return (shape.spacing * Eigen::Vector3d(direction[0], direction[1], direction[2])).norm();
 }
 
-/// Adds one cell's members to the bonds around it; a bond is found at node * directions + d.
-void add_cell(const LatticeShape& shape, int i, int j, int l, const CellMaterial& material,
-              std::vector<BondSum>& bonds) {
-  const auto offsets = bond_directions(shape.connectivity);
-  const BondStiffness k =
-      bond_stiffness(material.youngs_modulus, shape.spacing, shape.connectivity);
-  const std::array<double, 3> share{k.edge / 4.0, k.face_diagonal / 2.0, k.body_diagonal};
-  for (std::size_t d = 0; d < offsets.size(); ++d) {
-    const auto& offset = offsets[d];
-    const double stiffness = share[static_cast<std::size_t>(axes_spanned(offset) - 1)];
-    // Corners of this cell from which the direction stays inside it.
-    for (int corner = 0; corner < 8; ++corner) {
-      const std::array<int, 3> at{corner & 1, (corner >> 1) & 1, corner >> 2};
-      const bool inside = std::ranges::all_of(std::array{0, 1, 2}, [&](int axis) {
-        const auto n = static_cast<std::size_t>(axis);
-        return at[n] + offset[n] >= 0 && at[n] + offset[n] <= 1;
-      });
-      if (!inside) { continue; }
-      const auto node = static_cast<std::size_t>(shape.index(i + at[0], j + at[1], l + at[2]));
-      bonds[node * offsets.size() + d].add(stiffness, material);
+/// What fills the cells of three layers: those around a layer of nodes, and those below them, which the mass of
+/// the next layer's nodes is of.
+class CellLayers {
+ public:
+  struct Cell {
+    CellMaterial material{};
+    std::array<double, 3> share{};  ///< of an edge, a face's diagonal and the body's, in their stiffness [N/m]
+  };
+  using Ask = std::function<CellMaterial(int, int, int)>;
+  CellLayers(const LatticeShape& shape, const Ask& cell) : shape_(shape), cell_(cell) {
+    for (auto& layer : layers_) {
+      layer.resize(static_cast<std::size_t>(shape.nodes[0] - 1) * static_cast<std::size_t>(shape.nodes[1] - 1));
+    }
+  }
+  void ask(int l) {
+    for (int j = 0; j + 1 < shape_.nodes[1]; ++j) {
+      for (int i = 0; i + 1 < shape_.nodes[0]; ++i) {
+        const CellMaterial material = cell_(i, j, l);
+        const BondStiffness k = bond_stiffness(material.youngs_modulus, shape_.spacing, shape_.connectivity);
+        at(i, j, l) = {material, {k.edge / 4.0, k.face_diagonal / 2.0, k.body_diagonal}};
+      }
+    }
+  }
+  Cell& at(int i, int j, int l) {
+    return layers_[static_cast<std::size_t>(l % 3)]
+                  [static_cast<std::size_t>(j) * static_cast<std::size_t>(shape_.nodes[0] - 1) + static_cast<std::size_t>(i)];
+  }
+  /// Calls visit(cell) for the cells that hold the node at `node` and that at node + step, by their index.
+  template <class Visit>
+  void around(const std::array<int, 3>& node, const std::array<int, 3>& step, Visit visit) {
+    std::array<int, 3> low{}, high{};
+    for (std::size_t n = 0; n < 3; ++n) {
+      low[n] = std::max(step[n] == 1 ? node[n] : node[n] - 1, 0);
+      high[n] = std::min(step[n] == -1 ? node[n] - 1 : node[n], shape_.nodes[n] - 2);
+    }
+    for (int l = low[2]; l <= high[2]; ++l) {
+      for (int j = low[1]; j <= high[1]; ++j) {
+        for (int i = low[0]; i <= high[0]; ++i) { visit(at(i, j, l)); }
+      }
+    }
+  }
+
+ private:
+  const LatticeShape& shape_;
+  const Ask& cell_;
+  std::array<std::vector<Cell>, 3> layers_{};
+};
+
+/// Each node gets an eighth of each of its cells' mass.
+void add_masses(const LatticeShape& shape, int l, CellLayers& cells, Eigen::VectorXd& mass) {
+  const double volume = shape.spacing * shape.spacing * shape.spacing;
+  for (int j = 0; j < shape.nodes[1]; ++j) {
+    for (int i = 0; i < shape.nodes[0]; ++i) {
+      double& own = mass(shape.index(i, j, l));
+      cells.around({i, j, l}, {0, 0, 0},
+                   [&](const CellLayers::Cell& one) { own += one.material.density * volume / 8.0; });
     }
   }
 }
@@ -138,6 +160,19 @@ std::optional<LatticeShape> grid_of(const NodeVectors& places) {
   return shape;
 }
 
+/// Whether a spring of a node leads to one of its 26 neighbours, with its natural length; no NaN does.
+bool is_bond(const LatticeShape& shape, int node, const SpringList::Bond& bond) {
+  const int neighbour = node + bond.to;
+  if (neighbour < 0 || neighbour >= shape.node_count()) { return false; }
+  const std::array<int, 3> a = shape.place(node);
+  const std::array<int, 3> b = shape.place(neighbour);
+  std::array<int, 3> step{};
+  for (std::size_t n = 0; n < 3; ++n) { step[n] = b[n] - a[n]; }
+  if (!std::ranges::all_of(step, [](int s) { return std::abs(s) <= 1; })) { return false; }
+  const double natural = bond_length(shape, step);
+  return std::abs(bond.rest_length - natural) <= regular * natural;
+}
+
 }  // namespace
 
 Eigen::Vector3d LatticeShape::position(int i, int j, int l) const {
@@ -154,54 +189,40 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
   network.rest_position = lattice_positions(shape);
   network.mass = Eigen::VectorXd::Zero(shape.node_count());
   network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
-  const std::size_t direction_count = bond_directions(shape.connectivity).size();
-  std::vector<BondSum> bonds(static_cast<std::size_t>(shape.node_count()) * direction_count);
-  const double volume = shape.spacing * shape.spacing * shape.spacing;
-  for (int l = 0; l + 1 < shape.nodes[2]; ++l) {
-    for (int j = 0; j + 1 < shape.nodes[1]; ++j) {
-      for (int i = 0; i + 1 < shape.nodes[0]; ++i) {
-        const CellMaterial material = cell(i, j, l);
-        add_cell(shape, i, j, l, material, bonds);
-        for (int corner = 0; corner < 8; ++corner) {
-          network.mass(shape.index(i + (corner & 1), j + ((corner >> 1) & 1), l + (corner >> 2))) +=
-              material.density * volume / 8.0;
-        }
-      }
-    }
+  CellLayers cells(shape, cell);
+  cells.ask(0);
+  add_masses(shape, 0, cells, network.mass);
+  const auto directions = bond_directions(shape.connectivity);
+  for (int l = 0; l < shape.nodes[2]; ++l) {
+    if (l + 2 < shape.nodes[2]) { cells.ask(l + 1); }
+    if (l + 1 < shape.nodes[2]) { add_masses(shape, l + 1, cells, network.mass); }
+    for_each_bond(shape, l, [&](const std::array<int, 3>& place, std::size_t d, int neighbour) {
+      BondSum bond;
+      const auto kind = static_cast<std::size_t>(axes_spanned(directions[d]) - 1);
+      cells.around(place, directions[d], [&](const CellLayers::Cell& one) { bond.add(one.share[kind], one.material); });
+      if (bond.stiffness <= 0.0) { return; }
+      const int node = shape.index(place[0], place[1], place[2]);
+      network.springs.push_back({node, neighbour, bond.stiffness,
+                                 bond.viscosity(network.mass(node), network.mass(neighbour)),
+                                 bond_length(shape, directions[d])});
+    });
   }
-  network.springs.reserve(bond_count(shape));
-  for_each_bond(shape, [&](int node, std::size_t d, int neighbour) {
-    const BondSum& bond = bonds[static_cast<std::size_t>(node) * direction_count + d];
-    if (bond.stiffness <= 0.0) { return; }
-    const double rest =
-        (network.rest_position.col(neighbour) - network.rest_position.col(node)).norm();
-    network.springs.push_back({node, neighbour, bond.stiffness,
-                               bond.viscosity(network.mass(node), network.mass(neighbour)),
-                               rest});
-  });
   return network;
 }
 
 std::optional<LatticeShape> lattice_of(const SpringNetwork& network) {
   const std::optional<LatticeShape> shape = grid_of(network.rest_position);
   if (!shape) { return {}; }
-  const std::array<double, 4> lengths{0.0, shape->spacing, shape->spacing * std::numbers::sqrt2,
-                                      shape->spacing * std::numbers::sqrt3};
-  int node = -1;  // most springs begin where the one before did
-  std::array<int, 3> a{};
-  for (const Spring& spring : network.springs) {
-    if (spring.a != node) {
-      node = spring.a;
-      a = shape->place(node);
+  for (const SpringList::Run& run : network.springs.runs()) {
+    const int end = run.first_node + run.nodes;
+    for (int node = run.first_node; node < end;) {  // piece by piece of a row
+      const int row_end = std::min(end, (node / shape->nodes[0] + 1) * shape->nodes[0]);
+      const bool fits = std::ranges::all_of(network.springs.bonds(run), [&](const SpringList::Bond& bond) {
+        return is_bond(*shape, node, bond) && is_bond(*shape, row_end - 1, bond);
+      });
+      if (!fits) { return {}; }
+      node = row_end;
     }
-    const std::array<int, 3> b = shape->place(spring.b);
-    std::array<int, 3> step{};
-    for (std::size_t n = 0; n < 3; ++n) { step[n] = b[n] - a[n]; }
-    const bool bond = std::ranges::all_of(step, [](int s) { return std::abs(s) <= 1; });
-    if (!bond) { return {}; }
-    const double natural = lengths[static_cast<std::size_t>(axes_spanned(step))];
-    const bool fits = std::abs(spring.rest_length - natural) <= regular * natural;  // no NaN does
-    if (!fits) { return {}; }
   }
   return shape;
 }
@@ -212,12 +233,14 @@ SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, doubl
   network.rest_position = lattice_positions(shape);
   network.mass = Eigen::VectorXd::Constant(shape.node_count(), node_mass);
   network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
-  network.springs.reserve(bond_count(shape));
-  for_each_bond(shape, [&](int node, std::size_t /*direction*/, int neighbour) {
-    const double rest =
-        (network.rest_position.col(neighbour) - network.rest_position.col(node)).norm();
-    network.springs.push_back({node, neighbour, stiffness, viscosity, rest});
-  });
+  const auto directions = bond_directions(shape.connectivity);
+  std::array<double, 13> rest{};
+  for (std::size_t d = 0; d < directions.size(); ++d) { rest[d] = bond_length(shape, directions[d]); }
+  for (int l = 0; l < shape.nodes[2]; ++l) {
+    for_each_bond(shape, l, [&](const std::array<int, 3>& place, std::size_t d, int neighbour) {
+      network.springs.push_back({shape.index(place[0], place[1], place[2]), neighbour, stiffness, viscosity, rest[d]});
+    });
+  }
   return network;
 }
 

@@ -67,7 +67,7 @@ void add_blocks(Triplets& triplets, Eigen::Index a, Eigen::Index b, const Matrix
 NetworkProblem::NetworkProblem(SpringNetwork network, std::vector<Load> loads,
                                const Eigen::Vector3d& gravity, const PrintedForm& printed)
     : network_(std::move(network)), loads_(std::move(loads)), gravity_(gravity), printed_(printed) {
-  held_position_ = network_.initial_position();
+  if (network_.initial_displacement.cols() > 0) { displaced_ = network_.initial_position(); }
   const int nodes = static_cast<int>(network_.node_count());
   coordinate_.assign(static_cast<std::size_t>(nodes), -1);
   for (int i = 0; i < nodes; ++i) {
@@ -79,9 +79,17 @@ NetworkProblem::NetworkProblem(SpringNetwork network, std::vector<Load> loads,
   for (const int i : free_) { mass_.segment<3>(coordinate(i)).setConstant(network_.mass(i)); }
 }
 
+std::size_t NetworkProblem::memory_bytes() const {
+  const SpringNetwork& n = network_;
+  const Eigen::Index numbers = n.rest_position.size() + n.initial_displacement.size() + n.initial_velocity.size() +
+                               n.mass.size() + displaced_.size() + mass_.size();
+  return static_cast<std::size_t>(numbers) * sizeof(double) + n.fixed.capacity() + n.springs.memory_bytes() +
+         free_.capacity() * sizeof(int) + coordinate_.capacity() * sizeof(Eigen::Index);
+}
+
 Eigen::VectorXd NetworkProblem::initial_position() const {
   Eigen::VectorXd q(dof());
-  for (const int i : free_) { q.segment<3>(coordinate(i)) = held_position_.col(i); }
+  for (const int i : free_) { q.segment<3>(coordinate(i)) = held_position().col(i); }
   return q;
 }
 
@@ -101,8 +109,8 @@ void NetworkProblem::force(double t, double gate, const Eigen::Ref<const Eigen::
   for (const Spring& spring : network_.springs) {
     const Eigen::Index a = coordinate(spring.a);
     const Eigen::Index b = coordinate(spring.b);
-    const Vector3d d = at_node(q, b, held_position_, spring.b) -
-                       at_node(q, a, held_position_, spring.a);
+    const Vector3d d = at_node(q, b, held_position(), spring.b) -
+                       at_node(q, a, held_position(), spring.a);
     const double length = d.norm();
     if (length < zero_length) { continue; }
     const Vector3d velocity_a = a < 0 ? still : Vector3d(v.segment<3>(a));
@@ -138,8 +146,8 @@ void NetworkProblem::jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
   for (const Spring& spring : network_.springs) {
     const Eigen::Index a = coordinate(spring.a);
     const Eigen::Index b = coordinate(spring.b);
-    const Vector3d d = at_node(q, b, held_position_, spring.b) -
-                       at_node(q, a, held_position_, spring.a);
+    const Vector3d d = at_node(q, b, held_position(), spring.b) -
+                       at_node(q, a, held_position(), spring.a);
     const Vector3d velocity_a = a < 0 ? still : Vector3d(v.segment<3>(a));
     const Vector3d velocity_b = b < 0 ? still : Vector3d(v.segment<3>(b));
     const SpringGradient gradient = spring_gradient(law, spring, d, velocity_b - velocity_a);
@@ -178,8 +186,8 @@ double NetworkProblem::energy(const Eigen::Ref<const Eigen::VectorXd>& q,
                               const Eigen::Ref<const Eigen::VectorXd>& v) const {
   double energy = 0.5 * v.cwiseAbs2().dot(mass_);
   for (const Spring& spring : network_.springs) {
-    const Vector3d d = at_node(q, coordinate(spring.b), held_position_, spring.b) -
-                       at_node(q, coordinate(spring.a), held_position_, spring.a);
+    const Vector3d d = at_node(q, coordinate(spring.b), held_position(), spring.b) -
+                       at_node(q, coordinate(spring.a), held_position(), spring.a);
     const double extension = d.norm() - spring.rest_length;
     energy += 0.5 * spring.stiffness * extension * extension;
   }

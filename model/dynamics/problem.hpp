@@ -73,6 +73,11 @@ class NetworkProblem final : public Problem {
   [[nodiscard]] const std::vector<Load>& loads() const { return loads_; }
   [[nodiscard]] const Eigen::Vector3d& gravity() const { return gravity_; }
   [[nodiscard]] const std::vector<int>& free_nodes() const { return free_; }  ///< ascending
+  /// Initial positions of all nodes: where fixed ones stay.
+  [[nodiscard]] const NodeVectors& held_position() const {
+    return network_.initial_displacement.cols() == 0 ? network_.rest_position : displaced_;
+  }
+  [[nodiscard]] std::size_t memory_bytes() const;
   /// First coordinate of a node, or -1 when it is fixed.
   [[nodiscard]] Eigen::Index coordinate(int node) const {
     return coordinate_[static_cast<std::size_t>(node)];
@@ -83,7 +88,7 @@ class NetworkProblem final : public Problem {
   std::vector<Load> loads_;
   Eigen::Vector3d gravity_;
   PrintedForm printed_;
-  NodeVectors held_position_;  ///< initial positions: where fixed nodes stay
+  NodeVectors displaced_;  ///< initial positions, where they are not those at rest
   std::vector<int> free_;
   std::vector<Eigen::Index> coordinate_;
   Eigen::VectorXd mass_;

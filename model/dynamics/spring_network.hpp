@@ -9,18 +9,11 @@
 
 #include <Eigen/Core>
 
+#include "model/dynamics/spring_list.hpp"
+
 namespace palpate {
 
 using NodeVectors = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< one column per node
-
-/// A spring with its damper: force on node a is (k (L - L0) + c L') u, u from a to b.
-struct Spring {
-  int a = 0;
-  int b = 0;
-  double stiffness = 0.0;    ///< k  [N/m]
-  double viscosity = 0.0;    ///< c  [N s/m]
-  double rest_length = 0.0;  ///< L0 [m]
-};
 
 struct SpringNetwork {
   NodeVectors rest_position{};          ///< X   [m]
@@ -28,7 +21,7 @@ struct SpringNetwork {
   NodeVectors initial_velocity{};       ///< x'(0) [m/s]; no columns: all zero
   Eigen::VectorXd mass{};               ///< [kg]
   std::vector<std::uint8_t> fixed{};    ///< 1: the node never moves
-  std::vector<Spring> springs{};
+  SpringList springs{};
 
   [[nodiscard]] Eigen::Index node_count() const { return rest_position.cols(); }
   [[nodiscard]] bool is_fixed(int node) const { return fixed[static_cast<std::size_t>(node)] != 0; }

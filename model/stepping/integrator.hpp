@@ -30,9 +30,17 @@ class Integrator {
   /// A way [m] that no coordinate has gone further than since prepare(), not finite once anything is not;
   /// empty where the scheme does not keep it.
   [[nodiscard]] virtual std::optional<double> most_travelled() const noexcept { return std::nullopt; }
+  /// Of the workspace that prepare() makes.
+  [[nodiscard]] virtual std::size_t memory_bytes() const noexcept = 0;
   /// Velocity at the instant of the position; holds until the next step.
   virtual const Vector<Real>& velocity_at(const State<Real>& state) noexcept { return state.velocity; }
 };
+
+/// Of numbers in vectors.
+template <class... Vectors>
+std::size_t bytes_of(const Vectors&... vectors) noexcept {
+  return (std::size_t{0} + ... + (static_cast<std::size_t>(vectors.size()) * sizeof(vectors.data()[0])));
+}
 
 /// Facts of a scheme. Orders are of the error at fixed time against the exact motion.
 struct IntegratorInfo {

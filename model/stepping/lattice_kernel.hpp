@@ -38,8 +38,9 @@ class RowVector {
   using Batch = xsimd::batch<Real, Arch>;
   static constexpr long lanes = static_cast<long>(Batch::size);
 
-  /// Vector that begins at element `i` of a row.
-  RowVector(const Nodes<Real>& row, long i) noexcept : own_(row), place_(i) {
+  /// Vector that begins at element `i` of a row; `force_stride` in a step.
+  RowVector(const Nodes<Real>& row, long i, long force_stride) noexcept
+      : own_(row), place_(i), force_stride_(takes_step(task) ? force_stride : row.stride) {
     for (int c = 0; c < 3; ++c) {
       position_[c] = load(row.q + i + c * row.stride);
       if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * row.stride); }
@@ -71,13 +72,13 @@ class RowVector {
     const Batch factor = tension * inverse;
     Real* f = row.f + i;
     pull(0, f, factor, dx);
-    pull(1, f + row.stride, factor, dy);
-    pull(2, f + 2 * row.stride, factor, dz);
+    pull(1, f + force_stride(row), factor, dy);
+    pull(2, f + 2 * force_stride(row), factor, dz);
   }
   void finish() noexcept {
     if constexpr (task != Task::energy) {
       for (int c = 0; c < 3; ++c) {
-        Real* to = own_.f + place_ + c * own_.stride;
+        Real* to = own_.f + place_ + c * force_stride(own_);
         (load(to) + force_[c]).store_unaligned(to);
       }
     }
@@ -85,6 +86,11 @@ class RowVector {
   [[nodiscard]] Real energy() const noexcept { return Real(0.5) * xsimd::hadd(energy_); }
 
  private:
+  /// The compiler is to see where it is the stride of all else.
+  long force_stride(const Nodes<Real>& row) const noexcept {
+    if constexpr (takes_step(task)) { return force_stride_; }
+    return row.stride;
+  }
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
   void pull(int c, Real* f, const Batch& factor, const Batch& d) noexcept {
     force_[c] = xsimd::fma(factor, d, force_[c]);
@@ -94,20 +100,28 @@ class RowVector {
 
   const Nodes<Real>& own_;
   long place_;
+  long force_stride_;
   Batch position_[3]{};
   Batch velocity_[3]{};
   Batch force_[3]{Batch(Real(0)), Batch(Real(0)), Batch(Real(0))};
   Batch energy_ = Batch(Real(0));
 };
 
-/// From element `begin` on. What a task does not need stays null. `Arch` in what follows makes functions of
-/// this instruction set alone.
+/// From element `begin` on, forces from `force_begin`. What a task does not need stays null. `Arch` in what follows
+/// makes functions of this instruction set alone.
 template <Task task, class Arch, class Real>
-Nodes<Real> from_element(const Nodes<Real>& nodes, long begin) noexcept {
+Nodes<Real> from_element(const Nodes<Real>& nodes, long begin, long force_begin) noexcept {
   Nodes<Real> row{.q = nodes.q + begin, .stride = nodes.stride};
   if constexpr (sees_velocity(task)) { row.v = nodes.v + begin; }
-  if constexpr (task != Task::energy) { row.f = nodes.f + begin; }
+  if constexpr (task != Task::energy) { row.f = nodes.f + force_begin; }
   return row;
+}
+
+/// Where the forces of a layer's first row begin.
+template <Task task, class Arch, class Real>
+long force_begin(const View<Real>& view, const Fields<Real>& fields, int layer, long row_length) noexcept {
+  const int kept = takes_step(task) && fields.force_layers > 0 ? layer % fields.force_layers : layer;
+  return view.lead + static_cast<long>(kept) * view.rows1 * row_length;
 }
 
 /// The rows that a row's springs lead to, none of which comes before it.
@@ -124,8 +138,8 @@ struct Neighbours {
 };
 
 template <Task task, class Arch, class Real>
-Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab,
-                                     const Nodes<Real>& all, int row1, int row2, long row_length) noexcept {
+Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab, const Nodes<Real>& all,
+                                     const long (&forces)[2], int row1, int row2, long row_length) noexcept {
   Neighbours<Arch, Real> found;
   const long own = static_cast<long>(row2) * view.rows1 + row1;
   const bool moves = view.row_moves[own] != 0;
@@ -138,8 +152,9 @@ Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& s
     if (!moves && view.row_moves[there] == 0) { continue; }
     const bool copy = at2 == slab.end && slab.beyond != nullptr;
     const int spans = kind % 2;  // kinds 1 and 3 lead along two axes
-    found.rows[found.count++] = {copy ? from_element<task, Arch>(*slab.beyond, at1 * row_length)
-                                      : from_element<task, Arch>(all, view.lead + there * row_length),
+    const long f = takes_step(task) ? forces[at2 - row2] + at1 * row_length : view.lead + there * row_length;
+    found.rows[found.count++] = {copy ? from_element<task, Arch>(*slab.beyond, at1 * row_length, at1 * row_length)
+                                      : from_element<task, Arch>(all, view.lead + there * row_length, f),
                                  1 + 3L * kind,
                                  view.sides[kind],
                                  {view.rest[spans], view.rest[spans + 1]}};
@@ -147,26 +162,51 @@ Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& s
   return found;
 }
 
-/// v += h f / m, x += h v, f = weight; returns the sum of squares of v.
+/// v += h f / m, x += h v of the row that begins at element `begin`; then its forces, at `f`, are the weight of that
+/// at `next`, whose forces come there. Returns the sum of squares of v.
 template <class Arch, class Real>
-double move_row(const View<Real>& view, const Fields<Real>& fields, long begin, long row_length) noexcept {
+double move_row(const View<Real>& view, const Fields<Real>& fields, long begin, Real* f, long next,
+                long row_length) noexcept {
   using Batch = xsimd::batch<Real, Arch>;
   const Move<Real>& move = *fields.move;
   const Batch h(move.h);
   Batch squares(Real(0));
-  for (long i = begin; i < begin + row_length; i += static_cast<long>(Batch::size)) {
-    const Batch inverse_mass = Batch::load_unaligned(move.inverse_mass + i);
-    for (long at = i; at <= i + 2 * view.stride; at += view.stride) {
-      const Batch a = Batch::load_unaligned(fields.f + at) * inverse_mass;
+  for (long i = 0; i < row_length; i += static_cast<long>(Batch::size)) {
+    const Batch inverse_mass = Batch::load_unaligned(move.inverse_mass + begin + i);
+    for (long c = 0; c < 3; ++c) {
+      const long at = begin + i + c * view.stride;
+      Real* force = f + i + c * fields.force_stride;
+      const Batch a = Batch::load_unaligned(force) * inverse_mass;
       const Batch v = Batch::load_unaligned(move.v + at) + h * a;
       v.store_unaligned(move.v + at);
       (Batch::load_unaligned(move.q + at) + h * v).store_unaligned(move.q + at);
-      const Batch weight = move.weight != nullptr ? Batch::load_unaligned(move.weight + at) : Batch(Real(0));
-      weight.store_unaligned(fields.f + at);
+      const Batch weight = move.weight != nullptr ? Batch::load_unaligned(move.weight + next + i + c * view.stride)
+                                                  : Batch(Real(0));
+      weight.store_unaligned(force);
       squares = xsimd::fma(v, v, squares);
     }
   }
   return static_cast<double>(xsimd::hadd(squares));
+}
+
+/// As move_row() leaves the forces of a row, where it stands still.
+template <class Arch, class Real>
+void forget_forces(const View<Real>& view, const Fields<Real>& fields, Real* f, long next, long row_length) noexcept {
+  for (long c = 0; c < 3; ++c) {
+    Real* force = f + c * fields.force_stride;
+    const Real* weight = fields.move->weight;
+    for (long i = 0; i < row_length; ++i) { force[i] = weight != nullptr ? weight[next + i + c * view.stride] : Real(0); }
+  }
+}
+
+/// Loads on a layer whose forces begin anew at `f`.
+template <class Arch, class Real>
+void load_layer(const View<Real>& view, const Fields<Real>& fields, int layer, Real* f) noexcept {
+  const Move<Real>& move = *fields.move;
+  if (layer >= view.rows2 || move.pulls == nullptr) { return; }
+  for (int n = move.pulls_begin[layer]; n < move.pulls_begin[layer + 1]; ++n) {
+    for (long c = 0; c < 3; ++c) { f[move.pulls[n].element + c * fields.force_stride] += move.pulls[n].force[c]; }
+  }
 }
 
 template <Task task, class Real, class Arch>
@@ -175,23 +215,28 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
   constexpr long lanes = Vector::lanes;
   const long row_length = view.vectors * lanes;
   const long slot_length = lanes * view.numbers;
+  const bool few = takes_step(task) && fields.force_layers > 0;
   const Nodes<Real> all{fields.q, fields.v, fields.f, view.stride};
   double sum = 0.0;
   for (int row2 = slab.begin; row2 < slab.end; ++row2) {
+    const long forces[2] = {force_begin<task, Arch>(view, fields, row2, row_length),
+                            force_begin<task, Arch>(view, fields, row2 + 1, row_length)};
     for (int row1 = 0; row1 < view.rows1; ++row1) {
-      const auto near = neighbours_of<task, Arch>(view, slab, all, row1, row2, row_length);
+      const auto near = neighbours_of<task, Arch>(view, slab, all, forces, row1, row2, row_length);
       const long row = static_cast<long>(row2) * view.rows1 + row1;
       const long begin = view.lead + row * row_length;
       const bool joined = near.count > 0 || near.own;
-      const Nodes<Real> own = slab.below != nullptr ? from_element<task, Arch>(*slab.below, row1 * row_length)
-                                                    : from_element<task, Arch>(all, begin);
+      const long own_forces = forces[0] + row1 * row_length;
+      const Nodes<Real> own = slab.below != nullptr
+                                  ? from_element<task, Arch>(*slab.below, row1 * row_length, row1 * row_length)
+                                  : from_element<task, Arch>(all, begin, own_forces);
       const Real* table = view.tables + view.row_table[row];
       for (long i = 0; joined && i < view.vectors; ++i) {
         // The piece's last node is beside the next piece's first: the same vector, one lane on.
         const long right = i + 1 < view.vectors ? (i + 1) * lanes : 1;
         const long left = i > 0 ? (i - 1) * lanes : (view.vectors - 1) * lanes - 1;
         const Real* constants = table + i * slots * slot_length;
-        Vector vector(own, i * lanes);
+        Vector vector(own, i * lanes, fields.force_stride);
         if (near.own) { vector.join(own, right, constants, view.rest[0]); }
         for (int n = 0; n < near.count; ++n) {
           const auto& there = near.rows[n];
@@ -204,7 +249,20 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
         if constexpr (measures_energy(task)) { sum += static_cast<double>(vector.energy()); }
       }
       if constexpr (takes_step(task)) {
-        if (slab.below == nullptr && view.row_moves[row] != 0) { sum += move_row<Arch>(view, fields, begin, row_length); }
+        if (slab.below != nullptr) { continue; }
+        const int next_layer = few && row2 + fields.force_layers < view.rows2 ? row2 + fields.force_layers : row2;
+        const long next = view.lead + (static_cast<long>(next_layer) * view.rows1 + row1) * row_length;
+        Real* f = fields.f + own_forces;
+        if (view.row_moves[row] != 0) {
+          sum += move_row<Arch>(view, fields, begin, f, next, row_length);
+        } else if (few) {
+          forget_forces<Arch>(view, fields, f, next, row_length);
+        }
+      }
+    }
+    if constexpr (takes_step(task)) {
+      if (few && slab.below == nullptr) {
+        load_layer<Arch>(view, fields, row2 + fields.force_layers, fields.f + forces[0]);
       }
     }
   }

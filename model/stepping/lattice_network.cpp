@@ -2,6 +2,7 @@
 #include "model/stepping/lattice_network.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -38,7 +39,7 @@ LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprin
 }
 
 template <class Real>
-void LatticeNetwork<Real>::let_sleep(double most_withheld) {
+void LatticeNetwork<Real>::let_sleep(double most_withheld, std::span<const int> touched) {
   const NetworkProblem& problem = this->problem();
   const SpringNetwork& network = problem.network();
   const LatticeRows& rows = springs_.rows();
@@ -51,6 +52,7 @@ void LatticeNetwork<Real>::let_sleep(double most_withheld) {
     if (stirred(network.initial_displacement, node) || stirred(network.initial_velocity, node)) { wake(node); }
   }
   for (const Load& load : problem.loads()) { std::ranges::for_each(load.nodes, wake); }
+  std::ranges::for_each(touched, wake);
   lattice::View<Real> view = springs_.view();
   sleep_.emplace(view, view.vectors * kernels_.lanes, std::move(awake), most_withheld);
   view.row_moves = sleep_->awake();
@@ -73,23 +75,63 @@ double LatticeNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector
   return energy;
 }
 
+/// Loads of a layer keep their order.
+template <class Real>
+void LatticeNetwork<Real>::sort_loads() {
+  const lattice::View<Real> view = springs_.view();
+  const long layer_length = static_cast<long>(view.rows1) * view.vectors * kernels_.lanes;
+  const auto layer_of = [&](const auto& on) { return (on.coordinate - view.lead) / layer_length; };
+  loaded_ = this->loaded();
+  std::ranges::stable_sort(loaded_, {}, layer_of);
+  pulls_.clear();
+  pulls_begin_.assign(static_cast<std::size_t>(view.rows2) + 1, 0);
+  for (const auto& on : loaded_) {
+    pulls_.push_back({.element = (on.coordinate - view.lead) % layer_length});
+    ++pulls_begin_[static_cast<std::size_t>(layer_of(on)) + 1];
+  }
+  std::partial_sum(pulls_begin_.begin(), pulls_begin_.end(), pulls_begin_.begin());
+}
+
 template <class Real>
 void LatticeNetwork<Real>::prepare_one_pass() {
+  if (!sleep_) {
+    sort_loads();
+    slabs_->prepare_steps();
+    return;
+  }
   next_force_.setZero(this->layout().size);
   this->put_weight(next_force_);
 }
 
 template <class Real>
 double LatticeNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>& state) noexcept {
+  if (sleep_) { return one_pass_with_sleep(t, gate, h, state); }
+  for (std::size_t n = 0; n < loaded_.size(); ++n) {
+    const Eigen::Vector3d force = this->load_at(loaded_[n], t, gate);
+    for (int c = 0; c < 3; ++c) { pulls_[n].force[c] = static_cast<Real>(force(c)); }
+  }
+  return slabs_->step(damped_ ? kernels_.step : kernels_.undamped_step,
+                      {.q = state.position.data(),
+                       .v = state.velocity.data(),
+                       .inverse_mass = this->inverse_mass().data(),
+                       .weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
+                       .h = h,
+                       .pulls = pulls_.data(),
+                       .pulls_begin = pulls_begin_.data()});
+}
+
+/// Sleeping rows keep the forces that are withheld from them, so those of all rows are kept.
+template <class Real>
+double LatticeNetwork<Real>::one_pass_with_sleep(double t, double gate, Real h, State<Real>& state) noexcept {
   this->add_loads(t, gate, Real(1), next_force_);
   const lattice::Move<Real> move{.q = state.position.data(),
                                  .v = state.velocity.data(),
                                  .inverse_mass = this->inverse_mass().data(),
-                                 .weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
                                  .h = h};
-  const lattice::Fields<Real> fields{move.q, move.v, next_force_.data(), &move};
+  const lattice::Fields<Real> fields{.q = move.q, .v = move.v, .f = next_force_.data(), .move = &move,
+                                     .force_stride = this->layout().stride};
   const double squares = slabs_->sweep(damped_ ? kernels_.step : kernels_.undamped_step, fields);
-  return sleep_ ? squares + sleep_->wake_in_step(fields) : squares;
+  return squares + sleep_->wake_in_step(fields);
 }
 
 template <class Real>
@@ -110,7 +152,7 @@ double LatticeNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcep
 template <class Real>
 std::size_t LatticeNetwork<Real>::spring_bytes() const noexcept {
   return springs_.memory_bytes() + slabs_->memory_bytes() + (sleep_ ? sleep_->memory_bytes() : 0) +
-         static_cast<std::size_t>(next_force_.size()) * sizeof(Real);
+         static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + pulls_.size() * sizeof(lattice::Pull<Real>);
 }
 
 template class LatticeNetwork<double>;

@@ -5,6 +5,7 @@
 /// inverse mass and never move.
 
 #include <optional>
+#include <span>
 
 #include "model/stepping/lattice_sleep.hpp"
 #include "model/stepping/lattice_slabs.hpp"
@@ -20,9 +21,9 @@ class LatticeNetwork final : public NetworkSystem<Real> {
   LatticeNetwork(const NetworkProblem& problem, bool skip, int threads = 1,
                  const lattice::Kernels<Real>& kernels = lattice_kernels<Real>());
 
-  /// Rows that nothing displaces, moves or loads in the beginning sleep (lattice_sleep.hpp). For one thread and
-  /// without weight.
-  void let_sleep(double most_withheld);
+  /// Rows that nothing displaces, moves or loads in the beginning sleep, but those of `touched` nodes
+  /// (lattice_sleep.hpp). For one thread and without weight.
+  void let_sleep(double most_withheld, std::span<const int> touched = {});
   [[nodiscard]] double awake_share() const noexcept override { return sleep_ ? sleep_->awake_share() : 1.0; }
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
@@ -39,12 +40,18 @@ class LatticeNetwork final : public NetworkSystem<Real> {
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
   [[nodiscard]] std::size_t spring_bytes() const noexcept override;
 
+  double one_pass_with_sleep(double t, double gate, Real h, State<Real>& state) noexcept;
+  void sort_loads();
+
   LatticeSprings<Real> springs_;
   bool damped_;
   lattice::Kernels<Real> kernels_;
   std::optional<LatticeSleep<Real>> sleep_;  ///< where rows may sleep
   std::unique_ptr<LatticeSlabs<Real>> slabs_;
-  Vector<Real> next_force_;  ///< weight between two steps in one pass [N]
+  Vector<Real> next_force_;  ///< between two steps in one pass, where rows may sleep [N]
+  std::vector<typename NetworkSystem<Real>::LoadOnCoordinate> loaded_;  ///< by layers, for steps in one pass
+  std::vector<lattice::Pull<Real>> pulls_;
+  std::vector<int> pulls_begin_;
 };
 
 }  // namespace palpate

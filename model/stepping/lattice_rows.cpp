@@ -45,9 +45,16 @@ std::vector<unsigned char> LatticeRows::moving(const NetworkProblem& problem) co
 
 long springs_between_fixed_rows(const NetworkProblem& problem, const LatticeRows& rows) {
   const std::vector<unsigned char> moving = rows.moving(problem);
-  return std::ranges::count_if(problem.network().springs, [&](const Spring& s) {
-    return moving[rows.row_of(rows.place_of(s.a))] == 0 && moving[rows.row_of(rows.place_of(s.b))] == 0;
-  });
+  const auto stands = [&](int node) { return moving[rows.row_of(rows.place_of(node))] == 0; };
+  const SpringList& springs = problem.network().springs;
+  long count = 0;
+  for (const SpringList::Run& run : springs.runs()) {
+    for (int node = run.first_node; node < run.first_node + run.nodes; ++node) {
+      if (!stands(node)) { continue; }
+      count += std::ranges::count_if(springs.bonds(run), [&](const SpringList::Bond& bond) { return stands(node + bond.to); });
+    }
+  }
+  return count;
 }
 
 }  // namespace palpate

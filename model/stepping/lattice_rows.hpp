@@ -23,6 +23,8 @@ class LatticeRows {
   [[nodiscard]] std::size_t row_of(const Place& place) const {
     return static_cast<std::size_t>(place[2] * nodes_[1] + place[1]);
   }
+  /// Whether a row's nodes follow each other in the network.
+  [[nodiscard]] bool follows_index() const { return axes_[0] == 0; }
   /// 1 for a row with a free node.
   [[nodiscard]] std::vector<unsigned char> moving(const NetworkProblem& problem) const;
 

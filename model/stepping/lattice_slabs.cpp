@@ -24,7 +24,7 @@ LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int lanes, int
   for (int n = 1; n < count; ++n) {
     boundaries_.push_back(std::make_unique<Boundary>());
     for (auto* numbers : {&boundaries_.back()->below, &boundaries_.back()->above}) {
-      numbers->assign(static_cast<std::size_t>(9 * stride_), Real(0));
+      numbers->assign(static_cast<std::size_t>(6 * stride_ + 3 * few_stride()), Real(0));
     }
   }
   sums_.assign(static_cast<std::size_t>(count), 0.0);
@@ -73,21 +73,67 @@ double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> 
   return sum + kernel(view_, {.begin = end - 1, .end = end, .beyond = &above}, fields);
 }
 
+/// Sum of what work(number) returns for each slab.
 template <class Real>
-double LatticeSlabs<Real>::sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept {
-  if (team_ == nullptr) { return kernel(view_, {.begin = 0, .end = view_.rows2}, fields); }
+template <class Work>
+double LatticeSlabs<Real>::share_out(const Work& work) noexcept {
+  if (team_ == nullptr) { return work(0); }
   ++round_;
-  auto work = [&](int number) noexcept {
+  auto kept = [&](int number) noexcept {
     const auto n = static_cast<std::size_t>(number);
-    sums_[n] = sweep_slab(n, kernel, fields);
+    sums_[n] = work(n);
   };
-  team_->run(work);
+  team_->run(kept);
   return std::accumulate(sums_.begin(), sums_.end(), 0.0);
 }
 
 template <class Real>
+double LatticeSlabs<Real>::sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept {
+  return share_out([&](std::size_t number) noexcept { return sweep_slab(number, kernel, fields); });
+}
+
+template <class Real>
+void LatticeSlabs<Real>::prepare_steps() {
+  few_forces_.assign(sums_.size(), std::vector<Real>(static_cast<std::size_t>(3 * few_stride()), Real(0)));
+}
+
+template <class Real>
+void LatticeSlabs<Real>::open_layers(const lattice::Fields<Real>& fields, int begin) const noexcept {
+  const lattice::Move<Real>& move = *fields.move;
+  for (int layer = begin; layer < std::min(begin + fields.force_layers, view_.rows2); ++layer) {
+    Real* f = fields.f + view_.lead + layer % fields.force_layers * layer_length_;
+    for (long c = 0; c < 3; ++c) {
+      Real* to = f + c * fields.force_stride;
+      if (move.weight == nullptr) {
+        std::fill_n(to, layer_length_, Real(0));
+      } else {
+        std::copy_n(move.weight + view_.lead + layer * layer_length_ + c * view_.stride, layer_length_, to);
+      }
+    }
+    if (move.pulls == nullptr) { continue; }
+    for (int n = move.pulls_begin[layer]; n < move.pulls_begin[layer + 1]; ++n) {
+      for (long c = 0; c < 3; ++c) { f[move.pulls[n].element + c * fields.force_stride] += move.pulls[n].force[c]; }
+    }
+  }
+}
+
+template <class Real>
+double LatticeSlabs<Real>::step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move) noexcept {
+  return share_out([&](std::size_t number) noexcept {
+    const lattice::Fields<Real> fields{.q = move.q,
+                                       .v = move.v,
+                                       .f = few_forces_[number].data(),
+                                       .move = &move,
+                                       .force_layers = layers_kept,
+                                       .force_stride = few_stride()};
+    open_layers(fields, begins_[number]);
+    return sweep_slab(number, kernel, fields);
+  });
+}
+
+template <class Real>
 std::size_t LatticeSlabs<Real>::memory_bytes() const noexcept {
-  std::size_t bytes = 0;
+  std::size_t bytes = few_forces_.size() * static_cast<std::size_t>(3 * few_stride()) * sizeof(Real);
   for (const auto& boundary : boundaries_) {
     bytes += (boundary->below.size() + boundary->above.size()) * sizeof(Real);
   }

@@ -23,10 +23,17 @@ class LatticeSlabs {
 
   /// Goes through the whole lattice; returns the sum of what the kernel returns.
   double sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept;
+  /// The same with a kernel that takes a step. Forces need no room in `fields`: they are kept for two layers at a
+  /// time, which stay in the cache.
+  double step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move) noexcept;
+  /// Before the first step(): allocates.
+  void prepare_steps();
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
+  static constexpr int layers_kept = 2;  ///< a layer's springs lead to itself and the next
+  [[nodiscard]] long few_stride() const noexcept { return layers_kept * layer_length_ + 2 * view_.lead; }
   /// Between two slabs: both layers as they were before either moved, and room for forces on them that the
   /// other slab's thread computes itself.
   struct Boundary {
@@ -39,12 +46,17 @@ class LatticeSlabs {
   void copy(const lattice::Fields<Real>& fields, int layer, std::vector<Real>& to) const noexcept;
   double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
                     const lattice::Fields<Real>& fields) noexcept;
+  /// Forces of a slab's first layers: weight and loads.
+  void open_layers(const lattice::Fields<Real>& fields, int begin) const noexcept;
+  template <class Work>
+  double share_out(const Work& work) noexcept;
 
   lattice::View<Real> view_;
   long layer_length_;             ///< elements
   long stride_;                   ///< of a layer's copy, with what the outermost lanes touch on both sides
   std::vector<int> begins_;       ///< of the slabs, and the last one's end
   std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< n: under slab n + 1
+  std::vector<std::vector<Real>> few_forces_;  ///< of two layers, for each slab
   std::vector<double> sums_;
   long round_ = 0;
   std::unique_ptr<Team> team_;  ///< last, so that it goes home first

@@ -17,6 +17,9 @@ namespace {
 /// Elements before and after the rows, which the outermost lanes touch and which mean nothing.
 constexpr Eigen::Index margin = 8;
 
+/// A whole number of margins.
+Eigen::Index stride_for(Eigen::Index elements) { return (elements + 3 * margin - 1) / margin * margin; }
+
 /// Slot of a spring that leads by `step` along (row, second, third).
 std::size_t slot_of(const std::array<int, 3>& step) {
   for (int kind = 0; kind < lattice::neighbour_kinds; ++kind) {
@@ -47,8 +50,9 @@ LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const Lattic
       spacing_(shape.spacing),
       rows_(shape, lanes),
       lanes_(lanes),
-      vectors_(rows_.vectors()) {
-  lay_out(problem, skip);
+      vectors_(rows_.vectors()),
+      stride_(stride_for(static_cast<Eigen::Index>(rows_.count()) * vectors_ * lanes_)),
+      row_moves_(skip ? rows_.moving(problem) : std::vector<unsigned char>(rows_.count(), 1)) {
   fill_tables(problem, skip);
 }
 
@@ -59,71 +63,88 @@ Eigen::Index LatticeSprings<Real>::element_of(const LatticeRows::Place& place) c
 }
 
 template <class Real>
-void LatticeSprings<Real>::lay_out(const NetworkProblem& problem, bool skip) {
-  const auto rows = static_cast<Eigen::Index>(rows_.count());
-  const Eigen::Index elements = 2 * margin + rows * vectors_ * lanes_;
-  layout_.stride = (elements + margin - 1) / margin * margin;
-  layout_.size = 3 * layout_.stride;
-  row_moves_ = skip ? rows_.moving(problem) : std::vector<unsigned char>(rows_.count(), 1);
-  for (int node = 0; node < problem.network().node_count(); ++node) {
-    const bool fixed = problem.coordinate(node) < 0;
-    layout_.first.push_back(fixed ? -1 : element_of(rows_.place_of(node)));
+NodeLayout LatticeSprings<Real>::layout() const {
+  NodeLayout layout{.size = 3 * stride_, .stride = stride_};
+  const int nodes = static_cast<int>(problem_.network().node_count());
+  layout.first.reserve(static_cast<std::size_t>(nodes));
+  for (int node = 0; node < nodes; ++node) {
+    const bool fixed = problem_.coordinate(node) < 0;
+    layout.first.push_back(fixed ? -1 : element_of(rows_.place_of(node)));
   }
+  return layout;
 }
 
 template <class Real>
-auto LatticeSprings<Real>::bond_of(const Spring& spring) const -> Bond {
-  LatticeRows::Place from = rows_.place_of(spring.a);
-  const LatticeRows::Place to = rows_.place_of(spring.b);
-  std::array<int, 3> step{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
-  if (leads_back(step)) {
-    from = to;
+auto LatticeSprings<Real>::stretch_of(int node, int nodes, const SpringList::Bond& bond) const -> Stretch {
+  const LatticeRows::Place a = rows_.place_of(node);
+  const LatticeRows::Place b = rows_.place_of(node + bond.to);
+  std::array<int, 3> step{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  const bool back = leads_back(step);
+  if (back) {
     for (int& s : step) { s = -s; }
   }
-  return {from, slot_of(step)};
+  const LatticeRows::Place& from = back ? b : a;
+  return {static_cast<std::uint32_t>(rows_.row_of(from)), from[0], nodes, static_cast<std::uint32_t>(slot_of(step)), &bond};
 }
 
-/// Springs by the row that they lead from, in their order; row n has those from begins[n] to begins[n + 1].
+/// Sorted by the row that they lead from, and in a row as the list has them; row n has those from begins[n] to
+/// begins[n + 1].
 template <class Real>
-std::vector<std::uint32_t> LatticeSprings<Real>::by_row(const std::vector<Spring>& springs,
-                                                        std::vector<std::uint32_t>& begins) const {
+auto LatticeSprings<Real>::by_row(const SpringList& springs, std::vector<std::size_t>& begins) const
+    -> std::vector<Stretch> {
+  const int together = rows_.follows_index() ? rows_.nodes()[0] : 1;
+  const auto visit_all = [&](auto visit) {
+    for (const SpringList::Run& run : springs.runs()) {
+      const int end = run.first_node + run.nodes;
+      for (int node = run.first_node; node < end;) {
+        const int piece_end = std::min(end, (node / together + 1) * together);
+        for (const SpringList::Bond& bond : springs.bonds(run)) { visit(stretch_of(node, piece_end - node, bond)); }
+        node = piece_end;
+      }
+    }
+  };
   begins.assign(row_moves_.size() + 1, 0);
-  for (const Spring& spring : springs) { ++begins[rows_.row_of(bond_of(spring).from) + 1]; }
+  visit_all([&](const Stretch& stretch) { ++begins[stretch.row + 1]; });
   std::partial_sum(begins.begin(), begins.end(), begins.begin());
-  std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
-  std::vector<std::uint32_t> order(springs.size());
-  for (std::uint32_t n = 0; n < springs.size(); ++n) {
-    order[next[rows_.row_of(bond_of(springs[n]).from)]++] = n;
-  }
-  return order;
+  std::vector<std::size_t> next(begins.begin(), begins.end() - 1);
+  std::vector<Stretch> sorted(begins.back());
+  visit_all([&](const Stretch& stretch) { sorted[next[stretch.row]++] = stretch; });
+  return sorted;
 }
 
 /// One row at a time; rows that are equal share a table.
 template <class Real>
 void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip) {
-  const auto& springs = problem.network().springs;
-  damped_ = !skip || std::ranges::any_of(springs, [](const Spring& s) { return s.viscosity != 0.0; });
+  const SpringList& springs = problem.network().springs;
+  damped_ = !skip || is_damped(springs);
   const auto numbers = static_cast<std::size_t>(damped_ ? 2 : 1);
   const auto lanes = static_cast<std::size_t>(lanes_);
   const std::size_t slot_length = numbers * lanes;
-  std::vector<std::uint32_t> begins;
-  const std::vector<std::uint32_t> order = by_row(springs, begins);
+  std::vector<std::size_t> begins;
+  const std::vector<Stretch> stretches = by_row(springs, begins);
   const auto before = [](const std::vector<Real>& a, const std::vector<Real>& b) {
     return std::memcmp(a.data(), b.data(), a.size() * sizeof(Real)) < 0;  // NaN is equal to no number
   };
   std::map<std::vector<Real>, long, decltype(before)> known(before);
   std::vector<Real> row(static_cast<std::size_t>(vectors_) * lattice::slots * slot_length);
+  std::span<const Stretch> row_before;
   for (std::size_t n = 0; n + 1 < begins.size(); ++n) {
+    const auto own = std::span(stretches).subspan(begins[n], begins[n + 1] - begins[n]);
+    if (n > 0 && std::ranges::equal(own, row_before, [](const Stretch& a, const Stretch& b) { return a.equals(b); })) {
+      row_table_.push_back(row_table_.back());
+      continue;
+    }
+    row_before = own;
     std::ranges::fill(row, Real(0));
-    for (std::uint32_t k = begins[n]; k < begins[n + 1]; ++k) {
-      const Spring& spring = springs[order[k]];
-      const Bond bond = bond_of(spring);
-      used_[bond.slot] = true;
-      const auto vector = static_cast<std::size_t>(bond.from[0] % vectors_);
-      const auto lane = static_cast<std::size_t>(bond.from[0] / vectors_);
-      Real* constants = row.data() + (vector * lattice::slots + bond.slot) * slot_length + lane;
-      constants[0] += static_cast<Real>(spring.stiffness);
-      if (damped_) { constants[lanes] += static_cast<Real>(spring.viscosity); }
+    for (const Stretch& stretch : own) {
+      used_[stretch.slot] = true;
+      for (int place = stretch.place; place < stretch.place + stretch.nodes; ++place) {
+        const auto vector = static_cast<std::size_t>(place % vectors_);
+        const auto lane = static_cast<std::size_t>(place / vectors_);
+        Real* constants = row.data() + (vector * lattice::slots + stretch.slot) * slot_length + lane;
+        constants[0] += static_cast<Real>(stretch.bond->stiffness);
+        if (damped_) { constants[lanes] += static_cast<Real>(stretch.bond->viscosity); }
+      }
     }
     const auto [found, is_new] = known.try_emplace(row, static_cast<long>(tables_.size()));
     if (is_new) { tables_.insert(tables_.end(), row.begin(), row.end()); }
@@ -137,7 +158,7 @@ lattice::View<Real> LatticeSprings<Real>::view() const {
                            .rows2 = rows_.nodes()[2],
                            .vectors = vectors_,
                            .lead = margin,
-                           .stride = layout_.stride,
+                           .stride = stride_,
                            .numbers = damped_ ? 2 : 1,
                            .tables = tables_.data(),
                            .row_table = row_table_.data(),
@@ -153,21 +174,20 @@ lattice::View<Real> LatticeSprings<Real>::view() const {
 
 template <class Real>
 Eigen::Matrix<Real, Eigen::Dynamic, 1> LatticeSprings<Real>::initial_position() const {
-  Eigen::Matrix<Real, Eigen::Dynamic, 1> q(layout_.size);
-  for (Eigen::Index i = 0; i < layout_.size; ++i) {
-    q(i) = static_cast<Real>(-spacing_ * static_cast<double>(1 + i % layout_.stride));
+  Eigen::Matrix<Real, Eigen::Dynamic, 1> q(3 * stride_);
+  for (Eigen::Index i = 0; i < 3 * stride_; ++i) {
+    q(i) = static_cast<Real>(-spacing_ * static_cast<double>(1 + i % stride_));
   }
-  const NodeVectors places = problem_.network().initial_position();
-  for (int node = 0; node < places.cols(); ++node) {
-    at_node(q, element_of(rows_.place_of(node)), layout_.stride) = places.col(node).template cast<Real>();
+  const SpringNetwork& network = problem_.network();
+  for (int node = 0; node < static_cast<int>(network.node_count()); ++node) {
+    at_node(q, element_of(rows_.place_of(node)), stride_) = network.initial_place(node).template cast<Real>();
   }
   return q;
 }
 
 template <class Real>
 std::size_t LatticeSprings<Real>::memory_bytes() const {
-  return tables_.size() * sizeof(Real) + row_table_.size() * sizeof(long) + row_moves_.size() +
-         layout_.first.size() * sizeof(Eigen::Index);
+  return tables_.capacity() * sizeof(Real) + row_table_.capacity() * sizeof(long) + row_moves_.capacity();
 }
 
 template lattice::Kernels<double> lattice_kernels<double>() noexcept;

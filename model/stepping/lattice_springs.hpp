@@ -23,7 +23,7 @@ class LatticeSprings {
   /// nodes that are not there or do nothing, to the same bits.
   LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes, bool skip);
 
-  [[nodiscard]] const NodeLayout& layout() const { return layout_; }
+  [[nodiscard]] NodeLayout layout() const;  ///< made anew
   [[nodiscard]] const LatticeRows& rows() const { return rows_; }
   [[nodiscard]] lattice::View<Real> view() const;
   /// Places of all nodes, and far from each other of what the vectors hold beside them.
@@ -32,27 +32,33 @@ class LatticeSprings {
 
  private:
   [[nodiscard]] Eigen::Index element_of(const LatticeRows::Place& place) const;
-  void lay_out(const NetworkProblem& problem, bool skip);
-  /// A spring as the row sees it that it leads from.
-  struct Bond {
-    LatticeRows::Place from;
-    std::size_t slot;
+  /// Equal springs of nodes that follow each other in a row, as the row sees them that they lead from.
+  struct Stretch {
+    std::uint32_t row = 0;
+    int place = 0;  ///< of the first in the row
+    int nodes = 0;
+    std::uint32_t slot = 0;
+    const SpringList::Bond* bond = nullptr;
+    /// In all but the row.
+    [[nodiscard]] bool equals(const Stretch& other) const {
+      return place == other.place && nodes == other.nodes && slot == other.slot &&
+             bond->stiffness == other.bond->stiffness && bond->viscosity == other.bond->viscosity;
+    }
   };
-  [[nodiscard]] Bond bond_of(const Spring& spring) const;
+  [[nodiscard]] Stretch stretch_of(int node, int nodes, const SpringList::Bond& bond) const;
   void fill_tables(const NetworkProblem& problem, bool skip);
-  [[nodiscard]] std::vector<std::uint32_t> by_row(const std::vector<Spring>& springs,
-                                                  std::vector<std::uint32_t>& begins) const;
+  [[nodiscard]] std::vector<Stretch> by_row(const SpringList& springs, std::vector<std::size_t>& begins) const;
 
   const NetworkProblem& problem_;
   double spacing_;  ///< [m]
   LatticeRows rows_;
   int lanes_;
   int vectors_;
+  Eigen::Index stride_;  ///< from a node's x to its y, and from y to z
+  std::vector<unsigned char> row_moves_;
   bool damped_ = false;
-  NodeLayout layout_{};
   std::vector<Real> tables_{};
   std::vector<long> row_table_{};
-  std::vector<unsigned char> row_moves_{};
   std::array<bool, lattice::slots> used_{};  ///< slots that some row has a spring in
 };
 

@@ -31,7 +31,8 @@ struct View {
   bool sides[neighbour_kinds]{};     ///< or to its left and right
 };
 
-/// Nodes that follow each other in memory: x of the first, y and z a stride and two strides on.
+/// Nodes that follow each other in memory: x of the first, y and z a stride and two strides on (of forces in a step,
+/// Fields::force_stride).
 template <class Real>
 struct Nodes {
   const Real* q = nullptr;
@@ -51,6 +52,13 @@ struct Slab {
   const Nodes<Real>* below = nullptr;
 };
 
+/// A load on one node of a layer.
+template <class Real>
+struct Pull {
+  long element = 0;  ///< of the node's x, after the layer's first
+  Real force[3]{};   ///< [N]
+};
+
 /// What a step moves, see Task::step.
 template <class Real>
 struct Move {
@@ -59,15 +67,20 @@ struct Move {
   const Real* inverse_mass = nullptr;  ///< [1/kg]; only that of x is read
   const Real* weight = nullptr;        ///< f before anything else pulls [N]; null: none
   Real h = Real(0);                    ///< [s]
+  const Pull<Real>* pulls = nullptr;   ///< by layers, where forces are kept for a few layers only
+  const int* pulls_begin = nullptr;    ///< of each layer, and the last one's end
 };
 
-/// What a task does not need may be null.
+/// What a task does not need may be null. Forces of a step may be kept for the layers alone whose springs are gone
+/// through: then layer n is where layer n + force_layers will be.
 template <class Real>
 struct Fields {
   const Real* q = nullptr;
   const Real* v = nullptr;
   Real* f = nullptr;
   const Move<Real>* move = nullptr;
+  int force_layers = 0;   ///< 0: all
+  long force_stride = 0;  ///< in a step: from x to y and from y to z of f
 };
 
 /// Adds forces to f, or -C v. Returns the elastic energy [J] if the task measures it, or the sum of squares

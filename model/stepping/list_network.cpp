@@ -44,8 +44,7 @@ ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm&
     : NetworkSystem<Real>(problem, packed_layout(problem), skip) {
   this->set_mass(problem.mass());
   sort_springs(problem, skip);
-  const auto& all = problem.network().springs;
-  damped_ = std::ranges::any_of(all, [](const Spring& s) { return s.viscosity != 0.0; });
+  damped_ = is_damped(problem.network().springs);
   PrintedForm law_only = printed;
   law_only.no_time_step = false;
   springs_.law = SpringLaw::from(printed);

@@ -37,6 +37,7 @@ void NetworkSystem<Real>::spread_weight() {
 template <class Real>
 Vector<Real> NetworkSystem<Real>::initial_velocity() const {
   Vector<Real> v = Vector<Real>::Zero(layout_.size);
+  if (problem_.network().initial_velocity.cols() == 0) { return v; }
   scatter(problem_.initial_velocity(), layout_, v);
   return v;
 }
@@ -67,10 +68,7 @@ void NetworkSystem<Real>::put_weight(Vector<Real>& f) const noexcept {
 template <class Real>
 void NetworkSystem<Real>::add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept {
   for (const LoadOnCoordinate& on : loaded_) {
-    const Load& load = loads_[static_cast<std::size_t>(on.load)];
-    const double factor = load_factor(load, t, gate);
-    if (factor == 0.0) { continue; }
-    at_node(f, on.coordinate, layout_.stride) += weight * (factor * load.force).template cast<Real>();
+    at_node(f, on.coordinate, layout_.stride) += weight * load_at(on, t, gate).template cast<Real>();
   }
 }
 
@@ -104,9 +102,9 @@ int NetworkSystem<Real>::zero_length_springs(const Vector<Real>& q) const noexce
 
 template <class Real>
 std::size_t NetworkSystem<Real>::memory_bytes() const noexcept {
-  const auto coordinates = static_cast<std::size_t>(layout_.size + weight_.size());
-  return spring_bytes() + (coordinates + static_cast<std::size_t>(layout_.size)) * sizeof(Real) +
-         loaded_.size() * sizeof(LoadOnCoordinate);
+  const auto numbers = static_cast<std::size_t>(weight_.size() + this->mass().size() + this->inverse_mass().size());
+  return spring_bytes() + numbers * sizeof(Real) + layout_.first.capacity() * sizeof(Eigen::Index) +
+         loaded_.capacity() * sizeof(LoadOnCoordinate);
 }
 
 template <class Real>
@@ -114,7 +112,7 @@ std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& p
                                                          const NetworkOptions& options) {
   if (options.lattice) {
     auto lattice = std::make_unique<LatticeNetwork<Real>>(problem, options.skip, options.threads);
-    if (options.sleep_force > 0.0) { lattice->let_sleep(options.sleep_force); }
+    if (options.sleep_force > 0.0) { lattice->let_sleep(options.sleep_force, options.touched); }
     return lattice;
   }
   return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip,

@@ -51,11 +51,19 @@ class NetworkSystem : public System<Real> {
     return elastic_energy(q);
   }
 
- private:
+ protected:
   struct LoadOnCoordinate {
     int load;
     Eigen::Index coordinate;
   };
+  [[nodiscard]] const std::vector<LoadOnCoordinate>& loaded() const { return loaded_; }
+  /// Of one of loaded() [N].
+  [[nodiscard]] Eigen::Vector3d load_at(const LoadOnCoordinate& on, double t, double gate) const noexcept {
+    const Load& load = loads_[static_cast<std::size_t>(on.load)];
+    return load_factor(load, t, gate) * load.force;
+  }
+
+ private:
   virtual void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept = 0;
   [[nodiscard]] virtual double elastic_energy(const Vector<Real>& q) const noexcept = 0;
   [[nodiscard]] virtual std::size_t spring_bytes() const noexcept = 0;
@@ -77,6 +85,7 @@ struct NetworkOptions {
   bool lattice = false;  ///< in lanes, which lattice_of() the network must allow
   int threads = 1;       ///< that share a lattice
   double sleep_force = 0.0;  ///< [N] that sleeping nodes of a lattice may withhold; 0: none sleeps
+  std::vector<int> touched{};  ///< nodes that a tool may push, whose rows never sleep
   bool skip = true;
 };
 template <class Real>

@@ -11,35 +11,34 @@
 
 namespace palpate {
 
+/// Where nodes are at an instant, and how fast.
+class NodeMotion {
+ public:
+  virtual ~NodeMotion() = default;
+  [[nodiscard]] virtual Eigen::Vector3d position(int node) noexcept = 0;  ///< [m]
+  [[nodiscard]] virtual Eigen::Vector3d velocity(int node) noexcept = 0;  ///< [m/s]
+};
+
 class Recorder {
  public:
   Recorder(const Scene& scene, const NetworkProblem& problem);
 
   [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
-  [[nodiscard]] bool needs_velocity() const { return needs_velocity_; }
-  /// q, v: coordinates of the free nodes; v may be anything unless needs_velocity().
-  void sample(double t, double gate, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
-              std::span<double> row) const noexcept;
+  void sample(double t, double gate, NodeMotion& now, std::span<double> row) const noexcept;
 
  private:
   struct Item {
     int node;
     RecordedQuantity quantity;
-    std::vector<int> springs;  ///< of the node, for its force
+    std::vector<Spring> springs;  ///< of the node, for its force
     std::vector<int> loads;
   };
-  [[nodiscard]] Eigen::Vector3d position(int node, const Eigen::VectorXd& q) const noexcept;
-  [[nodiscard]] Eigen::Vector3d velocity(int node, const Eigen::VectorXd& v) const noexcept;
-  [[nodiscard]] Eigen::Vector3d force(const Item& item, double t, double gate,
-                                      const Eigen::VectorXd& q,
-                                      const Eigen::VectorXd& v) const noexcept;
+  [[nodiscard]] Eigen::Vector3d force(const Item& item, double t, double gate, NodeMotion& now) const noexcept;
 
   const NetworkProblem& problem_;
-  NodeVectors held_;
   SpringLaw law_;
   std::vector<Item> items_;
   std::vector<Column> columns_;
-  bool needs_velocity_ = false;
 };
 
 }  // namespace palpate

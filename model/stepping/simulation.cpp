@@ -24,7 +24,7 @@ constexpr int most_revisions = 6;
 
 double bound_of(const Problem& problem) {
   if (const auto* network = dynamic_cast<const NetworkProblem*>(&problem)) {
-    const NodeVectors place = network->network().initial_position();
+    const NodeVectors& place = network->held_position();
     const double extent =
         place.cols() == 0 ? 0.0 : (place.rowwise().maxCoeff() - place.rowwise().minCoeff()).norm();
     return out_of_bounds * std::max(extent, 1e-3);
@@ -38,12 +38,22 @@ double bound_of(const Problem& problem) {
   return out_of_bounds * std::max(reach, 1e-3);
 }
 
+/// Nodes that a tool may push.
+std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network) {
+  std::vector<int> nodes;
+  if (!scene.needle && !scene.probe) { return nodes; }
+  const NeedlePath path = tool_path(scene, network);
+  for (const NeedlePath::Knot& knot : path.knots()) {
+    for (const NeedlePath::Support& support : path.supports(knot)) { nodes.push_back(support.node); }
+  }
+  return nodes;
+}
+
 }  // namespace
 
 /// Hides the precision.
-class Simulation::Core {
+class Simulation::Core : public NodeMotion {
  public:
-  virtual ~Core() = default;
   virtual StepStatus tick() noexcept = 0;
   virtual void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept = 0;
   virtual void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept = 0;
@@ -71,33 +81,21 @@ class Simulation::Core {
   std::vector<Column> columns;
   std::vector<TextColumn> text_columns;
 
- protected:
-  Eigen::VectorXd sample_q_;
-  Eigen::VectorXd sample_v_;
 };
 
 void Simulation::Core::sample(std::span<double> row) noexcept {
-  const bool wanted = recorder == nullptr || !recorder->columns().empty();
-  if (wanted) { coordinates(sample_q_); }
-  if (recorder == nullptr || recorder->needs_velocity()) { velocities(sample_v_); }
   if (recorder == nullptr) {
-    row[0] = sample_q_(0);
-    row[1] = sample_v_(0);
+    coordinates(Eigen::Map<Eigen::VectorXd>(row.data(), 1));
+    velocities(Eigen::Map<Eigen::VectorXd>(row.data() + 1, 1));
     return;
   }
   const double t = static_cast<double>(ticks) * tick_length;
-  recorder->sample(t, load_gate(t, plan.h), sample_q_, sample_v_, row);
+  recorder->sample(t, load_gate(t, plan.h), *this, row);
   sample_tool(row.subspan(recorder->columns().size()));
 }
 
 void Simulation::Core::node_positions(Eigen::Ref<NodeVectors> all) noexcept {
-  if (all.cols() == 0) { return; }
-  const auto& network = static_cast<const NetworkProblem&>(*problem);
-  coordinates(sample_q_);
-  for (int node = 0; node < static_cast<int>(all.cols()); ++node) {
-    const Eigen::Index c = network.coordinate(node);
-    all.col(node) = c < 0 ? network.network().initial_place(node) : Eigen::Vector3d(sample_q_.segment<3>(c));
-  }
+  for (int node = 0; node < static_cast<int>(all.cols()); ++node) { all.col(node) = position(node); }
 }
 
 template <class Real>
@@ -115,7 +113,9 @@ class Simulation::CoreOf final : public Simulation::Core {
       auto made = make_network_system<Real>(
           *network,
           {.printed = printed, .h = plan.h, .fans = plan.integrator->implicit, .lattice = plan.lattice,
-           .threads = plan.threads, .sleep_force = plan.sleep_force, .skip = skip});
+           .threads = plan.threads, .sleep_force = plan.sleep_force,
+           .touched = plan.sleep_force > 0.0 ? nodes_of_tool(scene, network->network()) : std::vector<int>{},
+           .skip = skip});
       network_ = made.get();
       system_ = std::move(made);
       recorder = std::make_unique<Recorder>(scene, *network);
@@ -132,10 +132,8 @@ class Simulation::CoreOf final : public Simulation::Core {
                  : State<Real>{problem->initial_position().template cast<Real>(),
                                problem->initial_velocity().template cast<Real>()};
     if (contact_ != nullptr) { put_tool_in_place(); }
-    start_position_ = state_.position;
-    before_ = state_;
-    sample_q_.setZero(problem->dof());
-    sample_v_.setZero(problem->dof());
+    bound_ += state_.position.template lpNorm<Eigen::Infinity>();
+    if (contact_ != nullptr && plan.integrator->implicit) { before_ = state_; }
     integrator_ = plan.integrator->template make<Real>();
     integrator_->set_tolerance(scene.simulation.solver_tolerance);
     integrator_->prepare(stepped(), state_, update_length_);
@@ -160,6 +158,8 @@ class Simulation::CoreOf final : public Simulation::Core {
     return is_sane() ? StepStatus::ok : StepStatus::diverged;
   }
 
+  [[nodiscard]] Eigen::Vector3d position(int node) noexcept override { return value_at(state_.position, node); }
+  [[nodiscard]] Eigen::Vector3d velocity(int node) noexcept override { return value_at(velocity_now(), node); }
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept override {
     read(state_.position, q);
   }
@@ -234,11 +234,23 @@ class Simulation::CoreOf final : public Simulation::Core {
     return network_ != nullptr ? network_->awake_share() : 1.0;
   }
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    return (network_ != nullptr ? network_->memory_bytes() : sizeof(OscillatorSystem<Real>)) +
-           static_cast<std::size_t>(state_.position.size()) * (6 * sizeof(Real) + 16);
+    const auto kept = static_cast<std::size_t>(state_.position.size() + state_.velocity.size() + before_.position.size() +
+                                               before_.velocity.size() + scratch_.size());
+    const std::size_t stepping = kept * sizeof(Real) + integrator_->memory_bytes();
+    if (network_ == nullptr) { return stepping + sizeof(OscillatorSystem<Real>); }
+    return stepping + network_->memory_bytes() + (with_tool_ != nullptr ? with_tool_->memory_bytes() : 0) +
+           static_cast<const NetworkProblem&>(*problem).memory_bytes();
   }
 
  private:
+  /// Of a network's node; fixed ones stay.
+  [[nodiscard]] Eigen::Vector3d value_at(const Vector<Real>& all, int node) const noexcept {
+    const NodeLayout& layout = network_->layout();
+    const Eigen::Index first = layout.first[static_cast<std::size_t>(node)];
+    if (first >= 0) { return at_node(all, first, layout.stride).template cast<double>(); }
+    if (&all != &state_.position) { return Eigen::Vector3d::Zero(); }
+    return static_cast<const NetworkProblem&>(*problem).network().initial_place(node);
+  }
   /// In the problem's order.
   void read(const Vector<Real>& from, Eigen::Ref<Eigen::VectorXd> to) const noexcept {
     if (network_ != nullptr) {
@@ -258,9 +270,8 @@ class Simulation::CoreOf final : public Simulation::Core {
   [[nodiscard]] bool is_sane() const noexcept {
     const std::optional<double> travelled = integrator_->most_travelled();
     if (travelled && *travelled <= static_cast<double>(bound_)) { return true; }
-    const Real motion = (state_.position - start_position_).squaredNorm();
-    if (motion <= bound_ * bound_ && std::isfinite(state_.velocity.squaredNorm())) { return true; }
-    const Real far = (state_.position - start_position_).template lpNorm<Eigen::Infinity>();
+    if (state_.position.squaredNorm() <= bound_ * bound_ && std::isfinite(state_.velocity.squaredNorm())) { return true; }
+    const Real far = state_.position.template lpNorm<Eigen::Infinity>();
     return far <= bound_ && state_.position.allFinite() && state_.velocity.allFinite();
   }
 
@@ -339,11 +350,10 @@ class Simulation::CoreOf final : public Simulation::Core {
   std::unique_ptr<Integrator<Real>> integrator_;
   State<Real> state_;
   State<Real> before_;  ///< the step that may be taken again
-  Vector<Real> start_position_;
   const Vector<Real>* velocity_ = nullptr;  ///< of the present instant, once it was asked for
   std::optional<double> elastic_energy_;    ///< likewise [J]
   double update_length_ = 0.0;  ///< h, or 1 where the printed form leaves the time step out
-  Real bound_ = 0;
+  Real bound_ = 0;  ///< of a coordinate that has not diverged [m]
 };
 
 void Simulation::build(const Scene& scene, std::unique_ptr<Problem> problem, bool skip) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <span>
 
 #include <Eigen/Eigenvalues>
 
@@ -29,26 +31,74 @@ constexpr double roundings = 1e-12;  ///< of sums and eigenvalues, as a share
 
 enum class Which { stiffness, stretched_stiffness, damping };
 
-/// visit(block) for the spring's k u u^T with its geometric stiffness, all of it or of stretched springs only
-/// (which leaves nothing negative and can only raise the frequencies); or its c u u^T.
-template <class Visit>
-void visit_blocks(const NetworkProblem& problem, Which which, Visit visit) {
+/// k u u^T with the geometric stiffness, of all springs or of stretched ones only (which leaves nothing negative and
+/// can only raise the frequencies); or c u u^T. Nothing for a spring without length.
+std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d, Which which) {
+  const double length = d.norm();
+  if (length < zero_length) { return {}; }
+  const Vector3d u = d / length;
+  const Matrix3d along = u * u.transpose();
+  if (which == Which::damping) { return bond.viscosity * along; }
+  double tension = bond.stiffness * (length - bond.rest_length);
+  if (which == Which::stretched_stiffness) { tension = std::max(0.0, tension); }
+  return bond.stiffness * along + tension / length * (Matrix3d::Identity() - along);
+}
+
+/// Blocks of the bonds that a run of nodes shares: computed anew only where a spring differs from that of the node
+/// before by more than rounding.
+class RunBlocks {
+ public:
+  RunBlocks(std::span<const SpringList::Bond> bonds, Which which) : bonds_(bonds), which_(which), known_(bonds.size()) {}
+  /// Null for a spring without length.
+  const Matrix3d* at(std::size_t bond, const Vector3d& d) {
+    Known& known = known_[bond];
+    const double near = 0.1 * roundings * known.d.cwiseAbs().maxCoeff();
+    if (!known.asked || !((d - known.d).cwiseAbs().maxCoeff() <= near)) { known = {d, block_of(bonds_[bond], d, which_), true}; }
+    return known.block ? &*known.block : nullptr;
+  }
+
+ private:
+  struct Known {
+    Vector3d d = Vector3d::Zero();
+    std::optional<Matrix3d> block{};
+    bool asked = false;
+  };
+  std::span<const SpringList::Bond> bonds_;
+  Which which_;
+  std::vector<Known> known_;
+};
+
+/// Nodes by their index.
+struct NodeRange {
+  int first = 0;
+  int last = std::numeric_limits<int>::max();
+  /// Whether a run may have a spring with an end in it.
+  [[nodiscard]] bool meets(const SpringList::Run& run, std::span<const SpringList::Bond> bonds) const {
+    const auto [least, most] = std::ranges::minmax(bonds, {}, &SpringList::Bond::to);
+    return run.first_node + std::min(0, least.to) <= last && run.first_node + run.nodes - 1 + std::max(0, most.to) >= first;
+  }
+};
+
+/// visit(a, b, matrix) for springs with an end at a coordinate that `wanted` allows, in `range`.
+template <class Wanted, class Visit>
+void visit_blocks(const NetworkProblem& problem, Which which, const NodeRange& range, Wanted wanted, Visit visit) {
   const SpringNetwork& network = problem.network();
-  for (const Spring& s : network.springs) {
-    const Eigen::Index a = problem.coordinate(s.a);
-    const Eigen::Index b = problem.coordinate(s.b);
-    const Vector3d d = network.initial_place(s.b) - network.initial_place(s.a);
-    const double length = d.norm();
-    if ((a < 0 && b < 0) || length < zero_length) { continue; }
-    const Matrix3d along = d * d.transpose() / (length * length);
-    if (which == Which::damping) {
-      if (s.viscosity > 0.0) { visit(Block{a, b, s.viscosity * along}); }
-      continue;
+  const NodeVectors& place = problem.held_position();
+  for (const SpringList::Run& run : network.springs.runs()) {
+    const auto bonds = network.springs.bonds(run);
+    if (!range.meets(run, bonds)) { continue; }
+    RunBlocks blocks(bonds, which);
+    for (int node = run.first_node; node < run.first_node + run.nodes; ++node) {
+      const Eigen::Index a = problem.coordinate(node);
+      for (std::size_t n = 0; n < bonds.size(); ++n) {
+        const int other = node + bonds[n].to;
+        const Eigen::Index b = problem.coordinate(other);
+        if (!(a >= 0 && wanted(a)) && !(b >= 0 && wanted(b))) { continue; }
+        if (which == Which::damping && !(bonds[n].viscosity > 0.0)) { continue; }
+        const Matrix3d* matrix = blocks.at(n, place.col(other) - place.col(node));
+        if (matrix != nullptr) { visit(a, b, *matrix); }
+      }
     }
-    double tension = s.stiffness * (length - s.rest_length);
-    if (which == Which::stretched_stiffness) { tension = std::max(0.0, tension); }
-    const Matrix3d across = Matrix3d::Identity() - along;
-    visit(Block{a, b, s.stiffness * along + tension / length * across});
   }
 }
 
@@ -57,6 +107,7 @@ void visit_blocks(const NetworkProblem& problem, Which which, Visit visit) {
 struct Part {
   std::vector<Eigen::Index> coordinate;  ///< by that of the whole: in the part, or -1
   VectorXd mass;                         ///< [kg]
+  NodeRange nodes;
 };
 
 std::vector<Block> blocks_of(const NetworkProblem& problem, Which which, const Part& part) {
@@ -64,9 +115,9 @@ std::vector<Block> blocks_of(const NetworkProblem& problem, Which which, const P
     return c < 0 ? c : part.coordinate[static_cast<std::size_t>(c)];
   };
   std::vector<Block> blocks;
-  visit_blocks(problem, which, [&](const Block& block) {
-    const Block inside{in_part(block.a), in_part(block.b), block.matrix};
-    if (inside.a >= 0 || inside.b >= 0) { blocks.push_back(inside); }
+  const auto wanted = [&](Eigen::Index c) { return in_part(c) >= 0; };
+  visit_blocks(problem, which, part.nodes, wanted, [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
+    blocks.push_back({in_part(a), in_part(b), matrix});
   });
   return blocks;
 }
@@ -159,6 +210,19 @@ class Lanczos {
   VectorXd ritz_;
 };
 
+/// Of a symmetric matrix: xx, xy, xz, yy, yz, zz.
+using Upper = Eigen::Matrix<double, 6, 1>;
+Upper upper_of(const Matrix3d& m) {
+  Upper upper;
+  upper << m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2);
+  return upper;
+}
+Matrix3d whole_of(const Upper& m) {
+  Matrix3d whole;
+  whole << m(0), m(1), m(2), m(1), m(3), m(4), m(2), m(4), m(5);
+  return whole;
+}
+
 struct Fastest {
   double bound = 0.0;
   Eigen::Index free_node = 0;  ///< that it comes from
@@ -168,24 +232,31 @@ struct Fastest {
 /// so no eigenvalue of M^-1 B exceeds the largest over nodes of lambda_max(sum (1 + w_b/w_a) B) / m.
 Fastest bound_with_weights(const NetworkProblem& problem, Which which, const VectorXd& weight) {
   const VectorXd& mass = problem.mass();
-  std::vector<Matrix3d> sums(static_cast<std::size_t>(mass.size() / 3), Matrix3d::Zero());
+  std::vector<Upper> sums(static_cast<std::size_t>(mass.size() / 3), Upper::Zero());
   const auto add = [&](Eigen::Index self, Eigen::Index other, const Matrix3d& matrix) {
     if (self < 0) { return; }
     const double factor = other < 0 ? 1.0 : 1.0 + weight(other / 3) / weight(self / 3);
-    sums[static_cast<std::size_t>(self / 3)] += factor * matrix;
+    sums[static_cast<std::size_t>(self / 3)] += factor * upper_of(matrix);
   };
-  visit_blocks(problem, which, [&](const Block& block) {
-    add(block.a, block.b, block.matrix);
-    add(block.b, block.a, block.matrix);
+  const auto everywhere = [](Eigen::Index) { return true; };
+  visit_blocks(problem, which, {}, everywhere, [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
+    add(a, b, matrix);
+    add(b, a, matrix);
   });
   Fastest fastest;
+  Upper before = Upper::Zero();  // of the last node that was looked at, over its mass
   for (std::size_t i = 0; i < sums.size(); ++i) {
     // No eigenvalue exceeds the largest sum of a row's magnitudes, which spares most nodes of a lattice.
     const auto at = static_cast<Eigen::Index>(i);
-    const double most = sums[i].cwiseAbs().rowwise().sum().maxCoeff() / mass(3 * at);
+    const Matrix3d sum = whole_of(sums[i]);
+    const double most = sum.cwiseAbs().rowwise().sum().maxCoeff() / mass(3 * at);
     if (most <= fastest.bound * (1.0 + roundings)) { continue; }
+    const Upper now = sums[i] / mass(3 * at);
+    // An eigenvalue differs by no more than the entries together.
+    if ((now - before).cwiseAbs().sum() <= 0.1 * roundings * fastest.bound) { continue; }
+    before = now;
     const double top =
-        Eigen::SelfAdjointEigenSolver<Matrix3d>(sums[i], Eigen::EigenvaluesOnly).eigenvalues()(2);
+        Eigen::SelfAdjointEigenSolver<Matrix3d>(sum, Eigen::EigenvaluesOnly).eigenvalues()(2);
     if (!(top / mass(3 * at) <= fastest.bound)) { fastest = {top / mass(3 * at), at}; }
   }
   return fastest;
@@ -217,7 +288,11 @@ Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest) {
     std::ranges::sort(order);
   }
   Part part{.coordinate = std::vector<Eigen::Index>(static_cast<std::size_t>(3 * nodes), -1),
-            .mass = VectorXd(3 * static_cast<Eigen::Index>(order.size()))};
+            .mass = VectorXd(3 * static_cast<Eigen::Index>(order.size())),
+            .nodes = {}};
+  if (!order.empty()) {
+    part.nodes = {free[static_cast<std::size_t>(order.front())], free[static_cast<std::size_t>(order.back())]};
+  }
   Eigen::Index next = 0;
   for (const Eigen::Index i : order) {
     part.coordinate[static_cast<std::size_t>(3 * i)] = next;
@@ -256,11 +331,12 @@ Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
   return {estimate, upper * (1.0 + 2.0 * roundings), equal.free_node};
 }
 
-bool any_compressed(const SpringNetwork& network) {
-  return std::ranges::any_of(network.springs, [&](const Spring& s) {
-    const double counts = 1e-9;  // less changes no digit of a frequency that anybody reads
-    const double length = (network.initial_place(s.b) - network.initial_place(s.a)).norm();
-    return length < (1.0 - counts) * s.rest_length;
+bool any_compressed(const NetworkProblem& problem) {
+  constexpr double counts = 1e-9;  // less changes no digit of a frequency that anybody reads
+  const NodeVectors& place = problem.held_position();
+  return std::ranges::any_of(problem.network().springs, [&](const Spring& s) {
+    const double least = (1.0 - counts) * s.rest_length;
+    return (place.col(s.b) - place.col(s.a)).squaredNorm() < least * least;
   });
 }
 
@@ -268,7 +344,7 @@ bool any_compressed(const SpringNetwork& network) {
 /// does not.
 Extreme stiffness_extreme(const NetworkProblem& problem) {
   Extreme extreme = largest_eigenvalue(problem, Which::stretched_stiffness);
-  if (extreme.upper > 0.0 && any_compressed(problem.network())) {
+  if (extreme.upper > 0.0 && any_compressed(problem)) {
     const Part part = whole_or_part(problem, extreme.free_node);
     const std::vector<Block> blocks = blocks_of(problem, Which::stiffness, part);
     extreme.estimate = Lanczos(blocks, part.mass).largest();
@@ -286,9 +362,9 @@ SpectralBounds spectral_bounds(const NetworkProblem& problem) {
   bounds.omega_upper = std::sqrt(stiffness.upper);
   bounds.damping_upper = damping.upper;
   bounds.relaxation_lower = std::numeric_limits<double>::infinity();
-  for (const Spring& s : problem.network().springs) {
-    if (s.stiffness > 0.0) {
-      bounds.relaxation_lower = std::min(bounds.relaxation_lower, s.viscosity / s.stiffness);
+  for (const SpringList::Bond& bond : problem.network().springs.kinds()) {
+    if (bond.stiffness > 0.0) {
+      bounds.relaxation_lower = std::min(bounds.relaxation_lower, bond.viscosity / bond.stiffness);
     }
   }
   if (!std::isfinite(bounds.relaxation_lower)) { bounds.relaxation_lower = 0.0; }

@@ -136,7 +136,6 @@ void choose_sleep(const Scene& scene, StepPlan& plan) {
   if (!(wanted > 0.0) || !plan.skip) { return; }
   const char* obstacle = !plan.lattice ? "only rows of a regular lattice under an explicit scheme can"
                          : !scene.tissue.gravity.isZero() ? "with gravity no node is at rest"
-                         : scene.needle || scene.probe    ? "beside a tool every node is stepped"
                                                           : nullptr;
   if (obstacle != nullptr) {
     plan.warnings.push_back(std::string("nothing sleeps: ") + obstacle);
@@ -156,7 +155,7 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem, const std::
   };
   const auto fixed_nodes =
       problem.network().node_count() - static_cast<Eigen::Index>(problem.free_nodes().size());
-  if (std::ranges::none_of(springs, [](const Spring& s) { return s.viscosity != 0.0; })) {
+  if (!is_damped(springs)) {
     plan.skipped.emplace_back("dampers: every spring has zero viscosity");
   }
   // Lanes go through whole rows: fixed nodes among free ones are stepped, without an inverse mass.
@@ -232,8 +231,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
     return plan;
   }
   const PrintedForm& printed = scene.simulation.printed;
-  const bool damped = std::ranges::any_of(network->network().springs,
-                                          [](const Spring& s) { return s.viscosity != 0.0; });
+  const bool damped = is_damped(network->network().springs);
   const bool law_as_printed = printed.sign || printed.reversed || printed.direction ||
                               printed.half_force || printed.lagged_velocity;
   std::optional<LatticeRows> rows;

@@ -5,6 +5,7 @@
 
 #include <cassert>
 #include <functional>
+#include <memory>
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -24,9 +25,9 @@ template <class Real>
 class System {
  public:
   virtual ~System() = default;
-  [[nodiscard]] Eigen::Index dof() const { return inverse_mass_.size(); }
-  [[nodiscard]] const Vector<Real>& inverse_mass() const { return inverse_mass_; }  ///< [1/kg]
-  [[nodiscard]] const Vector<Real>& mass() const { return mass_; }                  ///< [kg]
+  [[nodiscard]] Eigen::Index dof() const { return inverse_mass().size(); }
+  [[nodiscard]] const Vector<Real>& inverse_mass() const { return masses_->inverse; }  ///< [1/kg]
+  [[nodiscard]] const Vector<Real>& mass() const { return masses_->mass; }          ///< [kg]
 
   /// f [N]; `gate` is the beginning of the step, which decides the loads that act.
   virtual void force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
@@ -65,21 +66,24 @@ class System {
   void acceleration(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                     Vector<Real>& a) noexcept {
     force(t, gate, q, v, a);
-    a.array() *= inverse_mass_.array();
+    a.array() *= inverse_mass().array();
   }
 
  protected:
   /// What has no mass never moves.
   void set_mass(const Eigen::VectorXd& mass) {
-    mass_ = mass.cast<Real>();
-    inverse_mass_ = mass
-                        .unaryExpr([](double m) { return m == 0.0 ? 0.0 : 1.0 / m; })
-                        .template cast<Real>();
+    const auto inverse = mass.unaryExpr([](double m) { return m == 0.0 ? 0.0 : 1.0 / m; });
+    masses_ = std::make_shared<const Masses>(Masses{mass.cast<Real>(), inverse.template cast<Real>()});
   }
+  /// Those of another system with the same coordinates.
+  void share_mass(const System& other) { masses_ = other.masses_; }
 
  private:
-  Vector<Real> mass_;
-  Vector<Real> inverse_mass_;
+  struct Masses {
+    Vector<Real> mass;
+    Vector<Real> inverse;
+  };
+  std::shared_ptr<const Masses> masses_ = std::make_shared<const Masses>();
 };
 
 }  // namespace palpate

@@ -14,13 +14,20 @@ class ToolSystem final : public System<Real> {
   /// Both outlive this.
   ToolSystem(NetworkSystem<Real>& network, ToolContact<Real>& contact)
       : network_(network), contact_(contact) {
-    Eigen::VectorXd mass = network.mass().template cast<double>();
     if (contact.is_coordinate()) {
+      Eigen::VectorXd mass = network.mass().template cast<double>();
       mass.conservativeResize(mass.size() + 1);
       mass(mass.size() - 1) = contact.mass();
+      this->set_mass(mass);
+    } else {
+      this->share_mass(network);
     }
-    this->set_mass(mass);
-    kept_f_.setZero(mass.size());
+    kept_f_.setZero(this->dof());
+  }
+  /// Beside those of the network.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    const Eigen::Index masses = contact_.is_coordinate() ? 2 * this->dof() : 0;
+    return static_cast<std::size_t>(kept_f_.size() + masses) * sizeof(Real);
   }
 
   void force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,

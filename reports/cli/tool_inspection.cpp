@@ -160,7 +160,16 @@ bool is_believable(double compliance, const NetworkProblem& problem) {
   return compliance >= 0.0 && compliance <= 1e3 * chain;
 }
 
+/// Free nodes of which a stiffness matrix is made, at some 15 kB each.
+constexpr std::size_t most_nodes_in_matrix = 100'000;
+
 void add_compliance(Json& facts, const NeedlePath& path, const NetworkProblem& problem) {
+  if (problem.free_nodes().size() > most_nodes_in_matrix) {
+    facts["static_compliance_m_per_n"] = nullptr;
+    facts["static_compliance_reason"] = "not sought: a stiffness matrix of more than " +
+                                        std::to_string(most_nodes_in_matrix) + " free nodes takes gigabytes";
+    return;
+  }
   double compliance = std::numeric_limits<double>::infinity();
   try {
     compliance = static_compliance(path, problem);

@@ -131,6 +131,35 @@ TEST("a whole insertion allocates nothing: contact, punctures, loss of resistanc
   }
 }
 
+TEST("a lattice of many nodes takes less than 200 bytes a node, while it is loaded too, and says how much") {
+  constexpr int n = 60;
+  for (const bool with_needle : {false, true}) {
+    Scene scene;
+    scene.simulation = {.duration = 0.01, .step = 1e-3, .substeps = 1, .integrator = "euler-cromer"};
+    if (with_needle) {
+      scene.needle = Needle{};
+      scene.drive = Drive{};
+      scene.simulation.precision = Precision::single_precision;
+      scene.simulation.sleep_force = 1e-3;
+    }
+    scene.tissue.source = Source::lattice;
+    scene.tissue.lattice = {.nodes = {n, n, n},
+                            .weights = with_needle ? LatticeWeights::cell : LatticeWeights::uniform,
+                            .material = "soft",
+                            .viscosity = 0.05};
+    scene.materials = tool_materials();
+    const long before = check::held_bytes;
+    check::most_held_bytes = before;
+    const Simulation simulation(scene);
+    const auto held = static_cast<double>(check::held_bytes - before);
+    const auto most = static_cast<double>(check::most_held_bytes - before);
+    constexpr double nodes = n * n * n;
+    CHECK(simulation.plan().lattice);
+    CHECK(most / nodes < 200.0);
+    CHECK_NEAR(static_cast<double>(simulation.memory_bytes()), held, 0.02 * held);
+  }
+}
+
 TEST("a tool under an applied force and a probe allocate nothing") {
   for (const bool probe : {false, true}) {
     Scene scene = layered_scene();

@@ -68,10 +68,10 @@ TEST("a blow after a rest is solved as closely as one at once") {
 StepStatus press_mixed_block(double force) {
   SpringNetwork network = uniform_lattice({{5, 5, 6}, 0.003, 26}, 60.0, 0.3, 3e-5);
   for (std::size_t i = 0; i < 25; ++i) { network.fixed[i] = 1; }
-  for (Spring& spring : network.springs) {
+  network.springs.change_each([&](Spring& spring) {
     const bool stiff = spring.a / 25 == 3 && spring.b / 25 == 3;
     if (stiff) { spring.stiffness = 6e5; }
-  }
+  });
   Scene scene;
   scene.simulation = {.duration = 0.05, .step = 1e-3, .substeps = 1, .integrator = "implicit-euler"};
   scene.tissue.source = Source::network;

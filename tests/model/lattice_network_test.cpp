@@ -25,18 +25,20 @@ NetworkProblem problem_of(const Setting& at) {
   const LatticeShape shape{at.nodes, 0.01, at.connectivity};
   SpringNetwork network = uniform_lattice(shape, 50.0, at.damped ? 0.05 : 0.0, 1e-3);
   Random random(3);
-  for (Spring& s : network.springs) {
-    if (!at.uneven) { break; }
+  network.springs.change_each([&](Spring& s) {
+    if (!at.uneven) { return; }
     s.stiffness *= random(0.2, 5.0);
     s.viscosity *= random(0.2, 5.0);
-  }
+  });
   if (at.held) {
     for (const int node : face_nodes(network.rest_position, Face::z_max)) {
       network.fixed[static_cast<std::size_t>(node)] = 1;
     }
     network.fixed[5] = 1;
   }
-  const std::vector<Load> loads{{.nodes = {2, 7, 7}, .force = {0.1, -0.2, 0.3}}};
+  const int count = shape.node_count();  // 7 twice, and further layers
+  const std::vector<Load> loads{{.nodes = {2, 7, 7}, .force = {0.1, -0.2, 0.3}},
+                                {.nodes = {count - 1, count / 2, 3, 2 * count / 3}, .force = {0.0, 0.4, -0.1}}};
   return NetworkProblem(network, loads, {0.3, -0.2, 9.81});
 }
 
@@ -184,13 +186,13 @@ TEST("a network is taken for a lattice only where every node and spring fits") {
   flat.rest_position.row(2) *= 1.5;
   CHECK(!lattice_of(flat));
   SpringNetwork fewer = regular;
-  fewer.springs.erase(fewer.springs.begin() + 7);
+  fewer.springs.edit([&](std::vector<Spring>& all) { all.erase(all.begin() + 7); });
   CHECK(lattice_of(fewer).has_value());
   SpringNetwork moved = regular;
   moved.rest_position(1, 17) += 1e-6;
   CHECK(!lattice_of(moved));
   SpringNetwork longer = regular;
-  longer.springs[11].rest_length *= 1.0 + 1e-9;
+  longer.springs.edit([](std::vector<Spring>& all) { all[11].rest_length *= 1.0 + 1e-9; });
   CHECK(!lattice_of(longer));
   SpringNetwork reaching = regular;
   reaching.springs.push_back({0, 2, 50.0, 0.05, 0.02});

@@ -157,6 +157,58 @@ TEST("what is displaced, moves or is loaded is awake from the beginning") {
   CHECK(Simulation(scene, network).awake_share() == 0.03);
 }
 
+/// A needle that presses on the skin of a soft block, and does not cut.
+Scene pressed_block(double sleep_force) {
+  Scene scene;
+  scene.simulation = {.duration = 0.1,
+                      .step = 1e-3,
+                      .substeps = 8,
+                      .integrator = "velocity-verlet",
+                      .sleep_force = sleep_force};
+  scene.tissue.source = Source::layers;
+  scene.tissue.block = {.nodes = {11, 11}, .spacing = 0.004, .connectivity = 26};
+  scene.materials = {
+      {.name = "soft", .youngs_modulus = 10e3, .damping_ratio = 0.5, .cutting_force = 1e3, .role = TissueRole::tissue}};
+  scene.tissue.layers = {{"soft", "soft", 0.04}};
+  scene.needle = Needle{};
+  scene.drive = Drive{.speed = 0.02};
+  return scene;
+}
+
+std::vector<double> needle_forces(const Scene& scene, double& awake_at_first) {
+  Simulation simulation(scene);
+  awake_at_first = simulation.awake_share();
+  std::vector<double> forces;
+  for (long n = 0; n < simulation.tick_count(); ++n) {
+    (void)simulation.tick();
+    forces.push_back(simulation.tool().forces.total);
+  }
+  return forces;
+}
+
+TEST("beside a needle its own rows are awake, and what sleeps changes its force by no more than the bound") {
+  const auto problem = make_problem(pressed_block(0.0));
+  const auto& network = dynamic_cast<const NetworkProblem&>(*problem);
+  const reference::StaticResponse response(*problem);
+  const auto compliance = [&](int node, int axis) {
+    return response.compliance(VectorXd::Unit(problem->dof(), network.coordinate(node) + axis));
+  };
+  const double softest = std::max({compliance(0, 0), compliance(0, 1), compliance(0, 2)});  // a corner of the skin
+  const double lever = std::sqrt(softest / compliance(5 * 11 + 5, 2));
+  double awake = 0.0;
+  const std::vector<double> full = needle_forces(pressed_block(0.0), awake);
+  CHECK(awake == 1.0);
+  CHECK(full.back() > 0.05);
+  for (const double sleep_force : {1e-2, 1e-3, 1e-4}) {
+    const std::vector<double> forces = needle_forces(pressed_block(sleep_force), awake);
+    CHECK(awake < 0.2);
+    double off = 0.0;
+    for (std::size_t n = 0; n < full.size(); ++n) { off = std::max(off, std::abs(forces[n] - full[n])); }
+    CHECK(off > 0.0);
+    CHECK_NEAR(off, 0.0, 2.0 * sleep_force * lever);
+  }
+}
+
 TEST("where sleep is impossible the plan says why") {
   Scene heavy = scene_of({.sleep_force = 1e-3});
   heavy.tissue.gravity = {0.0, 0.0, 9.81};

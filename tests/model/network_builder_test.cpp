@@ -111,7 +111,7 @@ TEST("vertical springs of a layered block carry their own layer's stiffness") {
   const auto vertical = [&](int a) {
     const auto found = std::ranges::find_if(
         network.springs, [&](const Spring& s) { return s.a == a && s.b == a + 9; });
-    return found->stiffness;
+    return (*found).stiffness;
   };
   CHECK_NEAR(vertical(4), 2.0 * 1e3 * 0.01 / 3.75, 1e-12);
   CHECK_NEAR(vertical(4 + 18), 2.0 * 0.5 * (1e3 + 1e5) * 0.01 / 3.75, 1e-9);
@@ -150,7 +150,7 @@ TEST("uniform weights give every spring and every node the same") {
 double modulus_below(const SpringNetwork& network, int node, int plane) {
   const auto found = std::ranges::find_if(
       network.springs, [&](const Spring& s) { return s.a == node && s.b == node + plane; });
-  return found->stiffness * 3.75 / (2.0 * 0.01);
+  return (*found).stiffness * 3.75 / (2.0 * 0.01);
 }
 
 /// Layers of soft tissue and of bone whose border lies in the middle of the third cell.

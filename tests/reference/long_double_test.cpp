@@ -58,7 +58,7 @@ TEST("the specification and the equations written afresh agree, all terms at wor
 
 TEST("a stiffness that is 1.0001 times too large in the specification shows") {
   auto stiffer = moving_block();
-  for (palpate::Spring& spring : stiffer.springs) { spring.stiffness *= 1.0001; }
+  stiffer.springs.change_each([&](palpate::Spring& spring) { spring.stiffness *= 1.0001; });
   const NetworkProblem truth(moving_block(), all_loads());
   const NetworkProblem wrong(stiffer, all_loads());
   const double error = disagreement(wrong, truth);
@@ -69,13 +69,13 @@ TEST("a stiffness that is 1.0001 times too large in the specification shows") {
 TEST("one spring missing, a load switched late and half the damping show") {
   const NetworkProblem truth(moving_block(), all_loads());
   auto one_less = moving_block();
-  one_less.springs.erase(one_less.springs.begin());
+  one_less.springs.edit([&](std::vector<palpate::Spring>& all) { all.erase(all.begin()); });
   CHECK(disagreement(NetworkProblem(one_less, all_loads()), truth) > 1e-6);
   auto late = all_loads();
   late[1].start = 1e-5;
   CHECK(disagreement(NetworkProblem(moving_block(), late), truth) > 1e-6);
   auto slippery = moving_block();
-  for (palpate::Spring& spring : slippery.springs) { spring.viscosity *= 0.5; }
+  slippery.springs.change_each([&](palpate::Spring& spring) { spring.viscosity *= 0.5; });
   CHECK(disagreement(NetworkProblem(slippery, all_loads()), truth) > 1e-6);
 }
 

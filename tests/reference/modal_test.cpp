@@ -126,9 +126,9 @@ TEST("a free body under a constant push moves as a whole by F t^2 / 2 M") {
 
 TEST("damping that is not proportional is refused with the coupling") {
   auto network = sample::block({.nodes = 3});
-  for (palpate::Spring& spring : network.springs) {
+  network.springs.change_each([&](palpate::Spring& spring) {
     if (spring.a < 4) { spring.viscosity *= 3.0; }
-  }
+  });
   const NetworkProblem problem(network, {sample::pulse(0.1)});
   CHECK_THROWS(modal_solution<double>(problem, {0.0, 0.01}), "not proportional");
 }

@@ -50,7 +50,7 @@ TEST("every erratum does what its equations predict, and the summary has a line 
 
 TEST("a damper that feeds energy in turns every case red") {
   check_caught({.name = "sign of damping", .model = [](Scene&, SpringNetwork& network) {
-                  for (Spring& spring : network.springs) { spring.viscosity *= -1.0; }
+                  network.springs.change_each([&](Spring& spring) { spring.viscosity *= -1.0; });
                 }});
 }
 
@@ -58,14 +58,14 @@ TEST("a stiffness that is 1 % too high turns every case red") {
   check_caught({.name = "stiffness + 1 %",
                 .model =
                     [](Scene&, SpringNetwork& network) {
-                      for (Spring& spring : network.springs) { spring.stiffness *= 1.01; }
+                      network.springs.change_each([&](Spring& spring) { spring.stiffness *= 1.01; });
                     }},
                Lagged::measured);
 }
 
 TEST("a missing spring turns every case red") {
   check_caught({.name = "missing spring", .model = [](Scene&, SpringNetwork& network) {
-                  network.springs.erase(network.springs.begin());
+                  network.springs.edit([&](std::vector<Spring>& all) { all.erase(all.begin()); });
                 }});
 }
 

@@ -15,7 +15,7 @@ TEST("one tick of delay too much is seen") {
 
 TEST("a stiffness that is 1 % too high is seen through the device") {
   const Mutation fault{.name = "stiffness +1 %", .model = [](Scene&, SpringNetwork& network) {
-                         for (Spring& s : network.springs) { s.stiffness *= 1.01; }
+                         network.springs.change_each([&](Spring& s) { s.stiffness *= 1.01; });
                        }};
   check_red(fault, {"haptics/falcon/reference"});
 }

@@ -31,7 +31,7 @@ TEST("without a fault every case of the group passes") {
 TEST("damping with the wrong sign is seen") {
   const Mutation fault{.name = "damping turned round",
                        .model = [](Scene& scene, SpringNetwork& network) {
-                         for (Spring& s : network.springs) { s.viscosity = -s.viscosity; }
+                         network.springs.change_each([&](Spring& s) { s.viscosity = -s.viscosity; });
                          scene.tissue.oscillator.viscosity = -scene.tissue.oscillator.viscosity;
                        }};
   check_fails(fault,
@@ -50,7 +50,7 @@ TEST("a step used twice is seen") {
 
 TEST("one per cent of stiffness is seen") {
   const Mutation fault{.name = "stiffness +1 %", .model = [](Scene& scene, SpringNetwork& network) {
-                         for (Spring& s : network.springs) { s.stiffness *= 1.01; }
+                         network.springs.change_each([&](Spring& s) { s.stiffness *= 1.01; });
                          scene.tissue.oscillator.stiffness *= 1.01;
                        }};
   check_fails(fault, {"stability/blow-up/euler-cromer", "stability/blow-up/leapfrog",

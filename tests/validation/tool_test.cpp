@@ -13,21 +13,21 @@ using namespace palpate;
 
 TEST("a stiffness that is 1 % too high is seen") {
   const Mutation fault{.name = "stiffness +1 %", .model = [](Scene&, SpringNetwork& network) {
-                         for (Spring& s : network.springs) { s.stiffness *= 1.01; }
+                         network.springs.change_each([&](Spring& s) { s.stiffness *= 1.01; });
                        }};
   check_red(fault, {"needle/chain", "needle/order", "needle/rest", "needle/momentum"});
 }
 
 TEST("a damper that feeds energy in is seen") {
   const Mutation fault{.name = "damping turned round", .model = [](Scene&, SpringNetwork& network) {
-                         for (Spring& s : network.springs) { s.viscosity = -s.viscosity; }
+                         network.springs.change_each([&](Spring& s) { s.viscosity = -s.viscosity; });
                        }};
   check_red(fault, {"needle/order", "needle/momentum", "needle/energy"});
 }
 
 TEST("a missing spring is seen") {
   const Mutation fault{.name = "one spring missing", .model = [](Scene&, SpringNetwork& network) {
-                         network.springs.erase(network.springs.begin() + 3);
+                         network.springs.edit([&](std::vector<Spring>& all) { all.erase(all.begin() + 3); });
                        }};
   check_red(fault, {"needle/chain"});
 }
@@ -99,7 +99,7 @@ TEST("an event that is missing, or two ticks late, is seen") {
 
 TEST("a probe whose bone is soft is seen") {
   const Mutation fault{.name = "stiffness +1 %", .model = [](Scene&, SpringNetwork& network) {
-                         for (Spring& s : network.springs) { s.stiffness *= 1.01; }
+                         network.springs.change_each([&](Spring& s) { s.stiffness *= 1.01; });
                        }};
   check_red(fault, {"probe/palpation-map"});
 }

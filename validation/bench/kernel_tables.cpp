@@ -42,7 +42,7 @@ Table bounds_table(std::span<const KernelSize> sizes) {
               .title = "How far lattices are from what the machine allows",
               .caption =
                   "The bound is the larger of two: a square root and a division; and the bytes that a step "
-                  "in one pass cannot do without (of each node position, velocity and force, read and "
+                  "in one pass cannot do without (of each node position and velocity, read and "
                   "written, the inverse mass, read; with a stiffness of its own also 13 pairs of "
                   "constants, 13 numbers undamped) at the bandwidth that a += x b reached over as much "
                   "data in the same rounds.",

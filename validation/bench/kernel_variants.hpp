@@ -40,9 +40,9 @@ std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n);
 /// Adds a spring that no lattice has, so weak that it changes nothing: the network goes through its list.
 void break_lattice(SpringNetwork& network);
 
-/// What a step in one pass cannot do without, from its layout (lattice_view.hpp): of each node position,
-/// velocity and force, read and written, the inverse mass, read, and the constants of its springs where no
-/// two rows share them [bytes].
+/// What a step in one pass cannot do without, from its layout (lattice_view.hpp): of each node position and
+/// velocity, read and written, the inverse mass, read, and the constants of its springs where no two rows share
+/// them [bytes]. Forces are kept for two layers at a time and stay in the cache.
 double bytes_moved(const KernelVariant& variant, int n);
 
 /// All that a step touches [bytes].

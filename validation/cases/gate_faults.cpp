@@ -32,16 +32,18 @@ std::vector<Mutation> model_faults() {
           {.name = "dampers push instead of pull",
            .model =
                [](Scene&, SpringNetwork& network) {
-                 for (Spring& s : network.springs) { s.viscosity = -s.viscosity; }
+                 network.springs.change_each([&](Spring& s) { s.viscosity = -s.viscosity; });
                }},
           {.name = "the step is used twice", .step_twice = true},
           {.name = "stiffness + 1 %",
            .model =
                [](Scene&, SpringNetwork& network) {
-                 for (Spring& s : network.springs) { s.stiffness *= 1.01; }
+                 network.springs.change_each([&](Spring& s) { s.stiffness *= 1.01; });
                }},
           {.name = "a spring is missing",
-           .model = [](Scene&, SpringNetwork& network) { network.springs.erase(network.springs.begin() + 60); }},
+           .model = [](Scene&, SpringNetwork& network) {
+             network.springs.edit([](std::vector<Spring>& all) { all.erase(all.begin() + 60); });
+           }},
           {.name = "frames come one late",
            .motion =
                [](Motion& m) {

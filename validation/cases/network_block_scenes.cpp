@@ -74,12 +74,12 @@ BlockStudy heterogeneous_study(bool quick) {
   study.network = block_network(block);
   Random random(51);
   for (double& mass : study.network.mass) { mass *= random(0.6, 1.6); }
-  for (Spring& s : study.network.springs) {
+  study.network.springs.change_each([&](Spring& s) {
     s.stiffness *= std::pow(10.0, random(-0.7, 0.7));
     const double a = study.network.mass(s.a);
     const double b = study.network.mass(s.b);
     s.viscosity = 2.0 * random(0.1, 0.5) * std::sqrt(s.stiffness * a * b / (a + b));
-  }
+  });
   hold(study.network, Face::z_max);
   study.probe = study.shape.index(side / 2, side / 2, 0);
   study.scene = scene_of("rk4", 1e-3, quick ? 0.03 : 0.06);

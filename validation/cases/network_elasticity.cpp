@@ -180,9 +180,9 @@ void anisotropic(const CaseContext& context, Outcome& outcome) {
   const Block block{.nodes = {4, 5, 4}};
   SpringNetwork network = block_network(block);
   constexpr std::array factor{1.7, 0.6, 2.3};
-  for (Spring& s : network.springs) {
+  network.springs.change_each([&](Spring& s) {
     s.stiffness *= factor[static_cast<std::size_t>(kind_of(network, s, block.spacing) - 1)];
-  }
+  });
   BondStiffness bonds = bond_stiffness(block.youngs_modulus, block.spacing, 26);
   bonds = {bonds.edge * factor[0], bonds.face_diagonal * factor[1],
            bonds.body_diagonal * factor[2]};

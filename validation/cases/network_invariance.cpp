@@ -38,10 +38,10 @@ Changed base_case() {
   hold(base.network, Face::z_max);
   displace(base.network, 0.1 * block.spacing, 11);
   Random random(12);
-  for (Spring& s : base.network.springs) {
+  base.network.springs.change_each([&](Spring& s) {
     s.stiffness *= random(0.5, 2.0);
     s.viscosity = 1e-3 * s.stiffness;
-  }
+  });
   base.scene = scene_of("velocity-verlet", step, steps * step);
   base.scene.tissue.gravity = {0.5, -0.25, 9.0};
   base.scene.loads = {{.nodes = {5, 6},
@@ -107,11 +107,11 @@ Changed in_units(double length, double mass, double time, bool exact) {
   network.rest_position *= length;
   network.initial_displacement *= length;
   network.mass *= mass;
-  for (Spring& s : network.springs) {
+  network.springs.change_each([&](Spring& s) {
     s.stiffness *= mass / (time * time);
     s.viscosity *= mass / time;
     s.rest_length *= length;
-  }
+  });
   changed.scene.tissue.gravity *= length / (time * time);
   for (Load& load : changed.scene.loads) {
     load.force *= mass * length / (time * time);

@@ -43,10 +43,10 @@ NetworkProblem problem_for(const CaseContext& context, const Variant& variant) {
   const Block block{.nodes = {4, 5, 3}, .relaxation = variant.damped ? 1e-3 : 0.0};
   SpringNetwork network = block_network(block);
   Random random(21);
-  for (Spring& s : network.springs) {
+  network.springs.change_each([&](Spring& s) {
     s.stiffness *= random(0.2, 5.0);
     s.viscosity *= random(0.2, 5.0);
-  }
+  });
   if (variant.held) { hold(network, Face::z_max); }
   std::vector<Load> loads;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();

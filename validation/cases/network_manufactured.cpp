@@ -58,9 +58,9 @@ SpringNetwork lattice() {
   SpringNetwork network = block_network(block);
   hold(network, Face::z_max);
   Random random(31);
-  for (Spring& s : network.springs) {
+  network.springs.change_each([&](Spring& s) {
     s.stiffness *= random(0.5, 2.0);
-  }  // damping not proportional
+  });  // damping not proportional
   return network;
 }
 

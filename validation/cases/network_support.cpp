@@ -18,7 +18,7 @@ using Eigen::Index;
 SpringNetwork block_network(const Block& block) {
   const CellMaterial material{.youngs_modulus = block.youngs_modulus, .density = block.density};
   SpringNetwork network = cell_lattice(block.shape(), [&](int, int, int) { return material; });
-  for (Spring& spring : network.springs) { spring.viscosity = block.relaxation * spring.stiffness; }
+  network.springs.change_each([&](Spring& spring) { spring.viscosity = block.relaxation * spring.stiffness; });
   return network;
 }
 

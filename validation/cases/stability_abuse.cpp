@@ -59,7 +59,7 @@ void judge_through_zero(const CaseContext& context, Outcome& outcome) {
 void measure_zero_length(const CaseContext& context, Outcome& outcome) {
   for (const IntegratorInfo* scheme : integrators()) {
     SpringNetwork network = pair(0.0, 5e-3, 50.0);
-    network.springs[0].viscosity = 0.01;
+    network.springs.change_each([](Spring& spring) { spring.viscosity = 0.01; });
     Scene scene = scene_of(std::string(scheme->name), 1e-3, 0.1);
     const Motion motion = simulate(context, scene, &network);
     outcome.judge({.name = std::string(scheme->name) + ": motion of a pair at one place",
@@ -162,7 +162,7 @@ SpringNetwork spoiled(Place place, double value) {
       network.mass(4) = value;
       break;
     case Place::stiffness:
-      network.springs[7].stiffness = value;
+      network.springs.edit([&](std::vector<Spring>& all) { all[7].stiffness = value; });
       break;
   }
   return network;

@@ -34,9 +34,9 @@ bool is_inner(int node) {
 SpringNetwork block(Varied varied, double ratio) {
   SpringNetwork network = cube(side, 0.0);
   if (varied == Varied::stiffness) {
-    for (Spring& s : network.springs) {
+    network.springs.change_each([&](Spring& s) {
       if (is_inner(s.a) && is_inner(s.b)) { s.stiffness *= ratio; }
-    }
+    });
     return network;
   }
   for (int i = 0; i < network.node_count(); ++i) {

@@ -12,6 +12,7 @@ class ExplicitScheme : public Integrator<Real> {
   void prepare(System<Real>& system, const State<Real>& /*state*/, double /*h*/) override {
     a_.setZero(system.dof());
   }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override { return bytes_of(a_); }
 
  protected:
   Vector<Real> a_;  ///< [m/s^2]

@@ -22,6 +22,13 @@ class ImplicitScheme : public Integrator<Real> {
   void set_tolerance(double relative) noexcept override { tolerance_ = relative; }
   void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override;
 
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
+    const auto entries = static_cast<std::size_t>(a_.nonZeros());
+    return entries * (sizeof(Real) + sizeof(int)) + factors_.memory_bytes() +
+           bytes_of(elastic_, change_, stage_q_, stage_v_, force_, residual_, correction_, taken_, guess_, r_, shadow_, p_,
+                    p_hat_, s_hat_, v_, t_);
+  }
+
  private:
   void precondition(const Vector<Real>& r, Vector<Real>& out) noexcept;
   void solve(System<Real>& system, const Vector<Real>& right) noexcept;  ///< correction_ = A^-1 right

@@ -31,6 +31,9 @@ class Leapfrog final : public StaggeredScheme<Real> {
     solve_kick(system, state.position, dt / 2);
     state.velocity += kick_;
   }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
+    return StaggeredScheme<Real>::memory_bytes() + bytes_of(kick_, residual_, scaled_, direction_, product_);
+  }
 
  private:
   /// kick_ = (M + weight C)^-1 f_.

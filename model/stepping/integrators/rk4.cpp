@@ -36,6 +36,7 @@ class RungeKutta4 final : public ExplicitScheme<Real> {
     state.position += (dt / 6) * (dq_ + v_);
     state.velocity += (dt / 6) * (dv_ + a);
   }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override { return bytes_of(this->a_, q_, v_, dq_, dv_); }
 
  private:
   Vector<Real> q_;

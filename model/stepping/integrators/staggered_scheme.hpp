@@ -26,6 +26,8 @@ class StaggeredScheme : public Integrator<Real> {
     return mean_;
   }
 
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override { return bytes_of(f_, previous_, mean_); }
+
  protected:
   /// f_ at t + h, the end of the step from t: half the kick belongs to that step and half to the
   /// next, so each step's own loads act on its half.

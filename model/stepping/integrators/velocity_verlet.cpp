@@ -25,6 +25,7 @@ class VelocityVerlet final : public ExplicitScheme<Real> {
     system.acceleration(t + h, gate, state.position, predicted_, a_end_);
     state.velocity += (dt / 2) * (a + a_end_);
   }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override { return bytes_of(this->a_, predicted_, a_end_); }
 
  private:
   Vector<Real> predicted_;
