@@ -79,7 +79,7 @@ class CellLayers {
   }
   Cell& at(int i, int j, int l) {
     return layers_[static_cast<std::size_t>(l % 3)]
-                  [static_cast<std::size_t>(j) * static_cast<std::size_t>(shape_.nodes[0] - 1) + static_cast<std::size_t>(i)];
+                  [static_cast<std::size_t>(j * (shape_.nodes[0] - 1) + i)];
   }
   /// Calls visit(cell) for the cells that hold the node at `node` and that at node + step, by their index.
   template <class Visit>

@@ -15,7 +15,10 @@ SpringList::SpringList(std::span<const Spring> springs) {
 void SpringList::push_back(const Spring& spring) {
   if (!open_ || spring.a != runs_.back().first_node) {
     settle();
-    runs_.push_back({.first_node = spring.a, .nodes = 1, .first_bond = static_cast<std::uint32_t>(bonds_.size()), .first_spring = size_});
+    runs_.push_back({.first_node = spring.a,
+                     .nodes = 1,
+                     .first_bond = static_cast<std::uint32_t>(bonds_.size()),
+                     .first_spring = size_});
     open_ = true;
   }
   bonds_.push_back({spring.b - spring.a, spring.stiffness, spring.viscosity, spring.rest_length});
@@ -24,15 +27,18 @@ void SpringList::push_back(const Spring& spring) {
 }
 
 bool SpringList::same(const Pattern& known, const Run& run) const {
-  return known.bonds == run.bonds && std::ranges::equal(std::span(bonds_).subspan(known.first_bond, known.bonds), bonds(run));
+  const auto pattern = std::span(bonds_).subspan(known.first_bond, known.bonds);
+  return std::ranges::equal(pattern, bonds(run));
 }
 
-/// All springs of the last run's node are there: where it has those of a node before it, they are kept there.
+/// All springs of the last run's node are there: where it has those of a node before it, they are
+/// kept there.
 void SpringList::settle() {
   if (!open_) { return; }
   open_ = false;
   Run& last = runs_.back();
-  const auto known = std::ranges::find_if(recent_, [&](const Pattern& pattern) { return same(pattern, last); });
+  const auto known = std::ranges::find_if(
+      recent_, [&](const Pattern& pattern) { return same(pattern, last); });
   if (known == recent_.end()) {
     recent_[next_recent_++ % recent_.size()] = {last.first_bond, last.bonds};
     return;
@@ -41,7 +47,8 @@ void SpringList::settle() {
   last.first_bond = known->first_bond;
   if (runs_.size() < 2) { return; }
   Run& before = runs_[runs_.size() - 2];
-  if (before.first_bond == last.first_bond && before.bonds == last.bonds && before.first_node + before.nodes == last.first_node) {
+  const bool alike = before.first_bond == last.first_bond && before.bonds == last.bonds;
+  if (alike && before.first_node + before.nodes == last.first_node) {
     ++before.nodes;
     runs_.pop_back();
   }

@@ -195,7 +195,9 @@ void forget_forces(const View<Real>& view, const Fields<Real>& fields, Real* f, 
   for (long c = 0; c < 3; ++c) {
     Real* force = f + c * fields.force_stride;
     const Real* weight = fields.move->weight;
-    for (long i = 0; i < row_length; ++i) { force[i] = weight != nullptr ? weight[next + i + c * view.stride] : Real(0); }
+    for (long i = 0; i < row_length; ++i) {
+      force[i] = weight != nullptr ? weight[next + i + c * view.stride] : Real(0);
+    }
   }
 }
 

@@ -51,7 +51,8 @@ long springs_between_fixed_rows(const NetworkProblem& problem, const LatticeRows
   for (const SpringList::Run& run : springs.runs()) {
     for (int node = run.first_node; node < run.first_node + run.nodes; ++node) {
       if (!stands(node)) { continue; }
-      count += std::ranges::count_if(springs.bonds(run), [&](const SpringList::Bond& bond) { return stands(node + bond.to); });
+      count += std::ranges::count_if(
+          springs.bonds(run), [&](const SpringList::Bond& bond) { return stands(node + bond.to); });
     }
   }
   return count;

@@ -84,7 +84,11 @@ auto LatticeSprings<Real>::stretch_of(int node, int nodes, const SpringList::Bon
     for (int& s : step) { s = -s; }
   }
   const LatticeRows::Place& from = back ? b : a;
-  return {static_cast<std::uint32_t>(rows_.row_of(from)), from[0], nodes, static_cast<std::uint32_t>(slot_of(step)), &bond};
+  return {.row = static_cast<std::uint32_t>(rows_.row_of(from)),
+          .place = from[0],
+          .nodes = nodes,
+          .slot = static_cast<std::uint32_t>(slot_of(step)),
+          .bond = &bond};
 }
 
 /// Sorted by the row that they lead from, and in a row as the list has them; row n has those from begins[n] to

@@ -234,9 +234,9 @@ class Simulation::CoreOf final : public Simulation::Core {
     return network_ != nullptr ? network_->awake_share() : 1.0;
   }
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    const auto kept = static_cast<std::size_t>(state_.position.size() + state_.velocity.size() + before_.position.size() +
-                                               before_.velocity.size() + scratch_.size());
-    const std::size_t stepping = kept * sizeof(Real) + integrator_->memory_bytes();
+    const std::size_t stepping = bytes_of(state_.position, state_.velocity, before_.position,
+                                          before_.velocity, scratch_) +
+                                 integrator_->memory_bytes();
     if (network_ == nullptr) { return stepping + sizeof(OscillatorSystem<Real>); }
     return stepping + network_->memory_bytes() + (with_tool_ != nullptr ? with_tool_->memory_bytes() : 0) +
            static_cast<const NetworkProblem&>(*problem).memory_bytes();
@@ -270,7 +270,8 @@ class Simulation::CoreOf final : public Simulation::Core {
   [[nodiscard]] bool is_sane() const noexcept {
     const std::optional<double> travelled = integrator_->most_travelled();
     if (travelled && *travelled <= static_cast<double>(bound_)) { return true; }
-    if (state_.position.squaredNorm() <= bound_ * bound_ && std::isfinite(state_.velocity.squaredNorm())) { return true; }
+    const bool near = state_.position.squaredNorm() <= bound_ * bound_;
+    if (near && std::isfinite(state_.velocity.squaredNorm())) { return true; }
     const Real far = state_.position.template lpNorm<Eigen::Infinity>();
     return far <= bound_ && state_.position.allFinite() && state_.velocity.allFinite();
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Counts every allocation of the process and the bytes that it holds: include in one source file of a test. glibc only, and
-/// not with sanitizers, which bring an allocator of their own.
+/// Counts every allocation of the process and the bytes that it holds: include in one source file of
+/// a test. glibc only, and not with sanitizers, which bring an allocator of their own.
 
 #include <atomic>
 #include <cerrno>

@@ -51,8 +51,9 @@ TEST("a list gives back its springs in their order, whatever they are") {
 TEST("a spring may come after any other") {
   SpringList list = chains(4, 6);
   std::vector<Spring> springs = chains(4, 6);
-  for (const Spring& more : {springs.back(), springs.front(), Spring{23, 0, 1.0, 0.0, 0.5}, Spring{24, 0, 1.0, 0.0, 0.5},
-                             Spring{25, 1, 1.0, 0.0, 0.5}}) {
+  for (const Spring& more :
+       {springs.back(), springs.front(), Spring{23, 0, 1.0, 0.0, 0.5}, Spring{24, 0, 1.0, 0.0, 0.5},
+        Spring{25, 1, 1.0, 0.0, 0.5}}) {
     list.push_back(more);
     springs.push_back(more);
     CHECK(holds(list, springs));

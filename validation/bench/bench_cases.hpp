@@ -11,6 +11,7 @@ namespace palpate::bench {
 
 std::vector<Case> kernel_cases();
 std::vector<Case> thread_cases();
+std::vector<Case> skip_cases();
 std::vector<Case> precision_cases();
 std::vector<Case> needle_cases();
 std::vector<Case> frontier_cases();
