@@ -8,30 +8,13 @@
 
 #include "model/dynamics/bond_sum.hpp"
 #include "model/dynamics/box_bonds.hpp"
+#include "model/dynamics/cells_around.hpp"
 #include "model/dynamics/lattice.hpp"
 #include "model/dynamics/voxel_tissue.hpp"
 
 namespace palpate {
 
 namespace grid {
-
-/// Calls visit(i, j, l) for the cells that hold both the node at `a` and that at a + step, in the order of
-/// their index; cell (i, j, l) has node (i, j, l) at its corner of least coordinates.
-template <class Visit>
-void for_each_cell_around(const NodeGrid& nodes, const std::array<int, 3>& a, const std::array<int, 3>& step,
-                          Visit visit) {
-  std::array<int, 3> low{};
-  std::array<int, 3> high{};
-  for (std::size_t n = 0; n < 3; ++n) {
-    low[n] = std::max(step[n] == 1 ? a[n] : a[n] - 1, 0);
-    high[n] = std::min(step[n] == -1 ? a[n] - 1 : a[n], nodes.count[n] - 2);
-  }
-  for (int l = low[2]; l <= high[2]; ++l) {
-    for (int j = low[1]; j <= high[1]; ++j) {
-      for (int i = low[0]; i <= high[0]; ++i) { visit(i, j, l); }
-    }
-  }
-}
 
 template <class Visit>
 void for_each_node(const NodeGrid& nodes, Visit visit) {
@@ -59,7 +42,7 @@ SpringNetwork grid_network(const NodeGrid& nodes, int connectivity, Cell cell) {
   const double volume = nodes.spacing.prod();
   grid::for_each_node(nodes, [&](const std::array<int, 3>& at, int node) {
     network.rest_position.col(node) = nodes.place(at[0], at[1], at[2]);
-    grid::for_each_cell_around(nodes, at, {0, 0, 0}, [&](int i, int j, int l) {
+    for_each_cell_around(nodes.count, at, {0, 0, 0}, [&](int i, int j, int l) {
       const CellMaterial* material = cell(i, j, l, node, node);
       if (material != nullptr) { network.mass(node) += material->density * volume / 8.0; }
     });
@@ -77,7 +60,7 @@ SpringNetwork grid_network(const NodeGrid& nodes, int connectivity, Cell cell) {
       const int axes = std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]);
       const double share = bonds.stiffness[d] / (axes == 1 ? 4.0 : axes == 2 ? 2.0 : 1.0);
       BondSum bond;
-      grid::for_each_cell_around(nodes, at, step, [&](int i, int j, int l) {
+      for_each_cell_around(nodes.count, at, step, [&](int i, int j, int l) {
         const CellMaterial* material = cell(i, j, l, node, neighbour);
         if (material != nullptr) { bond.add(share * material->youngs_modulus, *material); }
       });

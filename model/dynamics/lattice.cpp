@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "model/dynamics/cells_around.hpp"
 #include "model/dynamics/network_builder.hpp"
 
 namespace palpate {
@@ -81,19 +82,10 @@ class CellLayers {
     return layers_[static_cast<std::size_t>(l % 3)]
                   [static_cast<std::size_t>(j * (shape_.nodes[0] - 1) + i)];
   }
-  /// Calls visit(cell) for the cells that hold the node at `node` and that at node + step, by their index.
+  /// visit(cell), see for_each_cell_around().
   template <class Visit>
   void around(const std::array<int, 3>& node, const std::array<int, 3>& step, Visit visit) {
-    std::array<int, 3> low{}, high{};
-    for (std::size_t n = 0; n < 3; ++n) {
-      low[n] = std::max(step[n] == 1 ? node[n] : node[n] - 1, 0);
-      high[n] = std::min(step[n] == -1 ? node[n] - 1 : node[n], shape_.nodes[n] - 2);
-    }
-    for (int l = low[2]; l <= high[2]; ++l) {
-      for (int j = low[1]; j <= high[1]; ++j) {
-        for (int i = low[0]; i <= high[0]; ++i) { visit(at(i, j, l)); }
-      }
-    }
+    for_each_cell_around(shape_.nodes, node, step, [&](int i, int j, int l) { visit(at(i, j, l)); });
   }
 
  private:

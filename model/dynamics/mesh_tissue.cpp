@@ -149,7 +149,7 @@ class MeshVoxels {
                                      return code == 0 ? nullptr : &materials_.cell(code);
                                    });
     grid::for_each_node(tissue_.nodes, [&](const std::array<int, 3>& at, int node) {
-      grid::for_each_cell_around(tissue_.nodes, at, {0, 0, 0}, [&](int i, int j, int l) {
+      for_each_cell_around(tissue_.nodes.count, at, {0, 0, 0}, [&](int i, int j, int l) {
         const std::size_t box = boxes.index(i, j, l);
         const bool held = owner_[box] >= 0 && bodies_[static_cast<std::size_t>(owner_[box])].fixed;
         if (held || materials_.bone(tissue_.material[box])) {

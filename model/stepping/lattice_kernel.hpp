@@ -162,11 +162,10 @@ Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& s
   return found;
 }
 
-/// v += h f / m, x += h v of the row that begins at element `begin`; then its forces, at `f`, are the weight of that
-/// at `next`, whose forces come there. Returns the sum of squares of v.
+/// v += h f / m, x += h v, f = 0 of the row that begins at element `begin`, whose forces are at `f`; returns the sum of
+/// squares of v.
 template <class Arch, class Real>
-double move_row(const View<Real>& view, const Fields<Real>& fields, long begin, Real* f, long next,
-                long row_length) noexcept {
+double move_row(const View<Real>& view, const Fields<Real>& fields, long begin, Real* f, long row_length) noexcept {
   using Batch = xsimd::batch<Real, Arch>;
   const Move<Real>& move = *fields.move;
   const Batch h(move.h);
@@ -180,35 +179,11 @@ double move_row(const View<Real>& view, const Fields<Real>& fields, long begin, 
       const Batch v = Batch::load_unaligned(move.v + at) + h * a;
       v.store_unaligned(move.v + at);
       (Batch::load_unaligned(move.q + at) + h * v).store_unaligned(move.q + at);
-      const Batch weight = move.weight != nullptr ? Batch::load_unaligned(move.weight + next + i + c * view.stride)
-                                                  : Batch(Real(0));
-      weight.store_unaligned(force);
+      Batch(Real(0)).store_unaligned(force);
       squares = xsimd::fma(v, v, squares);
     }
   }
   return static_cast<double>(xsimd::hadd(squares));
-}
-
-/// As move_row() leaves the forces of a row, where it stands still.
-template <class Arch, class Real>
-void forget_forces(const View<Real>& view, const Fields<Real>& fields, Real* f, long next, long row_length) noexcept {
-  for (long c = 0; c < 3; ++c) {
-    Real* force = f + c * fields.force_stride;
-    const Real* weight = fields.move->weight;
-    for (long i = 0; i < row_length; ++i) {
-      force[i] = weight != nullptr ? weight[next + i + c * view.stride] : Real(0);
-    }
-  }
-}
-
-/// Loads on a layer whose forces begin anew at `f`.
-template <class Arch, class Real>
-void load_layer(const View<Real>& view, const Fields<Real>& fields, int layer, Real* f) noexcept {
-  const Move<Real>& move = *fields.move;
-  if (layer >= view.rows2 || move.pulls == nullptr) { return; }
-  for (int n = move.pulls_begin[layer]; n < move.pulls_begin[layer + 1]; ++n) {
-    for (long c = 0; c < 3; ++c) { f[move.pulls[n].element + c * fields.force_stride] += move.pulls[n].force[c]; }
-  }
 }
 
 template <Task task, class Real, class Arch>
@@ -217,7 +192,6 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
   constexpr long lanes = Vector::lanes;
   const long row_length = view.vectors * lanes;
   const long slot_length = lanes * view.numbers;
-  const bool few = takes_step(task) && fields.force_layers > 0;
   const Nodes<Real> all{fields.q, fields.v, fields.f, view.stride};
   double sum = 0.0;
   for (int row2 = slab.begin; row2 < slab.end; ++row2) {
@@ -251,20 +225,9 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
         if constexpr (measures_energy(task)) { sum += static_cast<double>(vector.energy()); }
       }
       if constexpr (takes_step(task)) {
-        if (slab.below != nullptr) { continue; }
-        const int next_layer = few && row2 + fields.force_layers < view.rows2 ? row2 + fields.force_layers : row2;
-        const long next = view.lead + (static_cast<long>(next_layer) * view.rows1 + row1) * row_length;
-        Real* f = fields.f + own_forces;
-        if (view.row_moves[row] != 0) {
-          sum += move_row<Arch>(view, fields, begin, f, next, row_length);
-        } else if (few) {
-          forget_forces<Arch>(view, fields, f, next, row_length);
+        if (slab.below == nullptr && view.row_moves[row] != 0) {
+          sum += move_row<Arch>(view, fields, begin, fields.f + own_forces, row_length);
         }
-      }
-    }
-    if constexpr (takes_step(task)) {
-      if (few && slab.below == nullptr) {
-        load_layer<Arch>(view, fields, row2 + fields.force_layers, fields.f + forces[0]);
       }
     }
   }

@@ -114,8 +114,8 @@ double LatticeNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>
                       {.q = state.position.data(),
                        .v = state.velocity.data(),
                        .inverse_mass = this->inverse_mass().data(),
-                       .weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
-                       .h = h,
+                       .h = h},
+                      {.weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
                        .pulls = pulls_.data(),
                        .pulls_begin = pulls_begin_.data()});
 }
@@ -152,7 +152,7 @@ double LatticeNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcep
 template <class Real>
 std::size_t LatticeNetwork<Real>::spring_bytes() const noexcept {
   return springs_.memory_bytes() + slabs_->memory_bytes() + (sleep_ ? sleep_->memory_bytes() : 0) +
-         static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + pulls_.size() * sizeof(lattice::Pull<Real>);
+         static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + pulls_.size() * sizeof(Pull<Real>);
 }
 
 template class LatticeNetwork<double>;

@@ -50,7 +50,7 @@ class LatticeNetwork final : public NetworkSystem<Real> {
   std::unique_ptr<LatticeSlabs<Real>> slabs_;
   Vector<Real> next_force_;  ///< between two steps in one pass, where rows may sleep [N]
   std::vector<typename NetworkSystem<Real>::LoadOnCoordinate> loaded_;  ///< by layers, for steps in one pass
-  std::vector<lattice::Pull<Real>> pulls_;
+  std::vector<Pull<Real>> pulls_;
   std::vector<int> pulls_begin_;
 };
 

@@ -53,8 +53,9 @@ void LatticeSlabs<Real>::copy(const lattice::Fields<Real>& fields, int layer,
 /// The thread of the upper slab copies the two layers that meet and adds what the lower one does to the upper;
 /// the lower slab's thread waits for the copy before its last layer, which is long after.
 template <class Real>
+template <class VisitLayers>
 double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
-                                      const lattice::Fields<Real>& fields) noexcept {
+                                      const lattice::Fields<Real>& fields, const VisitLayers& visit_layers) noexcept {
   const int begin = begins_[number];
   const int end = begins_[number + 1];
   if (number > 0) {
@@ -65,8 +66,8 @@ double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> 
     const lattice::Nodes<Real> below = layer_in(under.below);
     (void)kernel(view_, {.begin = begin - 1, .end = begin, .below = &below}, fields);
   }
-  if (number == boundaries_.size()) { return kernel(view_, {.begin = begin, .end = end}, fields); }
-  const double sum = kernel(view_, {.begin = begin, .end = end - 1}, fields);
+  if (number == boundaries_.size()) { return visit_layers(begin, end); }
+  const double sum = visit_layers(begin, end - 1);
   Boundary& over = *boundaries_[number];
   while (over.copied.load(std::memory_order_acquire) != round_) { relax(); }
   const lattice::Nodes<Real> above = layer_in(over.above);
@@ -89,45 +90,80 @@ double LatticeSlabs<Real>::share_out(const Work& work) noexcept {
 
 template <class Real>
 double LatticeSlabs<Real>::sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept {
-  return share_out([&](std::size_t number) noexcept { return sweep_slab(number, kernel, fields); });
+  const auto visit_layers = [&](int begin, int end) noexcept {
+    return kernel(view_, {.begin = begin, .end = end}, fields);
+  };
+  return share_out([&](std::size_t number) noexcept { return sweep_slab(number, kernel, fields, visit_layers); });
 }
 
 template <class Real>
 void LatticeSlabs<Real>::prepare_steps() {
   few_forces_.assign(sums_.size(), std::vector<Real>(static_cast<std::size_t>(3 * few_stride()), Real(0)));
+  stands_.clear();
+  for (long layer = 0; layer < view_.rows2; ++layer) {
+    const unsigned char* moves = view_.row_moves + layer * view_.rows1;
+    stands_.push_back(std::find(moves, moves + view_.rows1, 0) != moves + view_.rows1);
+  }
 }
 
 template <class Real>
-void LatticeSlabs<Real>::open_layers(const lattice::Fields<Real>& fields, int begin) const noexcept {
-  const lattice::Move<Real>& move = *fields.move;
-  for (int layer = begin; layer < std::min(begin + fields.force_layers, view_.rows2); ++layer) {
-    Real* f = fields.f + view_.lead + layer % fields.force_layers * layer_length_;
+Real* LatticeSlabs<Real>::forces_of(const lattice::Fields<Real>& fields, int layer) const noexcept {
+  return fields.f + view_.lead + layer % layers_kept * layer_length_;
+}
+
+template <class Real>
+void LatticeSlabs<Real>::clear_standing_rows(const lattice::Fields<Real>& fields, int layer) const noexcept {
+  if (stands_[static_cast<std::size_t>(layer)] == 0) { return; }
+  const long row_length = layer_length_ / view_.rows1;
+  const unsigned char* moves = view_.row_moves + static_cast<long>(layer) * view_.rows1;
+  for (long row = 0; row < view_.rows1; ++row) {
+    if (moves[row] != 0) { continue; }
     for (long c = 0; c < 3; ++c) {
-      Real* to = f + c * fields.force_stride;
-      if (move.weight == nullptr) {
-        std::fill_n(to, layer_length_, Real(0));
-      } else {
-        std::copy_n(move.weight + view_.lead + layer * layer_length_ + c * view_.stride, layer_length_, to);
-      }
-    }
-    if (move.pulls == nullptr) { continue; }
-    for (int n = move.pulls_begin[layer]; n < move.pulls_begin[layer + 1]; ++n) {
-      for (long c = 0; c < 3; ++c) { f[move.pulls[n].element + c * fields.force_stride] += move.pulls[n].force[c]; }
+      std::fill_n(forces_of(fields, layer) + c * fields.force_stride + row * row_length, row_length, Real(0));
     }
   }
 }
 
 template <class Real>
-double LatticeSlabs<Real>::step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move) noexcept {
+void LatticeSlabs<Real>::add_outside(const lattice::Fields<Real>& fields, const Outside<Real>& outside,
+                                     int layer) const noexcept {
+  if (layer >= view_.rows2) { return; }
+  Real* f = forces_of(fields, layer);
+  if (outside.weight != nullptr) {
+    for (long c = 0; c < 3; ++c) {
+      std::copy_n(outside.weight + view_.lead + layer * layer_length_ + c * view_.stride, layer_length_,
+                  f + c * fields.force_stride);
+    }
+  }
+  for (int n = outside.pulls_begin[layer]; n < outside.pulls_begin[layer + 1]; ++n) {
+    const Pull<Real>& pull = outside.pulls[n];
+    for (long c = 0; c < 3; ++c) { f[pull.element + c * fields.force_stride] += pull.force[c]; }
+  }
+}
+
+template <class Real>
+double LatticeSlabs<Real>::step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move,
+                                const Outside<Real>& outside) noexcept {
   return share_out([&](std::size_t number) noexcept {
+    std::vector<Real>& forces = few_forces_[number];
     const lattice::Fields<Real> fields{.q = move.q,
                                        .v = move.v,
-                                       .f = few_forces_[number].data(),
+                                       .f = forces.data(),
                                        .move = &move,
                                        .force_layers = layers_kept,
                                        .force_stride = few_stride()};
-    open_layers(fields, begins_[number]);
-    return sweep_slab(number, kernel, fields);
+    std::ranges::fill(forces, Real(0));
+    for (int n = 0; n < layers_kept; ++n) { add_outside(fields, outside, begins_[number] + n); }
+    const auto visit_layers = [&](int begin, int end) noexcept {
+      double sum = 0.0;
+      for (int layer = begin; layer < end; ++layer) {
+        sum += kernel(view_, {.begin = layer, .end = layer + 1}, fields);
+        clear_standing_rows(fields, layer);
+        add_outside(fields, outside, layer + layers_kept);
+      }
+      return sum;
+    };
+    return sweep_slab(number, kernel, fields, visit_layers);
   });
 }
 

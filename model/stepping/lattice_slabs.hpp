@@ -12,6 +12,21 @@
 
 namespace palpate {
 
+/// A load on one node of a layer.
+template <class Real>
+struct Pull {
+  long element = 0;  ///< of the node's x, after the layer's first
+  Real force[3]{};   ///< [N]
+};
+
+/// What acts on nodes beside their springs.
+template <class Real>
+struct Outside {
+  const Real* weight = nullptr;       ///< of all coordinates [N]; null: none
+  const Pull<Real>* pulls = nullptr;  ///< by layers
+  const int* pulls_begin = nullptr;   ///< of each layer, and the last one's end
+};
+
 template <class Real>
 class LatticeSlabs {
  public:
@@ -23,9 +38,9 @@ class LatticeSlabs {
 
   /// Goes through the whole lattice; returns the sum of what the kernel returns.
   double sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept;
-  /// The same with a kernel that takes a step. Forces need no room in `fields`: they are kept for two layers at a
-  /// time, which stay in the cache.
-  double step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move) noexcept;
+  /// The same with a kernel that takes a step. Forces need no room of the caller's: they are kept for two layers at
+  /// a time, which stay in the cache.
+  double step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move, const Outside<Real>& outside) noexcept;
   /// Before the first step(): allocates.
   void prepare_steps();
 
@@ -44,10 +59,14 @@ class LatticeSlabs {
   /// q, v and f of a layer in one vector.
   [[nodiscard]] lattice::Nodes<Real> layer_in(std::vector<Real>& numbers) const noexcept;
   void copy(const lattice::Fields<Real>& fields, int layer, std::vector<Real>& to) const noexcept;
-  double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
-                    const lattice::Fields<Real>& fields) noexcept;
-  /// Forces of a slab's first layers: weight and loads.
-  void open_layers(const lattice::Fields<Real>& fields, int begin) const noexcept;
+  /// visit_layers(begin, end) goes through layers that lead to no other slab.
+  template <class VisitLayers>
+  double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields,
+                    const VisitLayers& visit_layers) noexcept;
+  [[nodiscard]] Real* forces_of(const lattice::Fields<Real>& fields, int layer) const noexcept;
+  /// Where a layer's forces were come those of the one after next: rows that moved left none.
+  void clear_standing_rows(const lattice::Fields<Real>& fields, int layer) const noexcept;
+  void add_outside(const lattice::Fields<Real>& fields, const Outside<Real>& outside, int layer) const noexcept;
   template <class Work>
   double share_out(const Work& work) noexcept;
 
@@ -57,6 +76,7 @@ class LatticeSlabs {
   std::vector<int> begins_;       ///< of the slabs, and the last one's end
   std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< n: under slab n + 1
   std::vector<std::vector<Real>> few_forces_;  ///< of two layers, for each slab
+  std::vector<unsigned char> stands_;  ///< of each layer: some row does
   std::vector<double> sums_;
   long round_ = 0;
   std::unique_ptr<Team> team_;  ///< last, so that it goes home first

@@ -52,23 +52,13 @@ struct Slab {
   const Nodes<Real>* below = nullptr;
 };
 
-/// A load on one node of a layer.
-template <class Real>
-struct Pull {
-  long element = 0;  ///< of the node's x, after the layer's first
-  Real force[3]{};   ///< [N]
-};
-
 /// What a step moves, see Task::step.
 template <class Real>
 struct Move {
   Real* q = nullptr;                   ///< as in Fields, [m]
   Real* v = nullptr;                   ///< [m/s]
   const Real* inverse_mass = nullptr;  ///< [1/kg]; only that of x is read
-  const Real* weight = nullptr;        ///< f before anything else pulls [N]; null: none
   Real h = Real(0);                    ///< [s]
-  const Pull<Real>* pulls = nullptr;   ///< by layers, where forces are kept for a few layers only
-  const int* pulls_begin = nullptr;    ///< of each layer, and the last one's end
 };
 
 /// What a task does not need may be null. Forces of a step may be kept for the layers alone whose springs are gone

@@ -79,7 +79,7 @@ void ListNetwork<Real>::remember_lengths(const NetworkProblem& problem) {
 
 template <class Real>
 void ListNetwork<Real>::sort_springs(const NetworkProblem& problem, bool skip) {
-  const NodeVectors places = problem.network().initial_position();
+  const NodeVectors& places = problem.held_position();
   std::vector<Spring> between_fixed;
   for (const Spring& s : problem.network().springs) {
     int a = static_cast<int>(problem.coordinate(s.a));

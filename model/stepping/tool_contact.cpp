@@ -42,7 +42,7 @@ ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem
     tool_ = layout.size;
     mass_ = mass_of(scene);
   }
-  const NodeVectors held = problem.network().initial_position();
+  const NodeVectors& held = problem.held_position();
   for (const NeedlePath::Knot& knot : path_.knots()) {
     Knot mine{supports_.size(), 0, knot.depth, 0.0, 0.0, 0.0, 0.0, 0.0};
     for (const NeedlePath::Support& s : path_.supports(knot)) {

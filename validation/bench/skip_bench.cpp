@@ -87,7 +87,7 @@ void measure(const CaseContext& /*context*/, Outcome& outcome) {
               .caption = "A cube of " + std::to_string(nodes_a_side) +
                          " nodes a side that needs all but the one thing, semi-implicit Euler: microseconds of a tick, "
                          "least of interleaved rounds by the processor time of one thread. Both ways give the same bits, "
-                         "but for nodes at rest (ctest -R model/skip, model/lattice_sleep).",
+                         "but for nodes at rest (ctest -R \"model/(skip|lattice_sleep)\").",
               .columns = {"left out", "gone through (us)", "left out (us)", "gone through / left out (1)"},
               .timing = true};
   double worst = std::numeric_limits<double>::infinity();
