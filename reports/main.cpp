@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include "model/dynamics/scene_check.hpp"
+#include "model/stepping/instruction_set.hpp"
 #include "model/stepping/integrator.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/common_arguments.hpp"
@@ -355,6 +356,11 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) { return app.exit(error); }  // --help, --version
     return refuse(std::string(error.what()) + "; `palpate --help` shows what is allowed", bad_input);
+  }
+  try {
+    (void)widest_allowed();
+  } catch (const std::invalid_argument& error) {
+    return refuse(error.what(), bad_input);
   }
   try {
     return chosen();

@@ -2,6 +2,12 @@
 #pragma once
 /// What the processor that we run on has beyond the baseline of its architecture.
 
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
 namespace palpate {
 
 inline bool has_avx2() noexcept {
@@ -10,6 +16,40 @@ inline bool has_avx2() noexcept {
 #else
   return false;
 #endif
+}
+
+/// The parts of it that all processors with 512-bit vectors have.
+inline bool has_avx512() noexcept {
+#if defined(__x86_64__)
+  return has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&
+         __builtin_cpu_supports("avx512dq");
+#else
+  return false;
+#endif
+}
+
+/// The widest vectors that the variable PALPATE_INSTRUCTIONS of the environment lets kernels have: "avx512", "avx2" or
+/// "baseline"; without it, the first. Throws std::invalid_argument for anything else.
+enum class Widest { baseline, avx2, avx512 };
+inline Widest widest_allowed() {
+  const char* asked = std::getenv("PALPATE_INSTRUCTIONS");
+  const std::string_view name = asked == nullptr ? "avx512" : asked;
+  if (name == "avx512") { return Widest::avx512; }
+  if (name == "avx2") { return Widest::avx2; }
+  if (name == "baseline") { return Widest::baseline; }
+  throw std::invalid_argument("PALPATE_INSTRUCTIONS = " + std::string(name) + "; must be avx512, avx2 or baseline");
+}
+
+/// Kernels for what this processor has and may use, the best first. Only those that it can run are asked for.
+template <class Kernels>
+std::vector<Kernels> kernels_here(Kernels (*avx512)() noexcept, Kernels (*avx2)() noexcept,
+                                  Kernels (*baseline)() noexcept) {
+  std::vector<Kernels> kernels;
+  const Widest widest = widest_allowed();
+  if (widest >= Widest::avx512 && has_avx512()) { kernels.push_back(avx512()); }
+  if (widest >= Widest::avx2 && has_avx2()) { kernels.push_back(avx2()); }
+  kernels.push_back(baseline());
+  return kernels;
 }
 
 }  // namespace palpate

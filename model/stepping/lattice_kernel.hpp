@@ -6,7 +6,9 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "model/stepping/fused.hpp"
 #include "model/stepping/lattice_view.hpp"
+#include "model/stepping/spring_length.hpp"
 
 namespace palpate::lattice {
 
@@ -52,22 +54,21 @@ class RowVector {
     const Batch dx = load(q) - position_[0];
     const Batch dy = load(q + row.stride) - position_[1];
     const Batch dz = load(q + 2 * row.stride) - position_[2];
-    const Batch square = xsimd::fma(dz, dz, xsimd::fma(dy, dy, dx * dx));
-    const Batch length = xsimd::sqrt(square);
-    const Batch extension = length - Batch(rest);
+    const Batch square = fused::add(dz, dz, fused::add(dy, dy, dx * dx));
+    const SpringLengths<Real, Arch> lengths(square, View<Real>::zero_length);
+    const Batch extension = lengths.length() - Batch(rest);
     Batch tension(Real(0));
     if constexpr (task != Task::damping) { tension = load(constants) * extension; }
-    if constexpr (measures_energy(task)) { energy_ = xsimd::fma(tension, extension, energy_); }
+    if constexpr (measures_energy(task)) { energy_ = fused::add(tension, extension, energy_); }
     if constexpr (task == Task::energy) { return; }
-    const Batch inverse =
-        xsimd::select(length > Batch(view_zero_length), Batch(Real(1)) / length, Batch(Real(0)));
+    const Batch inverse = lengths.inverse();
     if constexpr (sees_velocity(task)) {
       const Real* v = row.v + i;
       const Batch wx = load(v) - velocity_[0];
       const Batch wy = load(v + row.stride) - velocity_[1];
       const Batch wz = load(v + 2 * row.stride) - velocity_[2];
-      const Batch rate = xsimd::fma(wz, dz, xsimd::fma(wy, dy, wx * dx)) * inverse;
-      tension = xsimd::fma(load(constants + lanes), rate, tension);
+      const Batch rate = fused::add(wz, dz, fused::add(wy, dy, wx * dx)) * inverse;
+      tension = fused::add(load(constants + lanes), rate, tension);
     }
     const Batch factor = tension * inverse;
     Real* f = row.f + i;
@@ -93,10 +94,9 @@ class RowVector {
   }
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
   void pull(int c, Real* f, const Batch& factor, const Batch& d) noexcept {
-    force_[c] = xsimd::fma(factor, d, force_[c]);
-    xsimd::fnma(factor, d, load(f)).store_unaligned(f);
+    force_[c] = fused::add(factor, d, force_[c]);
+    fused::subtract(factor, d, load(f)).store_unaligned(f);
   }
-  static constexpr Real view_zero_length = View<Real>::zero_length;
 
   const Nodes<Real>& own_;
   long place_;
@@ -180,7 +180,7 @@ double move_row(const View<Real>& view, const Fields<Real>& fields, long begin, 
       v.store_unaligned(move.v + at);
       (Batch::load_unaligned(move.q + at) + h * v).store_unaligned(move.q + at);
       Batch(Real(0)).store_unaligned(force);
-      squares = xsimd::fma(v, v, squares);
+      squares = fused::add(v, v, squares);
     }
   }
   return static_cast<double>(xsimd::hadd(squares));

@@ -19,7 +19,7 @@ class LatticeNetwork final : public NetworkSystem<Real> {
  public:
   /// Throws std::invalid_argument for a network that lattice_of() does not know.
   LatticeNetwork(const NetworkProblem& problem, bool skip, int threads = 1,
-                 const lattice::Kernels<Real>& kernels = lattice_kernels<Real>());
+                 const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front());
 
   /// Rows that nothing displaces, moves or loads in the beginning sleep, but those of `touched` nodes
   /// (lattice_sleep.hpp). For one thread and without weight.

@@ -32,14 +32,14 @@ LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int lanes, int
 }
 
 template <class Real>
-lattice::Nodes<Real> LatticeSlabs<Real>::layer_in(std::vector<Real>& numbers) const noexcept {
+lattice::Nodes<Real> LatticeSlabs<Real>::layer_in(AlignedVector<Real>& numbers) const noexcept {
   Real* first = numbers.data() + view_.lead;
   return {.q = first, .v = first + 3 * stride_, .f = first + 6 * stride_, .stride = stride_};
 }
 
 template <class Real>
 void LatticeSlabs<Real>::copy(const lattice::Fields<Real>& fields, int layer,
-                              std::vector<Real>& to) const noexcept {
+                              AlignedVector<Real>& to) const noexcept {
   const long begin = view_.lead + layer * layer_length_;
   const auto bytes = static_cast<std::size_t>(layer_length_) * sizeof(Real);
   for (long c = 0; c < 3; ++c) {
@@ -98,7 +98,7 @@ double LatticeSlabs<Real>::sweep(lattice::Kernel<Real> kernel, const lattice::Fi
 
 template <class Real>
 void LatticeSlabs<Real>::prepare_steps() {
-  few_forces_.assign(sums_.size(), std::vector<Real>(static_cast<std::size_t>(3 * few_stride()), Real(0)));
+  few_forces_.assign(sums_.size(), AlignedVector<Real>(static_cast<std::size_t>(3 * few_stride()), Real(0)));
   stands_.clear();
   for (long layer = 0; layer < view_.rows2; ++layer) {
     const unsigned char* moves = view_.row_moves + layer * view_.rows1;
@@ -145,7 +145,7 @@ template <class Real>
 double LatticeSlabs<Real>::step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move,
                                 const Outside<Real>& outside) noexcept {
   return share_out([&](std::size_t number) noexcept {
-    std::vector<Real>& forces = few_forces_[number];
+    AlignedVector<Real>& forces = few_forces_[number];
     const lattice::Fields<Real> fields{.q = move.q,
                                        .v = move.v,
                                        .f = forces.data(),

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "model/stepping/aligned_vector.hpp"
 #include "model/stepping/lattice_view.hpp"
 #include "model/stepping/team.hpp"
 
@@ -52,13 +53,13 @@ class LatticeSlabs {
   /// Between two slabs: both layers as they were before either moved, and room for forces on them that the
   /// other slab's thread computes itself.
   struct Boundary {
-    std::vector<Real> below;
-    std::vector<Real> above;
+    AlignedVector<Real> below;
+    AlignedVector<Real> above;
     std::atomic<long> copied{0};  ///< round
   };
   /// q, v and f of a layer in one vector.
-  [[nodiscard]] lattice::Nodes<Real> layer_in(std::vector<Real>& numbers) const noexcept;
-  void copy(const lattice::Fields<Real>& fields, int layer, std::vector<Real>& to) const noexcept;
+  [[nodiscard]] lattice::Nodes<Real> layer_in(AlignedVector<Real>& numbers) const noexcept;
+  void copy(const lattice::Fields<Real>& fields, int layer, AlignedVector<Real>& to) const noexcept;
   /// visit_layers(begin, end) goes through layers that lead to no other slab.
   template <class VisitLayers>
   double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields,
@@ -75,7 +76,7 @@ class LatticeSlabs {
   long stride_;                   ///< of a layer's copy, with what the outermost lanes touch on both sides
   std::vector<int> begins_;       ///< of the slabs, and the last one's end
   std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< n: under slab n + 1
-  std::vector<std::vector<Real>> few_forces_;  ///< of two layers, for each slab
+  std::vector<AlignedVector<Real>> few_forces_;  ///< of two layers, for each slab
   std::vector<unsigned char> stands_;  ///< of each layer: some row does
   std::vector<double> sums_;
   long round_ = 0;

@@ -14,11 +14,15 @@ namespace palpate {
 
 namespace {
 
-/// Elements before and after the rows, which the outermost lanes touch and which mean nothing.
-constexpr Eigen::Index margin = 8;
+/// Elements before and after the rows, which the outermost lanes touch and which mean nothing: a cache line of them.
+template <class Real>
+constexpr Eigen::Index margin = 64 / sizeof(Real);
 
 /// A whole number of margins.
-Eigen::Index stride_for(Eigen::Index elements) { return (elements + 3 * margin - 1) / margin * margin; }
+template <class Real>
+Eigen::Index stride_for(Eigen::Index elements) {
+  return (elements + 3 * margin<Real> - 1) / margin<Real> * margin<Real>;
+}
 
 /// Slot of a spring that leads by `step` along (row, second, third).
 std::size_t slot_of(const std::array<int, 3>& step) {
@@ -39,8 +43,8 @@ static_assert(lattice::View<double>::zero_length == zero_length);
 }  // namespace
 
 template <class Real>
-lattice::Kernels<Real> lattice_kernels() noexcept {
-  return has_avx2() ? lattice::avx2_kernels<Real>() : lattice::baseline_kernels<Real>();
+std::vector<lattice::Kernels<Real>> lattice_kernels() {
+  return kernels_here(&lattice::avx512_kernels<Real>, &lattice::avx2_kernels<Real>, &lattice::baseline_kernels<Real>);
 }
 
 template <class Real>
@@ -51,7 +55,7 @@ LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const Lattic
       rows_(shape, lanes),
       lanes_(lanes),
       vectors_(rows_.vectors()),
-      stride_(stride_for(static_cast<Eigen::Index>(rows_.count()) * vectors_ * lanes_)),
+      stride_(stride_for<Real>(static_cast<Eigen::Index>(rows_.count()) * vectors_ * lanes_)),
       row_moves_(skip ? rows_.moving(problem) : std::vector<unsigned char>(rows_.count(), 1)) {
   fill_tables(problem, skip);
 }
@@ -59,7 +63,7 @@ LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const Lattic
 template <class Real>
 Eigen::Index LatticeSprings<Real>::element_of(const LatticeRows::Place& place) const {
   const auto row = static_cast<Eigen::Index>(rows_.row_of(place));
-  return margin + (row * vectors_ + place[0] % vectors_) * lanes_ + place[0] / vectors_;
+  return margin<Real> + (row * vectors_ + place[0] % vectors_) * lanes_ + place[0] / vectors_;
 }
 
 template <class Real>
@@ -161,7 +165,7 @@ lattice::View<Real> LatticeSprings<Real>::view() const {
   lattice::View<Real> view{.rows1 = rows_.nodes()[1],
                            .rows2 = rows_.nodes()[2],
                            .vectors = vectors_,
-                           .lead = margin,
+                           .lead = margin<Real>,
                            .stride = stride_,
                            .numbers = damped_ ? 2 : 1,
                            .tables = tables_.data(),
@@ -194,8 +198,8 @@ std::size_t LatticeSprings<Real>::memory_bytes() const {
   return tables_.capacity() * sizeof(Real) + row_table_.capacity() * sizeof(long) + row_moves_.capacity();
 }
 
-template lattice::Kernels<double> lattice_kernels<double>() noexcept;
-template lattice::Kernels<float> lattice_kernels<float>() noexcept;
+template std::vector<lattice::Kernels<double>> lattice_kernels<double>();
+template std::vector<lattice::Kernels<float>> lattice_kernels<float>();
 template class LatticeSprings<double>;
 template class LatticeSprings<float>;
 

@@ -6,15 +6,16 @@
 #include <cstdint>
 #include <vector>
 
+#include "model/stepping/aligned_vector.hpp"
 #include "model/stepping/lattice_rows.hpp"
 #include "model/stepping/lattice_view.hpp"
 #include "model/stepping/node_layout.hpp"
 
 namespace palpate {
 
-/// The best kernels that this processor can run.
+/// All that this processor can run, the best first.
 template <class Real>
-lattice::Kernels<Real> lattice_kernels() noexcept;
+std::vector<lattice::Kernels<Real>> lattice_kernels();
 
 template <class Real>
 class LatticeSprings {
@@ -57,7 +58,7 @@ class LatticeSprings {
   Eigen::Index stride_;  ///< from a node's x to its y, and from y to z
   std::vector<unsigned char> row_moves_;
   bool damped_ = false;
-  std::vector<Real> tables_{};
+  AlignedVector<Real> tables_{};
   std::vector<long> row_table_{};
   std::array<bool, lattice::slots> used_{};  ///< slots that some row has a spring in
 };

@@ -25,8 +25,8 @@ const int* rows_of(const Eigen::SparseMatrix<Real>& l, Eigen::Index j) {
 
 }  // namespace
 
-panels::Kernels panel_kernels() noexcept {
-  return has_avx2() ? panels::avx2_kernels() : panels::baseline_kernels();
+std::vector<panels::Kernels> panel_kernels() {
+  return kernels_here(&panels::avx512_kernels, &panels::avx2_kernels, &panels::baseline_kernels);
 }
 
 template <class Real>

@@ -9,19 +9,20 @@
 
 #include <Eigen/SparseCholesky>
 
+#include "model/stepping/aligned_vector.hpp"
 #include "model/stepping/panel_view.hpp"
 #include "model/stepping/system.hpp"
 
 namespace palpate {
 
-/// The best kernels that this processor can run.
-panels::Kernels panel_kernels() noexcept;
+/// All that this processor can run, the best first.
+std::vector<panels::Kernels> panel_kernels();
 
 template <class Real>
 class PanelFactors {
  public:
   using Factors = Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>;
-  explicit PanelFactors(const panels::Kernels& kernels = panel_kernels()) : kernels_(kernels) {}
+  explicit PanelFactors(const panels::Kernels& kernels = panel_kernels().front()) : kernels_(kernels) {}
   /// A successful factorisation; allocates.
   void take(const Factors& factors);
   /// Whether single precision holds the factors.
@@ -42,7 +43,7 @@ class PanelFactors {
   bool usable_ = false;
   std::vector<panels::Panel> panels_;
   std::vector<int> rows_;
-  std::vector<float> values_;
+  AlignedVector<float> values_;
   Eigen::VectorXi order_;  ///< coordinate i is row order_(i) of L
   Eigen::VectorXf inverse_pivots_;
   Eigen::VectorXf y_;

@@ -5,6 +5,7 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "model/stepping/fused.hpp"
 #include "model/stepping/panel_view.hpp"
 
 namespace palpate::panels {
@@ -26,9 +27,9 @@ void add_rows(const float* values, long blocks, const float* x, float* sums) noe
     Batch even = Batch::load_unaligned(sums + b * lanes);
     Batch odd(0.0F);
     for (int c = 0; c < columns; c += 2) {
-      even = xsimd::fma(Batch::load_unaligned(values + c * lanes), share[c], even);
+      even = fused::add(Batch::load_unaligned(values + c * lanes), share[c], even);
       if (c + 1 < columns) {
-        odd = xsimd::fma(Batch::load_unaligned(values + (c + 1) * lanes), share[c + 1], odd);
+        odd = fused::add(Batch::load_unaligned(values + (c + 1) * lanes), share[c + 1], odd);
       }
     }
     (even + odd).store_unaligned(sums + b * lanes);
@@ -45,7 +46,7 @@ void sum_columns(const float* values, long blocks, const float* from, float* x) 
   for (long b = 0; b < blocks; ++b, values += columns * lanes) {
     const Batch rows = Batch::load_unaligned(from + b * lanes);
     for (int c = 0; c < columns; ++c) {
-      sums[c] = xsimd::fma(Batch::load_unaligned(values + c * lanes), rows, sums[c]);
+      sums[c] = fused::add(Batch::load_unaligned(values + c * lanes), rows, sums[c]);
     }
   }
   for (int c = 0; c < columns; ++c) { x[c] = xsimd::hadd(sums[c]); }

@@ -39,5 +39,7 @@ struct Kernels {
 Kernels baseline_kernels() noexcept;
 /// Only where the processor has AVX2 and FMA.
 Kernels avx2_kernels() noexcept;
+/// Only where the processor has AVX-512.
+Kernels avx512_kernels() noexcept;
 
 }  // namespace palpate::panels

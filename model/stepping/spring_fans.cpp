@@ -24,8 +24,8 @@ std::span<const Spring> take_first(std::span<const Spring>& rest, int node) {
 }  // namespace
 
 template <class Real>
-fans::Kernels<Real> fan_kernels() noexcept {
-  return has_avx2() ? fans::avx2_kernels<Real>() : fans::baseline_kernels<Real>();
+std::vector<fans::Kernels<Real>> fan_kernels() {
+  return kernels_here(&fans::avx512_kernels<Real>, &fans::avx2_kernels<Real>, &fans::baseline_kernels<Real>);
 }
 
 template <class Real>
@@ -76,8 +76,8 @@ void SpringFans<Real>::take(const SpringSet<Real>& springs) {
   }
 }
 
-template fans::Kernels<double> fan_kernels<double>() noexcept;
-template fans::Kernels<float> fan_kernels<float>() noexcept;
+template std::vector<fans::Kernels<double>> fan_kernels<double>();
+template std::vector<fans::Kernels<float>> fan_kernels<float>();
 template class SpringFans<double>;
 template class SpringFans<float>;
 

@@ -6,19 +6,20 @@
 #include <span>
 #include <vector>
 
+#include "model/stepping/aligned_vector.hpp"
 #include "model/stepping/spring_fans_view.hpp"
 #include "model/stepping/spring_kernels.hpp"
 
 namespace palpate {
 
-/// The best kernels that this processor can run.
+/// All that this processor can run, the best first.
 template <class Real>
-fans::Kernels<Real> fan_kernels() noexcept;
+std::vector<fans::Kernels<Real>> fan_kernels();
 
 template <class Real>
 class SpringFans {
  public:
-  explicit SpringFans(const fans::Kernels<Real>& kernels = fan_kernels<Real>()) : kernels_(kernels) {}
+  explicit SpringFans(const fans::Kernels<Real>& kernels = fan_kernels<Real>().front()) : kernels_(kernels) {}
   /// Links and anchors, sorted by the coordinate a; allocates.
   void take(const SpringSet<Real>& springs);
   [[nodiscard]] bool empty() const { return fans_.empty(); }
@@ -44,7 +45,7 @@ class SpringFans {
   fans::Kernels<Real> kernels_;
   std::vector<fans::Fan> fans_;
   std::vector<int> partners_;
-  std::vector<Real> numbers_;
+  AlignedVector<Real> numbers_;
 };
 
 }  // namespace palpate

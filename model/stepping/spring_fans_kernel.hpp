@@ -7,7 +7,9 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "model/stepping/fused.hpp"
 #include "model/stepping/spring_fans_view.hpp"
+#include "model/stepping/spring_length.hpp"
 
 namespace palpate::fans {
 
@@ -44,14 +46,14 @@ class FanLoop {
   }
   /// Springs to d[] away, whose far ends move by w[] against the node: tension over length.
   Batch pull(const Batch* d, const Batch* w) noexcept {
-    const Batch length = xsimd::sqrt(xsimd::fma(d[2], d[2], xsimd::fma(d[1], d[1], d[0] * d[0])));
-    const Batch inverse =
-        xsimd::select(length > Batch(View<Real>::zero_length), Batch(Real(1)) / length, Batch(Real(0)));
-    const Batch extension = length - load(numbers_ + 2 * lanes);
+    const SpringLengths<Real, Arch> lengths(fused::add(d[2], d[2], fused::add(d[1], d[1], d[0] * d[0])),
+                                            View<Real>::zero_length);
+    const Batch inverse = lengths.inverse();
+    const Batch extension = lengths.length() - load(numbers_ + 2 * lanes);
     const Batch elastic = load(numbers_) * extension;
-    if constexpr (measured) { energy_ = xsimd::fma(elastic, extension, energy_); }
-    const Batch rate = xsimd::fma(w[2], d[2], xsimd::fma(w[1], d[1], w[0] * d[0])) * inverse;
-    return xsimd::fma(load(numbers_ + lanes), rate, elastic) * inverse;
+    if constexpr (measured) { energy_ = fused::add(elastic, extension, energy_); }
+    const Batch rate = fused::add(w[2], d[2], fused::add(w[1], d[1], w[0] * d[0])) * inverse;
+    return fused::add(load(numbers_ + lanes), rate, elastic) * inverse;
   }
   void link() noexcept {
     Batch d[3];
@@ -82,7 +84,7 @@ class FanLoop {
       w[c] = -velocity_[c];
     }
     const Batch factor = pull(d, w);
-    for (int c = 0; c < 3; ++c) { force_[c] = xsimd::fma(factor, d[c], force_[c]); }
+    for (int c = 0; c < 3; ++c) { force_[c] = fused::add(factor, d[c], force_[c]); }
     numbers_ += anchor_numbers * lanes;
   }
 

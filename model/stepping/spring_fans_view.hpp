@@ -40,5 +40,8 @@ Kernels<Real> baseline_kernels() noexcept;
 /// Only where the processor has AVX2 and FMA.
 template <class Real>
 Kernels<Real> avx2_kernels() noexcept;
+/// Only where the processor has AVX-512.
+template <class Real>
+Kernels<Real> avx512_kernels() noexcept;
 
 }  // namespace palpate::fans

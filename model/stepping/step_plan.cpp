@@ -101,7 +101,7 @@ void choose_substeps(const Scene& scene, StepPlan& plan) {
 std::optional<LatticeRows> lattice_rows(const NetworkProblem& problem, bool single) {
   const std::optional<LatticeShape> shape = lattice_of(problem.network());
   if (!shape) { return {}; }
-  return LatticeRows(*shape, single ? lattice_kernels<float>().lanes : lattice_kernels<double>().lanes);
+  return LatticeRows(*shape, single ? lattice_kernels<float>().front().lanes : lattice_kernels<double>().front().lanes);
 }
 
 void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, StepPlan& plan) {
@@ -199,7 +199,7 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
 
 std::string lattice_kernel_name(bool damped, bool single) {
   return std::string("lattice-") + (damped ? "damped" : "undamped") + (single ? "-float-" : "-double-") +
-         (single ? lattice_kernels<float>().name : lattice_kernels<double>().name);
+         (single ? lattice_kernels<float>().front().name : lattice_kernels<double>().front().name);
 }
 
 }  // namespace

@@ -79,9 +79,11 @@ std::string what_runs() {
   std::vector<std::string> libraries;
   dl_iterate_phdr(add_library, &libraries);
   std::ranges::sort(libraries);
-  const char* tunables = std::getenv("GLIBC_TUNABLES");  // which functions the C library picks
-  std::string text = std::string(build::code_hash) + "\n" + build_provenance().at("processor") + "\n" +
-                     (tunables != nullptr ? tunables : "") + "\n";
+  std::string text = std::string(build::code_hash) + "\n" + build_provenance().at("processor") + "\n";
+  for (const char* choice : {"GLIBC_TUNABLES", "PALPATE_INSTRUCTIONS"}) {  // of functions of the C library, and of kernels
+    const char* value = std::getenv(choice);
+    text += std::string(value != nullptr ? value : "") + "\n";
+  }
   for (const std::string& library : libraries) { text += file_facts(library); }
   return text;
 }

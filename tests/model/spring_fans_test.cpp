@@ -78,10 +78,8 @@ void compare(const fans::Kernels<Real>& kernels) {
 }  // namespace
 
 TEST("springs in fans pull as they do one by one, and store the same energy") {
-  compare(fan_kernels<double>());
-  compare(fan_kernels<float>());
-  compare(fans::baseline_kernels<double>());
-  compare(fans::baseline_kernels<float>());
+  for (const auto& kernels : fan_kernels<double>()) { compare(kernels); }
+  for (const auto& kernels : fan_kernels<float>()) { compare(kernels); }
 }
 
 TEST("a spring without length exerts no force, and a force that is not finite is not hidden") {

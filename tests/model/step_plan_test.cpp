@@ -169,7 +169,7 @@ TEST("a lattice leaves out what lies between rows of fixed nodes, and says no mo
 
 TEST("threads that cannot share the work are not taken, and that is said") {
   Scene scene = moving_scene("euler-cromer");
-  scene.tissue.lattice.nodes = {8, 8, 8};
+  scene.tissue.lattice.nodes = {20, 20, 9};  // rows of more than one register
   scene.simulation.threads = 2;
   CHECK(plan_of(scene).threads == 2 && plan_of(scene).kernel.ends_with("-2-threads"));
   scene.simulation.threads = 9;

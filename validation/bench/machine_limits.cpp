@@ -17,7 +17,7 @@ RootsAndQuotients<Real>::RootsAndQuotients() : from_(count), to_(count) {
 
 template <class Real>
 void RootsAndQuotients<Real>::repeat(long times) {
-  const auto limit = lattice_kernels<Real>().roots_and_quotients;
+  const auto limit = lattice_kernels<Real>().front().roots_and_quotients;
   for (long n = 0; n < times; ++n) { limit(from_.data(), to_.data(), count); }
 }
 

@@ -124,7 +124,7 @@ double list_error(const NetworkProblem& kernel, const NetworkProblem& specificat
 template <class Real>
 double lattice_error(const NetworkProblem& kernel, const NetworkProblem& specification,
                      const Variant& variant, int states,
-                     const lattice::Kernels<Real>& kernels = lattice_kernels<Real>()) {
+                     const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front()) {
   LatticeNetwork<Real> system(kernel, variant.skip, 1, kernels);
   return force_error<Real>(system, specification, states);
 }

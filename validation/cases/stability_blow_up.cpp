@@ -23,6 +23,7 @@ constexpr double tiny = 5e-12;       // [m] of 5 mm: strains of 1e-9, so linear 
 constexpr double moderate = 1e-6;    // [m]
 constexpr double blown_up = 1e3;     // times the initial displacement
 constexpr double resolution = 1e-3;  // runs are long enough to show growth this far beyond
+constexpr double most_drawn = 1e3 * blown_up;  // beyond, rounding decides where a run overflows
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// Largest displacement in a run over the largest at its start.
@@ -131,9 +132,8 @@ Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringN
       runs);
   Series points{.label = text("S = %.3g", row.limit.damping_ratio), .style = Series::Style::points};
   for (const Run& run : runs) {
-    if (!std::isfinite(run.growth)) { continue; }
     points.x.push_back(run.h / row.limit.h);
-    points.y.push_back(run.growth);
+    points.y.push_back(std::min(run.growth, most_drawn));
   }
   growth.push_back(std::move(points));
   return row;
@@ -193,7 +193,8 @@ void draw(std::vector<Series> growth, Outcome& outcome) {
                 .title = "Growth around the stability limit",
                 .caption =
                     "Largest displacement of a run over its initial one, for every step "
-                    "that the bisection tried; runs above the line count as blown up.",
+                    "that the bisection tried; runs above the line count as blown up; all that grew a millionfold stand "
+                    "at a million.",
                 .x = {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
                 .y = {.label = "largest displacement / initial (1)", .logarithmic = true}};
   figure.series = std::move(growth);
