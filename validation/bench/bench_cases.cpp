@@ -8,6 +8,7 @@ namespace palpate::bench {
 
 std::vector<Case> all_benches(const timing::InstructionCounter& counter) {
   std::vector<Case> cases = kernel_cases();
+  std::ranges::move(instruction_set_cases(), std::back_inserter(cases));
   std::ranges::move(thread_cases(), std::back_inserter(cases));
   std::ranges::move(skip_cases(), std::back_inserter(cases));
   std::ranges::move(precision_cases(), std::back_inserter(cases));

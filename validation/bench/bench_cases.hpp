@@ -10,6 +10,7 @@
 namespace palpate::bench {
 
 std::vector<Case> kernel_cases();
+std::vector<Case> instruction_set_cases();
 std::vector<Case> thread_cases();
 std::vector<Case> skip_cases();
 std::vector<Case> precision_cases();

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "validation/bench/kernel_variants.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "model/dynamics/network_builder.hpp"
 #include "model/stepping/integrator.hpp"
-#include "model/stepping/lattice_view.hpp"
+#include "model/stepping/lattice_network.hpp"
 #include "model/stepping/network_system.hpp"
 #include "validation/bench/bench_cases.hpp"
 
@@ -60,13 +62,25 @@ NetworkProblem problem_of(const KernelVariant& variant, int n) {
   return NetworkProblem(std::move(network), loads);
 }
 
+constexpr double h = 1e-3;  ///< [s]
+
+template <class Real>
+std::unique_ptr<NetworkSystem<Real>> system_of(const NetworkProblem& problem, const KernelVariant& variant) {
+  if (variant.instructions == nullptr) {
+    return make_network_system<Real>(problem, {.h = h, .lattice = variant.lattice, .threads = variant.threads});
+  }
+  const std::vector<lattice::Kernels<Real>> kernels = lattice_kernels<Real>();
+  const std::string_view name = variant.instructions;
+  const auto wanted = std::ranges::find_if(kernels, [&](const auto& set) { return set.name == name; });
+  return std::make_unique<LatticeNetwork<Real>>(problem, true, variant.threads, *wanted);
+}
+
 template <class Real>
 class SteppingIn final : public Stepping {
  public:
   SteppingIn(const KernelVariant& variant, int n)
       : problem_(problem_of(variant, n)),
-        system_(make_network_system<Real>(problem_,
-                                          {.h = h, .lattice = variant.lattice, .threads = variant.threads})),
+        system_(system_of<Real>(problem_, variant)),
         state_{system_->initial_position(), system_->initial_velocity()},
         integrator_(find_integrator("euler-cromer")->make<Real>()) {
     integrator_->prepare(*system_, state_, h);
@@ -80,7 +94,6 @@ class SteppingIn final : public Stepping {
   [[nodiscard]] double springs() const override { return static_cast<double>(system_->spring_count()); }
 
  private:
-  static constexpr double h = 1e-3;  ///< [s]
   NetworkProblem problem_;
   std::unique_ptr<NetworkSystem<Real>> system_;
   State<Real> state_;

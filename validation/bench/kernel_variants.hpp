@@ -17,6 +17,7 @@ struct KernelVariant {
   bool uneven = false;  ///< stiffness of its own for every spring
   bool damped = true;
   int threads = 1;
+  const char* instructions = nullptr;  ///< lattice::Kernels::name of a lattice; nullptr: the best here
 
   [[nodiscard]] bool in_double() const { return precision == Precision::double_precision; }
 };
