@@ -18,19 +18,19 @@ inline bool has_avx2() noexcept {
 #endif
 }
 
-/// The parts of it that all processors with 512-bit vectors have.
+/// The parts of it that kernels use.
 inline bool has_avx512() noexcept {
 #if defined(__x86_64__)
-  return has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&
-         __builtin_cpu_supports("avx512dq");
+  return has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
 #else
   return false;
 #endif
 }
 
-/// The widest vectors that the variable PALPATE_INSTRUCTIONS of the environment lets kernels have: "avx512", "avx2" or
-/// "baseline"; without it, the first. Throws std::invalid_argument for anything else.
 enum class Widest { baseline, avx2, avx512 };
+
+/// What the variable PALPATE_INSTRUCTIONS of the environment lets kernels have: "avx512", "avx2" or "baseline"; without
+/// it, the first. Throws std::invalid_argument for anything else.
 inline Widest widest_allowed() {
   const char* asked = std::getenv("PALPATE_INSTRUCTIONS");
   const std::string_view name = asked == nullptr ? "avx512" : asked;

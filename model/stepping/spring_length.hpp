@@ -3,8 +3,6 @@
 /// Lengths of springs and their inverses, a vector at a time. Included by one source file per instruction set; `Arch`
 /// makes functions of that instruction set alone.
 
-#include <type_traits>
-
 #include <xsimd/xsimd.hpp>
 
 #include "model/stepping/fused.hpp"
@@ -12,9 +10,8 @@
 namespace palpate {
 
 #if defined(__AVX512F__)
-/// From the processor's estimate of 1 / sqrt, which is good to 2^-14, by one step of the series of (1 - r)^(-1/2), to
-/// within two roundings: half the time of the divider, which this instruction set did not widen. 0 for both where the
-/// estimate is 0.
+/// `inverse` is the processor's estimate of 1 / sqrt(square), good to 2^-14. With r = 1 - square inverse^2 the length is
+/// square inverse (1 - r)^(-1/2), by the series of that: without the divider. 0 for both where the estimate is 0.
 template <class Arch>
 void refine(const xsimd::batch<double, Arch>& square, xsimd::batch<double, Arch>& inverse,
             xsimd::batch<double, Arch>& length) noexcept {
@@ -69,7 +66,7 @@ class SpringLengths {
   }
 
  private:
-  static constexpr bool estimated = std::is_base_of_v<xsimd::avx512f, Arch>;
+  static constexpr bool estimated = fused::is_avx512<Arch>;
   Real zero_length_;
   Batch length_;
   Batch inverse_;  ///< known from the beginning where it is estimated

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "model/stepping/spring_fans.hpp"
 
+#include <cmath>
 #include <limits>
 #include <random>
 
@@ -75,11 +76,48 @@ void compare(const fans::Kernels<Real>& kernels) {
   CHECK_NEAR(energy / expected, 1.0, rounding);
 }
 
+/// One spring of stiffness 1 each, of rest length 0 (energy: half the length squared) or 1e6 (force: 1 - 1e6 / length).
+template <class Real>
+void compare_lengths(const fans::Kernels<Real>& kernels) {
+  constexpr double rounding = 0.5 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> exponent(-6.0, 2.0);
+  for (int n = 0; n < 200; ++n) {
+    const Real x = static_cast<Real>(std::pow(10.0, exponent(random)));
+    const double length = static_cast<double>(x);
+    const Vector<Real> v = Vector<Real>::Zero(6);
+    Vector<Real> q = v;
+    q(3) = x;
+    const auto spring = [&](Real rest) {
+      SpringSet<Real> springs;
+      springs.links.push_back({0, 3, Real(1), Real(0), rest});
+      return springs;
+    };
+    Vector<Real> f = v;
+    SpringFans<Real> slack(kernels);
+    slack.take(spring(Real(0)));
+    const double energy = slack.measure(q.data(), v.data(), f.data());
+    // Square and product are rounded, and the length by two of its own, twice.
+    CHECK_NEAR(energy / (0.5 * length * length), 1.0, 8.0 * rounding);
+    f.setZero();
+    SpringFans<Real> pressed(kernels);
+    pressed.take(spring(Real(1e6)));
+    pressed.add(q.data(), v.data(), f.data());
+    // Square, length, difference, inverse and two products.
+    CHECK_NEAR(static_cast<double>(f(0)) / (length - 1e6), 1.0, 10.0 * rounding);
+  }
+}
+
 }  // namespace
 
 TEST("springs in fans pull as they do one by one, and store the same energy") {
   for (const auto& kernels : fan_kernels<double>()) { compare(kernels); }
   for (const auto& kernels : fan_kernels<float>()) { compare(kernels); }
+}
+
+TEST("lengths and their inverses are good to two roundings with every instruction set") {
+  for (const auto& kernels : fan_kernels<double>()) { compare_lengths(kernels); }
+  for (const auto& kernels : fan_kernels<float>()) { compare_lengths(kernels); }
 }
 
 TEST("a spring without length exerts no force, and a force that is not finite is not hidden") {
