@@ -124,7 +124,7 @@ long force_begin(const View<Real>& view, const Fields<Real>& fields, int layer, 
   return view.lead + static_cast<long>(kept) * view.rows1 * row_length;
 }
 
-/// The rows that a row's springs lead to, none of which comes before it.
+/// The rows that a row's springs lead to.
 template <class Arch, class Real>
 struct Neighbours {
   int count = 0;
@@ -132,32 +132,32 @@ struct Neighbours {
   struct Row {
     Nodes<Real> at;
     long slot;
-    bool sides;    ///< springs to the left and to the right too
+    bool sides;
     Real rest[2];  ///< straight across, and to the sides
   } rows[neighbour_kinds];
 };
 
 template <Task task, class Arch, class Real>
 Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab, const Nodes<Real>& all,
-                                     const long (&forces)[2], int row1, int row2, long row_length) noexcept {
+                                     const long (&layers)[2], const long (&forces)[2], int row1, int row2,
+                                     long row_length) noexcept {
   Neighbours<Arch, Real> found;
-  const long own = static_cast<long>(row2) * view.rows1 + row1;
-  const bool moves = view.row_moves[own] != 0;
-  found.own = moves && view.own_springs && slab.below == nullptr;
-  for (int kind = slab.below == nullptr ? 0 : 1; kind < neighbour_kinds; ++kind) {  // kind 0 leads along a layer
-    const int at1 = row1 + neighbour_steps[kind][0];
-    const int at2 = row2 + neighbour_steps[kind][1];
-    if (at1 < 0 || at1 >= view.rows1 || at2 >= view.rows2 || !view.straight[kind]) { continue; }
-    const long there = static_cast<long>(at2) * view.rows1 + at1;
-    if (!moves && view.row_moves[there] == 0) { continue; }
-    const bool copy = at2 == slab.end && slab.beyond != nullptr;
-    const int spans = kind % 2;  // kinds 1 and 3 lead along two axes
-    const long f = takes_step(task) ? forces[at2 - row2] + at1 * row_length : view.lead + there * row_length;
-    found.rows[found.count++] = {copy ? from_element<task, Arch>(*slab.beyond, at1 * row_length, at1 * row_length)
-                                      : from_element<task, Arch>(all, view.lead + there * row_length, f),
-                                 1 + 3L * kind,
-                                 view.sides[kind],
-                                 {view.rest[spans], view.rest[spans + 1]}};
+  const unsigned char* const own = view.row_moves + static_cast<long>(row2) * view.rows1 + row1;
+  const bool below = slab.below != nullptr;
+  found.own = *own != 0 && view.own_springs && !below;
+  const Links& links = view.links[row1 == 0 ? 0 : row1 + 1 < view.rows1 ? 1 : 2];
+  const int end = row2 + 1 < view.rows2 ? links.count : links.within;
+  for (int n = below ? links.within : 0; n < end; ++n) {
+    const Link& link = links.to[n];
+    if (*own == 0 && own[link.rows] == 0) { continue; }
+    const long in_layer = row1 * row_length + link.elements;
+    const bool copy = row2 + link.layers == slab.end && slab.beyond != nullptr;
+    found.rows[found.count++] = {copy ? from_element<task, Arch>(*slab.beyond, in_layer, in_layer)
+                                      : from_element<task, Arch>(all, layers[link.layers] + in_layer,
+                                                                 forces[link.layers] + in_layer),
+                                 link.slot,
+                                 link.sides,
+                                 {view.rest[link.spans], view.rest[link.spans + 1]}};
   }
   return found;
 }
@@ -186,6 +186,18 @@ double move_row(const View<Real>& view, const Fields<Real>& fields, long begin, 
   return static_cast<double>(xsimd::hadd(squares));
 }
 
+/// The last row of a folded layer leads to its first: all stand until it is gone through.
+template <class Arch, class Real>
+double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, Real* f, long row_length) noexcept {
+  double sum = 0.0;
+  for (long row1 = 0; row1 < view.rows1; ++row1) {
+    const long row = static_cast<long>(row2) * view.rows1 + row1;
+    if (view.row_moves[row] == 0) { continue; }
+    sum += move_row<Arch>(view, fields, view.lead + row * row_length, f + row1 * row_length, row_length);
+  }
+  return sum;
+}
+
 template <Task task, class Real, class Arch>
 double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<Real>& fields) noexcept {
   using Vector = RowVector<task, Real, Arch>;
@@ -195,12 +207,14 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
   const Nodes<Real> all{fields.q, fields.v, fields.f, view.stride};
   double sum = 0.0;
   for (int row2 = slab.begin; row2 < slab.end; ++row2) {
+    const long layer_length = view.rows1 * row_length;
+    const long layers[2] = {view.lead + row2 * layer_length, view.lead + (row2 + 1) * layer_length};
     const long forces[2] = {force_begin<task, Arch>(view, fields, row2, row_length),
                             force_begin<task, Arch>(view, fields, row2 + 1, row_length)};
     for (int row1 = 0; row1 < view.rows1; ++row1) {
-      const auto near = neighbours_of<task, Arch>(view, slab, all, forces, row1, row2, row_length);
+      const auto near = neighbours_of<task, Arch>(view, slab, all, layers, forces, row1, row2, row_length);
       const long row = static_cast<long>(row2) * view.rows1 + row1;
-      const long begin = view.lead + row * row_length;
+      const long begin = layers[0] + row1 * row_length;
       const bool joined = near.count > 0 || near.own;
       const long own_forces = forces[0] + row1 * row_length;
       const Nodes<Real> own = slab.below != nullptr
@@ -225,9 +239,14 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
         if constexpr (measures_energy(task)) { sum += static_cast<double>(vector.energy()); }
       }
       if constexpr (takes_step(task)) {
-        if (slab.below == nullptr && view.row_moves[row] != 0) {
+        if (slab.below == nullptr && !view.folded && view.row_moves[row] != 0) {
           sum += move_row<Arch>(view, fields, begin, fields.f + own_forces, row_length);
         }
+      }
+    }
+    if constexpr (takes_step(task)) {
+      if (slab.below == nullptr && view.folded) {
+        sum += move_layer<Arch>(view, fields, row2, fields.f + forces[0], row_length);
       }
     }
   }

@@ -11,18 +11,18 @@ namespace palpate {
 namespace {
 
 template <class Real>
-LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool skip) {
+LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool skip, bool may_fold) {
   const auto shape = lattice_of(problem.network());
   if (!shape) { throw std::invalid_argument("the network is no regular lattice"); }
-  return LatticeSprings<Real>(problem, *shape, lanes, skip);
+  return LatticeSprings<Real>(problem, *shape, lanes, skip, may_fold);
 }
 
 }  // namespace
 
 template <class Real>
 LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, bool skip, int threads,
-                                     const lattice::Kernels<Real>& kernels)
-    : LatticeNetwork(problem, springs_of<Real>(problem, kernels.lanes, skip), kernels, skip, threads) {}
+                                     const lattice::Kernels<Real>& kernels, bool may_fold)
+    : LatticeNetwork(problem, springs_of<Real>(problem, kernels.lanes, skip, may_fold), kernels, skip, threads) {}
 
 template <class Real>
 LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprings<Real> springs,

@@ -17,12 +17,12 @@ namespace palpate {
 template <class Real>
 class LatticeNetwork final : public NetworkSystem<Real> {
  public:
-  /// Throws std::invalid_argument for a network that lattice_of() does not know.
+  /// Throws std::invalid_argument for a network that lattice_of() does not know. `may_fold`: see LatticeRows.
   LatticeNetwork(const NetworkProblem& problem, bool skip, int threads = 1,
-                 const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front());
+                 const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front(), bool may_fold = true);
 
   /// Rows that nothing displaces, moves or loads in the beginning sleep, but those of `touched` nodes
-  /// (lattice_sleep.hpp). For one thread and without weight.
+  /// (lattice_sleep.hpp). For one thread, without weight and without folds.
   void let_sleep(double most_withheld, std::span<const int> touched = {});
   [[nodiscard]] double awake_share() const noexcept override { return sleep_ ? sleep_->awake_share() : 1.0; }
 

@@ -2,34 +2,47 @@
 #include "model/stepping/lattice_rows.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace palpate {
 
 namespace {
 
-int vectors_for(int nodes, int lanes) { return (nodes + lanes - 1) / lanes; }
+int whole(int nodes, int share) { return (nodes + share - 1) / share; }
 
-/// Waste of an axis: elements of a row for each of its nodes.
-double elements_per_node(int nodes, int lanes) {
-  return static_cast<double>(vectors_for(nodes, lanes) * lanes) / nodes;
-}
+/// A folded layer moves once all its rows are gone through; that has to be worth it.
+constexpr double worth_folding = 1.1;
 
 /// The two others keep their order.
-std::array<std::size_t, 3> axes_for(const LatticeShape& shape, int lanes) {
-  std::size_t along = 0;
-  for (std::size_t axis = 1; axis < 3; ++axis) {
-    const double waste = elements_per_node(shape.nodes[axis], lanes);
-    if (waste < elements_per_node(shape.nodes[along], lanes)) { along = axis; }
-  }
-  return {along, along == 0 ? 1U : 0U, along == 2 ? 1U : 2U};
+std::array<std::size_t, 3> axes_from(std::size_t along) { return {along, along == 0 ? 1U : 0U, along == 2 ? 1U : 2U}; }
+
+/// Elements of a layer's row for each of its nodes.
+double elements_per_node(int nodes0, int nodes1, int lanes, int folds) {
+  const double elements = static_cast<double>(whole(nodes0, lanes / folds) * lanes) * whole(nodes1, folds);
+  return elements / (static_cast<double>(nodes0) * nodes1);
 }
 
 }  // namespace
 
-LatticeRows::LatticeRows(const LatticeShape& shape, int lanes)
-    : shape_(shape), axes_(axes_for(shape, lanes)) {
+LatticeRows::LatticeRows(const LatticeShape& shape, int lanes, bool may_fold) : shape_(shape) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t along = 0; along < 3; ++along) {
+    const std::array<std::size_t, 3> axes = axes_from(along);
+    const int nodes0 = shape.nodes[axes[0]];
+    const int nodes1 = shape.nodes[axes[1]];
+    // Two rows of a layer at least: what a vector touches beside its row stays in the layer.
+    for (int folds = 1; folds == 1 || (may_fold && folds <= lanes && whole(nodes1, folds) > 1); folds *= 2) {
+      const double cost = elements_per_node(nodes0, nodes1, lanes, folds) * (folds > 1 ? worth_folding : 1.0);
+      if (cost >= least) { continue; }
+      least = cost;
+      axes_ = axes;
+      folds_ = folds;
+    }
+  }
   for (std::size_t n = 0; n < 3; ++n) { nodes_[n] = shape.nodes[axes_[n]]; }
-  vectors_ = vectors_for(nodes_[0], lanes);
+  pieces_ = lanes / folds_;
+  vectors_ = whole(nodes_[0], pieces_);
+  rows1_ = whole(nodes_[1], folds_);
 }
 
 auto LatticeRows::place_of(int node) const -> Place {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <numeric>
@@ -49,10 +50,10 @@ std::vector<lattice::Kernels<Real>> lattice_kernels() {
 
 template <class Real>
 LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes,
-                                     bool skip)
+                                     bool skip, bool may_fold)
     : problem_(problem),
       spacing_(shape.spacing),
-      rows_(shape, lanes),
+      rows_(shape, lanes, may_fold),
       lanes_(lanes),
       vectors_(rows_.vectors()),
       stride_(stride_for<Real>(static_cast<Eigen::Index>(rows_.count()) * vectors_ * lanes_)),
@@ -63,7 +64,7 @@ LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const Lattic
 template <class Real>
 Eigen::Index LatticeSprings<Real>::element_of(const LatticeRows::Place& place) const {
   const auto row = static_cast<Eigen::Index>(rows_.row_of(place));
-  return margin<Real> + (row * vectors_ + place[0] % vectors_) * lanes_ + place[0] / vectors_;
+  return margin<Real> + (row * vectors_ + place[0] % vectors_) * lanes_ + rows_.first_lane(place) + place[0] / vectors_;
 }
 
 template <class Real>
@@ -91,7 +92,8 @@ auto LatticeSprings<Real>::stretch_of(int node, int nodes, const SpringList::Bon
   return {.row = static_cast<std::uint32_t>(rows_.row_of(from)),
           .place = from[0],
           .nodes = nodes,
-          .slot = static_cast<std::uint32_t>(slot_of(step)),
+          .slot = static_cast<std::uint16_t>(slot_of(step)),
+          .first_lane = static_cast<std::uint16_t>(rows_.first_lane(from)),
           .bond = &bond};
 }
 
@@ -148,7 +150,7 @@ void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip)
       used_[stretch.slot] = true;
       for (int place = stretch.place; place < stretch.place + stretch.nodes; ++place) {
         const auto vector = static_cast<std::size_t>(place % vectors_);
-        const auto lane = static_cast<std::size_t>(place / vectors_);
+        const auto lane = static_cast<std::size_t>(stretch.first_lane + place / vectors_);
         Real* constants = row.data() + (vector * lattice::slots + stretch.slot) * slot_length + lane;
         constants[0] += static_cast<Real>(stretch.bond->stiffness);
         if (damped_) { constants[lanes] += static_cast<Real>(stretch.bond->viscosity); }
@@ -160,23 +162,44 @@ void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip)
   }
 }
 
+/// Beyond the last of folded rows come the first one's nodes of the next fold.
+template <class Real>
+lattice::Links LatticeSprings<Real>::links_of(int row1) const {
+  const int rows1 = rows_.rows1();
+  lattice::Links links;
+  for (int kind = 0; kind < lattice::neighbour_kinds; ++kind) {
+    const auto& step = lattice::neighbour_steps[kind];
+    const std::size_t slot = 1 + 3 * static_cast<std::size_t>(kind);
+    const bool sides = used_[slot] || used_[slot + 2];
+    const int folds = row1 + step[0] < 0 ? -1 : (row1 + step[0]) / rows1;  // further on
+    if ((!sides && !used_[slot + 1]) || (folds != 0 && rows_.folds() == 1)) { continue; }
+    const int rows = step[0] - folds * rows1;
+    links.to[links.count++] = {.layers = step[1],
+                               .rows = rows + step[1] * rows1,
+                               .elements = static_cast<long>(rows) * vectors_ * lanes_ + folds * rows_.pieces(),
+                               .slot = static_cast<int>(slot),
+                               .spans = std::abs(step[0]) + step[1] - 1,
+                               .sides = sides};
+    links.within += 1 - step[1];
+  }
+  return links;
+}
+
 template <class Real>
 lattice::View<Real> LatticeSprings<Real>::view() const {
-  lattice::View<Real> view{.rows1 = rows_.nodes()[1],
+  lattice::View<Real> view{.rows1 = rows_.rows1(),
                            .rows2 = rows_.nodes()[2],
                            .vectors = vectors_,
+                           .folded = rows_.folds() > 1,
                            .lead = margin<Real>,
                            .stride = stride_,
                            .numbers = damped_ ? 2 : 1,
                            .tables = tables_.data(),
                            .row_table = row_table_.data(),
                            .row_moves = row_moves_.data(),
-                           .own_springs = used_[0]};
+                           .own_springs = used_[0],
+                           .links = {links_of(0), links_of(1), links_of(rows_.rows1() - 1)}};
   for (int n = 0; n < 3; ++n) { view.rest[n] = static_cast<Real>(spacing_ * std::sqrt(n + 1.0)); }
-  for (std::size_t kind = 0; kind < lattice::neighbour_kinds; ++kind) {
-    view.sides[kind] = used_[1 + 3 * kind] || used_[3 + 3 * kind];
-    view.straight[kind] = used_[2 + 3 * kind] || view.sides[kind];
-  }
   return view;
 }
 

@@ -22,7 +22,7 @@ class LatticeSprings {
  public:
   /// `shape` is lattice_of() the problem's network. skip = false goes through dampers and rows of fixed
   /// nodes that are not there or do nothing, to the same bits.
-  LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes, bool skip);
+  LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes, bool skip, bool may_fold);
 
   [[nodiscard]] NodeLayout layout() const;  ///< made anew
   [[nodiscard]] const LatticeRows& rows() const { return rows_; }
@@ -38,15 +38,17 @@ class LatticeSprings {
     std::uint32_t row = 0;
     int place = 0;  ///< of the first in the row
     int nodes = 0;
-    std::uint32_t slot = 0;
+    std::uint16_t slot = 0;
+    std::uint16_t first_lane = 0;  ///< of its fold
     const SpringList::Bond* bond = nullptr;
     /// In all but the row.
     [[nodiscard]] bool equals(const Stretch& other) const {
-      return place == other.place && nodes == other.nodes && slot == other.slot &&
+      return place == other.place && nodes == other.nodes && slot == other.slot && first_lane == other.first_lane &&
              bond->stiffness == other.bond->stiffness && bond->viscosity == other.bond->viscosity;
     }
   };
   [[nodiscard]] Stretch stretch_of(int node, int nodes, const SpringList::Bond& bond) const;
+  [[nodiscard]] lattice::Links links_of(int row1) const;
   void fill_tables(const NetworkProblem& problem, bool skip);
   [[nodiscard]] std::vector<Stretch> by_row(const SpringList& springs, std::vector<std::size_t>& begins) const;
 

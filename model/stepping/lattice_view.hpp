@@ -11,14 +11,32 @@ inline constexpr int neighbour_steps[neighbour_kinds][2] = {{1, 0}, {-1, 1}, {0,
 /// Springs that a node can have with such rows: one in its own, three (left, across, right) to each other.
 inline constexpr int slots = 1 + 3 * neighbour_kinds;
 
+/// A row that another's springs lead to, which does not come before it.
+struct Link {
+  int layers = 0;      ///< further on: 0 or 1
+  int rows = 0;        ///< further on, with those of the layers
+  long elements = 0;   ///< further on in its layer
+  int slot = 0;        ///< of springs to the left, from where those straight across and to the right follow
+  int spans = 0;       ///< View::rest of springs straight across; of the others the next
+  bool sides = false;  ///< springs to the left and to the right too
+};
+
+struct Links {
+  int count = 0;
+  int within = 0;  ///< of them, in the row's own layer; the first ones
+  Link to[neighbour_kinds];
+};
+
 /// A row of n nodes is cut into as many pieces as there are lanes; vector i holds the i-th node of every
-/// piece. Neighbours along the row are then neighbouring vectors, and no lane meets another.
+/// piece. Neighbours along the row are then neighbouring vectors, and no lane meets another. Short rows are folded:
+/// several, as far apart as there are rows in a layer, share the lanes, each cut into fewer pieces.
 template <class Real>
 struct View {
   static constexpr Real zero_length = Real(1e-12);  ///< as in spring_force.hpp [m]
   int rows1 = 0;                  ///< rows along the second axis
   int rows2 = 0;                  ///< and along the third
   long vectors = 0;               ///< of a row
+  bool folded = false;            ///< a layer's last row leads to its first
   long lead = 0;                  ///< elements before the first row
   long stride = 0;                ///< from x to y, and from y to z
   long numbers = 2;               ///< of a spring: stiffness, and viscosity where there is any
@@ -27,8 +45,7 @@ struct View {
   const unsigned char* row_moves = nullptr;  ///< 0: no node of a row is free, or all sleep
   Real rest[3]{};                 ///< length [m] along one, two and three axes
   bool own_springs = false;       ///< some row has springs within it
-  bool straight[neighbour_kinds]{};  ///< some row has springs straight across to that neighbour
-  bool sides[neighbour_kinds]{};     ///< or to its left and right
+  Links links[3];            ///< of a layer's first row, of those between, and of the last
 };
 
 /// Nodes that follow each other in memory: x of the first, y and z a stride and two strides on (of forces in a step,

@@ -111,7 +111,8 @@ template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
                                                          const NetworkOptions& options) {
   if (options.lattice) {
-    auto lattice = std::make_unique<LatticeNetwork<Real>>(problem, options.skip, options.threads);
+    auto lattice = std::make_unique<LatticeNetwork<Real>>(problem, options.skip, options.threads,
+                                                          lattice_kernels<Real>().front(), options.sleep_force <= 0.0);
     if (options.sleep_force > 0.0) { lattice->let_sleep(options.sleep_force, options.touched); }
     return lattice;
   }

@@ -98,10 +98,10 @@ void choose_substeps(const Scene& scene, StepPlan& plan) {
 }
 
 /// Of a lattice that steps in lanes.
-std::optional<LatticeRows> lattice_rows(const NetworkProblem& problem, bool single) {
-  const std::optional<LatticeShape> shape = lattice_of(problem.network());
+std::optional<LatticeRows> lattice_rows(const std::optional<LatticeShape>& shape, bool single, bool may_fold) {
   if (!shape) { return {}; }
-  return LatticeRows(*shape, single ? lattice_kernels<float>().front().lanes : lattice_kernels<double>().front().lanes);
+  return LatticeRows(*shape, single ? lattice_kernels<float>().front().lanes : lattice_kernels<double>().front().lanes,
+                     may_fold);
 }
 
 void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, StepPlan& plan) {
@@ -234,12 +234,13 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool damped = is_damped(network->network().springs);
   const bool law_as_printed = printed.sign || printed.reversed || printed.direction ||
                               printed.half_force || printed.lagged_velocity;
-  std::optional<LatticeRows> rows;
-  if (!plan.integrator->implicit && !law_as_printed) { rows = lattice_rows(*network, single); }
-  plan.lattice = rows.has_value();
+  std::optional<LatticeShape> shape;
+  if (!plan.integrator->implicit && !law_as_printed) { shape = lattice_of(network->network()); }
+  plan.lattice = shape.has_value();
   plan.kernel = plan.lattice ? lattice_kernel_name(damped || !skip, single)
                              : kernel_name({.damped = damped || !skip, .printed = law_as_printed}, single);
   choose_sleep(scene, plan);
+  const std::optional<LatticeRows> rows = lattice_rows(shape, single, plan.sleep_force <= 0.0);
   choose_threads(scene, rows, plan);
   if (skip) { list_skipped(scene, *network, rows, plan); }
   return plan;

@@ -77,7 +77,13 @@ const std::vector<Setting> settings{
     {.nodes = {5, 4, 17}, .uneven = true},
     {.nodes = {11, 7, 3}, .damped = false, .uneven = true},
     {.nodes = {6, 5, 4}, .connectivity = 6},
-    {.nodes = {9, 5, 4}, .connectivity = 18, .uneven = true, .held = false}};
+    {.nodes = {9, 5, 4}, .connectivity = 18, .uneven = true, .held = false},
+    // Short rows, which are folded into registers of four, eight and sixteen lanes.
+    {.nodes = {10, 10, 10}, .uneven = true},
+    {.nodes = {20, 20, 20}, .uneven = true},
+    {.nodes = {20, 11, 13}, .damped = false, .uneven = true, .held = false},
+    {.nodes = {3, 5, 9}, .uneven = true},
+    {.nodes = {2, 2, 2}, .held = false}};
 
 template <class Real>
 VectorXd force_of(const NetworkProblem& problem, const Motion& motion, bool skip = true,
@@ -203,6 +209,17 @@ TEST("a network is taken for a lattice only where every node and spring fits") {
   renumbered.rest_position.col(3).swap(renumbered.rest_position.col(9));
   CHECK(!lattice_of(renumbered));
   CHECK(!lattice_of(SpringNetwork{}));
+}
+
+TEST("rows are folded where that fills registers better, and not where they may sleep") {
+  const LatticeShape cube{{20, 20, 20}, 0.01, 26};
+  const LatticeRows folded(cube, 16, true);
+  CHECK(folded.folds() == 4 && folded.pieces() == 4 && folded.vectors() == 5 && folded.rows1() == 5);
+  CHECK(folded.row_of({0, 19, 0}) == 4 && folded.first_lane({0, 19, 0}) == 12);
+  const LatticeRows plain(cube, 16, false);
+  CHECK(plain.folds() == 1 && plain.vectors() == 2 && plain.rows1() == 20);
+  CHECK(LatticeRows(cube, 4, true).folds() == 1);  // 20 nodes fill four lanes
+  CHECK(LatticeRows({{2, 2, 2}, 0.01, 26}, 16, true).rows1() == 2);  // two rows of a layer stay
 }
 
 /// Threads from 1 to this share the lattices of `settings`, whatever the machine has.
