@@ -19,6 +19,7 @@ namespace {
 
 constexpr double most_nodes = 5e7;
 constexpr int most_threads = 64;
+constexpr int most_far_modes = 1000;
 
 class Checker : private Rules {
  public:
@@ -53,6 +54,10 @@ class Checker : private Rules {
          std::to_string(s.threads) + "; must be from 1 to " + std::to_string(most_threads));
     must(s.sleep_force >= 0.0 && std::isfinite(s.sleep_force), "simulation.sleep_force",
          number_in_words(s.sleep_force) + " N; must be 0 or more");
+    must(s.near_radius >= 0.0 && std::isfinite(s.near_radius), "simulation.near_radius",
+         number_in_words(s.near_radius) + " m; must be 0 or more");
+    must(s.far_modes >= 1 && s.far_modes <= most_far_modes, "simulation.far_modes",
+         std::to_string(s.far_modes) + "; must be from 1 to " + std::to_string(most_far_modes));
     const double ticks = s.duration / s.step;
     must(!(ticks > 1e9), "simulation.duration", number_in_words(ticks) + " ticks; at most 1e9");
     must(!(ticks < 1.0 - 1e-9), "simulation.duration", "shorter than one step; at least one step");

@@ -40,9 +40,9 @@ Gradient<Real> gradient_of(const SpringLaw& law, const Element& spring,
 
 template <class Real>
 ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h,
-                               bool skip, bool fans)
-    : NetworkSystem<Real>(problem, packed_layout(problem), skip) {
-  this->set_mass(problem.mass());
+                               bool skip, bool fans, Eigen::Index further)
+    : NetworkSystem<Real>(problem, packed_layout(problem, further), skip) {
+  if (further == 0) { this->set_mass(problem.mass()); }
   sort_springs(problem, skip);
   damped_ = is_damped(problem.network().springs);
   PrintedForm law_only = printed;
@@ -57,8 +57,8 @@ ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm&
 }
 
 template <class Real>
-NodeLayout ListNetwork<Real>::packed_layout(const NetworkProblem& problem) {
-  NodeLayout layout{.size = problem.dof(), .stride = 1};
+NodeLayout ListNetwork<Real>::packed_layout(const NetworkProblem& problem, Eigen::Index further) {
+  NodeLayout layout{.size = problem.dof() + further, .stride = 1};
   for (int node = 0; node < problem.network().node_count(); ++node) {
     layout.first.push_back(problem.coordinate(node));
   }
@@ -164,7 +164,8 @@ void ListNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
 template <class Real>
 void ListNetwork<Real>::pattern(Eigen::SparseMatrix<Real>& a) {
   std::vector<Eigen::Triplet<Real>> triplets;
-  triplets.reserve(18 * springs_.links.size() + static_cast<std::size_t>(9 * this->dof()));
+  const Eigen::Index of_nodes = this->problem().dof();
+  triplets.reserve(18 * springs_.links.size() + static_cast<std::size_t>(9 * of_nodes));
   const auto block = [&](Eigen::Index row, Eigen::Index column) {
     for (int c = 0; c < 3; ++c) {
       for (int r = 0; r < 3; ++r) {
@@ -172,11 +173,12 @@ void ListNetwork<Real>::pattern(Eigen::SparseMatrix<Real>& a) {
       }
     }
   };
-  for (Eigen::Index i = 0; i < this->dof(); i += 3) { block(i, i); }
+  for (Eigen::Index i = 0; i < of_nodes; i += 3) { block(i, i); }
   for (const auto& s : springs_.links) {
     block(s.a, s.b);
     block(s.b, s.a);
   }
+  add_entries(triplets);
   a.resize(this->dof(), this->dof());
   a.setFromTriplets(triplets.begin(), triplets.end());
   a.makeCompressed();

@@ -12,12 +12,13 @@
 namespace palpate {
 
 template <class Real>
-class ListNetwork final : public NetworkSystem<Real> {
+class ListNetwork : public NetworkSystem<Real> {
  public:
   /// skip = false computes what the scene does not need, to the same bits.
-  /// `fans`: physical springs as many at once as a register holds.
+  /// `fans`: physical springs as many at once as a register holds. `further` coordinates, of whose masses a derived
+  /// class tells, come after those of the nodes.
   ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip,
-              bool fans = false);
+              bool fans = false, Eigen::Index further = 0);
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
   void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
@@ -25,13 +26,17 @@ class ListNetwork final : public NetworkSystem<Real> {
   void pattern(Eigen::SparseMatrix<Real>& a) override;
   [[nodiscard]] Vector<Real> initial_position() const override;
 
- private:
+ protected:
   void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
   double measure_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
-  void add_fixed_pairs() noexcept;
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
   [[nodiscard]] std::size_t spring_bytes() const noexcept override;
-  static NodeLayout packed_layout(const NetworkProblem& problem);
+  /// Entries of a pattern() that are not the nodes'.
+  virtual void add_entries(std::vector<Eigen::Triplet<Real>>& /*entries*/) const {}
+
+ private:
+  void add_fixed_pairs() noexcept;
+  static NodeLayout packed_layout(const NetworkProblem& problem, Eigen::Index further);
   void sort_springs(const NetworkProblem& problem, bool skip);
   void remember_lengths(const NetworkProblem& problem);
   void add_block(Real* values, const std::int64_t* columns, Real factor,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "model/dynamics/spring_force.hpp"
+#include "model/stepping/far_field_network.hpp"
 #include "model/stepping/lattice_network.hpp"
 #include "model/stepping/list_network.hpp"
 
@@ -115,6 +116,9 @@ std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& p
                                                           lattice_kernels<Real>().front(), options.sleep_force <= 0.0);
     if (options.sleep_force > 0.0) { lattice->let_sleep(options.sleep_force, options.touched); }
     return lattice;
+  }
+  if (options.near) {
+    return std::make_unique<FarFieldNetwork<Real>>(problem, *options.near, *options.path, options.far_modes);
   }
   return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip,
                                              options.fans);

@@ -4,8 +4,11 @@
 /// the network.
 
 #include <memory>
+#include <optional>
 
+#include "model/dynamics/needle_path.hpp"
 #include "model/dynamics/problem.hpp"
+#include "model/stepping/graded_lattice.hpp"
 #include "model/stepping/node_layout.hpp"
 #include "model/stepping/system.hpp"
 
@@ -24,6 +27,10 @@ class NetworkSystem : public System<Real> {
   [[nodiscard]] const NodeLayout& layout() const { return layout_; }
   [[nodiscard]] virtual Vector<Real> initial_position() const = 0;
   [[nodiscard]] Vector<Real> initial_velocity() const;
+  /// Displacement, or velocity, of a node without coordinates of its own; zero where it is held.
+  [[nodiscard]] virtual Eigen::Vector3d moved(const Vector<Real>& /*all*/, int /*node*/) const noexcept {
+    return Eigen::Vector3d::Zero();
+  }
   /// Vectors may be longer: a tool's coordinate comes after those of the network.
   [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v) const noexcept {
     return energy(q, v, elastic_energy(q));
@@ -87,6 +94,9 @@ struct NetworkOptions {
   double sleep_force = 0.0;  ///< [N] that sleeping nodes of a lattice may withhold; 0: none sleeps
   std::vector<int> touched{};  ///< nodes that a tool may push, whose rows never sleep
   bool skip = true;
+  std::optional<LatticeBox> near{};  ///< about the tool, outside which there is a far field
+  const NeedlePath* path = nullptr;  ///< of that tool; only where there is one
+  int far_modes = 0;
 };
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,

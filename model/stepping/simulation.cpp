@@ -110,12 +110,17 @@ class Simulation::CoreOf final : public Simulation::Core {
     update_length_ = printed.no_time_step ? 1.0 : plan.h;
     bound_ = static_cast<Real>(bound_of(*problem));
     if (const auto* network = dynamic_cast<const NetworkProblem*>(problem.get())) {
+      std::optional<NeedlePath> path;
+      if (plan.near) { path = tool_path(scene, network->network()); }
       auto made = make_network_system<Real>(
           *network,
           {.printed = printed, .h = plan.h, .fans = plan.integrator->implicit, .lattice = plan.lattice,
            .threads = plan.threads, .sleep_force = plan.sleep_force,
            .touched = plan.sleep_force > 0.0 ? nodes_of_tool(scene, network->network()) : std::vector<int>{},
-           .skip = skip});
+           .skip = skip,
+           .near = plan.near,
+           .path = path ? &*path : nullptr,
+           .far_modes = scene.simulation.far_modes});
       network_ = made.get();
       system_ = std::move(made);
       recorder = std::make_unique<Recorder>(scene, *network);
@@ -248,15 +253,20 @@ class Simulation::CoreOf final : public Simulation::Core {
     const NodeLayout& layout = network_->layout();
     const Eigen::Index first = layout.first[static_cast<std::size_t>(node)];
     if (first >= 0) { return at_node(all, first, layout.stride).template cast<double>(); }
-    if (&all != &state_.position) { return Eigen::Vector3d::Zero(); }
-    return static_cast<const NetworkProblem&>(*problem).network().initial_place(node);
+    const Eigen::Vector3d moved = network_->moved(all, node);
+    if (&all != &state_.position) { return moved; }
+    return static_cast<const NetworkProblem&>(*problem).network().initial_place(node) + moved;
   }
   /// In the problem's order.
   void read(const Vector<Real>& from, Eigen::Ref<Eigen::VectorXd> to) const noexcept {
-    if (network_ != nullptr) {
-      gather(from, network_->layout(), to);
-    } else {
+    if (network_ == nullptr) {
       to = from.template cast<double>();
+      return;
+    }
+    Eigen::Index n = 0;
+    for (const int node : static_cast<const NetworkProblem&>(*problem).free_nodes()) {
+      to.segment<3>(n) = value_at(from, node);
+      n += 3;
     }
   }
   /// Staggered schemes carry another instant's velocity; the one of t = 0 is the given one.

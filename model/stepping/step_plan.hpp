@@ -3,9 +3,11 @@
 /// What a scene needs, decided before the first step and said in words.
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "model/stepping/graded_lattice.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/stepping/spectral_bounds.hpp"
 
@@ -25,6 +27,7 @@ struct StepPlan {
   bool lattice = false;                          ///< a regular lattice, stepped in lanes
   int threads = 1;                               ///< that share a lattice
   double sleep_force = 0.0;                      ///< [N] as in NetworkOptions
+  std::optional<LatticeBox> near{};              ///< outside which a far field stands for the tissue
   std::string kernel{};
   std::vector<std::string> skipped{};            ///< "dampers: every spring has zero viscosity"
   std::vector<std::string> warnings{};

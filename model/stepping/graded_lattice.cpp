@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+#include "model/stepping/graded_lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <Eigen/SparseCholesky>
+
+namespace palpate {
+
+namespace {
+
+/// Cells of the lattice beside the box that keep their length, and by how much each further one is longer than the
+/// one before.
+constexpr int even_cells = 2;
+constexpr double growth = 1.5;
+
+/// From `from` to `to`, which is in it.
+void walk(int from, int to, std::vector<int>& places) {
+  const int way = to < from ? -1 : 1;
+  double length = 1.0;
+  int place = from;
+  for (int n = 0; place != to; ++n) {
+    if (n >= even_cells) { length *= growth; }
+    const int left = std::abs(to - place);
+    int step = static_cast<int>(length);
+    if (left < 2 * step) { step = left < step + step / 2 + 1 ? left : left / 2; }
+    place += way * step;
+    places.push_back(place);
+  }
+}
+
+std::vector<int> graded_axis(int nodes, int first, int last) {
+  std::vector<int> places;
+  for (int n = first; n <= last; ++n) { places.push_back(n); }
+  walk(first, 0, places);
+  walk(last, nodes - 1, places);
+  std::ranges::sort(places);
+  return places;
+}
+
+constexpr int block = 3 * GradedLattice::corners;
+using CellMatrix = Eigen::Matrix<double, block, block>;
+using CellRow = Eigen::Matrix<double, block, 1>;
+
+}  // namespace
+
+GradedLattice::GradedLattice(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box)
+    : problem_(problem), shape_(shape) {
+  for (std::size_t n = 0; n < 3; ++n) {
+    axes_[n] = graded_axis(shape.nodes[n], box.first[n], box.last[n]);
+    int cell = 0;
+    for (int place = 0; place < shape.nodes[n]; ++place) {
+      while (cell + 2 < static_cast<int>(axes_[n].size()) && axes_[n][static_cast<std::size_t>(cell) + 1] <= place) {
+        ++cell;
+      }
+      cell_of_[n].push_back(cell);
+    }
+  }
+  for (const int l : axes_[2]) {
+    for (const int j : axes_[1]) {
+      for (const int i : axes_[0]) {
+        const bool held = problem.coordinate(shape.index(i, j, l)) < 0;
+        coordinate_.push_back(held ? -1 : dof_);
+        if (!held) { dof_ += 3; }
+      }
+    }
+  }
+}
+
+Eigen::Index GradedLattice::index(int i, int j, int l) const {
+  return (l * static_cast<Eigen::Index>(axes_[1].size()) + j) * static_cast<Eigen::Index>(axes_[0].size()) + i;
+}
+
+auto GradedLattice::cell_from(const std::array<int, 3>& place) const -> Cell {
+  Cell cell{};
+  for (std::size_t n = 0; n < 3; ++n) { cell[n] = cell_of_[n][static_cast<std::size_t>(place[n])]; }
+  return cell;
+}
+
+auto GradedLattice::place_in(int node, const Cell& cell) const -> Place {
+  Place at;
+  const std::array<int, 3> place = shape_.place(node);
+  const bool held = problem_.coordinate(node) < 0;
+  std::array<double, 3> share{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    const auto begin = static_cast<std::size_t>(cell[n]);
+    share[n] = static_cast<double>(place[n] - axes_[n][begin]) / (axes_[n][begin + 1] - axes_[n][begin]);
+  }
+  for (int corner = 0; corner < corners; ++corner) {
+    const std::array<int, 3> up{corner & 1, corner >> 1 & 1, corner >> 2};
+    double weight = held ? 0.0 : 1.0;
+    for (std::size_t n = 0; n < 3; ++n) { weight *= up[n] != 0 ? share[n] : 1.0 - share[n]; }
+    const auto c = static_cast<std::size_t>(corner);
+    at.coordinate[c] = coordinate_[static_cast<std::size_t>(index(cell[0] + up[0], cell[1] + up[1], cell[2] + up[2]))];
+    at.weight[c] = weight;
+  }
+  return at;
+}
+
+auto GradedLattice::place_of(int node) const -> Place { return place_in(node, cell_from(shape_.place(node))); }
+
+Eigen::Index GradedLattice::coordinate(int node) const {
+  const Place at = place_of(node);
+  const auto most = std::ranges::max_element(at.weight);
+  return *most == 1.0 ? at.coordinate[static_cast<std::size_t>(most - at.weight.begin())] : -1;
+}
+
+Eigen::MatrixXd GradedLattice::respond(const Eigen::MatrixXd& loads) const {
+  const SpringNetwork& network = problem_.network();
+  const auto cells = [&](std::size_t n) { return static_cast<std::size_t>(axes_[n].size() - 1); };
+  std::vector<CellMatrix> stiffness(cells(0) * cells(1) * cells(2), CellMatrix::Zero());
+  const auto number = [&](const Cell& cell) {
+    return (static_cast<std::size_t>(cell[2]) * cells(1) + static_cast<std::size_t>(cell[1])) * cells(0) +
+           static_cast<std::size_t>(cell[0]);
+  };
+  std::vector<Cell> cell_at(stiffness.size());
+  for (const Spring& spring : network.springs) {
+    if (network.is_fixed(spring.a) && network.is_fixed(spring.b)) { continue; }
+    const std::array<int, 3> a = shape_.place(spring.a);
+    const std::array<int, 3> b = shape_.place(spring.b);
+    const Cell cell = cell_from({std::min(a[0], b[0]), std::min(a[1], b[1]), std::min(a[2], b[2])});
+    cell_at[number(cell)] = cell;
+    const Eigen::Vector3d along = (network.rest_position.col(spring.b) - network.rest_position.col(spring.a)).normalized();
+    const Place from = place_in(spring.a, cell);
+    const Place to = place_in(spring.b, cell);
+    CellRow row;
+    for (int corner = 0; corner < corners; ++corner) {
+      const auto c = static_cast<std::size_t>(corner);
+      row.segment<3>(3 * corner) = (to.weight[c] - from.weight[c]) * along;
+    }
+    stiffness[number(cell)].selfadjointView<Eigen::Lower>().rankUpdate(row, spring.stiffness);
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t n = 0; n < stiffness.size(); ++n) {
+    const Place corner = place_in(shape_.index(axes_[0][static_cast<std::size_t>(cell_at[n][0])],
+                                               axes_[1][static_cast<std::size_t>(cell_at[n][1])],
+                                               axes_[2][static_cast<std::size_t>(cell_at[n][2])]),
+                                  cell_at[n]);
+    for (int column = 0; column < block; ++column) {
+      const Eigen::Index c = corner.coordinate[static_cast<std::size_t>(column / 3)];
+      for (int row = column; row < block; ++row) {
+        const Eigen::Index r = corner.coordinate[static_cast<std::size_t>(row / 3)];
+        const double value = stiffness[n](row, column);
+        if (r < 0 || c < 0 || value == 0.0) { continue; }
+        const auto one = static_cast<int>(r + row % 3);
+        const auto other = static_cast<int>(c + column % 3);
+        entries.emplace_back(std::max(one, other), std::min(one, other), value);
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> k(dof_, dof_);
+  k.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factors(k);
+  if (factors.info() != Eigen::Success) {
+    throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
+  }
+  return factors.solve(loads);
+}
+
+}  // namespace palpate
