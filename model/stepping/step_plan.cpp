@@ -306,6 +306,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   plan.lattice = shape.has_value();
   plan.kernel = plan.lattice ? lattice_kernel_name(damped || !skip, single)
                              : kernel_name({.damped = damped || !skip, .printed = law_as_printed}, single);
+  if (plan.near) { plan.kernel += "-far-field"; }
   choose_sleep(scene, plan);
   const std::optional<LatticeRows> rows = lattice_rows(shape, single, plan.sleep_force <= 0.0);
   choose_threads(scene, rows, plan);

@@ -160,6 +160,21 @@ TEST("a lattice of many nodes takes less than 200 bytes a node, while it is load
   }
 }
 
+TEST("a needle in a block with a far field allocates nothing") {
+  for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+    Scene scene = layered_scene();
+    scene.tissue.block.nodes = {9, 9};
+    scene.simulation = {.duration = 0.5,
+                        .step = 1e-3,
+                        .integrator = "implicit-euler",
+                        .precision = precision,
+                        .near_radius = scene.tissue.block.spacing,
+                        .far_modes = 10};
+    CHECK(Simulation(scene).plan().near.has_value());
+    CHECK_NEAR(static_cast<double>(allocations_of(scene, 500)), 0.0, 0.0);
+  }
+}
+
 TEST("a tool under an applied force and a probe allocate nothing") {
   for (const bool probe : {false, true}) {
     Scene scene = layered_scene();

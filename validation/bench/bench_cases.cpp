@@ -13,6 +13,7 @@ std::vector<Case> all_benches(const timing::InstructionCounter& counter) {
   std::ranges::move(skip_cases(), std::back_inserter(cases));
   std::ranges::move(precision_cases(), std::back_inserter(cases));
   std::ranges::move(needle_cases(), std::back_inserter(cases));
+  std::ranges::move(far_field_cases(), std::back_inserter(cases));
   std::ranges::move(frontier_cases(), std::back_inserter(cases));
   std::ranges::move(instruction_cases(counter), std::back_inserter(cases));
   return cases;

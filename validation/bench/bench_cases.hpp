@@ -15,6 +15,7 @@ std::vector<Case> thread_cases();
 std::vector<Case> skip_cases();
 std::vector<Case> precision_cases();
 std::vector<Case> needle_cases();
+std::vector<Case> far_field_cases();
 std::vector<Case> frontier_cases();
 std::vector<Case> instruction_cases(const timing::InstructionCounter& counter);
 
