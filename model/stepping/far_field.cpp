@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <map>
-#include <random>
-#include <stdexcept>
 
-#include <Eigen/Eigenvalues>
+#include "model/stepping/far_springs.hpp"
 
 namespace palpate {
 
@@ -17,139 +15,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Sums of k s s^T over many s, some at a time.
-class GramSum {
- public:
-  GramSum(Index size, Index together) : rows_(size, together), sum_(MatrixXd::Zero(size, size)) {}
-  template <class Row>
-  void add(const Row& row, double factor) {
-    rows_.col(count_++) = std::sqrt(factor) * row;
-    if (count_ == rows_.cols()) { flush(); }
-  }
-  MatrixXd take() {
-    flush();
-    return sum_.selfadjointView<Eigen::Lower>();
-  }
-
- private:
-  void flush() {
-    sum_.selfadjointView<Eigen::Lower>().rankUpdate(rows_.leftCols(count_));
-    count_ = 0;
-  }
-  MatrixXd rows_;
-  MatrixXd sum_;
-  Index count_ = 0;
-};
-constexpr Index together = 512;
-
-/// visit(spring, u, s) for each spring that moves with the shapes: it grows by s^T z less u . x of its near end, if
-/// it has one, u being its direction towards the far one.
-template <class Visit>
-void visit_far_springs(const SpringNetwork& network, const FarShapes& shapes, Visit visit) {
-  VectorXd grows(shapes.modes());
-  for (const Spring& spring : network.springs) {
-    const bool from = shapes.holds(spring.a);
-    const bool to = shapes.holds(spring.b);
-    if (!from && !to) { continue; }
-    Vector3d u = (network.rest_position.col(spring.b) - network.rest_position.col(spring.a)).normalized();
-    if (to) { grows.noalias() = shapes.of(spring.b) * u; }
-    if (from && to) { grows.noalias() -= shapes.of(spring.a) * u; }
-    if (from && !to) {
-      u = -u;
-      grows.noalias() = shapes.of(spring.a) * u;
-    }
-    visit(spring, u, grows);
-  }
-}
-
-/// Columns are forces on the coarse coordinates [N].
-MatrixXd loads_of(const GradedLattice& graded, const NetworkProblem& problem, const LatticeShape& shape,
-                  const LatticeBox& box, const NeedlePath& path, int modes) {
-  MatrixXd loads = MatrixXd::Zero(graded.dof(), modes);
-  std::mt19937 random(1);
-  std::normal_distribution<double> normal;
-  const auto of_knots = static_cast<Index>(3 * path.knots().size());
-  MatrixXd on_knots = MatrixXd::Zero(graded.dof(), of_knots);
-  for (std::size_t k = 0; k < path.knots().size(); ++k) {
-    for (const NeedlePath::Support& support : path.supports(path.knots()[k])) {
-      const Index at = graded.coordinate(support.node);
-      if (at < 0) { continue; }
-      for (Index c = 0; c < 3; ++c) { on_knots(at + c, 3 * static_cast<Index>(k) + c) = support.weight; }
-    }
-  }
-  if (modes < of_knots) {
-    return on_knots * MatrixXd::NullaryExpr(of_knots, modes, [&] { return normal(random); });
-  }
-  loads.leftCols(of_knots) = on_knots;
-  for (int node = 0; node < shape.node_count(); ++node) {
-    if (problem.coordinate(node) < 0 || !box.holds(shape.place(node))) { continue; }
-    for (Index c = 0; c < 3; ++c) {
-      for (Index n = of_knots; n < modes; ++n) { loads(graded.coordinate(node) + c, n) = normal(random); }
-    }
-  }
-  return loads;
-}
-
-/// Directions in which a Gram matrix is rounding are left out.
-constexpr double least_share = 1e-11;
-
-/// Columns c with c^T a c = 1 each, and 0 between two.
-MatrixXd independent(const MatrixXd& a) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(a);
-  const double least = least_share * modes.eigenvalues().maxCoeff();
-  const Index left_out = (modes.eigenvalues().array() <= least).count();
-  const Index kept = a.rows() - left_out;
-  return modes.eigenvectors().rightCols(kept) *
-         modes.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
-}
-
 }  // namespace
-
-FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box,
-                     const NeedlePath& path, int modes) {
-  const SpringNetwork& network = problem.network();
-  const GradedLattice graded(problem, shape, box);
-  const MatrixXd response = graded.respond(loads_of(graded, problem, shape, box, path, modes)).transpose();
-  FarShapes shapes;
-  shapes.column.assign(static_cast<std::size_t>(network.node_count()), -1);
-  std::ptrdiff_t columns = 0;
-  for (const int node : problem.free_nodes()) {
-    if (box.holds(shape.place(node))) { continue; }
-    shapes.column[static_cast<std::size_t>(node)] = columns;
-    columns += 3;
-  }
-  shapes.phi = MatrixXd::Zero(modes, columns);
-  double whole = 0.0;
-  VectorXd root_mass(columns);
-  for (const int node : problem.free_nodes()) {
-    if (!shapes.holds(node)) { continue; }
-    const std::ptrdiff_t first = shapes.column[static_cast<std::size_t>(node)];
-    const GradedLattice::Place place = graded.place_of(node);
-    for (std::size_t c = 0; c < place.weight.size(); ++c) {
-      if (place.coordinate[c] < 0) { continue; }
-      shapes.phi.middleCols<3>(first) += place.weight[c] * response.middleCols<3>(place.coordinate[c]);
-    }
-    whole += network.mass(node);
-    root_mass.segment<3>(first).setConstant(std::sqrt(network.mass(node)));
-  }
-  const double mean = 3.0 * whole / static_cast<double>(std::max<std::ptrdiff_t>(columns, 1));
-  // Loads differ by orders of magnitude in what they move.
-  for (Index n = 0; n < modes; ++n) {
-    const double size = shapes.phi.row(n).norm();
-    if (size > 0.0) { shapes.phi.row(n) /= size; }
-  }
-  MatrixXd gram = MatrixXd::Zero(modes, modes);
-  gram.selfadjointView<Eigen::Lower>().rankUpdate(shapes.phi * root_mass.asDiagonal());
-  const MatrixXd basis = independent(gram.selfadjointView<Eigen::Lower>());
-  shapes.phi = (std::sqrt(mean) * basis.transpose() * shapes.phi).eval();
-  GramSum stiffness(shapes.modes(), together);
-  visit_far_springs(network, shapes, [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {
-    stiffness.add(grows, spring.stiffness);
-  });
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> own(stiffness.take());
-  shapes.phi = (own.eigenvectors().transpose() * shapes.phi).eval();
-  return shapes;
-}
 
 template <class Real>
 FarField<Real>::FarField(const NetworkProblem& problem, const NetworkProblem& near, const FarShapes& shapes)
@@ -164,7 +30,7 @@ FarField<Real>::FarField(const NetworkProblem& problem, const NetworkProblem& ne
   };
   std::map<int, Sum> sums;
   VectorXd stiffness = VectorXd::Zero(modes);
-  GramSum damping(modes, together);
+  GramSum damping(modes);
   const auto near_end = [&](const Spring& spring) {
     const int end = shapes.holds(spring.a) ? spring.b : spring.a;
     return near.coordinate(end) >= 0 ? end : -1;
@@ -207,16 +73,6 @@ FarField<Real>::FarField(const NetworkProblem& problem, const NetworkProblem& ne
   mass_ = VectorXd::Constant(modes, 3.0 * mass / static_cast<double>(std::max<Index>(shapes.phi.cols(), 1)));
   moved_.setZero(coupling_.cols());
   pulled_.setZero(coupling_.cols());
-}
-
-template <class Real>
-void FarField<Real>::gather(const Vector<Real>& all, bool from_rest) noexcept {
-  Index at = 0;
-  for (const Edge& edge : edges_) {
-    moved_.template segment<3>(at) = all.template segment<3>(edge.coordinate);
-    if (from_rest) { moved_.template segment<3>(at) -= edge.rest; }
-    at += 3;
-  }
 }
 
 template <class Real>
@@ -264,12 +120,11 @@ void FarField<Real>::add_damping(const Vector<Real>& w, Vector<Real>& f) noexcep
 template <class Real>
 double FarField<Real>::energy(const Vector<Real>& q) noexcept {
   const auto z = q.segment(first_, modes());
-  gather(q, true);
   double energy = 0.5 * static_cast<double>(z.cwiseAbs2().dot(stiffness_));
   pulled_.noalias() = coupling_.transpose() * z;
   Index at = 0;
   for (const Edge& edge : edges_) {
-    const auto u = moved_.template segment<3>(at);
+    const Eigen::Matrix<Real, 3, 1> u = q.template segment<3>(edge.coordinate) - edge.rest;
     energy += static_cast<double>(u.dot(Real(0.5) * (edge.stiffness * u) + pulled_.template segment<3>(at)));
     at += 3;
   }

@@ -14,7 +14,7 @@ namespace {
 /// Cells of the lattice beside the box that keep their length, and by how much each further one is longer than the
 /// one before.
 constexpr int even_cells = 2;
-constexpr double growth = 1.5;
+constexpr double cell_growth = 1.5;
 
 /// From `from` to `to`, which is in it.
 void walk(int from, int to, std::vector<int>& places) {
@@ -22,7 +22,7 @@ void walk(int from, int to, std::vector<int>& places) {
   double length = 1.0;
   int place = from;
   for (int n = 0; place != to; ++n) {
-    if (n >= even_cells) { length *= growth; }
+    if (n >= even_cells) { length *= cell_growth; }
     const int left = std::abs(to - place);
     int step = static_cast<int>(length);
     if (left < 2 * step) { step = left < step + step / 2 + 1 ? left : left / 2; }

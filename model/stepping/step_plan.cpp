@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include "model/dynamics/needle_path.hpp"
 #include "model/stepping/lattice_slabs.hpp"
 #include "model/stepping/lattice_springs.hpp"
+#include "model/stepping/near_box.hpp"
 #include "model/stepping/spring_kernels.hpp"
 #include "model/stepping/stability.hpp"
 
@@ -42,68 +42,17 @@ double substeps_for(double step, double limit) {
                      : std::numeric_limits<double>::infinity();
 }
 
-/// Nodes of a lattice within `radius` of those that a tool pushes, along each axis.
-LatticeBox box_about(const NeedlePath& path, const LatticeShape& shape, double radius) {
-  LatticeBox box{.first = shape.nodes, .last = {0, 0, 0}};
-  const int cells = static_cast<int>(std::ceil(std::min(radius / shape.spacing, 1e6) - 1e-9));
-  for (const NeedlePath::Knot& knot : path.knots()) {
-    for (const NeedlePath::Support& support : path.supports(knot)) {
-      const std::array<int, 3> at = shape.place(support.node);
-      for (std::size_t n = 0; n < 3; ++n) {
-        box.first[n] = std::max(0, std::min(box.first[n], at[n] - cells));
-        box.last[n] = std::min(shape.nodes[n] - 1, std::max(box.last[n], at[n] + cells));
-      }
-    }
-  }
-  return box;
-}
-
-/// Why none of the tissue can be left to a far field, or null.
-const char* obstacle_to_far_field(const Scene& scene, const NetworkProblem& problem) {
-  const SpringNetwork& network = problem.network();
-  if (!scene.needle && !scene.probe) { return "there is no tool that the rest would be far from"; }
-  if (!scene.tissue.gravity.isZero()) { return "gravity pulls at what lies further away"; }
-  if (network.initial_displacement.size() > 0 || network.initial_velocity.size() > 0) {
-    return "the tissue does not begin at rest";
-  }
-  if (scene.simulation.printed.any()) { return "the printed equations are not linear about rest"; }
-  return nullptr;
-}
-
 void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
   const double radius = scene.simulation.near_radius;
   if (!(radius > 0.0) || !plan.skip) { return; }
-  const char* obstacle = obstacle_to_far_field(scene, problem);
-  std::optional<LatticeShape> shape;
-  if (obstacle == nullptr) {
-    shape = lattice_of(problem.network());
-    if (!shape) { obstacle = "only a regular lattice can"; }
+  const NearChoice choice = choose_near_box(scene, problem);
+  if (!choice.box) {
+    plan.warnings.push_back(std::string("nothing is left to a far field: ") + choice.obstacle);
+    return;
   }
-  const IntegratorInfo* asked = find_integrator(scene.simulation.integrator);
-  if (asked != nullptr && !asked->implicit) { obstacle = "only an implicit scheme gains by it"; }
-  if (obstacle == nullptr) {
-    plan.near = box_about(tool_path(scene, problem.network()), *shape, radius);
-    const auto is_far = [&](int node) { return !plan.near->holds(shape->place(node)); };
-    for (const Load& load : problem.loads()) {
-      if (std::ranges::any_of(load.nodes, is_far)) { obstacle = "a load acts further away"; }
-    }
-    const auto far = std::ranges::count_if(problem.free_nodes(), is_far);
-    if (far == 0) { obstacle = "no free node lies further away"; }
-    if (obstacle == nullptr) {
-      plan.skipped.push_back("nodes further than " + number(radius) + " m from the tool: " + std::to_string(far) +
-                             ", linear about rest in " + std::to_string(scene.simulation.far_modes) + " modes");
-      return;
-    }
-    plan.near.reset();
-  }
-  plan.warnings.push_back(std::string("nothing is left to a far field: ") + obstacle);
-}
-
-std::size_t nodes_stepped(const NetworkProblem& problem, const StepPlan& plan) {
-  if (!plan.near) { return problem.free_nodes().size(); }
-  const LatticeShape shape = lattice_of(problem.network()).value();
-  return static_cast<std::size_t>(std::ranges::count_if(
-      problem.free_nodes(), [&](int node) { return plan.near->holds(shape.place(node)); }));
+  plan.near = choice.box;
+  plan.skipped.push_back("nodes further than " + number(radius) + " m from the tool: " + std::to_string(choice.far_nodes) +
+                         ", linear about rest in " + std::to_string(scene.simulation.far_modes) + " modes");
 }
 
 void choose_integrator(const Scene& scene, std::size_t free_nodes, StepPlan& plan) {
@@ -284,7 +233,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
                            : stable_step(*info, plan.bounds.omega_upper, plan.bounds.damping_upper);
   }
   if (network != nullptr) { choose_near(scene, *network, plan); }
-  choose_integrator(scene, network != nullptr ? nodes_stepped(*network, plan) : 1, plan);
+  choose_integrator(scene, network != nullptr ? network->free_nodes().size() : 1, plan);
   if (scene.simulation.printed.lagged_velocity && !plan.integrator->one_evaluation) {
     throw std::invalid_argument(
         "integrator \"" + std::string(plan.integrator->name) +
