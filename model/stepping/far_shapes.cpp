@@ -58,47 +58,58 @@ MatrixXd independent(const MatrixXd& a) {
          modes.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-}  // namespace
-
-FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box,
-                     const NeedlePath& path, int modes) {
-  const SpringNetwork& network = problem.network();
-  const GradedLattice graded(problem, shape, box);
-  const MatrixXd response = graded.respond(loads_of(graded, problem, shape, box, path, modes)).transpose();
+/// Which columns far nodes have, and in them what `response` (coarse coordinates in columns) moves them by.
+FarShapes far_part(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box,
+                   const GradedLattice& graded, const MatrixXd& response) {
   FarShapes shapes;
-  shapes.column.assign(static_cast<std::size_t>(network.node_count()), -1);
+  shapes.column.assign(static_cast<std::size_t>(problem.network().node_count()), -1);
   std::ptrdiff_t columns = 0;
   for (const int node : problem.free_nodes()) {
     if (box.holds(shape.place(node))) { continue; }
     shapes.column[static_cast<std::size_t>(node)] = columns;
     columns += 3;
   }
-  shapes.phi = MatrixXd::Zero(modes, columns);
-  double whole = 0.0;
-  VectorXd root_mass(columns);
+  shapes.phi = MatrixXd::Zero(response.rows(), columns);
   for (const int node : problem.free_nodes()) {
     if (!shapes.holds(node)) { continue; }
-    const std::ptrdiff_t first = shapes.column[static_cast<std::size_t>(node)];
     const GradedLattice::Place place = graded.place_of(node);
     for (std::size_t c = 0; c < place.weight.size(); ++c) {
       if (place.coordinate[c] < 0) { continue; }
-      shapes.phi.middleCols<3>(first) += place.weight[c] * response.middleCols<3>(place.coordinate[c]);
+      shapes.phi.middleCols<3>(shapes.column[static_cast<std::size_t>(node)]) +=
+          place.weight[c] * response.middleCols<3>(place.coordinate[c]);
     }
-    whole += network.mass(node);
-    root_mass.segment<3>(first).setConstant(std::sqrt(network.mass(node)));
   }
-  const double mean = 3.0 * whole / static_cast<double>(std::max<std::ptrdiff_t>(columns, 1));
   // Loads differ by orders of magnitude in what they move.
-  for (Index n = 0; n < modes; ++n) {
+  for (Index n = 0; n < shapes.modes(); ++n) {
     const double size = shapes.phi.row(n).norm();
     if (size > 0.0) { shapes.phi.row(n) /= size; }
   }
-  MatrixXd gram = MatrixXd::Zero(modes, modes);
-  gram.selfadjointView<Eigen::Lower>().rankUpdate(shapes.phi * root_mass.asDiagonal());
+  return shapes;
+}
+
+/// Each with the mass of a mean node, and none between two.
+void share_out_mass(const SpringNetwork& network, FarShapes& shapes) {
+  VectorXd mass(shapes.phi.cols());
+  for (int node = 0; node < network.node_count(); ++node) {
+    if (!shapes.holds(node)) { continue; }
+    mass.segment<3>(shapes.column[static_cast<std::size_t>(node)]).setConstant(network.mass(node));
+  }
+  MatrixXd gram = MatrixXd::Zero(shapes.modes(), shapes.modes());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(shapes.phi * mass.cwiseSqrt().asDiagonal());
   const MatrixXd basis = independent(gram.selfadjointView<Eigen::Lower>());
-  shapes.phi = (std::sqrt(mean) * basis.transpose() * shapes.phi).eval();
+  shapes.phi = (std::sqrt(mass.mean()) * basis.transpose() * shapes.phi).eval();
+}
+
+}  // namespace
+
+FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box,
+                     const NeedlePath& path, int modes) {
+  const GradedLattice graded(problem, shape, box);
+  const MatrixXd response = graded.respond(loads_of(graded, problem, shape, box, path, modes)).transpose();
+  FarShapes shapes = far_part(problem, shape, box, graded, response);
+  share_out_mass(problem.network(), shapes);
   GramSum stiffness(shapes.modes());
-  visit_far_springs(network, shapes, [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {
+  visit_far_springs(problem.network(), shapes, [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {
     stiffness.add(grows, spring.stiffness);
   });
   const Eigen::SelfAdjointEigenSolver<MatrixXd> own(stiffness.take());

@@ -40,10 +40,6 @@ std::vector<int> graded_axis(int nodes, int first, int last) {
   return places;
 }
 
-constexpr int block = 3 * GradedLattice::corners;
-using CellMatrix = Eigen::Matrix<double, block, block>;
-using CellRow = Eigen::Matrix<double, block, 1>;
-
 }  // namespace
 
 GradedLattice::GradedLattice(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box)
@@ -107,52 +103,54 @@ Eigen::Index GradedLattice::coordinate(int node) const {
   return *most == 1.0 ? at.coordinate[static_cast<std::size_t>(most - at.weight.begin())] : -1;
 }
 
-Eigen::MatrixXd GradedLattice::respond(const Eigen::MatrixXd& loads) const {
+/// Springs are shorter than cells: each lies in one.
+auto GradedLattice::cells_with_springs() const -> std::vector<CellStiffness> {
   const SpringNetwork& network = problem_.network();
-  const auto cells = [&](std::size_t n) { return static_cast<std::size_t>(axes_[n].size() - 1); };
-  std::vector<CellMatrix> stiffness(cells(0) * cells(1) * cells(2), CellMatrix::Zero());
-  const auto number = [&](const Cell& cell) {
-    return (static_cast<std::size_t>(cell[2]) * cells(1) + static_cast<std::size_t>(cell[1])) * cells(0) +
-           static_cast<std::size_t>(cell[0]);
-  };
-  std::vector<Cell> cell_at(stiffness.size());
+  const std::size_t along[2] = {axes_[0].size() - 1, axes_[1].size() - 1};
+  std::vector<CellStiffness> cells(along[0] * along[1] * (axes_[2].size() - 1));
   for (const Spring& spring : network.springs) {
     if (network.is_fixed(spring.a) && network.is_fixed(spring.b)) { continue; }
     const std::array<int, 3> a = shape_.place(spring.a);
     const std::array<int, 3> b = shape_.place(spring.b);
     const Cell cell = cell_from({std::min(a[0], b[0]), std::min(a[1], b[1]), std::min(a[2], b[2])});
-    cell_at[number(cell)] = cell;
-    const Eigen::Vector3d along = (network.rest_position.col(spring.b) - network.rest_position.col(spring.a)).normalized();
     const Place from = place_in(spring.a, cell);
     const Place to = place_in(spring.b, cell);
-    CellRow row;
+    const Eigen::Vector3d apart = network.rest_position.col(spring.b) - network.rest_position.col(spring.a);
+    Eigen::Matrix<double, block, 1> grows;
     for (int corner = 0; corner < corners; ++corner) {
       const auto c = static_cast<std::size_t>(corner);
-      row.segment<3>(3 * corner) = (to.weight[c] - from.weight[c]) * along;
+      grows.segment<3>(3 * corner) = (to.weight[c] - from.weight[c]) * apart.normalized();
     }
-    stiffness[number(cell)].selfadjointView<Eigen::Lower>().rankUpdate(row, spring.stiffness);
+    const auto number = (static_cast<std::size_t>(cell[2]) * along[1] + static_cast<std::size_t>(cell[1])) * along[0] +
+                        static_cast<std::size_t>(cell[0]);
+    cells[number].coordinate = from.coordinate;
+    cells[number].matrix.selfadjointView<Eigen::Lower>().rankUpdate(grows, spring.stiffness);
   }
+  return cells;
+}
+
+/// The lower half.
+Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
   std::vector<Eigen::Triplet<double>> entries;
-  for (std::size_t n = 0; n < stiffness.size(); ++n) {
-    const Place corner = place_in(shape_.index(axes_[0][static_cast<std::size_t>(cell_at[n][0])],
-                                               axes_[1][static_cast<std::size_t>(cell_at[n][1])],
-                                               axes_[2][static_cast<std::size_t>(cell_at[n][2])]),
-                                  cell_at[n]);
+  for (const CellStiffness& cell : cells_with_springs()) {
     for (int column = 0; column < block; ++column) {
-      const Eigen::Index c = corner.coordinate[static_cast<std::size_t>(column / 3)];
+      const Eigen::Index c = cell.coordinate[static_cast<std::size_t>(column / 3)];
       for (int row = column; row < block; ++row) {
-        const Eigen::Index r = corner.coordinate[static_cast<std::size_t>(row / 3)];
-        const double value = stiffness[n](row, column);
-        if (r < 0 || c < 0 || value == 0.0) { continue; }
+        const Eigen::Index r = cell.coordinate[static_cast<std::size_t>(row / 3)];
+        if (r < 0 || c < 0 || cell.matrix(row, column) == 0.0) { continue; }
         const auto one = static_cast<int>(r + row % 3);
         const auto other = static_cast<int>(c + column % 3);
-        entries.emplace_back(std::max(one, other), std::min(one, other), value);
+        entries.emplace_back(std::max(one, other), std::min(one, other), cell.matrix(row, column));
       }
     }
   }
   Eigen::SparseMatrix<double> k(dof_, dof_);
   k.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factors(k);
+  return k;
+}
+
+Eigen::MatrixXd GradedLattice::respond(const Eigen::MatrixXd& loads) const {
+  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factors(stiffness());
   if (factors.info() != Eigen::Success) {
     throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
 
 #include "model/dynamics/lattice.hpp"
 #include "model/dynamics/problem.hpp"
@@ -49,9 +50,16 @@ class GradedLattice {
  private:
   using Axis = std::vector<int>;  ///< places of coarse nodes along it
   using Cell = std::array<int, 3>;
+  static constexpr int block = 3 * corners;
+  struct CellStiffness {
+    std::array<Eigen::Index, corners> coordinate{};
+    Eigen::Matrix<double, block, block> matrix = Eigen::Matrix<double, block, block>::Zero();  ///< its lower half [N/m]
+  };
   [[nodiscard]] Eigen::Index index(int i, int j, int l) const;
   [[nodiscard]] Cell cell_from(const std::array<int, 3>& place) const;
   [[nodiscard]] Place place_in(int node, const Cell& cell) const;
+  [[nodiscard]] std::vector<CellStiffness> cells_with_springs() const;
+  [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const;
 
   const NetworkProblem& problem_;
   LatticeShape shape_;

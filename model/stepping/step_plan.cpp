@@ -51,8 +51,9 @@ void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     return;
   }
   plan.near = choice.box;
-  plan.skipped.push_back("nodes further than " + number(radius) + " m from the tool: " + std::to_string(choice.far_nodes) +
-                         ", linear about rest in " + std::to_string(scene.simulation.far_modes) + " modes");
+  plan.skipped.push_back("nodes further than " + number(radius) +
+                         " m from the tool: " + std::to_string(choice.far_nodes) + ", linear about rest in " +
+                         std::to_string(scene.simulation.far_modes) + " modes");
 }
 
 void choose_integrator(const Scene& scene, std::size_t free_nodes, StepPlan& plan) {
