@@ -66,11 +66,7 @@ FarField<Real>::FarField(const NetworkProblem& problem, const NetworkProblem& ne
   }
   stiffness_ = stiffness.template cast<Real>();
   damping_ = damping.take().template cast<Real>();
-  double mass = 0.0;
-  for (int node = 0; node < network.node_count(); ++node) {
-    if (shapes.holds(node)) { mass += network.mass(node); }
-  }
-  mass_ = VectorXd::Constant(modes, 3.0 * mass / static_cast<double>(std::max<Index>(shapes.phi.cols(), 1)));
+  mass_ = VectorXd::Constant(modes, shapes.mass);
   moved_.setZero(coupling_.cols());
   pulled_.setZero(coupling_.cols());
 }
@@ -108,13 +104,13 @@ void FarField<Real>::add_damping(const Vector<Real>& w, Vector<Real>& f) noexcep
   Index at = 0;
   for (const Edge& edge : edges_) {
     moved_.template segment<3>(at) = edge.lag * w.template segment<3>(edge.coordinate);
-    f.template segment<3>(edge.coordinate) -=
+    f.template segment<3>(edge.coordinate) +=
         edge.stiffness * moved_.template segment<3>(at) + edge.lag * pulled_.template segment<3>(at);
     at += 3;
   }
   auto on_shapes = f.segment(first_, modes());
-  on_shapes.noalias() -= coupling_ * moved_;
-  on_shapes.noalias() -= damping_ * rate;
+  on_shapes.noalias() += coupling_ * moved_;
+  on_shapes.noalias() += damping_ * rate;
 }
 
 template <class Real>

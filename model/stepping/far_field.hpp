@@ -24,7 +24,7 @@ class FarField {
   [[nodiscard]] Eigen::Index modes() const { return stiffness_.size(); }
   [[nodiscard]] const Eigen::VectorXd& mass() const { return mass_; }  ///< of the shapes [kg]
   void add(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept;
-  void add_damping(const Vector<Real>& w, Vector<Real>& f) noexcept;  ///< adds -C w
+  void add_damping(const Vector<Real>& w, Vector<Real>& f) noexcept;  ///< adds C w
   [[nodiscard]] double energy(const Vector<Real>& q) noexcept;        ///< [J]
   void add_pattern(std::vector<Eigen::Triplet<Real>>& entries) const;
   /// After add_pattern(): where a matrix has the entries.

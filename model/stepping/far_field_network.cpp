@@ -69,9 +69,7 @@ double FarFieldNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexce
 template <class Real>
 void FarFieldNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept {
   ListNetwork<Real>::damping(q, w, f);
-  f = -f;
   far_.add_damping(w, f);
-  f = -f;
 }
 
 template <class Real>

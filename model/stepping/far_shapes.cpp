@@ -97,7 +97,8 @@ void share_out_mass(const SpringNetwork& network, FarShapes& shapes) {
   MatrixXd gram = MatrixXd::Zero(shapes.modes(), shapes.modes());
   gram.selfadjointView<Eigen::Lower>().rankUpdate(shapes.phi * mass.cwiseSqrt().asDiagonal());
   const MatrixXd basis = independent(gram.selfadjointView<Eigen::Lower>());
-  shapes.phi = (std::sqrt(mass.mean()) * basis.transpose() * shapes.phi).eval();
+  shapes.mass = mass.mean();
+  shapes.phi = (std::sqrt(shapes.mass) * basis.transpose() * shapes.phi).eval();
 }
 
 }  // namespace

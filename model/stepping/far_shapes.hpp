@@ -15,6 +15,7 @@ namespace palpate {
 struct FarShapes {
   std::vector<std::ptrdiff_t> column{};  ///< first of each node; -1: a near node, or a held one
   Eigen::MatrixXd phi{};                 ///< modes x 3 far nodes
+  double mass = 0.0;                     ///< of each shape: that of a mean far node [kg]
   [[nodiscard]] Eigen::Index modes() const { return phi.rows(); }
   /// The columns of a node, or nothing that moves.
   [[nodiscard]] bool holds(int node) const { return column[static_cast<std::size_t>(node)] >= 0; }

@@ -172,7 +172,7 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
     if (modes != 4) { CHECK(moved > before * (1.0 - 1e-9)); }  // 1 and 4 are random sums, neither holds the other
     before = std::max(before, moved);
   }
-  CHECK(before > 0.98 * whole(coordinate));
+  CHECK(before > 0.98 * whole(coordinate));  // 2 % is what a force may be off
 }
 
 TEST("forces of a far field are the slope of its energy, and its matrices theirs") {

@@ -42,17 +42,11 @@ Scene with_far_field(Scene scene, const Far& far) {
   return scene;
 }
 
-double share_of_ticks(const Insertion& run, double share) {
-  std::vector<double> sorted = run.seconds;
-  std::ranges::sort(sorted);
-  return 1e6 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
-}
-
 std::vector<Cell> row_of(const std::string& name, const Insertion& run, const Insertion& truth) {
   return {name,
           run.loading,
-          share_of_ticks(run, 0.5),
-          share_of_ticks(run, 1.0),
+          ticks_within(run, 0.5),
+          ticks_within(run, 1.0),
           largest(errors_within_a_tick(run, truth)),
           static_cast<double>(std::ranges::count_if(errors(run, truth), [](double e) { return !(e <= 0.02); }))};
 }
@@ -83,7 +77,7 @@ void measure(const CaseContext& context, Outcome& outcome) {
                  .value = static_cast<double>(
                      std::ranges::count_if(errors(run, truth), [](double error) { return !(error <= 0.02); })),
                  .upper = 3.0,
-                 .bound_from = "a step sees a harder layer when it ends: one tick for each of the three"});
+                 .bound_from = "an event falls to the one or the other end of its step; no more than bench/stiff-needle allows"});
 
   Table table{.id = "far-fields",
               .title = "How much is left of the far field",

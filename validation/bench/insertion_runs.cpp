@@ -62,15 +62,16 @@ double largest(const std::vector<double>& values) {
   return most;
 }
 
-void tell_times(const Insertion& run, const std::string& of, Outcome& outcome) {
+double ticks_within(const Insertion& run, double share) {
   std::vector<double> sorted = run.seconds;
   std::ranges::sort(sorted);
-  const auto share = [&](double part) {
-    return 1e6 * sorted[static_cast<std::size_t>(part * static_cast<double>(sorted.size() - 1))];
-  };
-  outcome.timings.push_back({"median_tick_" + of, share(0.5), "us"});
-  outcome.timings.push_back({"tick_of_a_hundred_" + of, share(0.99), "us"});
-  outcome.timings.push_back({"worst_tick_" + of, share(1.0), "us"});
+  return 1e6 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+}
+
+void tell_times(const Insertion& run, const std::string& of, Outcome& outcome) {
+  outcome.timings.push_back({"median_tick_" + of, ticks_within(run, 0.5), "us"});
+  outcome.timings.push_back({"tick_of_a_hundred_" + of, ticks_within(run, 0.99), "us"});
+  outcome.timings.push_back({"worst_tick_" + of, ticks_within(run, 1.0), "us"});
 }
 
 }  // namespace palpate::bench

@@ -27,6 +27,8 @@ std::vector<double> errors(const Insertion& run, const Insertion& truth);
 std::vector<double> errors_within_a_tick(const Insertion& run, const Insertion& truth);
 /// NaN if one is.
 double largest(const std::vector<double>& values);
+/// What this share of the ticks takes at most [us].
+double ticks_within(const Insertion& run, double share);
 /// Median, hundredth and worst tick [us].
 void tell_times(const Insertion& run, const std::string& of, Outcome& outcome);
 
