@@ -26,7 +26,7 @@ FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem, const Latt
 template <class Real>
 FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem, NearAndFar parts)
     : NearAndFar(std::move(parts)),
-      ListNetwork<Real>(NearAndFar::near, {}, 0.0, true, true, shapes.modes()),
+      ListNetwork<Real>(NearAndFar::near, {}, 0.0, true, shapes.modes()),
       far_(problem, NearAndFar::near, shapes) {
   Eigen::VectorXd mass(this->problem().dof() + far_.modes());
   mass << this->problem().mass(), far_.mass();

@@ -42,13 +42,17 @@ inline Widest widest_allowed() {
 
 /// Kernels for what this processor has and may use, the best first. Only those that it can run are asked for.
 template <class Kernels>
+std::vector<Kernels> kernels_here(Kernels (*avx2)() noexcept, Kernels (*baseline)() noexcept) {
+  std::vector<Kernels> kernels;
+  if (widest_allowed() >= Widest::avx2 && has_avx2()) { kernels.push_back(avx2()); }
+  kernels.push_back(baseline());
+  return kernels;
+}
+template <class Kernels>
 std::vector<Kernels> kernels_here(Kernels (*avx512)() noexcept, Kernels (*avx2)() noexcept,
                                   Kernels (*baseline)() noexcept) {
-  std::vector<Kernels> kernels;
-  const Widest widest = widest_allowed();
-  if (widest >= Widest::avx512 && has_avx512()) { kernels.push_back(avx512()); }
-  if (widest >= Widest::avx2 && has_avx2()) { kernels.push_back(avx2()); }
-  kernels.push_back(baseline());
+  std::vector<Kernels> kernels = kernels_here(avx2, baseline);
+  if (widest_allowed() >= Widest::avx512 && has_avx512()) { kernels.insert(kernels.begin(), avx512()); }
   return kernels;
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-/// Every kernel for AVX-512; called only where the processor has it.
+/// Kernels for AVX-512; called only where the processor has it.
 #include "model/stepping/lattice_kernel.hpp"
 #include "model/stepping/panel_kernel.hpp"
-#include "model/stepping/spring_fans_kernel.hpp"
 
 namespace palpate {
 
@@ -18,13 +17,6 @@ lattice::Kernels<Real> lattice::avx512_kernels() noexcept {
 }
 template lattice::Kernels<double> lattice::avx512_kernels<double>() noexcept;
 template lattice::Kernels<float> lattice::avx512_kernels<float>() noexcept;
-
-template <class Real>
-fans::Kernels<Real> fans::avx512_kernels() noexcept {
-  return kernels_for<Real, Instructions>("avx512");
-}
-template fans::Kernels<double> fans::avx512_kernels<double>() noexcept;
-template fans::Kernels<float> fans::avx512_kernels<float>() noexcept;
 
 panels::Kernels panels::avx512_kernels() noexcept { return kernels_for<Instructions>("avx512"); }
 

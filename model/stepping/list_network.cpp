@@ -40,7 +40,7 @@ Gradient<Real> gradient_of(const SpringLaw& law, const Element& spring,
 
 template <class Real>
 ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h,
-                               bool skip, bool fans, Eigen::Index further)
+                               bool skip, Eigen::Index further)
     : NetworkSystem<Real>(problem, packed_layout(problem, further), skip) {
   if (further == 0) { this->set_mass(problem.mass()); }
   sort_springs(problem, skip);
@@ -52,7 +52,7 @@ ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm&
   springs_.lag = static_cast<Real>(h);
   kernel_ = spring_kernel_for<Real>({.damped = damped_ || !skip, .printed = law_only.any()});
   if (springs_.lagged) { remember_lengths(problem); }
-  if (fans && !law_only.any()) { fans_.take(springs_); }
+  if (!law_only.any()) { fans_.take(springs_, damped_ || !skip); }
   this->spread_weight();
 }
 

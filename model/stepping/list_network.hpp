@@ -15,10 +15,8 @@ template <class Real>
 class ListNetwork : public NetworkSystem<Real> {
  public:
   /// skip = false computes what the scene does not need, to the same bits.
-  /// `fans`: physical springs as many at once as a register holds. `further` coordinates, of whose masses a derived
-  /// class tells, come after those of the nodes.
-  ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip,
-              bool fans = false, Eigen::Index further = 0);
+  /// `further` coordinates, of whose masses a derived class tells, come after those of the nodes.
+  ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip, Eigen::Index further = 0);
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
   void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
@@ -43,7 +41,7 @@ class ListNetwork : public NetworkSystem<Real> {
                  const Eigen::Matrix<Real, 3, 3>& block) const noexcept;
 
   SpringSet<Real> springs_;
-  SpringFans<Real> fans_{};  ///< the same springs, where they are wanted
+  SpringFans<Real> fans_{};  ///< the same springs, unless they pull as printed
   SpringKernel<Real> kernel_ = nullptr;
   bool damped_ = true;
   SpringSet<Real> fixed_pairs_;  ///< only without skipping

@@ -120,8 +120,7 @@ std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& p
   if (options.near) {
     return std::make_unique<FarFieldNetwork<Real>>(problem, *options.near, *options.path, options.far_modes);
   }
-  return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip,
-                                             options.fans);
+  return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip);
 }
 
 template class NetworkSystem<double>;

@@ -88,7 +88,6 @@ class NetworkSystem : public System<Real> {
 struct NetworkOptions {
   PrintedForm printed{};
   double h = 0.0;        ///< as in step() [s]
-  bool fans = false;     ///< a list's springs as many at once as a register holds
   bool lattice = false;  ///< in lanes, which lattice_of() the network must allow
   int threads = 1;       ///< that share a lattice
   double sleep_force = 0.0;  ///< [N] that sleeping nodes of a lattice may withhold; 0: none sleeps

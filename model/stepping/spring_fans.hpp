@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The springs of a list, gathered by the node that they begin at, so that as many as a register holds are
-/// computed at once. Equals spring_kernel_for({.damped = true}) to rounding.
+/// The springs of a list, gathered by nodes, so that as many as a register holds are computed at once. Equals
+/// spring_kernel_for() of the physical law to rounding.
 
 #include <span>
 #include <vector>
@@ -20,32 +20,50 @@ template <class Real>
 class SpringFans {
  public:
   explicit SpringFans(const fans::Kernels<Real>& kernels = fan_kernels<Real>().front()) : kernels_(kernels) {}
-  /// Links and anchors, sorted by the coordinate a; allocates.
-  void take(const SpringSet<Real>& springs);
+  /// Links and anchors; without their dampers unless `damped`. Allocates.
+  void take(const SpringSet<Real>& springs, bool damped);
   [[nodiscard]] bool empty() const { return fans_.empty(); }
-  void add(const Real* q, const Real* v, Real* f) const noexcept { kernels_.force(view(), q, v, f); }
+  /// Adds the forces of all springs to f.
+  void add(const Real* q, const Real* v, Real* f) noexcept { force_(view(), q, v, f); }
   /// add(), and returns the springs' energy [J].
-  double measure(const Real* q, const Real* v, Real* f) const noexcept {
-    return kernels_.measured_force(view(), q, v, f);
-  }
+  double measure(const Real* q, const Real* v, Real* f) noexcept { return measured_force_(view(), q, v, f); }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return fans_.size() * sizeof(fans::Fan) + partners_.size() * sizeof(int) + numbers_.size() * sizeof(Real);
+    return fans_.size() * sizeof(fans::Fan) + partners_.size() * sizeof(int) +
+           (numbers_.size() + states_.size() + forces_.size()) * sizeof(Real);
   }
 
  private:
-  [[nodiscard]] fans::View<Real> view() const noexcept {
+  /// A spring as one of its ends sees it.
+  struct Member {
+    int partner;
+    Real stiffness;
+    Real viscosity;
+    Real rest_length;
+  };
+  [[nodiscard]] fans::View<Real> view() noexcept {
     return {.fans = fans_.data(),
             .count = static_cast<long>(fans_.size()),
             .partners = partners_.data(),
-            .numbers = numbers_.data()};
+            .numbers = numbers_.data(),
+            .free_nodes = free_nodes_,
+            .nodes = static_cast<long>(forces_.size()) / fans::quad,
+            .states = states_.data(),
+            .forces = forces_.data()};
   }
-  void take_links(fans::Fan& fan, std::span<const Link<Real>> links);
-  void take_anchors(fans::Fan& fan, std::span<const Anchor<Real>> anchors);
+  /// The nodes of the anchors: one for each of their places.
+  std::vector<int> place_nodes(const SpringSet<Real>& springs);
+  void add_fan(int node, std::span<const Member> members);
 
   fans::Kernels<Real> kernels_;
+  bool damped_ = true;
+  fans::Force<Real> force_ = nullptr;
+  fans::MeasuredForce<Real> measured_force_ = nullptr;
   std::vector<fans::Fan> fans_;
   std::vector<int> partners_;
   AlignedVector<Real> numbers_;
+  long free_nodes_ = 0;
+  AlignedVector<Real> states_;
+  AlignedVector<Real> forces_;
 };
 
 }  // namespace palpate

@@ -104,12 +104,6 @@ SpringKernel<Real> spring_kernel_for(KernelTraits traits) noexcept {
   return traits.damped ? &physical_kernel<true, Real> : &physical_kernel<false, Real>;
 }
 
-std::string_view kernel_name(KernelTraits traits, bool single_precision) noexcept {
-  if (traits.printed) { return single_precision ? "springs-printed-float" : "springs-printed-double"; }
-  if (traits.damped) { return single_precision ? "springs-damped-float" : "springs-damped-double"; }
-  return single_precision ? "springs-undamped-float" : "springs-undamped-double";
-}
-
 template <class Real>
 void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, Real* f) noexcept {
   const auto factor = [&](const auto& s, const Three<Real>& d, const Three<Real>& relative) {

@@ -3,7 +3,6 @@
 /// The loops over springs, one per combination of what a scene needs, chosen once at load. Each
 /// equals the specification (NetworkProblem::force) to rounding; a test holds them to it.
 
-#include <string_view>
 #include <vector>
 
 #include "model/dynamics/spring_force.hpp"
@@ -52,8 +51,6 @@ struct KernelTraits {
 
 template <class Real>
 SpringKernel<Real> spring_kernel_for(KernelTraits traits) noexcept;
-
-std::string_view kernel_name(KernelTraits traits, bool single_precision) noexcept;
 
 /// Adds -C(q) w.
 template <class Real>

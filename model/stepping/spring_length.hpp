@@ -3,6 +3,8 @@
 /// Lengths of springs and their inverses, a vector at a time. Included by one source file per instruction set; `Arch`
 /// makes functions of that instruction set alone.
 
+#include <bit>
+
 #include <xsimd/xsimd.hpp>
 
 #include "model/stepping/fused.hpp"
@@ -62,7 +64,13 @@ class SpringLengths {
   /// 0 where there is no length.
   [[nodiscard]] Batch inverse() const noexcept {
     if constexpr (estimated) { return inverse_; }
-    return xsimd::select(length_ > Batch(zero_length_), Batch(Real(1)) / length_, Batch(Real(0)));
+    const auto has_length = length_ > Batch(zero_length_);
+    const Batch inverse = Batch(Real(1)) / length_;
+    if constexpr (sizeof(has_length) == sizeof(Batch)) {
+      return std::bit_cast<Batch>(has_length) & inverse;  // select() takes an instruction more
+    } else {
+      return xsimd::select(has_length, inverse, Batch(Real(0)));
+    }
   }
 
  private:

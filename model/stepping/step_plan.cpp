@@ -13,7 +13,7 @@
 #include "model/stepping/lattice_slabs.hpp"
 #include "model/stepping/lattice_springs.hpp"
 #include "model/stepping/near_box.hpp"
-#include "model/stepping/spring_kernels.hpp"
+#include "model/stepping/spring_fans.hpp"
 #include "model/stepping/stability.hpp"
 
 namespace palpate {
@@ -213,9 +213,16 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
   bounds.damping_upper = std::max(bounds.damping_upper, viscosity / mass);
 }
 
-std::string lattice_kernel_name(bool damped, bool single) {
-  return std::string("lattice-") + (damped ? "damped" : "undamped") + (single ? "-float-" : "-double-") +
-         (single ? lattice_kernels<float>().front().name : lattice_kernels<double>().front().name);
+template <class Real>
+std::string instructions_of(bool lattice) {
+  return lattice ? lattice_kernels<Real>().front().name : fan_kernels<Real>().front().name;
+}
+
+std::string kernel_name(bool lattice, bool printed, bool damped, bool single) {
+  const std::string precision = single ? "float" : "double";
+  if (printed) { return "springs-printed-" + precision; }
+  return std::string(lattice ? "lattice" : "springs") + (damped ? "-damped-" : "-undamped-") + precision + "-" +
+         (single ? instructions_of<float>(lattice) : instructions_of<double>(lattice));
 }
 
 }  // namespace
@@ -254,8 +261,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   std::optional<LatticeShape> shape;
   if (!plan.integrator->implicit && !law_as_printed) { shape = lattice_of(network->network()); }
   plan.lattice = shape.has_value();
-  plan.kernel = plan.lattice ? lattice_kernel_name(damped || !skip, single)
-                             : kernel_name({.damped = damped || !skip, .printed = law_as_printed}, single);
+  plan.kernel = kernel_name(plan.lattice, law_as_printed, damped || !skip, single);
   if (plan.near) { plan.kernel += "-far-field"; }
   choose_sleep(scene, plan);
   const std::optional<LatticeRows> rows = lattice_rows(shape, single, plan.sleep_force <= 0.0);

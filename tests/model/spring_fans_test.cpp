@@ -40,24 +40,24 @@ struct Motion {
 };
 
 template <class Real>
-Vector<Real> plain_forces(SpringSet<Real>& springs, const Motion<Real>& motion) {
+Vector<Real> plain_forces(SpringSet<Real>& springs, const Motion<Real>& motion, bool damped) {
   Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
-  spring_kernel_for<Real>({.damped = true})(springs, motion.q.data(), motion.v.data(), f.data());
+  spring_kernel_for<Real>({.damped = damped})(springs, motion.q.data(), motion.v.data(), f.data());
   return f;
 }
 
 template <class Real>
-void compare(const fans::Kernels<Real>& kernels) {
+void compare(const fans::Kernels<Real>& kernels, bool damped) {
   SpringSet<Real> springs = some_springs<Real>();
   const Motion<Real> motion;
   SpringFans<Real> fans(kernels);
-  fans.take(springs);
+  fans.take(springs, damped);
   Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
   Vector<Real> measured = f;
   fans.add(motion.q.data(), motion.v.data(), f.data());
   // Some twenty springs pull at a node, each rounded a few times, with forces of up to ten.
   const double rounding = 100.0 * 20.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
-  const Eigen::VectorXd plain = plain_forces(springs, motion).template cast<double>();
+  const Eigen::VectorXd plain = plain_forces(springs, motion, damped).template cast<double>();
   CHECK_NEAR(Eigen::VectorXd(f.template cast<double>()), plain, rounding);
   const double energy = fans.measure(motion.q.data(), motion.v.data(), measured.data());
   CHECK(measured == f);
@@ -95,13 +95,13 @@ void compare_lengths(const fans::Kernels<Real>& kernels) {
     };
     Vector<Real> f = v;
     SpringFans<Real> slack(kernels);
-    slack.take(spring(Real(0)));
+    slack.take(spring(Real(0)), true);
     const double energy = slack.measure(q.data(), v.data(), f.data());
     // Square and product are rounded, and the length by two of its own, twice.
     CHECK_NEAR(energy / (0.5 * length * length), 1.0, 8.0 * rounding);
     f.setZero();
     SpringFans<Real> pressed(kernels);
-    pressed.take(spring(Real(1e6)));
+    pressed.take(spring(Real(1e6)), true);
     pressed.add(q.data(), v.data(), f.data());
     // Square, length, difference, inverse and two products.
     CHECK_NEAR(static_cast<double>(f(0)) / (length - 1e6), 1.0, 10.0 * rounding);
@@ -111,8 +111,10 @@ void compare_lengths(const fans::Kernels<Real>& kernels) {
 }  // namespace
 
 TEST("springs in fans pull as they do one by one, and store the same energy") {
-  for (const auto& kernels : fan_kernels<double>()) { compare(kernels); }
-  for (const auto& kernels : fan_kernels<float>()) { compare(kernels); }
+  for (const bool damped : {true, false}) {
+    for (const auto& kernels : fan_kernels<double>()) { compare(kernels, damped); }
+    for (const auto& kernels : fan_kernels<float>()) { compare(kernels, damped); }
+  }
 }
 
 TEST("lengths and their inverses are good to two roundings with every instruction set") {
@@ -124,7 +126,7 @@ TEST("a spring without length exerts no force, and a force that is not finite is
   SpringSet<double> springs;
   springs.links.push_back({0, 3, 1.0, 1.0, 0.5});
   SpringFans<double> fans;
-  fans.take(springs);
+  fans.take(springs, true);
   Eigen::VectorXd q = Eigen::VectorXd::Zero(6);
   const Eigen::VectorXd v = Eigen::VectorXd::Ones(6);
   Eigen::VectorXd f = Eigen::VectorXd::Zero(6);

@@ -159,10 +159,4 @@ TEST("energy equals that of the specification and zero lengths are counted") {
   CHECK(system.zero_length_springs(at.q) >= 1);
 }
 
-TEST("kernels are named for what they compute") {
-  CHECK(kernel_name({.damped = true}, false) == "springs-damped-double");
-  CHECK(kernel_name({.damped = false}, true) == "springs-undamped-float");
-  CHECK(kernel_name({.printed = true}, false) == "springs-printed-double");
-}
-
 }  // namespace

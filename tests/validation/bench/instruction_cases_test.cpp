@@ -67,8 +67,8 @@ TEST("names of workloads are unlike, and an unknown one is refused with those th
 
 TEST("workloads go through the kernels that they are named after") {
   const auto kernel = [](const char* name) { return simulation_of(find_workload(name)).plan().kernel; };
-  CHECK(kernel("cube-list-double") == "springs-damped-double");
-  CHECK(kernel("cube-list-float") == "springs-damped-float");
+  CHECK(kernel("cube-list-double").starts_with("springs-damped-double"));
+  CHECK(kernel("cube-list-float").starts_with("springs-damped-float"));
   CHECK(kernel("cube-lattice-double").starts_with("lattice-damped-double"));
   CHECK(kernel("cube-lattice-float").starts_with("lattice-damped-float"));
   CHECK(simulation_of(find_workload("needle-implicit")).plan().integrator->implicit);
