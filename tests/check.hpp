@@ -14,6 +14,13 @@
 
 namespace check {
 
+/// Under sanitizers the same code is gone through in fewer steps; what it proves there is not accuracy.
+#ifdef PALPATE_SANITIZED
+inline constexpr bool sanitized = true;
+#else
+inline constexpr bool sanitized = false;
+#endif
+
 struct Case {
   std::string_view name;
   void (*body)();

@@ -102,7 +102,7 @@ TEST("what sleeps moves the pulled node by no more than the force withheld allow
   for (const char* integrator : {"euler-cromer", "velocity-verlet", "rk4"}) {
     const Path full = path_of({.integrator = integrator});
     double before = std::numeric_limits<double>::infinity();
-    for (const double sleep_force : {1e-2, 1e-3, 1e-4, 1e-6}) {
+    for (const double sleep_force : check::sanitized ? std::vector{1e-2, 1e-4} : std::vector{1e-2, 1e-3, 1e-4, 1e-6}) {
       const Path path = path_of({.integrator = integrator, .sleep_force = sleep_force});
       const double off = largest_distance(path, full);
       CHECK_NEAR(off, 0.0, 2.0 * sleep_force * compliance);
@@ -199,7 +199,7 @@ TEST("beside a needle its own rows are awake, and what sleeps changes its force 
   const std::vector<double> full = needle_forces(pressed_block(0.0), awake);
   CHECK(awake == 1.0);
   CHECK(full.back() > 0.05);
-  for (const double sleep_force : {1e-2, 1e-3, 1e-4}) {
+  for (const double sleep_force : check::sanitized ? std::vector{1e-3} : std::vector{1e-2, 1e-3, 1e-4}) {
     const std::vector<double> forces = needle_forces(pressed_block(sleep_force), awake);
     CHECK(awake < 0.2);
     double off = 0.0;
