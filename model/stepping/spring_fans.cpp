@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <map>
 #include <utility>
 
@@ -23,19 +25,20 @@ std::vector<int> SpringFans<Real>::place_nodes(const SpringSet<Real>& springs) {
   for (const Link<Real>& s : springs.links) { last = std::max({last, s.a / 3, s.b / 3}); }
   for (const Anchor<Real>& s : springs.anchors) { last = std::max(last, s.a / 3); }
   free_nodes_ = last + 1;
-  std::map<std::array<Real, 3>, int> places;
+  using Place = std::array<Real, 3>;
+  std::map<std::array<std::byte, sizeof(Place)>, int> places;  // by their bits, which NaN has too
   std::vector<int> nodes;
   nodes.reserve(springs.anchors.size());
   for (const Anchor<Real>& s : springs.anchors) {
     const int next = last + 1 + static_cast<int>(places.size());
-    nodes.push_back(places.try_emplace(std::to_array(s.place), next).first->second);
+    nodes.push_back(places.try_emplace(std::bit_cast<std::array<std::byte, sizeof(Place)>>(s.place), next).first->second);
   }
   const auto width = static_cast<std::size_t>(fans::node_numbers(damped_));
   const std::size_t all = static_cast<std::size_t>(free_nodes_) + places.size();
   states_.assign(width * all, Real(0));
   forces_.assign(fans::quad * all, Real(0));
-  for (const auto& [place, node] : places) {
-    std::ranges::copy(place, states_.begin() + static_cast<std::ptrdiff_t>(width) * node);
+  for (const auto& [bits, node] : places) {
+    std::ranges::copy(std::bit_cast<Place>(bits), states_.begin() + static_cast<std::ptrdiff_t>(width) * node);
   }
   return nodes;
 }

@@ -6,14 +6,15 @@ rm -rf "$out"
 mkdir -p "$out/no-programs"
 fail() { echo "$1"; exit 1; }
 
-# A chain of 400 nodes joined to their next three, and one with 2 % more springs, between fourth neighbours.
+# A chain of 400 nodes joined to their next twelve, as many as in a lattice, so that springs are most of the work; and
+# one with 2 % more springs, between thirteenth neighbours.
 chain() { # folder further-springs integrator precision viscosity
   mkdir -p "$1"
   awk 'BEGIN { print "x_m,y_m,z_m,mass_kg,fixed"; for (i = 0; i <= 400; ++i) printf "0,0,%.3f,0.001,%d\n", i / 1000, i == 400 }' >"$1/nodes.csv"
   awk -v more="$2" -v c="$5" 'BEGIN {
     print "a,b,stiffness_n_per_m,viscosity_ns_per_m,rest_length_m"
-    for (i = 0; i < 400; ++i) for (k = 1; k <= 3 && i + k <= 400; ++k) printf "%d,%d,10,%s,\n", i, i + k, c
-    for (i = 0; i < more; ++i) printf "%d,%d,1,%s,\n", 16 * i, 16 * i + 4, c }' >"$1/springs.csv"
+    for (i = 0; i < 400; ++i) for (k = 1; k <= 12 && i + k <= 400; ++k) printf "%d,%d,10,%s,\n", i, i + k, c
+    for (i = 0; i < more; ++i) printf "%d,%d,1,%s,\n", 4 * i, 4 * i + 13, c }' >"$1/springs.csv"
   cat >"$1/scene.toml" <<SCENE
 title = "A chain"
 [simulation]
@@ -59,7 +60,7 @@ for integrator in euler euler-cromer velocity-verlet leapfrog rk4; do
   for precision in double float; do
     for viscosity in 0.01 0; do
       chain "$out/even" 0 $integrator $precision $viscosity
-      chain "$out/more" 24 $integrator $precision $viscosity
+      chain "$out/more" 95 $integrator $precision $viscosity
       even=$(count "$out/even/scene.toml")
       more=$(count "$out/more/scene.toml")
       echo "$integrator, $precision, viscosity $viscosity: $even, then $more instructions"
