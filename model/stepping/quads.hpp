@@ -13,8 +13,8 @@
 
 namespace palpate::fans {
 
-/// Four numbers in one register, or in two where registers are short; in the compiler's own vectors, since xsimd has
-/// registers of the instruction set's whole length alone.
+/// Four numbers in one register, or in two where registers are short, in the compiler's own vectors: four floats are half
+/// of an AVX2 register, and four doubles two of SSE's; an xsimd batch of AVX2 or of SSE2 is neither.
 template <class Real, class Arch>
 struct Quads {
   static constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
@@ -32,23 +32,14 @@ struct Quads {
   }
   static Quad three(const Real* from) noexcept { return Quad{from[0], from[1], from[2], Real(0)}; }
   static void store(const Quad& from, Real* to) noexcept { __builtin_memcpy(to, &from, sizeof from); }
-  /// a b + c
-  static Quad add(Real a, const Quad& b, const Quad& c) noexcept {
+  static Quad all(Real number) noexcept { return Quad{number, number, number, number}; }
+  /// a b + c, rounded once where the processor can.
+  static Quad add(const Quad& a, const Quad& b, const Quad& c) noexcept {
 #if defined(__FMA__)
-    const Quad all{a, a, a, a};
-    if constexpr (std::is_same_v<Real, double>) { return Quad(_mm256_fmadd_pd(__m256d(all), __m256d(b), __m256d(c))); }
-    if constexpr (std::is_same_v<Real, float>) { return Quad(_mm_fmadd_ps(__m128(all), __m128(b), __m128(c))); }
+    if constexpr (std::is_same_v<Real, double>) { return Quad(_mm256_fmadd_pd(__m256d(a), __m256d(b), __m256d(c))); }
+    if constexpr (std::is_same_v<Real, float>) { return Quad(_mm_fmadd_ps(__m128(a), __m128(b), __m128(c))); }
 #endif
     return c + a * b;
-  }
-  /// c - a b
-  static Quad subtract(Real a, const Quad& b, const Quad& c) noexcept {
-#if defined(__FMA__)
-    const Quad all{a, a, a, a};
-    if constexpr (std::is_same_v<Real, double>) { return Quad(_mm256_fnmadd_pd(__m256d(all), __m256d(b), __m256d(c))); }
-    if constexpr (std::is_same_v<Real, float>) { return Quad(_mm_fnmadd_ps(__m128(all), __m128(b), __m128(c))); }
-#endif
-    return c - a * b;
   }
 
   /// The sum of each of `lanes` quads.

@@ -89,8 +89,9 @@ class FanLoop {
     pull(Four::sums(squares), closing).store_unaligned(factor);
     for (long n = 0; n < lanes; ++n) {
       Real* to = force_at(partners_[n]);
-      force = Four::add(factor[n], d[n], force);
-      Four::store(Four::subtract(factor[n], d[n], Four::load(to)), to);
+      const Quad all = Four::all(factor[n]);
+      force = Four::add(all, d[n], force);
+      Four::store(Four::add(-all, d[n], Four::load(to)), to);
     }
     partners_ += lanes;
     numbers_ += group_numbers(is_damped) * lanes;

@@ -51,7 +51,7 @@ struct Kernels {
 
 template <class Real>
 Kernels<Real> baseline_kernels() noexcept;
-/// Only where the processor has AVX2 and FMA. Longer registers gain nothing: ends of springs lie apart.
+/// Only where the processor has AVX2 and FMA. Longer registers gained nothing (docs/bench.md).
 template <class Real>
 Kernels<Real> avx2_kernels() noexcept;
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The loops over springs, one per combination of what a scene needs, chosen once at load. Each
-/// equals the specification (NetworkProblem::force) to rounding; a test holds them to it.
+/// The loops over springs one by one: of the printed forms, and of the physical law between fixed nodes that nothing
+/// leaves out. Each equals the specification (NetworkProblem::force) to rounding, and springs in fans are compared with
+/// them.
 
 #include <vector>
 

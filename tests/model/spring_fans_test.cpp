@@ -136,3 +136,18 @@ TEST("a spring without length exerts no force, and a force that is not finite is
   fans.add(q.data(), v.data(), f.data());
   CHECK(!f.allFinite());
 }
+
+TEST("an anchor at a place that is not a number is not taken for one at another place") {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const int lost : {0, 1}) {
+    SpringSet<double> springs;
+    for (const int n : {0, 1}) { springs.anchors.push_back({3 * n, 1.0, 0.0, 0.5, {n == lost ? nan : 1.0, 0.0, 0.0}}); }
+    SpringFans<double> fans;
+    fans.take(springs, true);
+    const Eigen::VectorXd still = Eigen::VectorXd::Zero(6);
+    Eigen::VectorXd f = still;
+    fans.add(still.data(), still.data(), f.data());
+    CHECK(std::isnan(f(3 * lost)));
+    CHECK(f(3 * (1 - lost)) == 0.5);
+  }
+}

@@ -6,6 +6,7 @@
 
 #include "model/dynamics/network_builder.hpp"
 #include "model/stepping/simulation.hpp"
+#include "model/stepping/spring_fans.hpp"
 #include "model/stepping/stability.hpp"
 #include "tests/check.hpp"
 #include "tests/model/moving_scene.hpp"
@@ -124,6 +125,21 @@ TEST("what is skipped is said, with its reason, and nothing is skipped when aske
   CHECK(bare.kernel.starts_with("lattice-undamped-double-"));
   CHECK(plan_of(scene, false).skipped.empty());
   CHECK(plan_of(scene, false).kernel.starts_with("lattice-damped-double-"));
+}
+
+TEST("a list's kernel is named for its dampers, its precision and its instruction set") {
+  const auto name = [](const char* kind, const std::string& instruction_set) {
+    return std::string("springs-") + kind + "-" + instruction_set;
+  };
+  const std::string in_double = fan_kernels<double>().front().name;
+  const std::string in_float = fan_kernels<float>().front().name;
+  Scene scene = moving_scene("implicit-midpoint");
+  CHECK(plan_of(scene).kernel == name("damped-double", in_double));
+  scene.simulation.precision = Precision::single_precision;
+  CHECK(plan_of(scene).kernel == name("damped-float", in_float));
+  scene.tissue.lattice.viscosity = 0.0;
+  CHECK(plan_of(scene).kernel == name("undamped-float", in_float));
+  CHECK(plan_of(scene, false).kernel == name("damped-float", in_float));
 }
 
 TEST("a lattice leaves out what lies between rows of fixed nodes, and says no more") {

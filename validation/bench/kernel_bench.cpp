@@ -59,7 +59,7 @@ void judge_list(const KernelSize& size, const std::string& kind, Outcome& outcom
   const KernelTime* lattice = size.find("lattice, " + kind);
   if (list == nullptr || lattice == nullptr) { return; }
   outcome.judge({.name = "list_over_lattice_" + kind + "_n" + std::to_string(size.n),
-                 .value = list->median / lattice->median,
+                 .value = list->least / lattice->least,
                  .lower = 2.0,
                  .bound_from = "a kernel of its own must at least halve the cost, else it goes"});
 }
