@@ -20,6 +20,10 @@ struct SpringLaw {
   double viscous = 1.0;
   bool along_displacement = false;  ///< e = d instead of u
 
+  /// Whether any printed form of the force is asked for.
+  static bool is_printed(const PrintedForm& printed) {
+    return printed.sign || printed.reversed || printed.direction || printed.half_force || printed.lagged_velocity;
+  }
   static SpringLaw from(const PrintedForm& printed) {
     SpringLaw law;
     if (printed.half_force) { law.scale = 0.5; }

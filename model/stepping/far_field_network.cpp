@@ -26,18 +26,11 @@ FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem, const Latt
 template <class Real>
 FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem, NearAndFar parts)
     : NearAndFar(std::move(parts)),
-      ListNetwork<Real>(NearAndFar::near, {}, 0.0, true, shapes.modes()),
+      ListNetwork<Real>(NearAndFar::near, {}, 0.0, true, {.further = shapes.modes()}),
       far_(problem, NearAndFar::near, shapes) {
   Eigen::VectorXd mass(this->problem().dof() + far_.modes());
   mass << this->problem().mass(), far_.mass();
   this->set_mass(mass);
-}
-
-template <class Real>
-Vector<Real> FarFieldNetwork<Real>::initial_position() const {
-  Vector<Real> q = Vector<Real>::Zero(this->layout().size);
-  q.head(this->problem().dof()) = ListNetwork<Real>::initial_position();
-  return q;
 }
 
 template <class Real>

@@ -25,7 +25,6 @@ class FarFieldNetwork final : private NearAndFar, public ListNetwork<Real> {
   void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
                 Eigen::SparseMatrix<Real>& a) noexcept override;
   void pattern(Eigen::SparseMatrix<Real>& a) override;
-  [[nodiscard]] Vector<Real> initial_position() const override;
   [[nodiscard]] Eigen::Vector3d moved(const Vector<Real>& all, int node) const noexcept override;
 
  private:

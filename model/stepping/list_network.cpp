@@ -2,6 +2,7 @@
 #include "model/stepping/list_network.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace palpate {
@@ -36,38 +37,65 @@ Gradient<Real> gradient_of(const SpringLaw& law, const Element& spring,
   return {e * slope.transpose() + tension * turn, c * e * u.transpose()};
 }
 
+int spacing_of(const ListVectors& vectors) { return vectors.quads ? fans::quad : 3; }
+
+/// Of the fixed nodes that a spring joins to a free one, in the order of all nodes; -1 for others.
+std::vector<int> places_of(const SpringNetwork& network) {
+  std::vector<int> places(static_cast<std::size_t>(network.node_count()), -1);
+  const auto find = [&](int node, int other) {
+    if (network.is_fixed(node) && !network.is_fixed(other)) { places[static_cast<std::size_t>(node)] = 0; }
+  };
+  for (const Spring& s : network.springs) {
+    find(s.a, s.b);
+    find(s.b, s.a);
+  }
+  int count = 0;
+  for (int& place : places) {
+    if (place == 0) { place = count++; }
+  }
+  return places;
+}
+
 }  // namespace
 
 template <class Real>
 ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h,
-                               bool skip, Eigen::Index further)
-    : NetworkSystem<Real>(problem, packed_layout(problem, further), skip) {
-  if (further == 0) { this->set_mass(problem.mass()); }
+                               bool skip, const ListVectors& vectors)
+    : NetworkSystem<Real>(problem, layout_of(problem, vectors), skip), spacing_(spacing_of(vectors)) {
+  if (vectors.further == 0) {
+    Eigen::VectorXd mass = Eigen::VectorXd::Zero(this->layout().size);
+    scatter(problem.mass(), this->layout(), mass);
+    this->set_mass(mass);
+  }
   sort_springs(problem, skip);
   damped_ = is_damped(problem.network().springs);
-  PrintedForm law_only = printed;
-  law_only.no_time_step = false;
   springs_.law = SpringLaw::from(printed);
   springs_.lagged = printed.lagged_velocity;
   springs_.lag = static_cast<Real>(h);
-  kernel_ = spring_kernel_for<Real>({.damped = damped_ || !skip, .printed = law_only.any()});
-  if (springs_.lagged) { remember_lengths(problem); }
-  if (!law_only.any()) { fans_.take(springs_, damped_ || !skip); }
+  kernel_ = spring_kernel_for<Real>({.damped = damped_ || !skip, .printed = SpringLaw::is_printed(printed)});
+  if (springs_.lagged) { remember_lengths(); }
+  if (!SpringLaw::is_printed(printed)) { fans_.take(springs_, damped_ || !skip, spacing_); }
   this->spread_weight();
 }
 
 template <class Real>
-NodeLayout ListNetwork<Real>::packed_layout(const NetworkProblem& problem, Eigen::Index further) {
-  NodeLayout layout{.size = problem.dof() + further, .stride = 1};
+NodeLayout ListNetwork<Real>::layout_of(const NetworkProblem& problem, const ListVectors& vectors) {
+  const int spacing = spacing_of(vectors);
+  const auto at = [&](Eigen::Index coordinate) { return coordinate < 0 ? coordinate : coordinate / 3 * spacing; };
+  NodeLayout layout{.size = at(problem.dof()) + vectors.further, .stride = 1};
   for (int node = 0; node < problem.network().node_count(); ++node) {
-    layout.first.push_back(problem.coordinate(node));
+    layout.first.push_back(at(problem.coordinate(node)));
+  }
+  if (vectors.quads) {
+    const auto held = std::ranges::count_if(places_of(problem.network()), [](int place) { return place >= 0; });
+    layout.size += fans::quad * held;
   }
   return layout;
 }
 
 template <class Real>
-void ListNetwork<Real>::remember_lengths(const NetworkProblem& problem) {
-  const Vector<Real> q = problem.initial_position().template cast<Real>();
+void ListNetwork<Real>::remember_lengths() {
+  const Vector<Real> q = ListNetwork::initial_position();
   for (const auto& s : springs_.links) {
     springs_.previous_length.push_back((q.template segment<3>(s.b) - q.template segment<3>(s.a)).norm());
   }
@@ -80,10 +108,13 @@ void ListNetwork<Real>::remember_lengths(const NetworkProblem& problem) {
 template <class Real>
 void ListNetwork<Real>::sort_springs(const NetworkProblem& problem, bool skip) {
   const NodeVectors& places = problem.held_position();
+  const std::vector<int> places_behind = places_of(problem.network());
+  const int free_end = static_cast<int>(problem.dof()) / 3 * spacing_;
+  const auto first = [&](int node) { return static_cast<int>(this->layout().first[static_cast<std::size_t>(node)]); };
   std::vector<Spring> between_fixed;
   for (const Spring& s : problem.network().springs) {
-    int a = static_cast<int>(problem.coordinate(s.a));
-    int b = static_cast<int>(problem.coordinate(s.b));
+    int a = first(s.a);
+    int b = first(s.b);
     int fixed_node = s.b;
     if (a < 0 && b < 0) {
       if (!skip) { between_fixed.push_back(s); }
@@ -99,7 +130,8 @@ void ListNetwork<Real>::sort_springs(const NetworkProblem& problem, bool skip) {
     if (b >= 0) {
       springs_.links.push_back({a, b, k, c, rest});
     } else {
-      Anchor<Real> anchor{a, k, c, rest, {}};
+      const int place = places_behind[static_cast<std::size_t>(fixed_node)];
+      Anchor<Real> anchor{a, free_end + spacing_ * place, k, c, rest, {}};
       for (int n = 0; n < 3; ++n) { anchor.place[n] = static_cast<Real>(places(n, fixed_node)); }
       springs_.anchors.push_back(anchor);
     }
@@ -122,7 +154,14 @@ void ListNetwork<Real>::sort_springs(const NetworkProblem& problem, bool skip) {
 
 template <class Real>
 Vector<Real> ListNetwork<Real>::initial_position() const {
-  return this->problem().initial_position().template cast<Real>();
+  Vector<Real> q = Vector<Real>::Zero(this->layout().size);
+  scatter(this->problem().initial_position(), this->layout(), q);
+  if (spacing_ == fans::quad) {
+    for (const auto& s : springs_.anchors) {
+      q.template segment<3>(s.b) = Eigen::Map<const Eigen::Matrix<Real, 3, 1>>(s.place);
+    }
+  }
+  return q;
 }
 
 template <class Real>
@@ -153,6 +192,25 @@ void ListNetwork<Real>::add_fixed_pairs() noexcept {
 }
 
 template <class Real>
+void ListNetwork<Real>::prepare_one_pass() {
+  next_force_.setZero(this->layout().size);
+  this->put_weight(next_force_);
+}
+
+template <class Real>
+double ListNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>& state) noexcept {
+  this->add_loads(t, gate, Real(1), next_force_);
+  add_springs(state.position, state.velocity, next_force_);
+  return fans_.advance({.q = state.position.data(),
+                        .v = state.velocity.data(),
+                        .f = next_force_.data(),
+                        .inverse_mass = this->inverse_mass().data(),
+                        .weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
+                        .h = h},
+                       this->layout().size / fans::quad);
+}
+
+template <class Real>
 void ListNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
                                 Vector<Real>& f) noexcept {
   f.setZero();
@@ -163,6 +221,7 @@ void ListNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
 
 template <class Real>
 void ListNetwork<Real>::pattern(Eigen::SparseMatrix<Real>& a) {
+  assert(spacing_ == 3);
   std::vector<Eigen::Triplet<Real>> triplets;
   const Eigen::Index of_nodes = this->problem().dof();
   triplets.reserve(18 * springs_.links.size() + static_cast<std::size_t>(9 * of_nodes));
@@ -268,7 +327,7 @@ template <class Real>
 std::size_t ListNetwork<Real>::spring_bytes() const noexcept {
   return springs_.links.size() * sizeof(Link<Real>) + springs_.anchors.size() * sizeof(Anchor<Real>) +
          springs_.previous_length.size() * sizeof(Real) + link_slots_.size() * sizeof(link_slots_[0]) +
-         fans_.memory_bytes();
+         static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + fans_.memory_bytes();
 }
 
 template class ListNetwork<double>;

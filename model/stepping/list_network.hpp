@@ -11,14 +11,25 @@
 
 namespace palpate {
 
+/// What the vectors of a list hold: free nodes one after the other, and behind them one of the following.
+struct ListVectors {
+  bool quads = false;  ///< a zero after each node's coordinates, and places that never move behind all: as springs in
+                       ///< fans want them, and no matrix does
+  Eigen::Index further = 0;  ///< coordinates of whose masses a derived class tells
+};
+
 template <class Real>
 class ListNetwork : public NetworkSystem<Real> {
  public:
   /// skip = false computes what the scene does not need, to the same bits.
-  /// `further` coordinates, of whose masses a derived class tells, come after those of the nodes.
-  ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip, Eigen::Index further = 0);
+  ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip,
+              const ListVectors& vectors = {});
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
+  /// Of forces, and of places and velocities: with quads.
+  [[nodiscard]] bool has_one_pass() const override { return spacing_ == fans::quad; }
+  void prepare_one_pass() override;
+  double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override;
   void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
                 Eigen::SparseMatrix<Real>& a) noexcept override;
   void pattern(Eigen::SparseMatrix<Real>& a) override;
@@ -34,16 +45,18 @@ class ListNetwork : public NetworkSystem<Real> {
 
  private:
   void add_fixed_pairs() noexcept;
-  static NodeLayout packed_layout(const NetworkProblem& problem, Eigen::Index further);
+  static NodeLayout layout_of(const NetworkProblem& problem, const ListVectors& vectors);
   void sort_springs(const NetworkProblem& problem, bool skip);
-  void remember_lengths(const NetworkProblem& problem);
+  void remember_lengths();
   void add_block(Real* values, const std::int64_t* columns, Real factor,
                  const Eigen::Matrix<Real, 3, 3>& block) const noexcept;
 
+  int spacing_;  ///< from one node's coordinates to the next one's
   SpringSet<Real> springs_;
   SpringFans<Real> fans_{};  ///< the same springs, unless they pull as printed
   SpringKernel<Real> kernel_ = nullptr;
   bool damped_ = true;
+  Vector<Real> next_force_;  ///< between two steps in one pass: the weight [N]
   SpringSet<Real> fixed_pairs_;  ///< only without skipping
   Vector<Real> fixed_q_, fixed_v_, fixed_f_;
   /// Index of the first row of each of the three columns of blocks (a,a) (b,b) (a,b) (b,a), then

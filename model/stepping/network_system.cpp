@@ -120,7 +120,9 @@ std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& p
   if (options.near) {
     return std::make_unique<FarFieldNetwork<Real>>(problem, *options.near, *options.path, options.far_modes);
   }
-  return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip);
+  const bool quads = !options.matrices && !SpringLaw::is_printed(options.printed);
+  return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip,
+                                             ListVectors{.quads = quads});
 }
 
 template class NetworkSystem<double>;

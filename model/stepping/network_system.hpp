@@ -89,6 +89,7 @@ struct NetworkOptions {
   PrintedForm printed{};
   double h = 0.0;        ///< as in step() [s]
   bool lattice = false;  ///< in lanes, which lattice_of() the network must allow
+  bool matrices = false; ///< a list has them, as implicit schemes want
   int threads = 1;       ///< that share a lattice
   double sleep_force = 0.0;  ///< [N] that sleeping nodes of a lattice may withhold; 0: none sleeps
   std::vector<int> touched{};  ///< nodes that a tool may push, whose rows never sleep

@@ -5,7 +5,6 @@
 
 #include <bit>
 #include <type_traits>
-#include <utility>
 
 #include <xsimd/xsimd.hpp>
 
@@ -13,8 +12,8 @@
 
 namespace palpate::fans {
 
-/// Four numbers in one register, or in two where registers are short, in the compiler's own vectors: four floats are half
-/// of an AVX2 register, and four doubles two of SSE's; an xsimd batch of AVX2 or of SSE2 is neither.
+/// Four numbers in one register, or in two where registers are short, in the compiler's own vectors: four doubles are two
+/// of SSE's registers, which no xsimd batch is.
 template <class Real, class Arch>
 struct Quads {
   static constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
@@ -48,27 +47,26 @@ struct Quads {
   }
 
  private:
-  /// (a0 + a1, b1 + b0, a2 + a3, b3 + b2)
-  static Quad halves(const Quad& a, const Quad& b) noexcept {
-    return __builtin_shufflevector(a, b, 0, 5, 2, 7) + __builtin_shufflevector(a, b, 1, 4, 3, 6);
-  }
   template <long size>
   static typename Row<size>::Type row(const Quad* quads) noexcept {
     if constexpr (size == 2) {
       const Quad both = halves(quads[0], quads[1]);
       return __builtin_shufflevector(both, both, 0, 1) + __builtin_shufflevector(both, both, 2, 3);
-    } else if constexpr (size == quad) {
+    } else if constexpr (sizeof(Quad) == 16) {
+      return neighbours(neighbours(quads[0], quads[1]), neighbours(quads[2], quads[3]));
+    } else {
       const Quad first = halves(quads[0], quads[1]);
       const Quad second = halves(quads[2], quads[3]);
       return __builtin_shufflevector(first, second, 0, 1, 6, 7) + __builtin_shufflevector(first, second, 2, 3, 4, 5);
-    } else {
-      return joined<size>(row<size / 2>(quads), row<size / 2>(quads + size / 2), std::make_index_sequence<size>{});
     }
   }
-  template <long size, std::size_t... lane>
-  static typename Row<size>::Type joined(const typename Row<size / 2>::Type& a, const typename Row<size / 2>::Type& b,
-                                         std::index_sequence<lane...>) noexcept {
-    return __builtin_shufflevector(a, b, lane...);
+  /// (a0 + a1, a2 + a3, b0 + b1, b2 + b3)
+  static Quad neighbours(const Quad& a, const Quad& b) noexcept {
+    return __builtin_shufflevector(a, b, 0, 2, 4, 6) + __builtin_shufflevector(a, b, 1, 3, 5, 7);
+  }
+  /// (a0 + a1, b1 + b0, a2 + a3, b3 + b2), which stays within halves of a long register.
+  static Quad halves(const Quad& a, const Quad& b) noexcept {
+    return __builtin_shufflevector(a, b, 0, 5, 2, 7) + __builtin_shufflevector(a, b, 1, 4, 3, 6);
   }
 };
 

@@ -114,7 +114,7 @@ class Simulation::CoreOf final : public Simulation::Core {
       if (plan.near) { path = tool_path(scene, network->network()); }
       auto made = make_network_system<Real>(
           *network,
-          {.printed = printed, .h = plan.h, .lattice = plan.lattice,
+          {.printed = printed, .h = plan.h, .lattice = plan.lattice, .matrices = plan.integrator->implicit,
            .threads = plan.threads, .sleep_force = plan.sleep_force,
            .touched = plan.sleep_force > 0.0 ? nodes_of_tool(scene, network->network()) : std::vector<int>{},
            .skip = skip,

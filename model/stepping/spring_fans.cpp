@@ -2,10 +2,7 @@
 #include "model/stepping/spring_fans.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cstddef>
-#include <map>
 #include <utility>
 
 #include "model/stepping/instruction_set.hpp"
@@ -20,35 +17,36 @@ std::vector<fans::Kernels<Real>> fan_kernels() {
 }
 
 template <class Real>
-std::vector<int> SpringFans<Real>::place_nodes(const SpringSet<Real>& springs) {
-  int last = -1;
-  for (const Link<Real>& s : springs.links) { last = std::max({last, s.a / 3, s.b / 3}); }
-  for (const Anchor<Real>& s : springs.anchors) { last = std::max(last, s.a / 3); }
-  free_nodes_ = last + 1;
-  using Place = std::array<Real, 3>;
-  std::map<std::array<std::byte, sizeof(Place)>, int> places;  // by their bits, which NaN has too
-  std::vector<int> nodes;
-  nodes.reserve(springs.anchors.size());
-  for (const Anchor<Real>& s : springs.anchors) {
-    const int next = last + 1 + static_cast<int>(places.size());
-    nodes.push_back(places.try_emplace(std::bit_cast<std::array<std::byte, sizeof(Place)>>(s.place), next).first->second);
-  }
-  const auto width = static_cast<std::size_t>(fans::node_numbers(damped_));
-  const std::size_t all = static_cast<std::size_t>(free_nodes_) + places.size();
-  states_.assign(width * all, Real(0));
-  forces_.assign(fans::quad * all, Real(0));
-  for (const auto& [bits, node] : places) {
-    std::ranges::copy(std::bit_cast<Place>(bits), states_.begin() + static_cast<std::ptrdiff_t>(width) * node);
-  }
-  return nodes;
+void SpringFans<Real>::make_quads(const SpringSet<Real>& springs) {
+  long nodes = free_nodes_;
+  for (const Anchor<Real>& s : springs.anchors) { nodes = std::max(nodes, s.b / 3 + 1L); }
+  const auto numbers = static_cast<std::size_t>(fans::quad * nodes);
+  q_.assign(numbers, Real(0));
+  f_.assign(numbers, Real(0));
+  if (damped_) { v_.assign(numbers, Real(0)); }
+  for (const Anchor<Real>& s : springs.anchors) { std::ranges::copy(s.place, q_.begin() + fans::quad * (s.b / 3)); }
+}
+
+template <class Real>
+double SpringFans<Real>::add_with(fans::Force<Real> kernel, const Real* q, const Real* v, Real* f) noexcept {
+  const fans::View<Real> view{.fans = fans_.data(),
+                              .count = static_cast<long>(fans_.size()),
+                              .partners = partners_.data(),
+                              .numbers = numbers_.data()};
+  if (q_.empty()) { return kernel(view, q, v, f); }
+  kernels_.spread(q, free_nodes_, q_.data());
+  if (damped_) { kernels_.spread(v, free_nodes_, v_.data()); }
+  std::ranges::fill(f_, Real(0));
+  const double energy = kernel(view, q_.data(), v_.data(), f_.data());
+  kernels_.collect(f_.data(), free_nodes_, f);
+  return energy;
 }
 
 template <class Real>
 void SpringFans<Real>::add_fan(int node, std::span<const Member> members) {
   const auto lanes = static_cast<std::size_t>(kernels_.lanes);
   const auto numbers_of_group = lanes * static_cast<std::size_t>(fans::group_numbers(damped_));
-  const int width = fans::node_numbers(damped_);
-  fans::Fan fan{.node = width * node};
+  fans::Fan fan{.node = fans::quad * node};
   for (; !members.empty(); ++fan.groups) {
     const std::size_t partner = partners_.size();
     const std::size_t number = numbers_.size();
@@ -56,7 +54,7 @@ void SpringFans<Real>::add_fan(int node, std::span<const Member> members) {
     numbers_.resize(number + numbers_of_group, Real(0));
     const std::size_t count = std::min(lanes, members.size());
     for (std::size_t n = 0; n < count; ++n) {
-      partners_[partner + n] = width * members[n].partner;
+      partners_[partner + n] = fans::quad * members[n].partner;
       numbers_[number + n] = members[n].stiffness;
       numbers_[number + lanes + n] = members[n].rest_length;
       if (damped_) { numbers_[number + 2 * lanes + n] = members[n].viscosity; }
@@ -69,21 +67,22 @@ void SpringFans<Real>::add_fan(int node, std::span<const Member> members) {
 /// Node by node, each answers for the springs that no earlier one does: as many as fill its groups, the others are
 /// left to the nodes at their other ends.
 template <class Real>
-void SpringFans<Real>::take(const SpringSet<Real>& springs, bool damped) {
+void SpringFans<Real>::take(const SpringSet<Real>& springs, bool damped, int spacing) {
   damped_ = damped;
   force_ = damped ? kernels_.damped : kernels_.undamped;
   measured_force_ = damped ? kernels_.damped_measured : kernels_.undamped_measured;
-  const std::vector<int> anchored = place_nodes(springs);
+  free_nodes_ = 0;
+  for (const Link<Real>& s : springs.links) { free_nodes_ = std::max(free_nodes_, std::max(s.a, s.b) / spacing + 1L); }
+  for (const Anchor<Real>& s : springs.anchors) { free_nodes_ = std::max(free_nodes_, s.a / spacing + 1L); }
+  if (spacing != fans::quad) { make_quads(springs); }
   const auto lanes = static_cast<std::size_t>(kernels_.lanes);
   std::vector<std::vector<Member>> must(static_cast<std::size_t>(free_nodes_));
-  for (std::size_t n = 0; n < springs.anchors.size(); ++n) {
-    const Anchor<Real>& s = springs.anchors[n];
-    must[static_cast<std::size_t>(s.a / 3)].push_back(
-        {anchored[n], s.stiffness, s.viscosity, s.rest_length});
+  for (const Anchor<Real>& s : springs.anchors) {
+    must[static_cast<std::size_t>(s.a / spacing)].push_back({s.b / spacing, s.stiffness, s.viscosity, s.rest_length});
   }
   std::vector<Link<Real>> links = springs.links;
   for (Link<Real>& s : links) {
-    const auto [first, last] = std::minmax({s.a / 3, s.b / 3});
+    const auto [first, last] = std::minmax({s.a / spacing, s.b / spacing});
     s.a = first;
     s.b = last;
   }

@@ -19,49 +19,25 @@ class FanLoop {
   using Quad = typename Four::Quad;
   using Batch = xsimd::batch<Real, Arch>;
   static constexpr long lanes = static_cast<long>(Batch::size);
-  static constexpr long width = node_numbers(is_damped);
   static_assert(View<Real>::zero_length > Real(0));
 
-  explicit FanLoop(const View<Real>& view) noexcept
-      : free_nodes_(view.free_nodes),
-        nodes_(view.nodes),
-        states_(view.states),
-        forces_(view.forces),
-        partners_(view.partners),
-        numbers_(view.numbers) {}
+  FanLoop(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept
+      : q_(q), v_(v), f_(f), partners_(view.partners), numbers_(view.numbers) {}
 
-  void begin(const Real* q, const Real* v) noexcept {
-    Real* state = states_;
-    for (long n = 0; n < free_nodes_; ++n, state += width) {
-      Four::store(Four::three(q + 3 * n), state);
-      if constexpr (is_damped) { Four::store(Four::three(v + 3 * n), state + quad); }
-      Four::store(Quad{}, forces_ + quad * n);
-    }
-    for (long n = free_nodes_; n < nodes_; ++n) { Four::store(Quad{}, forces_ + quad * n); }
-  }
   void pass(const Fan& fan) noexcept {
-    const Real* state = states_ + fan.node;
-    place_ = Four::load(state);
-    if constexpr (is_damped) { velocity_ = Four::load(state + quad); }
+    place_ = Four::load(q_ + fan.node);
+    if constexpr (is_damped) { velocity_ = Four::load(v_ + fan.node); }
     Quad force{};
     for (int n = 0; n < fan.groups; ++n) { force = group(force); }
-    Real* to = force_at(fan.node);
-    Four::store(Four::load(to) + force, to);
+    Four::store(Four::load(f_ + fan.node) + force, f_ + fan.node);
   }
-  void end(Real* f) const noexcept {
-    for (long n = 0; n < free_nodes_; ++n) {
-      for (long c = 0; c < 3; ++c) { f[3 * n + c] += forces_[quad * n + c]; }
-    }
+  [[nodiscard]] double energy() const noexcept {
+    if constexpr (!is_measured) { return 0.0; }
+    return 0.5 * static_cast<double>(xsimd::hadd(energy_));
   }
-  [[nodiscard]] double energy() const noexcept { return 0.5 * static_cast<double>(xsimd::hadd(energy_)); }
 
  private:
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
-  /// Of the node whose state begins there.
-  [[nodiscard]] Real* force_at(long state) const noexcept {
-    return reinterpret_cast<Real*>(reinterpret_cast<char*>(forces_) +
-                                   state * static_cast<long>(sizeof(Real)) / (width / quad));
-  }
   /// Tension over length, of springs of that squared length, and that rate times the length.
   Batch pull(const Batch& square, const Quad* closing) noexcept {
     const SpringLengths<Real, Arch> lengths(square, View<Real>::zero_length);
@@ -74,34 +50,33 @@ class FanLoop {
     }
     return tension * inverse;
   }
-  /// Adds to the force on the node, and to those on the others.
+  /// Adds to the force on the node, and to those on the others; d and its rate lead from them to it.
   Quad group(Quad force) noexcept {
+    long far[lanes];
     Quad d[lanes];
     Quad squares[lanes];
     Quad closing[lanes];
     for (long n = 0; n < lanes; ++n) {
-      const Real* far = states_ + partners_[n];
-      d[n] = Four::load(far) - place_;
+      far[n] = partners_[n];
+      d[n] = place_ - Four::load(q_ + far[n]);
       squares[n] = d[n] * d[n];
-      if constexpr (is_damped) { closing[n] = (Four::load(far + quad) - velocity_) * d[n]; }
+      if constexpr (is_damped) { closing[n] = (velocity_ - Four::load(v_ + far[n])) * d[n]; }
     }
     Real factor[lanes];
     pull(Four::sums(squares), closing).store_unaligned(factor);
     for (long n = 0; n < lanes; ++n) {
-      Real* to = force_at(partners_[n]);
       const Quad all = Four::all(factor[n]);
-      force = Four::add(all, d[n], force);
-      Four::store(Four::add(-all, d[n], Four::load(to)), to);
+      force = Four::add(-all, d[n], force);
+      Four::store(Four::add(all, d[n], Four::load(f_ + far[n])), f_ + far[n]);
     }
     partners_ += lanes;
     numbers_ += group_numbers(is_damped) * lanes;
     return force;
   }
 
-  long free_nodes_;
-  long nodes_;
-  Real* states_;
-  Real* forces_;
+  const Real* q_;
+  const Real* v_;
+  Real* f_;
   const int* partners_;
   const Real* numbers_;
   Quad place_{};
@@ -111,29 +86,57 @@ class FanLoop {
 
 template <bool is_damped, bool is_measured, class Real, class Arch>
 double pass_all(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept {
-  FanLoop<is_damped, is_measured, Real, Arch> loop(view);
-  loop.begin(q, v);
+  FanLoop<is_damped, is_measured, Real, Arch> loop(view, q, v, f);
   for (long n = 0; n < view.count; ++n) { loop.pass(view.fans[n]); }
-  loop.end(f);
   return loop.energy();
 }
-template <bool is_damped, class Real, class Arch>
-void add_forces(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept {
-  pass_all<is_damped, false, Real, Arch>(view, q, v, f);
+template <class Real, class Arch>
+void spread(const Real* packed, long nodes, Real* quads) noexcept {
+  using Four = Quads<Real, Arch>;
+  for (long n = 0; n < nodes; ++n) { Four::store(Four::three(packed + 3 * n), quads + quad * n); }
 }
-template <bool is_damped, class Real, class Arch>
-double measure_forces(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept {
-  return pass_all<is_damped, true, Real, Arch>(view, q, v, f);
+template <class Real, class Arch>
+void collect(const Real* quads, long nodes, Real* packed) noexcept {
+  for (long n = 0; n < nodes; ++n) {
+    for (long c = 0; c < 3; ++c) { packed[3 * n + c] += quads[quad * n + c]; }
+  }
+}
+template <class Real, class Arch>
+double advance(const Move<Real>& move, long nodes) noexcept {
+  using Four = Quads<Real, Arch>;
+  using Quad = typename Four::Quad;
+  const Quad h = Four::all(move.h);
+  const auto step = [&](long node, Quad& squares) {
+    const long n = quad * node;
+    const Quad v = Four::load(move.v + n) + h * (Four::load(move.f + n) * Four::load(move.inverse_mass + n));
+    Four::store(v, move.v + n);
+    Four::store(Four::load(move.q + n) + h * v, move.q + n);
+    Four::store(move.weight != nullptr ? Four::load(move.weight + n) : Quad{}, move.f + n);
+    squares = Four::add(v, v, squares);
+  };
+  constexpr long sums = 4;  // none waits for another
+  Quad squares[sums] = {};
+  long node = 0;
+  for (; node + sums <= nodes; node += sums) {
+    for (long n = 0; n < sums; ++n) { step(node + n, squares[n]); }
+  }
+  for (; node < nodes; ++node) { step(node, squares[0]); }
+  const Quad all = (squares[0] + squares[1]) + (squares[2] + squares[3]);
+  return (static_cast<double>(all[0]) + static_cast<double>(all[1])) +
+         (static_cast<double>(all[2]) + static_cast<double>(all[3]));
 }
 
 template <class Real, class Arch>
 Kernels<Real> kernels_for(const char* name) noexcept {
   return {.name = name,
           .lanes = static_cast<int>(xsimd::batch<Real, Arch>::size),
-          .damped = &add_forces<true, Real, Arch>,
-          .damped_measured = &measure_forces<true, Real, Arch>,
-          .undamped = &add_forces<false, Real, Arch>,
-          .undamped_measured = &measure_forces<false, Real, Arch>};
+          .damped = &pass_all<true, false, Real, Arch>,
+          .damped_measured = &pass_all<true, true, Real, Arch>,
+          .undamped = &pass_all<false, false, Real, Arch>,
+          .undamped_measured = &pass_all<false, true, Real, Arch>,
+          .spread = &spread<Real, Arch>,
+          .collect = &collect<Real, Arch>,
+          .advance = &advance<Real, Arch>};
 }
 
 }  // namespace palpate::fans

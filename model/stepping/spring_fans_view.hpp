@@ -7,46 +7,62 @@ namespace palpate::fans {
 /// Springs that one free node answers for: groups of as many as there are lanes, filled up with springs of no stiffness
 /// back to the node itself.
 struct Fan {
-  int node = 0;  ///< where its state begins
+  int node = 0;  ///< its first coordinate
   int groups = 0;
 };
 
-/// Numbers of a node's place, velocity or force: x, y, z and a zero, which fill a register together.
+/// Numbers of a node in every vector: x, y, z and a zero, which fill a register together.
 inline constexpr int quad = 4;
-/// Numbers of a node: its place, and next to it its velocity.
-inline constexpr int node_numbers(bool damped) { return damped ? 2 * quad : quad; }
 /// Numbers of a group, one vector after the other: stiffness, rest length and viscosity.
 inline constexpr int group_numbers(bool damped) { return damped ? 3 : 2; }
 
-/// Free nodes come first, in the order of their coordinates, three each; places that never move come after them.
 template <class Real>
 struct View {
   static constexpr Real zero_length = Real(1e-12);  ///< as in spring_force.hpp [m]
   const Fan* fans = nullptr;
   long count = 0;
-  const int* partners = nullptr;  ///< where the states of the other ends begin, by groups
+  const int* partners = nullptr;  ///< first coordinates of the other ends, by groups
   const Real* numbers = nullptr;  ///< by groups
-  long free_nodes = 0;
-  long nodes = 0;
-  Real* states = nullptr;  ///< node_numbers() of each node; those of free nodes are written
-  Real* forces = nullptr;  ///< `quad` numbers of each node; written
 };
 
-/// Adds the forces of springs, and of dampers if there are any, to f.
+/// Adds the forces of springs, and of dampers if there are any, to f. Vectors have a quad for each node, and for each
+/// place that never moves, on which forces are written too. Those that measure do the same to the same bits and return
+/// the springs' energy [J], the others 0.
 template <class Real>
-using Force = void (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
-/// The same to the same bits, and returns the springs' energy [J].
+using Force = double (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
+/// Quads of nodes from vectors with three numbers each.
 template <class Real>
-using MeasuredForce = double (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
+using Spread = void (*)(const Real* packed, long nodes, Real* quads) noexcept;
+/// Adds quads to a vector with three numbers for each node.
+template <class Real>
+using Collect = void (*)(const Real* quads, long nodes, Real* packed) noexcept;
+
+/// A step of semi-implicit Euler with forces that are known, to the bits of one sweep after another. All have a quad for
+/// each node.
+template <class Real>
+struct Move {
+  Real* q = nullptr;
+  Real* v = nullptr;
+  Real* f = nullptr;                     ///< becomes the weight
+  const Real* inverse_mass = nullptr;
+  const Real* weight = nullptr;          ///< or zero without
+  Real h = Real(0);                      ///< [s]
+};
+/// Returns the sum of squares of the new velocities.
+template <class Real>
+using Advance = double (*)(const Move<Real>& move, long nodes) noexcept;
 
 template <class Real>
 struct Kernels {
   const char* name = "";
   int lanes = 1;
   Force<Real> damped = nullptr;
-  MeasuredForce<Real> damped_measured = nullptr;
+  Force<Real> damped_measured = nullptr;
   Force<Real> undamped = nullptr;
-  MeasuredForce<Real> undamped_measured = nullptr;
+  Force<Real> undamped_measured = nullptr;
+  Spread<Real> spread = nullptr;
+  Collect<Real> collect = nullptr;
+  Advance<Real> advance = nullptr;
 };
 
 template <class Real>

@@ -20,10 +20,12 @@ struct Link {
   Real rest_length;
 };
 
-/// A spring from a free node to a place that never moves.
+/// A spring from a free node to a place that never moves; b is where that place's coordinates are, or would be, behind
+/// those of the free nodes.
 template <class Real>
 struct Anchor {
   int a;
+  int b;
   Real stiffness;
   Real viscosity;
   Real rest_length;

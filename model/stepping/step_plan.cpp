@@ -256,8 +256,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   }
   const PrintedForm& printed = scene.simulation.printed;
   const bool damped = is_damped(network->network().springs);
-  const bool law_as_printed = printed.sign || printed.reversed || printed.direction ||
-                              printed.half_force || printed.lagged_velocity;
+  const bool law_as_printed = SpringLaw::is_printed(printed);
   std::optional<LatticeShape> shape;
   if (!plan.integrator->implicit && !law_as_printed) { shape = lattice_of(network->network()); }
   plan.lattice = shape.has_value();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "model/stepping/spring_fans.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -16,18 +17,20 @@ constexpr int node_count = 17;
 
 /// Every third pair of nodes is joined, in either direction, and most nodes to one or two fixed places.
 template <class Real>
-SpringSet<Real> some_springs() {
+SpringSet<Real> some_springs(int spacing = 3) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(0.5, 2.0);
   const auto number = [&] { return static_cast<Real>(any(random)); };
   SpringSet<Real> springs;
+  int last = node_count;
   for (int a = 0; a < node_count; ++a) {
     for (int b = 0; b < node_count; ++b) {
       if (a == b || (a + 2 * b) % 3 != 0) { continue; }
-      springs.links.push_back({3 * a, 3 * b, number(), number(), number()});
+      springs.links.push_back({spacing * a, spacing * b, number(), number(), number()});
     }
     for (int n = 0; n < a % 3; ++n) {
-      springs.anchors.push_back({3 * a, number(), number(), number(), {number(), -number(), number()}});
+      springs.anchors.push_back(
+          {spacing * a, spacing * last++, number(), number(), number(), {number(), -number(), number()}});
     }
   }
   return springs;
@@ -46,12 +49,41 @@ Vector<Real> plain_forces(SpringSet<Real>& springs, const Motion<Real>& motion, 
   return f;
 }
 
+/// A vector with a zero after every three numbers, and room for `further` more nodes.
+template <class Real>
+Vector<Real> in_quads(const Vector<Real>& packed, std::size_t further) {
+  Vector<Real> quads = Vector<Real>::Zero(packed.size() / 3 * 4 + 4 * static_cast<Eigen::Index>(further));
+  for (Eigen::Index n = 0; n < packed.size() / 3; ++n) { quads.template segment<3>(4 * n) = packed.template segment<3>(3 * n); }
+  return quads;
+}
+
+/// Vectors of quads give the same, but for the order in which 0.25 is added, and leave zeros zero.
+template <class Real>
+void compare_quads(const fans::Kernels<Real>& kernels, bool damped, const Motion<Real>& motion, const Vector<Real>& packed,
+                   double energy_there) {
+  const SpringSet<Real> springs = some_springs<Real>(fans::quad);
+  const std::size_t places = springs.anchors.size();
+  Vector<Real> q = in_quads(motion.q, places);
+  for (const Anchor<Real>& s : springs.anchors) { std::ranges::copy(s.place, q.data() + s.b); }
+  const Vector<Real> v = in_quads(motion.v, places);
+  Vector<Real> f = in_quads<Real>(Vector<Real>::Constant(3 * node_count, Real(0.25)), places);
+  SpringFans<Real> fans(kernels);
+  fans.take(springs, damped, fans::quad);
+  CHECK(fans.measure(q.data(), v.data(), f.data()) == energy_there);
+  for (Eigen::Index n = 0; n < node_count; ++n) {
+    const auto difference = f.template segment<3>(4 * n) - packed.template segment<3>(3 * n);
+    CHECK_NEAR(static_cast<double>(difference.template lpNorm<Eigen::Infinity>()), 0.0,
+               40.0 * 10.0 * static_cast<double>(std::numeric_limits<Real>::epsilon()));
+    CHECK(f(4 * n + 3) == Real(0));
+  }
+}
+
 template <class Real>
 void compare(const fans::Kernels<Real>& kernels, bool damped) {
   SpringSet<Real> springs = some_springs<Real>();
   const Motion<Real> motion;
   SpringFans<Real> fans(kernels);
-  fans.take(springs, damped);
+  fans.take(springs, damped, 3);
   Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
   Vector<Real> measured = f;
   fans.add(motion.q.data(), motion.v.data(), f.data());
@@ -61,6 +93,7 @@ void compare(const fans::Kernels<Real>& kernels, bool damped) {
   CHECK_NEAR(Eigen::VectorXd(f.template cast<double>()), plain, rounding);
   const double energy = fans.measure(motion.q.data(), motion.v.data(), measured.data());
   CHECK(measured == f);
+  compare_quads(kernels, damped, motion, f, energy);
   double expected = 0.0;
   const Eigen::VectorXd q = motion.q.template cast<double>();
   const auto place = [&](int at) { return q.segment<3>(at); };
@@ -95,13 +128,13 @@ void compare_lengths(const fans::Kernels<Real>& kernels) {
     };
     Vector<Real> f = v;
     SpringFans<Real> slack(kernels);
-    slack.take(spring(Real(0)), true);
+    slack.take(spring(Real(0)), true, 3);
     const double energy = slack.measure(q.data(), v.data(), f.data());
     // Square and product are rounded, and the length by two of its own, twice.
     CHECK_NEAR(energy / (0.5 * length * length), 1.0, 8.0 * rounding);
     f.setZero();
     SpringFans<Real> pressed(kernels);
-    pressed.take(spring(Real(1e6)), true);
+    pressed.take(spring(Real(1e6)), true, 3);
     pressed.add(q.data(), v.data(), f.data());
     // Square, length, difference, inverse and two products.
     CHECK_NEAR(static_cast<double>(f(0)) / (length - 1e6), 1.0, 10.0 * rounding);
@@ -126,7 +159,7 @@ TEST("a spring without length exerts no force, and a force that is not finite is
   SpringSet<double> springs;
   springs.links.push_back({0, 3, 1.0, 1.0, 0.5});
   SpringFans<double> fans;
-  fans.take(springs, true);
+  fans.take(springs, true, 3);
   Eigen::VectorXd q = Eigen::VectorXd::Zero(6);
   const Eigen::VectorXd v = Eigen::VectorXd::Ones(6);
   Eigen::VectorXd f = Eigen::VectorXd::Zero(6);
@@ -137,13 +170,15 @@ TEST("a spring without length exerts no force, and a force that is not finite is
   CHECK(!f.allFinite());
 }
 
-TEST("an anchor at a place that is not a number is not taken for one at another place") {
+TEST("an anchor at a place that is not a number says so, and others do not") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (const int lost : {0, 1}) {
     SpringSet<double> springs;
-    for (const int n : {0, 1}) { springs.anchors.push_back({3 * n, 1.0, 0.0, 0.5, {n == lost ? nan : 1.0, 0.0, 0.0}}); }
+    for (const int n : {0, 1}) {
+      springs.anchors.push_back({3 * n, 6 + 3 * n, 1.0, 0.0, 0.5, {n == lost ? nan : 1.0, 0.0, 0.0}});
+    }
     SpringFans<double> fans;
-    fans.take(springs, true);
+    fans.take(springs, true, 3);
     const Eigen::VectorXd still = Eigen::VectorXd::Zero(6);
     Eigen::VectorXd f = still;
     fans.add(still.data(), still.data(), f.data());

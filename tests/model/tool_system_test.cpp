@@ -21,7 +21,7 @@ class Stage {
   Stage(const Scene& scene, const IntegratorInfo& scheme)
       : scheme_(scheme),
         problem_(make_problem(scene)),
-        network_(make_network_system<double>(network_problem(), {.h = h})),
+        network_(make_network_system<double>(network_problem(), {.h = h, .matrices = scheme.implicit})),
         contact_(scene, network_problem(), network_->layout()),
         system_(*network_, contact_),
         integrator_(scheme.make<double>()) {

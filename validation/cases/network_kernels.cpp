@@ -117,8 +117,12 @@ double jacobian_error(const NetworkProblem& kernel, const NetworkProblem& specif
 template <class Real>
 double list_error(const NetworkProblem& kernel, const NetworkProblem& specification,
                   const Variant& variant, int states) {
-  ListNetwork<Real> system(kernel, variant.printed, 1e-4, variant.skip);
-  return force_error<Real>(system, specification, states);
+  double error = 0.0;
+  for (const bool quads : {false, true}) {
+    ListNetwork<Real> system(kernel, variant.printed, 1e-4, variant.skip, {.quads = quads});
+    error = worse(error, force_error<Real>(system, specification, states));
+  }
+  return error;
 }
 
 template <class Real>
