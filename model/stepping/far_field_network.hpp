@@ -21,6 +21,7 @@ class FarFieldNetwork final : private NearAndFar, public ListNetwork<Real> {
  public:
   FarFieldNetwork(const NetworkProblem& problem, const LatticeBox& box, const NeedlePath& path, int modes);
 
+  [[nodiscard]] bool has_dampers() const override { return true; }
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
   void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
                 Eigen::SparseMatrix<Real>& a) noexcept override;

@@ -27,6 +27,7 @@ class LatticeNetwork final : public NetworkSystem<Real> {
   [[nodiscard]] double awake_share() const noexcept override { return sleep_ ? sleep_->awake_share() : 1.0; }
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
+  [[nodiscard]] bool has_dampers() const override { return damped_; }
   [[nodiscard]] bool has_one_pass() const override { return true; }
   void prepare_one_pass() override;
   double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override;

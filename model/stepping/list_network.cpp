@@ -3,39 +3,11 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
+#include <utility>
 
 namespace palpate {
 
 namespace {
-
-/// Derivative of the force on end a by d and by the relative velocity (cf. NetworkProblem).
-template <class Real>
-struct Gradient {
-  Eigen::Matrix<Real, 3, 3> position = Eigen::Matrix<Real, 3, 3>::Zero();
-  Eigen::Matrix<Real, 3, 3> velocity = Eigen::Matrix<Real, 3, 3>::Zero();
-};
-
-template <class Real, class Element>
-Gradient<Real> gradient_of(const SpringLaw& law, const Element& spring,
-                           const Eigen::Matrix<Real, 3, 1>& d,
-                           const Eigen::Matrix<Real, 3, 1>& w) noexcept {
-  using Matrix = Eigen::Matrix<Real, 3, 3>;
-  using Vector3 = Eigen::Matrix<Real, 3, 1>;
-  const Real length = d.norm();
-  if (!(length > static_cast<Real>(zero_length))) { return {}; }
-  const Vector3 u = d / length;
-  const Real k = static_cast<Real>(law.scale * law.elastic) * spring.stiffness;
-  const Real c = static_cast<Real>(law.scale * law.viscous) * spring.viscosity;
-  const Real rate = w.dot(u);
-  const Real tension = k * (length - spring.rest_length) + c * rate;
-  const Vector3 slope = k * u + (c / length) * (w - rate * u);
-  const Vector3 e = law.along_displacement ? d : u;
-  const Matrix turn = law.along_displacement
-                          ? Matrix(Matrix::Identity())
-                          : Matrix((Matrix::Identity() - u * u.transpose()) / length);
-  return {e * slope.transpose() + tension * turn, c * e * u.transpose()};
-}
 
 int spacing_of(const ListVectors& vectors) { return vectors.quads ? fans::quad : 3; }
 
@@ -222,87 +194,15 @@ void ListNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
 template <class Real>
 void ListNetwork<Real>::pattern(Eigen::SparseMatrix<Real>& a) {
   assert(spacing_ == 3);
-  std::vector<Eigen::Triplet<Real>> triplets;
-  const Eigen::Index of_nodes = this->problem().dof();
-  triplets.reserve(18 * springs_.links.size() + static_cast<std::size_t>(9 * of_nodes));
-  const auto block = [&](Eigen::Index row, Eigen::Index column) {
-    for (int c = 0; c < 3; ++c) {
-      for (int r = 0; r < 3; ++r) {
-        triplets.emplace_back(static_cast<int>(row + r), static_cast<int>(column + c), Real(0));
-      }
-    }
-  };
-  for (Eigen::Index i = 0; i < of_nodes; i += 3) { block(i, i); }
-  for (const auto& s : springs_.links) {
-    block(s.a, s.b);
-    block(s.b, s.a);
-  }
-  add_entries(triplets);
-  a.resize(this->dof(), this->dof());
-  a.setFromTriplets(triplets.begin(), triplets.end());
-  a.makeCompressed();
-  const auto slot = [&a](int row, int column) -> std::int64_t {
-    const int* begin = a.innerIndexPtr() + a.outerIndexPtr()[column];
-    const int* end = a.innerIndexPtr() + a.outerIndexPtr()[column + 1];
-    return std::lower_bound(begin, end, row) - a.innerIndexPtr();
-  };
-  link_slots_.clear();
-  anchor_slots_.clear();
-  diagonal_slots_.clear();
-  for (const auto& s : springs_.links) {
-    std::array<std::int64_t, 12> slots{};
-    for (int c = 0; c < 3; ++c) {
-      const auto n = static_cast<std::size_t>(c);
-      slots[n] = slot(s.a, s.a + c);
-      slots[3 + n] = slot(s.b, s.b + c);
-      slots[6 + n] = slot(s.a, s.b + c);
-      slots[9 + n] = slot(s.b, s.a + c);
-    }
-    link_slots_.push_back(slots);
-  }
-  for (const auto& s : springs_.anchors) {
-    anchor_slots_.push_back({slot(s.a, s.a), slot(s.a, s.a + 1), slot(s.a, s.a + 2)});
-  }
-  for (int i = 0; i < this->dof(); ++i) { diagonal_slots_.push_back(slot(i, i)); }
+  std::vector<Eigen::Triplet<Real>> further;
+  add_entries(further);
+  matrices_.pattern(springs_, this->problem().dof(), this->dof(), std::move(further), a);
 }
 
 template <class Real>
-void ListNetwork<Real>::add_block(Real* values, const std::int64_t* columns, Real factor,
-                                    const Eigen::Matrix<Real, 3, 3>& block) const noexcept {
-  for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) { values[columns[c] + r] += factor * block(r, c); }
-  }
-}
-
-template <class Real>
-void ListNetwork<Real>::jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping,
-                                   Real on_stiffness, Eigen::SparseMatrix<Real>& a) noexcept {
-  using Vector3 = Eigen::Matrix<Real, 3, 1>;
-  Real* values = a.valuePtr();
-  std::fill(values, values + a.nonZeros(), Real(0));
-  for (Eigen::Index i = 0; i < this->dof(); ++i) {
-    values[diagonal_slots_[static_cast<std::size_t>(i)]] = this->mass()(i);
-  }
-  for (std::size_t n = 0; n < springs_.links.size(); ++n) {
-    const auto& s = springs_.links[n];
-    const Vector3 d = q.template segment<3>(s.b) - q.template segment<3>(s.a);
-    const Vector3 w = v.template segment<3>(s.b) - v.template segment<3>(s.a);
-    const auto g = gradient_of<Real>(springs_.law, s, d, w);
-    const Eigen::Matrix<Real, 3, 3> block = on_stiffness * g.position + on_damping * g.velocity;
-    const auto& slots = link_slots_[n];
-    add_block(values, slots.data(), Real(1), block);
-    add_block(values, slots.data() + 3, Real(1), block);
-    add_block(values, slots.data() + 6, Real(-1), block);
-    add_block(values, slots.data() + 9, Real(-1), block);
-  }
-  for (std::size_t n = 0; n < springs_.anchors.size(); ++n) {
-    const auto& s = springs_.anchors[n];
-    const Vector3 d = Eigen::Map<const Vector3>(s.place) - q.template segment<3>(s.a);
-    const Vector3 w = -v.template segment<3>(s.a);
-    const auto g = gradient_of<Real>(springs_.law, s, d, w);
-    const Eigen::Matrix<Real, 3, 3> block = on_stiffness * g.position + on_damping * g.velocity;
-    add_block(values, anchor_slots_[n].data(), Real(1), block);
-  }
+void ListNetwork<Real>::jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
+                                 Eigen::SparseMatrix<Real>& a) noexcept {
+  matrices_.jacobian(springs_, {.q = q, .v = v, .on_damping = on_damping, .on_stiffness = on_stiffness}, this->mass(), a);
 }
 
 template <class Real>
@@ -326,7 +226,7 @@ double ListNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
 template <class Real>
 std::size_t ListNetwork<Real>::spring_bytes() const noexcept {
   return springs_.links.size() * sizeof(Link<Real>) + springs_.anchors.size() * sizeof(Anchor<Real>) +
-         springs_.previous_length.size() * sizeof(Real) + link_slots_.size() * sizeof(link_slots_[0]) +
+         springs_.previous_length.size() * sizeof(Real) + matrices_.memory_bytes() +
          static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + fans_.memory_bytes();
 }
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Any network at all: free nodes packed one after the other, springs in lists, and the matrices that
-/// implicit schemes ask for.
-
-#include <array>
-#include <cstdint>
+/// Any network at all: free nodes one after the other, springs in lists, and the matrices that implicit schemes
+/// ask for.
 
 #include "model/stepping/network_system.hpp"
 #include "model/stepping/spring_fans.hpp"
+#include "model/stepping/spring_matrices.hpp"
 
 namespace palpate {
 
@@ -26,6 +24,7 @@ class ListNetwork : public NetworkSystem<Real> {
               const ListVectors& vectors = {});
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
+  [[nodiscard]] bool has_dampers() const override { return damped_; }
   /// Of forces, and of places and velocities: with quads.
   [[nodiscard]] bool has_one_pass() const override { return spacing_ == fans::quad; }
   void prepare_one_pass() override;
@@ -48,8 +47,6 @@ class ListNetwork : public NetworkSystem<Real> {
   static NodeLayout layout_of(const NetworkProblem& problem, const ListVectors& vectors);
   void sort_springs(const NetworkProblem& problem, bool skip);
   void remember_lengths();
-  void add_block(Real* values, const std::int64_t* columns, Real factor,
-                 const Eigen::Matrix<Real, 3, 3>& block) const noexcept;
 
   int spacing_;  ///< from one node's coordinates to the next one's
   SpringSet<Real> springs_;
@@ -59,11 +56,7 @@ class ListNetwork : public NetworkSystem<Real> {
   Vector<Real> next_force_;  ///< between two steps in one pass: the weight [N]
   SpringSet<Real> fixed_pairs_;  ///< only without skipping
   Vector<Real> fixed_q_, fixed_v_, fixed_f_;
-  /// Index of the first row of each of the three columns of blocks (a,a) (b,b) (a,b) (b,a), then
-  /// of the anchors' (a,a); made by pattern().
-  std::vector<std::array<std::int64_t, 12>> link_slots_;
-  std::vector<std::array<std::int64_t, 3>> anchor_slots_;
-  std::vector<std::int64_t> diagonal_slots_;
+  SpringMatrices<Real> matrices_;
 };
 
 }  // namespace palpate

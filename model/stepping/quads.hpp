@@ -12,8 +12,8 @@
 
 namespace palpate::fans {
 
-/// Four numbers in one register, or in two where registers are short, in the compiler's own vectors: four doubles are two
-/// of SSE's registers, which no xsimd batch is.
+/// Four numbers in one register, or in two where registers are short, in the compiler's own vectors: four doubles are
+/// two of SSE's registers, which no xsimd batch is.
 template <class Real, class Arch>
 struct Quads {
   static constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);

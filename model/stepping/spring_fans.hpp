@@ -20,9 +20,9 @@ template <class Real>
 class SpringFans {
  public:
   explicit SpringFans(const fans::Kernels<Real>& kernels = fan_kernels<Real>().front()) : kernels_(kernels) {}
-  /// Links and anchors; without their dampers unless `damped`. Vectors have `spacing` numbers for each node: fans::quad,
-  /// with places that never move behind the free nodes, which are read and written as they lie; or 3 and no such
-  /// places, copied to quads and back at every evaluation. Allocates.
+  /// Links and anchors; without their dampers unless `damped`. Vectors have `spacing` numbers for each node: fans::quad
+  /// with places that never move behind the free nodes, read and written as they lie; or 3 and no such places, copied
+  /// to quads and back at every evaluation. Allocates.
   void take(const SpringSet<Real>& springs, bool damped, int spacing);
   [[nodiscard]] bool empty() const { return fans_.empty(); }
   /// Adds the forces of all springs to f.

@@ -37,8 +37,8 @@ using Spread = void (*)(const Real* packed, long nodes, Real* quads) noexcept;
 template <class Real>
 using Collect = void (*)(const Real* quads, long nodes, Real* packed) noexcept;
 
-/// A step of semi-implicit Euler with forces that are known, to the bits of one sweep after another. All have a quad for
-/// each node.
+/// A step of semi-implicit Euler with forces that are known, to the bits of one sweep after another. All have a quad
+/// for each node.
 template <class Real>
 struct Move {
   Real* q = nullptr;

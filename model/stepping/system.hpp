@@ -36,6 +36,8 @@ class System {
   virtual void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept = 0;
   /// C(q) w [N]: what the dampers would resist velocity w with.
   virtual void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept = 0;
+  /// Whether damping() is ever anything but zero.
+  [[nodiscard]] virtual bool has_dampers() const { return true; }
   /// A whole step of semi-implicit Euler in one pass over memory, for systems that say they have one; returns
   /// the sum of squares of the new velocities.
   [[nodiscard]] virtual bool has_one_pass() const { return false; }

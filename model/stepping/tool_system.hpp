@@ -55,6 +55,7 @@ class ToolSystem final : public System<Real> {
   void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept override {
     network_.add_loads(t, gate, weight, f);
   }
+  [[nodiscard]] bool has_dampers() const override { return network_.has_dampers(); }
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override {
     network_.damping(q, w, f);
   }

@@ -53,14 +53,16 @@ Vector<Real> plain_forces(SpringSet<Real>& springs, const Motion<Real>& motion, 
 template <class Real>
 Vector<Real> in_quads(const Vector<Real>& packed, std::size_t further) {
   Vector<Real> quads = Vector<Real>::Zero(packed.size() / 3 * 4 + 4 * static_cast<Eigen::Index>(further));
-  for (Eigen::Index n = 0; n < packed.size() / 3; ++n) { quads.template segment<3>(4 * n) = packed.template segment<3>(3 * n); }
+  for (Eigen::Index n = 0; n < packed.size() / 3; ++n) {
+    quads.template segment<3>(4 * n) = packed.template segment<3>(3 * n);
+  }
   return quads;
 }
 
 /// Vectors of quads give the same, but for the order in which 0.25 is added, and leave zeros zero.
 template <class Real>
-void compare_quads(const fans::Kernels<Real>& kernels, bool damped, const Motion<Real>& motion, const Vector<Real>& packed,
-                   double energy_there) {
+void compare_quads(const fans::Kernels<Real>& kernels, bool damped, const Motion<Real>& motion,
+                   const Vector<Real>& packed, double energy_there) {
   const SpringSet<Real> springs = some_springs<Real>(fans::quad);
   const std::size_t places = springs.anchors.size();
   Vector<Real> q = in_quads(motion.q, places);

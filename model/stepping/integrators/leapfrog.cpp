@@ -42,6 +42,7 @@ class Leapfrog final : public StaggeredScheme<Real> {
     const auto& f = this->f_;
     const auto& inverse_mass = system.inverse_mass();
     solution = inverse_mass.cwiseProduct(f);
+    if (!system.has_dampers()) { return; }
     system.damping(q, solution, product_);
     residual_ = -weight * product_;  // f - (M + weight C) M^-1 f
     scaled_ = inverse_mass.cwiseProduct(residual_);
