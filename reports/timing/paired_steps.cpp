@@ -34,7 +34,7 @@ BatchTime time_of(LibrarySteps& steps, long ticks) {
 /// Both builds of one scene, at the same tick.
 class PairOfSteps {
  public:
-  explicit PairOfSteps(const PairedPlan& plan) : plan_(plan) {
+  explicit PairOfSteps(const PairedPlan& plan) : plan_(plan), head_next_(plan.head_first) {
     (plan.head_first ? head_ : base_).emplace(plan.head_first ? plan.head : plan.base);
     (plan.head_first ? base_ : head_).emplace(plan.head_first ? plan.base : plan.head);
     begin_anew();
@@ -56,12 +56,16 @@ class PairOfSteps {
  private:
   [[nodiscard]] long head_ticks() const { return plan_.planted ? batch_ + batch_ / planted_every : batch_; }
 
+  /// Either build goes and comes first in turn: each then has the place in memory, and what that costs, that the other
+  /// had the time before.
   void begin_anew() {
+    if (head_next_) { head_steps_.reset(); }
     base_steps_.reset();
-    head_steps_.reset();
-    if (plan_.head_first) { head_steps_.emplace(head_->create(plan_.scene)); }
+    if (!head_next_) { head_steps_.reset(); }
+    if (head_next_) { head_steps_.emplace(head_->create(plan_.scene)); }
     base_steps_.emplace(base_->create(plan_.scene));
-    if (!plan_.head_first) { head_steps_.emplace(head_->create(plan_.scene)); }
+    if (!head_next_) { head_steps_.emplace(head_->create(plan_.scene)); }
+    head_next_ = !head_next_;
     tick_count_ = base_steps_->tick_count();
     done_ = 0;
   }
@@ -80,6 +84,7 @@ class PairOfSteps {
   const PairedPlan& plan_;
   std::optional<LoadedLibrary> base_, head_;
   std::optional<LibrarySteps> base_steps_, head_steps_;  // after what they are made by
+  bool head_next_;
   long tick_count_ = 0;
   long batch_ = planted_every;
   long done_ = 0;

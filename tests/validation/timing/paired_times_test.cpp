@@ -23,7 +23,7 @@ std::vector<double> one_to(int n) {
 /// times as long.
 std::vector<PairedStart> noisy_starts(double ratio, std::uint64_t seed) {
   Random random(seed);
-  std::vector<PairedStart> starts(6, PairedStart{.batch_deadline = 1.0});
+  std::vector<PairedStart> starts(12, PairedStart{.batch_deadline = 1.0});
   for (PairedStart& start : starts) {
     for (int n = 0; n < 40; ++n) {
       const auto time = [&] {
@@ -82,13 +82,13 @@ TEST("who waits for others is late, and no slower") {
     }
   }
   const PairedVerdict verdict = judge_pairs(starts);
-  CHECK(!verdict.slower() && verdict.base_misses == 0 && verdict.head_misses == 240 && verdict.misses_rose());
+  CHECK(!verdict.slower() && verdict.base_misses == 0 && verdict.head_misses == 480 && verdict.misses_rose());
 }
 
 TEST("the ratio is the median's") {
   const PairedVerdict verdict = judge_pairs(noisy_starts(1.05, 7));
   CHECK_NEAR(verdict.ratio, 1.05, 0.01);
-  CHECK(verdict.lower < verdict.ratio && verdict.ratio < verdict.upper && verdict.pairs == 240);
+  CHECK(verdict.lower < verdict.ratio && verdict.ratio < verdict.upper && verdict.pairs == 480);
 }
 
 TEST("misses rise when chance would split them so unevenly once in a hundred times") {
