@@ -13,7 +13,8 @@
 namespace palpate::lattice {
 
 /// A step is one of semi-implicit Euler in the same pass: a row whose springs have all been gone through
-/// moves, and its forces begin anew, while later rows still stand where they were.
+/// moves, and its forces begin anew, while later rows still stand where they were. Fetching steps ask memory for the
+/// rows to come, which pays where a lattice outgrows the caches.
 enum class Task {
   force,
   undamped_force,
@@ -21,17 +22,23 @@ enum class Task {
   measured_undamped_force,
   step,
   undamped_step,
+  fetching_step,
+  fetching_undamped_step,
   damping,
   energy
 };
 
+constexpr bool fetches(Task task) { return task == Task::fetching_step || task == Task::fetching_undamped_step; }
 constexpr bool sees_velocity(Task task) {
-  return task == Task::force || task == Task::measured_force || task == Task::step || task == Task::damping;
+  return task == Task::force || task == Task::measured_force || task == Task::step || task == Task::fetching_step ||
+         task == Task::damping;
 }
 constexpr bool measures_energy(Task task) {
   return task == Task::measured_force || task == Task::measured_undamped_force || task == Task::energy;
 }
-constexpr bool takes_step(Task task) { return task == Task::step || task == Task::undamped_step; }
+constexpr bool takes_step(Task task) {
+  return task == Task::step || task == Task::undamped_step || fetches(task);
+}
 
 /// Vector `i` of a node row against one vector of a neighbour's: what their springs do.
 template <Task task, class Real, class Arch>
@@ -198,6 +205,20 @@ double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, 
   return sum;
 }
 
+/// Asks memory for a vector of the row after the next that this row's springs lead to, and for masses of the next row:
+/// more streams than processors foresee. `own` is the vector's first element and `next` that of the same one a layer
+/// further on. Always inline: g++ 12 leaves a call out that does nothing else.
+template <Task task, class Arch, class Real>
+[[gnu::always_inline]] inline void fetch_ahead(const View<Real>& view, const Fields<Real>& fields, long own, long next,
+                                               long row_length) noexcept {
+  const long ahead = next + 2 * row_length;
+  for (long c = 0; c < 3; ++c) {
+    __builtin_prefetch(fields.q + ahead + c * view.stride);
+    if constexpr (sees_velocity(task)) { __builtin_prefetch(fields.v + ahead + c * view.stride); }
+  }
+  __builtin_prefetch(fields.move->inverse_mass + own + row_length);
+}
+
 template <Task task, class Real, class Arch>
 double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<Real>& fields) noexcept {
   using Vector = RowVector<task, Real, Arch>;
@@ -222,6 +243,10 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
                                   : from_element<task, Arch>(all, begin, own_forces);
       const Real* table = view.tables + view.row_table[row];
       for (long i = 0; joined && i < view.vectors; ++i) {
+        if constexpr (fetches(task)) {
+          const long next = row2 + 2 < view.rows2 ? layers[1] - layers[0] : 0;  // beyond the last there is nothing
+          fetch_ahead<task, Arch>(view, fields, begin + i * lanes, begin + i * lanes + next, row_length);
+        }
         // The piece's last node is beside the next piece's first: the same vector, one lane on.
         const long right = i + 1 < view.vectors ? (i + 1) * lanes : 1;
         const long left = i > 0 ? (i - 1) * lanes : (view.vectors - 1) * lanes - 1;
@@ -271,6 +296,8 @@ Kernels<Real> kernels_for(const char* name) noexcept {
           .measured_undamped_force = &go_through<Task::measured_undamped_force, Real, Arch>,
           .step = &go_through<Task::step, Real, Arch>,
           .undamped_step = &go_through<Task::undamped_step, Real, Arch>,
+          .fetching_step = &go_through<Task::fetching_step, Real, Arch>,
+          .fetching_undamped_step = &go_through<Task::fetching_undamped_step, Real, Arch>,
           .damping = &go_through<Task::damping, Real, Arch>,
           .energy = &go_through<Task::energy, Real, Arch>,
           .roots_and_quotients = &roots_and_quotients<Real, Arch>};

@@ -17,6 +17,15 @@ LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool s
   return LatticeSprings<Real>(problem, *shape, lanes, skip, may_fold);
 }
 
+/// Places, velocities and masses of more than so much [bytes] outgrow the caches; at 7 MB asking for rows ahead gains
+/// nothing, at 14 a sixth (docs/bench.md).
+constexpr std::size_t largest_cached = 8UL << 20U;
+
+template <class Real>
+bool outgrows_caches(Eigen::Index numbers_of_axis) {
+  return 7 * sizeof(Real) * static_cast<std::size_t>(numbers_of_axis) > largest_cached;
+}
+
 }  // namespace
 
 template <class Real>
@@ -36,6 +45,10 @@ LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprin
   scatter(problem.mass(), this->layout(), mass);
   this->set_mass(mass);
   this->spread_weight();
+  step_ = damped_ ? kernels.step : kernels.undamped_step;
+  if (outgrows_caches<Real>(this->layout().stride)) {
+    step_ = damped_ ? kernels.fetching_step : kernels.fetching_undamped_step;
+  }
 }
 
 template <class Real>
@@ -110,7 +123,7 @@ double LatticeNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>
     const Eigen::Vector3d force = this->load_at(loaded_[n], t, gate);
     for (int c = 0; c < 3; ++c) { pulls_[n].force[c] = static_cast<Real>(force(c)); }
   }
-  return slabs_->step(damped_ ? kernels_.step : kernels_.undamped_step,
+  return slabs_->step(step_,
                       {.q = state.position.data(),
                        .v = state.velocity.data(),
                        .inverse_mass = this->inverse_mass().data(),
@@ -130,7 +143,7 @@ double LatticeNetwork<Real>::one_pass_with_sleep(double t, double gate, Real h, 
                                  .h = h};
   const lattice::Fields<Real> fields{.q = move.q, .v = move.v, .f = next_force_.data(), .move = &move,
                                      .force_stride = this->layout().stride};
-  const double squares = slabs_->sweep(damped_ ? kernels_.step : kernels_.undamped_step, fields);
+  const double squares = slabs_->sweep(step_, fields);
   return squares + sleep_->wake_in_step(fields);
 }
 

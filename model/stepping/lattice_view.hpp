@@ -105,6 +105,8 @@ struct Kernels {
   Kernel<Real> measured_undamped_force = nullptr;
   Kernel<Real> step = nullptr;
   Kernel<Real> undamped_step = nullptr;
+  Kernel<Real> fetching_step = nullptr;  ///< as those two to the last bit, for lattices that outgrow the caches
+  Kernel<Real> fetching_undamped_step = nullptr;
   Kernel<Real> damping = nullptr;
   Kernel<Real> energy = nullptr;
   /// to = 1 / sqrt(from), as a spring's length needs it: what no kernel can do without. `count` is a
