@@ -103,6 +103,9 @@ void SpringFans<Real>::take(const SpringSet<Real>& springs, bool damped, int spa
     }
     if (!members.empty()) { add_fan(node, members); }
   }
+  const auto ahead = lanes * static_cast<std::size_t>(fans::groups_ahead);
+  partners_.resize(partners_.size() + ahead);
+  numbers_.resize(numbers_.size() + ahead * static_cast<std::size_t>(fans::group_numbers(damped_)));
 }
 
 template std::vector<fans::Kernels<double>> fan_kernels<double>();

@@ -15,6 +15,9 @@ struct Fan {
 inline constexpr int quad = 4;
 /// Numbers of a group, one vector after the other: stiffness, rest length and viscosity.
 inline constexpr int group_numbers(bool damped) { return damped ? 3 : 2; }
+/// Whose numbers and partners memory is asked for, that many groups before they are gone through; as many follow the
+/// last one.
+inline constexpr int groups_ahead = 24;
 
 template <class Real>
 struct View {
