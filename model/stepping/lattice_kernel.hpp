@@ -63,21 +63,24 @@ class RowVector {
     const Batch dz = load(q + 2 * row.stride) - position_[2];
     const Batch square = fused::add(dz, dz, fused::add(dy, dy, dx * dx));
     const SpringLengths<Real, Arch> lengths(square, View<Real>::zero_length);
-    const Batch extension = lengths.length() - Batch(rest);
-    Batch tension(Real(0));
-    if constexpr (task != Task::damping) { tension = load(constants) * extension; }
-    if constexpr (measures_energy(task)) { energy_ = fused::add(tension, extension, energy_); }
+    SpringNumbers<Batch> spring{.stiffness = Batch(Real(0)), .rest = Batch(rest), .viscosity = Batch(Real(0))};
+    if constexpr (task != Task::damping) { spring.stiffness = load(constants); }
+    if constexpr (measures_energy(task)) {
+      const Batch extension = lengths.length() - spring.rest;
+      energy_ = fused::add(spring.stiffness * extension, extension, energy_);
+    }
     if constexpr (task == Task::energy) { return; }
-    const Batch inverse = lengths.inverse();
+    Batch factor;
     if constexpr (sees_velocity(task)) {
       const Real* v = row.v + i;
       const Batch wx = load(v) - velocity_[0];
       const Batch wy = load(v + row.stride) - velocity_[1];
       const Batch wz = load(v + 2 * row.stride) - velocity_[2];
-      const Batch rate = fused::add(wz, dz, fused::add(wy, dy, wx * dx)) * inverse;
-      tension = fused::add(load(constants + lanes), rate, tension);
+      spring.viscosity = load(constants + lanes);
+      factor = lengths.pull(spring, fused::add(wz, dz, fused::add(wy, dy, wx * dx)));
+    } else {
+      factor = lengths.pull(spring);
     }
-    const Batch factor = tension * inverse;
     Real* f = row.f + i;
     pull(0, f, factor, dx);
     pull(1, f + force_stride(row), factor, dy);

@@ -41,14 +41,15 @@ class FanLoop {
   /// Tension over length, of springs of that squared length, and that rate times the length.
   Batch pull(const Batch& square, const Quad* closing) noexcept {
     const SpringLengths<Real, Arch> lengths(square, View<Real>::zero_length);
-    const Batch inverse = lengths.inverse();
-    const Batch extension = lengths.length() - load(numbers_ + lanes);
-    Batch tension = load(numbers_) * extension;
-    if constexpr (is_measured) { energy_ = fused::add(tension, extension, energy_); }
-    if constexpr (is_damped) {
-      tension = fused::add(load(numbers_ + 2 * lanes), Four::sums(closing) * inverse, tension);
+    const SpringNumbers<Batch> spring{.stiffness = load(numbers_),
+                                      .rest = load(numbers_ + lanes),
+                                      .viscosity = is_damped ? load(numbers_ + 2 * lanes) : Batch(Real(0))};
+    if constexpr (is_measured) {
+      const Batch extension = lengths.length() - spring.rest;
+      energy_ = fused::add(spring.stiffness * extension, extension, energy_);
     }
-    return tension * inverse;
+    if constexpr (is_damped) { return lengths.pull(spring, Four::sums(closing)); }
+    return lengths.pull(spring);
   }
   /// They come as a stream that outruns what processors foresee (docs/bench.md). Always inline:
   /// g++ 12 leaves a call out that does nothing else.

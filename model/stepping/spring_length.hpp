@@ -33,37 +33,43 @@ void refine(const xsimd::batch<float, Arch>& square, xsimd::batch<float, Arch>& 
   length = fused::add(length, more, length);
   inverse = fused::add(inverse, more, inverse);
 }
-/// 0 where square is not above `least`.
-template <class Arch>
-xsimd::batch<double, Arch> estimate(const xsimd::batch<double, Arch>& square, double least) noexcept {
-  return _mm512_maskz_rsqrt14_pd(_mm512_cmp_pd_mask(square, _mm512_set1_pd(least), _CMP_GT_OQ), square);
+inline __mmask8 above(const __m512d& square, double least) noexcept {
+  return _mm512_cmp_pd_mask(square, _mm512_set1_pd(least), _CMP_GT_OQ);
 }
-template <class Arch>
-xsimd::batch<float, Arch> estimate(const xsimd::batch<float, Arch>& square, float least) noexcept {
-  return _mm512_maskz_rsqrt14_ps(_mm512_cmp_ps_mask(square, _mm512_set1_ps(least), _CMP_GT_OQ), square);
+inline __mmask16 above(const __m512& square, float least) noexcept {
+  return _mm512_cmp_ps_mask(square, _mm512_set1_ps(least), _CMP_GT_OQ);
+}
+/// Estimates, 0 where `there` is not set.
+inline __m512d estimate(__mmask8 there, const __m512d& square) noexcept { return _mm512_maskz_rsqrt14_pd(there, square); }
+inline __m512 estimate(__mmask16 there, const __m512& square) noexcept { return _mm512_maskz_rsqrt14_ps(there, square); }
+/// c - a b where `there` is set, and 0 elsewhere.
+inline __m512d subtract(__mmask8 there, const __m512d& a, const __m512d& b, const __m512d& c) noexcept {
+  return _mm512_maskz_fnmadd_pd(there, a, b, c);
+}
+inline __m512 subtract(__mmask16 there, const __m512& a, const __m512& b, const __m512& c) noexcept {
+  return _mm512_maskz_fnmadd_ps(there, a, b, c);
 }
 #endif
 
-template <class Real, class Arch>
+/// Stiffness, natural length and viscosity of springs.
+template <class Batch>
+struct SpringNumbers {
+  Batch stiffness;  ///< [N/m]
+  Batch rest;       ///< [m]
+  Batch viscosity;  ///< [N s/m]; unused where there are no dampers
+};
+
+/// From a square root and a quotient.
+template <class Real, class Arch, bool estimated = fused::is_avx512<Arch>>
 class SpringLengths {
  public:
   using Batch = xsimd::batch<Real, Arch>;
 
   /// Of springs whose squared lengths are `square`; those of `zero_length` or less have none.
-  SpringLengths(const Batch& square, Real zero_length) noexcept : zero_length_(zero_length) {
-#if defined(__AVX512F__)
-    if constexpr (estimated) {
-      inverse_ = estimate(square, zero_length * zero_length);
-      refine(square, inverse_, length_);
-      return;
-    }
-#endif
-    length_ = xsimd::sqrt(square);
-  }
+  SpringLengths(const Batch& square, Real zero_length) noexcept : zero_length_(zero_length), length_(xsimd::sqrt(square)) {}
   [[nodiscard]] const Batch& length() const noexcept { return length_; }
   /// 0 where there is no length.
   [[nodiscard]] Batch inverse() const noexcept {
-    if constexpr (estimated) { return inverse_; }
     const auto has_length = length_ > Batch(zero_length_);
     const Batch inverse = Batch(Real(1)) / length_;
     if constexpr (sizeof(has_length) == sizeof(Batch)) {
@@ -72,12 +78,47 @@ class SpringLengths {
       return xsimd::select(has_length, inverse, Batch(Real(0)));
     }
   }
+  /// Tension over length; 0 where there is no length.
+  [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring) const noexcept {
+    return spring.stiffness * (length_ - spring.rest) * inverse();
+  }
+  /// With dampers; `rate` is that of the length, times the length.
+  [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring, const Batch& rate) const noexcept {
+    const Batch inverse = this->inverse();
+    return fused::add(spring.viscosity, rate * inverse, spring.stiffness * (length_ - spring.rest)) * inverse;
+  }
 
  private:
-  static constexpr bool estimated = fused::is_avx512<Arch>;
   Real zero_length_;
   Batch length_;
-  Batch inverse_;  ///< known from the beginning where it is estimated
 };
+
+#if defined(__AVX512F__)
+/// From the processor's estimate. Tension over length is k - (k L - c rate / length) / length: two operations less, at a
+/// rounding more of k, where the divider does not set the pace.
+template <class Real, class Arch>
+class SpringLengths<Real, Arch, true> {
+ public:
+  using Batch = xsimd::batch<Real, Arch>;
+  SpringLengths(const Batch& square, Real zero_length) noexcept
+      : has_length_(above(square, zero_length * zero_length)), inverse_(estimate(has_length_, square)) {
+    refine(square, inverse_, length_);
+  }
+  [[nodiscard]] const Batch& length() const noexcept { return length_; }
+  [[nodiscard]] const Batch& inverse() const noexcept { return inverse_; }
+  [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring) const noexcept {
+    return subtract(has_length_, spring.stiffness * spring.rest, inverse_, spring.stiffness);
+  }
+  [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring, const Batch& rate) const noexcept {
+    const Batch less = fused::subtract(spring.viscosity * rate, inverse_, spring.stiffness * spring.rest);
+    return subtract(has_length_, less, inverse_, spring.stiffness);
+  }
+
+ private:
+  std::conditional_t<std::is_same_v<Real, double>, __mmask8, __mmask16> has_length_;
+  Batch inverse_;
+  Batch length_;
+};
+#endif
 
 }  // namespace palpate
