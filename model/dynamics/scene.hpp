@@ -50,7 +50,7 @@ struct SimulationSettings {
   Precision precision = Precision::double_precision; ///< of the stepping, never of the reference
   int threads = 1;                                   ///< at most, that share a regular lattice
   double sleep_force = 0.0;                          ///< [N] that sleeping nodes may withhold in all; 0: none sleeps
-  double near_radius = 0.0;                          ///< [m] about a tool, beyond which tissue is reduced; 0: none is
+  double near_radius = 0.0;                          ///< [m] about a tool or a load, beyond which tissue is reduced; 0: none is
   int far_modes = 100;                               ///< that are left of it
   PrintedForm printed{};                             ///< all false: the corrected physics
 };

@@ -5,23 +5,22 @@
 
 namespace palpate {
 
-NearAndFar NearAndFar::of(const NetworkProblem& problem, const LatticeBox& box, const NeedlePath& path, int modes) {
+NearAndFar NearAndFar::of(const NetworkProblem& problem, const FarFieldSetting& setting) {
   const LatticeShape shape = lattice_of(problem.network()).value();
   SpringNetwork near = problem.network();
-  const auto is_far = [&](int node) { return !near.is_fixed(node) && !box.holds(shape.place(node)); };
+  const auto is_far = [&](int node) { return !near.is_fixed(node) && !setting.near.holds(node); };
   near.springs.edit([&](std::vector<Spring>& springs) {
     std::erase_if(springs, [&](const Spring& spring) { return is_far(spring.a) || is_far(spring.b); });
   });
   for (int node = 0; node < shape.node_count(); ++node) {
-    if (!box.holds(shape.place(node))) { near.fixed[static_cast<std::size_t>(node)] = 1; }
+    if (!setting.near.holds(node)) { near.fixed[static_cast<std::size_t>(node)] = 1; }
   }
-  return {NetworkProblem(std::move(near), problem.loads()), far_shapes(problem, shape, box, path, modes)};
+  return {NetworkProblem(std::move(near), problem.loads()), far_shapes(problem, shape, setting)};
 }
 
 template <class Real>
-FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem, const LatticeBox& box, const NeedlePath& path,
-                                       int modes)
-    : FarFieldNetwork(problem, NearAndFar::of(problem, box, path, modes)) {}
+FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem, const FarFieldSetting& setting)
+    : FarFieldNetwork(problem, NearAndFar::of(problem, setting)) {}
 
 template <class Real>
 FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem, NearAndFar parts)

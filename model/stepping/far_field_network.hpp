@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A lattice about a tool as a list of springs, and what lies further away as a far field: the coordinates of the near
+/// A lattice about a tool or a load as a list of springs, and what lies further away as a far field: the coordinates of the near
 /// nodes, then those of its shapes.
 
 #include "model/stepping/far_field.hpp"
@@ -13,13 +13,13 @@ struct NearAndFar {
   NetworkProblem near;  ///< without far nodes: there they are held, and no spring leads to them
   FarShapes shapes;
   /// Of a lattice at its natural lengths, at rest and without weight, loaded inside the box alone.
-  static NearAndFar of(const NetworkProblem& problem, const LatticeBox& box, const NeedlePath& path, int modes);
+  static NearAndFar of(const NetworkProblem& problem, const FarFieldSetting& setting);
 };
 
 template <class Real>
 class FarFieldNetwork final : private NearAndFar, public ListNetwork<Real> {
  public:
-  FarFieldNetwork(const NetworkProblem& problem, const LatticeBox& box, const NeedlePath& path, int modes);
+  FarFieldNetwork(const NetworkProblem& problem, const FarFieldSetting& setting);
 
   [[nodiscard]] bool has_dampers() const override { return true; }
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;

@@ -17,32 +17,55 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Columns are forces on the coarse coordinates [N].
-MatrixXd loads_of(const GradedLattice& graded, const NetworkProblem& problem, const LatticeShape& shape,
-                  const LatticeBox& box, const NeedlePath& path, int modes) {
-  MatrixXd loads = MatrixXd::Zero(graded.dof(), modes);
-  std::mt19937 random(1);
-  std::normal_distribution<double> normal;
-  const auto of_knots = static_cast<Index>(3 * path.knots().size());
-  MatrixXd on_knots = MatrixXd::Zero(graded.dof(), of_knots);
-  for (std::size_t k = 0; k < path.knots().size(); ++k) {
-    for (const NeedlePath::Support& support : path.supports(path.knots()[k])) {
+/// Loads on coarse coordinates [N], one column each.
+MatrixXd loads_of(const std::vector<Push>& pushes, const GradedLattice& graded) {
+  MatrixXd loads = MatrixXd::Zero(graded.dof(), static_cast<Index>(pushes.size()));
+  for (std::size_t n = 0; n < pushes.size(); ++n) {
+    for (const NeedlePath::Support& support : pushes[n].on) {
       const Index at = graded.coordinate(support.node);
-      if (at < 0) { continue; }
-      for (Index c = 0; c < 3; ++c) { on_knots(at + c, 3 * static_cast<Index>(k) + c) = support.weight; }
-    }
-  }
-  if (modes < of_knots) {
-    return on_knots * MatrixXd::NullaryExpr(of_knots, modes, [&] { return normal(random); });
-  }
-  loads.leftCols(of_knots) = on_knots;
-  for (int node = 0; node < shape.node_count(); ++node) {
-    if (problem.coordinate(node) < 0 || !box.holds(shape.place(node))) { continue; }
-    for (Index c = 0; c < 3; ++c) {
-      for (Index n = of_knots; n < modes; ++n) { loads(graded.coordinate(node) + c, n) = normal(random); }
+      if (at >= 0) { loads.col(static_cast<Index>(n)).segment<3>(at) += support.weight * pushes[n].direction; }
     }
   }
   return loads;
+}
+
+MatrixXd random_matrix(Index rows, Index columns) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(random); });
+}
+
+/// Adds `more`, as far as it is not in the columns of `basis` yet and there is room for, orthogonal by mass; returns
+/// what was added.
+MatrixXd add_orthogonal(const VectorXd& mass, MatrixXd more, Index most, MatrixXd& basis) {
+  const Index before = basis.cols();
+  for (Index n = 0; n < more.cols() && basis.cols() < most; ++n) {
+    VectorXd column = more.col(n);
+    const double size = std::sqrt(column.dot(mass.cwiseProduct(column)));
+    if (!(size > 0.0)) { continue; }
+    column /= size;
+    for (int twice = 0; twice < 2; ++twice) {
+      column -= (basis * (basis.transpose() * mass.cwiseProduct(column))).eval();
+    }
+    const double left = std::sqrt(column.dot(mass.cwiseProduct(column)));
+    if (left < 1e-6) { continue; }
+    basis.conservativeResize(Eigen::NoChange, basis.cols() + 1);
+    basis.rightCols<1>() = column / left;
+  }
+  return basis.rightCols(basis.cols() - before);
+}
+
+/// Responses at rest to pushes, then to the inertia of these responses, and so on, until there are enough.
+MatrixXd responses(const std::vector<Push>& pushes, const GradedLattice& graded, Index most) {
+  const GradedLattice::Statics statics(graded);
+  const VectorXd mass = graded.mass();
+  MatrixXd basis(graded.dof(), 0);
+  for (MatrixXd loads = loads_of(pushes, graded); loads.cols() > 0 && basis.cols() < most;) {
+    const Index left = most - basis.cols();
+    if (left < loads.cols()) { loads = (loads * random_matrix(loads.cols(), left)).eval(); }
+    loads = mass.asDiagonal() * add_orthogonal(mass, statics.respond(loads), most, basis);
+  }
+  return basis;
 }
 
 /// Directions in which a Gram matrix is rounding are left out.
@@ -59,13 +82,13 @@ MatrixXd independent(const MatrixXd& a) {
 }
 
 /// Which columns far nodes have, and in them what `response` (coarse coordinates in columns) moves them by.
-FarShapes far_part(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box,
-                   const GradedLattice& graded, const MatrixXd& response) {
+FarShapes far_part(const NetworkProblem& problem, const NearNodes& near, const GradedLattice& graded,
+                   const MatrixXd& response) {
   FarShapes shapes;
   shapes.column.assign(static_cast<std::size_t>(problem.network().node_count()), -1);
   std::ptrdiff_t columns = 0;
   for (const int node : problem.free_nodes()) {
-    if (box.holds(shape.place(node))) { continue; }
+    if (near.holds(node)) { continue; }
     shapes.column[static_cast<std::size_t>(node)] = columns;
     columns += 3;
   }
@@ -103,11 +126,10 @@ void share_out_mass(const SpringNetwork& network, FarShapes& shapes) {
 
 }  // namespace
 
-FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box,
-                     const NeedlePath& path, int modes) {
-  const GradedLattice graded(problem, shape, box);
-  const MatrixXd response = graded.respond(loads_of(graded, problem, shape, box, path, modes)).transpose();
-  FarShapes shapes = far_part(problem, shape, box, graded, response);
+FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape, const FarFieldSetting& setting) {
+  const GradedLattice graded(problem, shape, setting.near.box);
+  const MatrixXd response = responses(setting.pushes, graded, setting.modes).transpose();
+  FarShapes shapes = far_part(problem, setting.near, graded, response);
   share_out_mass(problem.network(), shapes);
   GramSum stiffness(shapes.modes());
   visit_far_springs(problem.network(), shapes, [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {

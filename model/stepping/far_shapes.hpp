@@ -6,10 +6,17 @@
 
 #include <Eigen/Core>
 
-#include "model/dynamics/needle_path.hpp"
-#include "model/stepping/graded_lattice.hpp"
+#include "model/stepping/near_nodes.hpp"
+#include "model/stepping/pushes.hpp"
 
 namespace palpate {
+
+/// What is left to a far field: all but what is near to what is pushed.
+struct FarFieldSetting {
+  NearNodes near{};
+  std::vector<Push> pushes{};
+  int modes = 0;  ///< at most
+};
 
 /// A far node moves by phi^T z, z the coordinates of the shapes: phi has 3 columns, of modes() numbers each.
 struct FarShapes {
@@ -22,10 +29,7 @@ struct FarShapes {
   [[nodiscard]] auto of(int node) const { return phi.middleCols<3>(column[static_cast<std::size_t>(node)]); }
 };
 
-/// Responses at rest to what a tool may do: forces on each of its knots, and `modes` in all with random ones on the
-/// nodes of the box (fewer shapes than forces on knots are random sums of those). Scaled so that all have the
-/// mass of a mean node, and are modes of the far field alone.
-FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box,
-                     const NeedlePath& path, int modes);
+/// `shape` is lattice_of() the problem's network.
+FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape, const FarFieldSetting& setting);
 
 }  // namespace palpate

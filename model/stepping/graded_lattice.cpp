@@ -5,24 +5,23 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <Eigen/SparseCholesky>
-
 namespace palpate {
 
 namespace {
 
-/// Cells of the lattice beside the box that keep their length, and by how much each further one is longer than the
-/// one before.
-constexpr int even_cells = 2;
+/// By how much a cell is longer than the one before, further away from the box.
 constexpr double cell_growth = 1.5;
+/// Cells beside the box keep their length, as many as leave no more coarse nodes than this; but so many at least.
+constexpr std::size_t most_coarse_nodes = 1500;
+constexpr int fewest_even_cells = 2;
 
-/// From `from` to `to`, which is in it.
-void walk(int from, int to, std::vector<int>& places) {
+/// From `from` to `to`, which is in it; `even` cells keep their length.
+void walk(int from, int to, int even, std::vector<int>& places) {
   const int way = to < from ? -1 : 1;
   double length = 1.0;
   int place = from;
   for (int n = 0; place != to; ++n) {
-    if (n >= even_cells) { length *= cell_growth; }
+    if (n >= even) { length *= cell_growth; }
     const int left = std::abs(to - place);
     int step = static_cast<int>(length);
     if (left < 2 * step) { step = left < step + step / 2 + 1 ? left : left / 2; }
@@ -31,21 +30,28 @@ void walk(int from, int to, std::vector<int>& places) {
   }
 }
 
-std::vector<int> graded_axis(int nodes, int first, int last) {
+std::vector<int> graded_axis(int nodes, int first, int last, int even) {
   std::vector<int> places;
   for (int n = first; n <= last; ++n) { places.push_back(n); }
-  walk(first, 0, places);
-  walk(last, nodes - 1, places);
+  walk(first, 0, even, places);
+  walk(last, nodes - 1, even, places);
   std::ranges::sort(places);
   return places;
+}
+
+std::array<std::vector<int>, 3> graded_axes(const LatticeShape& shape, const LatticeBox& box) {
+  std::array<std::vector<int>, 3> axes;
+  for (int even = *std::ranges::max_element(shape.nodes);; even = std::max(even / 2, fewest_even_cells)) {
+    for (std::size_t n = 0; n < 3; ++n) { axes[n] = graded_axis(shape.nodes[n], box.first[n], box.last[n], even); }
+    if (even <= fewest_even_cells || axes[0].size() * axes[1].size() * axes[2].size() <= most_coarse_nodes) { return axes; }
+  }
 }
 
 }  // namespace
 
 GradedLattice::GradedLattice(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box)
-    : problem_(problem), shape_(shape) {
+    : problem_(problem), shape_(shape), axes_(graded_axes(shape, box)) {
   for (std::size_t n = 0; n < 3; ++n) {
-    axes_[n] = graded_axis(shape.nodes[n], box.first[n], box.last[n]);
     int cell = 0;
     for (int place = 0; place < shape.nodes[n]; ++place) {
       while (cell + 2 < static_cast<int>(axes_[n].size()) && axes_[n][static_cast<std::size_t>(cell) + 1] <= place) {
@@ -149,12 +155,23 @@ Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
   return k;
 }
 
-Eigen::MatrixXd GradedLattice::respond(const Eigen::MatrixXd& loads) const {
-  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factors(stiffness());
-  if (factors.info() != Eigen::Success) {
+Eigen::VectorXd GradedLattice::mass() const {
+  Eigen::VectorXd mass = Eigen::VectorXd::Zero(dof_);
+  for (const int node : problem_.free_nodes()) {
+    const Place at = place_of(node);
+    for (std::size_t c = 0; c < at.weight.size(); ++c) {
+      if (at.coordinate[c] >= 0) {
+        mass.segment<3>(at.coordinate[c]).array() += at.weight[c] * problem_.network().mass(node);
+      }
+    }
+  }
+  return mass;
+}
+
+GradedLattice::Statics::Statics(const GradedLattice& lattice) : factors_(lattice.stiffness()) {
+  if (factors_.info() != Eigen::Success) {
     throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
   }
-  return factors.solve(loads);
 }
 
 }  // namespace palpate

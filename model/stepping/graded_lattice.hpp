@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
 #include "model/dynamics/lattice.hpp"
@@ -43,9 +44,20 @@ class GradedLattice {
   [[nodiscard]] Eigen::Index coordinate(int node) const;
   /// Of any node.
   [[nodiscard]] Place place_of(int node) const;
-  /// Displacements X (a column for each load; coarse coordinates) that loads F bring about at rest, by K X = F with
-  /// the springs linear about rest. Throws std::invalid_argument where nothing holds the lattice.
-  [[nodiscard]] Eigen::MatrixXd respond(const Eigen::MatrixXd& loads) const;
+  /// Of each coarse coordinate, which carries its share of the nodes around [kg].
+  [[nodiscard]] Eigen::VectorXd mass() const;
+
+  class Statics {
+   public:
+    /// Throws std::invalid_argument where nothing holds the lattice.
+    explicit Statics(const GradedLattice& lattice);
+    /// Displacements X (a column for each load; coarse coordinates) that loads F bring about at rest, by K X = F with
+    /// the springs linear about rest.
+    [[nodiscard]] Eigen::MatrixXd respond(const Eigen::MatrixXd& loads) const { return factors_.solve(loads); }
+
+   private:
+    Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factors_;
+  };
 
  private:
   using Axis = std::vector<int>;  ///< places of coarse nodes along it

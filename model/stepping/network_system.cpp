@@ -117,9 +117,7 @@ std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& p
     if (options.sleep_force > 0.0) { lattice->let_sleep(options.sleep_force, options.touched); }
     return lattice;
   }
-  if (options.near) {
-    return std::make_unique<FarFieldNetwork<Real>>(problem, *options.near, *options.path, options.far_modes);
-  }
+  if (options.far) { return std::make_unique<FarFieldNetwork<Real>>(problem, *options.far); }
   const bool quads = !options.matrices && !SpringLaw::is_printed(options.printed);
   return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip,
                                              ListVectors{.quads = quads});

@@ -6,9 +6,8 @@
 #include <memory>
 #include <optional>
 
-#include "model/dynamics/needle_path.hpp"
 #include "model/dynamics/problem.hpp"
-#include "model/stepping/graded_lattice.hpp"
+#include "model/stepping/far_shapes.hpp"
 #include "model/stepping/node_layout.hpp"
 #include "model/stepping/system.hpp"
 
@@ -94,9 +93,7 @@ struct NetworkOptions {
   double sleep_force = 0.0;  ///< [N] that sleeping nodes of a lattice may withhold; 0: none sleeps
   std::vector<int> touched{};  ///< nodes that a tool may push, whose rows never sleep
   bool skip = true;
-  std::optional<LatticeBox> near{};  ///< about the tool, outside which there is a far field
-  const NeedlePath* path = nullptr;  ///< of that tool; only where there is one
-  int far_modes = 0;
+  std::optional<FarFieldSetting> far{};  ///< where there is one
 };
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,

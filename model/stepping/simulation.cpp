@@ -10,6 +10,7 @@
 #include "model/stepping/flushed_denormals.hpp"
 #include "model/stepping/network_system.hpp"
 #include "model/stepping/oscillator_system.hpp"
+#include "model/stepping/pushes.hpp"
 #include "model/stepping/recorder.hpp"
 #include "model/stepping/tool_system.hpp"
 
@@ -110,17 +111,17 @@ class Simulation::CoreOf final : public Simulation::Core {
     update_length_ = printed.no_time_step ? 1.0 : plan.h;
     bound_ = static_cast<Real>(bound_of(*problem));
     if (const auto* network = dynamic_cast<const NetworkProblem*>(problem.get())) {
-      std::optional<NeedlePath> path;
-      if (plan.near) { path = tool_path(scene, network->network()); }
+      std::optional<FarFieldSetting> far;
+      if (plan.near) {
+        far = {.near = *plan.near, .pushes = pushes_of(scene, *network), .modes = scene.simulation.far_modes};
+      }
       auto made = make_network_system<Real>(
           *network,
           {.printed = printed, .h = plan.h, .lattice = plan.lattice, .matrices = plan.integrator->implicit,
            .threads = plan.threads, .sleep_force = plan.sleep_force,
            .touched = plan.sleep_force > 0.0 ? nodes_of_tool(scene, network->network()) : std::vector<int>{},
            .skip = skip,
-           .near = plan.near,
-           .path = path ? &*path : nullptr,
-           .far_modes = scene.simulation.far_modes});
+           .far = std::move(far)});
       network_ = made.get();
       system_ = std::move(made);
       recorder = std::make_unique<Recorder>(scene, *network);

@@ -12,7 +12,7 @@
 
 #include "model/stepping/lattice_slabs.hpp"
 #include "model/stepping/lattice_springs.hpp"
-#include "model/stepping/near_box.hpp"
+#include "model/stepping/near_nodes.hpp"
 #include "model/stepping/spring_fans.hpp"
 #include "model/stepping/stability.hpp"
 
@@ -45,18 +45,25 @@ double substeps_for(double step, double limit) {
 void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
   const double radius = scene.simulation.near_radius;
   if (!(radius > 0.0) || !plan.skip) { return; }
-  const NearChoice choice = choose_near_box(scene, problem);
-  if (!choice.box) {
+  NearChoice choice = choose_near_nodes(scene, problem);
+  if (!choice.nodes) {
     plan.warnings.push_back(std::string("nothing is left to a far field: ") + choice.obstacle);
     return;
   }
-  plan.near = choice.box;
+  plan.near = std::move(choice.nodes);
   plan.skipped.push_back("nodes further than " + number(radius) +
-                         " m from the tool: " + std::to_string(choice.far_nodes) + ", linear about rest in " +
+                         " m from what is pushed: " + std::to_string(choice.far_nodes) + ", linear about rest in " +
                          std::to_string(scene.simulation.far_modes) + " modes");
 }
 
-void choose_integrator(const Scene& scene, std::size_t free_nodes, StepPlan& plan) {
+/// As many as there are coordinates for.
+std::size_t stepped_nodes(const Scene& scene, const NetworkProblem& problem, const StepPlan& plan) {
+  if (!plan.near) { return problem.free_nodes().size(); }
+  const auto near = std::ranges::count_if(problem.free_nodes(), [&](int node) { return plan.near->holds(node); });
+  return static_cast<std::size_t>(near + scene.simulation.far_modes / 3);
+}
+
+void choose_integrator(const Scene& scene, std::size_t nodes, StepPlan& plan) {
   const SimulationSettings& settings = scene.simulation;
   if (settings.integrator != "auto") {
     plan.integrator = find_integrator(settings.integrator);
@@ -74,17 +81,16 @@ void choose_integrator(const Scene& scene, std::size_t free_nodes, StepPlan& pla
   const double needed = substeps_for(settings.step, plan.stable_step.at("velocity-verlet"));
   const double given = settings.substeps ? *settings.substeps : needed;
   const bool tool = scene.needle || scene.probe;
-  const int most = free_nodes > most_nodes_factorised ? most_automatic_substeps_of_many
+  const int most = nodes > most_nodes_factorised ? most_automatic_substeps_of_many
                    : tool                             ? most_automatic_substeps_with_tool
                                                       : most_automatic_substeps;
-  const bool explicit_works = !plan.near && needed <= most && given >= needed * stability_margin;
+  const bool explicit_works = needed <= most && given >= needed * stability_margin;
   plan.integrator = find_integrator(explicit_works ? "velocity-verlet"
                                     : tool         ? "implicit-euler"
                                                    : "implicit-midpoint");
   plan.integrator_reason =
       explicit_works
           ? "second order, explicit, stable with " + number(needed) + " substeps a tick"
-      : plan.near ? "a far field is stepped with it"
                   : "explicit schemes would need " + number(needed) + " substeps a tick; this one has no limit";
 }
 
@@ -241,7 +247,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
                            : stable_step(*info, plan.bounds.omega_upper, plan.bounds.damping_upper);
   }
   if (network != nullptr) { choose_near(scene, *network, plan); }
-  choose_integrator(scene, network != nullptr ? network->free_nodes().size() : 1, plan);
+  choose_integrator(scene, network != nullptr ? stepped_nodes(scene, *network, plan) : 1, plan);
   if (scene.simulation.printed.lagged_velocity && !plan.integrator->one_evaluation) {
     throw std::invalid_argument(
         "integrator \"" + std::string(plan.integrator->name) +
@@ -258,7 +264,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool damped = is_damped(network->network().springs);
   const bool law_as_printed = SpringLaw::is_printed(printed);
   std::optional<LatticeShape> shape;
-  if (!plan.integrator->implicit && !law_as_printed) { shape = lattice_of(network->network()); }
+  if (!plan.integrator->implicit && !law_as_printed && !plan.near) { shape = lattice_of(network->network()); }
   plan.lattice = shape.has_value();
   plan.kernel = kernel_name(plan.lattice, law_as_printed, damped || !skip, single);
   if (plan.near) { plan.kernel += "-far-field"; }

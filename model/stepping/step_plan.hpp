@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "model/stepping/graded_lattice.hpp"
 #include "model/stepping/integrator.hpp"
+#include "model/stepping/near_nodes.hpp"
 #include "model/stepping/spectral_bounds.hpp"
 
 namespace palpate {
@@ -27,7 +27,7 @@ struct StepPlan {
   bool lattice = false;                          ///< a regular lattice, stepped in lanes
   int threads = 1;                               ///< that share a lattice
   double sleep_force = 0.0;                      ///< [N] as in NetworkOptions
-  std::optional<LatticeBox> near{};              ///< outside which a far field stands for the tissue
+  std::optional<NearNodes> near{};               ///< outside which a far field stands for the tissue
   std::string kernel{};
   std::vector<std::string> skipped{};            ///< "dampers: every spring has zero viscosity"
   std::vector<std::string> warnings{};

@@ -50,7 +50,15 @@ struct Setting {
   explicit Setting(int across) : scene(scene_of(across, 0.0)), made(make_problem(scene)) {}
   [[nodiscard]] const NetworkProblem& problem() const { return dynamic_cast<const NetworkProblem&>(*made); }
   [[nodiscard]] LatticeShape shape() const { return lattice_of(problem().network()).value(); }
-  [[nodiscard]] NeedlePath path() const { return tool_path(scene, problem().network()); }
+  [[nodiscard]] FarFieldSetting leaving(int modes) const {
+    return {.near = near(), .pushes = pushes_of(scene, problem()), .modes = modes};
+  }
+  /// All of the box.
+  [[nodiscard]] NearNodes near() const {
+    NearNodes nodes{.near = {}, .box = box()};
+    for (int node = 0; node < shape().node_count(); ++node) { nodes.near.push_back(box().holds(shape().place(node))); }
+    return nodes;
+  }
   [[nodiscard]] LatticeBox box() const {
     const LatticeShape all = shape();
     const int middle = all.nodes[0] / 2;
@@ -116,7 +124,7 @@ TEST("with shapes enough a far field answers to forces at rest as the whole tiss
   const Setting setting(9);
   const NetworkProblem& problem = setting.problem();
   const LatticeShape shape = setting.shape();
-  FarFieldNetwork<double> reduced(problem, setting.box(), setting.path(), 200);
+  FarFieldNetwork<double> reduced(problem, setting.leaving(200));
   CHECK(reduced.dof() < problem.dof());
   SparseMatrix<double> a;
   reduced.pattern(a);
@@ -161,7 +169,7 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
       Eigen::SimplicialLDLT<SparseMatrix<double>>(stiffness).solve(VectorXd::Unit(problem.dof(), coordinate));
   double before = 0.0;
   for (const int modes : {1, 4, 40, 100}) {
-    FarFieldNetwork<double> reduced(problem, setting.box(), setting.path(), modes);
+    FarFieldNetwork<double> reduced(problem, setting.leaving(modes));
     SparseMatrix<double> a;
     reduced.pattern(a);
     reduced.jacobian(reduced.initial_position(), VectorXd::Zero(reduced.dof()), 0.0, 1.0, a);
@@ -177,7 +185,7 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
 
 TEST("forces of a far field are the slope of its energy, and its matrices theirs") {
   const Setting setting(13);
-  FarFieldNetwork<double> reduced(setting.problem(), setting.box(), setting.path(), 30);
+  FarFieldNetwork<double> reduced(setting.problem(), setting.leaving(30));
   const Eigen::Index n = reduced.dof();
   const VectorXd q = reduced.initial_position() + random_vector(n, 1e-3);
   const VectorXd v = random_vector(n, 1e-2).reverse();
@@ -244,7 +252,7 @@ TEST("nodes of a far field are told where they are") {
   double off = 0.0;
   for (int node = 0; node < static_cast<int>(rest.cols()); ++node) {
     off = std::max(off, (here.col(node) - there.col(node)).norm());
-    if (reduced.plan().near->holds({node % 11, node / 11 % 11, node / 121})) { continue; }
+    if (reduced.plan().near->holds(node)) { continue; }
     far_motion = std::max(far_motion, (there.col(node) - rest.col(node)).norm());
   }
   // Outside the box the whole tissue is not quite linear either: a twentieth of what moves there.
@@ -255,18 +263,97 @@ TEST("nodes of a far field are told where they are") {
   CHECK_NEAR((q.segment<3>(problem.coordinate(beside)) - here.col(beside)).norm(), 0.0, 0.0);
 }
 
-TEST("where nothing can be left to a far field the plan says why") {
+/// A cube held on one face and pulled in the middle of the other.
+Scene pulled_cube(double near_radius, int far_modes) {
+  Scene scene;
+  scene.simulation = {.duration = 0.05,
+                      .step = 1e-3,
+                      .integrator = "rk4",
+                      .near_radius = near_radius,
+                      .far_modes = far_modes};
+  scene.simulation.substeps = 1;
+  scene.tissue.fixed = std::vector<Face>{Face::z_min};
+  scene.tissue.lattice = {.nodes = {9, 9, 9},
+                          .spacing = 0.01,
+                          .connectivity = 26,
+                          .weights = LatticeWeights::uniform,
+                          .stiffness = 50.0,
+                          .viscosity = 0.05,
+                          .node_mass = 1e-3};
+  scene.loads = {{.nodes = {(8 * 9 + 4) * 9 + 4}, .force = {0.0, 0.0, 0.1}}};
+  return scene;
+}
+
+/// Of the pulled node: how far it goes from where it goes with every node stepped, over the furthest.
+double error_of_far_field(const Scene& scene) {
+  Scene all = scene;
+  all.simulation.near_radius = 0.0;
+  Simulation whole(all);
+  Simulation reduced(scene);
+  CHECK(reduced.plan().near.has_value() && !reduced.plan().integrator->implicit && !reduced.plan().lattice);
+  const int node = scene.loads.front().nodes.front();
+  const Vector3d rest = whole.node_positions().col(node);
+  double peak = 0.0;
+  double off = 0.0;
+  while (whole.ticks() < whole.tick_count()) {
+    CHECK(whole.tick() == StepStatus::ok && reduced.tick() == StepStatus::ok);
+    const Vector3d there = whole.node_positions().col(node);
+    peak = std::max(peak, (there - rest).norm());
+    off = std::max(off, (reduced.node_positions().col(node) - there).norm());
+  }
+  return off / peak;
+}
+
+TEST("with more modes what a load pulls at comes nearer, until what is not linear is left, which goes with the load") {
+  double before = 1.0;
+  for (const int modes : {3, 6, 12}) {
+    const double error = error_of_far_field(pulled_cube(0.025, modes));
+    CHECK(error < 0.2 * before);
+    before = error;
+  }
+  Scene gentle = pulled_cube(0.025, 24);
+  const double at_full_load = error_of_far_field(gentle);
+  gentle.loads.front().force *= 0.1;
+  CHECK_NEAR(error_of_far_field(gentle), 0.1 * at_full_load, 0.02 * at_full_load);
+}
+
+TEST("near is what lies within the radius of a pushed node, along every line") {
+  const Simulation simulation(pulled_cube(0.02, 8));
+  const NodeVectors rest = simulation.node_positions();
+  const Vector3d middle = rest.col(pulled_cube(0.0, 1).loads.front().nodes.front());
+  for (int node = 0; node < static_cast<int>(rest.cols()); ++node) {
+    CHECK(simulation.plan().near->holds(node) == ((rest.col(node) - middle).norm() < 0.02 + 1e-9));
+  }
+}
+
+TEST("a step that is stable for the whole tissue is stable with a far field") {
+  for (const int modes : {1, 10, 100}) {
+    Scene scene = pulled_cube(0.015, modes);
+    scene.simulation.integrator = "velocity-verlet";
+    scene.simulation.duration = 2.0;
+    scene.simulation.step = 0.9 * Simulation(pulled_cube(0.0, 1)).plan().stable_step.at("velocity-verlet");
+    Simulation simulation(scene);
+    double most = 0.0;
+    while (simulation.ticks() < simulation.tick_count()) {
+      CHECK(simulation.tick() == StepStatus::ok);
+      most = std::max(most, simulation.energy());
+    }
+    // What a load of 0.1 N brings in, over less than 2 mm.
+    CHECK(most < 0.1 * 2e-3);
+  }
+}
+
+TEST("gravity, initial motion, printed equations and tissue without a push keep every node") {
   Scene heavy = scene_of(11, 0.01);
   heavy.tissue.gravity = {0.0, 0.0, 9.81};
-  Scene quick = scene_of(11, 0.01);
-  quick.simulation.integrator = "velocity-verlet";
-  Scene loaded = scene_of(11, 0.01);
-  loaded.loads = {{.nodes = {11 + 1}, .force = {0.0, 0.0, 0.1}}};
   Scene near_alone = scene_of(11, 1.0);
-  Scene without_tool = scene_of(11, 0.01);
-  without_tool.needle.reset();
-  without_tool.drive.reset();
-  for (const Scene& scene : {heavy, quick, loaded, near_alone, without_tool}) {
+  Scene without_push = scene_of(11, 0.01);
+  without_push.needle.reset();
+  without_push.drive.reset();
+  Scene printed = pulled_cube(0.02, 8);
+  printed.simulation.integrator = "euler-cromer";
+  printed.simulation.printed.half_force = true;
+  for (const Scene& scene : {heavy, near_alone, without_push, printed}) {
     const Simulation simulation(scene);
     CHECK(!simulation.plan().near);
     CHECK(std::ranges::any_of(simulation.plan().warnings, [](const std::string& w) {
@@ -274,7 +361,14 @@ TEST("where nothing can be left to a far field the plan says why") {
     }));
   }
   CHECK(!Simulation(scene_of(11, 0.01), false).plan().near);
-  Scene automatic = scene_of(11, 0.01);
-  automatic.simulation.integrator = "auto";
-  CHECK(Simulation(automatic).plan().integrator->implicit);
+}
+
+TEST("with a far field \"auto\" steps explicitly where few substeps do, and implicitly where it would take many") {
+  Scene stiff = scene_of(11, 0.01);
+  stiff.simulation.integrator = "auto";
+  CHECK(Simulation(stiff).plan().integrator->implicit);
+  Scene soft = pulled_cube(0.02, 8);
+  soft.simulation.integrator = "auto";
+  soft.simulation.substeps.reset();
+  CHECK(!Simulation(soft).plan().integrator->implicit);
 }

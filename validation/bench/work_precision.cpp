@@ -56,17 +56,29 @@ bool judge_once(const Study& study, Candidate& candidate, double& seconds) {
   return !run.failed && candidate.point.errors.tool < 1.0;
 }
 
-void add_scheme(const Study& study, const std::string& scheme, Precision precision, double patience,
-                std::vector<Candidate>& candidates) {
+Candidate candidate_of(const Study& study, const Reduction& reduction, Point::Kind kind) {
+  Candidate candidate{.point = {.kind = kind, .far_field = reduction.near_radius > 0.0}, .scene = study.scene};
+  candidate.scene.simulation.near_radius = reduction.near_radius;
+  if (candidate.point.far_field) { candidate.scene.simulation.far_modes = reduction.far_modes; }
+  return candidate;
+}
+
+std::string method_of(const std::string& scheme, const Candidate& candidate) {
+  return scheme + (candidate.point.kind == Point::Kind::in_float ? ", float" : "") +
+         (candidate.point.far_field ? ", far field" : "");
+}
+
+void add_scheme(const Study& study, const std::string& scheme, const Reduction& reduction, Precision precision,
+                double patience, std::vector<Candidate>& candidates) {
   const bool single = precision == Precision::single_precision;
   double before = unbounded;
   double seconds = 0.0;
   for (int substeps = study.least_substeps; substeps <= study.most_substeps && 2.0 * seconds <= patience;
        substeps *= 2) {
-    Candidate candidate{.point = {.method = scheme + (single ? ", float" : ""),
-                                  .setting = substeps_text(substeps),
-                                  .kind = single ? Point::Kind::in_float : Point::Kind::in_double},
-                        .scene = study.scene};
+    Candidate candidate =
+        candidate_of(study, reduction, single ? Point::Kind::in_float : Point::Kind::in_double);
+    candidate.point.method = method_of(scheme, candidate);
+    candidate.point.setting = substeps_text(substeps);
     candidate.scene.simulation.integrator = scheme;
     candidate.scene.simulation.substeps = substeps;
     candidate.scene.simulation.precision = precision;
@@ -79,8 +91,9 @@ void add_scheme(const Study& study, const std::string& scheme, Precision precisi
   }
 }
 
-void add_automatic(const Study& study, std::vector<Candidate>& candidates) {
-  Candidate candidate{.point = {.method = "auto", .kind = Point::Kind::automatic}, .scene = study.scene};
+void add_automatic(const Study& study, const Reduction& reduction, std::vector<Candidate>& candidates) {
+  Candidate candidate = candidate_of(study, reduction, Point::Kind::automatic);
+  candidate.point.method = method_of("auto", candidate);
   candidate.scene.simulation.integrator = "auto";
   candidate.scene.simulation.substeps.reset();
   const StepPlan plan = Simulation(candidate.scene).plan();
@@ -89,7 +102,7 @@ void add_automatic(const Study& study, std::vector<Candidate>& candidates) {
   if (judge_once(study, candidate, seconds)) { candidates.push_back(candidate); }
 }
 
-/// The ticks alone, all candidates in turn.
+/// The ticks alone, all candidates in turn; what comes before them is timed too.
 void time_candidates(std::vector<Candidate>& candidates, int rounds) {
   std::vector<std::unique_ptr<Simulation>> simulations(candidates.size());
   std::vector<Contender> contenders;
@@ -101,8 +114,13 @@ void time_candidates(std::vector<Candidate>& candidates, int rounds) {
              [&simulation](long) {
                for (long n = simulation->tick_count(); n > 0; --n) { (void)simulation->tick(); }
              },
-         .begin = [&simulation,
-                   &scene = candidates[c].scene] { simulation = std::make_unique<Simulation>(scene); },
+         .begin =
+             [&simulation, &candidate = candidates[c]] {
+               const double begin = seconds_on(Clock::processor);
+               simulation = std::make_unique<Simulation>(candidate.scene);
+               const double took = seconds_on(Clock::processor) - begin;
+               candidate.point.loading = std::fmin(candidate.point.loading, took);
+             },
          .end = [&simulation] { simulation.reset(); }});
   }
   const std::vector<Timed> timed = time_interleaved(contenders, {.rounds = rounds, .batch = 0.0});
@@ -140,7 +158,7 @@ bool same_field(const Point& a, const Point& b) {
   const auto field = [](const Point& p) {
     return p.kind == Point::Kind::automatic ? Point::Kind::in_double : p.kind;
   };
-  return field(a) == field(b);
+  return field(a) == field(b) && a.far_field == b.far_field;
 }
 
 }  // namespace
@@ -171,13 +189,20 @@ Truth truth_of(Run first, const Run& second, std::vector<bool> left_out) {
 
 std::vector<Point> measure_points(const Study& study, double patience, int rounds) {
   std::vector<Candidate> candidates;
-  for (const std::string& scheme : study.schemes) {
-    add_scheme(study, scheme, Precision::double_precision, patience, candidates);
-    if (study.in_float && !find_integrator(scheme)->implicit) {
-      add_scheme(study, scheme, Precision::single_precision, patience, candidates);
+  const auto add_schemes = [&](const std::vector<std::string>& schemes, const Reduction& reduction) {
+    for (const std::string& scheme : schemes) {
+      add_scheme(study, scheme, reduction, Precision::double_precision, patience, candidates);
+      if (study.in_float && !find_integrator(scheme)->implicit) {
+        add_scheme(study, scheme, reduction, Precision::single_precision, patience, candidates);
+      }
     }
+  };
+  add_schemes(study.schemes, {});
+  if (study.reduction.near_radius > 0.0) {
+    add_schemes(study.schemes_of_reduction, study.reduction);
+    add_automatic(study, study.reduction, candidates);
   }
-  add_automatic(study, candidates);
+  add_automatic(study, {}, candidates);
   time_candidates(candidates, rounds);
   std::vector<Point> points;
   for (const Candidate& candidate : candidates) { points.push_back(candidate.point); }
@@ -203,14 +228,24 @@ bool on_frontier(const std::vector<Point>& points, const Point& point) {
 }
 
 double automatic_over_best(const std::vector<Point>& points) {
-  const Point& automatic = points.back();
-  if (automatic.kind != Point::Kind::automatic) { return std::nan(""); }
-  double worst = 0.0;
-  for (const Point& p : points) {
-    if (p.kind != Point::Kind::in_double || p.errors.tool > automatic.errors.tool) { continue; }
-    worst = std::max(worst, automatic.seconds / p.median);
+  double worst = std::nan("");
+  for (const Point& automatic : points) {
+    if (automatic.kind != Point::Kind::automatic) { continue; }
+    worst = std::fmax(worst, 0.0);
+    for (const Point& p : points) {
+      if (p.kind != Point::Kind::in_double || !same_field(p, automatic)) { continue; }
+      if (p.errors.tool <= automatic.errors.tool) { worst = std::max(worst, automatic.seconds / p.median); }
+    }
   }
   return worst;
+}
+
+double largest_error_of_automatic(const std::vector<Point>& points) {
+  double largest = std::nan("");
+  for (const Point& p : points) {
+    if (p.kind == Point::Kind::automatic) { largest = std::fmax(largest, p.errors.tool); }
+  }
+  return largest;
 }
 
 double noise_of(const std::vector<Point>& points) {

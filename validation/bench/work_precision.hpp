@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -47,12 +48,21 @@ struct Point {
   std::string method{};   ///< "rk4", "rk4, float", "cvode-adams"
   std::string setting{};  ///< "4 substeps", "1e-06"
   enum class Kind { in_double, in_float, automatic, elsewhere } kind = Kind::in_double;
-  double seconds = 0.0;  ///< least
-  double median = 0.0;   ///< [s]
+  bool far_field = false;  ///< what is far from the tool is reduced
+  double seconds = 0.0;    ///< least
+  double median = 0.0;     ///< [s]
+  /// Before the first tick, least [s]; only of what is computed here.
+  double loading = std::numeric_limits<double>::quiet_NaN();
   long evaluations = 0;
   Errors errors{};
 
   [[nodiscard]] bool here() const { return kind != Kind::elsewhere; }
+};
+
+/// What is left to a far field beside computing every node.
+struct Reduction {
+  double near_radius = 0.0;  ///< [m]; 0: nothing
+  int far_modes = 0;
 };
 
 /// A scene, and everybody who computes it.
@@ -61,6 +71,8 @@ struct Study {
   std::string tool = "tip";  ///< whose error is meant
   std::vector<std::string> schemes{};
   std::vector<std::string> solvers{};
+  Reduction reduction{};
+  std::vector<std::string> schemes_of_reduction{};
   int least_substeps = 1;
   int most_substeps = 64;
   bool in_float = true;
@@ -73,20 +85,25 @@ struct Study {
 Truth truth_of(Run first, const Run& second, std::vector<bool> left_out = {});
 Errors errors_of(const Run& run, const Truth& truth);
 
-/// Every setting of the study; the last is what integrator = "auto" chooses. Settings that diverge or are
+/// Every setting of the study; the last is what integrator = "auto" chooses, and before it what it chooses where there
+/// is a far field. Settings that diverge or are
 /// further off than the peak are left out, and so is what would take longer than `patience` [s].
 std::vector<Point> measure_points(const Study& study, double patience, int rounds);
 
 /// The quickest of a kind whose error at the tool is no larger; nullptr if none.
 const Point* cheapest(const std::vector<Point>& points, double error, bool here);
 
-/// Whether nothing of its kind is both quicker and nearer; "auto" belongs to what is computed in double.
+/// Whether nothing of its kind is both quicker and nearer; "auto" belongs to what is computed in double, and
+/// what has a far field stands against its like.
 bool on_frontier(const std::vector<Point>& points, const Point& point);
 
-/// How much longer "auto", the last point, takes than the quickest setting in double that is no further off.
+/// How much longer "auto" takes than the quickest setting in double of its kind that is no further off, at worst.
 /// What could be chance does not count: that setting's median against the least of "auto". NaN without an
 /// "auto".
 double automatic_over_best(const std::vector<Point>& points);
+
+/// Of every "auto", at the tool; NaN without one.
+double largest_error_of_automatic(const std::vector<Point>& points);
 
 /// What difference of run times says nothing: how far the least and the median of a setting's rounds are
 /// apart in this table, at the worst of nine in ten, and a tenth at least, as for kernels.
