@@ -131,6 +131,7 @@ FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape, c
   const MatrixXd response = responses(setting.pushes, graded, setting.modes).transpose();
   FarShapes shapes = far_part(problem, setting.near, graded, response);
   share_out_mass(problem.network(), shapes);
+  if (shapes.modes() == 0) { return shapes; }  // what is pushed does not reach it
   GramSum stiffness(shapes.modes());
   visit_far_springs(problem.network(), shapes, [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {
     stiffness.add(grows, spring.stiffness);

@@ -15,6 +15,9 @@ constexpr double cell_growth = 1.5;
 constexpr std::size_t most_coarse_nodes = 1500;
 constexpr int fewest_even_cells = 2;
 
+/// Below this share of the largest one a pivot of the factor is rounding: its square is 1e-12 of a stiffness.
+constexpr double least_pivot = 1e-6;
+
 /// From `from` to `to`, which is in it; `even` cells keep their length.
 void walk(int from, int to, int even, std::vector<int>& places) {
   const int way = to < from ? -1 : 1;
@@ -169,7 +172,12 @@ Eigen::VectorXd GradedLattice::mass() const {
 }
 
 GradedLattice::Statics::Statics(const GradedLattice& lattice) : factors_(lattice.stiffness()) {
-  if (factors_.info() != Eigen::Success) {
+  const auto is_held = [&] {
+    const Eigen::SparseMatrix<double> factor = factors_.matrixL();
+    const auto pivots = factor.diagonal();
+    return pivots.minCoeff() > least_pivot * pivots.maxCoeff();
+  };
+  if (factors_.info() != Eigen::Success || !is_held()) {
     throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
   }
 }

@@ -52,9 +52,7 @@ NearNodes nodes_about(const std::vector<Push>& pushes, const LatticeShape& shape
 /// Why none of the tissue can be left to a far field, or null.
 const char* obstacle_to_far_field(const Scene& scene, const NetworkProblem& problem) {
   const SpringNetwork& network = problem.network();
-  if (!scene.needle && !scene.probe && scene.loads.empty()) {
-    return "there is neither tool nor load that the rest would be far from";
-  }
+  if (problem.dof() == 3 * network.node_count()) { return "nothing is fixed that what lies further away could rest on"; }
   if (!scene.tissue.gravity.isZero()) { return "gravity pulls at what lies further away"; }
   if (network.initial_displacement.size() > 0 || network.initial_velocity.size() > 0) {
     return "the tissue does not begin at rest";
@@ -69,7 +67,9 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
   if (const char* obstacle = obstacle_to_far_field(scene, problem)) { return {.obstacle = obstacle}; }
   const std::optional<LatticeShape> shape = lattice_of(problem.network());
   if (!shape) { return {.obstacle = "only a regular lattice can"}; }
-  NearNodes nodes = nodes_about(pushes_of(scene, problem), *shape, scene.simulation.near_radius);
+  const std::vector<Push> pushes = pushes_of(scene, problem);
+  if (pushes.empty()) { return {.obstacle = "neither tool nor load pushes a free node that the rest would be far from"}; }
+  NearNodes nodes = nodes_about(pushes, *shape, scene.simulation.near_radius);
   const auto is_far = [&](int node) { return !nodes.holds(node); };
   const auto far = std::ranges::count_if(problem.free_nodes(), is_far);
   if (far == 0) { return {.obstacle = "no free node lies further away"}; }

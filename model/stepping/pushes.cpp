@@ -1,33 +1,50 @@
 // SPDX-License-Identifier: MIT
 #include "model/stepping/pushes.hpp"
 
+#include <utility>
+
 namespace palpate {
 
 namespace {
 
-void add_tool(const NeedlePath& path, std::vector<Push>& pushes) {
-  for (const NeedlePath::Knot& knot : path.knots()) {
-    const auto supports = path.supports(knot);
-    for (int axis = 0; axis < 3; ++axis) {
-      pushes.push_back({.on = {supports.begin(), supports.end()}, .direction = Eigen::Vector3d::Unit(axis)});
+class Pushes {
+ public:
+  explicit Pushes(const NetworkProblem& problem) : problem_(problem) {}
+
+  void add(const NeedlePath& path) {
+    for (const NeedlePath::Knot& knot : path.knots()) {
+      std::vector<NeedlePath::Support> on;
+      for (const NeedlePath::Support& support : path.supports(knot)) { add_free(support, on); }
+      for (int axis = 0; axis < 3; ++axis) { add(on, Eigen::Vector3d::Unit(axis)); }
     }
   }
-}
+  void add(const Load& load) {
+    if (load.force.isZero(0.0)) { return; }
+    std::vector<NeedlePath::Support> on;
+    for (const int node : load.nodes) { add_free({.node = node, .weight = 1.0}, on); }
+    add(std::move(on), load.force.normalized());
+  }
+  std::vector<Push> take() { return std::move(pushes_); }
 
-void add_load(const Load& load, std::vector<Push>& pushes) {
-  if (load.force.isZero() || load.nodes.empty()) { return; }
-  Push push{.direction = load.force.normalized()};
-  for (const int node : load.nodes) { push.on.push_back({.node = node, .weight = 1.0}); }
-  pushes.push_back(std::move(push));
-}
+ private:
+  void add_free(const NeedlePath::Support& support, std::vector<NeedlePath::Support>& on) const {
+    if (problem_.coordinate(support.node) >= 0) { on.push_back(support); }
+  }
+  void add(std::vector<NeedlePath::Support> on, const Eigen::Vector3d& direction) {
+    if (!on.empty()) { pushes_.push_back({.on = std::move(on), .direction = direction}); }
+  }
+
+  const NetworkProblem& problem_;
+  std::vector<Push> pushes_{};
+};
 
 }  // namespace
 
 std::vector<Push> pushes_of(const Scene& scene, const NetworkProblem& problem) {
-  std::vector<Push> pushes;
-  if (scene.needle || scene.probe) { add_tool(tool_path(scene, problem.network()), pushes); }
-  for (const Load& load : problem.loads()) { add_load(load, pushes); }
-  return pushes;
+  Pushes pushes(problem);
+  if (scene.needle || scene.probe) { pushes.add(tool_path(scene, problem.network())); }
+  for (const Load& load : problem.loads()) { pushes.add(load); }
+  return pushes.take();
 }
 
 }  // namespace palpate

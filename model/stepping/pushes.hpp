@@ -13,11 +13,11 @@ namespace palpate {
 
 /// A force that a scene may put on its tissue.
 struct Push {
-  std::vector<NeedlePath::Support> on{};  ///< nodes, each with its part of the force
+  std::vector<NeedlePath::Support> on{};  ///< free nodes, each with its part of the force
   Eigen::Vector3d direction{};            ///< of length 1
 };
 
-/// Along x, y and z at every knot of the scene's tool, and what its loads pull at.
+/// Along x, y and z at every knot of the scene's tool, and what its loads pull at; where no free node is, there is none.
 std::vector<Push> pushes_of(const Scene& scene, const NetworkProblem& problem);
 
 }  // namespace palpate

@@ -343,17 +343,21 @@ TEST("a step that is stable for the whole tissue is stable with a far field") {
   }
 }
 
-TEST("gravity, initial motion, printed equations and tissue without a push keep every node") {
+TEST("gravity, printed equations, and tissue that nothing holds or pushes keep every node") {
   Scene heavy = scene_of(11, 0.01);
   heavy.tissue.gravity = {0.0, 0.0, 9.81};
   Scene near_alone = scene_of(11, 1.0);
   Scene without_push = scene_of(11, 0.01);
   without_push.needle.reset();
   without_push.drive.reset();
+  Scene floating = pulled_cube(0.02, 8);
+  floating.tissue.fixed = std::vector<Face>{};
+  Scene pulled_where_held = pulled_cube(0.02, 8);
+  pulled_where_held.loads.front().nodes = {4};
   Scene printed = pulled_cube(0.02, 8);
   printed.simulation.integrator = "euler-cromer";
   printed.simulation.printed.half_force = true;
-  for (const Scene& scene : {heavy, near_alone, without_push, printed}) {
+  for (const Scene& scene : {heavy, near_alone, without_push, floating, pulled_where_held, printed}) {
     const Simulation simulation(scene);
     CHECK(!simulation.plan().near);
     CHECK(std::ranges::any_of(simulation.plan().warnings, [](const std::string& w) {
@@ -371,4 +375,35 @@ TEST("with a far field \"auto\" steps explicitly where few substeps do, and impl
   soft.simulation.integrator = "auto";
   soft.simulation.substeps.reset();
   CHECK(!Simulation(soft).plan().integrator->implicit);
+}
+
+TEST("a far field that a push does not reach has no shapes and stays at rest") {
+  const Scene scene = pulled_cube(0.02, 8);
+  const auto made = make_problem(scene);
+  const auto& problem = dynamic_cast<const NetworkProblem&>(*made);
+  SpringNetwork walled = problem.network();
+  for (int n = 0; n < 81; ++n) { walled.fixed[static_cast<std::size_t>(5 * 81 + n)] = 1; }
+  const NetworkProblem beyond_a_wall(walled, problem.loads());
+  FarFieldSetting setting{.near = {.near = std::vector<unsigned char>(729, 0), .box = {.first = {0, 0, 6}, .last = {8, 8, 8}}},
+                          .pushes = pushes_of(scene, beyond_a_wall),
+                          .modes = 8};
+  std::fill(setting.near.near.begin() + 6 * 81, setting.near.near.end(), static_cast<unsigned char>(1));
+  FarFieldNetwork<double> reduced(beyond_a_wall, setting);
+  CHECK(reduced.dof() == 3 * 3 * 81);
+  const VectorXd q = reduced.initial_position();
+  CHECK_NEAR(reduced.moved(q, 3 * 81 + 40).norm(), 0.0, 0.0);
+  VectorXd f(reduced.dof());
+  reduced.force(0.0, 0.0, q, VectorXd::Zero(reduced.dof()), f);
+  CHECK_NEAR(f.norm(), 0.1, 1e-12);
+}
+
+TEST("tissue that is held at a single node has no far field to answer at rest") {
+  const Scene scene = pulled_cube(0.02, 8);
+  const auto made = make_problem(scene);
+  const auto& problem = dynamic_cast<const NetworkProblem&>(*made);
+  SpringNetwork hung = problem.network();
+  std::fill(hung.fixed.begin() + 1, hung.fixed.end(), static_cast<unsigned char>(0));
+  const NetworkProblem turning(hung, problem.loads());
+  const GradedLattice graded(turning, lattice_of(hung).value(), {.first = {2, 2, 6}, .last = {6, 6, 8}});
+  CHECK_THROWS((void)GradedLattice::Statics(graded), "nothing holds the tissue");
 }
