@@ -12,26 +12,22 @@
 namespace palpate {
 
 #if defined(__AVX512F__)
-/// `inverse` is the processor's estimate of 1 / sqrt(square), good to 2^-14. With r = 1 - square inverse^2 the length is
-/// square inverse (1 - r)^(-1/2), by the series of that: without the divider. 0 for both where the estimate is 0.
+/// From the processor's estimate of 1 / sqrt(square), good to 2^-14: with r = 1 - square estimate^2 it is the estimate
+/// times (1 - r)^(-1/2), by the series of that, without the divider. What waits for r is short: much else waits for this.
 template <class Arch>
-void refine(const xsimd::batch<double, Arch>& square, xsimd::batch<double, Arch>& inverse,
-            xsimd::batch<double, Arch>& length) noexcept {
+xsimd::batch<double, Arch> inverse_root(const xsimd::batch<double, Arch>& square) noexcept {
   using Batch = xsimd::batch<double, Arch>;
-  length = square * inverse;
-  const Batch r = fused::subtract(length, inverse, Batch(1.0));
-  const Batch more = r * fused::add(fused::add(Batch(0.3125), r, Batch(0.375)), r, Batch(0.5));
-  length = fused::add(length, more, length);
-  inverse = fused::add(inverse, more, inverse);
+  const Batch estimate = _mm512_rsqrt14_pd(square);
+  const Batch r = fused::subtract(square * estimate, estimate, Batch(1.0));
+  const Batch series = fused::add(fused::add(Batch(0.3125), r, Batch(0.375)), r, Batch(0.5));
+  return fused::add(estimate * r, series, estimate);
 }
 template <class Arch>
-void refine(const xsimd::batch<float, Arch>& square, xsimd::batch<float, Arch>& inverse,
-            xsimd::batch<float, Arch>& length) noexcept {
+xsimd::batch<float, Arch> inverse_root(const xsimd::batch<float, Arch>& square) noexcept {
   using Batch = xsimd::batch<float, Arch>;
-  length = square * inverse;
-  const Batch more = Batch(0.5F) * fused::subtract(length, inverse, Batch(1.0F));
-  length = fused::add(length, more, length);
-  inverse = fused::add(inverse, more, inverse);
+  const Batch estimate = _mm512_rsqrt14_ps(square);
+  const Batch r = fused::subtract(square * estimate, estimate, Batch(1.0F));
+  return fused::add(r, Batch(0.5F) * estimate, estimate);
 }
 inline __mmask8 above(const __m512d& square, double least) noexcept {
   return _mm512_cmp_pd_mask(square, _mm512_set1_pd(least), _CMP_GT_OQ);
@@ -39,10 +35,13 @@ inline __mmask8 above(const __m512d& square, double least) noexcept {
 inline __mmask16 above(const __m512& square, float least) noexcept {
   return _mm512_cmp_ps_mask(square, _mm512_set1_ps(least), _CMP_GT_OQ);
 }
-/// Estimates, 0 where `there` is not set.
-inline __m512d estimate(__mmask8 there, const __m512d& square) noexcept { return _mm512_maskz_rsqrt14_pd(there, square); }
-inline __m512 estimate(__mmask16 there, const __m512& square) noexcept { return _mm512_maskz_rsqrt14_ps(there, square); }
-/// c - a b where `there` is set, and 0 elsewhere.
+/// Where `there` is set, and 0 elsewhere: a b, and c - a b.
+inline __m512d multiply(__mmask8 there, const __m512d& a, const __m512d& b) noexcept {
+  return _mm512_maskz_mul_pd(there, a, b);
+}
+inline __m512 multiply(__mmask16 there, const __m512& a, const __m512& b) noexcept {
+  return _mm512_maskz_mul_ps(there, a, b);
+}
 inline __m512d subtract(__mmask8 there, const __m512d& a, const __m512d& b, const __m512d& c) noexcept {
   return _mm512_maskz_fnmadd_pd(there, a, b, c);
 }
@@ -68,16 +67,6 @@ class SpringLengths {
   /// Of springs whose squared lengths are `square`; those of `zero_length` or less have none.
   SpringLengths(const Batch& square, Real zero_length) noexcept : zero_length_(zero_length), length_(xsimd::sqrt(square)) {}
   [[nodiscard]] const Batch& length() const noexcept { return length_; }
-  /// 0 where there is no length.
-  [[nodiscard]] Batch inverse() const noexcept {
-    const auto has_length = length_ > Batch(zero_length_);
-    const Batch inverse = Batch(Real(1)) / length_;
-    if constexpr (sizeof(has_length) == sizeof(Batch)) {
-      return std::bit_cast<Batch>(has_length) & inverse;  // select() takes an instruction more
-    } else {
-      return xsimd::select(has_length, inverse, Batch(Real(0)));
-    }
-  }
   /// Tension over length; 0 where there is no length.
   [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring) const noexcept {
     return spring.stiffness * (length_ - spring.rest) * inverse();
@@ -89,6 +78,17 @@ class SpringLengths {
   }
 
  private:
+  /// 0 where there is no length.
+  [[nodiscard]] Batch inverse() const noexcept {
+    const auto has_length = length_ > Batch(zero_length_);
+    const Batch inverse = Batch(Real(1)) / length_;
+    if constexpr (sizeof(has_length) == sizeof(Batch)) {
+      return std::bit_cast<Batch>(has_length) & inverse;  // select() takes an instruction more
+    } else {
+      return xsimd::select(has_length, inverse, Batch(Real(0)));
+    }
+  }
+
   Real zero_length_;
   Batch length_;
 };
@@ -101,11 +101,8 @@ class SpringLengths<Real, Arch, true> {
  public:
   using Batch = xsimd::batch<Real, Arch>;
   SpringLengths(const Batch& square, Real zero_length) noexcept
-      : has_length_(above(square, zero_length * zero_length)), inverse_(estimate(has_length_, square)) {
-    refine(square, inverse_, length_);
-  }
-  [[nodiscard]] const Batch& length() const noexcept { return length_; }
-  [[nodiscard]] const Batch& inverse() const noexcept { return inverse_; }
+      : square_(square), has_length_(above(square, zero_length * zero_length)), inverse_(inverse_root(square)) {}
+  [[nodiscard]] Batch length() const noexcept { return multiply(has_length_, square_, inverse_); }
   [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring) const noexcept {
     return subtract(has_length_, spring.stiffness * spring.rest, inverse_, spring.stiffness);
   }
@@ -115,9 +112,9 @@ class SpringLengths<Real, Arch, true> {
   }
 
  private:
+  Batch square_;
   std::conditional_t<std::is_same_v<Real, double>, __mmask8, __mmask16> has_length_;
-  Batch inverse_;
-  Batch length_;
+  Batch inverse_;  ///< anything where there is no length
 };
 #endif
 
