@@ -12,7 +12,7 @@ namespace palpate {
 struct NearAndFar {
   NetworkProblem near;  ///< without far nodes: there they are held, and no spring leads to them
   FarShapes shapes;
-  /// Of a lattice at its natural lengths, at rest and without weight, loaded inside the box alone.
+  /// Of a lattice at its natural lengths, at rest and without weight, loaded at near nodes alone.
   static NearAndFar of(const NetworkProblem& problem, const FarFieldSetting& setting);
 };
 
