@@ -63,12 +63,13 @@ bench::PairedMeasurement measurement_of(const PairedRuns& runs) {
   return [runs, counts](const std::string& name, bench::Head head, std::uint64_t seed) {
     const std::filesystem::path scene = runs.scenes / (name + ".toml");
     bench::PairedFinding finding{.same_motion = true};
-    for (int n = 0; n < runs.starts; ++n) {
-      const auto of_start = seed * static_cast<std::uint64_t>(runs.starts) + static_cast<std::uint64_t>(n);
+    const auto most_starts = static_cast<std::uint64_t>(runs.starts) * most_looks;
+    finding.starts = starts_until_decided(runs.starts, [&](int n) {
+      const std::uint64_t of_start = seed * most_starts + static_cast<std::uint64_t>(n);
       PairedReport report = run_start(runs, scene, head, of_start, n % 2 == 1);
-      finding.starts.push_back(std::move(report.start));
       finding.same_motion = finding.same_motion && report.same_motion;
-    }
+      return std::move(report.start);
+    });
     const long further = head == bench::Head::planted ? 1 : 0;
     finding.base = counts->of(runs.base, scene, planted_every);
     finding.head = counts->of(runs.head, scene, planted_every + further);

@@ -13,7 +13,7 @@ struct PairedRuns {
   std::filesystem::path base{};
   std::filesystem::path head{};
   std::filesystem::path scenes{};  ///< folder of NAME.toml
-  int starts = 12;                 ///< an even number: either library is loaded first as often
+  int starts = 12;                 ///< at a time; an even number: either library is loaded first as often
   int pairs = 40;                  ///< in each
   const std::atomic<bool>* stop = nullptr;
 };

@@ -26,7 +26,7 @@ enum class Head { as_built, planted };
 /// Measures a scene by its name; `seed`: of the order within pairs.
 using PairedMeasurement = std::function<PairedFinding(const std::string& scene, Head head, std::uint64_t seed)>;
 
-/// Whether the head is slower: the lower 99 % limit of the ratio of times is above 1.03, and it takes more
+/// Whether the head is slower: the lower limit of the ratio of times is above 1.03, and it takes more
 /// instructions or misses more deadlines. Where nobody counts instructions, the clock decides alone.
 bool is_slower(const PairedFinding& finding);
 

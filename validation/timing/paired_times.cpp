@@ -56,11 +56,19 @@ PairedVerdict judge_pairs(std::span<const PairedStart> starts) {
   }
   verdict.pairs = static_cast<long>(logarithms.size());
   const bool nothing_measured = logarithms.empty();
-  const MedianLimits limits = median_limits(std::move(logarithms), paired_confidence);
+  const MedianLimits limits = median_limits(std::move(logarithms), look_confidence);
   verdict.ratio = std::exp(limits.median);
   verdict.lower = nothing_measured ? std::nan("") : std::exp(limits.lower);  // NaN passes nowhere
   verdict.upper = std::exp(limits.upper);
   return verdict;
+}
+
+std::vector<PairedStart> starts_until_decided(int starts, const std::function<PairedStart(int)>& measure) {
+  std::vector<PairedStart> measured;
+  for (int look = 0; look < most_looks && !(look > 0 && judge_pairs(measured).decided()); ++look) {
+    for (int n = 0; n < starts; ++n) { measured.push_back(measure(look * starts + n)); }
+  }
+  return measured;
 }
 
 }  // namespace palpate::timing

@@ -102,4 +102,23 @@ TEST("misses rise when chance would split them so unevenly once in a hundred tim
 
 TEST("nothing measured is not passed") { CHECK(judge_pairs({}).slower()); }
 
+TEST("what decides nothing is measured on, and no further than that") {
+  // Limits of 480 pairs that scatter by this much lie a few per cent from the median: closer than 5, wider than 2.
+  const auto starts_for = [](double ratio, double scatter) {
+    return starts_until_decided(12, [&](int n) {
+      Random random(static_cast<std::uint64_t>(n) + 1);
+      PairedStart start{.batch_deadline = 1.0};
+      for (int pair = 0; pair < 40; ++pair) {
+        start.pairs.push_back({.base = 1e-3, .head = 1e-3 * ratio * random(1.0 - scatter, 1.0 + scatter)});
+      }
+      return start;
+    });
+  };
+  CHECK(starts_for(1.0, 0.03).size() == 12);   // below
+  CHECK(starts_for(1.05, 0.03).size() == 12);  // above
+  CHECK(starts_for(1.05, 0.2).size() > 12);
+  CHECK(judge_pairs(starts_for(1.05, 0.2)).slower());
+  CHECK(starts_for(1.03, 0.2).size() == 12 * most_looks);  // on the limit itself
+}
+
 }  // namespace
