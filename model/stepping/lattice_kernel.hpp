@@ -47,20 +47,19 @@ class RowVector {
   using Batch = xsimd::batch<Real, Arch>;
   static constexpr long lanes = static_cast<long>(Batch::size);
 
-  /// Vector that begins at element `i` of a row; `force_stride` in a step.
-  RowVector(const Nodes<Real>& row, long i, long force_stride) noexcept
-      : own_(row), place_(i), force_stride_(takes_step(task) ? force_stride : row.stride) {
+  /// Vector that begins at element `i` of a row.
+  RowVector(const Nodes<Real>& row, long i) noexcept : own_(row), place_(i) {
     for (int c = 0; c < 3; ++c) {
-      position_[c] = load(row.q + i + c * row.stride);
-      if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * row.stride); }
+      position_[c] = load(row.q + i + c * lanes);
+      if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * lanes); }
     }
   }
   /// The vector at element `i` of another row; `constants` of these springs, `rest` their length.
   void join(const Nodes<Real>& row, long i, const Real* constants, Real rest) noexcept {
     const Real* q = row.q + i;
-    const Batch dx = load(q) - position_[0];
-    const Batch dy = load(q + row.stride) - position_[1];
-    const Batch dz = load(q + 2 * row.stride) - position_[2];
+    const Batch dx = position_[0] - load(q);
+    const Batch dy = position_[1] - load(q + lanes);
+    const Batch dz = position_[2] - load(q + 2 * lanes);
     const Batch square = fused::add(dz, dz, fused::add(dy, dy, dx * dx));
     const SpringLengths<Real, Arch> lengths(square, View<Real>::zero_length);
     SpringNumbers<Batch> spring{.stiffness = Batch(Real(0)), .rest = Batch(rest), .viscosity = Batch(Real(0))};
@@ -73,9 +72,9 @@ class RowVector {
     Batch factor;
     if constexpr (sees_velocity(task)) {
       const Real* v = row.v + i;
-      const Batch wx = load(v) - velocity_[0];
-      const Batch wy = load(v + row.stride) - velocity_[1];
-      const Batch wz = load(v + 2 * row.stride) - velocity_[2];
+      const Batch wx = velocity_[0] - load(v);
+      const Batch wy = velocity_[1] - load(v + lanes);
+      const Batch wz = velocity_[2] - load(v + 2 * lanes);
       spring.viscosity = load(constants + lanes);
       factor = lengths.pull(spring, fused::add(wz, dz, fused::add(wy, dy, wx * dx)));
     } else {
@@ -83,13 +82,13 @@ class RowVector {
     }
     Real* f = row.f + i;
     pull(0, f, factor, dx);
-    pull(1, f + force_stride(row), factor, dy);
-    pull(2, f + 2 * force_stride(row), factor, dz);
+    pull(1, f + lanes, factor, dy);
+    pull(2, f + 2 * lanes, factor, dz);
   }
   void finish() noexcept {
     if constexpr (task != Task::energy) {
       for (int c = 0; c < 3; ++c) {
-        Real* to = own_.f + place_ + c * force_stride(own_);
+        Real* to = own_.f + place_ + c * lanes;
         (load(to) + force_[c]).store_unaligned(to);
       }
     }
@@ -97,20 +96,22 @@ class RowVector {
   [[nodiscard]] Real energy() const noexcept { return Real(0.5) * xsimd::hadd(energy_); }
 
  private:
-  /// The compiler is to see where it is the stride of all else.
-  long force_stride(const Nodes<Real>& row) const noexcept {
-    if constexpr (takes_step(task)) { return force_stride_; }
-    return row.stride;
-  }
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
+  /// `d` leads here from there. With AVX-512 one product serves both ends, which leaves the multipliers to other springs,
+  /// since processors add beside them; the others take an instruction less.
   void pull(int c, Real* f, const Batch& factor, const Batch& d) noexcept {
-    force_[c] = fused::add(factor, d, force_[c]);
-    fused::subtract(factor, d, load(f)).store_unaligned(f);
+    if constexpr (fused::is_avx512<Arch>) {
+      const Batch force = factor * d;
+      force_[c] = force_[c] - force;
+      (load(f) + force).store_unaligned(f);
+    } else {
+      force_[c] = fused::subtract(factor, d, force_[c]);
+      fused::add(factor, d, load(f)).store_unaligned(f);
+    }
   }
 
   const Nodes<Real>& own_;
   long place_;
-  long force_stride_;
   Batch position_[3]{};
   Batch velocity_[3]{};
   Batch force_[3]{Batch(Real(0)), Batch(Real(0)), Batch(Real(0))};
@@ -121,7 +122,7 @@ class RowVector {
 /// makes functions of this instruction set alone.
 template <Task task, class Arch, class Real>
 Nodes<Real> from_element(const Nodes<Real>& nodes, long begin, long force_begin) noexcept {
-  Nodes<Real> row{.q = nodes.q + begin, .stride = nodes.stride};
+  Nodes<Real> row{.q = nodes.q + begin};
   if constexpr (sees_velocity(task)) { row.v = nodes.v + begin; }
   if constexpr (task != Task::energy) { row.f = nodes.f + force_begin; }
   return row;
@@ -129,45 +130,61 @@ Nodes<Real> from_element(const Nodes<Real>& nodes, long begin, long force_begin)
 
 /// Where the forces of a layer's first row begin.
 template <Task task, class Arch, class Real>
-long force_begin(const View<Real>& view, const Fields<Real>& fields, int layer, long row_length) noexcept {
+long force_begin(const View<Real>& view, const Fields<Real>& fields, int layer) noexcept {
   const int kept = takes_step(task) && fields.force_layers > 0 ? layer % fields.force_layers : layer;
-  return view.lead + static_cast<long>(kept) * view.rows1 * row_length;
+  return view.lead + kept * view.layer_length;
 }
 
-/// The rows that a row's springs lead to.
+/// A layer and the next, from where their first rows begin. Where another thread moves one, its copy stands for it.
 template <class Arch, class Real>
-struct Neighbours {
-  int count = 0;
-  bool own = false;  ///< springs within the row
-  struct Row {
-    Nodes<Real> at;
-    long slot;
-    bool sides;
-    Real rest[2];  ///< straight across, and to the sides
-  } rows[neighbour_kinds];
+struct LayerPair {
+  Nodes<Real> nodes[2];
 };
 
 template <Task task, class Arch, class Real>
-Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab, const Nodes<Real>& all,
-                                     const long (&layers)[2], const long (&forces)[2], int row1, int row2,
-                                     long row_length) noexcept {
-  Neighbours<Arch, Real> found;
-  const unsigned char* const own = view.row_moves + static_cast<long>(row2) * view.rows1 + row1;
+LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab, const Fields<Real>& fields,
+                                  int row2) noexcept {
+  const Nodes<Real> all{fields.q, fields.v, fields.f};
+  const auto layer = [&](int number) {
+    return from_element<task, Arch>(all, view.lead + number * view.layer_length,
+                                    force_begin<task, Arch>(view, fields, number));
+  };
+  LayerPair<Arch, Real> pair{};
+  pair.nodes[0] = slab.below != nullptr ? *slab.below : layer(row2);
+  const bool copied = row2 + 1 == slab.end && slab.beyond != nullptr;
+  if (row2 + 1 < view.rows2) { pair.nodes[1] = copied ? *slab.beyond : layer(row2 + 1); }
+  return pair;
+}
+
+/// The rows that a row's springs lead to, of those that a slab asks for.
+template <class Arch, class Real>
+struct Neighbours {
+  Nodes<Real> own;
+  int count = 0;
+  bool within = false;  ///< springs within the row
+  struct Row {
+    Nodes<Real> at;
+    const Link<Real>* link;
+  } rows[neighbour_kinds];
+};
+
+/// Springs between two rows at rest are not looked at.
+template <Task task, class Arch, class Real>
+Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab,
+                                     const LayerPair<Arch, Real>& layers, int row1, int row2) noexcept {
   const bool below = slab.below != nullptr;
-  found.own = *own != 0 && view.own_springs && !below;
-  const Links& links = view.links[row1 == 0 ? 0 : row1 + 1 < view.rows1 ? 1 : 2];
+  const Links<Real>& links = view.links[row1 == 0 ? 0 : row1 + 1 < view.rows1 ? 1 : 2];
+  const unsigned char* const moves = view.row_moves + static_cast<long>(row2) * view.rows1 + row1;
+  const long row = row1 * view.row_length;
+  Neighbours<Arch, Real> found;
+  found.own = from_element<task, Arch>(layers.nodes[0], row, row);
+  found.within = *moves != 0 && view.own_springs && !below;
   const int end = row2 + 1 < view.rows2 ? links.count : links.within;
   for (int n = below ? links.within : 0; n < end; ++n) {
-    const Link& link = links.to[n];
-    if (*own == 0 && own[link.rows] == 0) { continue; }
-    const long in_layer = row1 * row_length + link.elements;
-    const bool copy = row2 + link.layers == slab.end && slab.beyond != nullptr;
-    found.rows[found.count++] = {copy ? from_element<task, Arch>(*slab.beyond, in_layer, in_layer)
-                                      : from_element<task, Arch>(all, layers[link.layers] + in_layer,
-                                                                 forces[link.layers] + in_layer),
-                                 link.slot,
-                                 link.sides,
-                                 {view.rest[link.spans], view.rest[link.spans + 1]}};
+    const Link<Real>& link = links.to[n];
+    if (*moves == 0 && moves[link.rows] == 0) { continue; }
+    const long there = row + link.elements;
+    found.rows[found.count++] = {from_element<task, Arch>(layers.nodes[link.layers], there, there), &link};
   }
   return found;
 }
@@ -175,16 +192,17 @@ Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& s
 /// v += h f / m, x += h v, f = 0 of the row that begins at element `begin`, whose forces are at `f`; returns the sum of
 /// squares of v.
 template <class Arch, class Real>
-double move_row(const View<Real>& view, const Fields<Real>& fields, long begin, Real* f, long row_length) noexcept {
+double move_row(const Fields<Real>& fields, long begin, Real* f, long row_length) noexcept {
   using Batch = xsimd::batch<Real, Arch>;
   const Move<Real>& move = *fields.move;
   const Batch h(move.h);
   Batch squares(Real(0));
-  for (long i = 0; i < row_length; i += static_cast<long>(Batch::size)) {
+  constexpr long lanes = static_cast<long>(Batch::size);
+  for (long i = 0; i < row_length; i += 3 * lanes) {
     const Batch inverse_mass = Batch::load_unaligned(move.inverse_mass + begin + i);
     for (long c = 0; c < 3; ++c) {
-      const long at = begin + i + c * view.stride;
-      Real* force = f + i + c * fields.force_stride;
+      const long at = begin + i + c * lanes;
+      Real* force = f + i + c * lanes;
       const Batch a = Batch::load_unaligned(force) * inverse_mass;
       const Batch v = Batch::load_unaligned(move.v + at) + h * a;
       v.store_unaligned(move.v + at);
@@ -203,79 +221,77 @@ double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, 
   for (long row1 = 0; row1 < view.rows1; ++row1) {
     const long row = static_cast<long>(row2) * view.rows1 + row1;
     if (view.row_moves[row] == 0) { continue; }
-    sum += move_row<Arch>(view, fields, view.lead + row * row_length, f + row1 * row_length, row_length);
+    sum += move_row<Arch>(fields, view.lead + row * row_length, f + row1 * row_length, row_length);
   }
   return sum;
 }
 
-/// Asks memory for a vector of the row after the next that this row's springs lead to, and for masses of the next row:
-/// more streams than processors foresee. `own` is the vector's first element and `next` that of the same one a layer
-/// further on. Always inline: g++ 12 leaves a call out that does nothing else.
+/// Asks memory for vector `i` of the row after the next that this row's springs lead to, and for masses of the next row:
+/// more streams than processors foresee. Always inline: g++ 12 leaves a call out that does nothing else.
 template <Task task, class Arch, class Real>
-[[gnu::always_inline]] inline void fetch_ahead(const View<Real>& view, const Fields<Real>& fields, long own, long next,
-                                               long row_length) noexcept {
-  const long ahead = next + 2 * row_length;
+[[gnu::always_inline]] inline void fetch_ahead(const View<Real>& view, const Fields<Real>& fields, long row,
+                                               long i) noexcept {
+  constexpr long lanes = RowVector<task, Real, Arch>::lanes;
+  const long next_layer = row < (view.rows2 - 2L) * view.rows1 ? view.rows1 : 0;  // beyond the last there is nothing
+  const long own = view.lead + row * view.row_length + i * 3 * lanes;
+  const long ahead = own + (next_layer + 2) * view.row_length;
   for (long c = 0; c < 3; ++c) {
-    __builtin_prefetch(fields.q + ahead + c * view.stride);
-    if constexpr (sees_velocity(task)) { __builtin_prefetch(fields.v + ahead + c * view.stride); }
+    __builtin_prefetch(fields.q + ahead + c * lanes);
+    if constexpr (sees_velocity(task)) { __builtin_prefetch(fields.v + ahead + c * lanes); }
   }
-  __builtin_prefetch(fields.move->inverse_mass + own + row_length);
+  __builtin_prefetch(fields.move->inverse_mass + own + view.row_length);
+}
+
+/// Vector `i` of a row. Always inline: a call takes a fifth.
+template <Task task, class Arch, class Real>
+[[gnu::always_inline]] inline double go_through_vector(const View<Real>& view, const Neighbours<Arch, Real>& near,
+                                                       long i, const Real* table) noexcept {
+  using Vector = RowVector<task, Real, Arch>;
+  constexpr long block = 3 * Vector::lanes;
+  const long slot_length = Vector::lanes * view.numbers;
+  // The piece's last node is beside the next piece's first: the same vector, one lane on.
+  const long right = i + 1 < view.vectors ? (i + 1) * block : 1;
+  const long left = i > 0 ? (i - 1) * block : (view.vectors - 1) * block - 1;
+  const Real* constants = table + i * slots * slot_length;
+  Vector vector(near.own, i * block);
+  if (near.within) { vector.join(near.own, right, constants, view.own_rest); }
+  for (int n = 0; n < near.count; ++n) {
+    const auto& [there, link] = near.rows[n];
+    const Real* slot = constants + link->constants;
+    if (link->sides) { vector.join(there, left, slot, link->rest_aside); }
+    vector.join(there, i * block, slot + slot_length, link->rest_across);
+    if (link->sides) { vector.join(there, right, slot + 2 * slot_length, link->rest_aside); }
+  }
+  vector.finish();
+  if constexpr (measures_energy(task)) { return static_cast<double>(vector.energy()); }
+  return 0.0;
 }
 
 template <Task task, class Real, class Arch>
 double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<Real>& fields) noexcept {
-  using Vector = RowVector<task, Real, Arch>;
-  constexpr long lanes = Vector::lanes;
-  const long row_length = view.vectors * lanes;
-  const long slot_length = lanes * view.numbers;
-  const Nodes<Real> all{fields.q, fields.v, fields.f, view.stride};
+  const long row_length = view.row_length;
+  const bool moves = takes_step(task) && slab.below == nullptr;
   double sum = 0.0;
   for (int row2 = slab.begin; row2 < slab.end; ++row2) {
-    const long layer_length = view.rows1 * row_length;
-    const long layers[2] = {view.lead + row2 * layer_length, view.lead + (row2 + 1) * layer_length};
-    const long forces[2] = {force_begin<task, Arch>(view, fields, row2, row_length),
-                            force_begin<task, Arch>(view, fields, row2 + 1, row_length)};
+    const auto layers = layers_from<task, Arch>(view, slab, fields, row2);
     for (int row1 = 0; row1 < view.rows1; ++row1) {
-      const auto near = neighbours_of<task, Arch>(view, slab, all, layers, forces, row1, row2, row_length);
+      const auto near = neighbours_of<task, Arch>(view, slab, layers, row1, row2);
       const long row = static_cast<long>(row2) * view.rows1 + row1;
-      const long begin = layers[0] + row1 * row_length;
-      const bool joined = near.count > 0 || near.own;
-      const long own_forces = forces[0] + row1 * row_length;
-      const Nodes<Real> own = slab.below != nullptr
-                                  ? from_element<task, Arch>(*slab.below, row1 * row_length, row1 * row_length)
-                                  : from_element<task, Arch>(all, begin, own_forces);
       const Real* table = view.tables + view.row_table[row];
+      const bool joined = near.count > 0 || near.within;
       for (long i = 0; joined && i < view.vectors; ++i) {
-        if constexpr (fetches(task)) {
-          const long next = row2 + 2 < view.rows2 ? layers[1] - layers[0] : 0;  // beyond the last there is nothing
-          fetch_ahead<task, Arch>(view, fields, begin + i * lanes, begin + i * lanes + next, row_length);
-        }
-        // The piece's last node is beside the next piece's first: the same vector, one lane on.
-        const long right = i + 1 < view.vectors ? (i + 1) * lanes : 1;
-        const long left = i > 0 ? (i - 1) * lanes : (view.vectors - 1) * lanes - 1;
-        const Real* constants = table + i * slots * slot_length;
-        Vector vector(own, i * lanes, fields.force_stride);
-        if (near.own) { vector.join(own, right, constants, view.rest[0]); }
-        for (int n = 0; n < near.count; ++n) {
-          const auto& there = near.rows[n];
-          const Real* slot = constants + there.slot * slot_length;
-          if (there.sides) { vector.join(there.at, left, slot, there.rest[1]); }
-          vector.join(there.at, i * lanes, slot + slot_length, there.rest[0]);
-          if (there.sides) { vector.join(there.at, right, slot + 2 * slot_length, there.rest[1]); }
-        }
-        vector.finish();
-        if constexpr (measures_energy(task)) { sum += static_cast<double>(vector.energy()); }
+        if constexpr (fetches(task)) { fetch_ahead<task, Arch>(view, fields, row, i); }
+        const double energy = go_through_vector<task>(view, near, i, table);
+        if constexpr (measures_energy(task)) { sum += energy; }
       }
       if constexpr (takes_step(task)) {
-        if (slab.below == nullptr && !view.folded && view.row_moves[row] != 0) {
-          sum += move_row<Arch>(view, fields, begin, fields.f + own_forces, row_length);
+        if (moves && !view.folded && view.row_moves[row] != 0) {
+          sum += move_row<Arch>(fields, view.lead + row * row_length, near.own.f, row_length);
         }
       }
     }
     if constexpr (takes_step(task)) {
-      if (slab.below == nullptr && view.folded) {
-        sum += move_layer<Arch>(view, fields, row2, fields.f + forces[0], row_length);
-      }
+      if (moves && view.folded) { sum += move_layer<Arch>(view, fields, row2, layers.nodes[0].f, row_length); }
     }
   }
   return sum;

@@ -22,8 +22,8 @@ LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool s
 constexpr std::size_t largest_cached = 8UL << 20U;
 
 template <class Real>
-bool outgrows_caches(Eigen::Index numbers_of_axis) {
-  return 7 * sizeof(Real) * static_cast<std::size_t>(numbers_of_axis) > largest_cached;
+bool outgrows_caches(Eigen::Index coordinates) {
+  return 7 * sizeof(Real) * static_cast<std::size_t>(coordinates) / 3 > largest_cached;
 }
 
 }  // namespace
@@ -40,13 +40,13 @@ LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprin
       springs_(std::move(springs)),
       damped_(springs_.view().numbers > 1),
       kernels_(kernels),
-      slabs_(std::make_unique<LatticeSlabs<Real>>(springs_.view(), kernels.lanes, threads)) {
+      slabs_(std::make_unique<LatticeSlabs<Real>>(springs_.view(), threads)) {
   Eigen::VectorXd mass = Eigen::VectorXd::Zero(this->layout().size);
   scatter(problem.mass(), this->layout(), mass);
   this->set_mass(mass);
   this->spread_weight();
   step_ = damped_ ? kernels.step : kernels.undamped_step;
-  if (outgrows_caches<Real>(this->layout().stride)) {
+  if (outgrows_caches<Real>(this->layout().size)) {
     step_ = damped_ ? kernels.fetching_step : kernels.fetching_undamped_step;
   }
 }
@@ -67,9 +67,9 @@ void LatticeNetwork<Real>::let_sleep(double most_withheld, std::span<const int> 
   for (const Load& load : problem.loads()) { std::ranges::for_each(load.nodes, wake); }
   std::ranges::for_each(touched, wake);
   lattice::View<Real> view = springs_.view();
-  sleep_.emplace(view, view.vectors * kernels_.lanes, std::move(awake), most_withheld);
+  sleep_.emplace(view, std::move(awake), most_withheld);
   view.row_moves = sleep_->awake();
-  slabs_ = std::make_unique<LatticeSlabs<Real>>(view, kernels_.lanes, 1);
+  slabs_ = std::make_unique<LatticeSlabs<Real>>(view, 1);
 }
 
 template <class Real>
@@ -92,7 +92,7 @@ double LatticeNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector
 template <class Real>
 void LatticeNetwork<Real>::sort_loads() {
   const lattice::View<Real> view = springs_.view();
-  const long layer_length = static_cast<long>(view.rows1) * view.vectors * kernels_.lanes;
+  const long layer_length = view.layer_length;
   const auto layer_of = [&](const auto& on) { return (on.coordinate - view.lead) / layer_length; };
   loaded_ = this->loaded();
   std::ranges::stable_sort(loaded_, {}, layer_of);
@@ -141,8 +141,7 @@ double LatticeNetwork<Real>::one_pass_with_sleep(double t, double gate, Real h, 
                                  .v = state.velocity.data(),
                                  .inverse_mass = this->inverse_mass().data(),
                                  .h = h};
-  const lattice::Fields<Real> fields{.q = move.q, .v = move.v, .f = next_force_.data(), .move = &move,
-                                     .force_stride = this->layout().stride};
+  const lattice::Fields<Real> fields{.q = move.q, .v = move.v, .f = next_force_.data(), .move = &move};
   const double squares = slabs_->sweep(step_, fields);
   return squares + sleep_->wake_in_step(fields);
 }

@@ -13,10 +13,8 @@ int LatticeSlabs<Real>::most_threads(int layers, long vectors, int wanted) {
 }
 
 template <class Real>
-LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int lanes, int threads)
-    : view_(view),
-      layer_length_(static_cast<long>(view.rows1) * view.vectors * lanes),
-      stride_(layer_length_ + 2 * view.lead) {
+LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int threads)
+    : view_(view), layer_length_(view.layer_length), copy_length_(layer_length_ + 2 * view.lead) {
   const int count = most_threads(view.rows2, view.vectors, threads);
   for (int n = 0; n <= count; ++n) {
     begins_.push_back(static_cast<int>(static_cast<long>(view.rows2) * n / count));
@@ -24,7 +22,7 @@ LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int lanes, int
   for (int n = 1; n < count; ++n) {
     boundaries_.push_back(std::make_unique<Boundary>());
     for (auto* numbers : {&boundaries_.back()->below, &boundaries_.back()->above}) {
-      numbers->assign(static_cast<std::size_t>(6 * stride_ + 3 * few_stride()), Real(0));
+      numbers->assign(static_cast<std::size_t>(2 * copy_length_ + few_length()), Real(0));
     }
   }
   sums_.assign(static_cast<std::size_t>(count), 0.0);
@@ -34,7 +32,7 @@ LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int lanes, int
 template <class Real>
 lattice::Nodes<Real> LatticeSlabs<Real>::layer_in(AlignedVector<Real>& numbers) const noexcept {
   Real* first = numbers.data() + view_.lead;
-  return {.q = first, .v = first + 3 * stride_, .f = first + 6 * stride_, .stride = stride_};
+  return {.q = first, .v = first + copy_length_, .f = first + 2 * copy_length_};
 }
 
 template <class Real>
@@ -42,12 +40,9 @@ void LatticeSlabs<Real>::copy(const lattice::Fields<Real>& fields, int layer,
                               AlignedVector<Real>& to) const noexcept {
   const long begin = view_.lead + layer * layer_length_;
   const auto bytes = static_cast<std::size_t>(layer_length_) * sizeof(Real);
-  for (long c = 0; c < 3; ++c) {
-    Real* q = to.data() + view_.lead + c * stride_;
-    std::memcpy(q, fields.q + begin + c * view_.stride, bytes);
-    if (fields.v == nullptr) { continue; }
-    std::memcpy(q + 3 * stride_, fields.v + begin + c * view_.stride, bytes);
-  }
+  Real* q = to.data() + view_.lead;
+  std::memcpy(q, fields.q + begin, bytes);
+  if (fields.v != nullptr) { std::memcpy(q + copy_length_, fields.v + begin, bytes); }
 }
 
 /// The thread of the upper slab copies the two layers that meet and adds what the lower one does to the upper;
@@ -98,7 +93,7 @@ double LatticeSlabs<Real>::sweep(lattice::Kernel<Real> kernel, const lattice::Fi
 
 template <class Real>
 void LatticeSlabs<Real>::prepare_steps() {
-  few_forces_.assign(sums_.size(), AlignedVector<Real>(static_cast<std::size_t>(3 * few_stride()), Real(0)));
+  few_forces_.assign(sums_.size(), AlignedVector<Real>(static_cast<std::size_t>(few_length()), Real(0)));
   stands_.clear();
   for (long layer = 0; layer < view_.rows2; ++layer) {
     const unsigned char* moves = view_.row_moves + layer * view_.rows1;
@@ -114,13 +109,10 @@ Real* LatticeSlabs<Real>::forces_of(const lattice::Fields<Real>& fields, int lay
 template <class Real>
 void LatticeSlabs<Real>::clear_standing_rows(const lattice::Fields<Real>& fields, int layer) const noexcept {
   if (stands_[static_cast<std::size_t>(layer)] == 0) { return; }
-  const long row_length = layer_length_ / view_.rows1;
+  const long row_length = view_.row_length;
   const unsigned char* moves = view_.row_moves + static_cast<long>(layer) * view_.rows1;
   for (long row = 0; row < view_.rows1; ++row) {
-    if (moves[row] != 0) { continue; }
-    for (long c = 0; c < 3; ++c) {
-      std::fill_n(forces_of(fields, layer) + c * fields.force_stride + row * row_length, row_length, Real(0));
-    }
+    if (moves[row] == 0) { std::fill_n(forces_of(fields, layer) + row * row_length, row_length, Real(0)); }
   }
 }
 
@@ -130,14 +122,11 @@ void LatticeSlabs<Real>::add_outside(const lattice::Fields<Real>& fields, const 
   if (layer >= view_.rows2) { return; }
   Real* f = forces_of(fields, layer);
   if (outside.weight != nullptr) {
-    for (long c = 0; c < 3; ++c) {
-      std::copy_n(outside.weight + view_.lead + layer * layer_length_ + c * view_.stride, layer_length_,
-                  f + c * fields.force_stride);
-    }
+    std::copy_n(outside.weight + view_.lead + layer * layer_length_, layer_length_, f);
   }
   for (int n = outside.pulls_begin[layer]; n < outside.pulls_begin[layer + 1]; ++n) {
     const Pull<Real>& pull = outside.pulls[n];
-    for (long c = 0; c < 3; ++c) { f[pull.element + c * fields.force_stride] += pull.force[c]; }
+    for (long c = 0; c < 3; ++c) { f[pull.element + c * view_.lanes] += pull.force[c]; }
   }
 }
 
@@ -150,8 +139,7 @@ double LatticeSlabs<Real>::step(lattice::Kernel<Real> kernel, const lattice::Mov
                                        .v = move.v,
                                        .f = forces.data(),
                                        .move = &move,
-                                       .force_layers = layers_kept,
-                                       .force_stride = few_stride()};
+                                       .force_layers = layers_kept};
     std::ranges::fill(forces, Real(0));
     for (int n = 0; n < layers_kept; ++n) { add_outside(fields, outside, begins_[number] + n); }
     const auto visit_layers = [&](int begin, int end) noexcept {
@@ -169,7 +157,7 @@ double LatticeSlabs<Real>::step(lattice::Kernel<Real> kernel, const lattice::Mov
 
 template <class Real>
 std::size_t LatticeSlabs<Real>::memory_bytes() const noexcept {
-  std::size_t bytes = few_forces_.size() * static_cast<std::size_t>(3 * few_stride()) * sizeof(Real);
+  std::size_t bytes = few_forces_.size() * static_cast<std::size_t>(few_length()) * sizeof(Real);
   for (const auto& boundary : boundaries_) {
     bytes += (boundary->below.size() + boundary->above.size()) * sizeof(Real);
   }

@@ -31,8 +31,8 @@ struct Outside {
 template <class Real>
 class LatticeSlabs {
  public:
-  /// Fewer threads than asked for where there are not two layers for each; `lanes` of the kernels.
-  LatticeSlabs(const lattice::View<Real>& view, int lanes, int threads);
+  /// Fewer threads than asked for where there are not two layers for each.
+  LatticeSlabs(const lattice::View<Real>& view, int threads);
 
   /// Vectors at the ends of a row of one vector reach into rows of other layers: those are not shared out.
   [[nodiscard]] static int most_threads(int layers, long vectors, int wanted);
@@ -49,7 +49,7 @@ class LatticeSlabs {
 
  private:
   static constexpr int layers_kept = 2;  ///< a layer's springs lead to itself and the next
-  [[nodiscard]] long few_stride() const noexcept { return layers_kept * layer_length_ + 2 * view_.lead; }
+  [[nodiscard]] long few_length() const noexcept { return layers_kept * layer_length_ + 2 * view_.lead; }
   /// Between two slabs: both layers as they were before either moved, and room for forces on them that the
   /// other slab's thread computes itself.
   struct Boundary {
@@ -73,7 +73,7 @@ class LatticeSlabs {
 
   lattice::View<Real> view_;
   long layer_length_;             ///< elements
-  long stride_;                   ///< of a layer's copy, with what the outermost lanes touch on both sides
+  long copy_length_;              ///< of a layer's q, with what the outermost lanes touch on both sides
   std::vector<int> begins_;       ///< of the slabs, and the last one's end
   std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< n: under slab n + 1
   std::vector<AlignedVector<Real>> few_forces_;  ///< of two layers, for each slab

@@ -7,13 +7,12 @@
 namespace palpate {
 
 template <class Real>
-LatticeSleep<Real>::LatticeSleep(const lattice::View<Real>& view, long row_length,
-                                 std::vector<unsigned char> awake, double most_withheld)
+LatticeSleep<Real>::LatticeSleep(const lattice::View<Real>& view, std::vector<unsigned char> awake, double most_withheld)
     : rows1_(view.rows1),
       rows2_(view.rows2),
       lead_(view.lead),
-      row_length_(row_length),
-      stride_(view.stride),
+      row_length_(view.row_length),
+      lanes_(view.lanes),
       most_withheld_(most_withheld),
       awake_(std::move(awake)) {
   const int rows = rows1_ * rows2_;
@@ -63,23 +62,29 @@ void LatticeSleep<Real>::wake(std::size_t place_in_border) noexcept {
 }
 
 template <class Real>
+template <class Visit>
+void LatticeSleep<Real>::visit_nodes(int row, Visit visit) const noexcept {
+  for (long vector = begin_of(row); vector < begin_of(row) + row_length_; vector += 3 * lanes_) {
+    for (long i = vector; i < vector + lanes_; ++i) { visit(i); }
+  }
+}
+
+template <class Real>
 double LatticeSleep<Real>::pull_on(const Real* f, const Real* inverse_mass, int row) const noexcept {
   double pull = 0.0;
-  for (long i = begin_of(row); i < begin_of(row) + row_length_; ++i) {
-    if (inverse_mass[i] == Real(0)) { continue; }
+  visit_nodes(row, [&](long i) {
+    if (inverse_mass[i] == Real(0)) { return; }
     const auto x = static_cast<double>(f[i]);
-    const auto y = static_cast<double>(f[i + stride_]);
-    const auto z = static_cast<double>(f[i + 2 * stride_]);
+    const auto y = static_cast<double>(f[i + lanes_]);
+    const auto z = static_cast<double>(f[i + 2 * lanes_]);
     pull += std::sqrt(x * x + y * y + z * z);
-  }
+  });
   return pull;
 }
 
 template <class Real>
 void LatticeSleep<Real>::clear(Real* f, int row) const noexcept {
-  for (long c = 0; c < 3; ++c) {
-    std::fill_n(f + begin_of(row) + c * stride_, static_cast<std::size_t>(row_length_), Real(0));
-  }
+  std::fill_n(f + begin_of(row), static_cast<std::size_t>(row_length_), Real(0));
 }
 
 /// Each row may withhold its share of what all may. A pull that is no number wakes.
@@ -110,13 +115,13 @@ double LatticeSleep<Real>::wake_in_step(const lattice::Fields<Real>& fields) noe
   const lattice::Move<Real>& move = *fields.move;
   double squares = 0.0;
   judge_border(fields.f, move.inverse_mass, [&](int row) {
-    for (long i = begin_of(row); i < begin_of(row) + row_length_; ++i) {
-      for (long at = i; at <= i + 2 * stride_; at += stride_) {
+    visit_nodes(row, [&](long i) {
+      for (long at = i; at <= i + 2 * lanes_; at += lanes_) {
         move.v[at] += move.h * (fields.f[at] * move.inverse_mass[i]);
         move.q[at] += move.h * move.v[at];
         squares += static_cast<double>(move.v[at] * move.v[at]);
       }
-    }
+    });
     clear(fields.f, row);
   });
   return squares;

@@ -13,7 +13,7 @@ class LatticeSleep {
  public:
   /// `view` of the whole lattice, whose rows of `row_length` elements move or never do; 1 in `awake` for those
   /// that move from the beginning. `most_withheld`: size of all forces on sleeping nodes together [N].
-  LatticeSleep(const lattice::View<Real>& view, long row_length, std::vector<unsigned char> awake,
+  LatticeSleep(const lattice::View<Real>& view, std::vector<unsigned char> awake,
                double most_withheld);
 
   /// 1 for a row that is stepped; the same vector for ever, to stand in a View.
@@ -37,6 +37,9 @@ class LatticeSleep {
   enum class Row : unsigned char { fixed, asleep, border, awake };
 
   [[nodiscard]] long begin_of(int row) const noexcept { return lead_ + row * row_length_; }
+  /// visit(where the x of a node stands)
+  template <class Visit>
+  void visit_nodes(int row, Visit visit) const noexcept;
   void clear(Real* f, int row) const noexcept;
   [[nodiscard]] double pull_on(const Real* f, const Real* inverse_mass, int row) const noexcept;
   void wake(std::size_t place_in_border) noexcept;
@@ -49,7 +52,7 @@ class LatticeSleep {
   int rows2_;
   long lead_;
   long row_length_;
-  long stride_;
+  long lanes_;
   double most_withheld_;
   std::vector<Row> state_;
   std::vector<unsigned char> awake_;

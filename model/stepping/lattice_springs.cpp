@@ -19,9 +19,9 @@ namespace {
 template <class Real>
 constexpr Eigen::Index margin = 64 / sizeof(Real);
 
-/// A whole number of margins.
+/// Of a vector of all coordinates: a whole number of margins.
 template <class Real>
-Eigen::Index stride_for(Eigen::Index elements) {
+Eigen::Index size_for(Eigen::Index elements) {
   return (elements + 3 * margin<Real> - 1) / margin<Real> * margin<Real>;
 }
 
@@ -56,7 +56,7 @@ LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const Lattic
       rows_(shape, lanes, may_fold),
       lanes_(lanes),
       vectors_(rows_.vectors()),
-      stride_(stride_for<Real>(static_cast<Eigen::Index>(rows_.count()) * vectors_ * lanes_)),
+      size_(size_for<Real>(static_cast<Eigen::Index>(rows_.count()) * vectors_ * 3 * lanes_)),
       row_moves_(skip ? rows_.moving(problem) : std::vector<unsigned char>(rows_.count(), 1)) {
   fill_tables(problem, skip);
 }
@@ -64,12 +64,12 @@ LatticeSprings<Real>::LatticeSprings(const NetworkProblem& problem, const Lattic
 template <class Real>
 Eigen::Index LatticeSprings<Real>::element_of(const LatticeRows::Place& place) const {
   const auto row = static_cast<Eigen::Index>(rows_.row_of(place));
-  return margin<Real> + (row * vectors_ + place[0] % vectors_) * lanes_ + rows_.first_lane(place) + place[0] / vectors_;
+  return margin<Real> + (row * vectors_ + place[0] % vectors_) * 3 * lanes_ + rows_.first_lane(place) + place[0] / vectors_;
 }
 
 template <class Real>
 NodeLayout LatticeSprings<Real>::layout() const {
-  NodeLayout layout{.size = 3 * stride_, .stride = stride_};
+  NodeLayout layout{.size = size_, .stride = lanes_};
   const int nodes = static_cast<int>(problem_.network().node_count());
   layout.first.reserve(static_cast<std::size_t>(nodes));
   for (int node = 0; node < nodes; ++node) {
@@ -162,11 +162,16 @@ void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip)
   }
 }
 
+template <class Real>
+Real LatticeSprings<Real>::length_along(int axes) const {
+  return static_cast<Real>(spacing_ * std::sqrt(static_cast<double>(axes)));
+}
+
 /// Beyond the last of folded rows come the first one's nodes of the next fold.
 template <class Real>
-lattice::Links LatticeSprings<Real>::links_of(int row1) const {
+lattice::Links<Real> LatticeSprings<Real>::links_of(int row1) const {
   const int rows1 = rows_.rows1();
-  lattice::Links links;
+  lattice::Links<Real> links;
   for (int kind = 0; kind < lattice::neighbour_kinds; ++kind) {
     const auto& step = lattice::neighbour_steps[kind];
     const std::size_t slot = 1 + 3 * static_cast<std::size_t>(kind);
@@ -176,9 +181,10 @@ lattice::Links LatticeSprings<Real>::links_of(int row1) const {
     const int rows = step[0] - folds * rows1;
     links.to[links.count++] = {.layers = step[1],
                                .rows = rows + step[1] * rows1,
-                               .elements = static_cast<long>(rows) * vectors_ * lanes_ + folds * rows_.pieces(),
-                               .slot = static_cast<int>(slot),
-                               .spans = std::abs(step[0]) + step[1] - 1,
+                               .elements = static_cast<long>(rows) * vectors_ * 3 * lanes_ + folds * rows_.pieces(),
+                               .constants = static_cast<long>(slot) * lanes_ * (damped_ ? 2 : 1),
+                               .rest_across = length_along(std::abs(step[0]) + step[1]),
+                               .rest_aside = length_along(std::abs(step[0]) + step[1] + 1),
                                .sides = sides};
     links.within += 1 - step[1];
   }
@@ -187,31 +193,30 @@ lattice::Links LatticeSprings<Real>::links_of(int row1) const {
 
 template <class Real>
 lattice::View<Real> LatticeSprings<Real>::view() const {
-  lattice::View<Real> view{.rows1 = rows_.rows1(),
+  return {.rows1 = rows_.rows1(),
                            .rows2 = rows_.nodes()[2],
                            .vectors = vectors_,
+                           .row_length = 3L * vectors_ * lanes_,
+                           .layer_length = 3L * vectors_ * lanes_ * rows_.rows1(),
                            .folded = rows_.folds() > 1,
                            .lead = margin<Real>,
-                           .stride = stride_,
+                           .lanes = lanes_,
                            .numbers = damped_ ? 2 : 1,
                            .tables = tables_.data(),
                            .row_table = row_table_.data(),
                            .row_moves = row_moves_.data(),
+                           .own_rest = length_along(1),
                            .own_springs = used_[0],
                            .links = {links_of(0), links_of(1), links_of(rows_.rows1() - 1)}};
-  for (int n = 0; n < 3; ++n) { view.rest[n] = static_cast<Real>(spacing_ * std::sqrt(n + 1.0)); }
-  return view;
 }
 
 template <class Real>
 Eigen::Matrix<Real, Eigen::Dynamic, 1> LatticeSprings<Real>::initial_position() const {
-  Eigen::Matrix<Real, Eigen::Dynamic, 1> q(3 * stride_);
-  for (Eigen::Index i = 0; i < 3 * stride_; ++i) {
-    q(i) = static_cast<Real>(-spacing_ * static_cast<double>(1 + i % stride_));
-  }
+  Eigen::Matrix<Real, Eigen::Dynamic, 1> q(size_);
+  for (Eigen::Index i = 0; i < size_; ++i) { q(i) = static_cast<Real>(-spacing_ * static_cast<double>(1 + i)); }
   const SpringNetwork& network = problem_.network();
   for (int node = 0; node < static_cast<int>(network.node_count()); ++node) {
-    at_node(q, element_of(rows_.place_of(node)), stride_) = network.initial_place(node).template cast<Real>();
+    at_node(q, element_of(rows_.place_of(node)), lanes_) = network.initial_place(node).template cast<Real>();
   }
   return q;
 }

@@ -48,7 +48,8 @@ class LatticeSprings {
     }
   };
   [[nodiscard]] Stretch stretch_of(int node, int nodes, const SpringList::Bond& bond) const;
-  [[nodiscard]] lattice::Links links_of(int row1) const;
+  [[nodiscard]] Real length_along(int axes) const;  ///< of springs at rest [m]
+  [[nodiscard]] lattice::Links<Real> links_of(int row1) const;
   void fill_tables(const NetworkProblem& problem, bool skip);
   [[nodiscard]] std::vector<Stretch> by_row(const SpringList& springs, std::vector<std::size_t>& begins) const;
 
@@ -57,7 +58,7 @@ class LatticeSprings {
   LatticeRows rows_;
   int lanes_;
   int vectors_;
-  Eigen::Index stride_;  ///< from a node's x to its y, and from y to z
+  Eigen::Index size_;  ///< of a vector of all coordinates
   std::vector<unsigned char> row_moves_;
   bool damped_ = false;
   AlignedVector<Real> tables_{};

@@ -12,50 +12,53 @@ inline constexpr int neighbour_steps[neighbour_kinds][2] = {{1, 0}, {-1, 1}, {0,
 inline constexpr int slots = 1 + 3 * neighbour_kinds;
 
 /// A row that another's springs lead to, which does not come before it.
+template <class Real>
 struct Link {
-  int layers = 0;      ///< further on: 0 or 1
-  int rows = 0;        ///< further on, with those of the layers
-  long elements = 0;   ///< further on in its layer
-  int slot = 0;        ///< of springs to the left, from where those straight across and to the right follow
-  int spans = 0;       ///< View::rest of springs straight across; of the others the next
-  bool sides = false;  ///< springs to the left and to the right too
+  int layers = 0;              ///< further on: 0 or 1
+  int rows = 0;                ///< further on, with those of the layers
+  long elements = 0;           ///< further on in its layer
+  long constants = 0;          ///< of springs to the left, from where those straight across and to the right follow
+  Real rest_across = Real(0);  ///< length [m] of springs straight across
+  Real rest_aside = Real(0);   ///< and of those to the left and to the right
+  bool sides = false;          ///< there are such
 };
 
+template <class Real>
 struct Links {
   int count = 0;
   int within = 0;  ///< of them, in the row's own layer; the first ones
-  Link to[neighbour_kinds];
+  Link<Real> to[neighbour_kinds];
 };
 
-/// A row of n nodes is cut into as many pieces as there are lanes; vector i holds the i-th node of every
-/// piece. Neighbours along the row are then neighbouring vectors, and no lane meets another. Short rows are folded:
-/// several, as far apart as there are rows in a layer, share the lanes, each cut into fewer pieces.
+/// A row of n nodes is cut into as many pieces as there are lanes; vector i holds the i-th node of every piece: x of
+/// all, then y, then z. Neighbours along the row are then neighbouring vectors, and no lane meets another. Short rows
+/// are folded: several, as far apart as there are rows in a layer, share the lanes, each cut into fewer pieces.
 template <class Real>
 struct View {
   static constexpr Real zero_length = Real(1e-12);  ///< as in spring_force.hpp [m]
   int rows1 = 0;                  ///< rows along the second axis
   int rows2 = 0;                  ///< and along the third
   long vectors = 0;               ///< of a row
+  long row_length = 0;            ///< elements
+  long layer_length = 0;          ///< likewise, of rows1 rows
   bool folded = false;            ///< a layer's last row leads to its first
   long lead = 0;                  ///< elements before the first row
-  long stride = 0;                ///< from x to y, and from y to z
+  long lanes = 1;                 ///< from x to y, and from y to z
   long numbers = 2;               ///< of a spring: stiffness, and viscosity where there is any
   const Real* tables = nullptr;   ///< [vector][slot][number][lane] of a row, as they are read
   const long* row_table = nullptr;       ///< where a row's begins; equal rows share theirs
   const unsigned char* row_moves = nullptr;  ///< 0: no node of a row is free, or all sleep
-  Real rest[3]{};                 ///< length [m] along one, two and three axes
+  Real own_rest = Real(0);        ///< length [m] of springs within a row
   bool own_springs = false;       ///< some row has springs within it
-  Links links[3];            ///< of a layer's first row, of those between, and of the last
+  Links<Real> links[3];           ///< of a layer's first row, of those between, and of the last
 };
 
-/// Nodes that follow each other in memory: x of the first, y and z a stride and two strides on (of forces in a step,
-/// Fields::force_stride).
+/// Vectors of nodes that follow each other in memory.
 template <class Real>
 struct Nodes {
   const Real* q = nullptr;
   const Real* v = nullptr;
   Real* f = nullptr;
-  long stride = 0;
 };
 
 /// Layers [begin, end) of a lattice, which one thread goes through. A layer is all rows at one place along the
@@ -86,8 +89,7 @@ struct Fields {
   const Real* v = nullptr;
   Real* f = nullptr;
   const Move<Real>* move = nullptr;
-  int force_layers = 0;   ///< 0: all
-  long force_stride = 0;  ///< in a step: from x to y and from y to z of f
+  int force_layers = 0;  ///< 0: all
 };
 
 /// Adds forces to f, or -C v. Returns the elastic energy [J] if the task measures it, or the sum of squares

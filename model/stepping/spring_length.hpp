@@ -30,10 +30,10 @@ xsimd::batch<float, Arch> inverse_root(const xsimd::batch<float, Arch>& square) 
   return fused::add(r, Batch(0.5F) * estimate, estimate);
 }
 inline __mmask8 above(const __m512d& square, double least) noexcept {
-  return _mm512_cmp_pd_mask(square, _mm512_set1_pd(least), _CMP_GT_OQ);
+  return _mm512_cmpgt_epi64_mask(_mm512_castpd_si512(square), _mm512_castpd_si512(_mm512_set1_pd(least)));
 }
 inline __mmask16 above(const __m512& square, float least) noexcept {
-  return _mm512_cmp_ps_mask(square, _mm512_set1_ps(least), _CMP_GT_OQ);
+  return _mm512_cmpgt_epi32_mask(_mm512_castps_si512(square), _mm512_castps_si512(_mm512_set1_ps(least)));
 }
 /// Where `there` is set, and 0 elsewhere: a b, and c - a b.
 inline __m512d multiply(__mmask8 there, const __m512d& a, const __m512d& b) noexcept {
