@@ -13,8 +13,7 @@
 namespace palpate::lattice {
 
 /// A step is one of semi-implicit Euler in the same pass: a row whose springs have all been gone through
-/// moves, and its forces begin anew, while later rows still stand where they were. Fetching steps ask memory for the
-/// rows to come, which pays where a lattice outgrows the caches.
+/// moves, and its forces begin anew, while later rows still stand where they were.
 enum class Task {
   force,
   undamped_force,
@@ -22,26 +21,22 @@ enum class Task {
   measured_undamped_force,
   step,
   undamped_step,
-  fetching_step,
-  fetching_undamped_step,
   damping,
   energy
 };
 
-constexpr bool fetches(Task task) { return task == Task::fetching_step || task == Task::fetching_undamped_step; }
 constexpr bool sees_velocity(Task task) {
-  return task == Task::force || task == Task::measured_force || task == Task::step || task == Task::fetching_step ||
-         task == Task::damping;
+  return task == Task::force || task == Task::measured_force || task == Task::step || task == Task::damping;
 }
 constexpr bool measures_energy(Task task) {
   return task == Task::measured_force || task == Task::measured_undamped_force || task == Task::energy;
 }
 constexpr bool takes_step(Task task) {
-  return task == Task::step || task == Task::undamped_step || fetches(task);
+  return task == Task::step || task == Task::undamped_step;
 }
 
 /// Vector `i` of a node row against one vector of a neighbour's: what their springs do.
-template <Task task, class Real, class Arch>
+template <Task task, Fetch fetch, class Real, class Arch>
 class RowVector {
  public:
   using Batch = xsimd::batch<Real, Arch>;
@@ -56,6 +51,7 @@ class RowVector {
   }
   /// The vector at element `i` of another row; `constants` of these springs, `rest` their length.
   void join(const Nodes<Real>& row, long i, const Real* constants, Real rest) noexcept {
+    if constexpr (fetch == Fetch::rows_and_constants) { fetch_constants(constants); }
     const Real* q = row.q + i;
     const Batch dx = position_[0] - load(q);
     const Batch dy = position_[1] - load(q + lanes);
@@ -96,6 +92,13 @@ class RowVector {
   [[nodiscard]] Real energy() const noexcept { return Real(0.5) * xsimd::hadd(energy_); }
 
  private:
+  /// Asks the second cache, which can wait for more lines than the first, for those of the vector four further on.
+  static void fetch_constants(const Real* constants) noexcept {
+    constexpr int second_cache = 2;
+    constexpr long numbers = sees_velocity(task) ? 2 : 1;
+    const Real* ahead = constants + 4 * slots * numbers * lanes;
+    for (long n = 0; n < numbers; ++n) { __builtin_prefetch(ahead + n * lanes, 0, second_cache); }
+  }
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
   /// `d` leads here from there. With AVX-512 one product serves both ends, which leaves the multipliers to other springs,
   /// since processors add beside them; the others take an instruction less.
@@ -168,10 +171,12 @@ struct Neighbours {
   } rows[neighbour_kinds];
 };
 
-/// Springs between two rows at rest are not looked at.
+/// Springs between two rows at rest are not looked at. Always inline, like all that a row goes through: calls take up to
+/// a fifth.
 template <Task task, class Arch, class Real>
-Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab,
-                                     const LayerPair<Arch, Real>& layers, int row1, int row2) noexcept {
+[[gnu::always_inline]] inline Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab,
+                                                                   const LayerPair<Arch, Real>& layers, int row1,
+                                                                   int row2) noexcept {
   const bool below = slab.below != nullptr;
   const Links<Real>& links = view.links[row1 == 0 ? 0 : row1 + 1 < view.rows1 ? 1 : 2];
   const unsigned char* const moves = view.row_moves + static_cast<long>(row2) * view.rows1 + row1;
@@ -192,7 +197,8 @@ Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& s
 /// v += h f / m, x += h v, f = 0 of the row that begins at element `begin`, whose forces are at `f`; returns the sum of
 /// squares of v.
 template <class Arch, class Real>
-double move_row(const Fields<Real>& fields, long begin, Real* f, long row_length) noexcept {
+[[gnu::always_inline]] inline double move_row(const Fields<Real>& fields, long begin, Real* f,
+                                              long row_length) noexcept {
   using Batch = xsimd::batch<Real, Arch>;
   const Move<Real>& move = *fields.move;
   const Batch h(move.h);
@@ -227,11 +233,11 @@ double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, 
 }
 
 /// Asks memory for vector `i` of the row after the next that this row's springs lead to, and for masses of the next row:
-/// more streams than processors foresee. Always inline: g++ 12 leaves a call out that does nothing else.
+/// more streams than processors foresee. g++ 12 leaves a call out that does nothing else.
 template <Task task, class Arch, class Real>
-[[gnu::always_inline]] inline void fetch_ahead(const View<Real>& view, const Fields<Real>& fields, long row,
+[[gnu::always_inline]] inline void fetch_row(const View<Real>& view, const Fields<Real>& fields, long row,
                                                long i) noexcept {
-  constexpr long lanes = RowVector<task, Real, Arch>::lanes;
+  constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
   const long next_layer = row < (view.rows2 - 2L) * view.rows1 ? view.rows1 : 0;  // beyond the last there is nothing
   const long own = view.lead + row * view.row_length + i * 3 * lanes;
   const long ahead = own + (next_layer + 2) * view.row_length;
@@ -239,14 +245,18 @@ template <Task task, class Arch, class Real>
     __builtin_prefetch(fields.q + ahead + c * lanes);
     if constexpr (sees_velocity(task)) { __builtin_prefetch(fields.v + ahead + c * lanes); }
   }
-  __builtin_prefetch(fields.move->inverse_mass + own + view.row_length);
+  if constexpr (takes_step(task)) {
+    __builtin_prefetch(fields.move->inverse_mass + own + view.row_length);
+  } else {
+    for (long c = 0; c < 3; ++c) { __builtin_prefetch(fields.f + ahead + c * lanes); }
+  }
 }
 
-/// Vector `i` of a row. Always inline: a call takes a fifth.
-template <Task task, class Arch, class Real>
+/// Vector `i` of a row.
+template <Task task, Fetch fetch, class Arch, class Real>
 [[gnu::always_inline]] inline double go_through_vector(const View<Real>& view, const Neighbours<Arch, Real>& near,
                                                        long i, const Real* table) noexcept {
-  using Vector = RowVector<task, Real, Arch>;
+  using Vector = RowVector<task, fetch, Real, Arch>;
   constexpr long block = 3 * Vector::lanes;
   const long slot_length = Vector::lanes * view.numbers;
   // The piece's last node is beside the next piece's first: the same vector, one lane on.
@@ -267,7 +277,7 @@ template <Task task, class Arch, class Real>
   return 0.0;
 }
 
-template <Task task, class Real, class Arch>
+template <Task task, Fetch fetch, class Real, class Arch>
 double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<Real>& fields) noexcept {
   const long row_length = view.row_length;
   const bool moves = takes_step(task) && slab.below == nullptr;
@@ -280,8 +290,8 @@ double go_through(const View<Real>& view, const Slab<Real>& slab, const Fields<R
       const Real* table = view.tables + view.row_table[row];
       const bool joined = near.count > 0 || near.within;
       for (long i = 0; joined && i < view.vectors; ++i) {
-        if constexpr (fetches(task)) { fetch_ahead<task, Arch>(view, fields, row, i); }
-        const double energy = go_through_vector<task>(view, near, i, table);
+        if constexpr (fetch != Fetch::nothing) { fetch_row<task, Arch>(view, fields, row, i); }
+        const double energy = go_through_vector<task, fetch>(view, near, i, table);
         if constexpr (measures_energy(task)) { sum += energy; }
       }
       if constexpr (takes_step(task)) {
@@ -305,20 +315,24 @@ void roots_and_quotients(const Real* from, Real* to, long count) noexcept {
   }
 }
 
+template <Task task, class Real, class Arch>
+FetchingKernels<Real> fetching() noexcept {
+  return {{&go_through<task, Fetch::nothing, Real, Arch>, &go_through<task, Fetch::rows, Real, Arch>,
+           &go_through<task, Fetch::rows_and_constants, Real, Arch>}};
+}
+
 template <class Real, class Arch>
 Kernels<Real> kernels_for(const char* name) noexcept {
   return {.name = name,
           .lanes = static_cast<int>(xsimd::batch<Real, Arch>::size),
-          .force = &go_through<Task::force, Real, Arch>,
-          .undamped_force = &go_through<Task::undamped_force, Real, Arch>,
-          .measured_force = &go_through<Task::measured_force, Real, Arch>,
-          .measured_undamped_force = &go_through<Task::measured_undamped_force, Real, Arch>,
-          .step = &go_through<Task::step, Real, Arch>,
-          .undamped_step = &go_through<Task::undamped_step, Real, Arch>,
-          .fetching_step = &go_through<Task::fetching_step, Real, Arch>,
-          .fetching_undamped_step = &go_through<Task::fetching_undamped_step, Real, Arch>,
-          .damping = &go_through<Task::damping, Real, Arch>,
-          .energy = &go_through<Task::energy, Real, Arch>,
+          .force = fetching<Task::force, Real, Arch>(),
+          .undamped_force = fetching<Task::undamped_force, Real, Arch>(),
+          .measured_force = &go_through<Task::measured_force, Fetch::nothing, Real, Arch>,
+          .measured_undamped_force = &go_through<Task::measured_undamped_force, Fetch::nothing, Real, Arch>,
+          .step = fetching<Task::step, Real, Arch>(),
+          .undamped_step = fetching<Task::undamped_step, Real, Arch>(),
+          .damping = &go_through<Task::damping, Fetch::nothing, Real, Arch>,
+          .energy = &go_through<Task::energy, Fetch::nothing, Real, Arch>,
           .roots_and_quotients = &roots_and_quotients<Real, Arch>};
 }
 

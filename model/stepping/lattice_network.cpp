@@ -17,13 +17,16 @@ LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool s
   return LatticeSprings<Real>(problem, *shape, lanes, skip, may_fold);
 }
 
-/// Places, velocities and masses of more than so much [bytes] outgrow the caches; at 7 MB asking for rows ahead gains
-/// nothing, at 14 a sixth (docs/bench.md).
+/// What is larger [bytes] outgrows the caches; at 7 MB asking for rows ahead gains nothing, at 14 a sixth
+/// (docs/bench.md).
 constexpr std::size_t largest_cached = 8UL << 20U;
 
+/// Places, velocities and masses, and what springs are by.
 template <class Real>
-bool outgrows_caches(Eigen::Index coordinates) {
-  return 7 * sizeof(Real) * static_cast<std::size_t>(coordinates) / 3 > largest_cached;
+lattice::Fetch fetch_for(Eigen::Index coordinates, std::size_t spring_bytes) {
+  if (spring_bytes > largest_cached) { return lattice::Fetch::rows_and_constants; }
+  const bool fits = 7 * sizeof(Real) * static_cast<std::size_t>(coordinates) / 3 <= largest_cached;
+  return fits ? lattice::Fetch::nothing : lattice::Fetch::rows;
 }
 
 }  // namespace
@@ -45,10 +48,9 @@ LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprin
   scatter(problem.mass(), this->layout(), mass);
   this->set_mass(mass);
   this->spread_weight();
-  step_ = damped_ ? kernels.step : kernels.undamped_step;
-  if (outgrows_caches<Real>(this->layout().size)) {
-    step_ = damped_ ? kernels.fetching_step : kernels.fetching_undamped_step;
-  }
+  const lattice::Fetch fetch = fetch_for<Real>(this->layout().size, springs_.memory_bytes());
+  force_ = (damped_ ? kernels.force : kernels.undamped_force).at(fetch);
+  step_ = (damped_ ? kernels.step : kernels.undamped_step).at(fetch);
 }
 
 template <class Real>
@@ -75,7 +77,7 @@ void LatticeNetwork<Real>::let_sleep(double most_withheld, std::span<const int> 
 template <class Real>
 void LatticeNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
                                        Vector<Real>& f) noexcept {
-  slabs_->sweep(damped_ ? kernels_.force : kernels_.undamped_force, {q.data(), v.data(), f.data()});
+  slabs_->sweep(force_, {q.data(), v.data(), f.data()});
   if (sleep_) { sleep_->wake_pulled(f.data(), this->inverse_mass().data()); }
 }
 

@@ -47,6 +47,7 @@ class LatticeNetwork final : public NetworkSystem<Real> {
   LatticeSprings<Real> springs_;
   bool damped_;
   lattice::Kernels<Real> kernels_;
+  lattice::Kernel<Real> force_ = nullptr;
   lattice::Kernel<Real> step_ = nullptr;
   std::optional<LatticeSleep<Real>> sleep_;  ///< where rows may sleep
   std::unique_ptr<LatticeSlabs<Real>> slabs_;

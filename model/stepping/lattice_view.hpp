@@ -97,18 +97,27 @@ struct Fields {
 template <class Real>
 using Kernel = double (*)(const View<Real>& view, const Slab<Real>& slab, const Fields<Real>& fields) noexcept;
 
+/// What a kernel asks memory for ahead, which changes no bit and pays where that outgrows the caches: nothing, the rows
+/// of nodes to come, or these and their springs' constants.
+enum class Fetch { nothing, rows, rows_and_constants };
+
+/// One for each Fetch.
+template <class Real>
+struct FetchingKernels {
+  Kernel<Real> kernels[3]{};
+  [[nodiscard]] Kernel<Real> at(Fetch fetch) const noexcept { return kernels[static_cast<int>(fetch)]; }
+};
+
 template <class Real>
 struct Kernels {
   const char* name = "";
   int lanes = 1;
-  Kernel<Real> force = nullptr;
-  Kernel<Real> undamped_force = nullptr;
+  FetchingKernels<Real> force{};
+  FetchingKernels<Real> undamped_force{};
   Kernel<Real> measured_force = nullptr;
   Kernel<Real> measured_undamped_force = nullptr;
-  Kernel<Real> step = nullptr;
-  Kernel<Real> undamped_step = nullptr;
-  Kernel<Real> fetching_step = nullptr;  ///< as those two to the last bit, for lattices that outgrow the caches
-  Kernel<Real> fetching_undamped_step = nullptr;
+  FetchingKernels<Real> step{};
+  FetchingKernels<Real> undamped_step{};
   Kernel<Real> damping = nullptr;
   Kernel<Real> energy = nullptr;
   /// to = 1 / sqrt(from), as a spring's length needs it: what no kernel can do without. `count` is a

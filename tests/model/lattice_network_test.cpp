@@ -245,16 +245,12 @@ TEST("threads that share a lattice compute the same bits as one") {
   }
 }
 
-enum class Steps { sweeps, one_pass, fetching_pass };
+enum class Steps { sweeps, one_pass };
 
 /// 20 steps of semi-implicit Euler, in one pass each or in the scheme's own sweeps.
 template <class Real>
 VectorXd stepped(const NetworkProblem& problem, const Motion& motion, int threads, Steps steps,
-                 lattice::Kernels<Real> kernels = lattice_kernels<Real>().front()) {
-  if (steps == Steps::fetching_pass) {  // a lattice that outgrows the caches takes these
-    kernels.step = kernels.fetching_step;
-    kernels.undamped_step = kernels.fetching_undamped_step;
-  }
+                 const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front()) {
   InLanes<Real> lanes(problem, motion, true, kernels, threads);
   State<Real> state{lanes.q, lanes.v};
   Vector<Real> a(lanes.q.size());
@@ -284,21 +280,34 @@ TEST("a step in one pass gives the bits of sweeps one after another, with any nu
     const VectorXd expected_float = stepped<float>(problem, motion, 1, Steps::sweeps);
     CHECK(expected.allFinite());
     for (int threads = 1; threads <= most_threads; ++threads) {
-      for (const Steps steps : {Steps::one_pass, Steps::fetching_pass}) {
-        CHECK(stepped<double>(problem, motion, threads, steps) == expected);
-        CHECK(stepped<float>(problem, motion, threads, steps) == expected_float);
-      }
+      CHECK(stepped<double>(problem, motion, threads, Steps::one_pass) == expected);
+      CHECK(stepped<float>(problem, motion, threads, Steps::one_pass) == expected_float);
     }
   }
 }
 
-TEST("steps that ask memory ahead give the same bits, with all instructions that this processor has") {
+/// Those that ask memory ahead stand for those of a lattice that the caches hold.
+lattice::Kernels<double> asking(lattice::Kernels<double> kernels, lattice::Fetch fetch) {
+  for (auto* of_task : {&kernels.force, &kernels.undamped_force, &kernels.step, &kernels.undamped_step}) {
+    of_task->kernels[0] = of_task->at(fetch);
+  }
+  return kernels;
+}
+
+TEST("kernels that ask memory ahead give the same bits, with all instructions that this processor has") {
   for (const Setting& at : settings) {
     const NetworkProblem problem = problem_of(at);
     const Motion motion = motion_of(problem);
     for (const lattice::Kernels<double>& kernels : lattice_kernels<double>()) {
-      CHECK(stepped<double>(problem, motion, 1, Steps::fetching_pass, kernels) ==
-            stepped<double>(problem, motion, 1, Steps::one_pass, kernels));
+      for (const auto fetch : {lattice::Fetch::rows, lattice::Fetch::rows_and_constants}) {
+        const lattice::Kernels<double> fetching = asking(kernels, fetch);
+        for (const int threads : {1, 2}) {
+          for (const Steps steps : {Steps::sweeps, Steps::one_pass}) {
+            CHECK(stepped<double>(problem, motion, threads, steps, fetching) ==
+                  stepped<double>(problem, motion, threads, steps, kernels));
+          }
+        }
+      }
     }
   }
 }
