@@ -232,7 +232,7 @@ double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, 
   return sum;
 }
 
-/// Asks memory for vector `i` of the row after the next that this row's springs lead to, and for masses of the next row:
+/// Asks memory for vector `i` of the row after the next that this row's springs lead to, and of what is read besides:
 /// more streams than processors foresee. g++ 12 leaves a call out that does nothing else.
 template <Task task, class Arch, class Real>
 [[gnu::always_inline]] inline void fetch_row(const View<Real>& view, const Fields<Real>& fields, long row,
@@ -245,9 +245,8 @@ template <Task task, class Arch, class Real>
     __builtin_prefetch(fields.q + ahead + c * lanes);
     if constexpr (sees_velocity(task)) { __builtin_prefetch(fields.v + ahead + c * lanes); }
   }
-  if constexpr (takes_step(task)) {
-    __builtin_prefetch(fields.move->inverse_mass + own + view.row_length);
-  } else {
+  if constexpr (takes_step(task)) { __builtin_prefetch(fields.move->inverse_mass + own + view.row_length); }
+  if (fields.force_layers == 0) {
     for (long c = 0; c < 3; ++c) { __builtin_prefetch(fields.f + ahead + c * lanes); }
   }
 }
