@@ -56,8 +56,8 @@ class RowVector {
     const Batch dx = position_[0] - load(q);
     const Batch dy = position_[1] - load(q + lanes);
     const Batch dz = position_[2] - load(q + 2 * lanes);
-    const Batch square = fused::add(dz, dz, fused::add(dy, dy, dx * dx));
-    const SpringLengths<Real, Arch> lengths(square, View<Real>::zero_length);
+    const Batch square = fused::add(dz, dz, fused::add(dy, dy, fused::add(dx, dx, Batch(least_square<Real>))));
+    const SpringLengths<Real, Arch> lengths(square);
     SpringNumbers<Batch> spring{.stiffness = Batch(Real(0)), .rest = Batch(rest), .viscosity = Batch(Real(0))};
     if constexpr (task != Task::damping) { spring.stiffness = load(constants); }
     if constexpr (measures_energy(task)) {

@@ -39,8 +39,6 @@ bool leads_back(const std::array<int, 3>& step) {
   return step[1] != 0 ? step[1] < 0 : step[0] < 0;
 }
 
-static_assert(lattice::View<double>::zero_length == zero_length);
-
 }  // namespace
 
 template <class Real>

@@ -35,7 +35,6 @@ struct Links {
 /// are folded: several, as far apart as there are rows in a layer, share the lanes, each cut into fewer pieces.
 template <class Real>
 struct View {
-  static constexpr Real zero_length = Real(1e-12);  ///< as in spring_force.hpp [m]
   int rows1 = 0;                  ///< rows along the second axis
   int rows2 = 0;                  ///< and along the third
   long vectors = 0;               ///< of a row

@@ -9,7 +9,6 @@
 
 namespace palpate {
 
-static_assert(fans::View<double>::zero_length == zero_length);
 
 template <class Real>
 std::vector<fans::Kernels<Real>> fan_kernels() {

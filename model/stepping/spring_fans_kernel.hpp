@@ -19,7 +19,6 @@ class FanLoop {
   using Quad = typename Four::Quad;
   using Batch = xsimd::batch<Real, Arch>;
   static constexpr long lanes = static_cast<long>(Batch::size);
-  static_assert(View<Real>::zero_length > Real(0));
 
   FanLoop(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept
       : q_(q), v_(v), f_(f), partners_(view.partners), numbers_(view.numbers) {}
@@ -40,7 +39,7 @@ class FanLoop {
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
   /// Tension over length, of springs of that squared length, and that rate times the length.
   Batch pull(const Batch& square, const Quad* closing) noexcept {
-    const SpringLengths<Real, Arch> lengths(square, View<Real>::zero_length);
+    const SpringLengths<Real, Arch> lengths(square + Batch(least_square<Real>));
     const SpringNumbers<Batch> spring{.stiffness = load(numbers_),
                                       .rest = load(numbers_ + lanes),
                                       .viscosity = is_damped ? load(numbers_ + 2 * lanes) : Batch(Real(0))};

@@ -21,7 +21,6 @@ inline constexpr int groups_ahead = 24;
 
 template <class Real>
 struct View {
-  static constexpr Real zero_length = Real(1e-12);  ///< as in spring_force.hpp [m]
   const Fan* fans = nullptr;
   long count = 0;
   const int* partners = nullptr;  ///< first coordinates of the other ends, by groups

@@ -125,6 +125,24 @@ TEST("so do they with all instructions that this processor has, and with what ev
   }
 }
 
+TEST("two nodes at one place exert no force on each other, whatever the instructions") {
+  for (const bool damped : {true, false}) {
+    const NetworkProblem problem = problem_of({.nodes = {10, 6, 5}, .damped = damped, .held = false});
+    Motion motion = motion_of(problem);
+    const LatticeShape shape{{10, 6, 5}, 0.01, 26};
+    const auto place = [&](int i) { return motion.q.segment<3>(problem.coordinate(shape.index(i, 3, 2))); };
+    place(4) = place(3);
+    VectorXd expected(problem.dof());
+    problem.force(0.0, 0.0, motion.q, motion.v, expected);
+    for (const auto& kernels : lattice_kernels<double>()) {
+      CHECK_NEAR(force_of<double>(problem, motion, true, kernels), expected, rounding_of(expected, 2.3e-16));
+    }
+    for (const auto& kernels : lattice_kernels<float>()) {
+      CHECK_NEAR(force_of<float>(problem, motion, true, kernels), expected, rounding_of(expected, 1.2e-7));
+    }
+  }
+}
+
 TEST("a node displaced from its place changes the forces on its neighbours alone") {
   const NetworkProblem problem = problem_of({.nodes = {10, 6, 5}, .held = false});
   Motion motion{problem.initial_position(), VectorXd::Zero(problem.dof())};
