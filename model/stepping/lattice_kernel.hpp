@@ -7,6 +7,7 @@
 #include <xsimd/xsimd.hpp>
 
 #include "model/stepping/fused.hpp"
+#include "model/stepping/lattice_joins.hpp"
 #include "model/stepping/lattice_vector.hpp"
 #include "model/stepping/lattice_view.hpp"
 
@@ -50,18 +51,6 @@ LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab
   return pair;
 }
 
-/// The rows that a row's springs lead to, of those that a slab asks for.
-template <class Arch, class Real>
-struct Neighbours {
-  Nodes<Real> own;
-  int count = 0;
-  bool within = false;  ///< springs within the row
-  struct Row {
-    Nodes<Real> at;
-    const Link<Real>* link;
-  } rows[neighbour_kinds];
-};
-
 /// Springs between two rows at rest are not looked at. Always inline, like all that a row goes through: calls take up to
 /// a fifth.
 template <Task task, class Arch, class Real>
@@ -82,6 +71,7 @@ template <Task task, class Arch, class Real>
     const long there = row + link.elements;
     found.rows[found.count++] = {from_element<task, Arch>(layers.nodes[link.layers], there, there), &link};
   }
+  found.all = found.within && found.count == neighbour_kinds && links.sides;
   return found;
 }
 
@@ -140,31 +130,6 @@ template <Task task, class Arch, class Real>
   if (fields.force_layers == 0) {
     for (long c = 0; c < 3; ++c) { __builtin_prefetch(fields.f + ahead + c * lanes); }
   }
-}
-
-/// Vector `i` of a row.
-template <Task task, Fetch fetch, class Arch, class Real>
-[[gnu::always_inline]] inline double go_through_vector(const View<Real>& view, const Neighbours<Arch, Real>& near,
-                                                       long i, const Real* table) noexcept {
-  using Vector = RowVector<task, fetch, Real, Arch>;
-  constexpr long block = 3 * Vector::lanes;
-  const long slot_length = Vector::lanes * view.numbers;
-  // The piece's last node is beside the next piece's first: the same vector, one lane on.
-  const long right = i + 1 < view.vectors ? (i + 1) * block : 1;
-  const long left = i > 0 ? (i - 1) * block : (view.vectors - 1) * block - 1;
-  const Real* constants = table + i * slots * slot_length;
-  Vector vector(near.own, i * block);
-  if (near.within) { vector.join(near.own, right, constants, view.own_rest); }
-  for (int n = 0; n < near.count; ++n) {
-    const auto& [there, link] = near.rows[n];
-    const Real* slot = constants + link->constants;
-    if (link->sides) { vector.join(there, left, slot, link->rest_aside); }
-    vector.join(there, i * block, slot + slot_length, link->rest_across);
-    if (link->sides) { vector.join(there, right, slot + 2 * slot_length, link->rest_aside); }
-  }
-  vector.finish();
-  if constexpr (measures_energy(task)) { return static_cast<double>(vector.energy()); }
-  return 0.0;
 }
 
 template <Task task, Fetch fetch, class Real, class Arch>

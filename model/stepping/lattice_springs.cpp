@@ -186,6 +186,7 @@ lattice::Links<Real> LatticeSprings<Real>::links_of(int row1) const {
                                .sides = sides};
     links.within += 1 - step[1];
   }
+  links.sides = std::all_of(links.to, links.to + links.count, [](const auto& link) { return link.sides; });
   return links;
 }
 

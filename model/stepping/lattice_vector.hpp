@@ -40,6 +40,7 @@ template <Task task, Fetch fetch, class Real, class Arch>
 class RowVector {
  public:
   using Batch = xsimd::batch<Real, Arch>;
+  using Lengths = SpringLengths<Real, Arch>;
   static constexpr long lanes = static_cast<long>(Batch::size);
 
   /// Vector that begins at element `i` of a row.
@@ -49,17 +50,43 @@ class RowVector {
       if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * lanes); }
     }
   }
-  /// The vector at element `i` of another row; `constants` of these springs, `rest` their length.
-  void join(const Nodes<Real>& row, long i, const Real* constants, Real rest) noexcept {
+  /// Springs to another vector, which are gone through in three stages: begin(), measure() and end().
+  struct Springs {
+    Batch d[3];  ///< from there to here [m]
+    Batch square;
+    Batch rate;  ///< of the length, times the length
+    Lengths lengths;
+    const Real* constants;
+    const Real* rest;
+    Real* f;  ///< there
+  };
+  /// To the vector at element `i` of another row; `constants` of these springs, `rest` their length.
+  [[gnu::always_inline]] void begin(Springs& springs, const Nodes<Real>& row, long i, const Real* constants,
+                                    const Real& rest) const noexcept {
     if constexpr (fetch == Fetch::rows_and_constants) { fetch_constants(constants); }
     const Real* q = row.q + i;
-    const Batch dx = position_[0] - load(q);
-    const Batch dy = position_[1] - load(q + lanes);
-    const Batch dz = position_[2] - load(q + 2 * lanes);
-    const Batch square = fused::add(dz, dz, fused::add(dy, dy, fused::add(dx, dx, Batch(least_square<Real>))));
-    const SpringLengths<Real, Arch> lengths(square);
-    SpringNumbers<Batch> spring{.stiffness = Batch(Real(0)), .rest = Batch(rest), .viscosity = Batch(Real(0))};
-    if constexpr (task != Task::damping) { spring.stiffness = load(constants); }
+    springs.d[0] = position_[0] - load(q);
+    springs.d[1] = position_[1] - load(q + lanes);
+    springs.d[2] = position_[2] - load(q + 2 * lanes);
+    const auto& [dx, dy, dz] = springs.d;
+    springs.square = fused::add(dz, dz, fused::add(dy, dy, fused::add(dx, dx, Batch(least_square<Real>))));
+    if constexpr (sees_velocity(task)) {
+      const Real* v = row.v + i;
+      const Batch wx = velocity_[0] - load(v);
+      const Batch wy = velocity_[1] - load(v + lanes);
+      const Batch wz = velocity_[2] - load(v + 2 * lanes);
+      springs.rate = fused::add(wz, dz, fused::add(wy, dy, wx * dx));
+    }
+    springs.constants = constants;
+    springs.rest = &rest;
+    if constexpr (task != Task::energy) { springs.f = row.f + i; }
+  }
+  [[gnu::always_inline]] void measure(Springs& springs) const noexcept { springs.lengths = Lengths(springs.square); }
+  [[gnu::always_inline]] void end(const Springs& springs) noexcept {
+    const Lengths& lengths = springs.lengths;
+    SpringNumbers<Batch> spring{
+        .stiffness = Batch(Real(0)), .rest = Batch(*springs.rest), .viscosity = Batch(Real(0))};
+    if constexpr (task != Task::damping) { spring.stiffness = load(springs.constants); }
     if constexpr (measures_energy(task)) {
       const Batch extension = lengths.length() - spring.rest;
       energy_ = fused::add(spring.stiffness * extension, extension, energy_);
@@ -67,20 +94,22 @@ class RowVector {
     if constexpr (task == Task::energy) { return; }
     Batch factor;
     if constexpr (sees_velocity(task)) {
-      const Real* v = row.v + i;
-      const Batch wx = velocity_[0] - load(v);
-      const Batch wy = velocity_[1] - load(v + lanes);
-      const Batch wz = velocity_[2] - load(v + 2 * lanes);
-      spring.viscosity = load(constants + lanes);
-      factor = lengths.pull(spring, fused::add(wz, dz, fused::add(wy, dy, wx * dx)));
+      spring.viscosity = load(springs.constants + lanes);
+      factor = lengths.pull(spring, springs.rate);
     } else {
       factor = lengths.pull(spring);
     }
-    Real* f = row.f + i;
-    pull(0, f, factor, dx);
-    pull(1, f + lanes, factor, dy);
-    pull(2, f + 2 * lanes, factor, dz);
+    pull(0, springs.f, factor, springs.d[0]);
+    pull(1, springs.f + lanes, factor, springs.d[1]);
+    pull(2, springs.f + 2 * lanes, factor, springs.d[2]);
   }
+  [[gnu::always_inline]] void join(const Nodes<Real>& row, long i, const Real* constants, const Real& rest) noexcept {
+    Springs springs;
+    begin(springs, row, i, constants, rest);
+    measure(springs);
+    end(springs);
+  }
+  /// Keeps the forces of this vector.
   void finish() noexcept {
     if constexpr (task != Task::energy) {
       for (int c = 0; c < 3; ++c) {
@@ -106,6 +135,7 @@ class RowVector {
     if constexpr (fused::is_avx512<Arch>) {
       const Batch force = factor * d;
       force_[c] = force_[c] - force;
+      asm("" : "+v"(force_[c].data));  // g++ 12 would put the subtraction off and run out of registers
       (load(f) + force).store_unaligned(f);
     } else {
       force_[c] = fused::subtract(factor, d, force_[c]);

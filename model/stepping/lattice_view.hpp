@@ -27,6 +27,7 @@ template <class Real>
 struct Links {
   int count = 0;
   int within = 0;  ///< of them, in the row's own layer; the first ones
+  bool sides = false;  ///< all have springs to the left and to the right
   Link<Real> to[neighbour_kinds];
 };
 

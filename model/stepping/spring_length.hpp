@@ -25,7 +25,9 @@ xsimd::batch<float, Arch> inverse_root(const xsimd::batch<float, Arch>& square) 
   using Batch = xsimd::batch<float, Arch>;
   const Batch estimate = _mm512_rsqrt14_ps(square);
   const Batch r = fused::subtract(square * estimate, estimate, Batch(1.0F));
-  return fused::add(r, Batch(0.5F) * estimate, estimate);
+  // Half the estimate: one less in its exponent, for which no multiplier is needed.
+  const __m512i half = _mm512_sub_epi32(_mm512_castps_si512(estimate), _mm512_set1_epi32(1 << 23));
+  return fused::add(r, Batch(_mm512_castsi512_ps(half)), estimate);
 }
 #endif
 
@@ -48,6 +50,7 @@ class SpringLengths {
  public:
   using Batch = xsimd::batch<Real, Arch>;
 
+  SpringLengths() noexcept = default;
   explicit SpringLengths(const Batch& square) noexcept : length_(xsimd::sqrt(square)) {}
   [[nodiscard]] const Batch& length() const noexcept { return length_; }
   /// Tension over length.
@@ -73,6 +76,7 @@ template <class Real, class Arch>
 class SpringLengths<Real, Arch, true> {
  public:
   using Batch = xsimd::batch<Real, Arch>;
+  SpringLengths() noexcept = default;
   explicit SpringLengths(const Batch& square) noexcept : square_(square), inverse_(inverse_root(square)) {}
   [[nodiscard]] Batch length() const noexcept { return square_ * inverse_; }
   [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring) const noexcept {
