@@ -9,6 +9,7 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "model/stepping/always_inline.hpp"
 #include "model/stepping/lattice_vector.hpp"
 #include "model/stepping/lattice_view.hpp"
 
@@ -37,7 +38,7 @@ struct Columns {
   long slot_length;
   Real own_rest;  ///< length [m] of springs within the row
 
-  [[gnu::always_inline]] Columns(const View<Real>& view, long i, const Real* table) noexcept : own_rest(view.own_rest) {
+  PALPATE_ALWAYS_INLINE Columns(const View<Real>& view, long i, const Real* table) noexcept : own_rest(view.own_rest) {
     constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
     constexpr long block = 3 * lanes;
     // The piece's last node is beside the next piece's first: the same vector, one lane on.
@@ -51,7 +52,7 @@ struct Columns {
 
 /// One after the other.
 template <class Vector, class Arch, class Real>
-[[gnu::always_inline]] inline void join_in_turn(Vector& vector, const Neighbours<Arch, Real>& near,
+PALPATE_ALWAYS_INLINE inline void join_in_turn(Vector& vector, const Neighbours<Arch, Real>& near,
                                                 const Columns<Arch, Real>& at) noexcept {
   if (near.within) { vector.join(near.own, at.right, at.constants, at.own_rest); }
   for (int n = 0; n < near.count; ++n) {
@@ -67,10 +68,10 @@ template <class Vector, class Arch, class Real>
 /// the one before that ends, so that no processor has to look far ahead for something to do. It takes the registers of
 /// AVX-512.
 template <class Vector, class Arch, class Real>
-[[gnu::always_inline]] inline void join_staggered(Vector& vector, const Neighbours<Arch, Real>& near,
+PALPATE_ALWAYS_INLINE inline void join_staggered(Vector& vector, const Neighbours<Arch, Real>& near,
                                                   const Columns<Arch, Real>& at) noexcept {
   typename Vector::Springs springs[slots];
-  const auto begin = [&](int n) __attribute__((always_inline)) {
+  const auto begin = [&](int n) PALPATE_ALWAYS_INLINE {
     if (n == 0) {
       vector.begin(springs[0], near.own, at.right, at.constants, at.own_rest);
       return;
@@ -81,20 +82,20 @@ template <class Vector, class Arch, class Real>
     const long column = side == 0 ? at.left : side == 1 ? at.here : at.right;
     vector.begin(springs[n], there, column, constants, side == 1 ? link->rest_across : link->rest_aside);
   };
-  const auto stage = [&]<int n>(std::integral_constant<int, n>) __attribute__((always_inline)) {
+  const auto stage = [&]<int n>(std::integral_constant<int, n>) PALPATE_ALWAYS_INLINE {
     if constexpr (n < slots) { begin(n); }
     asm volatile("" ::: "memory");  // g++ 12 would put some of that off
     if constexpr (n >= 1 && n <= slots) { vector.measure(springs[n - 1]); }
     if constexpr (n >= 2) { vector.end(springs[n - 2]); }
   };
-  [&]<int... n>(std::integer_sequence<int, n...>) __attribute__((always_inline)) {
+  [&]<int... n>(std::integer_sequence<int, n...>) PALPATE_ALWAYS_INLINE {
     (stage(std::integral_constant<int, n>{}), ...);
   }(std::make_integer_sequence<int, slots + 2>{});
 }
 
 /// Goes through the springs of vector `i` of a row. Returns their energy [J] if the task measures it.
 template <Task task, Fetch fetch, class Arch, class Real>
-[[gnu::always_inline]] inline double go_through_vector(const View<Real>& view, const Neighbours<Arch, Real>& near,
+PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view, const Neighbours<Arch, Real>& near,
                                                        long i, const Real* table) noexcept {
   using Vector = RowVector<task, fetch, Real, Arch>;
   constexpr bool staggers = fused::is_avx512<Arch> && !measures_energy(task) && task != Task::damping;

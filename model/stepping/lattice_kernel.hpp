@@ -6,6 +6,7 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "model/stepping/always_inline.hpp"
 #include "model/stepping/fused.hpp"
 #include "model/stepping/lattice_joins.hpp"
 #include "model/stepping/lattice_vector.hpp"
@@ -51,10 +52,9 @@ LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab
   return pair;
 }
 
-/// Springs between two rows at rest are not looked at. Always inline, like all that a row goes through: calls take up to
-/// a fifth.
+/// Springs between two rows at rest are not looked at.
 template <Task task, class Arch, class Real>
-[[gnu::always_inline]] inline Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab,
+PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab,
                                                                    const LayerPair<Arch, Real>& layers, int row1,
                                                                    int row2) noexcept {
   const bool below = slab.below != nullptr;
@@ -78,7 +78,7 @@ template <Task task, class Arch, class Real>
 /// v += h f / m, x += h v, f = 0 of the row that begins at element `begin`, whose forces are at `f`; returns the sum of
 /// squares of v.
 template <class Arch, class Real>
-[[gnu::always_inline]] inline double move_row(const Fields<Real>& fields, long begin, Real* f,
+PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long begin, Real* f,
                                               long row_length) noexcept {
   using Batch = xsimd::batch<Real, Arch>;
   const Move<Real>& move = *fields.move;
@@ -116,7 +116,7 @@ double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, 
 /// Asks memory for vector `i` of the row after the next that this row's springs lead to, and of what is read besides:
 /// more streams than processors foresee. g++ 12 leaves a call out that does nothing else.
 template <Task task, class Arch, class Real>
-[[gnu::always_inline]] inline void fetch_row(const View<Real>& view, const Fields<Real>& fields, long row,
+PALPATE_ALWAYS_INLINE inline void fetch_row(const View<Real>& view, const Fields<Real>& fields, long row,
                                                long i) noexcept {
   constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
   const long next_layer = row < (view.rows2 - 2L) * view.rows1 ? view.rows1 : 0;  // beyond the last there is nothing

@@ -6,6 +6,7 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "model/stepping/always_inline.hpp"
 #include "model/stepping/fused.hpp"
 #include "model/stepping/lattice_view.hpp"
 #include "model/stepping/spring_length.hpp"
@@ -61,7 +62,7 @@ class RowVector {
     Real* f;  ///< there
   };
   /// To the vector at element `i` of another row; `constants` of these springs, `rest` their length.
-  [[gnu::always_inline]] void begin(Springs& springs, const Nodes<Real>& row, long i, const Real* constants,
+  PALPATE_ALWAYS_INLINE void begin(Springs& springs, const Nodes<Real>& row, long i, const Real* constants,
                                     const Real& rest) const noexcept {
     if constexpr (fetch == Fetch::rows_and_constants) { fetch_constants(constants); }
     const Real* q = row.q + i;
@@ -81,8 +82,8 @@ class RowVector {
     springs.rest = &rest;
     if constexpr (task != Task::energy) { springs.f = row.f + i; }
   }
-  [[gnu::always_inline]] void measure(Springs& springs) const noexcept { springs.lengths = Lengths(springs.square); }
-  [[gnu::always_inline]] void end(const Springs& springs) noexcept {
+  PALPATE_ALWAYS_INLINE void measure(Springs& springs) const noexcept { springs.lengths = Lengths(springs.square); }
+  PALPATE_ALWAYS_INLINE void end(const Springs& springs) noexcept {
     const Lengths& lengths = springs.lengths;
     SpringNumbers<Batch> spring{
         .stiffness = Batch(Real(0)), .rest = Batch(*springs.rest), .viscosity = Batch(Real(0))};
@@ -103,7 +104,7 @@ class RowVector {
     pull(1, springs.f + lanes, factor, springs.d[1]);
     pull(2, springs.f + 2 * lanes, factor, springs.d[2]);
   }
-  [[gnu::always_inline]] void join(const Nodes<Real>& row, long i, const Real* constants, const Real& rest) noexcept {
+  PALPATE_ALWAYS_INLINE void join(const Nodes<Real>& row, long i, const Real* constants, const Real& rest) noexcept {
     Springs springs;
     begin(springs, row, i, constants, rest);
     measure(springs);

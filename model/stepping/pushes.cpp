@@ -47,4 +47,14 @@ std::vector<Push> pushes_of(const Scene& scene, const NetworkProblem& problem) {
   return pushes.take();
 }
 
+std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network) {
+  std::vector<int> nodes;
+  if (!scene.needle && !scene.probe) { return nodes; }
+  const NeedlePath path = tool_path(scene, network);
+  for (const NeedlePath::Knot& knot : path.knots()) {
+    for (const NeedlePath::Support& support : path.supports(knot)) { nodes.push_back(support.node); }
+  }
+  return nodes;
+}
+
 }  // namespace palpate

@@ -20,4 +20,7 @@ struct Push {
 /// Along x, y and z at every knot of the scene's tool, and what its loads pull at; where no free node is, there is none.
 std::vector<Push> pushes_of(const Scene& scene, const NetworkProblem& problem);
 
+/// Nodes that the scene's tool may push, fixed ones too; some several times.
+std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network);
+
 }  // namespace palpate

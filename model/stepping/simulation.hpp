@@ -9,28 +9,11 @@
 #include "model/dynamics/problem.hpp"
 #include "model/dynamics/trace.hpp"
 #include "model/stepping/step_plan.hpp"
-#include "model/stepping/tool_forces.hpp"
+#include "model/stepping/tool_report.hpp"
 
 namespace palpate {
 
 enum class StepStatus { ok, diverged };
-
-struct ToolMotion {
-  double place = 0.0;
-  double velocity = 0.0;
-};
-
-/// The tool of a scene at an instant, for audits of momentum and energy.
-struct ToolReport {
-  double place = 0.0;       ///< s [m]
-  double velocity = 0.0;    ///< s' [m/s]
-  double depth = 0.0;       ///< of the tip in undeformed tissue [m]
-  double cut = 0.0;         ///< deepest cut [m]
-  double slip = 0.0;        ///< of the shaft against the tissue [m/s]
-  double mass = 0.0;        ///< [kg]; zero under a prescribed trajectory
-  ToolForces forces{};
-  ToolLosses losses{};
-};
 
 class Simulation {
  public:

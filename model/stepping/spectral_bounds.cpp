@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include <Eigen/Eigenvalues>
 
+#include "model/stepping/lanczos.hpp"
 #include "model/stepping/spring_blocks.hpp"
 
 namespace palpate {
@@ -17,125 +17,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using spring_blocks::NodeRange;
 using spring_blocks::roundings;
 using spring_blocks::visit_blocks;
 using spring_blocks::Which;
-
-/// Block of one spring between two coordinates (-1: fixed).
-struct Block {
-  Eigen::Index a;
-  Eigen::Index b;
-  Matrix3d matrix;
-};
-
-/// Part of a problem's coordinates, in which all others stand still. No motion of the part is faster than the
-/// fastest of the whole, so what it says is said of the whole from below.
-struct Part {
-  std::vector<Eigen::Index> coordinate;  ///< by that of the whole: in the part, or -1
-  VectorXd mass;                         ///< [kg]
-  NodeRange nodes;
-};
-
-std::vector<Block> blocks_of(const NetworkProblem& problem, Which which, const Part& part) {
-  const auto in_part = [&](Eigen::Index c) {
-    return c < 0 ? c : part.coordinate[static_cast<std::size_t>(c)];
-  };
-  std::vector<Block> blocks;
-  const auto wanted = [&](Eigen::Index c) { return in_part(c) >= 0; };
-  visit_blocks(problem, which, part.nodes, wanted, [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
-    blocks.push_back({in_part(a), in_part(b), matrix});
-  });
-  return blocks;
-}
-
-/// y = M^-1 (sum of blocks) x.
-void apply(const std::vector<Block>& blocks, const VectorXd& mass, const VectorXd& x, VectorXd& y) {
-  y.setZero();
-  for (const Block& block : blocks) {
-    Vector3d difference = Vector3d::Zero();
-    if (block.a >= 0) { difference -= x.segment<3>(block.a); }
-    if (block.b >= 0) { difference += x.segment<3>(block.b); }
-    const Vector3d f = block.matrix * difference;
-    if (block.a >= 0) { y.segment<3>(block.a) -= f; }
-    if (block.b >= 0) { y.segment<3>(block.b) += f; }
-  }
-  y.array() /= mass.array();
-}
-
-/// Fixed, with every wave length in it.
-VectorXd start_vector(Eigen::Index size) {
-  VectorXd x(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    x(i) = std::cos(1.0 + 12.9898 * static_cast<double>(i)) + (i % 2 == 0 ? 0.3 : -0.3);
-  }
-  return x;
-}
-
-/// Lanczos' method for M^-1 B in the M inner product, three vectors at a time; going through it again with
-/// the coordinates of a Ritz vector adds that vector up.
-class Lanczos {
- public:
-  Lanczos(const std::vector<Block>& blocks, const VectorXd& mass) : blocks_(blocks), mass_(mass) {}
-
-  /// Largest eigenvalue, from below: a Ritz value can only fall short of it.
-  double largest() {
-    begin();
-    double value = 0.0;
-    for (int n = 0; n < most; ++n) {
-      advance();
-      const bool look = n % 8 == 7 || n + 1 == most || !(beta_.back() > 0.0);
-      if (!look) { continue; }
-      const auto steps = static_cast<Eigen::Index>(alpha_.size());
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz;
-      ritz.computeFromTridiagonal(Eigen::Map<const VectorXd>(alpha_.data(), steps),
-                                  Eigen::Map<const VectorXd>(beta_.data(), steps - 1));
-      value = ritz.eigenvalues()(steps - 1);
-      ritz_ = ritz.eigenvectors().col(steps - 1);
-      // What the vector is off by; the value is off by its square.
-      if (!(beta_.back() * std::abs(ritz_(steps - 1)) > accuracy * value)) { break; }
-    }
-    return value * (1.0 - roundings);
-  }
-  /// The vector of the value that largest() found.
-  VectorXd vector() {
-    begin();
-    VectorXd sum = VectorXd::Zero(mass_.size());
-    for (const double share : ritz_) {
-      sum += share * now_;
-      advance();
-    }
-    return sum;
-  }
-
- private:
-  static constexpr int most = 200;
-  static constexpr double accuracy = 1e-5;
-
-  void begin() {
-    now_ = start_vector(mass_.size());
-    now_ /= std::sqrt(now_.dot(mass_.cwiseProduct(now_)));
-    before_ = VectorXd::Zero(mass_.size());
-    next_ = before_;
-    alpha_.clear();
-    beta_.clear();
-  }
-  void advance() {
-    apply(blocks_, mass_, now_, next_);
-    alpha_.push_back(next_.dot(mass_.cwiseProduct(now_)));
-    next_ -= alpha_.back() * now_;
-    if (!beta_.empty()) { next_ -= beta_.back() * before_; }
-    beta_.push_back(std::sqrt(next_.dot(mass_.cwiseProduct(next_))));
-    before_.swap(now_);
-    now_ = beta_.back() > 0.0 ? VectorXd(next_ / beta_.back()) : next_;
-  }
-
-  const std::vector<Block>& blocks_;
-  const VectorXd& mass_;
-  VectorXd before_, now_, next_;
-  std::vector<double> alpha_, beta_;  ///< diagonal of the tridiagonal matrix, and beside it
-  VectorXd ritz_;
-};
 
 /// Of a symmetric matrix: xx, xy, xz, yy, yz, zz.
 using Upper = Eigen::Matrix<double, 6, 1>;
@@ -195,40 +79,6 @@ struct Extreme {
   Eigen::Index free_node = 0;  ///< that looks fastest
 };
 
-/// Free nodes of a network whose modes are still sought as a whole; of a larger one this many around the node
-/// that looks fastest.
-constexpr Eigen::Index most_nodes = 8000;
-
-Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest) {
-  const auto& free = problem.free_nodes();
-  const auto nodes = static_cast<Eigen::Index>(free.size());
-  std::vector<Eigen::Index> order(free.size());
-  std::iota(order.begin(), order.end(), Eigen::Index{0});
-  if (nodes > most_nodes) {
-    const NodeVectors& places = problem.network().rest_position;
-    const Vector3d middle = places.col(free[static_cast<std::size_t>(fastest)]);
-    const auto distance = [&](Eigen::Index i) {  // in the largest norm: cubes suit lattices
-      return (places.col(free[static_cast<std::size_t>(i)]) - middle).lpNorm<Eigen::Infinity>();
-    };
-    std::ranges::nth_element(order, order.begin() + most_nodes, {}, distance);
-    order.resize(static_cast<std::size_t>(most_nodes));
-    std::ranges::sort(order);
-  }
-  Part part{.coordinate = std::vector<Eigen::Index>(static_cast<std::size_t>(3 * nodes), -1),
-            .mass = VectorXd(3 * static_cast<Eigen::Index>(order.size())),
-            .nodes = {}};
-  if (!order.empty()) {
-    part.nodes = {free[static_cast<std::size_t>(order.front())], free[static_cast<std::size_t>(order.back())]};
-  }
-  Eigen::Index next = 0;
-  for (const Eigen::Index i : order) {
-    part.coordinate[static_cast<std::size_t>(3 * i)] = next;
-    part.mass.segment<3>(next) = problem.mass().segment<3>(3 * i);
-    next += 3;
-  }
-  return part;
-}
-
 /// The best of three choices of weights: equal, inverse masses (exact for one spring), and, where modes of
 /// the whole network are sought, the shape of the fastest with a floor under it.
 Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
@@ -243,8 +93,7 @@ Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
     upper = std::min(upper, bound_with_weights(problem, which, inverse_mass).bound);
   }
   const Part part = whole_or_part(problem, equal.free_node);
-  const std::vector<Block> blocks = blocks_of(problem, which, part);
-  Lanczos lanczos(blocks, part.mass);
+  Lanczos lanczos(problem, which, part);
   const double estimate = lanczos.largest();
   if (part.mass.size() < mass.size()) { return {estimate, upper * (1.0 + 2.0 * roundings), equal.free_node}; }
   const VectorXd x = lanczos.vector();
@@ -273,8 +122,7 @@ Extreme stiffness_extreme(const NetworkProblem& problem) {
   Extreme extreme = largest_eigenvalue(problem, Which::stretched_stiffness);
   if (extreme.upper > 0.0 && any_compressed(problem)) {
     const Part part = whole_or_part(problem, extreme.free_node);
-    const std::vector<Block> blocks = blocks_of(problem, Which::stiffness, part);
-    extreme.estimate = Lanczos(blocks, part.mass).largest();
+    extreme.estimate = Lanczos(problem, Which::stiffness, part).largest();
   }
   return extreme;
 }

@@ -125,7 +125,16 @@ class ToolContact {
                                        bool shaft_held) const noexcept;
   void match_velocities(State<Real>& state) noexcept;
   void match_positions(State<Real>& state) noexcept;
+  void account(double h) noexcept;
+  void meet_bone(double t, State<Real>& state) noexcept;
+  void change_modes(double t, const Contact& held) noexcept;
+  [[nodiscard]] double depth_rate() const noexcept;
   void change_tip(double t) noexcept;
+  /// From one mode; `here`: depth of the place where the tip is.
+  void change_outside(double here, double t) noexcept;
+  void change_in_track(double here, double t) noexcept;
+  void change_stuck(double t) noexcept;
+  void change_cutting(double here, double t) noexcept;
   void leave(double t) noexcept;
   /// What a step's solution may be off the laws of tip and shaft without breaking them.
   struct Slack {
