@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 
 #include "reports/markup.hpp"
 #include "reports/shown_units.hpp"
 #include "reports/svg_path.hpp"
 #include "reports/view_palette.hpp"
+#include "reports/view_sides.hpp"
 
 namespace palpate {
 
@@ -91,77 +91,6 @@ std::string stroke(const std::string& colour, double across, const SvgPath& path
          path.data() + "\"/>";
 }
 
-struct Side {
-  std::array<int, 4> nodes{};
-  int cell = 0;  ///< its lowest corner
-};
-
-/// A side of `span` x `span` cells towards +x, +y or -z, which can be seen.
-struct GridSide {
-  std::size_t axis = 0;
-  std::array<int, 3> place{};  ///< of the first cell
-  int span = 1;
-};
-
-/// Sides of the cells behind the cut, by their places.
-class SeenSides {
- public:
-  explicit SeenSides(const View& view) : view_(view) {
-    for (std::size_t n = 0; n < view.place.size(); ++n) { node_at_[view.place[n]] = static_cast<int>(n); }
-    for (const auto& place : view.place) {
-      for (std::size_t axis = 0; kept(place) && axis < 3; ++axis) {
-        std::array<int, 3> next = place;
-        next[axis] += axis == 2 ? -1 : 1;
-        if (!kept(next)) { sides_.push_back({axis, place}); }
-      }
-    }
-  }
-  /// At most about so many: whole squares of small sides become one.
-  [[nodiscard]] std::vector<Side> nodes(std::size_t most) const {
-    const auto n =
-        static_cast<int>(std::ceil(std::sqrt(static_cast<double>(sides_.size()) / static_cast<double>(most))));
-    std::map<std::array<int, 4>, std::vector<GridSide>> squares;
-    for (const GridSide& side : sides_) {
-      std::array<int, 4> square{static_cast<int>(side.axis), 0, 0, 0};
-      for (std::size_t c = 0; c < 3; ++c) { square[c + 1] = c == side.axis ? side.place[c] : side.place[c] / n * n; }
-      squares[square].push_back(side);
-    }
-    std::vector<Side> nodes;
-    for (const auto& [square, sides] : squares) {
-      if (sides.size() == static_cast<std::size_t>(n * n)) {
-        nodes.push_back(corners({sides[0].axis, {square[1], square[2], square[3]}, n}));
-      } else {
-        for (const GridSide& side : sides) { nodes.push_back(corners(side)); }
-      }
-    }
-    return nodes;
-  }
-
- private:
-  [[nodiscard]] bool kept(const std::array<int, 3>& place) const {
-    const auto found = node_at_.find(place);
-    if (found == node_at_.end() || view_.cell[static_cast<std::size_t>(found->second)] == 0) { return false; }
-    const int opposite = node_at_.at({place[0] + 1, place[1] + 1, place[2] + 1});
-    return 0.5 * (view_.rest(1, found->second) + view_.rest(1, opposite)) <= view_.cut;
-  }
-  [[nodiscard]] Side corners(const GridSide& side) const {
-    static constexpr std::array<std::array<int, 4>, 3> of_cell{{{1, 3, 7, 5}, {2, 6, 7, 3}, {0, 2, 3, 1}}};
-    Side result{.cell = node_at_.at(side.place)};
-    for (std::size_t n = 0; n < 4; ++n) {
-      std::array<int, 3> place = side.place;
-      for (std::size_t c = 0; c < 3; ++c) {
-        place[c] += (of_cell[side.axis][n] >> c & 1) * (c == side.axis ? 1 : side.span);
-      }
-      result.nodes[n] = node_at_.at(place);
-    }
-    return result;
-  }
-
-  const View& view_;
-  std::map<std::array<int, 3>, int> node_at_;
-  std::vector<GridSide> sides_;
-};
-
 /// A colour as it looks on a face across `normal`, of any length.
 Rgb lit(const Picture& picture, Rgb colour, const Eigen::Vector3d& normal) {
   const Eigen::Vector3d light =
@@ -171,7 +100,7 @@ Rgb lit(const Picture& picture, Rgb colour, const Eigen::Vector3d& normal) {
   return colour;
 }
 
-Piece painted_side(const Picture& picture, const Side& side) {
+Piece painted_side(const Picture& picture, const ViewSide& side) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   SvgPath path;
   for (std::size_t n = 0; n < 4; ++n) {
@@ -264,8 +193,8 @@ std::string text_at(double x, double y, const std::string& anchor, const std::st
 
 std::string painted(const Picture& picture, std::size_t frame, const std::string& key, const std::string& what) {
   std::vector<Piece> pieces;
-  const std::vector<Side> sides = SeenSides(picture.view).nodes(most_sides);
-  for (const Side& side : sides) { pieces.push_back(painted_side(picture, side)); }
+  const std::vector<ViewSide> sides = seen_sides(picture.view, most_sides);
+  for (const ViewSide& side : sides) { pieces.push_back(painted_side(picture, side)); }
   if (sides.empty()) { pieces = painted_springs(picture); }
   for (const ViewSurface& surface : picture.view.surfaces) {
     if (!surface.of_cells && surface.triangles.size() <= most_faces) { std::ranges::move(painted_surface(picture, surface), std::back_inserter(pieces)); }

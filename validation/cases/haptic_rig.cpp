@@ -16,6 +16,10 @@ std::vector<Case> haptic_cases() {
 
 namespace palpate::haptics {
 
+int extra_delay(const CaseContext& context) {
+  return context.mutation != nullptr ? context.mutation->loop_delay : 0;
+}
+
 Rail::Rail(const Settings& settings) : settings_(settings) {}
 
 device::DeviceSample Rail::exchange(const Eigen::Vector3d& force) noexcept {

@@ -63,6 +63,9 @@ class Wall {
   double last_ = 0.0;
 };
 
+/// Ticks that a mutation of the loop adds to its delay.
+int extra_delay(const CaseContext& context);
+
 std::vector<Case> falcon_cases();  ///< hand, emulated Falcon and tissue in one loop
 std::vector<Case> profile_cases();  ///< what drivers make of forces
 std::vector<Case> wall_cases();  ///< virtual walls against the theory of sampled loops
