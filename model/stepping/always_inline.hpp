@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Calls within a step cost up to a fifth of it. Sanitizers multiply code, so that there they are taken: else a file of
-/// kernels would compile for minutes.
+/// What a step goes through is inlined, whatever the compiler thinks of its size. Sanitizers multiply code, so that there
+/// it takes calls: else a file of kernels would compile for minutes.
 
 #if defined(PALPATE_SANITIZED)
 #define PALPATE_ALWAYS_INLINE

@@ -53,7 +53,7 @@ struct Columns {
 /// One after the other.
 template <class Vector, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline void join_in_turn(Vector& vector, const Neighbours<Arch, Real>& near,
-                                                const Columns<Arch, Real>& at) noexcept {
+                                               const Columns<Arch, Real>& at) noexcept {
   if (near.within) { vector.join(near.own, at.right, at.constants, at.own_rest); }
   for (int n = 0; n < near.count; ++n) {
     const auto& [there, link] = near.rows[n];
@@ -69,7 +69,7 @@ PALPATE_ALWAYS_INLINE inline void join_in_turn(Vector& vector, const Neighbours<
 /// AVX-512.
 template <class Vector, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline void join_staggered(Vector& vector, const Neighbours<Arch, Real>& near,
-                                                  const Columns<Arch, Real>& at) noexcept {
+                                                 const Columns<Arch, Real>& at) noexcept {
   typename Vector::Springs springs[slots];
   const auto begin = [&](int n) PALPATE_ALWAYS_INLINE {
     if (n == 0) {
@@ -96,7 +96,7 @@ PALPATE_ALWAYS_INLINE inline void join_staggered(Vector& vector, const Neighbour
 /// Goes through the springs of vector `i` of a row. Returns their energy [J] if the task measures it.
 template <Task task, Fetch fetch, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view, const Neighbours<Arch, Real>& near,
-                                                       long i, const Real* table) noexcept {
+                                                      long i, const Real* table) noexcept {
   using Vector = RowVector<task, fetch, Real, Arch>;
   constexpr bool staggers = fused::is_avx512<Arch> && !measures_energy(task) && task != Task::damping;
   const Columns<Arch, Real> at(view, i, table);

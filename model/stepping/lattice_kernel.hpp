@@ -55,8 +55,8 @@ LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab
 /// Springs between two rows at rest are not looked at.
 template <Task task, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(const View<Real>& view, const Slab<Real>& slab,
-                                                                   const LayerPair<Arch, Real>& layers, int row1,
-                                                                   int row2) noexcept {
+                                                                  const LayerPair<Arch, Real>& layers, int row1,
+                                                                  int row2) noexcept {
   const bool below = slab.below != nullptr;
   const Links<Real>& links = view.links[row1 == 0 ? 0 : row1 + 1 < view.rows1 ? 1 : 2];
   const unsigned char* const moves = view.row_moves + static_cast<long>(row2) * view.rows1 + row1;
@@ -79,7 +79,7 @@ PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(const View<Rea
 /// squares of v.
 template <class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long begin, Real* f,
-                                              long row_length) noexcept {
+                                             long row_length) noexcept {
   using Batch = xsimd::batch<Real, Arch>;
   const Move<Real>& move = *fields.move;
   const Batch h(move.h);
@@ -117,7 +117,7 @@ double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, 
 /// more streams than processors foresee. g++ 12 leaves a call out that does nothing else.
 template <Task task, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline void fetch_row(const View<Real>& view, const Fields<Real>& fields, long row,
-                                               long i) noexcept {
+                                            long i) noexcept {
   constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
   const long next_layer = row < (view.rows2 - 2L) * view.rows1 ? view.rows1 : 0;  // beyond the last there is nothing
   const long own = view.lead + row * view.row_length + i * 3 * lanes;

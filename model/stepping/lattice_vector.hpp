@@ -63,7 +63,7 @@ class RowVector {
   };
   /// To the vector at element `i` of another row; `constants` of these springs, `rest` their length.
   PALPATE_ALWAYS_INLINE void begin(Springs& springs, const Nodes<Real>& row, long i, const Real* constants,
-                                    const Real& rest) const noexcept {
+                                   const Real& rest) const noexcept {
     if constexpr (fetch == Fetch::rows_and_constants) { fetch_constants(constants); }
     const Real* q = row.q + i;
     springs.d[0] = position_[0] - load(q);
@@ -130,8 +130,8 @@ class RowVector {
     for (long n = 0; n < numbers; ++n) { __builtin_prefetch(ahead + n * lanes, 0, second_cache); }
   }
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
-  /// `d` leads here from there. With AVX-512 one product serves both ends: Zen 4 adds beside it multiplies, and is quicker
-  /// with fewer multiplications. The others take an instruction less.
+  /// `d` leads here from there. With AVX-512 one product serves both ends: Zen 4 adds beside it multiplies, and is
+  /// quicker with fewer multiplications. The others take an instruction less.
   void pull(int c, Real* f, const Batch& factor, const Batch& d) noexcept {
     if constexpr (fused::is_avx512<Arch>) {
       const Batch force = factor * d;

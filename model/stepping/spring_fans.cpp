@@ -9,7 +9,6 @@
 
 namespace palpate {
 
-
 template <class Real>
 std::vector<fans::Kernels<Real>> fan_kernels() {
   return kernels_here(&fans::avx2_kernels<Real>, &fans::baseline_kernels<Real>);

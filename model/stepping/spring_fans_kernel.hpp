@@ -5,6 +5,7 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "model/stepping/always_inline.hpp"
 #include "model/stepping/fused.hpp"
 #include "model/stepping/quads.hpp"
 #include "model/stepping/spring_fans_view.hpp"
@@ -52,7 +53,7 @@ class FanLoop {
   }
   /// They come as a stream that outruns what processors foresee (docs/bench.md). Always inline:
   /// g++ 12 leaves a call out that does nothing else.
-  [[gnu::always_inline]] inline void fetch_ahead() noexcept {
+  PALPATE_ALWAYS_INLINE inline void fetch_ahead() noexcept {
     constexpr long length = group_numbers(is_damped) * lanes;
     for (long n = 0; n < length; n += 64 / static_cast<long>(sizeof(Real))) {
       __builtin_prefetch(numbers_ + groups_ahead * length + n);

@@ -2,12 +2,9 @@
 /// Kernels of regular lattices against NetworkProblem, the specification.
 #include "model/stepping/lattice_network.hpp"
 
-#include <limits>
-
 #include "model/dynamics/network_builder.hpp"
 #include "tests/check.hpp"
 #include "tests/model/lattice_settings.hpp"
-#include "tests/model/random_network.hpp"
 
 namespace {
 
@@ -20,29 +17,22 @@ double rounding_of(const VectorXd& force, double epsilon) {
   return 30.0 * epsilon * (force.cwiseAbs().maxCoeff() + 250.0 * 0.02);
 }
 
-TEST("forces equal the specification to rounding, whatever shape, springs and bonds") {
-  for (const Setting& at : settings) {
-    const NetworkProblem problem = problem_of(at);
-    const Motion motion = motion_of(problem);
-    VectorXd expected(problem.dof());
-    problem.force(0.0, 0.0, motion.q, motion.v, expected);
-    CHECK_NEAR(force_of<double>(problem, motion), expected, rounding_of(expected, 2.3e-16));
-    CHECK_NEAR(force_of<float>(problem, motion), expected, rounding_of(expected, 1.2e-7));
+/// With all instructions that this processor has, and with what every one of its kind has.
+void check_forces(const NetworkProblem& problem, const Motion& motion) {
+  VectorXd expected(problem.dof());
+  problem.force(0.0, 0.0, motion.q, motion.v, expected);
+  for (const auto& kernels : lattice_kernels<double>()) {
+    CHECK_NEAR(force_of<double>(problem, motion, true, kernels), expected, rounding_of(expected, 2.3e-16));
+  }
+  for (const auto& kernels : lattice_kernels<float>()) {
+    CHECK_NEAR(force_of<float>(problem, motion, true, kernels), expected, rounding_of(expected, 1.2e-7));
   }
 }
 
-TEST("so do they with all instructions that this processor has, and with what every one of its kind has") {
+TEST("forces equal the specification to rounding, whatever shape, springs, bonds and instructions") {
   for (const Setting& at : settings) {
     const NetworkProblem problem = problem_of(at);
-    const Motion motion = motion_of(problem);
-    VectorXd expected(problem.dof());
-    problem.force(0.0, 0.0, motion.q, motion.v, expected);
-    for (const auto& kernels : lattice_kernels<double>()) {
-      CHECK_NEAR(force_of<double>(problem, motion, true, kernels), expected, rounding_of(expected, 2.3e-16));
-    }
-    for (const auto& kernels : lattice_kernels<float>()) {
-      CHECK_NEAR(force_of<float>(problem, motion, true, kernels), expected, rounding_of(expected, 1.2e-7));
-    }
+    check_forces(problem, motion_of(problem));
   }
 }
 
@@ -53,14 +43,7 @@ TEST("two nodes at one place exert no force on each other, whatever the instruct
     const LatticeShape shape{{10, 6, 5}, 0.01, 26};
     const auto place = [&](int i) { return motion.q.segment<3>(problem.coordinate(shape.index(i, 3, 2))); };
     place(4) = place(3);
-    VectorXd expected(problem.dof());
-    problem.force(0.0, 0.0, motion.q, motion.v, expected);
-    for (const auto& kernels : lattice_kernels<double>()) {
-      CHECK_NEAR(force_of<double>(problem, motion, true, kernels), expected, rounding_of(expected, 2.3e-16));
-    }
-    for (const auto& kernels : lattice_kernels<float>()) {
-      CHECK_NEAR(force_of<float>(problem, motion, true, kernels), expected, rounding_of(expected, 1.2e-7));
-    }
+    check_forces(problem, motion);
   }
 }
 
