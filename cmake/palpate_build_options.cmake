@@ -31,9 +31,7 @@ if(PALPATE_SANITIZE)
     -fno-sanitize=null,alignment
     # g++ 12 sees uninitialised members inside std::regex under sanitizers (its bug 105562).
     -Wno-maybe-uninitialized
-    # Files compiled together shadow each other's local names; the optimised build looks at those of the
-    # model and the device alone.
-    -Wno-shadow)
+    )
   target_link_options(palpate_build_options INTERFACE -fsanitize=address,undefined)
   target_compile_definitions(palpate_build_options INTERFACE PALPATE_SANITIZED)
 endif()
@@ -74,50 +72,20 @@ function(palpate_use_precompiled target)
   target_compile_options(${target} PRIVATE -Wno-stringop-overflow -Wno-array-bounds)
 endfunction()
 
-# palpate_add_library(<name> [TOGETHER [LITTLE_OPTIMISED]] SOURCES ... [ALONE ...] [PUBLIC ...] [PRIVATE ...]):
-# one box of the architecture, usable as palpate::<name>. The sanitized build compiles about eight sources at a time to take
-# less of it; TOGETHER does so in every build. Sources are dealt out
-# like cards, so that neighbours in the list, which have local names in common, do not meet; those ALONE
-# have flags or names that nobody can share. A unit names its sources from the project's root, so that a cache
-# of compilations knows it in another checkout.
-function(palpate_compile_together target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;ALONE")
-  list(REMOVE_ITEM arg_SOURCES ${arg_ALONE})
-  list(LENGTH arg_SOURCES count)
-  math(EXPR last "(${count} + 7) / 8 - 1")
-  set(unit 0)
-  foreach(source IN LISTS arg_SOURCES)
-    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" OUTPUT_VARIABLE path)
-    cmake_path(IS_PREFIX PROJECT_BINARY_DIR "${path}" generated)
-    if(generated)
-      file(RELATIVE_PATH path "${PROJECT_BINARY_DIR}" "${path}")
-    else()
-      file(RELATIVE_PATH path "${PROJECT_SOURCE_DIR}" "${path}")
-    endif()
-    string(APPEND unit_${unit} "#include \"${path}\"\n")
-    math(EXPR unit "(${unit} + 1) % (${last} + 1)")
-  endforeach()
-  foreach(unit RANGE ${last})
-    set(file "${CMAKE_CURRENT_BINARY_DIR}/${target}_${unit}.cpp")
-    file(CONFIGURE OUTPUT "${file}" CONTENT "${unit_${unit}}" @ONLY)
-    target_sources(${target} PRIVATE "${file}")
-  endforeach()
-  set_source_files_properties(${arg_SOURCES} PROPERTIES HEADER_FILE_ONLY ON)
-endfunction()
-
+# palpate_add_library(<name> [PRECOMPILED] [LITTLE_OPTIMISED] SOURCES ... [PUBLIC ...] [PRIVATE ...]): one box of the
+# architecture, usable as palpate::<name>.
 function(palpate_add_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "TOGETHER;LITTLE_OPTIMISED" "" "SOURCES;ALONE;PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "PRECOMPILED;LITTLE_OPTIMISED" "" "SOURCES;PUBLIC;PRIVATE")
   add_library(palpate_${name} STATIC ${arg_SOURCES})
   add_library(palpate::${name} ALIAS palpate_${name})
   target_link_libraries(palpate_${name}
     PUBLIC palpate_build_options ${arg_PUBLIC}
     PRIVATE ${arg_PRIVATE})
-  if(PALPATE_SANITIZE OR arg_TOGETHER)
+  if(PALPATE_SANITIZE OR arg_PRECOMPILED)
     set(little_optimised "")
     if(arg_LITTLE_OPTIMISED)
       set(little_optimised LITTLE_OPTIMISED)
     endif()
     palpate_use_precompiled(palpate_${name} ${little_optimised})
-    palpate_compile_together(palpate_${name} SOURCES ${arg_SOURCES} ALONE ${arg_ALONE})
   endif()
 endfunction()

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/frames.hpp"
 
 #include <Eigen/Geometry>

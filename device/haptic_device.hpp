@@ -2,9 +2,8 @@
 #pragma once
 /// What a haptic loop sees of a device, whatever it is: emulated, behind a wire, or a test rig.
 
-#include <array>
-
 #include <Eigen/Core>
+#include <array>
 
 namespace palpate::device {
 
@@ -18,8 +17,8 @@ struct DeviceSample {
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
-  /// One request and its reply: from now on the device pulls the hand with `force` [N], frame of the
-  /// device; the sample is of this instant.
+  /// One request and its reply: from now on the device pulls the hand with `force` [N], frame of
+  /// the device; the sample is of this instant.
   virtual DeviceSample exchange(const Eigen::Vector3d& force) noexcept = 0;
 };
 

@@ -16,8 +16,8 @@ class Seeded {
     constexpr double unit = 0x1p-53;
     return low + (high - low) * (static_cast<double>(engine_() >> 11U) * unit);
   }
-  /// Close to normal, mean 0, SD 1: the sum of twelve uniform numbers (Irwin-Hall), without a logarithm
-  /// that another library may round differently.
+  /// Close to normal, mean 0, SD 1: the sum of twelve uniform numbers (Irwin-Hall), without a
+  /// logarithm that another library may round differently.
   double normal() {
     constexpr int terms = 12;  // each of variance 1/12
     double sum = 0.0;

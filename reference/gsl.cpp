@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "reference/gsl.hpp"
 
 #include <algorithm>
 #include <exception>
@@ -10,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "reference/first_order.hpp"
-#include "reference/march.hpp"
+#include "reference/integrate.hpp"
+#include "reference/solvers.hpp"
 
 namespace palpate::reference {
 

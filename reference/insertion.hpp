@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "model/dynamics/scene.hpp"
+#include "model/problem/scene.hpp"
 #include "reference/solution.hpp"
 
 namespace palpate::reference {

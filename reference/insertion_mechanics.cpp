@@ -1,10 +1,84 @@
 // SPDX-License-Identifier: MIT
+
 #include "reference/insertion_mechanics.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "model/dynamics/network_builder.hpp"
+#include "model/tissue/network_builder.hpp"
+
+namespace palpate::reference {
+
+namespace {
+
+using Pieces = std::vector<HandPiece>;
+
+/// A piece that begins where another one begins takes its place.
+void add(Pieces& pieces, const HandPiece& piece) {
+  if (!pieces.empty() && pieces.back().start >= piece.start) { pieces.pop_back(); }
+  pieces.push_back(piece);
+}
+
+/// Adds the way in and returns when it ends.
+double advance(const Drive& drive, double end, Pieces& pieces) {
+  const double depth = drive.depth.value_or(std::numeric_limits<double>::infinity());
+  const bool pauses = drive.technique == Drive::Technique::intermittent;
+  double t = drive.start;
+  double s = drive.from;
+  for (int n = 1; t <= end; ++n) {
+    const double goal = pauses ? drive.from + n * drive.advance : depth;
+    const bool last = !(goal < depth - 1e-9 * drive.advance);
+    add(pieces, {t, s, drive.speed});
+    t += ((last ? depth : goal) - s) / drive.speed;
+    if (last) { return t; }
+    s = goal;
+    add(pieces, {t, s, 0.0});
+    t += drive.pause;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+Pieces trajectory(const Drive& drive, double end) {
+  Pieces pieces{{0.0, drive.from, 0.0}};
+  const double there = advance(drive, end, pieces);
+  if (there > end) { return pieces; }
+  add(pieces, {there, *drive.depth, 0.0});
+  if (drive.withdraw_speed <= 0.0) { return pieces; }
+  const double turn = there + drive.hold;
+  add(pieces, {turn, *drive.depth, -drive.withdraw_speed});
+  add(pieces, {turn + (*drive.depth - drive.from) / drive.withdraw_speed, drive.from, 0.0});
+  return pieces;
+}
+
+Pieces force(const Drive& drive, double end) {
+  const double full = drive.start + drive.rise;
+  const double turn =
+      drive.withdraw_force > 0.0 ? full + drive.hold : std::numeric_limits<double>::infinity();
+  Pieces pieces{{0.0, 0.0, 0.0}};
+  if (drive.rise > 0.0) { add(pieces, {drive.start, 0.0, drive.force / drive.rise}); }
+  add(pieces, {full, drive.force, 0.0});
+  if (drive.technique == Drive::Technique::intermittent) {
+    const double last = std::min(end, turn);
+    for (int n = 0; full + n * (drive.push + drive.pause) + drive.push < last; ++n) {
+      const double off = full + n * (drive.push + drive.pause) + drive.push;
+      add(pieces, {off, 0.0, 0.0});
+      if (off + drive.pause < last) { add(pieces, {off + drive.pause, drive.force, 0.0}); }
+    }
+  }
+  if (turn < std::numeric_limits<double>::infinity()) {
+    add(pieces, {turn, -drive.withdraw_force, 0.0});
+  }
+  return pieces;
+}
+
+}  // namespace
+
+std::vector<HandPiece> hand_motion(const Drive& drive, double end) {
+  return drive.kind == Drive::Kind::trajectory ? trajectory(drive, end) : force(drive, end);
+}
+
+}  // namespace palpate::reference
 
 namespace palpate::reference::insertion {
 
@@ -12,8 +86,8 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-Mechanics::Mechanics(const Scene& scene, const SpringNetwork& network,
-                     const Tolerance& tolerance, const InsertionOptions& options)
+Mechanics::Mechanics(const Scene& scene, const SpringNetwork& network, const Tolerance& tolerance,
+                     const InsertionOptions& options)
     : problem_(network, resolve_loads(scene, network), scene.tissue.gravity,
                scene.simulation.printed),
       track_(needle_track(scene, network)),
@@ -128,9 +202,7 @@ Contact Mechanics::kinematics(const Mode& mode, const VectorXd& y) const {
 void Mechanics::solve_forces(const Mode& mode, double slip_rate, double shaft_rate,
                              Contact& c) const {
   const bool sticks = mode.shaft == Shaft::sticks && mode.tip != Tip::outside;
-  if (mode.tip == Tip::cutting) {
-    c.tip_force = track_.intervals[mode.interval].cutting_force;
-  }
+  if (mode.tip == Tip::cutting) { c.tip_force = track_.intervals[mode.interval].cutting_force; }
   if (!sticks && mode.tip != Tip::outside) {
     c.shaft_force = mode.shaft == Shaft::forward ? c.capacity : -c.capacity;
   }
@@ -193,8 +265,8 @@ Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, Ve
   double slip_rate = contact.tool_acceleration;
   double shaft_rate = contact.tool_acceleration;
   const double rate = share_rate(mode, contact, y);
-  const Index last = std::min(static_cast<Index>(mode.segment) + 1,
-                              static_cast<Index>(track_.knots.size()) - 1);
+  const Index last =
+      std::min(static_cast<Index>(mode.segment) + 1, static_cast<Index>(track_.knots.size()) - 1);
   for (Index k = 0; k <= last; ++k) {
     const auto knot = static_cast<std::size_t>(k);
     const double acceleration = track_.direction.dot(knot_mean(knot, dy_, dof()));
@@ -208,8 +280,8 @@ Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, Ve
     contact.bone_force = hand - contact.tip_force - contact.shaft_force;
   }
   for (Index k = 0; k <= last && mode.tip != Tip::outside; ++k) {
-    const double force = contact.tip_force * contact.tip_weights(k) +
-                         contact.shaft_force * contact.shaft_weights(k);
+    const double force =
+        contact.tip_force * contact.tip_weights(k) + contact.shaft_force * contact.shaft_weights(k);
     push_knot(static_cast<std::size_t>(k), force * track_.direction, dy_, dof());
   }
   if (dy != nullptr) {
@@ -221,8 +293,8 @@ Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, Ve
   return contact;
 }
 
-void Mechanics::add_powers(double time, const Mode& mode, const Contact& contact,
-                           const VectorXd& y, VectorXd& dy) {
+void Mechanics::add_powers(double time, const Mode& mode, const Contact& contact, const VectorXd& y,
+                           VectorXd& dy) {
   const double speed_now = y(speed());
   auto power = dy.tail<4>();
   if (pushes()) {

@@ -1,20 +1,38 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Between two events: constraints eliminated at the level of accelerations. Private to
-/// reference/insertion*.cpp.
-///   y = [u; v; s; s'; work of the hand; loss in dampers, friction, cutting]
-/// u = q - q(0) of the free nodes. Along n the tip feels T and the shaft F_f; knots are orthogonal
-/// in M^-1, so the lateral lock never mixes with either.
+/// What the hand does over time, as straight pieces: its place [m] under a prescribed trajectory,
+/// its force [N] otherwise (model/dynamics/tool.hpp, Drive). Written for the references alone.
 
 #include <Eigen/Core>
 #include <vector>
 
-#include "model/dynamics/problem.hpp"
-#include "reference/hand_motion.hpp"
+#include "model/problem/problem.hpp"
+#include "model/problem/scene.hpp"
 #include "reference/insertion.hpp"
 #include "reference/needle_track.hpp"
 
+namespace palpate::reference {
+
+struct HandPiece {
+  double start = 0.0;  ///< [s]; the piece lasts until the next one starts
+  double value = 0.0;  ///< at the start [m] or [N]
+  double rate = 0.0;   ///< [m/s] or [N/s]
+
+  [[nodiscard]] double at(double time) const { return value + rate * (time - start); }
+};
+
+/// Pieces from t = 0 to `end` at least, starts ascending, rates or values differing.
+std::vector<HandPiece> hand_motion(const Drive& drive, double end);
+
+}  // namespace palpate::reference
+
 namespace palpate::reference::insertion {
+
+// Between two events: constraints eliminated at the level of accelerations. Private to
+// reference/insertion*.cpp.
+//   y = [u; v; s; s'; work of the hand; loss in dampers, friction, cutting]
+// u = q - q(0) of the free nodes. Along n the tip feels T and the shaft F_f; knots are orthogonal
+// in M^-1, so the lateral lock never mixes with either.
 
 enum class Tip { outside, stuck, cutting, in_track };
 enum class Shaft { sticks, forward, backward };  ///< which way it slips through the tissue
@@ -28,27 +46,27 @@ struct Mode {
   std::size_t interval = 0;  ///< of the tip; while it is stuck the one that it would cut
   double cut = 0.0;          ///< d [m] unless the tip cuts
   HandPiece hand{};
-  double gate = 0.0;                           ///< [s] which decides what loads are on
-  std::vector<Eigen::Vector3d> locked_at{};    ///< displacement across n of knots 0, 1, ...
+  double gate = 0.0;                         ///< [s] which decides what loads are on
+  std::vector<Eigen::Vector3d> locked_at{};  ///< displacement across n of knots 0, 1, ...
 };
 
 /// All that a mode needs to know at one instant.
 struct Contact {
-  double depth = 0.0;          ///< xi of the tip [m]
-  double slip = 0.0;           ///< s' - V(xi) [m/s]
-  double shaft_slip = 0.0;     ///< W [m/s]
-  double capacity = 0.0;       ///< L [N]
-  double tip_force = 0.0;      ///< T [N]
-  double shaft_force = 0.0;    ///< F_f [N]
-  double bone_force = 0.0;     ///< [N] on a tool that the hand presses on bone
-  double tool_acceleration = 0.0;  ///< s'' [m/s^2]
-  double slip_rate = 0.0;        ///< d/dt slip at a fixed depth [m/s^2]
-  double shaft_slip_rate = 0.0;  ///< W' [m/s^2]
-  double tip_mobility = 0.0;     ///< A_tt [1/kg], the tool's included
-  double shaft_mobility = 0.0;   ///< A_ss [1/kg]
-  double mixed_mobility = 0.0;   ///< A_ts [1/kg]
-  Eigen::VectorXd tip_weights{};    ///< h_k at the tip [1]
-  Eigen::VectorXd shaft_weights{};  ///< l_k / L [1]
+  double depth = 0.0;                      ///< xi of the tip [m]
+  double slip = 0.0;                       ///< s' - V(xi) [m/s]
+  double shaft_slip = 0.0;                 ///< W [m/s]
+  double capacity = 0.0;                   ///< L [N]
+  double tip_force = 0.0;                  ///< T [N]
+  double shaft_force = 0.0;                ///< F_f [N]
+  double bone_force = 0.0;                 ///< [N] on a tool that the hand presses on bone
+  double tool_acceleration = 0.0;          ///< s'' [m/s^2]
+  double slip_rate = 0.0;                  ///< d/dt slip at a fixed depth [m/s^2]
+  double shaft_slip_rate = 0.0;            ///< W' [m/s^2]
+  double tip_mobility = 0.0;               ///< A_tt [1/kg], the tool's included
+  double shaft_mobility = 0.0;             ///< A_ss [1/kg]
+  double mixed_mobility = 0.0;             ///< A_ts [1/kg]
+  Eigen::VectorXd tip_weights{};           ///< h_k at the tip [1]
+  Eigen::VectorXd shaft_weights{};         ///< l_k / L [1]
   Eigen::Vector3d lateral{0.0, 0.0, 0.0};  ///< on the needle [N]
 
   /// Below this the stuck tip and the shaft are one constraint.
@@ -103,12 +121,10 @@ class Mechanics {
   };
   [[nodiscard]] double depth_of(const Mode& mode, const Eigen::VectorXd& y) const;
   void add_shaft(const Mode& mode, Contact& contact) const;
-  void free_acceleration(double time, const Mode& mode, const Eigen::VectorXd& y,
-                         Contact& contact);
+  void free_acceleration(double time, const Mode& mode, const Eigen::VectorXd& y, Contact& contact);
   [[nodiscard]] double share_rate(const Mode& mode, const Contact& contact,
                                   const Eigen::VectorXd& y) const;
-  void solve_forces(const Mode& mode, double slip_rate, double shaft_rate,
-                    Contact& contact) const;
+  void solve_forces(const Mode& mode, double slip_rate, double shaft_rate, Contact& contact) const;
   void add_powers(double time, const Mode& mode, const Contact& contact, const Eigen::VectorXd& y,
                   Eigen::VectorXd& dy);
 
@@ -121,7 +137,7 @@ class Mechanics {
   Eigen::VectorXd origin_;
   Eigen::VectorXd inverse_mass_;
   std::vector<std::vector<FreeNode>> supports_;  ///< free nodes of each knot
-  std::vector<Eigen::Vector3d> offset_;         ///< displacement of knots at t = 0 [m]
+  std::vector<Eigen::Vector3d> offset_;          ///< displacement of knots at t = 0 [m]
   std::vector<double> mobility_;
   long evaluations_ = 0;
   Eigen::VectorXd position_, velocity_, force_, dy_, still_;

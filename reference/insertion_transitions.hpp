@@ -22,7 +22,10 @@ enum class Root {
   stop,             ///< cutting: the tip's slip ends
   track_end,        ///< in track: the tip reaches d
   skin_from_below,  ///< in track: the tip leaves
-  knot_below, knot_above, interval_below, interval_above,
+  knot_below,
+  knot_above,
+  interval_below,
+  interval_above,
   shaft_stop,     ///< slipping: W reaches 0
   slip_forward,   ///< sticking: F_f reaches L
   slip_backward,  ///< sticking: F_f reaches -L

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "reference/least_squares.hpp"
 
 #include <exception>
@@ -22,12 +23,13 @@ struct Bridge {
 
 Eigen::VectorXd to_eigen(const gsl_vector* v) {
   Eigen::VectorXd x(static_cast<Eigen::Index>(v->size));
-  for (std::size_t i = 0; i < v->size; ++i) { x[static_cast<Eigen::Index>(i)] = gsl_vector_get(v, i); }
+  for (std::size_t i = 0; i < v->size; ++i) {
+    x[static_cast<Eigen::Index>(i)] = gsl_vector_get(v, i);
+  }
   return x;
 }
 
-template <class Work>
-int guarded(void* data, Work&& work) {
+template <class Work> int guarded(void* data, Work&& work) {
   auto& bridge = *static_cast<Bridge*>(data);
   try {
     return work(bridge.problem) ? GSL_SUCCESS : GSL_EDOM;
@@ -40,7 +42,9 @@ int guarded(void* data, Work&& work) {
 int residuals(const gsl_vector* x, void* data, gsl_vector* f) {
   return guarded(data, [&](const LeastSquaresProblem& problem) {
     const Eigen::VectorXd r = problem.residuals(to_eigen(x));
-    for (std::size_t i = 0; i < f->size; ++i) { gsl_vector_set(f, i, r[static_cast<Eigen::Index>(i)]); }
+    for (std::size_t i = 0; i < f->size; ++i) {
+      gsl_vector_set(f, i, r[static_cast<Eigen::Index>(i)]);
+    }
     return r.allFinite();
   });
 }
@@ -81,14 +85,16 @@ LeastSquaresSolution least_squares(const LeastSquaresProblem& problem, const Eig
                                      .nevalfvv = 0};
   const gsl_multifit_nlinear_parameters parameters = gsl_multifit_nlinear_default_parameters();
   const std::unique_ptr<gsl_multifit_nlinear_workspace, WorkspaceDeleter> work(
-      gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &parameters, functions.n, functions.p));
+      gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &parameters, functions.n,
+                                 functions.p));
   if (!work) { throw std::bad_alloc(); }
   const auto x = gsl_vector_const_view_array(start.data(), functions.p);
   int reason = 0;
   int status = gsl_multifit_nlinear_init(&x.vector, &functions, work.get());
   if (status == GSL_SUCCESS) {
-    status = gsl_multifit_nlinear_driver(rule.most_iterations, rule.step_tolerance, rule.gradient_tolerance,
-                                         0.0, nullptr, nullptr, &reason, work.get());
+    status = gsl_multifit_nlinear_driver(rule.most_iterations, rule.step_tolerance,
+                                         rule.gradient_tolerance, 0.0, nullptr, nullptr, &reason,
+                                         work.get());
   }
   if (bridge.thrown) { std::rethrow_exception(bridge.thrown); }
   // No better step exists within rounding: the place is the best that can be had.

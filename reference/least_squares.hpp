@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Nonlinear least squares by GSL's trust region (Levenberg-Marquardt, scaled as by J. J. Moré 1978).
+/// Nonlinear least squares by GSL's trust region (Levenberg-Marquardt, scaled as by J. J. Moré
+/// 1978).
 
 #include <Eigen/Core>
 #include <functional>
 
 namespace palpate::reference {
 
-/// Half the sum of squares of the residuals is what is made small; all are in units of their uncertainty.
+/// Half the sum of squares of the residuals is what is made small; all are in units of their
+/// uncertainty.
 struct LeastSquaresProblem {
   std::function<Eigen::VectorXd(const Eigen::VectorXd&)> residuals{};  ///< as many for every x
   std::function<Eigen::MatrixXd(const Eigen::VectorXd&)> jacobian{};   ///< residuals x parameters

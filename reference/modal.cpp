@@ -1,31 +1,257 @@
 // SPDX-License-Identifier: MIT
+
 #include "reference/modal.hpp"
 
+#include <Eigen/Core>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <gsl/gsl_eigen.h>
+#include <gsl/gsl_errno.h>
+#include <limits>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <type_traits>
 
-#include "reference/dense_modes.hpp"
-#include "reference/linear_problem.hpp"
-#include "reference/mode_response.hpp"
-#include "reference/segments.hpp"
+#include "reference/exact_problems.hpp"
+#include "reference/integrate.hpp"
+#include "reference/solution.hpp"
 
 namespace palpate::reference {
 
 namespace {
 
+template <class T> using Owned = std::unique_ptr<T, void (*)(T*)>;
+
+/// GSL works on rows and destroys what it works on.
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+gsl_matrix_view view_of(Rows& rows) {
+  return gsl_matrix_view_array(rows.data(), static_cast<std::size_t>(rows.rows()),
+                               static_cast<std::size_t>(rows.cols()));
+}
+
+/// GSL aborts at an error unless it is told not to.
+void return_codes_only() {
+  static const auto unused_default_handler = gsl_set_error_handler_off();
+  (void)unused_default_handler;
+}
+
+void check(int status) {
+  if (status != GSL_SUCCESS) {
+    throw SolverError(std::string("dense modes: GSL: ") + gsl_strerror(status));
+  }
+}
+
+}  // namespace
+
+SymmetricModes symmetric_modes(const Eigen::MatrixXd& matrix) {
+  if (matrix.rows() == 0) { return {Eigen::VectorXd(0), Eigen::MatrixXd(0, 0)}; }
+  return_codes_only();
+  const auto n = static_cast<std::size_t>(matrix.rows());
+  Rows work = matrix;
+  Rows vectors(matrix.rows(), matrix.cols());
+  SymmetricModes modes;
+  modes.values.resize(matrix.rows());
+  gsl_matrix_view a = view_of(work);
+  gsl_matrix_view v = view_of(vectors);
+  gsl_vector_view values = gsl_vector_view_array(modes.values.data(), n);
+  const Owned<gsl_eigen_symmv_workspace> space(gsl_eigen_symmv_alloc(n), gsl_eigen_symmv_free);
+  check(gsl_eigen_symmv(&a.matrix, &values.vector, &v.matrix, space.get()));
+  check(gsl_eigen_symmv_sort(&values.vector, &v.matrix, GSL_EIGEN_SORT_VAL_ASC));
+  modes.vectors = vectors;
+  return modes;
+}
+
+Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& matrix) {
+  return symmetric_modes(matrix).values;
+}
+
+GeneralModes general_modes(const Eigen::MatrixXd& matrix) {
+  if (matrix.rows() == 0) { return {}; }
+  return_codes_only();
+  const auto n = static_cast<std::size_t>(matrix.rows());
+  Rows work = matrix;
+  gsl_matrix_view a = view_of(work);
+  const Owned<gsl_vector_complex> values(gsl_vector_complex_alloc(n), gsl_vector_complex_free);
+  const Owned<gsl_matrix_complex> vectors(gsl_matrix_complex_alloc(n, n), gsl_matrix_complex_free);
+  const Owned<gsl_eigen_nonsymmv_workspace> space(gsl_eigen_nonsymmv_alloc(n),
+                                                  gsl_eigen_nonsymmv_free);
+  check(gsl_eigen_nonsymmv(&a.matrix, values.get(), vectors.get(), space.get()));
+  GeneralModes modes{Eigen::VectorXcd(matrix.rows()),
+                     Eigen::MatrixXcd(matrix.rows(), matrix.rows())};
+  const auto complex = [](gsl_complex z) { return std::complex<double>(GSL_REAL(z), GSL_IMAG(z)); };
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    modes.values(row) = complex(gsl_vector_complex_get(values.get(), i));
+    for (std::size_t j = 0; j < n; ++j) {
+      modes.vectors(row, static_cast<Eigen::Index>(j)) =
+          complex(gsl_matrix_complex_get(vectors.get(), i, j));
+    }
+  }
+  return modes;
+}
+
+namespace {
+
+/// cos(sqrt(z)) and sin(sqrt(z)) / sqrt(z), analytic in z.
+template <class Real> ModeState<Real> circular(Real z) {
+  if (std::abs(z) < Real(1)) {
+    Real cosine = 1, sine = 1, cosine_term = 1, sine_term = 1;
+    for (int n = 1; n < 14; ++n) {
+      cosine_term *= -z / Real((2 * n - 1) * (2 * n));
+      sine_term *= -z / Real((2 * n) * (2 * n + 1));
+      cosine += cosine_term;
+      sine += sine_term;
+    }
+    return {cosine, sine};
+  }
+  const Real root = std::sqrt(std::abs(z));
+  if (z > 0) { return {std::cos(root), std::sin(root) / root}; }
+  return {std::cosh(root), std::sinh(root) / root};
+}
+
+template <class Real> using Harmonic = typename ModeForce<Real>::Harmonic;
+
+/// Particular solution for one harmonic: amplitudes of its cosine and sine.
+template <class Real> Harmonic<Real> steady(const Mode<Real>& mode, const Harmonic<Real>& force) {
+  const Real w = force.frequency;
+  const Real detuning = mode.omega_squared - w * w;
+  const Real drag = 2 * mode.gamma * w;
+  const Real norm = detuning * detuning + drag * drag;
+  return {w, (detuning * force.cosine - drag * force.sine) / norm,
+          (drag * force.cosine + detuning * force.sine) / norm};
+}
+
+/// Whether the particular solution is much larger than the motion, so that digits would cancel.
+template <class Real> bool cancels(const Mode<Real>& mode, const ModeForce<Real>& force, Real t) {
+  constexpr Real close = Real(0.1);
+  const Real elastic = std::abs(mode.omega_squared);
+  if ((force.constant != 0 || force.slope != 0) && elastic * t * t < close) { return true; }
+  if (force.slope != 0 && std::abs(mode.gamma) > 10 * elastic * t) { return true; }
+  return std::ranges::any_of(force.harmonics, [&](const Harmonic<Real>& h) {
+    const Real square = h.frequency * h.frequency;
+    const Real size = std::hypot(mode.omega_squared - square, 2 * mode.gamma * h.frequency);
+    return size * t * t < close || size < close * std::max(elastic, square);
+  });
+}
+
+template <class Real>
+ModeState<Real> particular(const Mode<Real>& mode, const ModeForce<Real>& force, Real t) {
+  ModeState<Real> state;
+  if (force.constant != 0 || force.slope != 0) {
+    const Real drift = force.slope / mode.omega_squared;
+    state.position = (force.constant - 2 * mode.gamma * drift) / mode.omega_squared + drift * t;
+    state.velocity = drift;
+  }
+  for (const Harmonic<Real>& h : force.harmonics) {
+    const Harmonic<Real> s = steady(mode, h);
+    const Real cosine = std::cos(h.frequency * t);
+    const Real sine = std::sin(h.frequency * t);
+    state.position += s.cosine * cosine + s.sine * sine;
+    state.velocity += h.frequency * (s.sine * cosine - s.cosine * sine);
+  }
+  return state;
+}
+
+template <class Real> using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+
+/// Exponential by scaling and squaring of the Taylor series; the norm is halved to below 1/4.
+template <class Real> Matrix<Real> exponential(const Matrix<Real>& matrix) {
+  const Real norm = matrix.cwiseAbs().rowwise().sum().maxCoeff();
+  const int halvings = norm > Real(0.25) ? static_cast<int>(std::ceil(std::log2(norm * 4))) : 0;
+  const Matrix<Real> small = matrix * std::ldexp(Real(1), -halvings);
+  Matrix<Real> term = Matrix<Real>::Identity(matrix.rows(), matrix.cols());
+  Matrix<Real> sum = term;
+  for (int n = 1; n < 18; ++n) {
+    term = (term * small / Real(n)).eval();
+    sum += term;
+  }
+  for (int n = 0; n < halvings; ++n) { sum = (sum * sum).eval(); }
+  return sum;
+}
+
+/// [eta, eta'/rate, 1, t rate, (cos, sin) of each harmonic] obeys one linear system.
+template <class Real>
+ModeState<Real> coupled_response(const Mode<Real>& mode, const ModeState<Real>& initial,
+                                 const ModeForce<Real>& force, Real t) {
+  const auto count = static_cast<Eigen::Index>(force.harmonics.size());
+  Real rate = std::max(std::sqrt(std::abs(mode.omega_squared)), 1 / t);
+  for (const Harmonic<Real>& h : force.harmonics) { rate = std::max(rate, std::abs(h.frequency)); }
+  Matrix<Real> generator = Matrix<Real>::Zero(4 + 2 * count, 4 + 2 * count);
+  Eigen::Matrix<Real, Eigen::Dynamic, 1> start(4 + 2 * count);
+  start.setZero();
+  start.template head<3>() << initial.position, initial.velocity / rate, Real(1);
+  generator(0, 1) = rate;
+  generator.template block<1, 4>(1, 0) << -mode.omega_squared / rate, -2 * mode.gamma,
+      force.constant / rate, force.slope / (rate * rate);
+  generator(3, 2) = rate;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Harmonic<Real>& h = force.harmonics[static_cast<std::size_t>(k)];
+    const Eigen::Index c = 4 + 2 * k;
+    generator(1, c) = h.cosine / rate;
+    generator(1, c + 1) = h.sine / rate;
+    generator(c, c + 1) = -h.frequency;
+    generator(c + 1, c) = h.frequency;
+    start(c) = 1;
+  }
+  const Eigen::Matrix<Real, Eigen::Dynamic, 1> end = exponential<Real>(generator * t) * start;
+  return {end(0), end(1) * rate};
+}
+
+}  // namespace
+
+template <class Real>
+ModeState<Real> free_response(const Mode<Real>& mode, const ModeState<Real>& initial, Real t) {
+  const Real x0 = initial.position;
+  const Real v0 = initial.velocity;
+  const Real gamma = mode.gamma;
+  const Real z = (mode.omega_squared - gamma * gamma) * t * t;
+  if (z < Real(-1)) {  // two real rates, written so that neither cancels nor overflows
+    const Real root = std::sqrt(gamma * gamma - mode.omega_squared);
+    const Real one = gamma >= 0 ? -(gamma + root) : root - gamma;
+    const Real other = mode.omega_squared / one;
+    const Real b = (v0 - other * x0) / (one - other);
+    const Real a = x0 - b;
+    const Real ea = std::exp(other * t);
+    const Real eb = std::exp(one * t);
+    return {a * ea + b * eb, a * other * ea + b * one * eb};
+  }
+  const auto [c, s] = circular(z);
+  const Real decay = std::exp(-gamma * t);
+  return {decay * (x0 * c + (v0 + gamma * x0) * t * s),
+          decay * (v0 * c - (gamma * v0 + mode.omega_squared * x0) * t * s)};
+}
+
+template <class Real>
+ModeState<Real> respond(const Mode<Real>& mode, const ModeState<Real>& initial,
+                        const ModeForce<Real>& force, Real t) {
+  if (t == 0) { return initial; }
+  if (cancels(mode, force, t)) { return coupled_response(mode, initial, force, t); }
+  const ModeState<Real> before = particular(mode, force, Real(0));
+  const ModeState<Real> now = particular(mode, force, t);
+  const ModeState<Real> free = free_response<Real>(
+      mode, {initial.position - before.position, initial.velocity - before.velocity}, t);
+  return {now.position + free.position, now.velocity + free.velocity};
+}
+
+template ModeState<double> free_response(const Mode<double>&, const ModeState<double>&, double);
+template ModeState<long double> free_response(const Mode<long double>&,
+                                              const ModeState<long double>&, long double);
+template ModeState<double> respond(const Mode<double>&, const ModeState<double>&,
+                                   const ModeForce<double>&, double);
+template ModeState<long double> respond(const Mode<long double>&, const ModeState<long double>&,
+                                        const ModeForce<long double>&, long double);
+
+namespace {
+
 using Eigen::Index;
-template <class Real>
-using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-template <class Real>
-using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+template <class Real> using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 
 /// q = r + shapes * eta, shapes^T M shapes = 1.
-template <class Real>
-struct Modes {
+template <class Real> struct Modes {
   Vector<Real> root_mass;      ///< sqrt(m)
   Vector<Real> omega_squared;  ///< ascending
   Vector<Real> gamma;
@@ -41,8 +267,7 @@ Matrix<Real> mass_scaled(const Eigen::SparseMatrix<double>& matrix, const Vector
   return scaled;
 }
 
-template <class Real>
-struct Decomposition {
+template <class Real> struct Decomposition {
   Vector<Real> values;
   Matrix<Real> vectors;
 };
@@ -59,13 +284,14 @@ Decomposition<Real> decompose(const LinearProblem& problem, const Vector<Real>& 
     return {std::move(modes.values), std::move(modes.vectors)};
   } else {
     const Eigen::SelfAdjointEigenSolver<Matrix<Real>> solver(scaled);
-    if (solver.info() != Eigen::Success) { throw SolverError("modal: no convergence of the modes"); }
+    if (solver.info() != Eigen::Success) {
+      throw SolverError("modal: no convergence of the modes");
+    }
     return {solver.eigenvalues(), solver.eigenvectors()};
   }
 }
 
-template <class Real>
-Modes<Real> modes_of(const LinearProblem& problem) {
+template <class Real> Modes<Real> modes_of(const LinearProblem& problem) {
   Modes<Real> modes;
   modes.root_mass = problem.mass().cast<Real>().cwiseSqrt();
   const Decomposition<Real> found = decompose(problem, modes.root_mass);
@@ -116,8 +342,7 @@ ModeForce<Real> force_in(const Segment& segment, const std::vector<ShapedLoad>& 
 }
 
 /// Modal coordinates and velocities at all requested times, one row per mode.
-template <class Real>
-struct ModalHistory {
+template <class Real> struct ModalHistory {
   Matrix<Real> position;
   Matrix<Real> velocity;
 };

@@ -1,14 +1,38 @@
 // SPDX-License-Identifier: MIT
+/// How a tool's line is tied to the nodes of a network (model/EQUATIONS.md, "Needle line").
+
 #include "reference/needle_track.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <vector>
 
+#include "model/tissue/lattice.hpp"
+#include "model/tissue/network_builder.hpp"
 #include "reference/solution.hpp"
-#include "reference/track_intervals.hpp"
-#include "reference/track_knots.hpp"
 
 namespace palpate::reference {
+
+/// On a lattice one knot where the line meets each plane of nodes across z (none where it is beside
+/// the plane), with bilinear weights; in any other network one for each slab of R/2, from the first
+/// node on, that holds nodes nearer than R to the line, R the median spring length, weighted by
+/// 1 - r/R. SolverError for a network without springs.
+std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network);
+
+/// The skin beneath a probe: each node of the first plane by the part of its a x a cell (cut off at
+/// the edge of the body) that the footprint covers; in any other network the z-min nodes beneath
+/// the footprint in equal parts. SolverError when there is none.
+TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network);
+
+// What a needle cuts along its line (model/EQUATIONS.md, "Needle line").
+
+/// Layers by thickness / n_z (the last goes on for ever), else the lattice's material, else nothing
+/// to cut; then inclusions, the last that holds a point winning. Begins at `entry` = xi_0 [m].
+/// SolverError for an unknown material.
+std::vector<TrackInterval> track_intervals(const Scene& scene, double entry);
 
 namespace {
 
@@ -78,6 +102,268 @@ NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
     if (part.role == TissueRole::bone) { track.bone = std::min(track.bone, part.begin); }
   }
   return track;
+}
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double rounding = 1e-9;  ///< of a place, in units of the spacing
+
+struct Grid {
+  int nx = 0;
+  int ny = 0;
+  int nz = 0;
+  double spacing = 0.0;  ///< [m]
+};
+
+std::optional<Grid> grid_of(const Scene& scene, const SpringNetwork& network) {
+  const Tissue& tissue = scene.tissue;
+  if (tissue.source == Source::lattice) {
+    const auto& n = tissue.lattice.nodes;
+    return Grid{n[0], n[1], n[2], tissue.lattice.spacing};
+  }
+  if (tissue.source != Source::layers) { return std::nullopt; }
+  const auto& n = tissue.block.nodes;
+  return Grid{n[0], n[1], static_cast<int>(network.node_count()) / (n[0] * n[1]),
+              tissue.block.spacing};
+}
+
+/// Cell and share of a place along one axis with `count` nodes from `first` on.
+std::optional<std::pair<int, double>> cell_of(double place, double first, double spacing,
+                                              int count) {
+  const double steps = (place - first) / spacing;
+  if (steps < -rounding || steps > count - 1 + rounding) { return std::nullopt; }
+  const int cell = std::clamp(static_cast<int>(std::floor(steps)), 0, count - 2);
+  return std::pair{cell, std::clamp(steps - cell, 0.0, 1.0)};
+}
+
+std::vector<TrackKnot> lattice_knots(const Needle& needle, const Grid& grid,
+                                     const SpringNetwork& network) {
+  const Vector3d n = needle.direction.normalized();
+  std::vector<TrackKnot> knots;
+  for (int l = 0; l < grid.nz; ++l) {
+    const int corner = l * grid.nx * grid.ny;
+    const Vector3d first = network.rest_position.col(corner);
+    TrackKnot knot{.depth = first.z() / n.z()};
+    const auto x = cell_of(needle.entry.x() + knot.depth * n.x(), first.x(), grid.spacing, grid.nx);
+    const auto y = cell_of(needle.entry.y() + knot.depth * n.y(), first.y(), grid.spacing, grid.ny);
+    if (!x || !y) { continue; }
+    const int node = corner + y->first * grid.nx + x->first;
+    const auto add = [&](int index, double weight) {
+      if (weight > rounding) { knot.supports.push_back({index, weight}); }
+    };
+    add(node, (1.0 - x->second) * (1.0 - y->second));
+    add(node + 1, x->second * (1.0 - y->second));
+    add(node + grid.nx, (1.0 - x->second) * y->second);
+    add(node + grid.nx + 1, x->second * y->second);
+    knots.push_back(std::move(knot));
+  }
+  return knots;
+}
+
+double median_length(const SpringNetwork& network) {
+  std::vector<double> lengths;
+  for (const Spring& spring : network.springs) { lengths.push_back(spring.rest_length); }
+  if (lengths.empty()) { throw SolverError("insertion: a network without springs has no scale"); }
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::ranges::nth_element(lengths, middle);
+  return *middle;
+}
+
+/// Weights that sum to 1, and the weighted mean depth.
+TrackKnot knot_of(const std::vector<TrackSupport>& supports, const SpringNetwork& network,
+                  const Vector3d& entry, const Vector3d& n) {
+  TrackKnot knot{.supports = supports};
+  const double sum = std::transform_reduce(supports.begin(), supports.end(), 0.0, std::plus<>(),
+                                           [](const TrackSupport& s) { return s.weight; });
+  for (TrackSupport& support : knot.supports) {
+    support.weight /= sum;
+    knot.depth += support.weight * n.dot(network.rest_position.col(support.node) - entry);
+  }
+  return knot;
+}
+
+std::vector<TrackKnot> network_knots(const Needle& needle, const SpringNetwork& network) {
+  const Vector3d n = needle.direction.normalized();
+  const Vector3d entry{needle.entry.x(), needle.entry.y(), 0.0};
+  const double radius = median_length(network);
+  std::vector<TrackSupport> near;
+  double first = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < static_cast<int>(network.node_count()); ++i) {
+    const Vector3d from = network.rest_position.col(i) - entry;
+    const double away = (from - n.dot(from) * n).norm();
+    if (away >= (1.0 - rounding) * radius) { continue; }
+    near.push_back({i, 1.0 - away / radius});
+    first = std::min(first, n.dot(from));
+  }
+  std::map<long, std::vector<TrackSupport>> slabs;
+  for (const TrackSupport& support : near) {
+    const double depth = n.dot(network.rest_position.col(support.node) - entry);
+    slabs[std::lround(std::floor((depth - first) / (0.5 * radius) + rounding))].push_back(support);
+  }
+  std::vector<TrackKnot> knots;
+  for (const auto& [number, supports] : slabs) {
+    knots.push_back(knot_of(supports, network, entry, n));
+  }
+  return knots;
+}
+
+/// Area of the part of [x0, x1] x [y0, y1] within the probe's footprint, about its centre [m^2].
+double covered(const Probe& probe, double x0, double x1, double y0, double y1) {
+  const Eigen::Vector2d half = 0.5 * probe.size;
+  const bool disc = probe.shape == Probe::Shape::fingertip;
+  x0 = std::max(x0, -half.x());
+  x1 = std::min(x1, half.x());
+  if (x1 <= x0) { return 0.0; }
+  constexpr int strips = 20000;  // midpoints: 1e-6 of a disc
+  double area = 0.0;
+  for (int n = 0; n < (disc ? strips : 1); ++n) {
+    const double width = (x1 - x0) / (disc ? strips : 1);
+    const double x = x0 + (n + 0.5) * width;
+    const double reach = disc ? std::sqrt(half.x() * half.x() - x * x) : half.y();
+    area += width * std::max(0.0, std::min(y1, reach) - std::max(y0, -reach));
+  }
+  return area;
+}
+
+}  // namespace
+
+std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network) {
+  if (const auto grid = grid_of(scene, network)) {
+    return lattice_knots(*scene.needle, *grid, network);
+  }
+  return network_knots(*scene.needle, network);
+}
+
+TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network) {
+  const Probe& probe = *scene.probe;
+  const auto grid = grid_of(scene, network);
+  const auto skin = face_nodes(network.rest_position, Face::z_min);
+  const auto low = network.rest_position.rowwise().minCoeff().eval();
+  const auto high = network.rest_position.rowwise().maxCoeff().eval();
+  std::vector<TrackSupport> supports;
+  for (const int node : skin) {
+    const Vector3d at = network.rest_position.col(node);
+    const Eigen::Vector2d from = at.head<2>() - probe.entry;
+    const double reach = grid ? 0.5 * grid->spacing : 0.0;
+    double weight = 0.0;
+    if (grid) {
+      weight = covered(probe, std::max(at.x() - reach, low.x()) - probe.entry.x(),
+                       std::min(at.x() + reach, high.x()) - probe.entry.x(),
+                       std::max(at.y() - reach, low.y()) - probe.entry.y(),
+                       std::min(at.y() + reach, high.y()) - probe.entry.y());
+    } else if (probe.shape == Probe::Shape::fingertip) {
+      weight = from.norm() <= 0.5 * probe.size.x() ? 1.0 : 0.0;
+    } else {
+      weight = (from.cwiseAbs() - 0.5 * probe.size).maxCoeff() <= 0.0 ? 1.0 : 0.0;
+    }
+    if (weight > 0.0) { supports.push_back({node, weight}); }
+  }
+  if (supports.empty()) { throw SolverError("insertion: no node lies beneath the probe"); }
+  return knot_of(supports, network, Vector3d::Zero(), Vector3d::UnitZ());
+}
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+TrackInterval made_of(const Scene& scene, const std::string& material, const std::string& label) {
+  const auto found = std::ranges::find(scene.materials, material, &Material::name);
+  if (found == scene.materials.end()) { throw SolverError("insertion: no material " + material); }
+  const TissueRole role = role_of(*found);
+  return {.cutting_force = role == TissueRole::bone ? infinity : found->cutting_force,
+          .friction = found->friction,
+          .role = role,
+          .label = label.empty() ? material : label};
+}
+
+std::vector<TrackInterval> base_intervals(const Scene& scene, double entry, double n_z) {
+  const Tissue& tissue = scene.tissue;
+  std::vector<TrackInterval> parts;
+  double begin = entry;
+  const bool only_material =
+      tissue.source == Source::lattice && tissue.lattice.weights == LatticeWeights::cell;
+  if (!only_material) {
+    for (const Layer& layer : tissue.layers) {
+      parts.push_back(made_of(scene, layer.material, layer.tissue));
+      parts.back().begin = begin;
+      begin += layer.thickness / n_z;
+      parts.back().end = begin;
+    }
+  }
+  if (parts.empty()) {
+    parts.push_back(only_material ? made_of(scene, tissue.lattice.material, "") : TrackInterval{});
+    parts.back().begin = entry;
+  }
+  parts.back().end = infinity;
+  return parts;
+}
+
+struct Stretch {
+  double begin = -infinity;
+  double end = infinity;
+};
+
+/// Where the line point + xi n lies in the body, if it does.
+std::optional<Stretch> inside(const Inclusion& body, const Eigen::Vector3d& point,
+                              const Eigen::Vector3d& n) {
+  const Eigen::Vector3d from = point - body.centre;
+  if (body.shape == Inclusion::Shape::sphere) {
+    const double middle = -from.dot(n);
+    const double radius = 0.5 * body.size.x();
+    const double half = radius * radius - (from + middle * n).squaredNorm();
+    if (half <= 0.0) { return std::nullopt; }
+    return Stretch{middle - std::sqrt(half), middle + std::sqrt(half)};
+  }
+  Stretch stretch;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double half = 0.5 * body.size(axis);
+    if (n(axis) == 0.0) {
+      if (std::abs(from(axis)) > half) { return std::nullopt; }
+      continue;
+    }
+    const double one = (-half - from(axis)) / n(axis);
+    const double other = (half - from(axis)) / n(axis);
+    stretch.begin = std::max(stretch.begin, std::min(one, other));
+    stretch.end = std::min(stretch.end, std::max(one, other));
+  }
+  if (stretch.end <= stretch.begin) { return std::nullopt; }
+  return stretch;
+}
+
+/// `body` takes the place of whatever lay in its stretch.
+std::vector<TrackInterval> overlaid(const std::vector<TrackInterval>& parts,
+                                    const TrackInterval& body) {
+  std::vector<TrackInterval> result;
+  for (const TrackInterval& part : parts) {
+    TrackInterval before = part;
+    before.end = std::min(part.end, body.begin);
+    TrackInterval after = part;
+    after.begin = std::max(part.begin, body.end);
+    if (before.begin < before.end) { result.push_back(before); }
+    if (body.begin >= part.begin && body.begin < part.end) { result.push_back(body); }
+    if (after.begin < after.end) { result.push_back(after); }
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<TrackInterval> track_intervals(const Scene& scene, double entry) {
+  const Needle& needle = scene.needle.value();
+  const Eigen::Vector3d n = needle.direction.normalized();
+  const Eigen::Vector3d point{needle.entry.x(), needle.entry.y(), 0.0};
+  std::vector<TrackInterval> parts = base_intervals(scene, entry, n.z());
+  for (const Inclusion& inclusion : scene.tissue.inclusions) {
+    const auto stretch = inside(inclusion, point, n);
+    if (!stretch || stretch->end <= entry) { continue; }
+    TrackInterval body = made_of(scene, inclusion.material, "");
+    body.begin = std::max(stretch->begin, entry);
+    body.end = stretch->end;
+    parts = overlaid(parts, body);
+  }
+  return parts;
 }
 
 }  // namespace palpate::reference

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "model/dynamics/scene.hpp"
+#include "model/problem/scene.hpp"
 
 namespace palpate::reference {
 

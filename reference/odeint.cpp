@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "reference/odeint.hpp"
 
 #include <algorithm>
 #include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
@@ -8,7 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "reference/march.hpp"
+#include "reference/integrate.hpp"
+#include "reference/solvers.hpp"
 
 namespace palpate::reference {
 
@@ -17,15 +17,16 @@ namespace {
 namespace odeint = boost::numeric::odeint;
 using State = std::vector<double>;
 
-/// Largest |error| over what is allowed, as the library's own checker, but with an absolute tolerance for
-/// each component: metres and metres per second have not the same.
+/// Largest |error| over what is allowed, as the library's own checker, but with an absolute
+/// tolerance for each component: metres and metres per second have not the same.
 class ErrorOfComponents {
  public:
   using value_type = double;
   using algebra_type = odeint::range_algebra;
   using operations_type = odeint::default_operations;
 
-  ErrorOfComponents(double relative, State absolute) : relative_(relative), absolute_(std::move(absolute)) {}
+  ErrorOfComponents(double relative, State absolute)
+      : relative_(relative), absolute_(std::move(absolute)) {}
 
   template <class Algebra>
   double error(Algebra&, const State& before, const State& rate, State& error, double h) const {
@@ -78,7 +79,8 @@ class DormandPrince final : public Integrator {
           [this](const State& y, State& dy, double t) { evaluate(y, dy, t); }, state_, time_, h);
       if (result == odeint::success) {
         ++steps_;
-        next_ = shortened ? std::max(h, wanted) : h;  // a step cut for a stop says little of the next
+        next_ =
+            shortened ? std::max(h, wanted) : h;  // a step cut for a stop says little of the next
       } else {
         next_ = h;
         if (h < shortest_) { fail(name_, "try_step", "a step of no length", time_, ""); }
@@ -101,7 +103,9 @@ class DormandPrince final : public Integrator {
     bool finite = false;
     try {
       finite = system_.derivative(t, y.data(), dy.data());
-    } catch (const std::exception& error) { fail(name_, "try_step", "an exception", t, error.what()); }
+    } catch (const std::exception& error) {
+      fail(name_, "try_step", "an exception", t, error.what());
+    }
     if (!finite) { fail(name_, "try_step", "an error", t, "the right-hand side is not finite"); }
   }
 
@@ -123,8 +127,8 @@ Solution solve_odeint_dormand_prince(const Problem& problem, const std::vector<d
                                      const Tolerance& tolerance) {
   constexpr const char* name = "odeint-dormand-prince-5-4";
   DormandPrince integrator(name, problem, tolerance);
-  return march({name, std::string("Boost ") + BOOST_LIB_VERSION}, integrator.system(), times, tolerance,
-               integrator);
+  return march({name, std::string("Boost ") + BOOST_LIB_VERSION}, integrator.system(), times,
+               tolerance, integrator);
 }
 
 }  // namespace palpate::reference

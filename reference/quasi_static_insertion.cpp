@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
+
 #include "reference/quasi_static_insertion.hpp"
 
 #include <Eigen/SparseCholesky>
 #include <cmath>
 #include <optional>
 
-#include "reference/linear_problem.hpp"
+#include "reference/exact_problems.hpp"
 #include "reference/needle_track.hpp"
 #include "reference/solution.hpp"
 

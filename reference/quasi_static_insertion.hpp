@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "model/dynamics/scene.hpp"
+#include "model/problem/scene.hpp"
 
 namespace palpate::reference {
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "reference/solids.hpp"
 
 #include <cmath>
@@ -88,7 +89,9 @@ TriangleSurface ring_surface(double radius, double thickness, double angle, int 
   }
   const auto at = [&](int s, int k) { return (s % rings) * around + k % around; };
   for (int s = 0; s < steps; ++s) {
-    for (int k = 0; k < around; ++k) { b.quad(at(s, k), at(s + 1, k), at(s + 1, k + 1), at(s, k + 1)); }
+    for (int k = 0; k < around; ++k) {
+      b.quad(at(s, k), at(s + 1, k), at(s + 1, k + 1), at(s, k + 1));
+    }
   }
   if (whole) { return b.take(); }
   const int first = b.vertex({radius, 0.0, 0.0});

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: MIT
+
 #include "reference/solvers.hpp"
 
 #include <stdexcept>
 
-#include "reference/arkode.hpp"
-#include "reference/cvode.hpp"
-#include "reference/gsl.hpp"
-#include "reference/long_double.hpp"
 #include "reference/modal.hpp"
-#include "reference/odeint.hpp"
 
 namespace palpate::reference {
 

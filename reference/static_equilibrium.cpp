@@ -1,14 +1,129 @@
 // SPDX-License-Identifier: MIT
+
 #include "reference/static_equilibrium.hpp"
 
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
-#include "reference/static_response.hpp"
+#include "reference/exact_problems.hpp"
+#include "reference/solution.hpp"
 
 namespace palpate::reference {
+
+using Eigen::VectorXd;
+using Sparse = Eigen::SparseMatrix<double>;
+
+namespace {
+
+constexpr const char* singular =
+    "static equilibrium: the stiffness is singular; the body can move freely";
+
+bool is_symmetric(const Sparse& matrix) {
+  const Sparse transposed = matrix.transpose();
+  return (matrix - transposed).norm() <= 1e-14 * matrix.norm();
+}
+
+/// With one round of iterative refinement: stiffness contrasts cost digits otherwise. Rounding can
+/// hide from the factors that a matrix is singular, not from what its answer leaves over.
+template <class Factors>
+VectorXd refined(const Factors& factors, const Sparse& matrix, const VectorXd& right) {
+  VectorXd x = factors.solve(right);
+  x += factors.solve(right - matrix * x);
+  const bool solved = (right - matrix * x).norm() <= 1e-6 * right.norm();
+  if (!solved) { throw SolverError(singular); }
+  return x;
+}
+
+}  // namespace
+
+class StaticResponse::Solver {
+ public:
+  virtual ~Solver() = default;
+  [[nodiscard]] virtual VectorXd solve(const VectorXd& force) const = 0;
+};
+
+class StaticResponse::Cholesky final : public Solver {
+ public:
+  explicit Cholesky(const Sparse& stiffness) : stiffness_(stiffness), factors_(stiffness_) {}
+  [[nodiscard]] bool is_definite() const {
+    return factors_.info() == Eigen::Success &&
+           factors_.vectorD().minCoeff() > 1e-13 * factors_.vectorD().maxCoeff();
+  }
+  [[nodiscard]] VectorXd solve(const VectorXd& force) const override {
+    return refined(factors_, stiffness_, force);
+  }
+
+ private:
+  Sparse stiffness_;
+  Eigen::SimplicialLDLT<Sparse> factors_;
+};
+
+class StaticResponse::Gauss final : public Solver {
+ public:
+  explicit Gauss(Sparse stiffness) : stiffness_(std::move(stiffness)), factors_(stiffness_) {
+    if (factors_.info() != Eigen::Success) { throw SolverError(singular); }
+  }
+  [[nodiscard]] VectorXd solve(const VectorXd& force) const override {
+    return refined(factors_, stiffness_, force);
+  }
+
+ private:
+  Sparse stiffness_;
+  Eigen::SparseLU<Sparse> factors_;
+};
+
+class StaticResponse::Gradients final : public Solver {
+ public:
+  Gradients(Sparse stiffness, int most_rounds) : stiffness_(std::move(stiffness)) {
+    solver_.setTolerance(1e-10);
+    solver_.setMaxIterations(most_rounds);
+    solver_.compute(stiffness_);
+  }
+  [[nodiscard]] VectorXd solve(const VectorXd& force) const override {
+    VectorXd x = solver_.solve(force);
+    if (solver_.info() != Eigen::Success || !x.allFinite()) {
+      throw NotConverged("conjugate gradients do not converge in " +
+                         std::to_string(solver_.maxIterations()) +
+                         " rounds; the body may be free to move");
+    }
+    return x;
+  }
+
+ private:
+  Sparse stiffness_;
+  Eigen::ConjugateGradient<Sparse, Eigen::Lower | Eigen::Upper> solver_;
+};
+
+StaticResponse::StaticResponse(const Problem& problem, Eigen::Index most_factorised,
+                               int most_rounds)
+    : StaticResponse(LinearProblem(problem).stiffness(), most_factorised, most_rounds) {}
+
+StaticResponse::StaticResponse(Sparse stiffness, Eigen::Index most_factorised, int most_rounds) {
+  if (is_symmetric(stiffness)) {
+    if (stiffness.rows() > most_factorised) {
+      solver_ = std::make_unique<Gradients>(std::move(stiffness), most_rounds);
+      return;
+    }
+    auto factors = std::make_unique<Cholesky>(stiffness);
+    if (factors->is_definite()) {
+      solver_ = std::move(factors);
+      return;
+    }
+  }
+  solver_ = std::make_unique<Gauss>(std::move(stiffness));
+}
+
+StaticResponse::~StaticResponse() = default;
+StaticResponse::StaticResponse(StaticResponse&&) noexcept = default;
+StaticResponse& StaticResponse::operator=(StaticResponse&&) noexcept = default;
+
+VectorXd StaticResponse::operator()(const VectorXd& force) const { return solver_->solve(force); }
 
 using Eigen::VectorXd;
 using Sparse = Eigen::SparseMatrix<double>;

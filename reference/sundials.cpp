@@ -1,12 +1,23 @@
 // SPDX-License-Identifier: MIT
+
 #include "reference/sundials.hpp"
 
 #include <algorithm>
+#include <arkode/arkode_arkstep.h>
+#include <arkode/arkode_butcher_dirk.h>
+#include <arkode/arkode_butcher_erk.h>
+#include <arkode/arkode_erkstep.h>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cvode/cvode.h>
+#include <cvode/cvode_ls.h>
 #include <sundials/sundials_version.h>
 #include <sunlinsol/sunlinsol_klu.h>
 #include <sunmatrix/sunmatrix_sparse.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+#include "reference/solvers.hpp"
 
 namespace palpate::reference::sundials {
 
@@ -103,4 +114,303 @@ void Session::complain(int code, const char*, const char* function, char* messag
   static_cast<Session*>(session)->complaint_ = std::string(function) + ": " + message;
 }
 
+namespace {
+
+Table loaded(ARKodeButcherTable table) {
+  if (table == nullptr) { throw SolverError("SUNDIALS: no such Runge-Kutta table"); }
+  return Table(table);
+}
+
+}  // namespace
+
+bool reuses_no_stale_stage(const ARKodeButcherTableMem& table) {
+  const int last = table.stages - 1;
+  constexpr double rounding = 1e-10;  // wider than the library's own test
+  if (std::abs(table.c[last] - 1.0) > rounding) { return true; }
+  for (int j = 0; j < table.stages; ++j) {
+    if (std::abs(table.A[last][j] - table.b[j]) > 1e-14) { return false; }
+  }
+  return true;
+}
+
+void refuse_stale_stage(ARKodeButcherTable used, const std::string& solver) {
+  if (used != nullptr && reuses_no_stale_stage(*used)) { return; }
+  throw SolverError(solver +
+                    ": SUNDIALS chose a Runge-Kutta table whose last stage it would reuse stale");
+}
+
+Table without_stale_stage(const ARKodeButcherTableMem& table) {
+  const bool safe = reuses_no_stale_stage(table);
+  Table copy = loaded(ARKodeButcherTable_Alloc(table.stages + (safe ? 0 : 1), table.d != nullptr));
+  copy->q = table.q;
+  copy->p = table.p;
+  std::copy_n(table.c, table.stages, copy->c);  // the added stage keeps c = 0, A = 0, b = 0
+  std::copy_n(table.b, table.stages, copy->b);
+  if (table.d != nullptr) { std::copy_n(table.d, table.stages, copy->d); }
+  for (int i = 0; i < table.stages; ++i) { std::copy_n(table.A[i], table.stages, copy->A[i]); }
+  return copy;
+}
+
+Table explicit_table(int id) {
+  const Table stock = loaded(ARKodeButcherTable_LoadERK(static_cast<ARKODE_ERKTableID>(id)));
+  return without_stale_stage(*stock);
+}
+
+Table implicit_table(int id) {
+  Table stock = loaded(ARKodeButcherTable_LoadDIRK(static_cast<ARKODE_DIRKTableID>(id)));
+  if (!reuses_no_stale_stage(*stock)) {
+    throw SolverError("SUNDIALS: this table would reuse a stale stage");
+  }
+  return stock;
+}
+
 }  // namespace palpate::reference::sundials
+
+namespace palpate::reference {
+
+namespace {
+
+using sundials::Session;
+
+class Cvode final : public Integrator {
+ public:
+  Cvode(std::string name, int multistep, const Problem& problem, const Tolerance& tolerance)
+      : session_(std::move(name), problem, tolerance),
+        memory_(CVodeCreate(multistep, session_.context())) {
+    session_.check_made(memory_.get(), "CVodeCreate");
+    check(CVodeSetErrHandlerFn(memory_.get(), Session::complain, &session_),
+          "CVodeSetErrHandlerFn");
+    check(CVodeInit(memory_.get(), Session::right_hand_side, 0.0, session_.state()), "CVodeInit");
+    check(CVodeSetUserData(memory_.get(), &session_), "CVodeSetUserData");
+    check(CVodeSVtolerances(memory_.get(), tolerance.relative, session_.absolute_tolerance()),
+          "CVodeSVtolerances");
+    check(CVodeSetMaxNumSteps(memory_.get(), step_limit), "CVodeSetMaxNumSteps");
+    if (multistep == CV_BDF) {
+      use_newton();
+    } else {
+      use_fixed_point();
+    }
+  }
+
+  [[nodiscard]] Session& session() { return session_; }
+
+  void begin(const Segment& segment) override {
+    check(CVodeReInit(memory_.get(), segment.start, session_.state()), "CVodeReInit");
+    check(CVodeSetMaxStep(memory_.get(), segment.max_step), "CVodeSetMaxStep");
+    check(CVodeSetStopTime(memory_.get(), segment.end), "CVodeSetStopTime");
+    // Without it, a right-hand side that fails is approached by ten million steps of no length.
+    check(CVodeSetMinStep(memory_.get(), 1e-14 * segment.end), "CVodeSetMinStep");
+    time_ = segment.start;
+  }
+
+  /// Interpolated between steps: as accurate as the steps, which end exactly at breaks only.
+  void advance(double time) override {
+    const int flag = CVode(memory_.get(), time, session_.state(), &time_, CV_NORMAL);
+    if (flag < 0) { CVodeGetCurrentTime(memory_.get(), &time_); }
+    check(flag, "CVode");
+  }
+
+  [[nodiscard]] const double* state() const override { return session_.state_values(); }
+
+  [[nodiscard]] long segment_steps() const override {
+    long steps = 0;
+    check(CVodeGetNumSteps(memory_.get(), &steps), "CVodeGetNumSteps");
+    return steps;
+  }
+
+ private:
+  void use_newton() {
+    session_.use_sparse_jacobian();
+    check(CVodeSetLinearSolver(memory_.get(), session_.linear_solver(), session_.matrix()),
+          "CVodeSetLinearSolver");
+    check(CVodeSetJacFn(memory_.get(), Session::jacobian), "CVodeSetJacFn");
+  }
+
+  void use_fixed_point() {
+    fixed_point_.reset(SUNNonlinSol_FixedPoint(session_.state(), 0, session_.context()));
+    session_.check_made(fixed_point_.get(), "SUNNonlinSol_FixedPoint");
+    check(CVodeSetNonlinearSolver(memory_.get(), fixed_point_.get()), "CVodeSetNonlinearSolver");
+  }
+
+  void check(int flag, const char* function) const {
+    session_.check(flag, function, CVodeGetReturnFlagName, time_);
+  }
+
+  Session session_;
+  sundials::NonlinearSolver fixed_point_;
+  std::unique_ptr<void, sundials::Deleter<CVodeFree>> memory_;  // freed before what it points to
+  double time_ = 0.0;
+};
+
+Solution solve(const char* name, int multistep, const Problem& problem,
+               const std::vector<double>& times, const Tolerance& tolerance) {
+  Cvode integrator(name, multistep, problem, tolerance);
+  return march({name, sundials::version()}, integrator.session().system(), times, tolerance,
+               integrator);
+}
+
+}  // namespace
+
+Solution solve_cvode_adams(const Problem& problem, const std::vector<double>& times,
+                           const Tolerance& tolerance) {
+  return solve("cvode-adams", CV_ADAMS, problem, times, tolerance);
+}
+
+Solution solve_cvode_bdf(const Problem& problem, const std::vector<double>& times,
+                         const Tolerance& tolerance) {
+  return solve("cvode-bdf", CV_BDF, problem, times, tolerance);
+}
+
+namespace {
+
+using sundials::Session;
+
+class Explicit final : public Integrator {
+ public:
+  Explicit(const char* name, ARKODE_ERKTableID id, const Problem& problem,
+           const Tolerance& tolerance)
+      : session_(name, problem, tolerance),
+        memory_(
+            ERKStepCreate(Session::right_hand_side, 0.0, session_.state(), session_.context())) {
+    session_.check_made(memory_.get(), "ERKStepCreate");
+    void* const memory = memory_.get();
+    check(ERKStepSetErrHandlerFn(memory, Session::complain, &session_), "ERKStepSetErrHandlerFn");
+    check(ERKStepSetUserData(memory, &session_), "ERKStepSetUserData");
+    const sundials::Table table = sundials::explicit_table(id);
+    check(ERKStepSetTable(memory, table.get()), "ERKStepSetTable");
+    check(ERKStepSVtolerances(memory, tolerance.relative, session_.absolute_tolerance()),
+          "ERKStepSVtolerances");
+    check(ERKStepSetMaxNumSteps(memory, step_limit), "ERKStepSetMaxNumSteps");
+  }
+
+  [[nodiscard]] Session& session() { return session_; }
+
+  void begin(const Segment& segment) override {
+    check(ERKStepReInit(memory_.get(), Session::right_hand_side, segment.start, session_.state()),
+          "ERKStepReInit");
+    check(ERKStepSetMaxStep(memory_.get(), segment.max_step), "ERKStepSetMaxStep");
+    time_ = segment.start;
+  }
+
+  /// Ends a step at `time`: interpolation would be of lower order than the method.
+  void advance(double time) override {
+    check(ERKStepSetStopTime(memory_.get(), time), "ERKStepSetStopTime");
+    const int flag = ERKStepEvolve(memory_.get(), time, session_.state(), &time_, ARK_NORMAL);
+    if (flag < 0) { ERKStepGetCurrentTime(memory_.get(), &time_); }
+    check(flag, "ERKStepEvolve");
+    ARKodeButcherTable used = nullptr;
+    check(ERKStepGetCurrentButcherTable(memory_.get(), &used), "ERKStepGetCurrentButcherTable");
+    sundials::refuse_stale_stage(used, session_.solver());
+  }
+
+  [[nodiscard]] const double* state() const override { return session_.state_values(); }
+
+  [[nodiscard]] long segment_steps() const override {
+    long steps = 0;
+    check(ERKStepGetNumSteps(memory_.get(), &steps), "ERKStepGetNumSteps");
+    return steps;
+  }
+
+ private:
+  void check(int flag, const char* function) const {
+    session_.check(flag, function, ERKStepGetReturnFlagName, time_);
+  }
+
+  Session session_;
+  std::unique_ptr<void, sundials::Deleter<ERKStepFree>> memory_;
+  double time_ = 0.0;
+};
+
+class Implicit final : public Integrator {
+ public:
+  Implicit(const char* name, const Problem& problem, const Tolerance& tolerance)
+      : session_(name, problem, tolerance),
+        memory_(ARKStepCreate(nullptr, Session::right_hand_side, 0.0, session_.state(),
+                              session_.context())) {
+    session_.check_made(memory_.get(), "ARKStepCreate");
+    void* const memory = memory_.get();
+    check(ARKStepSetErrHandlerFn(memory, Session::complain, &session_), "ARKStepSetErrHandlerFn");
+    check(ARKStepSetUserData(memory, &session_), "ARKStepSetUserData");
+    const sundials::Table table = sundials::implicit_table(ARKODE_ESDIRK547L2SA_7_4_5);
+    check(ARKStepSetTables(memory, table->q, table->p, table.get(), nullptr), "ARKStepSetTables");
+    check(ARKStepSVtolerances(memory, tolerance.relative, session_.absolute_tolerance()),
+          "ARKStepSVtolerances");
+    check(ARKStepSetMaxNumSteps(memory, step_limit), "ARKStepSetMaxNumSteps");
+    session_.use_sparse_jacobian();
+    check(ARKStepSetLinearSolver(memory, session_.linear_solver(), session_.matrix()),
+          "ARKStepSetLinearSolver");
+    check(ARKStepSetJacFn(memory, Session::jacobian), "ARKStepSetJacFn");
+    // By default a rate of convergence measured with one step size is trusted with the next, and on
+    // linear problems it is so good that a wrong first iterate passes: 1e-4 instead of 1e-11.
+    check(ARKStepSetNonlinCRDown(memory, 1.0), "ARKStepSetNonlinCRDown");
+  }
+
+  [[nodiscard]] Session& session() { return session_; }
+
+  void begin(const Segment& segment) override {
+    check(ARKStepReInit(memory_.get(), nullptr, Session::right_hand_side, segment.start,
+                        session_.state()),
+          "ARKStepReInit");
+    check(ARKStepSetMaxStep(memory_.get(), segment.max_step), "ARKStepSetMaxStep");
+    time_ = segment.start;
+  }
+
+  void advance(double time) override {
+    check(ARKStepSetStopTime(memory_.get(), time), "ARKStepSetStopTime");
+    const int flag = ARKStepEvolve(memory_.get(), time, session_.state(), &time_, ARK_NORMAL);
+    if (flag < 0) { ARKStepGetCurrentTime(memory_.get(), &time_); }
+    check(flag, "ARKStepEvolve");
+    ARKodeButcherTable used = nullptr;
+    ARKodeButcherTable unused_explicit = nullptr;
+    check(ARKStepGetCurrentButcherTables(memory_.get(), &used, &unused_explicit),
+          "ARKStepGetCurrentButcherTables");
+    sundials::refuse_stale_stage(used, session_.solver());
+  }
+
+  [[nodiscard]] const double* state() const override { return session_.state_values(); }
+
+  [[nodiscard]] long segment_steps() const override {
+    long steps = 0;
+    check(ARKStepGetNumSteps(memory_.get(), &steps), "ARKStepGetNumSteps");
+    return steps;
+  }
+
+ private:
+  void check(int flag, const char* function) const {
+    session_.check(flag, function, ARKStepGetReturnFlagName, time_);
+  }
+
+  Session session_;
+  std::unique_ptr<void, sundials::Deleter<ARKStepFree>> memory_;
+  double time_ = 0.0;
+};
+
+template <class Method>
+Solution solve(const char* name, Method&& integrator, const std::vector<double>& times,
+               const Tolerance& tolerance) {
+  return march({name, sundials::version()}, integrator.session().system(), times, tolerance,
+               integrator);
+}
+
+}  // namespace
+
+Solution solve_arkode_explicit(const Problem& problem, const std::vector<double>& times,
+                               const Tolerance& tolerance) {
+  constexpr const char* name = "arkode-fehlberg-7-8";
+  return solve(name, Explicit(name, ARKODE_FEHLBERG_13_7_8, problem, tolerance), times, tolerance);
+}
+
+Solution solve_arkode_dormand_prince(const Problem& problem, const std::vector<double>& times,
+                                     const Tolerance& tolerance) {
+  constexpr const char* name = "arkode-dormand-prince-5-4";
+  return solve(name, Explicit(name, ARKODE_DORMAND_PRINCE_7_4_5, problem, tolerance), times,
+               tolerance);
+}
+
+Solution solve_arkode_esdirk(const Problem& problem, const std::vector<double>& times,
+                             const Tolerance& tolerance) {
+  constexpr const char* name = "arkode-esdirk-5-4";
+  return solve(name, Implicit(name, problem, tolerance), times, tolerance);
+}
+
+}  // namespace palpate::reference

@@ -1,11 +1,543 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/calibration_report.hpp"
 
-#include "reports/figure_svg.hpp"
-#include "reports/html_page.hpp"
-#include "reports/markup.hpp"
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "model/problem/recording.hpp"
+#include "reports/html/html_page.hpp"
+#include "reports/plot/figure_svg.hpp"
+#include "reports/plot/shown_units.hpp"
+#include "reports/results/results_json.hpp"
 
 namespace palpate {
+namespace {
+
+using namespace calibration;
+
+std::string joined_keys(const Fit& fit, Telling telling) {
+  std::string text;
+  for (const FittedParameter& each : fit.parameters) {
+    if (each.telling == telling) { text += (text.empty() ? "" : ", ") + each.parameter.key; }
+  }
+  return text;
+}
+
+std::size_t with_force(const CalibrationReport& report, ForceSource source) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      report.recordings,
+      [&](const CalibratedRecording& r) { return r.subject.seen.force == source; }));
+}
+
+void add_notes_on_force(const CalibrationReport& report, std::vector<std::string>& notes) {
+  const std::size_t plunger = with_force(report, ForceSource::plunger);
+  if (plunger > 0) {
+    notes.push_back(
+        "In " + std::to_string(plunger) + " continuous recording" + (plunger == 1 ? "" : "s") +
+        " pressure times plunger area stands for the force along the needle (Eq. 1): true as far "
+        "as the thumb on the plunger is what drives it.");
+  }
+  if (plunger + with_force(report, ForceSource::recorded) == 0) {
+    notes.emplace_back("No force was seen, so nothing tells cutting force and friction.");
+  }
+}
+
+/// A thumb's force over another area is another pressure.
+void add_note_on_plungers(const CalibrationReport& report, std::vector<std::string>& notes) {
+  constexpr double same = 0.01;  // [1] of the area: as well as a pressure's gain is known
+  const auto& syringe = report.result.fitted.syringe;
+  if (!syringe) { return; }
+  const auto others =
+      std::ranges::count_if(report.recordings, [&](const CalibratedRecording& each) {
+        return std::abs(each.subject.plunger_area / syringe->plunger_area - 1.0) > same;
+      });
+  if (others == 0) { return; }
+  notes.push_back(
+      std::to_string(others) + (others == 1 ? " recording is" : " recordings are") +
+      " of a plunger of another area than the scene's " + short_number(syringe->plunger_area, 4) +
+      " m^2: the thumb's force is then that of the scene's plunger and of nobody's thumb.");
+}
+
+/// pool() moves depths where all have a BMI, so one without it stops that for all.
+void add_note_on_body_mass(const CalibrationReport& report, std::vector<std::string>& notes) {
+  const auto without = std::ranges::count_if(
+      report.recordings,
+      [](const CalibratedRecording& each) { return !each.subject.body_mass_index; });
+  if (without == 0 || std::cmp_equal(without, report.recordings.size())) { return; }
+  notes.push_back(std::to_string(without) + " of " + std::to_string(report.recordings.size()) +
+                  " recordings have no BMI: no depth was moved to a common one.");
+}
+
+void add_notes_on_recordings(const CalibrationReport& report, std::vector<std::string>& notes) {
+  if (report.reconstructed()) {
+    notes.emplace_back(
+        "Recordings that were rebuilt from published summary values give back what was put into "
+        "them: "
+        "peaks, plateaus and depths are published, the lines between them and the spread of "
+        "subjects "
+        "are assumed. Forces within a layer follow from such lines.");
+  }
+  add_notes_on_force(report, notes);
+  add_note_on_plungers(report, notes);
+  add_note_on_body_mass(report, notes);
+  if (report.result.fit.data.subjects < least_subjects) {
+    notes.emplace_back("Fewer than three subjects: intervals hold for these alone.");
+  }
+  if (std::ranges::any_of(report.recordings,
+                          [](const auto& each) { return each.subject.person.empty(); })) {
+    notes.emplace_back(
+        "A recording that names no subject counts as one of its own: several of one person make "
+        "intervals too "
+        "narrow.");
+  }
+}
+
+void add_notes_on_fit(const Calibration& result, std::vector<std::string>& notes) {
+  if (!result.fit.converged) {
+    notes.emplace_back("The search did not converge: values are the best that were tried.");
+  }
+  for (const HeldOut& each : result.held_out) {
+    if (each.converged) { continue; }
+    notes.push_back(
+        "Without " + (each.group.empty() ? "recordings of no group" : each.group) +
+        " the search did not converge: what is foretold of them is the best that was tried.");
+  }
+  for (const FittedParameter& each : result.fit.parameters) {
+    if (each.at_bound) {
+      notes.push_back(each.parameter.key + " lies at its bound: nothing is known beyond it.");
+    }
+  }
+  if (result.fit.widening > 1.0) {
+    notes.push_back(
+        "The misfit is more than chance: the model cannot follow these recordings. Intervals are "
+        "widened by " +
+        short_number(result.fit.widening, 3) + ".");
+  }
+  if (!(result.shortcut_cost() < 1.0)) {
+    notes.push_back("The coarser block that was fitted differs from the scene by " +
+                    short_number(result.shortcut_cost(), 3) + " uncertainties: too coarse.");
+  }
+}
+
+void add_notes_on_what_is_left(const Fit& fit, std::vector<std::string>& notes) {
+  for (const auto& [telling, words] :
+       {std::pair{
+            Telling::insensitive,
+            "Left at their prior, as one spread of it moves what was seen by less than that is "
+            "uncertain: "},
+        {Telling::wide,
+         "Left at their prior, as other parameters do the same to all that was seen: "}}) {
+    const std::string keys = joined_keys(fit, telling);
+    if (!keys.empty()) { notes.push_back(words + keys + "."); }
+  }
+}
+
+}  // namespace
+
+bool CalibrationReport::reconstructed() const {
+  return std::ranges::any_of(recordings, [](const CalibratedRecording& r) {
+    return r.kind == Recording::Kind::reconstructed;
+  });
+}
+
+std::string calibration_verdict(const CalibrationReport& report) {
+  const Fit& fit = report.result.fit;
+  const std::string told =
+      std::to_string(fit.told.size()) + " of " + std::to_string(fit.parameters.size());
+  if (fit.told.empty()) {
+    return "Nothing fitted: the recordings tell none of " + std::to_string(fit.parameters.size()) +
+           " parameters";
+  }
+  if (report.result.held()) { return "Fitted: the recordings tell " + told + " parameters"; }
+  return "Fell short: " + told + " parameters were fitted, and not every check of the fit holds";
+}
+
+std::string calibration_detail(const CalibrationReport& report) {
+  const Fit& fit = report.result.fit;
+  std::string text = "Sum of squares over " + std::to_string(fit.rows.size()) +
+                     " observables: " + short_number(fit.misfit_before, 3) + " before, " +
+                     short_number(fit.misfit_after, 3) + " after. From " +
+                     std::to_string(report.recordings.size()) +
+                     (report.recordings.size() == 1 ? " recording" : " recordings");
+  text += report.reconstructed()
+              ? ", reconstructed from published summary values: no evidence about patients."
+              : ".";
+  return text;
+}
+
+std::vector<std::string> calibration_warnings(const CalibrationReport& report) {
+  std::vector<std::string> notes;
+  add_notes_on_recordings(report, notes);
+  add_notes_on_fit(report.result, notes);
+  add_notes_on_what_is_left(report.result.fit, notes);
+  return notes;
+}
+
+namespace {
+
+using namespace calibration;
+
+constexpr double milliseconds = 1e3;  // [ms/s]
+
+/// As clinicians read it.
+struct Shown {
+  double factor = 1.0;
+  const char* unit = "";
+};
+Shown shown(Eigen::Index observable) {
+  if (is_pressure(observable)) { return {1.0 / pascals_per_mmhg, "mmHg"}; }
+  if (is_force(observable)) { return {1.0, "N"}; }
+  return observable == index_of(Observable::drop_time) ? Shown{milliseconds, "ms"}
+                                                       : Shown{mm, "mm"};
+}
+
+std::string with_unit(Eigen::Index observable, double value) {
+  return quantity(shown(observable).factor * value, shown(observable).unit);
+}
+
+std::string interval_text(const comparison::Interval& interval) {
+  return short_number(interval.lower, 3) + " to " + short_number(interval.upper, 3);
+}
+
+std::string small_text(double value) { return value < 0.01 ? "< 0.01" : short_number(value, 3); }
+
+Table parameter_table(const Fit& fit) {
+  Table table{.id = "parameters",
+              .title = "Parameters",
+              .caption =
+                  "Priors and bounds are log-normal about the scene's values; intervals are 95 %. "
+                  "Sensitivity: "
+                  "what one spread of the prior moves, in uncertainties of the recordings.",
+              .columns = {"parameter", "unit", "told", "prior", "fitted", "interval", "bounds",
+                          "sensitivity"}};
+  const auto add = [&](const FittedParameter& each) {
+    const bool told = each.telling == Telling::told;
+    table.rows.push_back(
+        {each.parameter.key, each.parameter.unit,
+         told ? std::string("told") : "no: " + std::string(name_of(each.telling)),
+         each.parameter.prior, told ? Cell(each.value) : Cell(std::string("the prior")),
+         interval_text(each.interval), interval_text({each.parameter.lower, each.parameter.upper}),
+         small_text(each.sensitivity)});
+  };
+  for (const bool told : {true, false}) {
+    for (const FittedParameter& each : fit.parameters) {
+      if ((each.telling == Telling::told) == told) { add(each); }
+    }
+  }
+  return table;
+}
+
+Table observable_table(const Calibration& result) {
+  const Fit& fit = result.fit;
+  Table table{.id = "observables",
+              .title = "Recordings and simulation",
+              .caption =
+                  "Means over subjects with their standard uncertainty; the scene before and "
+                  "after, and the "
+                  "fitted scene without the coarser block and step that the fit uses.",
+              .columns = {"observable", "subjects", "mean", "uncertainty", "before", "after",
+                          "after, whole scene"}};
+  for (const Eigen::Index row : fit.rows) {
+    table.rows.push_back({std::to_string(table.rows.size() + 1) + " " + name_of(row),
+                          static_cast<double>(fit.data.count[static_cast<std::size_t>(row)]),
+                          with_unit(row, fit.data.mean[row]),
+                          with_unit(row, std::sqrt(fit.data.covariance(row, row))),
+                          with_unit(row, fit.before[row]), with_unit(row, fit.after[row]),
+                          with_unit(row, result.whole[row])});
+  }
+  return table;
+}
+
+Table correlation_table(const Fit& fit) {
+  Table table{.id = "correlation",
+              .title = "Correlation",
+              .caption =
+                  "Of the logarithms of what was told. Near 1 or -1 two parameters are known "
+                  "together alone.",
+              .columns = {"parameter"}};
+  for (std::size_t n = 0; n < fit.told.size(); ++n) {
+    table.columns.push_back(std::to_string(n + 1));
+  }
+  for (std::size_t n = 0; n < fit.told.size(); ++n) {
+    std::vector<Cell> row{std::to_string(n + 1) + " " + fit.parameters[fit.told[n]].parameter.key};
+    for (std::size_t m = 0; m < fit.told.size(); ++m) {
+      const double r = fit.correlation(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(m));
+      row.emplace_back(std::round(100.0 * r) / 100.0 + 0.0);  // no minus before a zero
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+Table held_out_table(const std::vector<HeldOut>& held_out) {
+  Table table{.id = "held-out",
+              .title = "Each group foretold from the others",
+              .caption =
+                  "Fitted to all groups but one. Errors are root mean squares over observables, "
+                  "relative: of "
+                  "those that were fitted, and of the group that was not.",
+              .columns = {"group held out", "subjects", "error, fitted", "error, foretold",
+                          "peak seen", "peak foretold"}};
+  const Eigen::Index peak = index_of(Observable::pressure_peak);
+  for (const HeldOut& each : held_out) {
+    table.rows.push_back(
+        {each.group.empty() ? "(no group)" : each.group, static_cast<double>(each.subjects),
+         short_number(100.0 * each.error_fitted, 3) + " %",
+         short_number(100.0 * each.error_foretold, 3) + " %", with_unit(peak, each.seen.mean[peak]),
+         with_unit(peak, each.foretold[peak])});
+  }
+  return table;
+}
+
+Table recording_table(const CalibrationReport& report) {
+  Table table{.id = "recordings",
+              .title = "Recordings",
+              .caption = "Each with where its force along the needle comes from.",
+              .columns = {"file", "kind", "group", "technique", "force", "hash"}};
+  for (const CalibratedRecording& each : report.recordings) {
+    table.rows.push_back(
+        {each.file,
+         std::string(each.kind == Recording::Kind::measured ? "measured" : "reconstructed"),
+         each.subject.group, each.technique, std::string(name_of(each.subject.seen.force)),
+         each.hash});
+  }
+  return table;
+}
+
+Figure profile_figure(const CalibrationReport& report) {
+  const calibration::Profile& profile = report.result.profile;
+  const Parameter& p = report.result.fit.parameters[profile.parameter].parameter;
+  const auto [low, high] = std::ranges::minmax(profile.value);
+  constexpr double threshold = 3.841;  // chi-squared of one degree of freedom, 0.95
+  return {.id = "profile",
+          .title = "Profile of " + p.key,
+          .caption =
+              "Growth of the sum of squares where this parameter, told with the widest interval, "
+              "is held and the "
+              "others are fitted again. Dashed: 95 % if observables were independent; they are "
+              "not, and the "
+              "interval of the table is the wider one.",
+          .x = {.label = p.key + " (" + p.unit + ")"},
+          .y = {.label = "growth (1)"},
+          .series = {{.label = "sum of squares",
+                      .style = Series::Style::line_and_points,
+                      .x = profile.value,
+                      .y = profile.growth},
+                     {.label = "3.84",
+                      .style = Series::Style::dashed,
+                      .x = {low, high},
+                      .y = {threshold, threshold}}}};
+}
+
+/// Middle of a bin behind the loss of resistance [mm].
+double middle_of(std::size_t bin) {
+  return 0.5 * mm * (force_bins[bin].begin + force_bins[bin].end);
+}
+
+Series bins_of(const char* label, Series::Style style, const Observation& observation) {
+  Series series{.label = label, .style = style};
+  for (std::size_t n = 0; n < force_bins.size(); ++n) {
+    const double force = observation[index_of(Observable::force) + static_cast<Eigen::Index>(n)];
+    if (!std::isfinite(force)) { continue; }
+    series.x.push_back(middle_of(n));
+    series.y.push_back(force);
+  }
+  return series;
+}
+
+Figure force_figure(const Fit& fit) {
+  Series band{.label = "recordings, 2 uncertainties", .style = Series::Style::band};
+  for (std::size_t n = 0; n < force_bins.size(); ++n) {
+    const Eigen::Index row = index_of(Observable::force) + static_cast<Eigen::Index>(n);
+    if (!std::isfinite(fit.data.mean[row])) { continue; }
+    const double reach = 2.0 * std::sqrt(fit.data.covariance(row, row));
+    band.x.push_back(middle_of(n));
+    band.y.push_back(fit.data.mean[row] - reach);
+    band.y2.push_back(fit.data.mean[row] + reach);
+  }
+  return {
+      .id = "force",
+      .title = "Force along the needle before the loss of resistance",
+      .caption =
+          "Means over 2 mm of the way, 1.5 mm in the last, by the distance to where resistance is "
+          "lost.",
+      .x = {.label = "depth behind the loss of resistance (mm)"},
+      .y = {.label = "force (N)"},
+      .series = {std::move(band), bins_of("recordings", Series::Style::points, fit.data.mean),
+                 bins_of("scene before", Series::Style::dashed, fit.before),
+                 bins_of("scene after", Series::Style::line, fit.after)}};
+}
+
+Figure misfit_figure(const Fit& fit) {
+  Series before{.label = "before", .style = Series::Style::points};
+  Series after{.label = "after", .style = Series::Style::points};
+  Series allowed{.label = "2 uncertainties", .style = Series::Style::band};
+  for (const Eigen::Index row : fit.rows) {
+    const double deviation = std::sqrt(fit.data.covariance(row, row));
+    const auto place = static_cast<double>(before.x.size() + 1);
+    for (auto [series, seen] : {std::pair{&before, &fit.before}, {&after, &fit.after}}) {
+      series->x.push_back(place);
+      series->y.push_back(((*seen)[row] - fit.data.mean[row]) / deviation);
+    }
+  }
+  const auto end = static_cast<double>(fit.rows.size()) + 0.5;
+  allowed.x = {0.5, end};
+  allowed.y = {-2.0, -2.0};
+  allowed.y2 = {2.0, 2.0};
+  return {.id = "misfit",
+          .title = "Misfit of every observable",
+          .caption =
+              "Simulated less recorded, in standard uncertainties; observables as the table below "
+              "numbers them.",
+          .x = {.label = "observable (1)", .minimum = 0.5, .maximum = end},
+          .y = {.label = "misfit (1)"},
+          .series = {std::move(allowed), std::move(before), std::move(after)}};
+}
+
+}  // namespace
+
+std::vector<Table> calibration_tables(const CalibrationReport& report) {
+  std::vector<Table> tables{parameter_table(report.result.fit), observable_table(report.result)};
+  if (!report.result.held_out.empty()) { tables.push_back(held_out_table(report.result.held_out)); }
+  if (!report.result.fit.told.empty()) { tables.push_back(correlation_table(report.result.fit)); }
+  tables.push_back(recording_table(report));
+  return tables;
+}
+
+std::vector<Figure> calibration_figures(const CalibrationReport& report) {
+  std::vector<Figure> figures{misfit_figure(report.result.fit)};
+  if (std::isfinite(report.result.fit.data.mean[index_of(Observable::force)])) {
+    figures.push_back(force_figure(report.result.fit));
+  }
+  if (report.result.profile.value.size() > 1) { figures.push_back(profile_figure(report)); }
+  return figures;
+}
+
+namespace {
+
+using namespace calibration;
+using Json = nlohmann::ordered_json;
+
+Json parameter_json(const FittedParameter& each) {
+  const Parameter& p = each.parameter;
+  return {{"key", p.key},
+          {"unit", p.unit},
+          {"status", name_of(each.telling)},
+          {"prior", p.prior},
+          {"prior_log_sd", p.spread},
+          {"prior_from", p.origin},
+          {"lower_bound", p.lower},
+          {"upper_bound", p.upper},
+          {"value", each.value},
+          {"interval_lower", each.interval.lower},
+          {"interval_upper", each.interval.upper},
+          {"interval_factor", each.interval_factor},
+          {"sensitivity", finite_or_null(each.sensitivity)},
+          {"deviation_over_prior", finite_or_null(each.deviation)},
+          {"at_bound", each.at_bound}};
+}
+
+Json observable_json(const Calibration& result, Eigen::Index row) {
+  const Fit& fit = result.fit;
+  return {{"name", name_of(row)},
+          {"unit", unit_of(row)},
+          {"subjects", fit.data.count[static_cast<std::size_t>(row)]},
+          {"mean", finite_or_null(fit.data.mean[row])},
+          {"uncertainty", finite_or_null(std::sqrt(fit.data.covariance(row, row)))},
+          {"before", finite_or_null(fit.before[row])},
+          {"after", finite_or_null(fit.after[row])},
+          {"after_without_shortcuts", finite_or_null(result.whole[row])}};
+}
+
+Json held_out_json(const HeldOut& held) {
+  Json observables = Json::array();
+  for (const Eigen::Index row : held.seen.present()) {
+    observables.push_back({{"name", name_of(row)},
+                           {"unit", unit_of(row)},
+                           {"mean", finite_or_null(held.seen.mean[row])},
+                           {"foretold", finite_or_null(held.foretold[row])}});
+  }
+  return {{"group", held.group},
+          {"subjects", held.subjects},
+          {"converged", held.converged},
+          {"error_fitted", finite_or_null(held.error_fitted)},
+          {"error_foretold", finite_or_null(held.error_foretold)},
+          {"observables", observables}};
+}
+
+Json recording_json(const CalibratedRecording& recording) {
+  Json json{{"file", recording.file},
+            {"name", recording.subject.name},
+            {"kind", recording.kind == Recording::Kind::measured ? "measured" : "reconstructed"},
+            {"group", recording.subject.group},
+            {"technique", recording.technique},
+            {"force", name_of(recording.subject.seen.force)},
+            {"source", recording.source},
+            {"hash", recording.hash}};
+  if (recording.subject.body_mass_index) {
+    json["bmi_kg_per_m2"] = *recording.subject.body_mass_index;
+  }
+  return json;
+}
+
+Json correlation_json(const Fit& fit) {
+  Json keys = Json::array();
+  Json rows = Json::array();
+  for (std::size_t n = 0; n < fit.told.size(); ++n) {
+    keys.push_back(fit.parameters[fit.told[n]].parameter.key);
+    const Eigen::VectorXd row = fit.correlation.row(static_cast<Eigen::Index>(n)).transpose();
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return {{"parameters", keys}, {"matrix", rows}};
+}
+
+}  // namespace
+
+std::string to_json(const CalibrationReport& report) {
+  const Calibration& result = report.result;
+  const Fit& fit = result.fit;
+  Json json{{"schema", 1},
+            {"verdict", calibration_verdict(report)},
+            {"held", result.held()},
+            {"scene", report.scene},
+            {"scene_hash", report.scene_hash},
+            {"converged", fit.converged},
+            {"iterations", fit.iterations},
+            {"simulations", result.simulations},
+            {"misfit_before", fit.misfit_before},
+            {"misfit_after", fit.misfit_after},
+            {"interval_widening", fit.widening},
+            {"shortcut_cost", finite_or_null(result.shortcut_cost())}};
+  json["parameters"] = Json::array();
+  for (const FittedParameter& each : fit.parameters) {
+    json["parameters"].push_back(parameter_json(each));
+  }
+  json["correlation"] = correlation_json(fit);
+  json["observables"] = Json::array();
+  for (const Eigen::Index row : fit.rows) {
+    json["observables"].push_back(observable_json(result, row));
+  }
+  json["profile"] = nullptr;
+  if (!result.profile.value.empty()) {
+    json["profile"] = {{"key", fit.parameters[result.profile.parameter].parameter.key},
+                       {"value", result.profile.value},
+                       {"growth", result.profile.growth}};
+  }
+  json["leave_one_group_out"] = Json::array();
+  for (const HeldOut& held : result.held_out) {
+    json["leave_one_group_out"].push_back(held_out_json(held));
+  }
+  json["recordings"] = Json::array();
+  for (const CalibratedRecording& each : report.recordings) {
+    json["recordings"].push_back(recording_json(each));
+  }
+  json["warnings"] = calibration_warnings(report);
+  return json.dump(2) + "\n";
+}
+
 namespace {
 
 std::string figures_markup(const std::vector<Figure>& figures) {
@@ -21,16 +553,16 @@ std::vector<Fact> facts_of(const CalibrationReport& report) {
   const calibration::Calibration& result = report.result;
   const calibration::Fit& fit = result.fit;
   const std::size_t freedom = fit.data.degrees_of_freedom();
-  return {
-      {"scene", report.scene, ""},
-      {"search", fit.converged ? "converged" : "did not converge",
-       "in " + std::to_string(fit.iterations) + " iterations, " + std::to_string(result.simulations) +
-           " simulations of a coarser block"},
-      {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
-       "largest difference to the whole scene, in uncertainties"},
-      {"intervals", freedom == 0 ? "normal" : "Student's t",
-       freedom == 0 ? "too few subjects for a spread"
-                    : "spread between subjects with " + std::to_string(freedom) + " degrees of freedom"}};
+  return {{"scene", report.scene, ""},
+          {"search", fit.converged ? "converged" : "did not converge",
+           "in " + std::to_string(fit.iterations) + " iterations, " +
+               std::to_string(result.simulations) + " simulations of a coarser block"},
+          {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
+           "largest difference to the whole scene, in uncertainties"},
+          {"intervals", freedom == 0 ? "normal" : "Student's t",
+           freedom == 0 ? "too few subjects for a spread"
+                        : "spread between subjects with " + std::to_string(freedom) +
+                              " degrees of freedom"}};
 }
 
 std::string kind_banner(const CalibrationReport& report) {

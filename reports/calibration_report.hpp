@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// calibration.json and report.html of a calibration: what was fitted to which recordings, how sure it is,
-/// and what the recordings cannot tell.
+/// calibration.json and report.html of a calibration: what was fitted to which recordings, how sure
+/// it is, and what the recordings cannot tell.
 
 #include <map>
 #include <string>
@@ -27,7 +27,8 @@ struct CalibrationReport {
   calibration::Calibration result{};
   std::vector<CalibratedRecording> recordings{};
   std::string command{};
-  std::map<std::string, std::string> provenance{};  ///< may differ from run to run; in the page alone
+  std::map<std::string, std::string>
+      provenance{};  ///< may differ from run to run; in the page alone
 
   [[nodiscard]] bool reconstructed() const;  ///< at least one recording is no measurement
 };

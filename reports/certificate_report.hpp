@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "reports/html_page.hpp"
-#include "validation/certificate/verdict.hpp"
+#include "reports/html/html_page.hpp"
+#include "validation/certificate/certificate.hpp"
 
 namespace palpate {
 
@@ -29,8 +29,9 @@ struct CertificateReport {
   std::string scene_hash{};
   certificate::Certificate result{};
   std::vector<EnvironmentFact> environment{};
-  std::optional<double> cycles_per_second{};  ///< of the processor's counter, where it never changes
-  std::string not_counted{};                  ///< why there are no instructions of the costliest tick
+  std::optional<double>
+      cycles_per_second{};    ///< of the processor's counter, where it never changes
+  std::string not_counted{};  ///< why there are no instructions of the costliest tick
   std::function<std::string(const ToolHappening&)> happening_name{};
   std::string command{};
   std::map<std::string, std::string> provenance{};
@@ -46,7 +47,8 @@ std::string to_html(const CertificateReport& report);
 
 std::vector<Table> certificate_tables(
     const CertificateReport& report);  ///< phases, misses, provocations, tail
-/// Responses of scene and empty loop, and what those of the scene are made of; none where nothing ran.
+/// Responses of scene and empty loop, and what those of the scene are made of; none where nothing
+/// ran.
 std::vector<Figure> histogram_figures(const CertificateReport& report);
 
 /// Phases with their names, those of the worst load first: "the scene, load cpu".

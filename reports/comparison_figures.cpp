@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "reports/comparison_figures.hpp"
 
 #include <string>
 
-#include "fixtures/io/recording_fields.hpp"
-#include "reports/comparison_words.hpp"
-#include "reports/markup.hpp"
-#include "reports/shown_units.hpp"
-#include "reports/tool_pass.hpp"
-#include "validation/comparison/field_unit.hpp"
+#include "fixtures/io/recording_file.hpp"
+#include "reports/comparison_report.hpp"
+#include "reports/html/html_page.hpp"
+#include "reports/plot/shown_units.hpp"
+#include "reports/plot/trace_figures.hpp"
+#include "validation/comparison/comparison.hpp"
 
 namespace palpate {
 
@@ -69,7 +68,9 @@ struct Overlay {
   Overlay(const ComparisonReport& of, std::size_t n, Over axis)
       : report(of), index(n), over(axis), figure(empty_overlay(of.simulation.trace, axis)) {}
 
-  [[nodiscard]] const Recording& recording() const { return report.recordings[index].input.recording; }
+  [[nodiscard]] const Recording& recording() const {
+    return report.recordings[index].input.recording;
+  }
   [[nodiscard]] double lag() const { return report.found.recordings[index].alignment.lag; }
 
   void add_recorded(const std::string& label, const std::vector<double>& values, double factor,
@@ -86,10 +87,11 @@ struct Overlay {
                      Series::Style style = Series::Style::line) {
     const Trace& trace = report.simulation.trace;
     if (trace.find(column) == nullptr) { return; }
-    figure.series.push_back({.label = label,
-                             .style = style,
-                             .x = over == Over::time ? trace.time : values_of(trace, "tool.depth_m", mm),
-                             .y = values_of(trace, column, factor)});
+    figure.series.push_back(
+        {.label = label,
+         .style = style,
+         .x = over == Over::time ? trace.time : values_of(trace, "tool.depth_m", mm),
+         .y = values_of(trace, column, factor)});
   }
 };
 
@@ -122,7 +124,9 @@ Figure force_figure(const ComparisonReport& report, std::size_t n, Over over) {
                          Series::Style::dashed);
   };
   overlay.add_recorded("along the needle, recorded", recording.force, 1.0);
-  if (recording.force.empty()) { add_plunger(); }  // first, so that what was recorded has its colour
+  if (recording.force.empty()) {
+    add_plunger();
+  }  // first, so that what was recorded has its colour
   overlay.add_simulated("along the needle, simulated", "tool.force_n", 1.0);
   if (!recording.force.empty()) { add_plunger(); }
   overlay.add_simulated("on the plunger, simulated", "syringe.thumb_n", 1.0, Series::Style::dashed);
@@ -147,7 +151,8 @@ Figure residual_figure(const ComparisonReport& report, std::size_t n) {
       "Simulated less recorded, both filtered, where both are; a gap of the recording stays one." +
       honesty(report.recordings[n].input.recording);
   figure.y.label = label_of("simulated - recorded", unit.name);
-  figure.series = {{.x = times_of(one.recorded), .y = difference(one.simulated, one.recorded, unit.factor)}};
+  figure.series = {
+      {.x = times_of(one.recorded), .y = difference(one.simulated, one.recorded, unit.factor)}};
   return figure;
 }
 
@@ -158,7 +163,8 @@ std::string honesty_of_group(const GroupSummary& group) {
          " recordings: " + std::string(io::reconstruction_note) + ", not measured.";
 }
 
-Series corridor_band(const SubjectCorridor& corridor, std::span<const double> middle, double factor) {
+Series corridor_band(const SubjectCorridor& corridor, std::span<const double> middle,
+                     double factor) {
   Series band{.label = "corridor", .style = Series::Style::band, .x = times_of(corridor.mean)};
   for (std::size_t n = 0; n < corridor.mean.size(); ++n) {
     const double half = corridor.half_width.value[n];
@@ -169,8 +175,10 @@ Series corridor_band(const SubjectCorridor& corridor, std::span<const double> mi
 }
 
 std::string corridor_words(const GroupSummary& group) {
-  return "Mean ± " + short_number(group.corridor->factor, 3) + " SD of " + subjects_of(*group.corridor) +
-         ", in which a recording of a further subject lies with 0.95 (more SD where fewer were measured)";
+  return "Mean ± " + short_number(group.corridor->factor, 3) + " SD of " +
+         subjects_of(*group.corridor) +
+         ", in which a recording of a further subject lies with 0.95 (more SD where fewer were "
+         "measured)";
 }
 
 }  // namespace
@@ -203,11 +211,12 @@ std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t in
   Figure corridor = empty_overlay(report.simulation.trace, Over::time);
   corridor.id = "corridor-" + std::to_string(index);
   corridor.title = "Corridor of " + (group.group.empty() ? "the subjects" : group.group);
-  corridor.caption =
-      corridor_words(group) + "; all filtered, on the simulation's clock." + honesty_of_group(group);
+  corridor.caption = corridor_words(group) + "; all filtered, on the simulation's clock." +
+                     honesty_of_group(group);
   corridor.y.label = label_of(what, unit.name);
-  const Series simulated{
-      .label = "simulated", .x = times_of(group.simulated), .y = scaled(group.simulated.value, unit.factor)};
+  const Series simulated{.label = "simulated",
+                         .x = times_of(group.simulated),
+                         .y = scaled(group.simulated.value, unit.factor)};
   corridor.series = {corridor_band(*group.corridor, mean.value, unit.factor),
                      {.label = "mean of the subjects",
                       .style = Series::Style::dashed,
@@ -217,8 +226,8 @@ std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t in
   Figure residual = empty_overlay(report.simulation.trace, Over::time);
   residual.id = "corridor-residual-" + std::to_string(index);
   residual.title = "Residual against the mean";
-  residual.caption =
-      "Simulated less the mean of the subjects, within the same corridor." + honesty_of_group(group);
+  residual.caption = "Simulated less the mean of the subjects, within the same corridor." +
+                     honesty_of_group(group);
   residual.y.label = label_of("simulated - mean", unit.name);
   const std::vector<double> zero(mean.size(), 0.0);
   residual.series = {

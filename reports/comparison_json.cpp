@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "reports/comparison_json.hpp"
 
-#include "fixtures/io/recording_fields.hpp"
-#include "reports/comparison_words.hpp"
-#include "reports/json_number.hpp"
+#include "fixtures/io/recording_file.hpp"
+#include "reports/comparison_report.hpp"
+#include "reports/results/results_json.hpp"
 
 namespace palpate {
 
@@ -28,7 +27,9 @@ struct FieldWriter {
   }
   void text(const char* name, const std::string& value) { json[name] = value; }
   void number(const char* name, double value) { json[name] = json_number(value); }
-  void number(const char* name, const std::optional<double>& value) { json[name] = optional_number(value); }
+  void number(const char* name, const std::optional<double>& value) {
+    json[name] = optional_number(value);
+  }
   void count(const char* name, std::size_t value) { json[name] = value; }
 };
 
@@ -188,26 +189,26 @@ Json to_json(const ComparedSimulation& simulation) {
 Json options_of(const GroupOptions& options) {
   const ComparisonOptions& o = options.comparison;
   const LossRule& loss = o.features.loss;
-  return {
-      {"quantity", name_of(o.quantity)},
-      {"alignment", name_of(o.alignment)},
-      {"cutoff_hz", o.cutoff},
-      {"grid_rate_hz", o.grid_rate},
-      {"least_overlap_s", o.least_overlap},
-      {"loss_of_resistance",
-       {{"least_drop", loss.least_drop},
-        {"hold_s", loss.hold},
-        {"settle_s", loss.settle},
-        {"longest_fall_s", loss.longest_fall},
-        {"unsteady", loss.unsteady},
-        {"least_peak", loss.least_peak}}},
-      {"u_zero", o.quantity == QuantityKind::pressure ? o.uncertainties.zero : o.uncertainties.zero_force},
-      {"u_gain", o.uncertainties.gain},
-      {"u_num", o.uncertainties.numerical},
-      {"u_input", o.uncertainties.input},
-      {"coverage_factor", o.uncertainties.coverage_factor},
-      {"bootstrap_draws", options.bootstrap.draws},
-      {"bootstrap_seed", options.bootstrap.seed}};
+  return {{"quantity", name_of(o.quantity)},
+          {"alignment", name_of(o.alignment)},
+          {"cutoff_hz", o.cutoff},
+          {"grid_rate_hz", o.grid_rate},
+          {"least_overlap_s", o.least_overlap},
+          {"loss_of_resistance",
+           {{"least_drop", loss.least_drop},
+            {"hold_s", loss.hold},
+            {"settle_s", loss.settle},
+            {"longest_fall_s", loss.longest_fall},
+            {"unsteady", loss.unsteady},
+            {"least_peak", loss.least_peak}}},
+          {"u_zero", o.quantity == QuantityKind::pressure ? o.uncertainties.zero
+                                                          : o.uncertainties.zero_force},
+          {"u_gain", o.uncertainties.gain},
+          {"u_num", o.uncertainties.numerical},
+          {"u_input", o.uncertainties.input},
+          {"coverage_factor", o.uncertainties.coverage_factor},
+          {"bootstrap_draws", options.bootstrap.draws},
+          {"bootstrap_seed", options.bootstrap.seed}};
 }
 
 Json to_json(const CredibilityFactor& factor) {

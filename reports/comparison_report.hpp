@@ -2,12 +2,14 @@
 #pragma once
 /// report.html of `palpate compare`: what was compared with what, how it came out, and why.
 
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "reports/recording_input.hpp"
+#include "validation/comparison/comparison.hpp"
 #include "validation/comparison/credibility.hpp"
 #include "validation/comparison/group_comparison.hpp"
 
@@ -26,7 +28,7 @@ struct ComparedSimulation {
   std::string hash{};   ///< of the file
   std::string title{};  ///< of the scene
   double run_longer =
-      0.0;                ///< [s] after the scene's duration, for the rule that finds the loss of resistance
+      0.0;  ///< [s] after the scene's duration, for the rule that finds the loss of resistance
   std::string failure{};  ///< "diverged at t = 0.1 s"; nothing can be compared then
   Trace trace{};
 };
@@ -46,5 +48,48 @@ bool holds(const ComparisonReport& report);
 
 /// Throws DrawingError.
 std::string to_html(const ComparisonReport& report);
+
+// A whole comparison in words; features are told in those of feature_words.hpp.
+
+/// "3 measured recordings", "5 recordings reconstructed from published summary values", or both.
+std::string kinds_of(const ComparisonReport& report);
+bool any_reconstructed(const ComparisonReport& report);
+
+/// "1 differs", "4 agree, 1 cannot be compared": counts of recordings.
+std::string tally_of(const ComparisonReport& report);
+
+/// "5 subjects", "5 subjects (10 recordings)".
+std::string subjects_of(const comparison::SubjectCorridor& corridor);
+
+/// Over all groups.
+std::size_t subjects_compared(const ComparisonReport& report);
+
+/// "without a group" of an empty one.
+std::string name_of_group(const std::string& group);
+
+/// The verdict with a capital, and one sentence that says what it rests on.
+std::string verdict_text(const ComparisonReport& report);
+std::string verdict_sentence(const ComparisonReport& report);
+
+/// "12 missing in 3 gaps, 2 bad frames"; "nothing" where nothing was found.
+std::string shown(const RecordingDefects& defects);
+
+// Recorded and simulated traces laid over each other, over time and depth, and what is left between
+// them.
+
+/// Of one recording that could be compared: pressure and force over time and over depth, as far as
+/// each was recorded or simulated, and the residual. Time is the simulation's.
+std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_t recording);
+
+/// The quantity that was compared, over time alone.
+Figure overlay_figure(const ComparisonReport& report, std::size_t recording);
+
+/// Of a group: its corridor with the simulated trace in it, and what that lacks to the mean. Empty
+/// without a corridor.
+std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t group);
+
+// comparison.json (docs/formats.md).
+
+std::string to_json(const ComparisonReport& report);
 
 }  // namespace palpate

@@ -5,13 +5,13 @@
 #include <map>
 #include <string>
 
-#include "reports/results.hpp"
+#include "reports/results/results.hpp"
 #include "validation/gate/gate.hpp"
 
 namespace palpate {
 
 struct GateReport {
-  std::string results{};        ///< folder that was judged
+  std::string results{};  ///< folder that was judged
   std::string baseline_file{};
   std::string command{};
   std::map<std::string, std::string> provenance{};  ///< of the results
@@ -25,8 +25,8 @@ std::string verdict_text(const gate::Verdict& verdict);
 /// "140 identical, 5 within what is allowed, 1 better".
 std::string verdict_sentence(const gate::Verdict& verdict);
 
-/// What a reviewer reads: a line for every case that fell or became better, worst first, with its worst change;
-/// `all`: every change of every case.
+/// What a reviewer reads: a line for every case that fell or became better, worst first, with its
+/// worst change; `all`: every change of every case.
 Table changes_table(const gate::Verdict& verdict, bool all);
 /// The same as lines of aligned text.
 std::string changes_text(const gate::Verdict& verdict);

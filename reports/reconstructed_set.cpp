@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/reconstructed_set.hpp"
 
 #include <array>
 #include <cmath>
 
-#include "fixtures/io/recording_fields.hpp"
-#include "model/dynamics/recording_defects.hpp"
-#include "validation/reconstruction.hpp"
+#include "fixtures/io/recording_file.hpp"
+#include "model/problem/recording.hpp"
+#include "validation/comparison/reconstruction.hpp"
 
 namespace palpate {
 namespace {
@@ -20,12 +21,11 @@ struct BmiGroup {
   const char* id;    ///< row of the table
   const char* name;  ///< of the group
   const char* file;
-  double middle;     ///< BMI [kg/m^2]
+  double middle;  ///< BMI [kg/m^2]
 };
-constexpr std::array bmi_groups{BmiGroup{"P01", "BMI 18-24.9", "bmi-18", 22.0},
-                                BmiGroup{"P02", "BMI 25-34.9", "bmi-25", 30.0},
-                                BmiGroup{"P03", "BMI 35-44.9", "bmi-35", 40.0},
-                                BmiGroup{"P04", "BMI >= 45", "bmi-45", 47.0}};
+constexpr std::array bmi_groups{
+    BmiGroup{"P01", "BMI 18-24.9", "bmi-18", 22.0}, BmiGroup{"P02", "BMI 25-34.9", "bmi-25", 30.0},
+    BmiGroup{"P03", "BMI 35-44.9", "bmi-35", 40.0}, BmiGroup{"P04", "BMI >= 45", "bmi-45", 47.0}};
 
 /// Scores of one group: each quantity varies on its own.
 struct Scores {
@@ -41,7 +41,8 @@ struct Scores {
 
 /// Evenly from `least` to `largest`: the extremes of the scores are mapped onto these.
 double between(double least, double largest, double score) {
-  const double extreme = 0.5 * double(subjects - 1) / std::sqrt(2.5);  // SD of -2 ... 2 is sqrt(2.5)
+  const double extreme =
+      0.5 * double(subjects - 1) / std::sqrt(2.5);  // SD of -2 ... 2 is sqrt(2.5)
   return std::lerp(least, largest, 0.5 * (1.0 + score / extreme));
 }
 
@@ -64,7 +65,9 @@ class Builder {
   [[nodiscard]] double spread(const char* id, const char* unit) const {
     return table_.of(id, unit).spread.value_or(0.0);
   }
-  [[nodiscard]] double pascals(const char* id) const { return number(id, "mmHg") * pascals_per_mmhg; }
+  [[nodiscard]] double pascals(const char* id) const {
+    return number(id, "mmHg") * pascals_per_mmhg;
+  }
   [[nodiscard]] double metres(const char* id) const {
     return number(id, "mm") * metres_per_millimetre;
   }
@@ -92,7 +95,8 @@ class Builder {
     o.plateau = peak * number("F10", "N") / number("F11", "N");
   }
 
-  /// From the skin: BMI acts on the fat alone, what no measure explains on the interspinous ligament.
+  /// From the skin: BMI acts on the fat alone, what no measure explains on the interspinous
+  /// ligament.
   [[nodiscard]] double flavum_depth(double body_mass_index, double score) const {
     const double epidural = number("A01a", "mm") + number("A01b", "mm m^2/kg") * body_mass_index;
     const double beyond_fat =
@@ -141,7 +145,10 @@ class Builder {
           between(group.middle - half, group.middle + half, scores.body_mass_index[n]);
       const double shift = flavum_depth(bmi, scores.depth[n]) - o.flavum_begin;
       for (double* depth : {&o.start, &o.flavum_begin, &o.flavum_end}) { *depth += shift; }
-      add_both(o, {.source = table_.of(group.id, "mmHg").source, .group = group.name, .body_mass_index = bmi},
+      add_both(o,
+               {.source = table_.of(group.id, "mmHg").source,
+                .group = group.name,
+                .body_mass_index = bmi},
                group.file, seed + 2 * n);
     }
   }
@@ -156,7 +163,8 @@ class Builder {
     }
   }
 
-  /// The supraspinous figure stands for all that lies before the flavum: none in between is published.
+  /// The supraspinous figure stands for all that lies before the flavum: none in between is
+  /// published.
   void add_pump(std::uint64_t seed) {
     const Scores scores(seed);
     for (std::size_t n = 0; n < subjects; ++n) {
@@ -166,8 +174,10 @@ class Builder {
       o.plateau = pascals("P07") * factor;
       // SD over mean of the floor is two thirds: nobody's may lie below zero.
       o.floor = std::fmax(pascals("P09") + pascals("X03") * scores.floor[n], 0.0);
-      add(o, {.regime = Recording::Regime::pump, .source = table_.of("P07", "mmHg").source,
-              .group = "pump"},
+      add(o,
+          {.regime = Recording::Regime::pump,
+           .source = table_.of("P07", "mmHg").source,
+           .group = "pump"},
           "pump", seed + 2 * n);
     }
   }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fixtures/io/published_values.hpp"
-#include "model/dynamics/recording.hpp"
+#include "model/problem/recording.hpp"
 
 namespace palpate {
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/recording_input.hpp"
 
 #include <algorithm>
 #include <span>
 
 #include "fixtures/io/file_bytes.hpp"
-#include "fixtures/io/recording_csv.hpp"
 #include "fixtures/io/recording_file.hpp"
-#include "model/dynamics/scene_check.hpp"
-#include "validation/link_recording.hpp"
+#include "model/problem/input_error.hpp"
+#include "validation/comparison/link_recording.hpp"
 
 namespace palpate {
 namespace {
@@ -49,8 +49,9 @@ bool is_text(std::string_view bytes) {
 
 void refuse_columns(const std::filesystem::path& path, const io::ReadOptions& options) {
   if (options.columns.empty() && !options.sample_rate) { return; }
-  throw InputError(path.string() + ": the raw link has neither columns nor another rate; --column "
-                                   "and --rate are for CSV and HDF5");
+  throw InputError(path.string() +
+                   ": the raw link has neither columns nor another rate; --column "
+                   "and --rate are for CSV and HDF5");
 }
 
 InputRecording read_raw(const std::filesystem::path& path, const io::ReadOptions& options) {
@@ -61,8 +62,9 @@ InputRecording read_raw(const std::filesystem::path& path, const io::ReadOptions
     io::refuse_length(path.string());
   }
   if (heard.counts.frames == 0) {
-    throw InputError(path.string() + ": no frame of the raw link; frames of 8 bytes that begin with "
-                                     "A5 5A and pass their checksum are needed");
+    throw InputError(path.string() +
+                     ": no frame of the raw link; frames of 8 bytes that begin with "
+                     "A5 5A and pass their checksum are needed");
   }
   InputRecording read;
   read.recording = std::move(heard.recording);
@@ -70,11 +72,13 @@ InputRecording read_raw(const std::filesystem::path& path, const io::ReadOptions
   io::check_usable(read.recording, path);
   io::add_warnings(read);
   if (heard.counts.gaps > 0) {
-    read.warnings.emplace_back("sequence numbers wrap at 256: a gap of more than 2.1 s looks shorter "
-                               "by multiples of that");
+    read.warnings.emplace_back(
+        "sequence numbers wrap at 256: a gap of more than 2.1 s looks shorter "
+        "by multiples of that");
   }
   if (heard.counts.battery_low > 0) {
-    read.warnings.push_back("battery low in " + std::to_string(heard.counts.battery_low) + " frames");
+    read.warnings.push_back("battery low in " + std::to_string(heard.counts.battery_low) +
+                            " frames");
   }
   return read;
 }
@@ -83,31 +87,26 @@ InputRecording read_raw(const std::filesystem::path& path, const io::ReadOptions
 
 std::string_view name_of(RecordingFormat format) {
   switch (format) {
-    case RecordingFormat::csv:
-      return "csv";
-    case RecordingFormat::raw:
-      return "raw";
-    case RecordingFormat::hdf5:
-      return "hdf5";
-    case RecordingFormat::automatic:
-      break;
+    case RecordingFormat::csv: return "csv";
+    case RecordingFormat::raw: return "raw";
+    case RecordingFormat::hdf5: return "hdf5";
+    case RecordingFormat::automatic: break;
   }
   return "auto";
 }
 
 RecordingFormat format_of(const std::filesystem::path& path) {
   const std::string beginning = io::read_beginning(path, first_look);
-  if (beginning.empty()) {
-    throw InputError(path.string() + ": is empty; a recording is needed");
-  }
+  if (beginning.empty()) { throw InputError(path.string() + ": is empty; a recording is needed"); }
   if (is_hdf5(beginning)) { return RecordingFormat::hdf5; }
   if (beginning.starts_with("MATLAB 5.0")) {
     throw InputError(path.string() + ": is a MATLAB file of an older kind; save it with -v7.3");
   }
   if (has_frames(beginning)) { return RecordingFormat::raw; }
   if (is_text(beginning)) { return RecordingFormat::csv; }
-  throw InputError(path.string() + ": is no text, no HDF5 and has no frames of the raw link; one of "
-                                   "these is needed (CSV as UTF-8)");
+  throw InputError(path.string() +
+                   ": is no text, no HDF5 and has no frames of the raw link; one of "
+                   "these is needed (CSV as UTF-8)");
 }
 
 InputRecording read_any_recording(const std::filesystem::path& path, RecordingFormat format,

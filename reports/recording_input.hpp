@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "device/pressure_link/frame_reader.hpp"
-#include "fixtures/io/recording_import.hpp"
+#include "device/pressure_link/frame.hpp"
+#include "fixtures/io/recording_file.hpp"
 
 namespace palpate {
 
@@ -13,12 +13,12 @@ enum class RecordingFormat { automatic, csv, raw, hdf5 };
 std::string_view name_of(RecordingFormat format);  ///< "auto", "csv", "raw", "hdf5"
 
 struct InputRecording : io::ReadRecording {
-  RecordingFormat format = RecordingFormat::automatic;  ///< that it was read as
+  RecordingFormat format = RecordingFormat::automatic;          ///< that it was read as
   std::optional<device::pressure_link::ReaderCounts> frames{};  ///< of the raw link
 };
 
-/// By content, not by name: HDF5 by its signature, the raw link by frames among its first 64 KiB, CSV
-/// what is left. Throws InputError.
+/// By content, not by name: HDF5 by its signature, the raw link by frames among its first 64 KiB,
+/// CSV what is left. Throws InputError.
 RecordingFormat format_of(const std::filesystem::path& path);
 
 /// Throws InputError with one line per problem.

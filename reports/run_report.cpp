@@ -1,19 +1,394 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/run_report.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "report_assets.hpp"
 
-#include "reports/figure_svg.hpp"
-#include "reports/markup.hpp"
-#include "reports/tool_facts.hpp"
-#include "reports/tool_figures.hpp"
-#include "reports/trace_figures.hpp"
-#include "reports/view_page.hpp"
-#include "reports/zoom_plots.hpp"
+#include "model/tissue/image_tissue.hpp"
+#include "model/tissue/voxel_tissue.hpp"
+#include "reports/html/html_page.hpp"
+#include "reports/plot/axis_range.hpp"
+#include "reports/plot/figure_look.hpp"
+#include "reports/plot/figure_svg.hpp"
+#include "reports/plot/shown_units.hpp"
+#include "reports/plot/thinning.hpp"
+#include "reports/plot/trace_figures.hpp"
+#include "reports/view/view_page.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate {
+
+namespace {
+
+using Point = std::array<double, 2>;
+
+/// Left of the way from a to b, seen along it.
+bool is_left(const Point& a, const Point& b, const Point& c) {
+  return (b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+/// Outline of points, closed (Andrew's monotone chain).
+std::vector<Point> outline(std::vector<Point> points) {
+  std::ranges::sort(points);
+  std::vector<Point> hull;
+  const auto walk = [&](auto first, auto last) {
+    const std::size_t kept = hull.size();
+    for (auto it = first; it != last; ++it) {
+      while (hull.size() >= kept + 2 && !is_left(hull[hull.size() - 2], hull.back(), *it)) {
+        hull.pop_back();
+      }
+      hull.push_back(*it);
+    }
+    hull.pop_back();
+  };
+  walk(points.begin(), points.end());
+  walk(points.rbegin(), points.rend());
+  hull.push_back(hull.front());
+  return hull;
+}
+
+Series circle(const std::string& label, double radius, Series::Style style) {
+  Series series{.label = label, .style = style};
+  constexpr int corners = 120;
+  for (int n = 0; n <= corners; ++n) {
+    const double angle = 2.0 * std::numbers::pi * n / corners;
+    series.x.push_back(radius * std::cos(angle));
+    series.y.push_back(radius * std::sin(angle));
+  }
+  return series;
+}
+
+/// The paper's figure for its device, Vaughan et al. [N].
+constexpr double stated_by_the_paper = 15.0;
+
+}  // namespace
+
+Figure force_reach_figure(const FalconFacts& facts) {
+  const double reach = 10.0 * std::ceil(std::max(facts.axial_force, stated_by_the_paper) / 10.0);
+  Figure figure{
+      .id = "force-reach",
+      .title = "What the motors can pull the hand with",
+      .caption =
+          "Outlines of all forces within the torques of the motors at the grip's "
+          "place on the skin, seen from two sides: much along the needle, little in the "
+          "weakest direction. Up is out of the tissue, against the insertion.",
+      .x = {.label = "force across the needle (N)", .minimum = -reach, .maximum = reach},
+      .y = {.label = "force along the needle, outward (N)", .minimum = -reach, .maximum = reach},
+      .square = true};
+  const char* names[] = {"left and right", "up and down"};
+  for (const int axis : {0, 1}) {
+    std::vector<Point> points;
+    for (const Eigen::Vector3d& corner : facts.force_corners) {
+      points.push_back({corner(axis), corner.z()});
+    }
+    Series series{.label = names[axis]};
+    for (const Point& point : outline(std::move(points))) {
+      series.x.push_back(point[0]);
+      series.y.push_back(point[1]);
+    }
+    figure.series.push_back(std::move(series));
+  }
+  figure.series.push_back(circle("in every direction", facts.weakest_force, Series::Style::line));
+  figure.series.push_back(
+      circle("stated in the paper", stated_by_the_paper, Series::Style::dashed));
+  return figure;
+}
+
+std::vector<Figure> falcon_figures(const Trace& trace) {
+  if (trace.find("device.requested_n") == nullptr || trace.time.size() < 2) { return {}; }
+  Figure force{.id = "device-force",
+               .title = "Force asked of the device, and delivered",
+               .caption =
+                   "Magnitudes on the hand at every tick: what the rendering asked for and "
+                   "what the motors pulled with.",
+               .x = {.label = "time (s)"},
+               .y = {.label = "force (N)"},
+               .marks = events_over_time(trace)};
+  force.series.push_back(
+      {.label = "delivered", .x = trace.time, .y = values_of(trace, "device.delivered_n")});
+  force.series.push_back({.label = "asked for",
+                          .style = Series::Style::dashed,
+                          .x = trace.time,
+                          .y = values_of(trace, "device.requested_n")});
+  Figure way{.id = "hand-and-tip",
+             .title = "What the hand wants, and where the tip is",
+             .caption =
+                 "Along the needle's line; the gap is what the hand's spring and the "
+                 "coupling are stretched by.",
+             .x = {.label = "time (s)"},
+             .y = {.label = "place (mm)"},
+             .zones = layers_over_time(trace),
+             .marks = events_over_time(trace)};
+  way.series.push_back({.label = "intent",
+                        .style = Series::Style::dashed,
+                        .x = trace.time,
+                        .y = values_of(trace, "device.intent_m", mm)});
+  way.series.push_back(
+      {.label = "tip", .x = trace.time, .y = values_of(trace, "tool.insertion_m", mm)});
+  Figure energy{.id = "port-energy",
+                .title = "Energy that the hand put in",
+                .caption =
+                    "Through the device's port, as positions that were read and forces that "
+                    "were asked for tell it; below zero the rendering feeds energy in.",
+                .x = {.label = "time (s)"},
+                .y = {.label = "energy (mJ)"},
+                .series = {{.x = trace.time, .y = values_of(trace, "device.energy_j", mj)}}};
+  return {std::move(force), std::move(way), std::move(energy)};
+}
+
+std::vector<Fact> falcon_fact_list(const FalconFacts& facts) {
+  const double share = facts.ticks > 0
+                           ? static_cast<double>(facts.saturated) / static_cast<double>(facts.ticks)
+                           : 0.0;
+  std::vector<Fact> list{
+      {"force on the hand", quantity(facts.largest_delivered, "N"),
+       "at most; asked for " + quantity(facts.largest_requested, "N")},
+      {"motors at their limit", quantity(100.0 * share, "%"),
+       "of the ticks; in reach at the start " + quantity(facts.axial_force, "N") +
+           " against the insertion, " + quantity(facts.weakest_force, "N") + " in every direction"},
+      {"energy at the port", quantity(mj * facts.least_energy, "mJ"),
+       facts.least_energy < 0.0 ? "at least, at " + quantity(facts.least_energy_at, "s") +
+                                      ": the rendering fed in as much"
+                                : "at least: the rendering was passive"}};
+  if (facts.taken_by_controller > 0.0) {
+    list.push_back({"taken by the controller", quantity(mj * facts.taken_by_controller, "mJ"), ""});
+  }
+  if (facts.lost_resistance_at) {
+    list.push_back({"overshoot", quantity(mm * facts.overshoot, "mm"),
+                    "of the tip beyond the loss of resistance at " +
+                        quantity(*facts.lost_resistance_at, "s") + ", felt " +
+                        quantity(1e3 * facts.reaction, "ms") + " later"});
+  }
+  if (facts.unanswered > 0) {
+    list.push_back({"requests without reply", std::to_string(facts.unanswered), ""});
+  }
+  if (facts.unhomed > 0) {
+    list.push_back({"ticks without a place", std::to_string(facts.unhomed),
+                    "the device had lost its zero; no force was asked for"});
+  }
+  return list;
+}
+
+namespace {
+
+constexpr double mm = 1e3;
+constexpr double cm3 = 1e6;
+
+std::string by(const Eigen::Vector3d& v, double scale, std::string_view unit) {
+  return short_number(scale * v.x(), 3) + " x " + short_number(scale * v.y(), 3) + " x " +
+         short_number(scale * v.z(), 3) + std::string(unit);
+}
+
+void add_image_facts(const ImageFacts& image, const NodeGrid& nodes, std::vector<Fact>& facts) {
+  facts.push_back({"image", image.format,
+                   std::to_string(image.pixels[0]) + " x " + std::to_string(image.pixels[1]) +
+                       " x " + std::to_string(image.pixels[2]) + " pixels of " +
+                       by(image.spacing, mm, " mm")});
+  facts.push_back(
+      {"nodes apart", by(nodes.spacing, mm, " mm"),
+       "across, across and along z; " + std::to_string(image.labelled_nodes) + " nodes by label"});
+  facts.push_back({"lookup", image.weighting,
+                   "intensities from " + short_number(image.range.x(), 4) + " (0) to " +
+                       short_number(image.range.y(), 4) + " (1)"});
+  const bool isotropic = (image.youngs_moduli.array() - 1.0).abs().maxCoeff() < 1e-6;
+  if (!isotropic) {
+    facts.push_back(
+        {"moduli of the grid", by(image.youngs_moduli, 1.0, " of E"),
+         "along x, y and z: springs that pull cannot make boxes of this shape isotropic"});
+  }
+}
+
+void add_body_facts(const BodyFacts& body, std::vector<Fact>& facts) {
+  facts.push_back({body.name, short_number(cm3 * body.voxel_volume, 4) + " cm3 of voxels",
+                   body.material + "; its surface holds " +
+                       short_number(cm3 * body.surface_volume, 4) + " cm3; " +
+                       std::to_string(body.parts) + (body.parts == 1 ? " part; " : " parts; ") +
+                       std::to_string(body.kept_cells) + " voxels kept"});
+}
+
+void add_layers(const Scene& scene, std::vector<Fact>& facts) {
+  const NeedlePath path = tool_path(scene, scene.tissue.voxels->network);
+  std::string layers;
+  for (const PathInterval& interval : path.intervals()) {
+    const std::string end =
+        std::isfinite(interval.end) ? short_number(mm * interval.end, 4) + " mm" : "the end";
+    layers += (layers.empty() ? "" : ", ") + interval.label + " to " + end;
+  }
+  facts.push_back({"layers on the needle's line", layers, "along it, from the skin"});
+}
+
+/// The plane of nodes through the tool, across y: x and z of its nodes in millimetres, brightness
+/// row by row.
+struct Slice {
+  std::vector<double> x{};
+  std::vector<double> z{};
+  std::vector<double> intensity{};
+};
+
+Slice slice_through(const VoxelTissue& tissue, double y) {
+  const NodeGrid& grid = tissue.nodes;
+  const double row = std::round((y - grid.first.y()) / grid.spacing.y());
+  const int j = static_cast<int>(std::clamp(row, 0.0, grid.count[1] - 1.0));
+  Slice slice;
+  for (int i = 0; i < grid.count[0]; ++i) { slice.x.push_back(mm * grid.place(i, j, 0).x()); }
+  for (int l = 0; l < grid.count[2]; ++l) {
+    slice.z.push_back(mm * grid.place(0, j, l).z());
+    for (int i = 0; i < grid.count[0]; ++i) {
+      slice.intensity.push_back(static_cast<double>(tissue.intensity[grid.index(i, j, l)]));
+    }
+  }
+  return slice;
+}
+
+Figure figure_of(const Slice& slice, const std::string& id, const std::string& title,
+                 const std::string& caption, const std::string& label, const auto& value) {
+  HeatMap map{.label = label, .x = slice.x, .y = slice.z};
+  std::ranges::transform(slice.intensity, std::back_inserter(map.z), value);
+  return {.id = id,
+          .title = title,
+          .caption = caption,
+          .x = {.label = "x (mm)"},
+          .y = {.label = "z, into the tissue (mm)"},
+          .heat_map = std::move(map),
+          .square = true};
+}
+
+}  // namespace
+
+std::vector<Fact> patient_facts(const Scene& scene) {
+  std::vector<Fact> facts;
+  if (!scene.tissue.voxels) { return facts; }
+  const VoxelTissue& tissue = *scene.tissue.voxels;
+  if (tissue.image) { add_image_facts(*tissue.image, tissue.nodes, facts); }
+  for (const BodyFacts& body : tissue.bodies) { add_body_facts(body, facts); }
+  if (scene.needle) { add_layers(scene, facts); }
+  return facts;
+}
+
+std::vector<Figure> lookup_figures(const Scene& scene) {
+  if (!scene.tissue.voxels || !scene.tissue.voxels->image) { return {}; }
+  const Slice slice =
+      slice_through(*scene.tissue.voxels, scene.needle ? scene.needle->entry.y() : 0.0);
+  std::vector<Figure> figures{figure_of(slice, "slice", "Plane through the image",
+                                        "Brightness of the nodes, scaled by the percentiles.",
+                                        "brightness (1)",
+                                        [](double intensity) { return intensity; })};
+  for (const Weighting weighting : {Weighting::t2, Weighting::t1, Weighting::literal}) {
+    std::vector<Violation> broken;
+    const bool literal = weighting == Weighting::literal;
+    const Lookup lookup(lookup_points(weighting), scene.materials, literal, broken);
+    if (!broken.empty()) { continue; }  // the scene has no materials of those names
+    const std::string name = name_of(weighting);
+    figures.push_back(figure_of(
+        slice,
+        "lookup-" + std::string(literal                      ? "literal"
+                                : weighting == Weighting::t1 ? "t1"
+                                                             : "t2"),
+        "The same plane by the " + name + " lookup",
+        literal
+            ? "Young's modulus where bright means stiff, as in the paper. Labels do not show here."
+            : "Young's modulus where the image is taken for " + name +
+                  "-weighted. Labels do not show here.",
+        "log10 of E in Pa (1)",
+        [&](double intensity) { return std::log10(lookup.youngs_modulus(intensity)); }));
+  }
+  return figures;
+}
+
+// Plots of long traces to zoom into, drawn by dygraphs, which is inlined.
+
+/// A folded section with a place for each figure; all series of a figure share their x.
+std::string html_zoom_section(const std::vector<Figure>& figures);
+
+/// The script that fills the section when it is unfolded. Series keep the extremes of each of 2000
+/// columns.
+std::string zoom_script(const std::vector<Figure>& figures);
+
+namespace {
+
+/// Text as a script literal that cannot end the script.
+std::string script_text(const std::string& text) {
+  std::string literal =
+      nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  for (std::size_t at = literal.find('<'); at != std::string::npos; at = literal.find('<', at)) {
+    literal.replace(at, 1, "\\u003c");
+  }
+  return literal;
+}
+
+std::set<std::size_t> rows_of(const Figure& figure) {
+  constexpr double columns = 2000.0;
+  std::set<std::size_t> rows;
+  for (const Series& series : figure.series) {
+    const double begin = series.x.front();
+    const double span = std::max(series.x.back() - begin, 1e-300);
+    const Projection project = [&](double x, double y) {
+      return Pixel{columns * (x - begin) / span, y};
+    };
+    for (const std::size_t row : thinned(series, project)) { rows.insert(row); }
+  }
+  return rows;
+}
+
+std::string data_of(const Figure& figure) {
+  constexpr int digits = 7;
+  std::string text = "[";
+  for (const std::size_t row : rows_of(figure)) {
+    text += (text.size() == 1 ? "[" : ",[") + plain_number(figure.series.front().x[row], 9);
+    for (const Series& series : figure.series) {
+      const bool finite = row < series.y.size() && std::isfinite(series.y[row]);
+      text += "," + (finite ? plain_number(series.y[row], digits) : "null");
+    }
+    text += "]";
+  }
+  return text + "]";
+}
+
+std::string plot_of(const Figure& figure) {
+  std::string labels = script_text(figure.x.label);
+  std::string colours;
+  for (const Series& series : figure.series) { labels += "," + script_text(series.label); }
+  for (const Look& look : looks_of(figure)) {
+    colours += (colours.empty() ? "" : ",") + std::to_string(look.colour);
+  }
+  return "plot('zoom-" + figure.id + "'," + data_of(figure) + ",[" + labels + "],[" + colours +
+         "]," + script_text(figure.y.label) + ");\n";
+}
+
+}  // namespace
+
+std::string html_zoom_section(const std::vector<Figure>& figures) {
+  if (figures.empty()) { return {}; }
+  std::string html = "<style>" + std::string(assets::dygraph_css) +
+                     "</style>\n<details class=\"zooms\"><summary>Zoom into the traces</summary>\n"
+                     "<p class=\"soft\">Drag to zoom, drag with shift to move, double click to see "
+                     "all again.</p>\n<noscript><p>This part needs scripts; the pictures above do "
+                     "not.</p></noscript>\n";
+  for (const Figure& figure : figures) {
+    html += "<h3>" + escape_markup(figure.title) + "</h3><div class=\"zoom-legend\" id=\"zoom-" +
+            figure.id + "-legend\"></div><div class=\"zoom\" id=\"zoom-" + figure.id +
+            "\"></div>\n";
+  }
+  return html + "</details>\n";
+}
+
+std::string zoom_script(const std::vector<Figure>& figures) {
+  if (figures.empty()) { return {}; }
+  std::string script(assets::zoom_js);
+  script += "zoomPlots(function (plot) {\n";
+  for (const Figure& figure : figures) { script += plot_of(in_field_units(figure)); }
+  return script + "});\n";
+}
 
 namespace {
 
@@ -66,8 +441,8 @@ std::string to_html(const RunReport& report, const Trace& trace) {
                                   .verdict = report.verdict,
                                   .detail = report.detail});
   body += "<main>\n" + notes_under("Warnings", report.warnings) + "<h2>Key facts</h2>\n" +
-          html_facts(report.facts) + (report.view ? html_view(*report.view) : "") + sections.tool + events_of(trace) + sections.traces +
-          html_zoom_section(zooms) +
+          html_facts(report.facts) + (report.view ? html_view(*report.view) : "") + sections.tool +
+          events_of(trace) + sections.traces + html_zoom_section(zooms) +
           notes_under("Skipped, because the scene does not need it", report.skipped) + "</main>\n" +
           html_provenance(report.provenance, report.command);
   const std::string zoom = zoom_script(zooms);

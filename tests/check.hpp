@@ -1,20 +1,30 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-// Smallest test vocabulary that says what we need:
-//   TEST("a spring at rest exerts no force") { CHECK_NEAR(force.norm(), 0.0, 1e-15); }
-// An executable runs all its cases, those of one file (--file tests/model/load_test.cpp), or those whose name
-// contains an argument.
 
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string_view>
 #include <type_traits>
 #include <vector>
 
+namespace scratch {
+
+/// The project's root, where shipped scenes and recordings lie.
+std::filesystem::path source_folder();
+
+}  // namespace scratch
+
 namespace check {
 
-/// Under sanitizers the same code is gone through in fewer steps; what it proves there is not accuracy.
+// Smallest test vocabulary that says what we need:
+//   TEST("a spring at rest exerts no force") { CHECK_NEAR(force.norm(), 0.0, 1e-15); }
+// An executable runs all its cases, those of one file (--file tests/model/load_test.cpp), or those
+// whose name contains an argument.
+
+/// Under sanitizers the same code is gone through in fewer steps; what it proves there is not
+/// accuracy.
 #ifdef PALPATE_SANITIZED
 inline constexpr bool sanitized = true;
 #else
@@ -83,10 +93,10 @@ inline int run(std::string_view file, std::string_view name) {
 
 #define CHECK_JOIN_(a, b) a##b
 #define CHECK_JOIN(a, b) CHECK_JOIN_(a, b)
-#define TEST(name)                                               \
-  static void CHECK_JOIN(test_, __LINE__)();                     \
-  static const bool CHECK_JOIN(added_, __LINE__) =               \
-      check::add(name, CHECK_JOIN(test_, __LINE__), __FILE__);   \
+#define TEST(name)                                             \
+  static void CHECK_JOIN(test_, __LINE__)();                   \
+  static const bool CHECK_JOIN(added_, __LINE__) =             \
+      check::add(name, CHECK_JOIN(test_, __LINE__), __FILE__); \
   static void CHECK_JOIN(test_, __LINE__)()
 #define CHECK(condition)                                               \
   do {                                                                 \

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+
 #include "tests/check.hpp"
-#include "tests/source_folder.hpp"
 
 std::filesystem::path scratch::source_folder() { return PALPATE_SOURCE_DIR; }
 

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/case.hpp"
 
 #include <algorithm>
 #include <chrono>
 
-#include "model/dynamics/scene_check.hpp"
-#include "validation/cases/groups.hpp"
+#include "model/problem/input_error.hpp"
+#include "validation/claims/groups.hpp"
 
 namespace palpate {
 
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
-  for (const auto group : {oscillator_cases, errata_cases, network_cases, patient_cases,
-                           stability_cases, tool_cases, haptic_cases, clinical_cases, certificate_cases, gate_cases}) {
+  for (const auto group :
+       {oscillator_cases, errata_cases, network_cases, patient_cases, stability_cases, tool_cases,
+        haptic_cases, clinical_cases, certificate_cases, gate_cases}) {
     std::ranges::move(group(), std::back_inserter(cases));
   }
   return cases;
@@ -51,8 +53,7 @@ Outcome run_case(const Case& definition, const CaseContext& context) {
     outcome.status = Status::error;
     outcome.reason = problem.what();
   }
-  outcome.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return outcome;
 }
 

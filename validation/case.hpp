@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "reference/cache.hpp"
-#include "validation/candidate.hpp"
+#include "reference/solution.hpp"
 #include "validation/outcome.hpp"
+#include "validation/roll_out.hpp"
 
 namespace palpate {
 
@@ -22,15 +22,16 @@ namespace palpate {
 struct CaseContext {
   bool quick = false;  ///< a shorter form that judges the same claims
   bool skip = true;    ///< false: compute what scenes do not need
-  /// Not 0: nodes and springs of networks stand in an order of chance, which moves nothing but rounding. Tissue with
-  /// a tool in it stays as it is: its layers are ranges of nodes.
+  /// Not 0: nodes and springs of networks stand in an order of chance, which moves nothing but
+  /// rounding. Tissue with a tool in it stays as it is: its layers are ranges of nodes.
   std::uint64_t order = 0;
   /// Damages the candidate (never a reference), to see that a verdict turns red.
   const Mutation* mutation = nullptr;
   const reference::Cache* cache = nullptr;  ///< of slow references; nullptr: none
   /// Networks that live outside the project, by name; empty when absent.
   std::function<std::optional<SpringNetwork>(std::string_view)> outside_network{};
-  /// Files of a gate, each damaged in one way: what was done, and the message that refused it (empty: none did).
+  /// Files of a gate, each damaged in one way: what was done, and the message that refused it
+  /// (empty: none did).
   std::function<std::vector<std::pair<std::string, std::string>>()> damaged_files{};
 };
 
@@ -39,9 +40,10 @@ struct Case {
   std::string suite{};  ///< "accuracy", "stability", "haptics", "clinical", "timing", "model"
   std::string claim{};  ///< the sentence that is judged
   std::function<void(const CaseContext&, Outcome&)> measure{};
-  bool quick = true;         ///< part of --quick
-  double weight = 1.0;       ///< expected seconds: long cases start first
-  bool keeps = true;         ///< what it found holds until code, options or data change; false: it always runs
+  bool quick = true;    ///< part of --quick
+  double weight = 1.0;  ///< expected seconds: long cases start first
+  bool keeps =
+      true;  ///< what it found holds until code, options or data change; false: it always runs
 };
 
 /// Every case, in the order of the groups.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/outcome.hpp"
 
 #include <algorithm>

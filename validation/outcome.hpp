@@ -26,7 +26,9 @@ struct Quantity {
   double upper = unbounded;
   std::string bound_from{};  ///< theory, a reference's own error, a publication; empty: not judged
 
-  [[nodiscard]] bool judged() const { return lower > -unbounded || upper < unbounded || !bound_from.empty(); }
+  [[nodiscard]] bool judged() const {
+    return lower > -unbounded || upper < unbounded || !bound_from.empty();
+  }
   [[nodiscard]] bool holds() const { return value >= lower && value <= upper; }
 };
 
@@ -71,7 +73,7 @@ struct Mark {
 };
 
 struct Figure {
-  std::string id{};       ///< unique within its case, [a-z0-9-]
+  std::string id{};  ///< unique within its case, [a-z0-9-]
   std::string title{};
   std::string caption{};  ///< one sentence: what it shows
   Axis x{};
@@ -80,8 +82,8 @@ struct Figure {
   std::optional<HeatMap> heat_map{};
   std::vector<Zone> zones{};  ///< neighbours in alternating tints
   std::vector<Mark> marks{};
-  bool square = false;    ///< equal scales on both axes
-  bool timing = false;    ///< shows run times, so differs from run to run
+  bool square = false;  ///< equal scales on both axes
+  bool timing = false;  ///< shows run times, so differs from run to run
 };
 
 using Cell = std::variant<std::string, double>;

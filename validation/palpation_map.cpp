@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/palpation_map.hpp"
 
 #include <limits>
 
-#include "model/dynamics/needle_path.hpp"
+#include "model/problem/needle_path.hpp"
 
 namespace palpate {
 

@@ -4,14 +4,14 @@
 
 #include <Eigen/Core>
 
-#include "model/dynamics/scene.hpp"
-#include "reference/static_response.hpp"
+#include "model/problem/scene.hpp"
+#include "reference/static_equilibrium.hpp"
 #include "validation/outcome.hpp"
 
 namespace palpate {
 
-/// The stiffness 1 / (w.K^-1 w) [N/m] of a tissue at rest under the footprint w of the scene's probe
-/// at a place of the skin [m]; infinite on bone alone. K is the caller's: one for all places.
+/// The stiffness 1 / (w.K^-1 w) [N/m] of a tissue at rest under the footprint w of the scene's
+/// probe at a place of the skin [m]; infinite on bone alone. K is the caller's: one for all places.
 double stiffness_felt(const Scene& scene, const NetworkProblem& problem,
                       const reference::StaticResponse& response, const Eigen::Vector2d& place);
 

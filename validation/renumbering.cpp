@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/renumbering.hpp"
 
 #include <numeric>
 
-#include "model/dynamics/problem.hpp"
+#include "model/problem/problem.hpp"
 #include "validation/random.hpp"
 
 namespace palpate {
 
 namespace {
 
-template <class Values>
-void shuffle(Values& values, Random& random) {
+template <class Values> void shuffle(Values& values, Random& random) {
   for (std::size_t n = values.size(); n > 1; --n) {
     std::swap(values[n - 1], values[static_cast<std::size_t>(random(0.0, static_cast<double>(n)))]);
   }
@@ -19,7 +19,9 @@ void shuffle(Values& values, Random& random) {
 
 /// What may have no columns stays so.
 void move_columns(const NodeVectors& from, const std::vector<int>& node_of, NodeVectors& to) {
-  for (Eigen::Index i = 0; i < from.cols(); ++i) { to.col(node_of[static_cast<std::size_t>(i)]) = from.col(i); }
+  for (Eigen::Index i = 0; i < from.cols(); ++i) {
+    to.col(node_of[static_cast<std::size_t>(i)]) = from.col(i);
+  }
 }
 
 }  // namespace
@@ -63,7 +65,8 @@ void OtherOrder::undo(const SpringNetwork& network, Eigen::MatrixXd& coordinates
   const Eigen::MatrixXd found = coordinates;
   for (const int node : before.free_nodes()) {
     const int there = node_of_[static_cast<std::size_t>(node)];
-    coordinates.middleRows<3>(before.coordinate(node)) = found.middleRows<3>(after.coordinate(there));
+    coordinates.middleRows<3>(before.coordinate(node)) =
+        found.middleRows<3>(after.coordinate(there));
   }
 }
 

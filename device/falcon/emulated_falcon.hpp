@@ -5,11 +5,10 @@
 
 #include <memory>
 
+#include "device/byte_link.hpp"
 #include "device/falcon/driver.hpp"
-#include "device/falcon/driver_profile.hpp"
 #include "device/falcon/emulator.hpp"
-#include "device/falcon/memory_link.hpp"
-#include "device/falcon/plant_body.hpp"
+#include "device/falcon/plant.hpp"
 #include "device/haptic_device.hpp"
 
 namespace palpate::device::falcon {
@@ -50,8 +49,8 @@ class EmulatedFalcon final : public HapticDevice {
   Emulator emulator_;
   Driver driver_;
   std::unique_ptr<DriverProfile> profile_;
-  Eigen::Vector3d place_;   ///< as the driver knows it [m]
-  bool homed_ = true;       ///< as the last reply said
+  Eigen::Vector3d place_;                             ///< as the driver knows it [m]
+  bool homed_ = true;                                 ///< as the last reply said
   Eigen::Vector3d torque_ = Eigen::Vector3d::Zero();  ///< past the wire [N m]
   bool saturated_ = false;
 };

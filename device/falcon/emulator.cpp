@@ -1,9 +1,140 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/falcon/emulator.hpp"
 
 #include <algorithm>
 
 namespace palpate::device::falcon {
+namespace {
+
+constexpr std::array<std::uint8_t, 3> hail{0x0A, 0x43, 0x0D};
+constexpr std::array<std::uint8_t, 4> hail_answer{0x0A, 0x44, 0x2C, 0x0D};
+constexpr std::uint8_t load_request = 0x41;
+
+}  // namespace
+
+Firmware::Firmware(const FirmwareOptions& options) noexcept
+    : options_(options), state_(options.loaded ? FirmwareState::run : FirmwareState::boot) {}
+
+void Firmware::receive(std::span<const std::uint8_t> bytes, double now_s,
+                       const DevicePacket& present, FirmwareSink& sink) noexcept {
+  pass_time(now_s, sink);
+  for (const std::uint8_t byte : bytes) {
+    byte_time_ = now_s;
+    const std::int64_t bad_before = reader_.counts().bad_frames;
+    const std::optional<HostPacket> request = reader_.take(byte);
+    // In load '<' is a byte like any other: what looks like a bad frame is the image.
+    if (state_ != FirmwareState::load && reader_.counts().bad_frames > bad_before) {
+      note(FirmwareEvent::bad_frame, sink);
+      stray_noted_ = true;  // the byte that ended it is part of it
+    }
+    if (request) {
+      answer(*request, now_s, present, sink);
+    } else {
+      take(byte, sink);
+    }
+  }
+}
+
+void Firmware::take(std::uint8_t byte, FirmwareSink& sink) noexcept {
+  if (state_ == FirmwareState::load ||
+      (state_ == FirmwareState::ready && byte == load_request && reader_.pending_bytes() == 0)) {
+    sink.send({&byte, 1});
+    ++echoed_bytes_;
+    const bool begins = state_ == FirmwareState::ready;
+    state_ = FirmwareState::load;
+    if (begins) { note(FirmwareEvent::load_begun, sink); }
+    return;
+  }
+  const bool in_hail = state_ != FirmwareState::run && byte == hail[hail_matched_];
+  hail_matched_ = in_hail ? hail_matched_ + 1 : (byte == hail[0] ? 1U : 0U);
+  const bool expected =
+      reader_.pending_bytes() > 0 || (state_ != FirmwareState::run && hail_matched_ > 0);
+  if (!expected && !stray_noted_) { note(FirmwareEvent::stray_bytes, sink); }
+  stray_noted_ = !expected;
+  if (hail_matched_ < hail.size()) { return; }
+  hail_matched_ = 0;
+  state_ = FirmwareState::ready;
+  note(FirmwareEvent::hail, sink);
+  sink.send(hail_answer);
+}
+
+void Firmware::answer(const HostPacket& request, double now_s, const DevicePacket& present,
+                      FirmwareSink& sink) noexcept {
+  if (state_ != FirmwareState::run) {
+    if (state_ != FirmwareState::load) { note(FirmwareEvent::skipped_load, sink); }
+    state_ = FirmwareState::run;
+    note(FirmwareEvent::run_begun, sink);
+  }
+  stray_noted_ = false;
+  hail_matched_ = 0;
+  last_ = request;
+  asked_ = true;
+  watchdog_noted_ = false;
+  torque_end_ = now_s + options_.watchdog;
+  ++replies_;
+  sink.send(encode(present));
+  sink.served(request, present);
+}
+
+void Firmware::pass_time(double now_s, FirmwareSink& sink) noexcept {
+  if (asked_ && !watchdog_noted_ && !asked_lately(now_s)) {
+    watchdog_noted_ = true;
+    note(FirmwareEvent::watchdog, sink);
+  }
+  const bool loading = state_ == FirmwareState::ready || state_ == FirmwareState::load;
+  if (loading && now_s - byte_time_ >= options_.load_silence) {
+    state_ = FirmwareState::boot;
+    reader_.give_up();
+    hail_matched_ = 0;
+    note(FirmwareEvent::load_abandoned, sink);
+  }
+}
+
+void Firmware::begin_run(double now_s, FirmwareSink& sink) noexcept {
+  pass_time(now_s, sink);
+  if (state_ == FirmwareState::run) { return; }
+  if (state_ != FirmwareState::load) { return note(FirmwareEvent::early_run, sink); }
+  state_ = FirmwareState::run;
+  reader_.give_up();  // what was under way came at the other rate
+  note(FirmwareEvent::run_begun, sink);
+}
+
+void Firmware::lose_power(double now_s, FirmwareSink& sink) noexcept {
+  pass_time(now_s, sink);
+  state_ = FirmwareState::boot;
+  reader_.give_up();
+  hail_matched_ = 0;
+  last_ = {};
+  asked_ = false;
+  note(FirmwareEvent::power_loss, sink);
+}
+
+bool Firmware::asked_lately(double now_s) const noexcept { return asked_ && now_s < torque_end_; }
+
+std::array<std::int16_t, 3> Firmware::words(double now_s) const noexcept {
+  return asked_lately(now_s) ? last_.words : std::array<std::int16_t, 3>{};
+}
+
+bool Firmware::homing(double now_s) const noexcept { return asked_lately(now_s) && last_.homing; }
+
+void Firmware::note(FirmwareEvent event, FirmwareSink& sink) noexcept {
+  ++events_[static_cast<std::size_t>(event)];
+  sink.happened(event);
+}
+
+const char* name_of(FirmwareState state) noexcept {
+  constexpr std::array names{"boot", "ready", "load", "run"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+const char* name_of(FirmwareEvent event) noexcept {
+  constexpr std::array<const char*, firmware_event_count> names{
+      "hail",      "load-begun", "run-begun", "skipped-load",   "stray-bytes",
+      "bad-frame", "early-run",  "watchdog",  "load-abandoned", "power-loss"};
+  return names[static_cast<std::size_t>(event)];
+}
+
 namespace {
 
 constexpr double longest_idle = 5e-3;  // [s] between two calls, so that the body keeps up

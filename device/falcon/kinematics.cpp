@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/falcon/kinematics.hpp"
 
 #include <Eigen/Geometry>
@@ -8,6 +9,75 @@
 #include <numbers>
 
 namespace palpate::device::falcon {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+}  // namespace
+
+Geometry libnifalcon() {
+  Geometry geometry;
+  geometry.azimuth = {105.0 * degree, -15.0 * degree, -135.0 * degree};
+  geometry.zero_angle = 35.0 * degree;
+  return geometry;
+}
+
+Geometry martin_hillier() {
+  Geometry geometry = libnifalcon();
+  geometry.knee_offset = 0.0115;
+  geometry.foot_offset = 0.0115;
+  geometry.effector_radius = 0.0157;
+  geometry.effector_lateral = -0.0262;
+  geometry.base_radius = 0.0366;
+  geometry.base_lateral = -0.0272;
+  geometry.reduction = 7.62;
+  return geometry;
+}
+
+Reach solve_leg(const Geometry& geometry, const LegFrame& frame, const Eigen::Vector3d& position,
+                Leg& leg) noexcept {
+  const double a = geometry.thigh;
+  const double b = geometry.shin;
+  const double X = frame.outward.dot(position) - geometry.radial_offset();
+  const double w = position.z();
+  leg.sideways = frame.sideways.dot(position) + geometry.lateral_offset();
+  if (!(w > 0.0) || !(std::abs(leg.sideways) < widest_swing * b)) { return Reach::beyond; }
+  leg.height = std::sqrt((b - leg.sideways) * (b + leg.sideways));
+  leg.reach = geometry.link_offset() + leg.height;
+  const double L = leg.reach;
+  const double R = std::sqrt(X * X + w * w);
+  // Of the triangle a, L, R; factored, since it straightens at the edge of reach.
+  const double area_squared = (a + L - R) * (a - L + R) * (L - a + R) * (a + L + R);
+  if (!(area_squared > 0.0) || !std::isfinite(area_squared)) { return Reach::beyond; }
+  const double twice = 2.0 * a * R;
+  const double cosine_at_base = (R * R + (a - L) * (a + L)) / twice;
+  const double sine_at_base = std::sqrt(area_squared) / twice;
+  leg.cosine = (X * cosine_at_base + w * sine_at_base) / R;
+  leg.sine = (w * cosine_at_base - X * sine_at_base) / R;
+  leg.outward = X - a * leg.cosine;
+  leg.away = w - a * leg.sine;
+  leg.lever = a * R * sine_at_base;
+  leg.closure = leg.outward * frame.outward + L * leg.sideways / leg.height * frame.sideways +
+                Eigen::Vector3d(0.0, 0.0, leg.away);
+  return Reach::within;
+}
+
+double curvature_acceleration(const Geometry& geometry, const LegFrame& frame, const Leg& leg,
+                              const Eigen::Vector3d& velocity) noexcept {
+  const double a = geometry.thigh;
+  const double b = geometry.shin;
+  const double rate = leg.rate().dot(velocity);
+  const double across = frame.sideways.dot(velocity);
+  const double outward_rate = frame.outward.dot(velocity) + a * leg.sine * rate;
+  const double away_rate = velocity.z() - a * leg.cosine * rate;
+  const double slope = leg.sideways / leg.height;                       // -dL/dv
+  const double bend = -b * b / (leg.height * leg.height * leg.height);  // d2L/dv2
+  const double pull = a * (leg.outward * leg.cosine + leg.away * leg.sine) * rate * rate;
+  return (outward_rate * outward_rate + away_rate * away_rate + pull -
+          (slope * slope + leg.reach * bend) * across * across) /
+         leg.lever;
+}
+
 namespace {
 
 constexpr double longest_step = 0.030;  // [m]
@@ -163,6 +233,32 @@ Eigen::Matrix3d jacobian(const std::array<Leg, 3>& legs) noexcept {
 Eigen::Vector3d force_of_torque(const Eigen::Matrix3d& jacobian,
                                 const Eigen::Vector3d& torque) noexcept {
   return jacobian.transpose().inverse() * torque;
+}
+
+double largest_force(const Eigen::Matrix3d& jacobian, const Eigen::Vector3d& direction,
+                     double largest_torque) noexcept {
+  return largest_torque / (jacobian.transpose() * direction).cwiseAbs().maxCoeff();
+}
+
+WeakestDirection weakest_direction(const Eigen::Matrix3d& jacobian,
+                                   double largest_torque) noexcept {
+  Eigen::Index leg = 0;
+  const double longest = jacobian.colwise().norm().maxCoeff(&leg);
+  return {.direction = jacobian.col(leg) / longest, .force = largest_torque / longest};
+}
+
+std::array<Eigen::Vector3d, 8> force_corners(const Eigen::Matrix3d& jacobian,
+                                             double largest_torque) noexcept {
+  const Eigen::Matrix3d force_of_torque = jacobian.transpose().inverse();
+  std::array<Eigen::Vector3d, 8> corners;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d torque;
+    for (unsigned leg = 0; leg < 3; ++leg) {
+      torque(leg) = (corner >> leg & 1U) != 0U ? largest_torque : -largest_torque;
+    }
+    corners[corner] = force_of_torque * torque;
+  }
+  return corners;
 }
 
 }  // namespace palpate::device::falcon

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/falcon/link_faults.hpp"
 
 #include <algorithm>

@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
+#include "device/bounded_queue.hpp"
 #include "device/falcon/packet.hpp"
-#include "device/falcon/ring.hpp"
 
 namespace palpate::device::falcon {
 
@@ -36,9 +36,9 @@ struct LinkFault {
   double end = std::numeric_limits<double>::infinity();  ///< [s]
   double latency = 0.0;                                  ///< Kind::latency: least delay [s]
   double jitter = 0.0;                                   ///< added at most, evenly spread [s]
-  int run = 1;  ///< drop, duplicate, corrupt: bytes in a row that one hit takes
-  int leg = 1;                                           ///< stuck encoder: 1, 2 or 3
-  Buttons buttons{};                                     ///< stuck button: those that stick
+  int run = 1;        ///< drop, duplicate, corrupt: bytes in a row that one hit takes
+  int leg = 1;        ///< stuck encoder: 1, 2 or 3
+  Buttons buttons{};  ///< stuck button: those that stick
 };
 
 struct FaultScript {

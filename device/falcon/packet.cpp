@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/falcon/packet.hpp"
 
 namespace palpate::device::falcon {
@@ -84,21 +85,15 @@ PacketBytes encode(const DevicePacket& packet) noexcept {
 bool may_stand(std::size_t place, std::uint8_t byte, std::uint8_t most_info) noexcept {
   constexpr unsigned most_nibble = 0x0F;
   switch (place) {
-    case 0:
-      return byte == packet_begin;
-    case info_place:
-      return byte >= zero && byte <= most_info + unsigned{zero};
-    case unused_place:
-      return byte == zero;
-    case packet_bytes - 1:
-      return byte == packet_end;
-    default:
-      return place < packet_bytes && byte >= zero && byte <= most_nibble + zero;
+    case 0: return byte == packet_begin;
+    case info_place: return byte >= zero && byte <= most_info + unsigned{zero};
+    case unused_place: return byte == zero;
+    case packet_bytes - 1: return byte == packet_end;
+    default: return place < packet_bytes && byte >= zero && byte <= most_nibble + zero;
   }
 }
 
-template <class Packet>
-std::optional<Packet> decode(const PacketBytes& bytes) noexcept {
+template <class Packet> std::optional<Packet> decode(const PacketBytes& bytes) noexcept {
   for (std::size_t place = 0; place < packet_bytes; ++place) {
     if (!may_stand(place, bytes[place], Packet::most_info)) { return std::nullopt; }
   }

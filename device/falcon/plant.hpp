@@ -1,13 +1,139 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The emulated mechanism, moving (device/README.md, "Motion"): classical Runge-Kutta of order 4
-/// between the instants at which an arm sticks or slips, which are found to 1e-12 of a step. The
-/// same bits for the same calls; no allocation, no lock.
+/// Coulomb friction in the three arms as the set that it is (device/README.md, "Friction"): a
+/// sliding arm feels the limit against its motion, a stuck one whatever holds it, up to the limit.
 
-#include "device/falcon/mechanics.hpp"
-#include "device/falcon/motors.hpp"
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+
+#include "device/falcon/body.hpp"
+#include "device/falcon/kinematics.hpp"
+#include "device/falcon/motors_encoders.hpp"
+#include "device/hand.hpp"
 
 namespace palpate::device::falcon {
+
+using Slip = std::array<int, 3>;  ///< sign of each arm's rate; 0: stuck
+
+/// The arms' accelerations are free + mobility x torque.
+struct ArmDynamics {
+  Eigen::Matrix3d mobility{};  ///< [rad/s^2 per N m], symmetric and positive
+  Eigen::Vector3d free{};      ///< without Coulomb friction [rad/s^2]
+};
+
+/// Torques [N m] that keep the stuck arms from accelerating while the others slide. What holds an
+/// arm may come out beyond the limit: then it cannot stay stuck.
+Eigen::Vector3d friction_torque(const ArmDynamics& arms, const Slip& slip, double limit) noexcept;
+
+/// Which of the arms at rest (0 in `slip`) stay stuck and which way the others start. The solution
+/// is unique: it minimises a strictly convex function in the box of the limit.
+Slip settled(const ArmDynamics& arms, const Slip& slip, double limit) noexcept;
+
+// Equation of motion of the Falcon with a hand at its grip (device/README.md, "Motion"): position
+// and velocity of the grip are the state, the arms follow through the exact kinematics.
+
+/// No Falcon's inertia, friction or stops are published: these are estimates. Masses and inertia
+/// are of the size that S. Martin's ultimate gains (ros_falcon) imply; vary all from half to
+/// double.
+struct PlantOptions {
+  double effector_mass = 0.13;    ///< with the grip [kg]
+  double tool_mass = 0.0;         ///< mounted on the grip [kg]
+  double arm_inertia = 4e-4;      ///< of one leg about its base joint, with the motor's [kg m^2]
+  double gravity = 9.80665;       ///< along -y, on effector and tool [m/s^2]
+  double coulomb = 4e-3;          ///< friction of each arm [N m]
+  double viscosity = 2e-4;        ///< of each arm [N m s/rad]
+  double inner_stop = -0.40;      ///< theta1 [rad]; -23 deg
+  double outer_stop = 1.62;       ///< theta1 [rad]; 93 deg
+  double elbow_stop = 0.105;      ///< least angle between thigh and shin's projection [rad]; 6 deg
+  double swing_stop = 1.02;       ///< most that a shin leans out of its leg's plane [rad]; 58 deg
+  double stop_stiffness = 100.0;  ///< [N m/rad]
+  double stop_viscosity = 0.2;    ///< [N m s/rad], only while it pushes back
+  double substep = 50e-6;         ///< longest step of the integrator [s]
+};
+
+/// What is given at an instant.
+struct Drive {
+  Eigen::Vector3d torque{};  ///< of the motors, arms at rest [N m]
+  double speed_share = 0.0;  ///< see MotorOptions
+  IntentPoint intent{};
+};
+
+using PlantState = Eigen::Matrix<double, 16, 1>;
+
+/// Views into a PlantState.
+namespace part {
+inline constexpr int position = 0, velocity = 3, arm_position = 6, arm_velocity = 9;
+inline constexpr int friction_loss = 12, stop_loss = 13, motor_work = 14, hand_work = 15;  // [J]
+}  // namespace part
+
+/// One evaluation.
+struct Motion {
+  PlantState derivative{};
+  ArmDynamics arms{};
+  Eigen::Vector3d rate{};      ///< theta1' [rad/s]
+  Eigen::Vector3d friction{};  ///< Coulomb's torque [N m]
+};
+
+class Mechanics {
+ public:
+  Mechanics(const Kinematics& kinematics, const PlantOptions& options);
+
+  /// False when the position is beyond reach; then `motion` is unspecified.
+  bool evaluate(const PlantState& state, const Drive& drive, const Hand& hand, const Slip& slip,
+                Motion& motion) const noexcept;
+
+  /// Velocity nearest to this one, in the metric of the kinetic energy, at which no stuck arm
+  /// moves.
+  [[nodiscard]] Eigen::Vector3d held(const PlantState& state, const Hand& hand,
+                                     const Slip& slip) const noexcept;
+
+  /// Of effector, tool, hand and arms [J].
+  [[nodiscard]] double kinetic(const PlantState& state, const Hand& hand) const noexcept;
+  /// Height and strained stops [J].
+  [[nodiscard]] double potential(const PlantState& state) const noexcept;
+
+  [[nodiscard]] const Kinematics& kinematics() const noexcept { return kinematics_; }
+  [[nodiscard]] const PlantOptions& options() const noexcept { return options_; }
+
+ private:
+  /// Force on the grip [N], energy stored [J], power lost [W].
+  struct Stops {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    double energy = 0.0;
+    double loss = 0.0;
+  };
+  /// Everything but Coulomb friction.
+  struct Applied {
+    HandForces hand{};
+    Stops stops{};
+    Eigen::Vector3d curvature{};  ///< arms' acceleration at constant velocity [rad/s^2]
+    Eigen::Vector3d motors{};     ///< [N m]
+    Eigen::Vector3d force{};      ///< on the grip, all together [N]
+  };
+  [[nodiscard]] Applied applied(const std::array<Leg, 3>& legs, const PlantState& state,
+                                const Drive& drive, const Hand& hand) const noexcept;
+  void press(Stops& stops, double depth, double rate, const Eigen::Vector3d& slope) const noexcept;
+  [[nodiscard]] Stops stops_at(const std::array<Leg, 3>& legs, const Eigen::Vector3d& position,
+                               const Eigen::Vector3d& velocity) const noexcept;
+  [[nodiscard]] Eigen::Vector3d elbow_slope(int index, const Leg& leg,
+                                            const Eigen::Vector3d& position) const noexcept;
+  [[nodiscard]] double grip_mass(const Hand& hand) const noexcept {
+    return options_.effector_mass + options_.tool_mass + hand.impedance.mass;
+  }
+  [[nodiscard]] Eigen::Matrix3d inverse_mass(const Eigen::Matrix3d& slope,
+                                             const Hand& hand) const noexcept;
+
+  Kinematics kinematics_;
+  PlantOptions options_;
+  Eigen::Vector2d inner_;  ///< cosine and sine of the stop
+  Eigen::Vector2d outer_;
+  double widest_;  ///< |v + f| at the swing stop [m]
+};
+
+// The emulated mechanism, moving (device/README.md, "Motion"): classical Runge-Kutta of order 4
+// between the instants at which an arm sticks or slips, which are found to 1e-12 of a step. The
+// same bits for the same calls; no allocation, no lock.
 
 /// Since the plant was placed [J]. What is lost counts positive.
 struct EnergyAudit {
@@ -74,13 +200,62 @@ class Plant {
 
   Mechanics mechanics_;
   PlantState state_ = PlantState::Zero();
-  Motion now_{};             ///< at the state, while it is known
+  Motion now_{};  ///< at the state, while it is known
   bool now_known_ = false;
   Slip slip_{};
   double time_ = 0.0;
   double energy_at_start_ = 0.0;
   long halts_ = 0;
   bool arm_placed_ = false;
+};
+
+// The body of an emulated Falcon with all its physics: a hand holds the grip, the motors pull at
+// it, the encoders count.
+
+struct PlantBodyOptions {
+  Geometry geometry = libnifalcon();
+  PlantOptions plant{};
+  MotorOptions motors{};
+  EncoderOptions encoders{};
+  Eigen::Vector3d start{0.0, 0.0, 0.125};  ///< of the grip, at rest [m]
+  bool homed = true;                       ///< at power-on; false: encoders begin anywhere
+  /// The person homes the device when the host asks for it: the grip all the way out, then in, and
+  /// back to the start.
+  bool homes = false;
+  std::uint64_t seed = 1;  ///< of the offset at power-on
+};
+
+class PlantBody final : public Body {
+ public:
+  /// Throws std::invalid_argument where the start is beyond reach.
+  PlantBody(const PlantBodyOptions& options, const Hand& hand);
+
+  void advance(double duration_s, const std::array<std::int16_t, 3>& words,
+               bool homing) noexcept override;
+  [[nodiscard]] DevicePacket present() const noexcept override;
+  void lose_power() noexcept override;
+
+  /// Torques at the arms [N m] instead of words: exact, not rounded, not clamped.
+  void advance_exactly(double duration_s, const Eigen::Vector3d& torque) noexcept;
+
+  [[nodiscard]] const Plant& plant() const noexcept { return plant_; }
+  [[nodiscard]] Hand& hand() noexcept { return hand_; }
+  [[nodiscard]] const Hand& hand() const noexcept { return hand_; }
+  /// What the motors pull the hand with now [N].
+  [[nodiscard]] Eigen::Vector3d delivered_force() const noexcept;
+  [[nodiscard]] EnergyAudit energy() const noexcept { return plant_.energy(hand_); }
+
+ private:
+  void begin_gesture() noexcept;
+
+  PlantBodyOptions options_;
+  Kinematics kinematics_;
+  Hand hand_;
+  Intent gesture_;  ///< of homing, at first; the person's own intent once it has begun
+  bool gestured_ = false;
+  Plant plant_;
+  Motors motors_;
+  Encoders encoders_;
 };
 
 }  // namespace palpate::device::falcon

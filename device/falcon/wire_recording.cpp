@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/falcon/wire_recording.hpp"
 
 #include <algorithm>
@@ -56,11 +57,12 @@ WireRecord parse(std::string_view text, int line) {
   if (direction != to_device && direction != to_host) {
     refuse(line, "direction; must be to-device or to-host");
   }
-  record.direction = direction == to_device ? WireRecord::Direction::to_device : WireRecord::Direction::to_host;
-  const bool whole =
-      second < text.size() && parse_hex(text.substr(second + 1), record.bytes) &&
-      (record.direction == WireRecord::Direction::to_device ? decode<HostPacket>(record.bytes).has_value()
-                                                : decode<DevicePacket>(record.bytes).has_value());
+  record.direction =
+      direction == to_device ? WireRecord::Direction::to_device : WireRecord::Direction::to_host;
+  const bool whole = second < text.size() && parse_hex(text.substr(second + 1), record.bytes) &&
+                     (record.direction == WireRecord::Direction::to_device
+                          ? decode<HostPacket>(record.bytes).has_value()
+                          : decode<DevicePacket>(record.bytes).has_value());
   if (!whole) { refuse(line, "bytes; must be the 32 hexadecimal digits of a well-formed packet"); }
   return record;
 }

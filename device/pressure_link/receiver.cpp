@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/pressure_link/receiver.hpp"
 
 namespace palpate::device::pressure_link {
@@ -38,8 +39,8 @@ std::span<const std::uint8_t> Receiver::waiting_bytes() noexcept {
   return std::span(bytes_).first(filled);
 }
 
-/// Where this thread got no time for a while, bytes waited: each came as long ago as the line took for
-/// those behind it. By the clock alone two seconds of waiting would look like a gap.
+/// Where this thread got no time for a while, bytes waited: each came as long ago as the line took
+/// for those behind it. By the clock alone two seconds of waiting would look like a gap.
 void Receiver::take(std::span<const std::uint8_t> bytes) noexcept {
   const double now = link_.now();
   for (std::size_t n = 0; n < bytes.size(); ++n) {

@@ -10,15 +10,16 @@
 #include <span>
 #include <thread>
 
+#include "device/bounded_queue.hpp"
 #include "device/byte_link.hpp"
-#include "device/handover.hpp"
-#include "device/pressure_link/frame_reader.hpp"
+#include "device/pressure_link/frame.hpp"
 
 namespace palpate::device::pressure_link {
 
 struct PressureSample {
   std::int64_t index = -1;  ///< frame periods since the first frame; -1: none has come yet
-  /// Clock of the link when its last byte came, told back from when it was read by the bytes behind it [s].
+  /// Clock of the link when its last byte came, told back from when it was read by the bytes behind
+  /// it [s].
   double arrival = 0.0;
   std::int16_t pressure = 0;  ///< gauge [0.1 mmHg]
   bool over_range = false;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/pressure_link/transducer.hpp"
 
 #include <algorithm>
@@ -62,8 +63,7 @@ void Transducer::serve(ByteLink& link) noexcept {
 
 double Transducer::next_call() const noexcept {
   if (!begin_) { return 0.0; }
-  const double delivery =
-      line_.next_arrival().value_or(std::numeric_limits<double>::infinity());
+  const double delivery = line_.next_arrival().value_or(std::numeric_limits<double>::infinity());
   return bytes_passed_ < byte_count() ? std::min(due(bytes_passed_), delivery) : delivery;
 }
 

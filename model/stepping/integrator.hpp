@@ -9,12 +9,11 @@
 #include <string_view>
 #include <type_traits>
 
-#include "model/stepping/system.hpp"
+#include "model/kernels/system.hpp"
 
 namespace palpate {
 
-template <class Real>
-class Integrator {
+template <class Real> class Integrator {
  public:
   virtual ~Integrator() = default;
   /// Allocates workspace for steps of about h [s]; called once, before the loop.
@@ -27,19 +26,23 @@ class Integrator {
                      double /*h*/) noexcept {}
   /// One step from t to t + h. Failure shows as values that are not finite.
   virtual void step(System<Real>& system, State<Real>& state, double t, double h) noexcept = 0;
-  /// A way [m] that no coordinate has gone further than since prepare(), not finite once anything is not;
-  /// empty where the scheme does not keep it.
-  [[nodiscard]] virtual std::optional<double> most_travelled() const noexcept { return std::nullopt; }
+  /// A way [m] that no coordinate has gone further than since prepare(), not finite once anything
+  /// is not; empty where the scheme does not keep it.
+  [[nodiscard]] virtual std::optional<double> most_travelled() const noexcept {
+    return std::nullopt;
+  }
   /// Of the workspace that prepare() makes.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept = 0;
   /// Velocity at the instant of the position; holds until the next step.
-  virtual const Vector<Real>& velocity_at(const State<Real>& state) noexcept { return state.velocity; }
+  virtual const Vector<Real>& velocity_at(const State<Real>& state) noexcept {
+    return state.velocity;
+  }
 };
 
 /// Of numbers in vectors.
-template <class... Vectors>
-std::size_t bytes_of(const Vectors&... vectors) noexcept {
-  return (std::size_t{0} + ... + (static_cast<std::size_t>(vectors.size()) * sizeof(vectors.data()[0])));
+template <class... Vectors> std::size_t bytes_of(const Vectors&... vectors) noexcept {
+  return (std::size_t{0} + ... +
+          (static_cast<std::size_t>(vectors.size()) * sizeof(vectors.data()[0])));
 }
 
 /// Facts of a scheme. Orders are of the error at fixed time against the exact motion.
@@ -48,14 +51,13 @@ struct IntegratorInfo {
   std::string_view summary;
   int order_undamped = 1;
   int order_damped = 1;
-  int evaluations = 1;         ///< of the force per step; implicit schemes: per iteration
-  bool implicit = false;       ///< A-stable: no limit on the step
-  bool one_evaluation = false; ///< can carry the lagged spring velocity of the printed Eq. 9
+  int evaluations = 1;          ///< of the force per step; implicit schemes: per iteration
+  bool implicit = false;        ///< A-stable: no limit on the step
+  bool one_evaluation = false;  ///< can carry the lagged spring velocity of the printed Eq. 9
   std::unique_ptr<Integrator<double>> (*make_double)() = nullptr;
   std::unique_ptr<Integrator<float>> (*make_float)() = nullptr;
 
-  template <class Real>
-  [[nodiscard]] std::unique_ptr<Integrator<Real>> make() const {
+  template <class Real> [[nodiscard]] std::unique_ptr<Integrator<Real>> make() const {
     if constexpr (std::is_same_v<Real, float>) {
       return make_float();
     } else {
@@ -73,3 +75,19 @@ const IntegratorInfo* find_integrator(std::string_view name);
 inline double load_gate(double t, double h) noexcept { return t + 1e-6 * h; }
 
 }  // namespace palpate
+
+namespace palpate::schemes {
+
+// One declaration per scheme file; integrator_registry.cpp collects them.
+
+extern const IntegratorInfo euler;
+extern const IntegratorInfo euler_cromer;
+extern const IntegratorInfo feynman_newton;
+extern const IntegratorInfo feynman_newton_printed;
+extern const IntegratorInfo leapfrog;
+extern const IntegratorInfo velocity_verlet;
+extern const IntegratorInfo rk4;
+extern const IntegratorInfo implicit_euler;
+extern const IntegratorInfo implicit_midpoint;
+
+}  // namespace palpate::schemes

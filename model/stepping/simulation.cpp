@@ -1,18 +1,180 @@
 // SPDX-License-Identifier: MIT
+/// The columns of a scene's records, and their values at a tick. Only what is recorded is computed.
+
 #include "model/stepping/simulation.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <optional>
+#include <span>
+#include <vector>
 
-#include "model/dynamics/network_builder.hpp"
-#include "model/stepping/divergence.hpp"
-#include "model/stepping/flushed_denormals.hpp"
-#include "model/stepping/network_system.hpp"
-#include "model/stepping/oscillator_system.hpp"
-#include "model/stepping/pushes.hpp"
-#include "model/stepping/recorder.hpp"
-#include "model/stepping/tool_run.hpp"
+#include "model/kernels/instruction_set.hpp"
+#include "model/kernels/network_system.hpp"
+#include "model/kernels/system.hpp"
+#include "model/problem/problem.hpp"
+#include "model/problem/spring_law.hpp"
+#include "model/problem/trace.hpp"
+#include "model/reduction/mode_basis.hpp"
+#include "model/stepping/integrator.hpp"
+#include "model/stepping/tool_system.hpp"
+#include "model/tissue/network_builder.hpp"
 
 namespace palpate {
+
+/// Where nodes are at an instant, and how fast.
+class NodeMotion {
+ public:
+  virtual ~NodeMotion() = default;
+  [[nodiscard]] virtual Eigen::Vector3d position(int node) noexcept = 0;  ///< [m]
+  [[nodiscard]] virtual Eigen::Vector3d velocity(int node) noexcept = 0;  ///< [m/s]
+};
+
+class Recorder {
+ public:
+  Recorder(const Scene& scene, const NetworkProblem& problem);
+
+  [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
+  void sample(double t, double gate, NodeMotion& now, std::span<double> row) const noexcept;
+
+ private:
+  struct Item {
+    int node;
+    RecordedQuantity quantity;
+    std::vector<Spring> springs;  ///< of the node, for its force
+    std::vector<int> loads;
+  };
+  [[nodiscard]] Eigen::Vector3d force(const Item& item, double t, double gate,
+                                      NodeMotion& now) const noexcept;
+
+  const NetworkProblem& problem_;
+  SpringLaw law_;
+  std::vector<Item> items_;
+  std::vector<Column> columns_;
+};
+
+namespace {
+
+struct QuantityColumns {
+  std::array<const char*, 3> suffixes;
+  const char* unit;
+};
+
+QuantityColumns columns_of(RecordedQuantity quantity) {
+  switch (quantity) {
+    case RecordedQuantity::velocity: return {{"vx_m_per_s", "vy_m_per_s", "vz_m_per_s"}, "m/s"};
+    case RecordedQuantity::force: return {{"fx_n", "fy_n", "fz_n"}, "N"};
+    case RecordedQuantity::position: break;
+  }
+  return {{"x_m", "y_m", "z_m"}, "m"};
+}
+
+}  // namespace
+
+Recorder::Recorder(const Scene& scene, const NetworkProblem& problem)
+    : problem_(problem), law_(SpringLaw::from(scene.simulation.printed)) {
+  const SpringNetwork& network = problem.network();
+  for (const Record& record : scene.records) {
+    const int node = record_node(record, network);
+    for (const RecordedQuantity quantity : record.quantities) {
+      const QuantityColumns names = columns_of(quantity);
+      for (const char* suffix : names.suffixes) {
+        columns_.push_back({record.name + "." + suffix, names.unit, {}});
+      }
+      Item item{node, quantity, {}, {}};
+      if (quantity == RecordedQuantity::force) {
+        std::ranges::copy_if(network.springs, std::back_inserter(item.springs),
+                             [&](const Spring& s) { return s.a == node || s.b == node; });
+        for (std::size_t n = 0; n < problem.loads().size(); ++n) {
+          const auto times = std::ranges::count(problem.loads()[n].nodes, node);
+          for (long k = 0; k < times; ++k) { item.loads.push_back(static_cast<int>(n)); }
+        }
+      }
+      items_.push_back(std::move(item));
+    }
+  }
+}
+
+Eigen::Vector3d Recorder::force(const Item& item, double t, double gate,
+                                NodeMotion& now) const noexcept {
+  const SpringNetwork& network = problem_.network();
+  Eigen::Vector3d total = network.mass(item.node) * problem_.gravity();
+  for (const int n : item.loads) {
+    const Load& load = problem_.loads()[static_cast<std::size_t>(n)];
+    total += load_factor(load, t, gate) * load.force;
+  }
+  for (const Spring& s : item.springs) {
+    const Eigen::Vector3d d = now.position(s.b) - now.position(s.a);
+    const double length = d.norm();
+    if (length < zero_length) { continue; }
+    const double rate = (now.velocity(s.b) - now.velocity(s.a)).dot(d) / length;
+    const Eigen::Vector3d on_a =
+        spring_force<double>(law_, s.stiffness, s.viscosity, s.rest_length, d, length, rate);
+    total += s.a == item.node ? on_a : Eigen::Vector3d(-on_a);
+  }
+  return total;
+}
+
+void Recorder::sample(double t, double gate, NodeMotion& now,
+                      std::span<double> row) const noexcept {
+  std::size_t place = 0;
+  for (const Item& item : items_) {
+    const Eigen::Vector3d value =
+        item.quantity == RecordedQuantity::position   ? now.position(item.node)
+        : item.quantity == RecordedQuantity::velocity ? now.velocity(item.node)
+                                                      : force(item, t, gate, now);
+    for (int n = 0; n < 3; ++n) { row[place++] = value(n); }
+  }
+}
+
+// When a run counts as diverged.
+
+/// How far a coordinate may go [m] in a run that has not diverged: a million times the size of what
+/// moves, beyond where it is at first.
+double bound_of_motion(const Problem& problem);
+
+/// Whether a state is finite and within `bound` [m]. A sum of squares cannot hide what is not
+/// finite, and is quick; only a large one, or one that is no number, asks for a closer look.
+/// `travelled`: most that any coordinate can have gone [m], if the scheme knows.
+template <class Real>
+bool is_sane(const State<Real>& state, Real bound, std::optional<double> travelled) noexcept {
+  if (travelled && *travelled <= static_cast<double>(bound)) { return true; }
+  const bool near = state.position.squaredNorm() <= bound * bound;
+  if (near && std::isfinite(state.velocity.squaredNorm())) { return true; }
+  const Real far = state.position.template lpNorm<Eigen::Infinity>();
+  return far <= bound && state.position.allFinite() && state.velocity.allFinite();
+}
+
+namespace {
+
+/// Motion further than this many times the body's own size is divergence.
+constexpr double out_of_bounds = 1e6;
+
+double extent_of(const NodeVectors& place) {
+  return place.cols() == 0 ? 0.0 : (place.rowwise().maxCoeff() - place.rowwise().minCoeff()).norm();
+}
+
+/// How far it goes without damping.
+double reach_of(const Oscillator& o) {
+  const double omega = std::sqrt(o.stiffness / o.mass);
+  if (omega > 0.0) {
+    return std::abs(o.displacement) + std::abs(o.velocity) / omega +
+           std::abs(o.drive_amplitude) / o.stiffness;
+  }
+  return std::abs(o.displacement) + std::abs(o.velocity) + std::abs(o.drive_amplitude) / o.mass;
+}
+
+}  // namespace
+
+double bound_of_motion(const Problem& problem) {
+  const auto* network = dynamic_cast<const NetworkProblem*>(&problem);
+  const double size = network != nullptr
+                          ? extent_of(network->held_position())
+                          : reach_of(dynamic_cast<const OscillatorProblem&>(problem).oscillator());
+  return out_of_bounds * std::max(size, 1e-3);
+}
 
 /// Hides the precision.
 class Simulation::Core : public NodeMotion {
@@ -57,11 +219,12 @@ void Simulation::Core::sample(std::span<double> row) noexcept {
 }
 
 void Simulation::Core::node_positions(Eigen::Ref<NodeVectors> all) noexcept {
-  for (int node = 0; node < static_cast<int>(all.cols()); ++node) { all.col(node) = position(node); }
+  for (int node = 0; node < static_cast<int>(all.cols()); ++node) {
+    all.col(node) = position(node);
+  }
 }
 
-template <class Real>
-class Simulation::CoreOf final : public Simulation::Core {
+template <class Real> class Simulation::CoreOf final : public Simulation::Core {
  public:
   CoreOf(const Scene& scene, std::unique_ptr<Problem> of, bool skip) {
     problem = std::move(of);
@@ -96,28 +259,34 @@ class Simulation::CoreOf final : public Simulation::Core {
         integrator_->step(*system_, state_, begin + n * plan.h, update_length_);
       }
     } else {
-      for (int n = 0; n < plan.substeps; ++n) { tool_->step(*integrator_, state_, begin + n * plan.h, plan.h); }
+      for (int n = 0; n < plan.substeps; ++n) {
+        tool_->step(*integrator_, state_, begin + n * plan.h, plan.h);
+      }
     }
     ++ticks;
     velocity_ = nullptr;
     elastic_energy_.reset();
     if (tool_ != nullptr) { measure_tool(); }
-    return is_sane(state_, bound_, integrator_->most_travelled()) ? StepStatus::ok : StepStatus::diverged;
+    return is_sane(state_, bound_, integrator_->most_travelled()) ? StepStatus::ok
+                                                                  : StepStatus::diverged;
   }
 
-  [[nodiscard]] Eigen::Vector3d position(int node) noexcept override { return value_at(state_.position, node); }
-  [[nodiscard]] Eigen::Vector3d velocity(int node) noexcept override { return value_at(velocity_now(), node); }
+  [[nodiscard]] Eigen::Vector3d position(int node) noexcept override {
+    return value_at(state_.position, node);
+  }
+  [[nodiscard]] Eigen::Vector3d velocity(int node) noexcept override {
+    return value_at(velocity_now(), node);
+  }
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept override {
     read(state_.position, q);
   }
-  void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept override {
-    read(velocity_now(), v);
-  }
+  void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept override { read(velocity_now(), v); }
   double energy() noexcept override {
     const Vector<Real>& q = state_.position;
     const Vector<Real>& v = velocity_now();
     if (network_ == nullptr) { return oscillator_->energy(q, v); }
-    const double energy = elastic_energy_ ? network_->energy(q, v, *elastic_energy_) : network_->energy(q, v);
+    const double energy =
+        elastic_energy_ ? network_->energy(q, v, *elastic_energy_) : network_->energy(q, v);
     return tool_ != nullptr ? energy + tool_->kinetic_energy() : energy;
   }
   void sample_tool(std::span<double> row) noexcept override {
@@ -149,7 +318,8 @@ class Simulation::CoreOf final : public Simulation::Core {
     return network_ != nullptr ? network_->awake_share() : 1.0;
   }
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    const std::size_t stepping = bytes_of(state_.position, state_.velocity) + integrator_->memory_bytes();
+    const std::size_t stepping =
+        bytes_of(state_.position, state_.velocity) + integrator_->memory_bytes();
     if (network_ == nullptr) { return stepping + sizeof(OscillatorSystem<Real>); }
     return stepping + network_->memory_bytes() + (tool_ != nullptr ? tool_->memory_bytes() : 0) +
            static_cast<const NetworkProblem&>(*problem).memory_bytes();
@@ -159,13 +329,21 @@ class Simulation::CoreOf final : public Simulation::Core {
   void add_network(const Scene& scene, const NetworkProblem& network, bool skip) {
     std::optional<FarFieldSetting> far;
     if (plan.near) {
-      far = {.near = *plan.near, .pushes = pushes_of(scene, network), .modes = scene.simulation.far_modes};
+      far = {.near = *plan.near,
+             .pushes = pushes_of(scene, network),
+             .modes = scene.simulation.far_modes};
     }
     auto made = make_network_system<Real>(
-        network, {.printed = scene.simulation.printed, .h = plan.h, .lattice = plan.lattice,
-                  .matrices = plan.integrator->implicit, .threads = plan.threads, .sleep_force = plan.sleep_force,
-                  .touched = plan.sleep_force > 0.0 ? nodes_of_tool(scene, network.network()) : std::vector<int>{},
-                  .skip = skip, .far = std::move(far)});
+        network, {.printed = scene.simulation.printed,
+                  .h = plan.h,
+                  .lattice = plan.lattice,
+                  .matrices = plan.integrator->implicit,
+                  .threads = plan.threads,
+                  .sleep_force = plan.sleep_force,
+                  .touched = plan.sleep_force > 0.0 ? nodes_of_tool(scene, network.network())
+                                                    : std::vector<int>{},
+                  .skip = skip,
+                  .far = std::move(far)});
     network_ = made.get();
     system_ = std::move(made);
     recorder = std::make_unique<Recorder>(scene, network);
@@ -208,9 +386,7 @@ class Simulation::CoreOf final : public Simulation::Core {
     if (velocity_ == nullptr) { velocity_ = &integrator_->velocity_at(state_); }
     return *velocity_;
   }
-  System<Real>& stepped() noexcept {
-    return tool_ != nullptr ? tool_->system() : *system_;
-  }
+  System<Real>& stepped() noexcept { return tool_ != nullptr ? tool_->system() : *system_; }
   /// What a tick is there for, so it is part of the tick's time.
   void measure_tool() noexcept {
     const double t = static_cast<double>(ticks) * tick_length;
@@ -226,7 +402,7 @@ class Simulation::CoreOf final : public Simulation::Core {
   const Vector<Real>* velocity_ = nullptr;  ///< of the present instant, once it was asked for
   std::optional<double> elastic_energy_;    ///< likewise [J]
   double update_length_ = 0.0;  ///< h, or 1 where the printed form leaves the time step out
-  Real bound_ = 0;  ///< of a coordinate that has not diverged [m]
+  Real bound_ = 0;              ///< of a coordinate that has not diverged [m]
 };
 
 void Simulation::build(const Scene& scene, std::unique_ptr<Problem> problem, bool skip) {
@@ -275,7 +451,9 @@ std::span<const ToolHappening> Simulation::tool_happenings() const noexcept {
   return core_->tool_happenings();
 }
 void Simulation::forget_tool_happenings() noexcept { core_->forget_tool_happenings(); }
-void Simulation::coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept { core_->coordinates(q); }
+void Simulation::coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept {
+  core_->coordinates(q);
+}
 void Simulation::velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept { core_->velocities(v); }
 double Simulation::energy() noexcept { return core_->energy(); }
 int Simulation::zero_length_springs() const noexcept { return core_->zero_length_springs(); }
@@ -283,7 +461,9 @@ std::size_t Simulation::spring_count() const noexcept { return core_->spring_cou
 double Simulation::awake_share() const noexcept { return core_->awake_share(); }
 std::size_t Simulation::memory_bytes() const noexcept { return core_->memory_bytes(); }
 
-void Simulation::node_positions(Eigen::Ref<NodeVectors> all) noexcept { core_->node_positions(all); }
+void Simulation::node_positions(Eigen::Ref<NodeVectors> all) noexcept {
+  core_->node_positions(all);
+}
 NodeVectors Simulation::node_positions() const {
   const auto* network = dynamic_cast<const NetworkProblem*>(core_->problem.get());
   if (network == nullptr) { return {}; }

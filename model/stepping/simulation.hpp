@@ -6,8 +6,8 @@
 #include <memory>
 #include <span>
 
-#include "model/dynamics/problem.hpp"
-#include "model/dynamics/trace.hpp"
+#include "model/problem/problem.hpp"
+#include "model/problem/trace.hpp"
 #include "model/stepping/step_plan.hpp"
 #include "model/stepping/tool_report.hpp"
 
@@ -31,8 +31,8 @@ class Simulation {
   /// To the next tick. After `diverged` the state is what it was when that was seen.
   StepStatus tick() noexcept;
 
-  [[nodiscard]] double time() const noexcept;   ///< [s]
-  [[nodiscard]] long ticks() const noexcept;    ///< done so far
+  [[nodiscard]] double time() const noexcept;      ///< [s]
+  [[nodiscard]] long ticks() const noexcept;       ///< done so far
   [[nodiscard]] long tick_count() const noexcept;  ///< in the scene's duration
   [[nodiscard]] const StepPlan& plan() const noexcept;
   [[nodiscard]] const Problem& problem() const noexcept;
@@ -70,8 +70,7 @@ class Simulation {
 
  private:
   class Core;
-  template <class Real>
-  class CoreOf;
+  template <class Real> class CoreOf;
   void build(const Scene& scene, std::unique_ptr<Problem> problem, bool skip);
   std::unique_ptr<Core> core_;
 };

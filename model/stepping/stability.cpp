@@ -1,16 +1,435 @@
 // SPDX-License-Identifier: MIT
+/// What springs of a network add to its matrices of stiffness and damping at the initial positions,
+/// spring by spring.
+
 #include "model/stepping/stability.hpp"
 
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <vector>
 
-#include <Eigen/LU>
+#include "model/kernels/system.hpp"
+#include "model/problem/problem.hpp"
+#include "model/problem/spring_law.hpp"
 
-#include "model/stepping/oscillator_system.hpp"
+namespace palpate::spring_blocks {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double roundings = 1e-12;  ///< of sums and eigenvalues, as a share
+
+enum class Which { stiffness, stretched_stiffness, damping };
+
+/// k u u^T with the geometric stiffness, of all springs or of stretched ones only (which leaves
+/// nothing negative and can only raise the frequencies); or c u u^T. Nothing for a spring without
+/// length.
+std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d, Which which);
+
+/// Blocks of the bonds that a run of nodes shares: computed anew only where a spring differs from
+/// that of the node before by more than rounding.
+class RunBlocks {
+ public:
+  RunBlocks(std::span<const SpringList::Bond> bonds, Which which)
+      : bonds_(bonds), which_(which), known_(bonds.size()) {}
+  /// Null for a spring without length.
+  const Matrix3d* at(std::size_t bond, const Vector3d& d) {
+    Known& known = known_[bond];
+    const double near = 0.1 * roundings * known.d.cwiseAbs().maxCoeff();
+    if (!known.asked || !((d - known.d).cwiseAbs().maxCoeff() <= near)) {
+      known = {d, block_of(bonds_[bond], d, which_), true};
+    }
+    return known.block ? &*known.block : nullptr;
+  }
+
+ private:
+  struct Known {
+    Vector3d d = Vector3d::Zero();
+    std::optional<Matrix3d> block{};
+    bool asked = false;
+  };
+  std::span<const SpringList::Bond> bonds_;
+  Which which_;
+  std::vector<Known> known_;
+};
+
+/// Nodes by their index.
+struct NodeRange {
+  int first = 0;
+  int last = std::numeric_limits<int>::max();
+  /// Whether a run may have a spring with an end in it.
+  [[nodiscard]] bool meets(const SpringList::Run& run,
+                           std::span<const SpringList::Bond> bonds) const {
+    const auto [least, most] = std::ranges::minmax(bonds, {}, &SpringList::Bond::to);
+    const int run_last = run.first_node + run.nodes - 1;
+    return run.first_node + std::min(0, least.to) <= last &&
+           run_last + std::max(0, most.to) >= first;
+  }
+};
+
+/// visit(a, b, matrix) for springs with an end at a coordinate that `wanted` allows, in `range`.
+template <class Wanted, class Visit>
+void visit_blocks(const NetworkProblem& problem, Which which, const NodeRange& range, Wanted wanted,
+                  Visit visit) {
+  const SpringNetwork& network = problem.network();
+  const NodeVectors& place = problem.held_position();
+  for (const SpringList::Run& run : network.springs.runs()) {
+    const auto bonds = network.springs.bonds(run);
+    if (!range.meets(run, bonds)) { continue; }
+    RunBlocks blocks(bonds, which);
+    for (int node = run.first_node; node < run.first_node + run.nodes; ++node) {
+      const Eigen::Index a = problem.coordinate(node);
+      for (std::size_t n = 0; n < bonds.size(); ++n) {
+        const int other = node + bonds[n].to;
+        const Eigen::Index b = problem.coordinate(other);
+        if (!(a >= 0 && wanted(a)) && !(b >= 0 && wanted(b))) { continue; }
+        if (which == Which::damping && !(bonds[n].viscosity > 0.0)) { continue; }
+        const Matrix3d* matrix = blocks.at(n, place.col(other) - place.col(node));
+        if (matrix != nullptr) { visit(a, b, *matrix); }
+      }
+    }
+  }
+}
+
+std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d, Which which) {
+  const double length = d.norm();
+  if (length < zero_length) { return {}; }
+  const Vector3d u = d / length;
+  const Matrix3d along = u * u.transpose();
+  if (which == Which::damping) { return bond.viscosity * along; }
+  double tension = bond.stiffness * (length - bond.rest_length);
+  if (which == Which::stretched_stiffness) { tension = std::max(0.0, tension); }
+  return bond.stiffness * along + tension / length * (Matrix3d::Identity() - along);
+}
+
+}  // namespace palpate::spring_blocks
 
 namespace palpate {
+
+// The fastest mode of a network, sought from below.
+
+/// Part of a problem's coordinates, in which all others stand still. No motion of the part is
+/// faster than the fastest of the whole, so what it says is said of the whole from below.
+struct Part {
+  std::vector<Eigen::Index> coordinate;  ///< by that of the whole: in the part, or -1
+  Eigen::VectorXd mass;                  ///< [kg]
+  spring_blocks::NodeRange nodes;
+};
+
+/// All of a network whose modes are still sought as a whole; of a larger one what lies around free
+/// node `fastest`.
+Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest);
+
+/// Lanczos' method for M^-1 B in the M inner product, three vectors at a time; going through it
+/// again with the coordinates of a Ritz vector adds that vector up.
+class Lanczos {
+ public:
+  /// B: of the springs of `part`, which outlives this.
+  Lanczos(const NetworkProblem& problem, spring_blocks::Which which, const Part& part);
+
+  /// Largest eigenvalue [1/s^2 or 1/s], from below: a Ritz value can only fall short of it.
+  double largest();
+  /// The vector of the value that largest() found.
+  Eigen::VectorXd vector();
+
+ private:
+  /// Of one spring between two coordinates (-1: fixed).
+  struct Block {
+    Eigen::Index a;
+    Eigen::Index b;
+    Eigen::Matrix3d matrix;
+  };
+
+  void apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
+  void begin();
+  void advance();
+
+  const Eigen::VectorXd& mass_;
+  std::vector<Block> blocks_;
+  Eigen::VectorXd before_, now_, next_;
+  std::vector<double> alpha_, beta_;  ///< diagonal of the tridiagonal matrix, and beside it
+  Eigen::VectorXd ritz_;
+};
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr int most_vectors = 200;
+constexpr double accuracy = 1e-5;
+/// Free nodes of a network whose modes are still sought as a whole; of a larger one this many.
+constexpr Eigen::Index most_nodes = 8000;
+
+/// Fixed, with every wave length in it.
+VectorXd start_vector(Eigen::Index size) {
+  VectorXd x(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    x(i) = std::cos(1.0 + 12.9898 * static_cast<double>(i)) + (i % 2 == 0 ? 0.3 : -0.3);
+  }
+  return x;
+}
+
+}  // namespace
+
+Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest) {
+  const auto& free = problem.free_nodes();
+  const auto nodes = static_cast<Eigen::Index>(free.size());
+  std::vector<Eigen::Index> order(free.size());
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  if (nodes > most_nodes) {
+    const NodeVectors& places = problem.network().rest_position;
+    const Vector3d middle = places.col(free[static_cast<std::size_t>(fastest)]);
+    const auto distance = [&](Eigen::Index i) {  // in the largest norm: cubes suit lattices
+      return (places.col(free[static_cast<std::size_t>(i)]) - middle).lpNorm<Eigen::Infinity>();
+    };
+    std::ranges::nth_element(order, order.begin() + most_nodes, {}, distance);
+    order.resize(static_cast<std::size_t>(most_nodes));
+    std::ranges::sort(order);
+  }
+  Part part{.coordinate = std::vector<Eigen::Index>(static_cast<std::size_t>(3 * nodes), -1),
+            .mass = VectorXd(3 * static_cast<Eigen::Index>(order.size())),
+            .nodes = {}};
+  if (!order.empty()) {
+    part.nodes = {free[static_cast<std::size_t>(order.front())],
+                  free[static_cast<std::size_t>(order.back())]};
+  }
+  Eigen::Index next = 0;
+  for (const Eigen::Index i : order) {
+    part.coordinate[static_cast<std::size_t>(3 * i)] = next;
+    part.mass.segment<3>(next) = problem.mass().segment<3>(3 * i);
+    next += 3;
+  }
+  return part;
+}
+
+Lanczos::Lanczos(const NetworkProblem& problem, spring_blocks::Which which, const Part& part)
+    : mass_(part.mass) {
+  const auto in_part = [&](Eigen::Index c) {
+    return c < 0 ? c : part.coordinate[static_cast<std::size_t>(c)];
+  };
+  const auto wanted = [&](Eigen::Index c) { return in_part(c) >= 0; };
+  spring_blocks::visit_blocks(problem, which, part.nodes, wanted,
+                              [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
+                                blocks_.push_back({in_part(a), in_part(b), matrix});
+                              });
+}
+
+double Lanczos::largest() {
+  begin();
+  double value = 0.0;
+  for (int n = 0; n < most_vectors; ++n) {
+    advance();
+    const bool look = n % 8 == 7 || n + 1 == most_vectors || !(beta_.back() > 0.0);
+    if (!look) { continue; }
+    const auto steps = static_cast<Eigen::Index>(alpha_.size());
+    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz;
+    ritz.computeFromTridiagonal(Eigen::Map<const VectorXd>(alpha_.data(), steps),
+                                Eigen::Map<const VectorXd>(beta_.data(), steps - 1));
+    value = ritz.eigenvalues()(steps - 1);
+    ritz_ = ritz.eigenvectors().col(steps - 1);
+    // What the vector is off by; the value is off by its square.
+    if (!(beta_.back() * std::abs(ritz_(steps - 1)) > accuracy * value)) { break; }
+  }
+  return value * (1.0 - spring_blocks::roundings);
+}
+
+VectorXd Lanczos::vector() {
+  begin();
+  VectorXd sum = VectorXd::Zero(mass_.size());
+  for (const double share : ritz_) {
+    sum += share * now_;
+    advance();
+  }
+  return sum;
+}
+
+/// y = M^-1 (sum of blocks) x.
+void Lanczos::apply(const VectorXd& x, VectorXd& y) const {
+  y.setZero();
+  for (const Block& block : blocks_) {
+    Vector3d difference = Vector3d::Zero();
+    if (block.a >= 0) { difference -= x.segment<3>(block.a); }
+    if (block.b >= 0) { difference += x.segment<3>(block.b); }
+    const Vector3d f = block.matrix * difference;
+    if (block.a >= 0) { y.segment<3>(block.a) -= f; }
+    if (block.b >= 0) { y.segment<3>(block.b) += f; }
+  }
+  y.array() /= mass_.array();
+}
+
+void Lanczos::begin() {
+  now_ = start_vector(mass_.size());
+  now_ /= std::sqrt(now_.dot(mass_.cwiseProduct(now_)));
+  before_ = VectorXd::Zero(mass_.size());
+  next_ = before_;
+  alpha_.clear();
+  beta_.clear();
+}
+
+void Lanczos::advance() {
+  apply(now_, next_);
+  alpha_.push_back(next_.dot(mass_.cwiseProduct(now_)));
+  next_ -= alpha_.back() * now_;
+  if (!beta_.empty()) { next_ -= beta_.back() * before_; }
+  beta_.push_back(std::sqrt(next_.dot(mass_.cwiseProduct(next_))));
+  before_.swap(now_);
+  now_ = beta_.back() > 0.0 ? VectorXd(next_ / beta_.back()) : next_;
+}
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using spring_blocks::roundings;
+using spring_blocks::visit_blocks;
+using spring_blocks::Which;
+
+/// Of a symmetric matrix: xx, xy, xz, yy, yz, zz.
+using Upper = Eigen::Matrix<double, 6, 1>;
+Upper upper_of(const Matrix3d& m) {
+  Upper upper;
+  upper << m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2);
+  return upper;
+}
+Matrix3d whole_of(const Upper& m) {
+  Matrix3d whole;
+  whole << m(0), m(1), m(2), m(1), m(3), m(4), m(2), m(4), m(5);
+  return whole;
+}
+
+struct Fastest {
+  double bound = 0.0;
+  Eigen::Index free_node = 0;  ///< that it comes from
+};
+
+/// For any positive weights w, |x_a - x_b|_B^2 <= (1 + w_b/w_a) |x_a|_B^2 + (1 + w_a/w_b)
+/// |x_b|_B^2, so no eigenvalue of M^-1 B exceeds the largest over nodes of lambda_max(sum (1 +
+/// w_b/w_a) B) / m.
+Fastest bound_with_weights(const NetworkProblem& problem, Which which, const VectorXd& weight) {
+  const VectorXd& mass = problem.mass();
+  std::vector<Upper> sums(static_cast<std::size_t>(mass.size() / 3), Upper::Zero());
+  const auto add = [&](Eigen::Index self, Eigen::Index other, const Matrix3d& matrix) {
+    if (self < 0) { return; }
+    const double factor = other < 0 ? 1.0 : 1.0 + weight(other / 3) / weight(self / 3);
+    sums[static_cast<std::size_t>(self / 3)] += factor * upper_of(matrix);
+  };
+  const auto everywhere = [](Eigen::Index) { return true; };
+  visit_blocks(problem, which, {}, everywhere,
+               [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
+                 add(a, b, matrix);
+                 add(b, a, matrix);
+               });
+  Fastest fastest;
+  Upper before = Upper::Zero();  // of the last node that was looked at, over its mass
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    // No eigenvalue exceeds the largest sum of a row's magnitudes, which spares most nodes of a
+    // lattice.
+    const auto at = static_cast<Eigen::Index>(i);
+    const Matrix3d sum = whole_of(sums[i]);
+    const double most = sum.cwiseAbs().rowwise().sum().maxCoeff() / mass(3 * at);
+    if (most <= fastest.bound * (1.0 + roundings)) { continue; }
+    const Upper now = sums[i] / mass(3 * at);
+    // An eigenvalue differs by no more than the entries together.
+    if ((now - before).cwiseAbs().sum() <= 0.1 * roundings * fastest.bound) { continue; }
+    before = now;
+    const double top =
+        Eigen::SelfAdjointEigenSolver<Matrix3d>(sum, Eigen::EigenvaluesOnly).eigenvalues()(2);
+    if (!(top / mass(3 * at) <= fastest.bound)) { fastest = {top / mass(3 * at), at}; }
+  }
+  return fastest;
+}
+
+struct Extreme {
+  double estimate;
+  double upper;
+  Eigen::Index free_node = 0;  ///< that looks fastest
+};
+
+/// The best of three choices of weights: equal, inverse masses (exact for one spring), and, where
+/// modes of the whole network are sought, the shape of the fastest with a floor under it.
+Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
+  const VectorXd& mass = problem.mass();
+  const Eigen::Index nodes = mass.size() / 3;
+  const Fastest equal = bound_with_weights(problem, which, VectorXd::Ones(nodes));
+  if (!(equal.bound > 0.0)) { return {0.0, 0.0}; }
+  double upper = equal.bound;
+  if (mass.minCoeff() < mass.maxCoeff()) {  // else the weights are equal once more
+    const VectorXd inverse_mass =
+        Eigen::Map<const VectorXd, 0, Eigen::InnerStride<3>>(mass.data(), nodes).cwiseInverse();
+    upper = std::min(upper, bound_with_weights(problem, which, inverse_mass).bound);
+  }
+  const Part part = whole_or_part(problem, equal.free_node);
+  Lanczos lanczos(problem, which, part);
+  const double estimate = lanczos.largest();
+  if (part.mass.size() < mass.size()) {
+    return {estimate, upper * (1.0 + 2.0 * roundings), equal.free_node};
+  }
+  const VectorXd x = lanczos.vector();
+  VectorXd amplitude(nodes);
+  for (Eigen::Index i = 0; i < nodes; ++i) { amplitude(i) = x.segment<3>(3 * i).norm(); }
+  for (const double floor : {0.3, 0.1, 0.03}) {
+    const VectorXd weight = (amplitude.array() / amplitude.maxCoeff() + floor).matrix();
+    if (weight.allFinite()) {
+      upper = std::min(upper, bound_with_weights(problem, which, weight).bound);
+    }
+  }
+  return {estimate, upper * (1.0 + 2.0 * roundings), equal.free_node};
+}
+
+bool any_compressed(const NetworkProblem& problem) {
+  constexpr double counts = 1e-9;  // less changes no digit of a frequency that anybody reads
+  const NodeVectors& place = problem.held_position();
+  return std::ranges::any_of(problem.network().springs, [&](const Spring& s) {
+    const double least = (1.0 - counts) * s.rest_length;
+    return (place.col(s.b) - place.col(s.a)).squaredNorm() < least * least;
+  });
+}
+
+/// Compressed springs lower the frequencies, so the bound above leaves that out and the estimate
+/// does not.
+Extreme stiffness_extreme(const NetworkProblem& problem) {
+  Extreme extreme = largest_eigenvalue(problem, Which::stretched_stiffness);
+  if (extreme.upper > 0.0 && any_compressed(problem)) {
+    const Part part = whole_or_part(problem, extreme.free_node);
+    extreme.estimate = Lanczos(problem, Which::stiffness, part).largest();
+  }
+  return extreme;
+}
+
+}  // namespace
+
+SpectralBounds spectral_bounds(const NetworkProblem& problem) {
+  SpectralBounds bounds;
+  const Extreme stiffness = stiffness_extreme(problem);
+  const Extreme damping = largest_eigenvalue(problem, Which::damping);
+  bounds.omega_estimate = std::sqrt(stiffness.estimate);
+  bounds.omega_upper = std::sqrt(stiffness.upper);
+  bounds.damping_upper = damping.upper;
+  bounds.relaxation_lower = std::numeric_limits<double>::infinity();
+  for (const SpringList::Bond& bond : problem.network().springs.kinds()) {
+    if (bond.stiffness > 0.0) {
+      bounds.relaxation_lower = std::min(bounds.relaxation_lower, bond.viscosity / bond.stiffness);
+    }
+  }
+  if (!std::isfinite(bounds.relaxation_lower)) { bounds.relaxation_lower = 0.0; }
+  return bounds;
+}
+
+SpectralBounds spectral_bounds(const Oscillator& o) {
+  const double omega = std::sqrt(o.stiffness / o.mass);
+  return {omega, omega, o.viscosity / o.mass, o.stiffness > 0.0 ? o.viscosity / o.stiffness : 0.0};
+}
 
 namespace {
 
@@ -60,7 +479,8 @@ bool keeps_bounded(const Eigen::Matrix2d& step) {
 }
 
 /// As stable_step(); what is `enough` or longer counts as infinite.
-double stable_step_below(double enough, const IntegratorInfo& scheme, double omega, double damping) {
+double stable_step_below(double enough, const IntegratorInfo& scheme, double omega,
+                         double damping) {
   const double rate = std::max(omega, damping);
   if (scheme.implicit || !(rate > 0.0)) { return std::numeric_limits<double>::infinity(); }
   ScalarStepper stepper(scheme, omega, damping);
@@ -100,7 +520,8 @@ double stable_step(const IntegratorInfo& scheme, const SpectralBounds& bounds) {
   if (scheme.implicit) { return std::numeric_limits<double>::infinity(); }
   constexpr int grid = 12;
   double smallest = std::numeric_limits<double>::infinity();
-  for (int i = grid; i >= 0; --i) {  // from the fastest oscillator, which mostly decides, to pure drag (omega = 0)
+  for (int i = grid; i >= 0;
+       --i) {  // from the fastest oscillator, which mostly decides, to pure drag (omega = 0)
     const double omega = bounds.omega_upper * i / grid;
     const double least = std::min(bounds.relaxation_lower * omega * omega, bounds.damping_upper);
     for (int j = 0; j <= grid; ++j) {

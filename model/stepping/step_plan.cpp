@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "model/stepping/step_plan.hpp"
 
 #include <algorithm>
@@ -10,22 +11,22 @@
 #include <stdexcept>
 #include <thread>
 
-#include "model/stepping/lattice_slabs.hpp"
-#include "model/stepping/lattice_springs.hpp"
-#include "model/stepping/near_nodes.hpp"
-#include "model/stepping/spring_fans.hpp"
+#include "model/kernels/lattice_network.hpp"
+#include "model/kernels/lattice_springs.hpp"
+#include "model/kernels/spring_kernels.hpp"
+#include "model/reduction/mode_basis.hpp"
 #include "model/stepping/stability.hpp"
 
 namespace palpate {
 
 namespace {
 
-/// Above this many explicit substeps a tick an implicit scheme is chosen: the midpoint rule, or with
-/// a tool implicit Euler, which damps what each change between sticking and slipping sets off.
+/// Above this many explicit substeps a tick an implicit scheme is chosen: the midpoint rule, or
+/// with a tool implicit Euler, which damps what each change between sticking and slipping sets off.
 constexpr int most_automatic_substeps = 200;
 constexpr int most_automatic_substeps_with_tool = 25;
-/// Making the factors of an implicit step grows with the square of the nodes (of 9100 free ones in three
-/// dimensions it took half a minute), and a tick with them faster than an explicit substep.
+/// Making the factors of an implicit step grows with the square of the nodes (of 9100 free ones in
+/// three dimensions it took half a minute), and a tick with them faster than an explicit substep.
 constexpr std::size_t most_nodes_factorised = 8000;
 constexpr int most_automatic_substeps_of_many = 1000;
 
@@ -51,15 +52,16 @@ void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     return;
   }
   plan.near = std::move(choice.nodes);
-  plan.skipped.push_back("nodes further than " + number(radius) +
-                         " m from what is pushed: " + std::to_string(choice.far_nodes) + ", linear about rest in " +
+  plan.skipped.push_back("nodes further than " + number(radius) + " m from what is pushed: " +
+                         std::to_string(choice.far_nodes) + ", linear about rest in " +
                          std::to_string(scene.simulation.far_modes) + " modes");
 }
 
 /// As many as there are coordinates for.
 std::size_t stepped_nodes(const Scene& scene, const NetworkProblem& problem, const StepPlan& plan) {
   if (!plan.near) { return problem.free_nodes().size(); }
-  const auto near = std::ranges::count_if(problem.free_nodes(), [&](int node) { return plan.near->holds(node); });
+  const auto near =
+      std::ranges::count_if(problem.free_nodes(), [&](int node) { return plan.near->holds(node); });
   return static_cast<std::size_t>(near + scene.simulation.far_modes / 3);
 }
 
@@ -82,16 +84,16 @@ void choose_integrator(const Scene& scene, std::size_t nodes, StepPlan& plan) {
   const double given = settings.substeps ? *settings.substeps : needed;
   const bool tool = scene.needle || scene.probe;
   const int most = nodes > most_nodes_factorised ? most_automatic_substeps_of_many
-                   : tool                             ? most_automatic_substeps_with_tool
-                                                      : most_automatic_substeps;
+                   : tool                        ? most_automatic_substeps_with_tool
+                                                 : most_automatic_substeps;
   const bool explicit_works = needed <= most && given >= needed * stability_margin;
   plan.integrator = find_integrator(explicit_works ? "velocity-verlet"
                                     : tool         ? "implicit-euler"
                                                    : "implicit-midpoint");
   plan.integrator_reason =
-      explicit_works
-          ? "second order, explicit, stable with " + number(needed) + " substeps a tick"
-                  : "explicit schemes would need " + number(needed) + " substeps a tick; this one has no limit";
+      explicit_works ? "second order, explicit, stable with " + number(needed) + " substeps a tick"
+                     : "explicit schemes would need " + number(needed) +
+                           " substeps a tick; this one has no limit";
 }
 
 void choose_substeps(const Scene& scene, StepPlan& plan) {
@@ -108,8 +110,8 @@ void choose_substeps(const Scene& scene, StepPlan& plan) {
   } else {
     const double wanted = substeps_for(settings.step, limit);
     plan.substeps = static_cast<int>(std::min(wanted, 1e6));
-    plan.substeps_reason = "h stays below " + number(stability_margin) + " of the stable step " +
-                           number(limit) + " s";
+    plan.substeps_reason =
+        "h stays below " + number(stability_margin) + " of the stable step " + number(limit) + " s";
   }
   plan.h = settings.step / plan.substeps;
   if (!settings.printed.any() && plan.h > limit) {
@@ -120,17 +122,21 @@ void choose_substeps(const Scene& scene, StepPlan& plan) {
 }
 
 /// Of a lattice that steps in lanes.
-std::optional<LatticeRows> lattice_rows(const std::optional<LatticeShape>& shape, bool single, bool may_fold) {
+std::optional<LatticeRows> lattice_rows(const std::optional<LatticeShape>& shape, bool single,
+                                        bool may_fold) {
   if (!shape) { return {}; }
-  return LatticeRows(*shape, single ? lattice_kernels<float>().front().lanes : lattice_kernels<double>().front().lanes,
-                     may_fold);
+  return LatticeRows(
+      *shape,
+      single ? lattice_kernels<float>().front().lanes : lattice_kernels<double>().front().lanes,
+      may_fold);
 }
 
 void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, StepPlan& plan) {
   const int wanted = scene.simulation.threads;
   if (wanted == 1) { return; }
   if (!rows) {
-    plan.warnings.emplace_back("one thread: only a regular lattice under an explicit scheme is shared out");
+    plan.warnings.emplace_back(
+        "one thread: only a regular lattice under an explicit scheme is shared out");
     return;
   }
   if (plan.sleep_force > 0.0) {
@@ -146,17 +152,20 @@ void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, 
   }
   const unsigned processors = std::thread::hardware_concurrency();
   if (processors > 0 && static_cast<unsigned>(plan.threads) > processors) {
-    plan.warnings.push_back(std::to_string(plan.threads) + " threads on " + std::to_string(processors) +
+    plan.warnings.push_back(std::to_string(plan.threads) + " threads on " +
+                            std::to_string(processors) +
                             " processors: they will wait for each other");
   }
   if (plan.threads > 1) { plan.kernel += "-" + std::to_string(plan.threads) + "-threads"; }
 }
 
-/// Springs of a lattice have their natural length, so a row at rest stays there until something pulls.
+/// Springs of a lattice have their natural length, so a row at rest stays there until something
+/// pulls.
 void choose_sleep(const Scene& scene, StepPlan& plan) {
   const double wanted = scene.simulation.sleep_force;
   if (!(wanted > 0.0) || !plan.skip) { return; }
-  const char* obstacle = !plan.lattice ? "only rows of a regular lattice under an explicit scheme can"
+  const char* obstacle = !plan.lattice
+                             ? "only rows of a regular lattice under an explicit scheme can"
                          : !scene.tissue.gravity.isZero() ? "with gravity no node is at rest"
                                                           : nullptr;
   if (obstacle != nullptr) {
@@ -164,11 +173,12 @@ void choose_sleep(const Scene& scene, StepPlan& plan) {
     return;
   }
   plan.sleep_force = wanted;
-  plan.skipped.push_back("nodes at rest, until more than " + number(wanted) + " N in all pulls at them");
+  plan.skipped.push_back("nodes at rest, until more than " + number(wanted) +
+                         " N in all pulls at them");
 }
 
-void list_skipped(const Scene& scene, const NetworkProblem& problem, const std::optional<LatticeRows>& rows,
-                  StepPlan& plan) {
+void list_skipped(const Scene& scene, const NetworkProblem& problem,
+                  const std::optional<LatticeRows>& rows, StepPlan& plan) {
   const auto& springs = problem.network().springs;
   const auto fixed_pairs = [&] {
     return std::ranges::count_if(springs, [&](const Spring& s) {
@@ -201,8 +211,8 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem, const std::
   }
 }
 
-/// A tool that is a coordinate has a frequency and a damping of its own; sticking to the tissue only
-/// brings frequencies closer together.
+/// A tool that is a coordinate has a frequency and a damping of its own; sticking to the tissue
+/// only brings frequencies closer together.
 void add_tool(const Scene& scene, SpectralBounds& bounds) {
   if (scene.drive->kind == Drive::Kind::trajectory) { return; }
   const double mass = scene.needle ? scene.needle->mass : scene.probe->mass;
@@ -219,15 +229,15 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
   bounds.damping_upper = std::max(bounds.damping_upper, viscosity / mass);
 }
 
-template <class Real>
-std::string instructions_of(bool lattice) {
+template <class Real> std::string instructions_of(bool lattice) {
   return lattice ? lattice_kernels<Real>().front().name : fan_kernels<Real>().front().name;
 }
 
 std::string kernel_name(bool lattice, bool printed, bool damped, bool single) {
   const std::string precision = single ? "float" : "double";
   if (printed) { return "springs-printed-" + precision; }
-  return std::string(lattice ? "lattice" : "springs") + (damped ? "-damped-" : "-undamped-") + precision + "-" +
+  return std::string(lattice ? "lattice" : "springs") + (damped ? "-damped-" : "-undamped-") +
+         precision + "-" +
          (single ? instructions_of<float>(lattice) : instructions_of<double>(lattice));
 }
 
@@ -264,7 +274,9 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool damped = is_damped(network->network().springs);
   const bool law_as_printed = SpringLaw::is_printed(printed);
   std::optional<LatticeShape> shape;
-  if (!plan.integrator->implicit && !law_as_printed && !plan.near) { shape = lattice_of(network->network()); }
+  if (!plan.integrator->implicit && !law_as_printed && !plan.near) {
+    shape = lattice_of(network->network());
+  }
   plan.lattice = shape.has_value();
   plan.kernel = kernel_name(plan.lattice, law_as_printed, damped || !skip, single);
   if (plan.near) { plan.kernel += "-far-field"; }

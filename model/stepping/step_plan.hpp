@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "model/reduction/mode_basis.hpp"
 #include "model/stepping/integrator.hpp"
-#include "model/stepping/near_nodes.hpp"
-#include "model/stepping/spectral_bounds.hpp"
+#include "model/stepping/stability.hpp"
 
 namespace palpate {
 
@@ -21,15 +21,15 @@ struct StepPlan {
   std::string integrator_reason{};
   int substeps = 1;
   std::string substeps_reason{};
-  double h = 0.0;                                ///< [s] step of the integrator
+  double h = 0.0;  ///< [s] step of the integrator
   SpectralBounds bounds{};
-  std::map<std::string, double> stable_step{};   ///< [s] by integrator; infinite: no limit
-  bool lattice = false;                          ///< a regular lattice, stepped in lanes
-  int threads = 1;                               ///< that share a lattice
-  double sleep_force = 0.0;                      ///< [N] as in NetworkOptions
-  std::optional<NearNodes> near{};               ///< outside which a far field stands for the tissue
+  std::map<std::string, double> stable_step{};  ///< [s] by integrator; infinite: no limit
+  bool lattice = false;                         ///< a regular lattice, stepped in lanes
+  int threads = 1;                              ///< that share a lattice
+  double sleep_force = 0.0;                     ///< [N] as in NetworkOptions
+  std::optional<NearNodes> near{};              ///< outside which a far field stands for the tissue
   std::string kernel{};
-  std::vector<std::string> skipped{};            ///< "dampers: every spring has zero viscosity"
+  std::vector<std::string> skipped{};  ///< "dampers: every spring has zero viscosity"
   std::vector<std::string> warnings{};
   bool skip = true;
 };

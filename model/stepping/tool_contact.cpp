@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
+
 #include "model/stepping/tool_contact.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include <Eigen/Geometry>
+#include <vector>
 
 namespace palpate {
 
@@ -66,25 +67,21 @@ ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem
   depth_ = cut_ = knots_.front().depth;
 }
 
-template <class Real>
-double ToolContact<Real>::hand(double t) const noexcept {
+template <class Real> double ToolContact<Real>::hand(double t) const noexcept {
   const double pushed = drive_.kind == Drive::Kind::force ? hand_force(drive_, t) : 0.0;
   return pushed + coupling_.stiffness * (handle_place_ - place_) +
          coupling_.viscosity * (handle_velocity_ - velocity_);
 }
 
-template <class Real>
-double ToolContact<Real>::tool_mobility() const noexcept {
+template <class Real> double ToolContact<Real>::tool_mobility() const noexcept {
   return is_coordinate() && !at_bone_ ? 1.0 / mass_ : 0.0;
 }
 
-template <class Real>
-bool ToolContact<Real>::is_locked(const Knot& knot) const noexcept {
+template <class Real> bool ToolContact<Real>::is_locked(const Knot& knot) const noexcept {
   return needle_ && in_tissue() && knot.depth < depth_ && knot.mobility > 0.0;
 }
 
-template <class Real>
-double ToolContact<Real>::tip_share(std::size_t knot) const noexcept {
+template <class Real> double ToolContact<Real>::tip_share(std::size_t knot) const noexcept {
   return knot == at_.knot ? 1.0 - at_.share : knot == at_.knot + 1 ? at_.share : 0.0;
 }
 
@@ -98,8 +95,7 @@ void ToolContact<Real>::gather(const Vector<Real>& q, const Vector<Real>& v) noe
       const Support& s = supports_[i];
       const auto place = at_node(q, s.coordinate, stride_).template cast<double>();
       knot.displacement += s.weight * n_.dot(place);
-      knot.velocity +=
-          s.weight * static_cast<double>(n.dot(at_node(v, s.coordinate, stride_)));
+      knot.velocity += s.weight * static_cast<double>(n.dot(at_node(v, s.coordinate, stride_)));
     }
   }
 }
@@ -110,14 +106,12 @@ double ToolContact<Real>::displacement_at(NeedlePath::Place at) const noexcept {
   return at.share == 0.0 ? low : low + at.share * (knots_[at.knot + 1].displacement - low);
 }
 
-template <class Real>
-double ToolContact<Real>::velocity_at(NeedlePath::Place at) const noexcept {
+template <class Real> double ToolContact<Real>::velocity_at(NeedlePath::Place at) const noexcept {
   const double low = knots_[at.knot].velocity;
   return at.share == 0.0 ? low : low + at.share * (knots_[at.knot + 1].velocity - low);
 }
 
-template <class Real>
-double ToolContact<Real>::depth_at(double s) const noexcept {
+template <class Real> double ToolContact<Real>::depth_at(double s) const noexcept {
   std::size_t k = 0;
   while (k + 1 < knots_.size() && s >= knots_[k + 1].depth + knots_[k + 1].displacement) { ++k; }
   const double low = knots_[k].depth + knots_[k].displacement;
@@ -146,8 +140,7 @@ void ToolContact<Real>::place_tool(double t, const Vector<Real>& q,
   }
 }
 
-template <class Real>
-void ToolContact<Real>::weigh() noexcept {
+template <class Real> void ToolContact<Real>::weigh() noexcept {
   at_ = path_.place(depth_);
   limit_ = needle_ && in_tissue() ? path_.friction(depth_, shaft_share_) : 0.0;
   if (limit_ > 0.0) {
@@ -164,8 +157,7 @@ void ToolContact<Real>::weigh() noexcept {
   }
 }
 
-template <class Real>
-bool ToolContact<Real>::may_hold_shaft() const noexcept {
+template <class Real> bool ToolContact<Real>::may_hold_shaft() const noexcept {
   if (!(limit_ > 0.0 && contact_.shaft_shaft > 0.0)) { return false; }
   if (tip_ != TipMode::stuck) { return true; }
   const double product = contact_.tip_tip * contact_.shaft_shaft;
@@ -185,8 +177,7 @@ Eigen::Vector2d ToolContact<Real>::answer(double tip, double shaft, bool tip_hel
 }
 
 /// T and F_f within their laws. `tool_acceleration` is that of the tool without them.
-template <class Real>
-void ToolContact<Real>::solve(double tool_acceleration) noexcept {
+template <class Real> void ToolContact<Real>::solve(double tool_acceleration) noexcept {
   double tip = tool_acceleration + lag_.x();
   double shaft = tool_acceleration + lag_.y();
   for (std::size_t k = 0; k < knots_.size(); ++k) {
@@ -204,8 +195,8 @@ void ToolContact<Real>::solve(double tool_acceleration) noexcept {
     tip_force_ = 0.0;
   }
   contact_.tip_held = contact_.shaft_held = false;
-  shaft_force_ = shaft_ == ShaftMode::stick && !sticks ? std::clamp(shaft_force_, -limit_, limit_)
-                                                       : slipping;
+  shaft_force_ =
+      shaft_ == ShaftMode::stick && !sticks ? std::clamp(shaft_force_, -limit_, limit_) : slipping;
   if (stuck && sticks) {
     const Eigen::Vector2d both = answer(tip, shaft, true, true);
     take_tip(both.x());
@@ -220,16 +211,14 @@ void ToolContact<Real>::solve(double tool_acceleration) noexcept {
   }
 }
 
-/// What sticking needs, or the nearest force within the law. An implicit step takes what is needed, so
-/// that Newton's method sees one set of constraints, and revise() looks at the law when it ends.
-template <class Real>
-void ToolContact<Real>::take_tip(double needed) noexcept {
+/// What sticking needs, or the nearest force within the law. An implicit step takes what is needed,
+/// so that Newton's method sees one set of constraints, and revise() looks at the law when it ends.
+template <class Real> void ToolContact<Real>::take_tip(double needed) noexcept {
   const double within = std::clamp(needed, 0.0, cutting_force());
   contact_.tip_held = predict_ || within == needed;
   tip_force_ = contact_.tip_held ? needed : within;
 }
-template <class Real>
-void ToolContact<Real>::take_shaft(double needed) noexcept {
+template <class Real> void ToolContact<Real>::take_shaft(double needed) noexcept {
   const double within = std::clamp(needed, -limit_, limit_);
   contact_.shaft_held = predict_ || within == needed;
   shaft_force_ = contact_.shaft_held ? needed : within;
@@ -255,8 +244,8 @@ void ToolContact<Real>::apply(double t, const Vector<Real>& q, const Vector<Real
     Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
     for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
       const Support& s = supports_[i];
-      acceleration += (s.weight * s.inverse_mass) *
-                      at_node(f, s.coordinate, stride_).template cast<double>();
+      acceleration +=
+          (s.weight * s.inverse_mass) * at_node(f, s.coordinate, stride_).template cast<double>();
     }
     knot.acceleration = n_.dot(acceleration);
     if (!is_locked(knot)) { continue; }
@@ -291,6 +280,515 @@ void ToolContact<Real>::apply(double t, const Vector<Real>& q, const Vector<Real
   if (first_evaluation_) { hand_power_begin_ = hand_power_end_; }
   first_evaluation_ = false;
   sideways_.setZero();
+}
+
+// What changes between two steps: modes of tip and shaft, and the velocities of what begins to
+// stick.
+
+namespace {
+/// A tip this far off the skin has left it; one that rests there is not told of every rebound [m].
+constexpr double clear_of_skin = 1e-6;
+}  // namespace
+
+template <class Real> void ToolContact<Real>::begin(const State<Real>& state) noexcept {
+  gather(state.position, state.velocity);
+  change_tip(0.0);
+}
+
+template <class Real>
+bool ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool predict) noexcept {
+  step_begin_ = t;
+  step_length_ = h;
+  predict_ = predict;
+  depth_begin_ = depth_;
+  first_evaluation_ = true;
+  const bool changed = !is_coordinate() && follow(t, h, state);
+  if (predict && in_tissue()) {
+    gather(state.position, state.velocity);
+    weigh();
+    lag_ = Eigen::Vector2d(velocity_ - velocity_at(at_), slip_now()) / h;
+    foresee_cutting();
+  }
+  return changed;
+}
+
+template <class Real>
+bool ToolContact<Real>::follow(double t, double h, State<Real>& state) noexcept {
+  const double from = std::min(trajectory_.place(t), path_.bone());
+  const double to = std::min(trajectory_.place(t + h), path_.bone());
+  const double velocity = (to - from) / h;
+  // Differences of places are rounded: that alone is no jump.
+  const double rounding =
+      8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(to)) / h;
+  place_begin_ = from;
+  if (std::abs(velocity - velocity_) <= rounding) { return false; }
+  velocity_ = velocity;
+  if (!in_tissue()) { return false; }
+  gather(state.position, state.velocity);
+  weigh();
+  contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0 &&
+                      velocity_ > velocity_at(at_);  // the tip pushes, it cannot pull
+  turn_shaft(h);
+  match_velocities(state);
+  losing_begin_ = losing();
+  return true;
+}
+
+template <class Real> double ToolContact<Real>::slip_now() const noexcept {
+  double slip = velocity_;
+  for (std::size_t k = 0; k < knots_.size() && limit_ > 0.0; ++k) {
+    slip -= shaft_share_[k] * knots_[k].velocity;
+  }
+  return slip;
+}
+
+/// After a jump of the drive the shaft slides the way it is moved; it rests where its friction,
+/// which is bounded, can stop the slip within the step.
+template <class Real> void ToolContact<Real>::turn_shaft(double h) noexcept {
+  slip_ = limit_ > 0.0 ? slip_now() : 0.0;
+  const bool rests = may_hold_shaft() && std::abs(slip_) <= limit_ * contact_.shaft_shaft * h;
+  contact_.shaft_held = rests;
+  if (rests) {
+    shaft_ = ShaftMode::stick;
+  } else if (slip_ != 0.0) {
+    shaft_ = slip_ > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+  }
+}
+
+template <class Real> Eigen::Vector2d ToolContact<Real>::losing() const noexcept {
+  const double slip = slip_now();
+  const double cut = cutting_force() * (velocity_ - velocity_at(at_));
+  return {tip_ == TipMode::cutting ? cut : 0.0,
+          shaft_ == ShaftMode::stick ? 0.0 : limit_ * std::abs(slip)};
+}
+
+template <class Real> void ToolContact<Real>::end_step(double t, State<Real>& state) noexcept {
+  gather(state.position, state.velocity);
+  lag_.setZero();
+  const bool stuck = tip_ == TipMode::stuck;
+  step_tip_change_ = stuck && stuck_before_ ? tip_force_ - step_tip_force_ : 0.0;
+  step_tip_force_ = tip_force_;
+  stuck_before_ = stuck;
+  if (predict_) {  // where revising found no answer, the law has the last word
+    predict_ = false;
+    if (contact_.tip_held) { take_tip(tip_force_); }
+    if (contact_.shaft_held) { take_shaft(shaft_force_); }
+  }
+  place_tool(t, state.position, state.velocity);
+  const Contact held = contact_;
+  account(t - step_begin_);
+  meet_bone(t, state);
+  change_modes(t, held);
+  if (in_tissue()) {
+    match_positions(state);
+    match_velocities(state);
+  }
+  losing_begin_ = losing();
+  depth_rate_ = depth_rate();
+}
+
+/// What the hand gave and the tissue took in a step of h.
+template <class Real> void ToolContact<Real>::account(double h) noexcept {
+  losses_.hand += 0.5 * h * (hand_power_begin_ + hand_power_end_);
+  if (!in_tissue()) { return; }
+  weigh();
+  const Eigen::Vector2d lost = 0.5 * h * (losing_begin_ + losing());
+  losses_.cutting += lost.x();
+  losses_.friction += lost.y();
+}
+
+template <class Real> void ToolContact<Real>::meet_bone(double t, State<Real>& state) noexcept {
+  if (!is_coordinate()) {
+    at_bone_ = trajectory_.place(t) >= path_.bone();
+  } else if (!at_bone_ && place_ >= path_.bone() && velocity_ > 0.0) {
+    place_ = path_.bone();
+    losses_.impact += 0.5 * mass_ * velocity_ * velocity_;
+    velocity_ = 0.0;
+    state.position(tool_) = static_cast<Real>(place_);
+    state.velocity(tool_) = Real(0);
+    at_bone_ = true;
+  } else if (at_bone_ && bone_force_ == 0.0) {
+    at_bone_ = false;
+  }
+  if (at_bone_ && !bone_seen_) {
+    happen(t, ToolEvent::bone, path_.interval_at(path_.bone()));
+    bone_seen_ = true;
+  }
+}
+
+/// `held`: what was when the step ended.
+template <class Real> void ToolContact<Real>::change_modes(double t, const Contact& held) noexcept {
+  contact_.tip_held = held.tip_held;
+  if (tip_ == TipMode::cutting) { enter(path_.interval_at(cut_), t); }
+  change_tip(t);
+  weigh();
+  contact_.tip_held = held.tip_held;
+  contact_.shaft_held = held.shaft_held;
+  change_shaft();
+  contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
+  contact_.shaft_held = shaft_ == ShaftMode::stick && may_hold_shaft();
+  stopped_ = tip_ == TipMode::stuck ? velocity_ - velocity_at(at_) : 0.0;
+}
+
+/// How fast the tip moves on through the undeformed tissue [m/s], for schemes that predict it.
+template <class Real> double ToolContact<Real>::depth_rate() const noexcept {
+  const bool moves = tip_ == TipMode::cutting || tip_ == TipMode::in_track;
+  if (!moves || at_.knot + 1 >= knots_.size()) { return 0.0; }
+  const Knot& low = knots_[at_.knot];
+  const Knot& high = knots_[at_.knot + 1];
+  const double stretch = 1.0 + (high.displacement - low.displacement) / (high.depth - low.depth);
+  return stretch > 0.0 ? (velocity_ - velocity_at(at_)) / stretch : 0.0;
+}
+
+template <class Real> void ToolContact<Real>::change_tip(double t) noexcept {
+  const double here = depth_at(place_);
+  switch (tip_) {
+    case TipMode::outside: change_outside(here, t); break;
+    case TipMode::in_track: change_in_track(here, t); break;
+    case TipMode::stuck: change_stuck(t); break;
+    case TipMode::cutting: change_cutting(here, t); break;
+  }
+}
+
+template <class Real> void ToolContact<Real>::change_outside(double here, double t) noexcept {
+  const double skin = knots_.front().depth;
+  if (here >= skin) {
+    tip_ = cut_ > skin ? TipMode::in_track : TipMode::stuck;
+    depth_ = cut_ > skin ? std::min(here, cut_) : cut_;
+    tip_force_ = 0.0;
+    if (clear_) { happen(t, ToolEvent::contact, path_.interval_at(skin)); }
+    present_ = present_ || clear_;
+    clear_ = false;
+  } else if (here < skin - clear_of_skin) {
+    leave(t);
+    clear_ = true;
+  }
+}
+
+template <class Real> void ToolContact<Real>::change_in_track(double here, double t) noexcept {
+  const double skin = knots_.front().depth;
+  depth_ = here;
+  if (here >= cut_) {
+    tip_ = TipMode::stuck;
+    tip_force_ = 0.0;
+    depth_ = cut_;
+  } else if (here < skin) {
+    tip_ = TipMode::outside;
+    depth_ = skin;
+    leave(t);
+  }
+}
+
+template <class Real> void ToolContact<Real>::change_stuck(double t) noexcept {
+  depth_ = cut_;
+  if (contact_.tip_held || (contact_.tip_tip <= 0.0 && velocity_ == 0.0)) { return; }
+  if (tip_force_ > 0.0 || (cutting_force() == 0.0 && velocity_ > velocity_at(at_))) {
+    tip_ = TipMode::cutting;
+    enter(path_.interval_at(cut_), t);
+  } else {
+    tip_ = cut_ > knots_.front().depth ? TipMode::in_track : TipMode::outside;
+  }
+}
+
+template <class Real> void ToolContact<Real>::change_cutting(double here, double t) noexcept {
+  const std::size_t before = path_.interval_at(cut_);
+  cut_ = depth_ =
+      std::max(here, knots_.front().depth);  // a step may end a little behind the deepest point
+  const std::size_t after = path_.interval_at(cut_);
+  if (after <= before) {
+    if (!(velocity_ > velocity_at(path_.place(cut_)))) { tip_ = TipMode::stuck; }
+    return;
+  }
+  const auto& intervals = path_.intervals();
+  if (intervals[after].cutting_force > intervals[before].cutting_force) {
+    tip_ = TipMode::stuck;
+    if (after > before + 1) { enter(after - 1, t); }
+  } else {
+    enter(after, t);
+  }
+}
+
+template <class Real> void ToolContact<Real>::change_shaft() noexcept {
+  if (!(limit_ > 0.0)) {
+    shaft_ = ShaftMode::stick;
+    shaft_force_ = 0.0;
+    slip_ = 0.0;
+    return;
+  }
+  slip_ = slip_now();
+  const bool turned = (shaft_ == ShaftMode::forward && slip_ <= 0.0) ||
+                      (shaft_ == ShaftMode::backward && slip_ >= 0.0);
+  if (turned) {
+    shaft_ = ShaftMode::stick;
+  } else if (shaft_ == ShaftMode::stick && !contact_.shaft_held) {
+    // What was held gives way to the force that was too much; the slip itself is rounding still. A
+    // shaft that only now has tissue to rub against was not held.
+    const double sense = may_hold_shaft() && shaft_force_ != 0.0 ? shaft_force_ : slip_;
+    shaft_ = sense > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+  }
+}
+
+// Between two steps: places and velocities of the tissue that tip and shaft hold meet those of the
+// tool.
+
+template <class Real> void ToolContact<Real>::match_positions(State<Real>& state) noexcept {
+  if (!contact_.tip_held) { return; }
+  const double gap = place_ - depth_ - displacement_at(at_);
+  const double push_by = gap / contact_.tip_tip;
+  for (const std::size_t k : {at_.knot, at_.knot + 1}) {
+    if (k >= knots_.size()) { break; }
+    const double share = tip_share(k) * push_by;
+    knots_[k].displacement += share * knots_[k].mobility;
+    for (std::size_t i = knots_[k].first; i < knots_[k].first + knots_[k].count; ++i) {
+      const Support& s = supports_[i];
+      at_node(state.position, s.coordinate, stride_) +=
+          (share * s.weight * s.inverse_mass * n_).template cast<Real>();
+    }
+  }
+  if (is_coordinate() && !at_bone_) {
+    place_ -= push_by / mass_;
+    state.position(tool_) = static_cast<Real>(place_);
+  }
+}
+
+template <class Real> void ToolContact<Real>::match_velocities(State<Real>& state) noexcept {
+  double tip = velocity_;
+  double shaft = velocity_;
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    tip -= tip_share(k) * knots_[k].velocity;
+    if (limit_ > 0.0) { shaft -= shaft_share_[k] * knots_[k].velocity; }
+  }
+  const Eigen::Vector2d impulse = answer(tip, shaft, contact_.tip_held, contact_.shaft_held);
+  losses_.impact += 0.5 * (impulse.x() * tip + impulse.y() * shaft);
+  losses_.impulse += impulse.sum();
+  if (!is_coordinate()) { losses_.jerk += impulse.sum() * velocity_; }
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    Knot& knot = knots_[k];
+    const double along =
+        tip_share(k) * impulse.x() + (limit_ > 0.0 ? shaft_share_[k] * impulse.y() : 0.0);
+    const bool locked = is_locked(knot);
+    if (along == 0.0 && !locked) { continue; }
+    Eigen::Vector3d change = along * n_;
+    if (locked) {
+      Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+        velocity +=
+            supports_[i].weight *
+            at_node(state.velocity, supports_[i].coordinate, stride_).template cast<double>();
+      }
+      const Eigen::Vector3d sideways = (velocity - n_.dot(velocity) * n_) / knot.mobility;
+      losses_.impact += 0.5 * sideways.squaredNorm() * knot.mobility;
+      change -= sideways;
+    }
+    knot.velocity += along * knot.mobility;
+    for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+      const Support& s = supports_[i];
+      at_node(state.velocity, s.coordinate, stride_) +=
+          (s.weight * s.inverse_mass * change).template cast<Real>();
+    }
+  }
+  if (is_coordinate() && !at_bone_) {
+    velocity_ -= impulse.sum() / mass_;
+    state.velocity(tool_) = static_cast<Real>(velocity_);
+  }
+}
+
+// What tip, shaft and bone hold, as a system of equations has to know it (model/EQUATIONS.md, "Held
+// constraints").
+
+template <class Real>
+void ToolContact<Real>::hold(const Vector<Real>& x, const Vector<Real>& mass,
+                             Vector<Real>& product) noexcept {
+  double tip = 0.0;
+  double shaft = 0.0;
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    const Knot& knot = knots_[k];
+    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+    for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+      const Eigen::Index c = supports_[i].coordinate;
+      const Eigen::Matrix<Real, 3, 1> force =
+          at_node(product, c, stride_) -
+          at_node(mass, c, stride_).cwiseProduct(at_node(x, c, stride_));
+      acceleration +=
+          (supports_[i].weight * supports_[i].inverse_mass) * force.template cast<double>();
+    }
+    const double along = n_.dot(acceleration);
+    tip -= tip_share(k) * along;
+    if (limit_ > 0.0) { shaft -= shaft_share_[k] * along; }
+    if (!is_locked(knot)) { continue; }
+    const Eigen::Vector3d force = (along * n_ - acceleration) / knot.mobility;
+    for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+      at_node(product, supports_[i].coordinate, stride_) +=
+          (supports_[i].weight * force).template cast<Real>();
+    }
+  }
+  if (is_coordinate()) {
+    const double own = static_cast<double>(product(tool_) - mass(tool_) * x(tool_));
+    if (at_bone_) {
+      product(tool_) = mass(tool_) * x(tool_);
+    } else {
+      tip += own / mass_;
+      shaft += own / mass_;
+    }
+  }
+  if (!contact_.tip_held && !contact_.shaft_held) { return; }
+  const Eigen::Vector2d force = answer(tip, shaft, contact_.tip_held, contact_.shaft_held);
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    push(k, tip_share(k) * force.x() + (limit_ > 0.0 ? shaft_share_[k] * force.y() : 0.0), product);
+  }
+  if (is_coordinate() && !at_bone_) { product(tool_) -= static_cast<Real>(force.sum()); }
+}
+
+template <class Real>
+void ToolContact<Real>::learn_response(Eigen::Index dof,
+                                       const typename HeldResponse<Real>::Solve& solve) {
+  std::vector<std::size_t> begin;
+  for (const Knot& knot : knots_) { begin.push_back(knot.first); }
+  begin.push_back(supports_.size());
+  held_.learn(supports_, begin, tool_, mass_, dof, solve);
+}
+
+/// What hold() holds, as rows: tip, shaft, two directions across the needle for each locked knot,
+/// and a tool that bone stops.
+template <class Real> void ToolContact<Real>::begin_holding() noexcept {
+  held_.clear();
+  const double own = is_coordinate() && !at_bone_ ? 1.0 : 0.0;
+  if (contact_.tip_held) {
+    const std::size_t count = std::min<std::size_t>(2, knots_.size() - at_.knot);
+    const auto row = held_.add_row(at_.knot, count, own);
+    for (std::size_t n = 0; n < count; ++n) { row[n] = -tip_share(at_.knot + n) * n_; }
+  }
+  if (contact_.shaft_held) {
+    const std::size_t count = std::min(at_.knot + 2, knots_.size());  // no friction beyond the tip
+    const auto row = held_.add_row(0, count, own);
+    for (std::size_t k = 0; k < count; ++k) { row[k] = -shaft_share_[k] * n_; }
+  }
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    if (!is_locked(knots_[k])) { continue; }
+    held_.add_row(k, 1, 0.0)[0] = across_[0];
+    held_.add_row(k, 1, 0.0)[0] = across_[1];
+  }
+  if (is_coordinate() && at_bone_) { held_.add_row(0, 0, 1.0); }
+  held_.factorise();
+}
+
+// Implicit steps hold tip and shaft by what was foreseen when they began; here it is foreseen, and
+// revised (model/EQUATIONS.md, "Held constraints").
+
+/// A tip that stuck goes on pushing by as much more as in the last step; one that begins to stick
+/// has to bring the tissue to its own velocity, whose response to that is known. Where that is more
+/// than F_c the step is begun cutting, so that it need not be solved twice; revise() has the last
+/// word.
+template <class Real> void ToolContact<Real>::foresee_cutting() noexcept {
+  if (tip_ != TipMode::stuck || !held_.learned() || !(contact_.tip_tip > 0.0)) { return; }
+  const double response = held_.response_at(at_.knot, at_.share, n_) + tool_mobility();
+  const double more = stuck_before_ ? step_tip_change_ : stopped_ / (step_length_ * response);
+  if (step_tip_force_ + more > cutting_force()) { tip_ = TipMode::cutting; }
+}
+
+template <class Real> bool ToolContact<Real>::revise(const State<Real>& state) noexcept {
+  if (!in_tissue()) { return false; }
+  gather(state.position, state.velocity);
+  if (is_coordinate()) { velocity_ = static_cast<double>(state.velocity(tool_)); }
+  const Slack allowed = slack();
+  const bool tip = revise_tip(velocity_ - velocity_at(at_), allowed);
+  const bool shaft = revise_shaft(slip_now(), allowed);
+  first_evaluation_ = true;
+  return tip || shaft;
+}
+
+/// The solver's tolerance on velocities and the rounding of places, and the forces over a step that
+/// change what is held by as much. A law that is broken by less is the solver's doing: solving
+/// again finds it broken the other way. What is left of it is settled when the step ends.
+template <class Real> typename ToolContact<Real>::Slack ToolContact<Real>::slack() const noexcept {
+  constexpr double roundings = 8.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+  double fastest = std::abs(velocity_);
+  for (const Knot& knot : knots_) { fastest = std::max(fastest, std::abs(knot.velocity)); }
+  const double velocity =
+      tolerance_ * fastest +
+      roundings * std::max(std::abs(place_), knots_.back().depth) / step_length_;
+  Slack allowed{.velocity = velocity};
+  const auto force = [&](std::size_t row) {
+    return velocity / (step_length_ * held_.response_of(row));
+  };
+  if (contact_.tip_held) { allowed.tip = force(0); }
+  if (contact_.shaft_held) { allowed.shaft = force(contact_.tip_held ? 1 : 0); }
+  return allowed;
+}
+
+/// `rate`: of the tip against the tissue when the step ended [m/s].
+template <class Real> bool ToolContact<Real>::revise_tip(double rate, const Slack& slack) noexcept {
+  const TipMode before = tip_;
+  switch (tip_) {
+    case TipMode::outside: break;
+    case TipMode::stuck:
+      if (!contact_.tip_held) { break; }
+      if (tip_force_ > cutting_force() + slack.tip) { tip_ = TipMode::cutting; }
+      if (tip_force_ < -slack.tip) { tip_ = TipMode::in_track; }
+      break;
+    case TipMode::cutting:
+    case TipMode::in_track:
+      if (tip_ == TipMode::cutting ? rate < -slack.velocity
+                                   : rate > slack.velocity && depth_begin_ >= cut_) {
+        tip_ = contact_.tip_tip > 0.0 ? TipMode::stuck : tip_;
+      }
+      break;
+  }
+  return tip_ != before;
+}
+
+template <class Real>
+bool ToolContact<Real>::revise_shaft(double slip, const Slack& slack) noexcept {
+  if (!may_hold_shaft()) { return false; }
+  const ShaftMode before = shaft_;
+  if (shaft_ == ShaftMode::stick) {
+    if (contact_.shaft_held && std::abs(shaft_force_) > limit_ + slack.shaft) {
+      shaft_ = shaft_force_ > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+    }
+  } else if (shaft_ == ShaftMode::forward ? slip < -slack.velocity : slip > slack.velocity) {
+    shaft_ = ShaftMode::stick;
+  }
+  return shaft_ != before;
+}
+
+// What happens to a tool, and what of it is told.
+
+std::string_view name_of(ToolEvent event) {
+  switch (event) {
+    case ToolEvent::contact: return "contact";
+    case ToolEvent::puncture: return "puncture";
+    case ToolEvent::loss_of_resistance: return "loss-of-resistance";
+    case ToolEvent::bone: return "bone";
+    case ToolEvent::dural_puncture: return "dural-puncture";
+    case ToolEvent::withdrawn: break;
+  }
+  return "withdrawn";
+}
+
+template <class Real>
+void ToolContact<Real>::happen(double t, ToolEvent event, std::size_t interval) noexcept {
+  if (happening_count_ < happenings_.size()) {
+    happenings_[happening_count_++] = {t, event, interval};
+  }
+}
+
+/// The tip begins to cut an interval: reported once each, in order.
+template <class Real> void ToolContact<Real>::enter(std::size_t interval, double t) noexcept {
+  for (std::size_t next = entered_ ? deepest_ + 1 : 0; next <= interval; ++next) {
+    const TissueRole role = path_.intervals()[next].role;
+    happen(t,
+           role == TissueRole::epidural_space ? ToolEvent::loss_of_resistance
+           : role == TissueRole::dura         ? ToolEvent::dural_puncture
+                                              : ToolEvent::puncture,
+           next);
+    deepest_ = next;
+    entered_ = true;
+  }
+}
+
+template <class Real> void ToolContact<Real>::leave(double t) noexcept {
+  if (present_) { happen(t, ToolEvent::withdrawn, 0); }
+  present_ = false;
 }
 
 template class ToolContact<double>;

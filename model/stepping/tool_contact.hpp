@@ -8,13 +8,12 @@
 #include <span>
 #include <vector>
 
-#include "model/dynamics/drive_motion.hpp"
-#include "model/dynamics/needle_path.hpp"
-#include "model/dynamics/problem.hpp"
-#include "model/stepping/held_response.hpp"
-#include "model/stepping/node_layout.hpp"
-#include "model/stepping/system.hpp"
-#include "model/stepping/tool_forces.hpp"
+#include "model/kernels/system.hpp"
+#include "model/problem/needle_path.hpp"
+#include "model/problem/problem.hpp"
+#include "model/problem/tool.hpp"
+#include "model/stepping/constraint_compliance.hpp"
+#include "model/stepping/tool_report.hpp"
 
 namespace palpate {
 
@@ -24,8 +23,7 @@ struct Coupling {
   double viscosity = 0.0;  ///< [N s/m]
 };
 
-template <class Real>
-class ToolContact {
+template <class Real> class ToolContact {
  public:
   ToolContact(const Scene& scene, const NetworkProblem& problem, const NodeLayout& layout);
 
@@ -43,8 +41,8 @@ class ToolContact {
   void begin(const State<Real>& state) noexcept;
 
   /// Before a step from t to t + h: where the trajectory goes in it; sticking parts keep up with a
-  /// jump of its speed. `predict` moves the depth on linearly instead of with the state. Returns whether
-  /// the state changed.
+  /// jump of its speed. `predict` moves the depth on linearly instead of with the state. Returns
+  /// whether the state changed.
   bool begin_step(double t, double h, State<Real>& state, bool predict) noexcept;
   /// Adds what tool and tissue do to each other to the forces f of a state.
   void apply(double t, const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept;
@@ -56,8 +54,9 @@ class ToolContact {
   void hold_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
     held_.correct(r, solution);
   }
-  /// After an implicit step: false if tip and shaft kept to their laws in it. Else they now do what the
-  /// law they broke says, and the step is to be taken again (model/EQUATIONS.md, "Held constraints").
+  /// After an implicit step: false if tip and shaft kept to their laws in it. Else they now do what
+  /// the law they broke says, and the step is to be taken again (model/EQUATIONS.md, "Held
+  /// constraints").
   bool revise(const State<Real>& state) noexcept;
   /// After a step that ended at t: changes of mode, and no drift where something sticks.
   void end_step(double t, State<Real>& state) noexcept;
@@ -96,10 +95,10 @@ class ToolContact {
   };
   /// What tip and shaft share of the network, and what they take.
   struct Contact {
-    double tip_tip = 0.0;      ///< Gram entries with the tool's own 1/m [1/kg]
+    double tip_tip = 0.0;  ///< Gram entries with the tool's own 1/m [1/kg]
     double tip_shaft = 0.0;
     double shaft_shaft = 0.0;
-    bool tip_held = false;     ///< its constraint carries the force
+    bool tip_held = false;  ///< its constraint carries the force
     bool shaft_held = false;
   };
 
@@ -175,7 +174,7 @@ class ToolContact {
 
   std::vector<Support> supports_;
   std::vector<Knot> knots_;
-  HeldResponse<Real> held_{};  ///< only implicit schemes ask for it
+  HeldResponse<Real> held_{};        ///< only implicit schemes ask for it
   std::vector<double> shaft_share_;  ///< l_k / L
   double limit_ = 0.0;               ///< L [N]
   NeedlePath::Place at_{};           ///< of the tip between the knots
@@ -185,8 +184,8 @@ class ToolContact {
   ShaftMode shaft_ = ShaftMode::stick;
   bool at_bone_ = false;
   bool bone_seen_ = false;
-  bool clear_ = true;         ///< off the skin by more than a rebound
-  bool present_ = false;      ///< contact was told, and no withdrawal since
+  bool clear_ = true;     ///< off the skin by more than a rebound
+  bool present_ = false;  ///< contact was told, and no withdrawal since
   double place_ = 0.0;
   double velocity_ = 0.0;
   double depth_ = 0.0;
@@ -195,15 +194,16 @@ class ToolContact {
   double tip_force_ = 0.0;    ///< T
   double shaft_force_ = 0.0;  ///< F_f
   double bone_force_ = 0.0;
-  std::size_t deepest_ = 0;   ///< interval that was entered last
-  bool entered_ = false;      ///< any interval at all
+  std::size_t deepest_ = 0;  ///< interval that was entered last
+  bool entered_ = false;     ///< any interval at all
 
-  double tolerance_ = 0.0;    ///< of the solver, relative
+  double tolerance_ = 0.0;  ///< of the solver, relative
   double step_begin_ = 0.0;
   double step_length_ = 0.0;
-  double step_tip_force_ = 0.0;    ///< T over the last implicit step [N]
-  double step_tip_change_ = 0.0;   ///< and what it grew by since the one before, if the tip stuck in both
-  double stopped_ = 0.0;           ///< velocity against the tissue that a tip had that begins to stick [m/s]
+  double step_tip_force_ = 0.0;  ///< T over the last implicit step [N]
+  double step_tip_change_ =
+      0.0;                ///< and what it grew by since the one before, if the tip stuck in both
+  double stopped_ = 0.0;  ///< velocity against the tissue that a tip had that begins to stick [m/s]
   bool stuck_before_ = false;
   double place_begin_ = 0.0;
   double handle_place_ = 0.0;
@@ -211,7 +211,8 @@ class ToolContact {
   bool predict_ = false;
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;
-  Eigen::Vector2d lag_{0.0, 0.0};  ///< what tip and shaft must lose in an implicit step to stick [m/s^2]
+  Eigen::Vector2d lag_{0.0,
+                       0.0};  ///< what tip and shaft must lose in an implicit step to stick [m/s^2]
   Eigen::Vector2d losing_begin_{0.0, 0.0};
   bool first_evaluation_ = false;
   double hand_power_begin_ = 0.0;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
+
 #include <memory>
 
-#include "fixtures/io/scratch_folder.hpp"
-#include "reports/cli/interrupt.hpp"
-#include "reports/cli/judging.hpp"
-#include "reports/cli/reference_cache.hpp"
-#include "reports/cli/source_folder.hpp"
+#include "fixtures/io/file_bytes.hpp"
+#include "reports/cli/commands.hpp"
+#include "reports/cli/folders.hpp"
+#include "reports/cli/validate.hpp"
+#include "reports/timing/callgrind.hpp"
 #include "reports/timing/child_process.hpp"
 #include "reports/timing/history.hpp"
-#include "reports/timing/instruction_counter.hpp"
 #include "reports/timing/paired_runs.hpp"
 #include "validation/bench/bench_cases.hpp"
 
@@ -20,13 +20,17 @@ namespace {
 const std::vector<std::string> paired_scenes{"s26", "seven-layers", "epidural"};
 
 timing::PairedRuns runs_with(const std::filesystem::path& base) {
-  return {
-      .base = base, .head = timing::own_library(), .scenes = source_folder() / "fixtures" / "scenes", .stop = &interrupted};
+  return {.base = base,
+          .head = timing::own_library(),
+          .scenes = source_folder() / "fixtures" / "scenes",
+          .stop = &interrupted};
 }
 
 int bench_against(const BenchOptions& options, Judging judging) {
-  const std::filesystem::path cache = options.cache.empty() ? default_cache_folder() : options.cache;
-  const timing::PairedRuns runs = runs_with(timing::library_of(options.against, source_folder(), cache, &interrupted));
+  const std::filesystem::path cache =
+      options.cache.empty() ? default_cache_folder() : options.cache;
+  const timing::PairedRuns runs =
+      runs_with(timing::library_of(options.against, source_folder(), cache, &interrupted));
   judging.further = " --against " + options.against;
   judging.cases = bench::paired_cases(paired_scenes, timing::measurement_of(runs));
   return judge(options, judging);
@@ -34,10 +38,12 @@ int bench_against(const BenchOptions& options, Judging judging) {
 
 int bench_itself(const BenchOptions& options, Judging judging) {
   const io::ScratchFolder folder;
-  const std::filesystem::path copy = folder.path() / "base.so";  // a file that is loaded twice is one library
+  const std::filesystem::path copy =
+      folder.path() / "base.so";  // a file that is loaded twice is one library
   std::filesystem::copy_file(timing::own_library(), copy);
   judging.further = " --self-test " + std::to_string(options.self_test);
-  judging.cases = bench::self_test_cases(paired_scenes, options.self_test, timing::measurement_of(runs_with(copy)));
+  judging.cases = bench::self_test_cases(paired_scenes, options.self_test,
+                                         timing::measurement_of(runs_with(copy)));
   return judge(options, judging);
 }
 

@@ -1,30 +1,76 @@
 // SPDX-License-Identifier: MIT
-#include "validation/certificate/certify.hpp"
+/// The program stress-ng as other work on the machine.
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <future>
+#include <spawn.h>
+#include <stdexcept>
+#include <string>
+#include <sys/wait.h>
 #include <unistd.h>
+#include <vector>
 
-#include "fixtures/io/content_hash.hpp"
 #include "fixtures/io/file_bytes.hpp"
-#include "model/dynamics/scene_check.hpp"
+#include "model/problem/input_error.hpp"
 #include "reports/certificate_report.hpp"
-#include "reports/cli/interrupt.hpp"
+#include "reports/cli/commands.hpp"
+#include "reports/cli/inspect.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/cli/machine_facts.hpp"
-#include "reports/cli/scene_run.hpp"
-#include "reports/cli/stress_ng.hpp"
-#include "reports/cli/tool_inspection.hpp"
-#include "reports/shown_units.hpp"
-#include "reports/timing/instruction_counter.hpp"
+#include "reports/cli/provenance.hpp"
+#include "reports/plot/shown_units.hpp"
+#include "reports/timing/callgrind.hpp"
+#include "reports/timing/child_process.hpp"
 #include "validation/certificate/background_load.hpp"
+#include "validation/certificate/certificate.hpp"
 #include "validation/certificate/scene_loop.hpp"
-#include "validation/number_words.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate::cli {
+
+/// Whether it is on the search path.
+bool has_stress_ng();
+
+/// Runs while this lives: computing, caches, memory and files, on these processors.
+class StressNg {
+ public:
+  /// Throws std::runtime_error where it cannot be started.
+  explicit StressNg(const std::vector<int>& processors);
+  ~StressNg();
+  StressNg(const StressNg&) = delete;
+  StressNg& operator=(const StressNg&) = delete;
+
+ private:
+  int process_ = -1;
+};
+
+bool has_stress_ng() { return !timing::find_program("stress-ng").empty(); }
+
+StressNg::StressNg(const std::vector<int>& processors) {
+  std::string list;
+  for (const int n : processors) { list += (list.empty() ? "" : ",") + std::to_string(n); }
+  std::string workers = std::to_string(processors.size());
+  std::string program = "stress-ng";
+  std::array<std::string, 13> words{"--quiet", "--taskset", list,   "--cpu", workers,
+                                    "--cache", workers,     "--vm", "1",     "--vm-bytes",
+                                    "64M",     "--hdd",     "1"};
+  std::vector<char*> arguments{program.data()};
+  for (std::string& word : words) { arguments.push_back(word.data()); }
+  arguments.push_back(nullptr);
+  if (posix_spawnp(&process_, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0) {
+    throw std::runtime_error("stress-ng cannot be started");
+  }
+}
+
+StressNg::~StressNg() {
+  kill(process_, SIGTERM);
+  waitpid(process_, nullptr, 0);
+}
+
 namespace {
 
 using namespace certificate;
@@ -53,12 +99,13 @@ Claim claim_of(const CertifyOptions& options, const LoadedScene& loaded) {
   }
   claim.deadline = options.deadline ? *options.deadline / us : claim.period();
   if (!(claim.deadline <= claim.period() * (1.0 + 1e-9))) {
-    throw InputError("--deadline " + plain_number(*options.deadline) + ": longer than the period; at most " +
-                     plain_number(us * claim.period()) + " us");
+    throw InputError("--deadline " + plain_number(*options.deadline) +
+                     ": longer than the period; at most " + plain_number(us * claim.period()) +
+                     " us");
   }
   if (!(claim.duration * claim.rate >= 1.0 - 1e-9)) {
-    throw InputError("--duration " + plain_number(options.duration) + ": shorter than a period; at least " +
-                     plain_number(claim.period()) + " s");
+    throw InputError("--duration " + plain_number(options.duration) +
+                     ": shorter than a period; at least " + plain_number(claim.period()) + " s");
   }
   return claim;
 }
@@ -67,10 +114,14 @@ Claim claim_of(const CertifyOptions& options, const LoadedScene& loaded) {
 std::optional<double> tissue_stiffness(const LoadedScene& loaded) {
   const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
   const Scene& scene = loaded.file.scene;
-  if (network == nullptr || (scene.drive && scene.drive->kind == Drive::Kind::falcon)) { return {}; }
+  if (network == nullptr || (scene.drive && scene.drive->kind == Drive::Kind::falcon)) {
+    return {};
+  }
   const auto facts = tool_inspection(scene, *network);
   const auto compliance = facts.find("static_compliance_m_per_n");
-  if (compliance == facts.end() || compliance->is_null() || !(compliance->get<double>() > 0.0)) { return {}; }
+  if (compliance == facts.end() || compliance->is_null() || !(compliance->get<double>() > 0.0)) {
+    return {};
+  }
   return 1.0 / compliance->get<double>();
 }
 
@@ -98,7 +149,8 @@ Certificate certify_aside(const Scene& scene, const CertifyPlan& plan, bool quie
   while (work.wait_for(std::chrono::milliseconds(250)) != std::future_status::ready) {
     const long ticks = plan.progress->ticks;
     const double share =
-        ticks > 0 ? 100.0 * static_cast<double>(plan.progress->done) / static_cast<double>(ticks) : 0.0;
+        ticks > 0 ? 100.0 * static_cast<double>(plan.progress->done) / static_cast<double>(ticks)
+                  : 0.0;
     if (show && ticks > 0) {
       std::fprintf(stderr, "\r\033[K%s: %3.0f %%", plan.progress->stage.load(), share);
     }
@@ -116,8 +168,8 @@ void count_worst(const CertifyOptions& options, const Claim& claim, CertificateR
     report.not_counted = report.result.interrupted ? "interrupted" : "no tick was timed";
     return;
   }
-  std::vector<std::string> words{options.scene.string(),
-                                 "--before", std::to_string(std::lround(worst->scene_time * claim.rate)),
+  std::vector<std::string> words{options.scene.string(), "--before",
+                                 std::to_string(std::lround(worst->scene_time * claim.rate)),
                                  "--rate", exact_number(claim.rate)};
   for (const std::string& each : options.overrides) { words.insert(words.end(), {"--set", each}); }
   const timing::InstructionCount count = timing::count_steps(words, &interrupted);
@@ -127,23 +179,26 @@ void count_worst(const CertifyOptions& options, const Claim& claim, CertificateR
 
 std::string command_of(const CertifyOptions& options, const Claim& claim) {
   std::string command = "palpate certify " + options.scene.filename().string() + " --rate " +
-                        plain_number(claim.rate, 6) + " --duration " + plain_number(claim.duration, 6) +
-                        " --deadline " + plain_number(us * claim.deadline, 6);
+                        plain_number(claim.rate, 6) + " --duration " +
+                        plain_number(claim.duration, 6) + " --deadline " +
+                        plain_number(us * claim.deadline, 6);
   for (const std::string& load : options.loads) { command += " --load " + load; }
   for (const std::string& each : options.overrides) { command += " --set " + each; }
   return command;
 }
 
-void tell(const CertificateReport& report, const Judgement& judgement, const std::filesystem::path& folder) {
+void tell(const CertificateReport& report, const Judgement& judgement,
+          const std::filesystem::path& folder) {
   std::printf("%s: %s\n%s\n", std::string(certificate::name_of(judgement.verdict)).c_str(),
               judgement.reason.c_str(), budget_words(report.result).c_str());
   for (const NamedPhase& named : phases_of(report)) {
     const LoopRecord& record = named.phase->record;
     if (record.ticks() == 0) { continue; }
-    std::printf("  %-28s %9ld ticks, %ld missed; response %.1f us in the middle, %.1f us at worst\n",
-                named.name.c_str(), record.ticks(), record.misses.count(),
-                us * record.response.percentile(0.5).value_or(record.response.maximum()),
-                us * record.response.maximum());
+    std::printf(
+        "  %-28s %9ld ticks, %ld missed; response %.1f us in the middle, %.1f us at worst\n",
+        named.name.c_str(), record.ticks(), record.misses.count(),
+        us * record.response.percentile(0.5).value_or(record.response.maximum()),
+        us * record.response.maximum());
   }
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
@@ -169,18 +224,21 @@ int certify(const CertifyOptions& options) {
   const CertifyPlan plan = plan_of(options, loaded, progress);
   const std::filesystem::path folder = make_folder(options.folder("certify"));
   const HappeningNames names(loaded.file.scene);
-  CertificateReport report{.file = options.scene.filename().string(),
-                           .title = loaded.file.scene.title,
-                           .scene_hash = io::content_hash(loaded.file.text),
-                           .result = certify_aside(loaded.file.scene, plan, options.quiet),
-                           .cycles_per_second = cycles_per_second(),
-                           .happening_name = [&](const ToolHappening& each) { return names.of(each); },
-                           .command = command_of(options, plan.claim),
-                           .provenance = scene_provenance(loaded)};
-  report.environment = environment_of(report.result.rights, plan.priority, report.cycles_per_second);
+  CertificateReport report{
+      .file = options.scene.filename().string(),
+      .title = loaded.file.scene.title,
+      .scene_hash = io::content_hash(loaded.file.text),
+      .result = certify_aside(loaded.file.scene, plan, options.quiet),
+      .cycles_per_second = cycles_per_second(),
+      .happening_name = [&](const ToolHappening& each) { return names.of(each); },
+      .command = command_of(options, plan.claim),
+      .provenance = scene_provenance(loaded)};
+  report.environment =
+      environment_of(report.result.rights, plan.priority, report.cycles_per_second);
   count_worst(options, plan.claim, report);
   if (loaded.file.scene.simulation.threads > 1) {
-    report.result.notes.emplace_back("The scene asks for more threads; the loop stepped it with one.");
+    report.result.notes.emplace_back(
+        "The scene asks for more threads; the loop stepped it with one.");
   }
   const Judgement judgement = judge(report.result);
   io::replace_file(folder / "certificate.json", to_json(report));

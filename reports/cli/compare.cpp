@@ -1,29 +1,192 @@
 // SPDX-License-Identifier: MIT
+/// What `palpate compare` lays over each other: recordings from files or folders, and a simulated
+/// trace.
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/problems.hpp"
 #include "fixtures/io/trace_file.hpp"
-#include "model/dynamics/scene_check.hpp"
+#include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/compare_inputs.hpp"
-#include "reports/cli/interrupt.hpp"
+#include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/provenance.hpp"
-#include "reports/comparison_json.hpp"
-#include "reports/comparison_words.hpp"
-#include "reports/markup.hpp"
-#include "reports/results_folder.hpp"
-#include "reports/tolerance_text.hpp"
+#include "reports/cli/tolerance_text.hpp"
+#include "reports/comparison_report.hpp"
+#include "reports/html/html_page.hpp"
+#include "reports/results/results_folder.hpp"
+#include "validation/roll_out.hpp"
 
 namespace palpate::cli {
+
+/// Files, and of each folder its .h5 files in the order of names. Throws an InputError of one line
+/// per problem.
+std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem::path>& paths);
+
+/// Throws InputError, also where it has no column of that name or no number in it.
+ComparedSimulation read_simulation(const std::filesystem::path& trace, const std::string& column);
+
+/// A scene made ready to run for as long as it says, and after a loss of resistance until the rule
+/// that finds it can decide.
+struct SceneRun {
+  LoadedScene loaded;
+  double rest = 6.0;  ///< [s] after the event
+};
+/// Throws InputError, also where the scene will have no column of that name.
+SceneRun prepare_scene(const CompareOptions& options, const std::string& column, double rest);
+
+struct SimulatedScene {
+  ComparedSimulation simulation{};
+  std::map<std::string, std::string> provenance{};
+  bool interrupted = false;
+};
+SimulatedScene simulate_scene(SceneRun& scene, bool quiet);
+
+namespace {
+
+constexpr std::size_t most_compared_bytes = std::size_t{4} << 30U;
+
+std::string hash_of(const std::filesystem::path& file) {
+  return io::content_hash(io::read_bytes(file, most_compared_bytes));
+}
+
+void add_folder(const std::filesystem::path& folder, std::vector<std::filesystem::path>& files) {
+  std::vector<std::filesystem::path> found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".h5") { found.push_back(entry.path()); }
+  }
+  if (found.empty()) {
+    throw InputError(folder.string() + ": has no .h5 file; a folder of recordings has some");
+  }
+  std::ranges::sort(found);
+  std::ranges::move(found, std::back_inserter(files));
+}
+
+/// Behind "FILE: no column ".
+std::string needed(const std::string& column) {
+  return column +
+         "; needed for what is compared (--quantity pressure: a [syringe]; force: a needle or "
+         "probe)";
+}
+
+/// Over once a loss of resistance is old enough, else once the scene's own duration is.
+bool long_enough(const Trace& trace, double duration, double rest) {
+  const double slack = 1e-9 * duration;
+  if (trace.time.back() < duration - slack) { return false; }
+  for (const Event& event : trace.events) {
+    if (event.kind == "loss-of-resistance") {
+      return trace.time.back() >= event.time + rest - slack;
+    }
+  }
+  return true;
+}
+
+/// Throws InputError where a trace holds nothing that could be compared.
+void check_samples(const std::filesystem::path& file, const Trace& trace, const Column& column) {
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(file.string() + ": " + what +
+                     "; a trace of at least two samples with numbers is needed");
+  };
+  if (trace.time.size() < 2) { refuse(trace.time.empty() ? "has no samples" : "has one sample"); }
+  if (std::ranges::none_of(column.values, [](double v) { return std::isfinite(v); })) {
+    refuse("no number in column " + column.name);
+  }
+}
+
+}  // namespace
+
+std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem::path>& paths) {
+  std::vector<std::filesystem::path> files;
+  std::vector<ComparedRecording> recordings;
+  std::string problems;
+  const auto gather = [&](auto&& read) {
+    try {
+      read();
+    } catch (const InputError& error) {
+      problems += (problems.empty() ? "" : "\n") + std::string(error.what());
+    }
+  };
+  for (const std::filesystem::path& path : paths) {
+    gather([&] {
+      if (std::filesystem::is_directory(path)) { return add_folder(path, files); }
+      files.push_back(path);
+    });
+  }
+  for (const std::filesystem::path& file : files) {
+    gather([&] {
+      ComparedRecording one{.file = file, .input = read_any_recording(file)};
+      one.hash = hash_of(file);
+      const auto twin = std::ranges::find(recordings, one.hash, &ComparedRecording::hash);
+      if (twin != recordings.end()) {
+        throw InputError(file.string() + ": the same bytes as " + twin->file.string() +
+                         "; every recording once");
+      }
+      if (one.input.recording.name.empty()) { one.input.recording.name = file.stem().string(); }
+      recordings.push_back(std::move(one));
+    });
+  }
+  if (!problems.empty()) { throw InputError(problems); }
+  return recordings;
+}
+
+ComparedSimulation read_simulation(const std::filesystem::path& file, const std::string& column) {
+  ComparedSimulation simulation{.origin = ComparedSimulation::Origin::trace, .file = file};
+  simulation.trace = io::read_trace(file);
+  const Column* compared = simulation.trace.find(column);
+  if (compared == nullptr) { throw InputError(file.string() + ": no column " + needed(column)); }
+  check_samples(file, simulation.trace, *compared);
+  simulation.hash = hash_of(file);
+  return simulation;
+}
+
+SceneRun prepare_scene(const CompareOptions& options, const std::string& column, double rest) {
+  SceneRun run{.loaded = load_scene(options.scene, options, false, rest), .rest = rest};
+  const auto& columns = run.loaded.simulation.columns();
+  if (std::ranges::none_of(columns, [&](const Column& one) { return one.name == column; })) {
+    throw InputError(options.scene.string() + ": no column " + needed(column));
+  }
+  return run;
+}
+
+SimulatedScene simulate_scene(SceneRun& scene, bool quiet) {
+  const io::SceneFile& file = scene.loaded.file;
+  const double duration = file.scene.simulation.duration;
+  RollOutOptions how = roll_out_options(scene.loaded, quiet);
+  how.frames = 0;
+  how.enough = [&](const Trace& trace) { return long_enough(trace, duration, scene.rest); };
+  std::optional<FalconLoop> falcon;
+  if (file.scene.drive && file.scene.drive->kind == Drive::Kind::falcon) {
+    how.falcon = &falcon.emplace(file.scene, scene.loaded.simulation, FalconLoopOptions{});
+  }
+  Run run = roll_out(scene.loaded.simulation, how);
+  SimulatedScene done{.provenance = scene_provenance(scene.loaded), .interrupted = run.interrupted};
+  done.simulation = {.origin = ComparedSimulation::Origin::scene,
+                     .file = file.inputs.front(),
+                     .hash = io::content_hash(file.text),
+                     .title = file.scene.title};
+  const double longer = run.trace.time.back() - duration;
+  if (longer > 0.5 * file.scene.simulation.step) { done.simulation.run_longer = longer; }
+  if (run.diverged) {
+    done.simulation.failure = "diverged at t = " + quantity(run.diverged_at, "s");
+  }
+  done.simulation.trace = std::move(run.trace);
+  return done;
+}
 
 namespace {
 
 using namespace comparison;
 
 template <class Value, std::size_t N>
-Value value_named(const std::string& option, const std::string& text, const std::array<Value, N>& values) {
+Value value_named(const std::string& option, const std::string& text,
+                  const std::array<Value, N>& values) {
   std::string known;
   for (const Value value : values) {
     if (comparison::name_of(value) == text) { return value; }
@@ -35,7 +198,8 @@ Value value_named(const std::string& option, const std::string& text, const std:
 void check_cutoff(const CompareOptions& asked) {
   constexpr double least_cutoff = 1.0;  // [Hz]: three periods are added at either end of a trace
   if (!(asked.cutoff == 0.0 || asked.cutoff >= least_cutoff)) {
-    throw InputError("--cutoff " + plain_number(asked.cutoff) + "; must be 0 for none, or at least 1 Hz");
+    throw InputError("--cutoff " + plain_number(asked.cutoff) +
+                     "; must be 0 for none, or at least 1 Hz");
   }
 }
 
@@ -43,18 +207,20 @@ GroupOptions group_options(const CompareOptions& asked) {
   check_cutoff(asked);
   GroupOptions options;
   ComparisonOptions& o = options.comparison;
-  o.quantity =
-      value_named("--quantity", asked.quantity, std::array{QuantityKind::pressure, QuantityKind::force});
-  o.alignment = value_named(
-      "--align", asked.alignment,
-      std::array{AlignmentRule::automatic, AlignmentRule::depth, AlignmentRule::event, AlignmentRule::start});
+  o.quantity = value_named("--quantity", asked.quantity,
+                           std::array{QuantityKind::pressure, QuantityKind::force});
+  o.alignment = value_named("--align", asked.alignment,
+                            std::array{AlignmentRule::automatic, AlignmentRule::depth,
+                                       AlignmentRule::event, AlignmentRule::start});
   o.column = column_of(o);
   o.cutoff = asked.cutoff;
   o.uncertainties.numerical = asked.numerical_uncertainty;
   o.uncertainties.input = asked.input_uncertainty;
   for (const std::string& text : asked.tolerances) {
     o.tolerances.push_back(tolerance_from(text, o.quantity));
-    const auto same = [&](const Tolerance& one) { return one.feature == o.tolerances.back().feature; };
+    const auto same = [&](const Tolerance& one) {
+      return one.feature == o.tolerances.back().feature;
+    };
     if (std::ranges::count_if(o.tolerances, same) > 1) {
       throw InputError("--tolerance " + text + ": given before; every feature once");
     }
@@ -65,7 +231,8 @@ GroupOptions group_options(const CompareOptions& asked) {
 /// As a shell takes it.
 std::string quoted(const std::string& word) {
   const bool plain =
-      word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,") ==
+      word.find_first_not_of(
+          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,") ==
       std::string::npos;
   if (plain && !word.empty()) { return word; }
   std::string text = "'";
@@ -100,14 +267,17 @@ std::string command_of(const CompareOptions& o) {
 
 void judge(const CompareOptions& asked, ComparisonReport& report) {
   std::vector<Recording> recordings;
-  for (const ComparedRecording& one : report.recordings) { recordings.push_back(one.input.recording); }
+  for (const ComparedRecording& one : report.recordings) {
+    recordings.push_back(one.input.recording);
+  }
   const bool failed = !report.simulation.failure.empty();
-  report.found = compare_all(
-      recordings,
-      failed ? Trace{.columns = {{report.options.comparison.column, "", {}}}} : report.simulation.trace,
-      report.options);
+  report.found = compare_all(recordings,
+                             failed ? Trace{.columns = {{report.options.comparison.column, "", {}}}}
+                                    : report.simulation.trace,
+                             report.options);
   if (failed) {
-    report.found.reasons.insert(report.found.reasons.begin(), "the simulation " + report.simulation.failure);
+    report.found.reasons.insert(report.found.reasons.begin(),
+                                "the simulation " + report.simulation.failure);
   }
   std::vector<Outcome> outcomes;
   if (!asked.results.empty()) { outcomes = read_results_folder(asked.results).outcomes; }
@@ -123,8 +293,9 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
     if (more) { std::printf("  %s\n", reason.c_str()); }
   }
   if (report.simulation.run_longer > 0.0) {
-    std::printf("simulated %.4g s longer than the scene says, until the loss of resistance could be told\n",
-                report.simulation.run_longer);
+    std::printf(
+        "simulated %.4g s longer than the scene says, until the loss of resistance could be told\n",
+        report.simulation.run_longer);
   }
   for (const Comparison& one : report.found.recordings) {
     if (!one.alignment.not_by_depth.empty()) {
@@ -133,7 +304,8 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
   }
   for (const ComparedRecording& one : report.recordings) {
     for (const std::string& warning : one.input.warnings) {
-      std::fprintf(stderr, "palpate: warning: %s: %s\n", one.file.string().c_str(), warning.c_str());
+      std::fprintf(stderr, "palpate: warning: %s: %s\n", one.file.string().c_str(),
+                   warning.c_str());
     }
   }
   std::printf("%s\n%s\n", (folder / "comparison.json").string().c_str(),

@@ -1,20 +1,231 @@
 // SPDX-License-Identifier: MIT
+/// log.csv of `palpate falcon`: one row per request and per event (docs/formats.md).
+
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <optional>
 #include <system_error>
 #include <unistd.h>
+#include <vector>
 
-#include "device/descriptor_link.hpp"
+#include "device/byte_link.hpp"
 #include "device/falcon/emulator.hpp"
-#include "device/falcon/plant_body.hpp"
-#include "model/dynamics/scene_check.hpp"
+#include "device/falcon/kinematics.hpp"
+#include "device/falcon/motors_encoders.hpp"
+#include "device/falcon/packet.hpp"
+#include "device/falcon/plant.hpp"
+#include "fixtures/io/csv_file.hpp"
+#include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/pose_csv.hpp"
+#include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/falcon_log.hpp"
 #include "reports/cli/falcon_script.hpp"
-#include "reports/cli/interrupt.hpp"
 #include "reports/cli/loaded_scene.hpp"
 
 namespace palpate::cli {
+
+/// Rows wait in memory, reserved beforehand, until flush(): nothing is written between a request
+/// and its reply. The file has a temporary name until finish().
+class FalconLog final : public device::falcon::EmulatorObserver {
+ public:
+  /// Throws InputError when nothing can be written there.
+  FalconLog(const std::filesystem::path& path, const device::falcon::Firmware& firmware);
+  FalconLog(const FalconLog&) = delete;
+  FalconLog& operator=(const FalconLog&) = delete;
+  ~FalconLog() override;
+
+  void served(double time_s, const device::falcon::HostPacket& request,
+              const device::falcon::DevicePacket& reply) noexcept override;
+  void happened(double time_s, device::falcon::FirmwareEvent event) noexcept override;
+
+  /// Writes the rows that wait, once there are many.
+  void flush_if_many() noexcept;
+  /// Writes the rest and gives the file its name. Throws InputError.
+  void finish();
+  [[nodiscard]] std::int64_t left_out() const noexcept { return left_out_; }
+
+ private:
+  struct Row {
+    double time = 0.0;
+    std::optional<device::falcon::FirmwareEvent> event{};  ///< empty: a request
+    device::falcon::FirmwareState state{};
+    device::falcon::HostPacket request{};
+    device::falcon::DevicePacket reply{};
+  };
+  void add(const Row& row) noexcept;
+  void write(const Row& row) noexcept;
+  void flush() noexcept;
+
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+  const device::falcon::Firmware& firmware_;
+  std::vector<Row> rows_{};
+  std::int64_t left_out_ = 0;
+  bool failed_ = false;
+};
+
+namespace {
+
+using namespace device::falcon;
+
+constexpr std::size_t most_rows = 1U << 16U;  // a minute at 1 kHz
+constexpr std::size_t many_rows = 256;
+constexpr unsigned button_bits = 0x0F;
+constexpr unsigned homed_shift = 4;
+
+[[noreturn]] void fail(const std::filesystem::path& path) {
+  throw InputError(path.string() + ": cannot be written: " + std::strerror(errno));
+}
+
+}  // namespace
+
+FalconLog::FalconLog(const std::filesystem::path& path, const Firmware& firmware)
+    : path_(path),
+      temporary_(io::temporary_name(path)),
+      file_(std::fopen(temporary_.c_str(), "we"), &std::fclose),
+      firmware_(firmware) {
+  if (!file_) { fail(path_); }
+  rows_.reserve(most_rows);
+  std::fputs(
+      "time_s,word_1,word_2,word_3,homing,leds,count_1,count_2,count_3,buttons,homed,event,state\n",
+      file_.get());
+}
+
+FalconLog::~FalconLog() {
+  if (file_) { std::remove(temporary_.c_str()); }
+}
+
+void FalconLog::served(double time_s, const HostPacket& request,
+                       const DevicePacket& reply) noexcept {
+  add({.time = time_s, .state = firmware_.state(), .request = request, .reply = reply});
+}
+
+void FalconLog::happened(double time_s, FirmwareEvent event) noexcept {
+  add({.time = time_s, .event = event, .state = firmware_.state()});
+}
+
+void FalconLog::add(const Row& row) noexcept {
+  if (rows_.size() < most_rows) {
+    rows_.push_back(row);
+  } else {
+    ++left_out_;
+  }
+}
+
+void FalconLog::flush_if_many() noexcept {
+  if (rows_.size() >= many_rows) { flush(); }
+}
+
+void FalconLog::flush() noexcept {
+  for (const Row& row : rows_) { write(row); }
+  rows_.clear();
+}
+
+void FalconLog::write(const Row& row) noexcept {
+  std::FILE* file = file_.get();
+  if (row.event) {
+    failed_ |= std::fprintf(file, "%.6f,,,,,,,,,,,%s,%s\n", row.time, name_of(*row.event),
+                            name_of(row.state)) < 0;
+    return;
+  }
+  const unsigned asked = info_bits(row.request);
+  const unsigned told = info_bits(row.reply);
+  failed_ |=
+      std::fprintf(file, "%.6f,%d,%d,%d,%u,%u,%d,%d,%d,%u,%u,request,%s\n", row.time,
+                   row.request.words[0], row.request.words[1], row.request.words[2], asked & 1U,
+                   asked >> 1U, row.reply.counts[0], row.reply.counts[1], row.reply.counts[2],
+                   told & button_bits, told >> homed_shift, name_of(row.state)) < 0;
+}
+
+void FalconLog::finish() {
+  flush();
+  failed_ |= std::fclose(file_.release()) != 0;
+  const bool renamed = !failed_ && std::rename(temporary_.c_str(), path_.c_str()) == 0;
+  if (renamed) { return; }
+  std::remove(temporary_.c_str());
+  fail(path_);
+}
+
+namespace {
+
+namespace falcon = device::falcon;
+
+constexpr std::string_view header =
+    "theta1_1_rad,theta1_2_rad,theta1_3_rad,count_1,count_2,count_3,forward_x_m,forward_y_m,"
+    "forward_z_m,torque_1_nm,torque_2_nm,torque_3_nm,word_1,word_2,word_3,packet\n";
+
+/// What the device makes of one pose: angles and torques at the pose itself, the position that its
+/// whole counts stand for, the words of the torques.
+struct Solution {
+  Eigen::Vector3d theta1{};
+  falcon::Counts counts{};
+  Eigen::Vector3d forward{};
+  Eigen::Vector3d torque{};
+  falcon::Words words{};
+};
+
+std::optional<Solution> solve(const falcon::Kinematics& kinematics, const io::Pose& pose) {
+  const auto angles = kinematics.inverse(pose.position);
+  const auto jacobian = kinematics.jacobian(pose.position);
+  if (!angles || !jacobian) { return std::nullopt; }
+  Solution solution{.theta1 = angles->theta1};
+  solution.counts = falcon::counts_of_angles(kinematics.geometry(), angles->theta1);
+  const Eigen::Vector3d rounded = falcon::angles_of_counts(kinematics.geometry(), solution.counts);
+  const auto forward = kinematics.forward(rounded);
+  if (!forward) { return std::nullopt; }
+  solution.forward = *forward;
+  const Eigen::Vector3d torque = falcon::torque_of_force(*jacobian, pose.force);
+  solution.torque = torque.array() + 0.0;  // no negative zero
+  solution.words = falcon::words_of_torque({}, solution.torque).sent;
+  return solution;
+}
+
+template <class Values> void append(std::string& text, const Values& values) {
+  for (const auto value : values) {
+    io::append_number(text, static_cast<double>(value));
+    text += ',';
+  }
+}
+
+std::string row(const Solution& solution) {
+  std::string text;
+  append(text, solution.theta1);
+  append(text, solution.counts);
+  append(text, solution.forward);
+  append(text, solution.torque);
+  append(text, solution.words);
+  for (const std::uint8_t byte : falcon::encode(falcon::HostPacket{.words = solution.words})) {
+    text += static_cast<char>(byte);  // printable: markers and nibbles alone
+  }
+  return text + '\n';
+}
+
+}  // namespace
+
+int falcon_solve(const FalconOptions& options) {
+  const falcon::Kinematics kinematics;
+  io::Problems problems;
+  std::string text(header);
+  const auto within_reach = [&](const Eigen::Vector3d& position) -> std::string_view {
+    const bool reached = solve(kinematics, {.position = position}).has_value();
+    return reached ? "" : "must be within the reach of all three legs";
+  };
+  const std::vector<io::Pose> poses = io::read_pose_csv(options.solve, within_reach, problems);
+  problems.throw_if_any();
+  for (const io::Pose& pose : poses) { text += row(*solve(kinematics, pose)); }
+  const std::filesystem::path folder = make_folder(options.folder("falcon"));
+  io::replace_file(folder / "solution.csv", text);
+  if (!options.quiet) {
+    std::printf("%zu poses: %s\n", poses.size(), (folder / "solution.csv").string().c_str());
+  }
+  return done;
+}
+
 namespace {
 
 using namespace device;

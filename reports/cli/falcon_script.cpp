@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/cli/falcon_script.hpp"
 
 #include <limits>
 
-#include "fixtures/io/toml_document.hpp"
-#include "fixtures/io/toml_override.hpp"
-#include "fixtures/io/toml_reader.hpp"
+#include "fixtures/io/toml_file.hpp"
 
 namespace palpate::cli {
 namespace {
@@ -52,8 +51,7 @@ namespace palpate::io {
 using cli::ButtonName;
 using device::falcon::LinkFault;
 
-template <>
-struct Choices<LinkFault::Kind> {
+template <> struct Choices<LinkFault::Kind> {
   static constexpr std::array words{
       std::pair{std::string_view("latency"), LinkFault::Kind::latency},
       std::pair{std::string_view("drop"), LinkFault::Kind::drop},
@@ -64,15 +62,13 @@ struct Choices<LinkFault::Kind> {
       std::pair{std::string_view("stuck-encoder"), LinkFault::Kind::stuck_encoder},
       std::pair{std::string_view("stuck-button"), LinkFault::Kind::stuck_button}};
 };
-template <>
-struct Choices<LinkFault::Direction> {
+template <> struct Choices<LinkFault::Direction> {
   static constexpr std::array words{
       std::pair{std::string_view("both"), LinkFault::Direction::both},
       std::pair{std::string_view("to-device"), LinkFault::Direction::to_device},
       std::pair{std::string_view("to-host"), LinkFault::Direction::to_host}};
 };
-template <>
-struct Choices<ButtonName> {
+template <> struct Choices<ButtonName> {
   static constexpr std::array words{std::pair{std::string_view("plus"), ButtonName::plus},
                                     std::pair{std::string_view("forward"), ButtonName::forward},
                                     std::pair{std::string_view("centre"), ButtonName::centre},
@@ -82,8 +78,7 @@ struct Choices<ButtonName> {
 constexpr Rule seconds{.unit = "s", .range = Range::non_negative};
 
 // The keys of a script, each listed once, as in scene_fields.hpp; found through io::TomlReader.
-template <class Visitor>
-void fields(Visitor& v, cli::FaultDraft& f) {
+template <class Visitor> void fields(Visitor& v, cli::FaultDraft& f) {
   v.value("kind", f.fault.kind, {.required = true});
   v.value("direction", f.fault.direction, {});
   v.value("probability", f.fault.probability, {.range = Range::share});
@@ -96,36 +91,31 @@ void fields(Visitor& v, cli::FaultDraft& f) {
   v.value("button", f.button, {});
 }
 
-template <class Visitor>
-void fields(Visitor& v, device::falcon::GripScript::Pose& p) {
+template <class Visitor> void fields(Visitor& v, device::falcon::GripScript::Pose& p) {
   v.value("time", p.time, {.unit = "s", .range = Range::non_negative, .required = true});
   v.value("counts", p.counts, {.required = true});
 }
 
-template <class Visitor>
-void fields(Visitor& v, cli::PressDraft& p) {
+template <class Visitor> void fields(Visitor& v, cli::PressDraft& p) {
   v.value("button", p.button, {.required = true});
   v.value("start", p.start, seconds);
   v.value("end", p.end, {.unit = "s", .range = Range::positive});
 }
 
-template <class Visitor>
-void fields(Visitor& v, cli::GripDraft& g) {
+template <class Visitor> void fields(Visitor& v, cli::GripDraft& g) {
   v.value("homed", g.grip.homed, {});
   v.value("power_on", g.grip.power_on, {});
   v.list("pose", g.grip.poses);
   v.list("press", g.presses);
 }
 
-template <class Visitor>
-void fields(Visitor& v, device::falcon::FirmwareOptions& f) {
+template <class Visitor> void fields(Visitor& v, device::falcon::FirmwareOptions& f) {
   v.value("watchdog", f.watchdog, {.unit = "s", .range = Range::positive});
   v.value("load_silence", f.load_silence, {.unit = "s", .range = Range::positive});
   v.value("loaded", f.loaded, {});
 }
 
-template <class Visitor>
-void fields(Visitor& v, cli::ScriptDraft& s) {
+template <class Visitor> void fields(Visitor& v, cli::ScriptDraft& s) {
   v.value("seed", s.seed, {.range = Range::non_negative});
   v.optional_table("firmware", s.firmware);
   v.optional_table("grip", s.grip);

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "device/falcon/firmware.hpp"
+#include "device/falcon/body.hpp"
+#include "device/falcon/emulator.hpp"
 #include "device/falcon/link_faults.hpp"
-#include "device/falcon/scripted_grip.hpp"
 
 namespace palpate::cli {
 

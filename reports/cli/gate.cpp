@@ -1,14 +1,58 @@
 // SPDX-License-Identifier: MIT
+/// What gate and approve read alike.
+
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "fixtures/io/file_bytes.hpp"
-#include "reports/baseline_file.hpp"
+#include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/gate_inputs.hpp"
 #include "reports/cli/loaded_scene.hpp"
+#include "reports/cli/provenance.hpp"
 #include "reports/gate_report.hpp"
+#include "reports/results/baseline_file.hpp"
+#include "reports/results/results.hpp"
+#include "reports/results/results_folder.hpp"
+#include "validation/gate/baseline.hpp"
 
 namespace palpate::cli {
+
+/// Of validate or bench, or the folder of a run. Throws InputError.
+Results read_judged(const std::filesystem::path& folder);
+
+/// Names of the cases that patterns select as validate does; empty where there is no pattern.
+/// Throws InputError where one selects nothing.
+std::vector<std::string> names_of(const std::vector<std::string>& patterns,
+                                  const std::vector<std::string>& names);
+
+Results read_judged(const std::filesystem::path& folder) {
+  if (!std::filesystem::is_directory(folder)) {
+    throw InputError(folder.string() + ": is no folder; one that validate, bench or run wrote");
+  }
+  return is_run_folder(folder) ? read_run_folder(folder) : read_results_folder(folder);
+}
+
+std::vector<std::string> names_of(const std::vector<std::string>& patterns,
+                                  const std::vector<std::string>& names) {
+  std::vector<std::string> selected;
+  for (const std::string& pattern : patterns) {
+    const auto before = selected.size();
+    for (const std::string& name : names) {
+      const bool meant = name == pattern || name.starts_with(pattern + "/");
+      if (meant && std::ranges::find(selected, name) == selected.end()) {
+        selected.push_back(name);
+      }
+    }
+    if (selected.size() == before) {
+      throw InputError("--case " + pattern +
+                       ": selects nothing; a case or a group of the results or the baseline");
+    }
+  }
+  return selected;
+}
 
 namespace {
 
@@ -20,7 +64,8 @@ GateReport judged(const GateOptions& options) {
   for (const Outcome& one : results.outcomes) { names.push_back(one.name); }
   GateReport report{.results = options.results.string(),
                     .baseline_file = options.baseline.string(),
-                    .command = "palpate gate " + options.results.string() + " --baseline " + options.baseline.string(),
+                    .command = "palpate gate " + options.results.string() + " --baseline " +
+                               options.baseline.string(),
                     .provenance = results.provenance,
                     .candidate = {.command = results.command, .outcomes = results.outcomes},
                     .baseline = baseline};
@@ -38,10 +83,60 @@ int gate(const GateOptions& options) {
   io::replace_file(folder / "gate.xml", to_junit(report));
   io::replace_file(folder / "report.html", to_html(report));
   if (!options.quiet) {
-    std::printf("%s%s\n%s; %s\n", changes_text(report.verdict).c_str(), verdict_text(report.verdict).c_str(),
-                verdict_sentence(report.verdict).c_str(), (folder / "report.html").string().c_str());
+    std::printf("%s%s\n%s; %s\n", changes_text(report.verdict).c_str(),
+                verdict_text(report.verdict).c_str(), verdict_sentence(report.verdict).c_str(),
+                (folder / "report.html").string().c_str());
   }
   return report.verdict.holds() ? done : fell_short;
+}
+
+namespace {
+
+/// What it replaces, what replaces it, and what the truth is by the case's own bounds.
+void show(const gate::Baseline& baseline, const gate::Baseline& updated) {
+  for (const std::string& line : gate::described_changes(baseline, updated)) {
+    std::printf("%s\n", line.c_str());
+  }
+}
+
+std::vector<std::vector<Outcome>> read_variants(const std::vector<std::filesystem::path>& folders) {
+  std::vector<std::vector<Outcome>> variants;
+  for (const std::filesystem::path& folder : folders) {
+    variants.push_back(read_judged(folder).outcomes);
+  }
+  return variants;
+}
+
+std::vector<std::string> names_in(const Results& results) {
+  std::vector<std::string> names;
+  for (const Outcome& one : results.outcomes) { names.push_back(one.name); }
+  return names;
+}
+
+}  // namespace
+
+int approve(const ApproveOptions& options) {
+  if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
+    throw InputError("--reason: is empty; why the numbers may change, for who reads the ledger");
+  }
+  const Results results = read_judged(options.results);
+  const bool exists = std::filesystem::exists(options.baseline);
+  const gate::Baseline old = exists ? read_baseline(options.baseline) : gate::Baseline{};
+  const gate::Acceptance acceptance{.command = results.command,
+                                    .provenance = results.provenance,
+                                    .date = build_provenance().at("date"),
+                                    .reason = options.reason,
+                                    .outcomes = results.outcomes,
+                                    .only = names_of(options.cases, names_in(results)),
+                                    .variants = read_variants(options.spreads)};
+  const gate::Baseline updated = gate::accept(old, acceptance);
+  if (!options.quiet) { show(old, updated); }
+  write_baseline(options.baseline, updated);
+  if (!options.quiet) {
+    std::printf("%zu of %zu cases taken in; %s\n", updated.ledger.back().cases.size(),
+                updated.cases.size(), options.baseline.string().c_str());
+  }
+  return done;
 }
 
 }  // namespace palpate::cli

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
+
 #include <cmath>
 #include <cstdio>
 
-#include "fixtures/io/content_hash.hpp"
 #include "fixtures/io/file_bytes.hpp"
-#include "fixtures/io/recording_csv.hpp"
-#include "fixtures/io/recording_fields.hpp"
 #include "fixtures/io/recording_file.hpp"
-#include "model/dynamics/recording_defects.hpp"
-#include "model/dynamics/scene_check.hpp"
+#include "model/problem/input_error.hpp"
+#include "model/problem/recording.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/recording_input.hpp"
@@ -58,21 +56,24 @@ void tell_samples(const InputRecording& read) {
 
 void tell_defects(const InputRecording& read) {
   if (read.frames) {
-    std::printf("frames: %lld good, %lld bad, %lld missing in %lld gaps, %lld repeated; %lld bytes "
-                "skipped\n",
-                static_cast<long long>(read.frames->frames),
-                static_cast<long long>(read.frames->bad_frames),
-                static_cast<long long>(read.frames->missing),
-                static_cast<long long>(read.frames->gaps),
-                static_cast<long long>(read.frames->repeated),
-                static_cast<long long>(read.frames->skipped_bytes));
+    std::printf(
+        "frames: %lld good, %lld bad, %lld missing in %lld gaps, %lld repeated; %lld bytes "
+        "skipped\n",
+        static_cast<long long>(read.frames->frames),
+        static_cast<long long>(read.frames->bad_frames),
+        static_cast<long long>(read.frames->missing), static_cast<long long>(read.frames->gaps),
+        static_cast<long long>(read.frames->repeated),
+        static_cast<long long>(read.frames->skipped_bytes));
   }
   const RecordingDefects& defects = read.recording.defects;
-  std::printf("missing %zu in %zu gaps, not a number %zu, out of range %zu, clipped %zu, out of order "
-              "%zu\n",
-              defects.missing, defects.gaps, defects.not_finite, defects.out_of_range,
-              defects.clipped, defects.not_increasing);
-  for (const std::string& warning : read.warnings) { std::printf("warning: %s\n", warning.c_str()); }
+  std::printf(
+      "missing %zu in %zu gaps, not a number %zu, out of range %zu, clipped %zu, out of order "
+      "%zu\n",
+      defects.missing, defects.gaps, defects.not_finite, defects.out_of_range, defects.clipped,
+      defects.not_increasing);
+  for (const std::string& warning : read.warnings) {
+    std::printf("warning: %s\n", warning.c_str());
+  }
 }
 
 }  // namespace

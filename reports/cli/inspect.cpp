@@ -1,21 +1,238 @@
 // SPDX-License-Identifier: MIT
+
+#include "reports/cli/inspect.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
-
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
-#include "model/dynamics/skin.hpp"
-#include "model/dynamics/tissue_grid.hpp"
-#include "model/dynamics/voxel_tissue.hpp"
+#include "model/problem/needle_path.hpp"
+#include "model/tissue/skin.hpp"
+#include "model/tissue/tissue_grid.hpp"
+#include "model/tissue/voxel_tissue.hpp"
+#include "reference/solution.hpp"
+#include "reference/static_equilibrium.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/cli/tool_inspection.hpp"
-#include "reports/json_number.hpp"
+#include "reports/html/html_page.hpp"
+#include "reports/results/results_json.hpp"
 
 namespace palpate::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double mm = 1e3;
+
+std::string with(double value, const char* unit) { return plain_number(value, 6) + " " + unit; }
+std::string millimetres(double value) { return with(mm * value, "mm"); }
+
+std::string name_of(TissueRole role) {
+  switch (role) {
+    case TissueRole::epidural_space: return "epidural-space";
+    case TissueRole::dura: return "dura";
+    case TissueRole::bone: return "bone";
+    case TissueRole::tissue: break;
+  }
+  return "tissue";
+}
+
+/// The thinnest to the thickest that is made, where the diameter is one of them.
+std::optional<int> gauge_of(double diameter) {
+  for (int gauge = 1; gauge < 40; ++gauge) {
+    const std::optional<double> made = diameter_of_gauge(gauge);
+    if (made && std::abs(*made - diameter) < 1e-9) { return gauge; }
+  }
+  return {};
+}
+
+std::string pushes(const Drive& drive) {
+  const std::string rise =
+      "the hand pushes with " + with(drive.force, "N") + ", risen in " + with(drive.rise, "s");
+  const std::string steps =
+      drive.technique == Drive::Technique::intermittent
+          ? ", " + with(drive.push, "s") + " at a time with pauses of " + with(drive.pause, "s")
+          : "";
+  const std::string end =
+      drive.withdraw_force > 0.0
+          ? "; after " + with(drive.hold, "s") + " it pulls with " + with(drive.withdraw_force, "N")
+          : "; it does not stop";
+  return rise + steps + ", against " + with(drive.hand_viscosity, "N s/m") + " of its own" + end;
+}
+
+std::string advances(const Drive& drive) {
+  const std::string speed = "advances at " + with(mm * drive.speed, "mm/s");
+  const std::string steps = drive.technique == Drive::Technique::intermittent
+                                ? ", " + millimetres(drive.advance) + " at a time with pauses of " +
+                                      with(drive.pause, "s")
+                                : "";
+  if (!drive.depth) { return speed + steps + ", as long as the run lasts"; }
+  const std::string end = drive.withdraw_speed > 0.0
+                              ? ", holds for " + with(drive.hold, "s") + " and is withdrawn at " +
+                                    with(mm * drive.withdraw_speed, "mm/s")
+                              : " and stays there";
+  return speed + steps + " to " + millimetres(*drive.depth) + end;
+}
+
+std::string drive_in_words(const Drive& drive) {
+  const std::string from =
+      drive.from == 0.0 ? "from the skin" : "from " + millimetres(drive.from) + " along its line";
+  const std::string who =
+      drive.kind == Drive::Kind::falcon ? "as a hand on an emulated Falcon wants it, " : "";
+  return who + from + " at t = " + with(drive.start, "s") + ": " +
+         (drive.kind == Drive::Kind::force ? pushes(drive) : advances(drive));
+}
+
+const char* name_of(Drive::Kind kind) {
+  switch (kind) {
+    case Drive::Kind::trajectory: return "trajectory";
+    case Drive::Kind::force: return "force";
+    case Drive::Kind::falcon: break;
+  }
+  return "falcon";
+}
+
+Json line_of(const NeedlePath& path) {
+  Json line = Json::array();
+  for (const PathInterval& interval : path.intervals()) {
+    line.push_back({{"label", interval.label},
+                    {"begin_m", interval.begin},
+                    {"end_m", finite_or_null(interval.end)},
+                    {"cutting_force_n", finite_or_null(interval.cutting_force)},
+                    {"friction_n_per_m", interval.friction},
+                    {"role", name_of(interval.role)}});
+  }
+  return line;
+}
+
+Json needle_facts(const Needle& needle, const NeedlePath& path) {
+  const Eigen::Vector3d& n = path.direction();
+  Json facts{{"kind", "needle"}};
+  const std::optional<int> gauge = gauge_of(needle.diameter);
+  facts["gauge"] = gauge ? Json(*gauge) : Json(nullptr);
+  facts["diameter_m"] = needle.diameter;
+  facts["entry_m"] = {needle.entry.x(), needle.entry.y()};
+  facts["direction"] = {n.x(), n.y(), n.z()};
+  facts["mass_kg"] = needle.mass;
+  facts["knots"] = path.knots().size();
+  facts["bone_at_m"] = finite_or_null(path.bone());
+  facts["line"] = line_of(path);
+  return facts;
+}
+
+Json probe_facts(const Probe& probe, const NeedlePath& path) {
+  const bool round = probe.shape == Probe::Shape::fingertip;
+  Json facts{{"kind", "probe"}, {"shape", round ? "fingertip" : "ultrasound"}};
+  facts["size_m"] = round ? Json{probe.size.x()} : Json{probe.size.x(), probe.size.y()};
+  facts["entry_m"] = {probe.entry.x(), probe.entry.y()};
+  facts["mass_kg"] = probe.mass;
+  facts["nodes_beneath"] = path.knots().front().count;
+  facts["on"] = path.intervals().front().label;
+  return facts;
+}
+
+/// c = w.K^-1 w at the first knot (EQUATIONS.md, "Needle tip").
+double static_compliance(const NeedlePath& path, const NetworkProblem& problem) {
+  Eigen::VectorXd w = Eigen::VectorXd::Zero(problem.dof());
+  for (const NeedlePath::Support& support : path.supports(path.knots().front())) {
+    const Eigen::Index at = problem.coordinate(support.node);
+    if (at >= 0) { w.segment<3>(at) += support.weight * path.direction(); }
+  }
+  if (w.isZero(0.0)) { return 0.0; }
+  constexpr Eigen::Index quickly_factorised = 6000;  // for a single answer
+  constexpr int most_rounds = 3000;
+  return reference::StaticResponse(problem, quickly_factorised, most_rounds).compliance(w);
+}
+
+/// Rounding can hide that a stiffness is singular: a chain of all springs, each as soft as the
+/// softest, yields `chain`, and no lever in a tissue multiplies that a thousandfold.
+bool is_believable(double compliance, const NetworkProblem& problem) {
+  const SpringNetwork& network = problem.network();
+  const auto nodes = static_cast<std::size_t>(network.node_count());
+  if (problem.free_nodes().size() == nodes) { return false; }  // nothing holds it
+  double least = std::numeric_limits<double>::infinity();
+  for (const Spring& spring : network.springs) {
+    if (spring.stiffness > 0.0) { least = std::min(least, spring.stiffness); }
+  }
+  const double chain = static_cast<double>(network.springs.size()) / least;
+  return compliance >= 0.0 && compliance <= 1e3 * chain;
+}
+
+/// Free nodes of which a stiffness matrix is made, at some 15 kB each.
+constexpr std::size_t most_nodes_in_matrix = 100'000;
+
+void add_compliance(Json& facts, const NeedlePath& path, const NetworkProblem& problem) {
+  if (problem.free_nodes().size() > most_nodes_in_matrix) {
+    facts["static_compliance_m_per_n"] = nullptr;
+    facts["static_compliance_reason"] = "not sought: a stiffness matrix of more than " +
+                                        std::to_string(most_nodes_in_matrix) +
+                                        " free nodes takes gigabytes";
+    return;
+  }
+  double compliance = std::numeric_limits<double>::infinity();
+  try {
+    compliance = static_compliance(path, problem);
+  } catch (const reference::NotConverged& problem_of_solver) {
+    facts["static_compliance_m_per_n"] = nullptr;
+    facts["static_compliance_reason"] = std::string("not found: ") + problem_of_solver.what();
+    return;
+  } catch (const reference::SolverError&) {
+    // Stays infinite: the stiffness is singular.
+  }
+  const bool finite = is_believable(compliance, problem);
+  facts["static_compliance_m_per_n"] = finite ? Json(compliance) : Json(nullptr);
+  if (!finite) { facts["static_compliance_reason"] = "infinite: the tissue can move freely"; }
+}
+
+std::string cell(const Json& value, double scale) {
+  return value.is_null() ? "-" : plain_number(scale * value.get<double>(), 6);
+}
+
+void print_line(const Json& line) {
+  std::printf("  %9s %9s %10s %13s  %-14s  %s\n", "from mm", "to mm", "cutting N", "friction N/m",
+              "role", "layer");
+  for (const Json& each : line) {
+    std::printf("  %9s %9s %10s %13s  %-14s  %s\n", cell(each["begin_m"], mm).c_str(),
+                cell(each["end_m"], mm).c_str(), cell(each["cutting_force_n"], 1.0).c_str(),
+                cell(each["friction_n_per_m"], 1.0).c_str(),
+                each["role"].get<std::string>().c_str(), each["label"].get<std::string>().c_str());
+  }
+}
+
+}  // namespace
+
+nlohmann::ordered_json tool_inspection(const Scene& scene, const NetworkProblem& problem) {
+  Json facts = Json::object();
+  if (!scene.needle && !scene.probe) { return facts; }
+  const NeedlePath path = tool_path(scene, problem.network());
+  facts["tool"] =
+      scene.needle ? needle_facts(*scene.needle, path) : probe_facts(*scene.probe, path);
+  const Drive drive = scene.drive.value_or(Drive{});
+  facts["tool"]["drive"] = name_of(drive.kind);
+  facts["tool"]["drive_in_words"] = drive_in_words(drive);
+  facts["tool"]["syringe"] = scene.syringe.has_value();
+  add_compliance(facts, path, problem);
+  return facts;
+}
+
+void print_tool(const nlohmann::ordered_json& tool) {
+  std::printf("tool\n");
+  for (const auto& [name, value] : tool.items()) {
+    if (name == "line") { continue; }
+    const std::string text = value.is_string()         ? value.get<std::string>()
+                             : value.is_null()         ? "none"
+                             : value.is_number_float() ? plain_number(value.get<double>(), 6)
+                                                       : value.dump();
+    std::printf("  %-16s %s\n", name.c_str(), text.c_str());
+  }
+  if (tool.contains("line")) { print_line(tool["line"]); }
+}
 
 namespace {
 
@@ -78,7 +295,9 @@ Json voxel_facts(const VoxelTissue& tissue) {
 /// Where the surface lies, and how much of a block of layers is beneath it.
 Json skin_facts(const Scene& scene) {
   const TriangleSurface& surface = scene.tissue.skin->surface();
-  const auto list = [](const Eigen::Vector3d& v) { return std::vector<double>(v.begin(), v.end()); };
+  const auto list = [](const Eigen::Vector3d& v) {
+    return std::vector<double>(v.begin(), v.end());
+  };
   Json facts{{"faces", surface.triangle.size()},
              {"min_m", list(surface.vertex.rowwise().minCoeff())},
              {"max_m", list(surface.vertex.rowwise().maxCoeff())}};
@@ -137,7 +356,8 @@ void print(const Json& facts) {
     if (value.is_object() || value.is_array()) {
       std::printf("%s\n", name.c_str());
       for (const auto& [key, item] : value.items()) {
-        std::printf("  %s%s\n", value.is_object() ? (key + ": ").c_str() : "", text_of(item).c_str());
+        std::printf("  %s%s\n", value.is_object() ? (key + ": ").c_str() : "",
+                    text_of(item).c_str());
       }
       continue;
     }

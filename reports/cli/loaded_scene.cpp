@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/cli/loaded_scene.hpp"
 
 #include <chrono>
+#include <cstdio>
 #include <stdexcept>
+#include <unistd.h>
 
-#include "model/dynamics/scene_check.hpp"
+#include "model/problem/input_error.hpp"
+#include "reports/cli/commands.hpp"
+#include "reports/cli/provenance.hpp"
 
 namespace palpate::cli {
 
@@ -35,8 +40,8 @@ Simulation make_simulation(const io::SceneFile& file, bool no_skip, double spare
 
 }  // namespace
 
-LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options, bool no_skip,
-                       double spare) {
+LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options,
+                       bool no_skip, double spare) {
   const auto begin = std::chrono::steady_clock::now();
   io::SceneFile file = io::read_scene(path, options.overrides);
   Simulation simulation = make_simulation(file, no_skip, spare);
@@ -52,6 +57,23 @@ std::filesystem::path make_folder(const std::filesystem::path& folder) {
     throw InputError(folder.string() + ": not a folder that can be written; a folder");
   }
   return folder;
+}
+
+RollOutOptions roll_out_options(const LoadedScene& loaded, bool quiet) {
+  RollOutOptions options{.frames = loaded.file.scene.output.frames, .stop = &interrupted};
+  if (!quiet && isatty(STDERR_FILENO) != 0) {
+    options.progress = [](double share) { std::fprintf(stderr, "\r%3.0f %%", 100.0 * share); };
+  }
+  return options;
+}
+
+std::map<std::string, std::string> scene_provenance(const LoadedScene& loaded) {
+  std::map<std::string, std::string> provenance = build_provenance();
+  provenance["scene"] = loaded.file.text;
+  std::string overrides;
+  for (const std::string& each : loaded.file.overrides) { overrides += each + "\n"; }
+  if (!overrides.empty()) { provenance["overrides"] = overrides; }
+  return provenance;
 }
 
 }  // namespace palpate::cli

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include <cstdio>
 
 #include "fixtures/io/recording_file.hpp"

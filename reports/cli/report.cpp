@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
+
 #include <cstdio>
 
 #include "fixtures/io/file_bytes.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/html_report.hpp"
-#include "reports/results_folder.hpp"
+#include "reports/html/results_page.hpp"
+#include "reports/results/results_folder.hpp"
 
 namespace palpate::cli {
 

@@ -1,24 +1,292 @@
 // SPDX-License-Identifier: MIT
+/// The palpation map of `palpate run`, where a scene's probe asks for one.
+
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <iterator>
+#include <map>
+#include <optional>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "device/falcon/wire_recording.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/trace_file.hpp"
-#include "fixtures/io/xdmf_file.hpp"
-#include "model/dynamics/scene_check.hpp"
+#include "model/problem/input_error.hpp"
+#include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/falcon_script.hpp"
-#include "reports/cli/interrupt.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/cli/palpation.hpp"
-#include "reports/cli/run_facts.hpp"
-#include "reports/cli/scene_run.hpp"
-#include "reports/cli/summary.hpp"
-#include "reports/view.hpp"
+#include "reports/html/html_page.hpp"
+#include "reports/plot/trace_figures.hpp"
+#include "reports/results/results_json.hpp"
+#include "reports/run_report.hpp"
+#include "reports/view/view.hpp"
+#include "validation/outcome.hpp"
+#include "validation/palpation_map.hpp"
+#include "validation/roll_out.hpp"
 
 namespace palpate::cli {
+
+struct Palpation {
+  std::optional<Figure> figure{};  ///< empty: not asked for, or the warning says why there is none
+  std::vector<std::string> warnings{};
+  std::string csv{};  ///< x_m,y_m,stiffness_n_per_m; a row per site, x fastest
+};
+
+Palpation palpate_skin(const LoadedScene& loaded);
+
+namespace {
+
+std::string csv_of(const HeatMap& map) {
+  std::string text = "x_m,y_m,stiffness_n_per_m\n";
+  std::size_t site = 0;
+  for (const double y : map.y) {
+    for (const double x : map.x) {
+      text += plain_number(1e-3 * x, 17) + "," + plain_number(1e-3 * y, 17) + "," +
+              plain_number(1e3 * map.z[site++], 17) + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+Palpation palpate_skin(const LoadedScene& loaded) {
+  const Scene& scene = loaded.file.scene;
+  const auto* problem = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
+  if (problem == nullptr || !scene.probe || !scene.probe->map) { return {}; }
+  Palpation palpation;
+  try {
+    HeatMap map = palpation_map(scene, *problem, *scene.probe->map);
+    palpation.csv = csv_of(map);
+    palpation.figure = {.id = "palpation-map",
+                        .title = "Palpation map",
+                        .caption =
+                            "How stiff the skin is under the probe, place by place: force "
+                            "for each millimetre of a small push on the tissue at rest.",
+                        .x = {.label = "x (mm)"},
+                        .y = {.label = "y (mm)"},
+                        .heat_map = std::move(map),
+                        .square = true};
+  } catch (const reference::SolverError& e) {
+    palpation.warnings.push_back(std::string("no palpation map: ") + e.what());
+  }
+  return palpation;
+}
+
+// summary.json of a run, and the facts its report shows.
+
+std::string summary_json(const LoadedScene& loaded, const Run& run);
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json device_json(const FalconFacts& facts) {
+  Json json{{"ticks", facts.ticks},
+            {"saturated_ticks", facts.saturated},
+            {"unanswered_requests", facts.unanswered},
+            {"unhomed_ticks", facts.unhomed},
+            {"largest_requested_n", facts.largest_requested},
+            {"largest_delivered_n", facts.largest_delivered},
+            {"axial_limit_n", facts.axial_force},
+            {"weakest_limit_n", facts.weakest_force},
+            {"least_energy_j", facts.least_energy},
+            {"least_energy_at_s", facts.least_energy_at},
+            {"taken_by_controller_j", facts.taken_by_controller},
+            {"reaction_s", facts.reaction}};
+  if (facts.lost_resistance_at) {
+    json["lost_resistance_at_s"] = *facts.lost_resistance_at;
+    json["overshoot_m"] = facts.overshoot;
+  }
+  return json;
+}
+
+Json real_time_json(const device::DeadlineFacts& facts) {
+  return {{"ticks", facts.ticks},
+          {"missed", facts.missed},
+          {"worst_wake_s", facts.worst_wake},
+          {"worst_lateness_s", facts.worst_lateness}};
+}
+
+}  // namespace
+
+std::string summary_json(const LoadedScene& loaded, const Run& run) {
+  const Simulation& simulation = loaded.simulation;
+  const StepPlan& plan = simulation.plan();
+  const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
+  const std::size_t springs = network != nullptr ? network->network().springs.size() : 1;
+  Json json;
+  json["schema"] = 1;
+  json["title"] = loaded.file.scene.title;
+  json["status"] = run.diverged ? "diverged" : run.interrupted ? "interrupted" : "ok";
+  if (run.diverged) { json["diverged_at_s"] = run.diverged_at; }
+  json["nodes"] = network != nullptr ? network->network().node_count() : 1;
+  json["springs"] = springs;
+  json["ticks"] = run.ticks;
+  json["steps"] = run.steps;
+  json["integrator"] = plan.integrator->name;
+  json["integrator_reason"] = plan.integrator_reason;
+  json["substeps"] = plan.substeps;
+  json["integrator_step_s"] = plan.h;
+  json["omega_max_rad_per_s"] = plan.bounds.omega_estimate;
+  json["h_omega_max"] = plan.h * plan.bounds.omega_estimate;
+  json["load_s"] = loaded.load_seconds;
+  json["wall_s"] = run.seconds;
+  json["slowest_tick_s"] = run.slowest_tick;
+  json["ns_per_spring_step"] = run.ns_per_spring_step(simulation.spring_count());
+  json["kernel"] = plan.kernel;
+  if (plan.sleep_force > 0.0) { json["awake_share"] = simulation.awake_share(); }
+  json["skipped"] = plan.skipped;
+  json["warnings"] = plan.warnings;
+  json["zero_length_springs"] = run.zero_length_springs;
+  json["energy"] = {{"initial_j", json_number(run.energy.initial)},
+                    {"final_j", json_number(run.energy.final)},
+                    {"max_j", json_number(run.energy.maximum)}};
+  if (run.falcon) { json["device"] = device_json(*run.falcon); }
+  if (run.real_time) { json["real_time"] = real_time_json(*run.real_time); }
+  json["events"] = Json::array();
+  for (const Event& event : run.trace.events) {
+    json["events"].push_back(
+        {{"time_s", event.time}, {"kind", event.kind}, {"detail", event.detail}});
+  }
+  return json.dump(2) + "\n";
+}
+
+// report.html of `palpate run`.
+
+struct RunPage {
+  const LoadedScene& loaded;
+  const Run& run;
+  const Palpation& palpation;
+  const std::map<std::string, std::string>& provenance;
+  std::string no_view{};  ///< why the page has no view in three dimensions; empty: it has one
+};
+
+/// Throws DrawingError.
+void write_run_report(const std::filesystem::path& folder, const RunPage& page);
+
+namespace {
+
+std::vector<Fact> scene_facts(const LoadedScene& loaded) {
+  const Simulation& simulation = loaded.simulation;
+  const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
+  if (network == nullptr) { return {{"tissue", "one spring-mass-damper", ""}}; }
+  const auto nodes = network->network().node_count();
+  return {{"nodes", std::to_string(nodes), std::to_string(network->free_nodes().size()) + " free"},
+          {"springs", std::to_string(network->network().springs.size()), ""}};
+}
+
+void add_step_facts(std::vector<Fact>& facts, const StepPlan& plan) {
+  const double limit = plan.stable_step.at(std::string(plan.integrator->name));
+  facts.push_back({"integrator", std::string(plan.integrator->name), plan.integrator_reason});
+  facts.push_back({"substeps a tick", std::to_string(plan.substeps), plan.substeps_reason});
+  facts.push_back(
+      {"step", quantity(plan.h, "s"),
+       std::isfinite(limit) ? "stable below " + quantity(limit, "s") : "no stability limit"});
+  facts.push_back({"highest frequency", quantity(plan.bounds.omega_estimate, "rad/s"),
+                   "guaranteed below " + quantity(plan.bounds.omega_upper, "rad/s")});
+  facts.push_back({"kernel", plan.kernel, ""});
+}
+
+/// What a tick takes of the time that it has in a haptic loop.
+Fact tick_cost(const StepPlan& plan, const Run& run) {
+  const double tick = plan.h * plan.substeps;
+  const double mean = run.ticks > 0 ? run.seconds / static_cast<double>(run.ticks) : 0.0;
+  return {"time for a tick", quantity(1e3 * mean, "ms"),
+          short_number(100.0 * mean / tick, 3) + " % of its " + quantity(1e3 * tick, "ms") +
+              ", with " + std::to_string(plan.substeps) +
+              (plan.substeps == 1 ? " step of " : " steps of ") +
+              std::string(plan.integrator->name) + "; the slowest took " +
+              quantity(1e3 * run.slowest_tick, "ms")};
+}
+
+/// How well ticks kept to the wall clock.
+Fact punctuality(const device::DeadlineFacts& facts) {
+  return {"ticks too late", std::to_string(facts.missed),
+          "of " + std::to_string(facts.ticks) + ", by a period or more; latest by " +
+              quantity(1e3 * facts.worst_lateness, "ms") + ", after a sleep by " +
+              quantity(1e3 * facts.worst_wake, "ms")};
+}
+
+void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const Run& run) {
+  const double simulated = run.trace.time.back();
+  facts.push_back({"wall time", quantity(run.seconds, "s"),
+                   "for " + quantity(simulated, "s") + " simulated; slowest tick " +
+                       quantity(1e3 * run.slowest_tick, "ms")});
+  facts.push_back({"cost", quantity(run.ns_per_spring_step(loaded.simulation.spring_count()), "ns"),
+                   "per spring and step"});
+  facts.push_back({"energy",
+                   quantity(run.energy.initial, "J") + " to " + quantity(run.energy.final, "J"),
+                   "at most " + quantity(run.energy.maximum, "J")});
+}
+
+void add_view(RunReport& report, const RunPage& page) {
+  const auto* network = dynamic_cast<const NetworkProblem*>(&page.loaded.simulation.problem());
+  if (network == nullptr) { return; }
+  if (page.no_view.empty()) {
+    const Scene& scene = page.loaded.file.scene;
+    std::vector<std::string> notes;
+    std::vector<ViewSurface> surfaces;
+    if (std::optional<ViewSurface> skin = view_of_skin(scene, notes)) {
+      surfaces.push_back(std::move(*skin));
+    }
+    report.view =
+        make_view({scene, *network, page.run.trace, page.run.moments, std::move(surfaces)});
+    if (report.view) {
+      report.view->notes.insert(report.view->notes.end(), notes.begin(), notes.end());
+    }
+  }
+  if (!report.view) {
+    report.skipped.push_back("view in three dimensions: " +
+                             (page.no_view.empty() ? "no frames are kept" : page.no_view));
+  }
+}
+
+}  // namespace
+
+void write_run_report(const std::filesystem::path& folder, const RunPage& page) {
+  const auto& [loaded, run, palpation, provenance, no_view] = page;
+  const StepPlan& plan = loaded.simulation.plan();
+  RunReport report;
+  report.title = loaded.file.scene.title.empty() ? "Palpate run" : loaded.file.scene.title;
+  report.held = !run.diverged;
+  report.verdict = run.diverged      ? "Diverged at t = " + quantity(run.diverged_at, "s")
+                   : run.interrupted ? "Interrupted at t = " + quantity(run.trace.time.back(), "s")
+                                     : "Ran to t = " + quantity(run.trace.time.back(), "s");
+  report.detail = run.diverged
+                      ? "The motion left every bound; the traces are kept up to there."
+                      : std::to_string(run.ticks) + " ticks, every state finite and in bounds.";
+  report.facts = tool_facts(run.trace);
+  if (run.falcon) {
+    std::ranges::move(falcon_fact_list(*run.falcon), std::back_inserter(report.facts));
+  }
+  if (!report.facts.empty()) { report.facts.push_back(tick_cost(plan, run)); }
+  if (run.real_time) { report.facts.push_back(punctuality(*run.real_time)); }
+  std::ranges::move(scene_facts(loaded), std::back_inserter(report.facts));
+  std::ranges::move(patient_facts(loaded.file.scene), std::back_inserter(report.facts));
+  add_step_facts(report.facts, plan);
+  add_cost_facts(report.facts, loaded, run);
+  report.skipped = plan.skipped;
+  add_view(report, page);
+  report.warnings = plan.warnings;
+  std::ranges::copy(palpation.warnings, std::back_inserter(report.warnings));
+  report.tool_figures = falcon_figures(run.trace);
+  if (run.falcon) { report.tool_figures.push_back(force_reach_figure(*run.falcon)); }
+  if (palpation.figure) { report.tool_figures.push_back(*palpation.figure); }
+  std::ranges::move(lookup_figures(loaded.file.scene), std::back_inserter(report.tool_figures));
+  if (run.zero_length_springs > 0) {
+    report.warnings.push_back(std::to_string(run.zero_length_springs) +
+                              " springs have no length and exert no force");
+  }
+  for (const auto& [name, value] : provenance) { report.provenance.push_back({name, value, ""}); }
+  report.command = "palpate run " + loaded.file.inputs.front().filename().string();
+  io::replace_file(folder / "report.html", to_html(report, run.trace));
+}
 
 namespace {
 
@@ -32,8 +300,10 @@ void tell(const Run& run, const LoadedScene& loaded, const std::filesystem::path
                  run.diverged_at);
   }
   std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n",
-              run.diverged ? "diverged" : run.interrupted ? "interrupted" : "ok", run.ticks,
-              plan.substeps, std::string(plan.integrator->name).c_str(), run.seconds,
+              run.diverged      ? "diverged"
+              : run.interrupted ? "interrupted"
+                                : "ok",
+              run.ticks, plan.substeps, std::string(plan.integrator->name).c_str(), run.seconds,
               (folder / "report.html").string().c_str());
   if (run.real_time) {
     std::printf("real time: %ld of %ld ticks a period late or more, the latest by %.3g ms\n",
@@ -58,11 +328,13 @@ void refuse_without_line(const RunOptions& options, const Scene& scene, bool in_
 device::falcon::FaultScript faults_of(const RunOptions& options) {
   if (options.script.empty()) { return {}; }
   const FalconScript script = read_falcon_script(options.script, {});
-  const char* refused = script.moves_grip      ? "grip: the hand of the scene moves the grip"
-                        : script.sets_firmware ? "firmware: the device of a scene keeps to its defaults"
-                                               : nullptr;
+  const char* refused = script.moves_grip ? "grip: the hand of the scene moves the grip"
+                        : script.sets_firmware
+                            ? "firmware: the device of a scene keeps to its defaults"
+                            : nullptr;
   if (refused != nullptr) {
-    throw InputError(options.script.string() + ": " + refused + "; allowed here are seed and [[fault]]");
+    throw InputError(options.script.string() + ": " + refused +
+                     "; allowed here are seed and [[fault]]");
   }
   return script.faults;
 }
@@ -72,7 +344,8 @@ std::size_t most_packets(const Scene& scene, double rate) {
   return 4 * static_cast<std::size_t>(std::lround(scene.simulation.duration * rate) + 1);
 }
 
-void write_packets(const std::filesystem::path& folder, const device::falcon::WireRecording& packets) {
+void write_packets(const std::filesystem::path& folder,
+                   const device::falcon::WireRecording& packets) {
   std::ostringstream text;
   write_csv(text, packets);
   io::replace_file(folder / "packets.csv", text.str());
@@ -89,17 +362,21 @@ int run(const RunOptions& options) {
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const Scene& scene = loaded.file.scene;
   const bool in_hand = scene.drive && scene.drive->kind == Drive::Kind::falcon;
-  const double rate = in_hand ? scene.falcon.value_or(FalconDrive{}).rate : 1.0 / scene.simulation.step;
+  const double rate =
+      in_hand ? scene.falcon.value_or(FalconDrive{}).rate : 1.0 / scene.simulation.step;
   refuse_without_line(options, scene, in_hand);
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = make_folder(options.folder("run"));
   RollOutOptions roll_out_how = roll_out_options(loaded, options.quiet);
   const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
-  if (network != nullptr && !options.no_view) { roll_out_how.events = events_shown(network->network().node_count()); }
+  if (network != nullptr && !options.no_view) {
+    roll_out_how.events = events_shown(network->network().node_count());
+  }
   std::optional<FalconLoop> falcon;
   std::optional<device::falcon::WireRecording> packets;
   if (in_hand) {
-    roll_out_how.falcon = &falcon.emplace(scene, loaded.simulation, FalconLoopOptions{.faults = faults});
+    roll_out_how.falcon =
+        &falcon.emplace(scene, loaded.simulation, FalconLoopOptions{.faults = faults});
     if (options.packets) { falcon->observe(&packets.emplace(most_packets(scene, rate))); }
   }
   std::optional<device::DeadlineClock> clock;
@@ -116,7 +393,8 @@ int run(const RunOptions& options) {
   if (packets) { write_packets(folder, *packets); }
   const Palpation palpation = palpate_skin(loaded);
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
-  write_run_report(folder, {loaded, result, palpation, provenance, options.no_view ? "not wanted" : ""});
+  write_run_report(folder,
+                   {loaded, result, palpation, provenance, options.no_view ? "not wanted" : ""});
   if (!options.quiet) { tell(result, loaded, folder); }
   if (result.interrupted) { return interrupted_code; }
   return result.diverged ? fell_short : done;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
+
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 
-#include "model/dynamics/scene_check.hpp"
+#include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/timing/counted_region.hpp"
-#include "reports/timing/loaded_library.hpp"
-#include "reports/timing/paired_steps.hpp"
-#include "validation/bench/workloads.hpp"
+#include "reports/timing/callgrind.hpp"
+#include "reports/timing/paired_runs.hpp"
+#include "validation/bench/bench_cases.hpp"
 #include "validation/certificate/scene_loop.hpp"
 
 namespace palpate::cli {

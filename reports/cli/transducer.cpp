@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/pressure_link/transducer.hpp"
 
 #include <array>
@@ -9,12 +10,11 @@
 #include <system_error>
 #include <unistd.h>
 
-#include "device/descriptor_link.hpp"
-#include "model/dynamics/scene_check.hpp"
+#include "device/byte_link.hpp"
+#include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/interrupt.hpp"
 #include "reports/recording_input.hpp"
-#include "validation/link_recording.hpp"
+#include "validation/comparison/link_recording.hpp"
 
 namespace palpate::cli {
 namespace {
@@ -96,7 +96,8 @@ void serve_output(Transducer& transducer, bool fast) {
     serve(link, transducer, true);
     const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
     if (!failed || reader_left(STDOUT_FILENO)) { return; }
-    throw InputError("standard output: cannot be written; a place with room for all bytes is needed");
+    throw InputError(
+        "standard output: cannot be written; a place with room for all bytes is needed");
   }
   device::DescriptorLink link(-1, STDOUT_FILENO);  // nothing is read: poll passes over -1
   serve(link, transducer, true);
@@ -136,7 +137,8 @@ void tell_resampling(const Recording& recording) {
 int transducer(const TransducerCommandOptions& options) {
   catch_interrupts();
   if (int(options.pty) + int(options.stdio) != 1 || (options.fast && !options.stdio)) {
-    throw InputError("transducer needs a mode; exactly one of --pty and --stdio (--fast: --stdio alone)");
+    throw InputError(
+        "transducer needs a mode; exactly one of --pty and --stdio (--fast: --stdio alone)");
   }
   const Recording recording = read_any_recording(options.recording).recording;
   refuse_too_long(recording, options.recording);

@@ -1,11 +1,410 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
-#include <thread>
+/// Runs cases on several threads and gives their outcomes in the order asked for.
 
-#include "reports/cli/interrupt.hpp"
-#include "reports/cli/judging.hpp"
+#include "reports/cli/validate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <link.h>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+#include "palpate_code_hash.hpp"
+
+#include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/network_csv.hpp"
+#include "model/problem/input_error.hpp"
+#include "reports/cli/commands.hpp"
+#include "reports/cli/folders.hpp"
+#include "reports/cli/loaded_scene.hpp"
+#include "reports/cli/provenance.hpp"
+#include "reports/results/baseline_file.hpp"
+#include "reports/results/results_folder.hpp"
+#include "reports/results/results_json.hpp"
+#include "validation/case.hpp"
 
 namespace palpate::cli {
+
+struct RunnerResult {
+  std::vector<Outcome> outcomes{};  ///< of the finished cases, in the order of `cases`
+  bool interrupted = false;         ///< then some cases are still running on their threads
+};
+
+/// finished(outcome, done, total) is called on the calling thread as cases end. After an interrupt
+/// it returns within a fraction of a second without waiting for the running cases, so the caller
+/// must end the process without destroying what they use.
+RunnerResult run_cases(
+    std::vector<Case> cases, const CaseContext& context, int jobs, const std::atomic<bool>& stop,
+    const std::function<void(const Outcome&, std::size_t, std::size_t)>& finished);
+
+namespace {
+
+/// Shared with the threads, and owned by them too: after an interrupt they outlive the caller.
+struct Work {
+  std::vector<Case> cases;
+  CaseContext context;
+  std::vector<std::size_t> order;  ///< longest first
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<std::optional<Outcome>> outcomes;
+  std::vector<std::size_t> fresh;  ///< finished and not yet told
+};
+
+void work_on(const std::shared_ptr<Work>& work, const std::atomic<bool>& stop) {
+  while (!stop.load()) {
+    const std::size_t turn = work->next.fetch_add(1);
+    if (turn >= work->order.size()) { return; }
+    const std::size_t index = work->order[turn];
+    Outcome outcome = run_case(work->cases[index], work->context);
+    const std::scoped_lock lock(work->mutex);
+    work->outcomes[index] = std::move(outcome);
+    work->fresh.push_back(index);
+    work->changed.notify_one();
+  }
+}
+
+}  // namespace
+
+RunnerResult run_cases(
+    std::vector<Case> cases, const CaseContext& context, int jobs, const std::atomic<bool>& stop,
+    const std::function<void(const Outcome&, std::size_t, std::size_t)>& finished) {
+  const auto work = std::make_shared<Work>();
+  work->cases = std::move(cases);
+  work->context = context;
+  const std::size_t total = work->cases.size();
+  work->outcomes.resize(total);
+  work->order.resize(total);
+  std::iota(work->order.begin(), work->order.end(), std::size_t{0});
+  std::ranges::stable_sort(work->order, std::greater<>(),
+                           [&](std::size_t n) { return work->cases[n].weight; });
+  std::vector<std::thread> threads;
+  for (int n = 0; n < jobs; ++n) {
+    threads.emplace_back([work, &stop] { work_on(work, stop); });
+  }
+
+  std::size_t told = 0;
+  while (told < total && !stop.load()) {
+    std::vector<std::size_t> fresh;
+    {
+      std::unique_lock lock(work->mutex);
+      work->changed.wait_for(lock, std::chrono::milliseconds(100),
+                             [&] { return !work->fresh.empty(); });
+      fresh.swap(work->fresh);
+    }
+    for (const std::size_t index : fresh) { finished(*work->outcomes[index], ++told, total); }
+  }
+  RunnerResult result;
+  result.interrupted = told < total;
+  for (std::thread& thread : threads) { result.interrupted ? thread.detach() : thread.join(); }
+  const std::scoped_lock lock(work->mutex);
+  for (const auto& outcome : work->outcomes) {
+    if (outcome) { result.outcomes.push_back(*outcome); }
+  }
+  return result;
+}
+
+// Cases that need not run again: what they found is kept under everything that it depends on.
+
+class KeptCases {
+ public:
+  /// `given`: what cases depend on beside the code, as text: options, data outside the project.
+  KeptCases(const std::filesystem::path& cache, const std::string& given);
+
+  /// Nothing where the case never ran so, where it did not pass, or where what was kept is damaged.
+  [[nodiscard]] std::optional<Outcome> find(const Case& definition) const;
+  /// Takes those out of a list that need not run again, and gives what they found, by name.
+  [[nodiscard]] std::map<std::string, Outcome> take(std::vector<Case>& cases) const;
+  /// Cases that passed. A disk that is full or read-only is no error.
+  void keep(const Outcome& outcome) const;
+
+ private:
+  [[nodiscard]] std::filesystem::path file_of(const std::string& name) const;
+
+  std::filesystem::path folder_;
+};
+
+/// Object code, processor, and the shared libraries that are loaded, with their sizes and times.
+std::string what_runs();
+
+/// Names, sizes and times of the files below folders.
+std::string what_lies_in(const std::vector<std::filesystem::path>& folders);
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t most_bytes = 1U << 28U;
+
+std::string file_facts(const fs::path& file) {
+  std::error_code problem;
+  const auto size = fs::file_size(file, problem);
+  const auto time = fs::last_write_time(file, problem).time_since_epoch().count();
+  return file.string() + " " + std::to_string(size) + " " + std::to_string(time) + "\n";
+}
+
+int add_library(dl_phdr_info* info, std::size_t, void* list) {
+  if (info->dlpi_name != nullptr && *info->dlpi_name == '/') {
+    static_cast<std::vector<std::string>*>(list)->emplace_back(info->dlpi_name);
+  }
+  return 0;
+}
+
+}  // namespace
+
+KeptCases::KeptCases(const fs::path& cache, const std::string& given)
+    : folder_(cache / "cases" / io::content_hash(what_runs() + given)) {}
+
+fs::path KeptCases::file_of(const std::string& name) const {
+  return folder_ / (fs::path(trace_file_name(name)).replace_extension(".json"));
+}
+
+std::optional<Outcome> KeptCases::find(const Case& definition) const {
+  const fs::path file = file_of(definition.name);
+  if (!definition.keeps || !fs::exists(file)) { return std::nullopt; }
+  try {
+    Results kept = results_from_json(io::read_text(file, most_bytes), file.string());
+    Outcome& outcome = kept.outcomes.at(0);
+    read_figure_data(folder_, outcome);
+    const bool same = outcome.name == definition.name && outcome.status == Status::pass;
+    return same ? std::optional(std::move(outcome)) : std::nullopt;
+  } catch (const std::exception&) { return std::nullopt; }  // damaged: as if it had never run
+}
+
+void KeptCases::keep(const Outcome& outcome) const {
+  if (outcome.status != Status::pass) { return; }
+  try {
+    fs::create_directories(folder_);
+    write_figure_data(folder_, outcome);
+    io::replace_file(file_of(outcome.name),
+                     to_json(Results{.title = "kept", .outcomes = {outcome}}));
+  } catch (const std::exception&) {}  // it will run again
+}
+
+std::map<std::string, Outcome> KeptCases::take(std::vector<Case>& cases) const {
+  std::map<std::string, Outcome> taken;
+  for (const Case& one : cases) {
+    if (auto outcome = find(one)) { taken.emplace(one.name, std::move(*outcome)); }
+  }
+  std::erase_if(cases, [&](const Case& one) { return taken.contains(one.name); });
+  return taken;
+}
+
+std::string what_runs() {
+  std::vector<std::string> libraries;
+  dl_iterate_phdr(add_library, &libraries);
+  std::ranges::sort(libraries);
+  std::string text =
+      std::string(build::code_hash) + "\n" + build_provenance().at("processor") + "\n";
+  for (const char* choice :
+       {"GLIBC_TUNABLES",
+        "PALPATE_INSTRUCTIONS"}) {  // of functions of the C library, and of kernels
+    const char* value = std::getenv(choice);
+    text += std::string(value != nullptr ? value : "") + "\n";
+  }
+  for (const std::string& library : libraries) { text += file_facts(library); }
+  return text;
+}
+
+std::string what_lies_in(const std::vector<fs::path>& folders) {
+  std::vector<std::string> files;
+  for (const fs::path& folder : folders) {
+    std::error_code problem;
+    for (fs::recursive_directory_iterator at(folder, problem), end; !problem && at != end;
+         at.increment(problem)) {
+      if (at->is_regular_file(problem)) { files.push_back(file_facts(at->path())); }
+    }
+  }
+  std::ranges::sort(files);
+  std::string text;
+  for (const std::string& file : files) { text += file; }
+  return text;
+}
+
+namespace {
+
+int list(const std::vector<Case>& cases) {
+  for (const Case& one : cases) {
+    std::printf("%-40s %-10s %s\n", one.name.c_str(), one.suite.c_str(), one.claim.c_str());
+  }
+  return done;
+}
+
+/// Folders that may hold data sets which the project does not contain.
+std::vector<std::filesystem::path> data_folders(const std::filesystem::path& given) {
+  if (!given.empty()) { return {given}; }
+  std::vector<std::filesystem::path> folders;
+  if (const char* from_environment = std::getenv("PALPATE_DATA")) {
+    folders.emplace_back(from_environment);
+  }
+  folders.emplace_back("../shared/data");
+  folders.emplace_back(source_folder() / "../shared/data");
+  return folders;
+}
+
+std::optional<SpringNetwork> outside_network(const std::vector<std::filesystem::path>& folders,
+                                             std::string_view name) {
+  for (const std::filesystem::path& folder : folders) {
+    const std::filesystem::path here = folder / name;
+    if (!std::filesystem::exists(here / "nodes.csv")) { continue; }
+    io::Problems problems;
+    SpringNetwork network = io::read_network_csv(
+        {.nodes = here / "nodes.csv", .springs = here / "springs.csv"}, problems);
+    problems.throw_if_any();
+    return network;
+  }
+  return std::nullopt;
+}
+
+CaseContext context_of(const ValidateOptions& options, const reference::Cache& cache) {
+  CaseContext context;
+  context.quick = options.quick;
+  context.skip = !options.no_skip;
+  context.order = options.order;
+  context.cache = &cache;
+  context.outside_network = [folders = data_folders(options.data)](std::string_view name) {
+    return outside_network(folders, name);
+  };
+  context.damaged_files = try_damaged_files;
+  return context;
+}
+
+void tell_case(const Outcome& outcome, std::size_t finished, std::size_t total) {
+  std::printf("%3zu/%zu %-5s %7.2f s  %s%s%s\n", finished, total,
+              std::string(name_of(outcome.status)).c_str(), outcome.seconds, outcome.name.c_str(),
+              outcome.reason.empty() ? "" : ": ", outcome.reason.c_str());
+  for (const Quantity& q : outcome.quantities) {
+    if (!q.judged() || q.holds()) { continue; }
+    std::printf("            %s = %.6g %s; allowed %.6g to %.6g (%s)\n", q.name.c_str(), q.value,
+                q.unit.c_str(), q.lower, q.upper, q.bound_from.c_str());
+  }
+  std::fflush(stdout);
+}
+
+std::size_t count(const std::vector<Outcome>& outcomes, Status status) {
+  return static_cast<std::size_t>(
+      std::ranges::count(outcomes, status, [](const Outcome& one) { return one.status; }));
+}
+
+std::string command_text(const ValidateOptions& options, const std::string& command) {
+  std::string text = "palpate " + command;
+  for (const std::string& each : options.cases) { text += " " + each; }
+  if (options.quick) { text += " --quick"; }
+  if (options.no_skip) { text += " --no-skip"; }
+  if (options.order != 0) { text += " --order " + std::to_string(options.order); }
+  return text;
+}
+
+/// Everything that cases depend on beside code, libraries and processor.
+KeptCases kept_cases(const ValidateOptions& options, const std::filesystem::path& cache) {
+  return {cache, std::string(options.quick ? "quick " : "whole ") + std::to_string(options.order) +
+                     "\n" + what_lies_in(data_folders(options.data))};
+}
+
+double seconds_of(const std::map<std::string, Outcome>& outcomes) {
+  double seconds = 0.0;
+  for (const auto& [name, outcome] : outcomes) { seconds += outcome.seconds; }
+  return seconds;
+}
+
+std::string told_of(const std::map<std::string, Outcome>& kept) {
+  std::array<char, 80> text{};
+  std::snprintf(text.data(), text.size(), "%zu cases, %.1f s", kept.size(), seconds_of(kept));
+  return text.data();
+}
+
+/// In the order asked for; what was interrupted is not there.
+std::vector<Outcome> in_order(const std::vector<Case>& cases, std::map<std::string, Outcome> kept,
+                              const std::vector<Outcome>& ran) {
+  for (const Outcome& outcome : ran) { kept.emplace(outcome.name, outcome); }
+  std::vector<Outcome> outcomes;
+  for (const Case& one : cases) {
+    if (const auto found = kept.find(one.name); found != kept.end()) {
+      outcomes.push_back(found->second);
+    }
+  }
+  return outcomes;
+}
+
+void tell_end(const std::vector<Outcome>& outcomes, std::size_t total,
+              const std::filesystem::path& page) {
+  const std::size_t fallen = count(outcomes, Status::fail) + count(outcomes, Status::error);
+  std::printf("%zu passed, %zu failed, %zu skipped of %zu cases; %s\n",
+              count(outcomes, Status::pass), fallen, count(outcomes, Status::skip), total,
+              page.string().c_str());
+}
+
+void look_at_all(const ValidateOptions& options, const Judging& what, Results& results) {
+  if (!what.afterwards) { return; }
+  results.outcomes.push_back(what.afterwards(results));
+  if (!options.quiet) {
+    tell_case(results.outcomes.back(), results.outcomes.size(), results.outcomes.size());
+  }
+}
+
+/// A selection of which nothing could run here is no verdict on the program.
+int exit_code(const std::vector<Outcome>& outcomes) {
+  if (tally(outcomes).holds()) { return done; }
+  const bool none_ran = std::ranges::all_of(outcomes, [](const Outcome& one) {
+    return one.status == Status::skip && one.reason.starts_with("not run: ");
+  });
+  if (outcomes.empty() || !none_ran) { return fell_short; }
+  std::fprintf(stderr, "palpate: %s\n", outcomes.front().reason.c_str());
+  return machine_cannot;
+}
+
+}  // namespace
+
+int judge(const ValidateOptions& options, const Judging& what) {
+  if (options.list) { return list(what.cases); }
+  const std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
+  const std::filesystem::path folder = make_folder(options.folder(what.command));
+  const std::filesystem::path cache_folder =
+      options.cache.empty() ? default_cache_folder() : options.cache;
+  // Threads of an interrupted run still use it when this function is gone.
+  static const reference::Cache cache = cache_in(cache_folder);
+  const KeptCases keeper = kept_cases(options, cache_folder);
+  std::vector<Case> to_run = cases;
+  std::map<std::string, Outcome> kept;
+  if (what.keeps && !options.no_skip) { kept = keeper.take(to_run); }
+  if (!options.quiet && !kept.empty()) {
+    std::printf("%s not run again: code, solvers and data are as before (--no-skip runs them)\n",
+                told_of(kept).c_str());
+  }
+  const RunnerResult ran =
+      run_cases(to_run, context_of(options, cache), what.jobs, interrupted,
+                [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
+                  if (!options.quiet) { tell_case(outcome, finished, total); }
+                  if (what.keeps) { keeper.keep(outcome); }
+                });
+  Results results{.title = what.title,
+                  .command = command_text(options, what.command) + what.further,
+                  .provenance = build_provenance(),
+                  .outcomes = in_order(cases, kept, ran.outcomes)};
+  if (!kept.empty()) { results.provenance["not run again"] = told_of(kept); }
+  if (!ran.interrupted) { look_at_all(options, what, results); }
+  write_results_folder(folder, results);
+  if (!options.quiet) { tell_end(results.outcomes, cases.size(), folder / "report.html"); }
+  if (ran.interrupted) {
+    std::fflush(nullptr);
+    std::_Exit(interrupted_code);  // cases still run on threads that cannot be stopped
+  }
+  return exit_code(results.outcomes);
+}
 
 int validate(const ValidateOptions& options) {
   catch_interrupts();

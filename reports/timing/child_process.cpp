@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/timing/child_process.hpp"
 
 #include <array>
@@ -41,7 +42,8 @@ struct Pipe {
   }
 };
 
-/// In the child, where nothing may allocate: threads of the parent may have held the allocator's lock.
+/// In the child, where nothing may allocate: threads of the parent may have held the allocator's
+/// lock.
 [[noreturn]] void become(char* const* arguments, const Pipe& output, const Pipe& errors) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   dup2(output.ends[1], STDOUT_FILENO);
@@ -59,7 +61,8 @@ bool take(int from, std::string& text) {
 }
 
 /// Until both pipes are at their end.
-void listen(pid_t child, const Pipe& output, const Pipe& errors, const std::atomic<bool>* stop, ChildEnd& end) {
+void listen(pid_t child, const Pipe& output, const Pipe& errors, const std::atomic<bool>* stop,
+            ChildEnd& end) {
   std::array<pollfd, 2> watched{{{output.ends[0], POLLIN, 0}, {errors.ends[0], POLLIN, 0}}};
   int looks = 0;
   while ((watched[0].fd >= 0 || watched[1].fd >= 0) && looks <= looks_after_stop) {
@@ -107,7 +110,9 @@ ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool
   Pipe output;
   Pipe errors;
   const pid_t child = fork();
-  if (child < 0) { throw std::runtime_error(words.front() + " cannot be started: " + std::strerror(errno)); }
+  if (child < 0) {
+    throw std::runtime_error(words.front() + " cannot be started: " + std::strerror(errno));
+  }
   if (child == 0) { become(arguments.data(), output, errors); }
   output.close_writer();
   errors.close_writer();

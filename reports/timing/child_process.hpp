@@ -25,9 +25,9 @@ struct ChildEnd {
   [[nodiscard]] std::string last_words() const;
 };
 
-/// `words`: the program's file, then its arguments. The child is told to end when this process does, and when `stop`
-/// (nullptr: never) becomes true; nobody waits for it then for longer than a third of a second. Throws
-/// std::runtime_error when it cannot be started.
+/// `words`: the program's file, then its arguments. The child is told to end when this process
+/// does, and when `stop` (nullptr: never) becomes true; nobody waits for it then for longer than a
+/// third of a second. Throws std::runtime_error when it cannot be started.
 ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool>* stop);
 
 }  // namespace palpate::timing

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/timing/history.hpp"
 
 #include <cerrno>
@@ -10,7 +11,7 @@
 #include <unistd.h>
 
 #include "fixtures/io/file_bytes.hpp"
-#include "model/dynamics/scene_check.hpp"
+#include "model/problem/input_error.hpp"
 #include "validation/gate/baseline.hpp"
 
 namespace palpate::timing {
@@ -29,7 +30,8 @@ std::string fact(const Results& results, const std::string& key) {
 
 HistoryLine line_from(const std::string& text) {
   const Json json = Json::parse(text);
-  HistoryLine line{.date = json.at("date"), .commit = json.at("commit"), .compiler = json.at("compiler")};
+  HistoryLine line{
+      .date = json.at("date"), .commit = json.at("commit"), .compiler = json.at("compiler")};
   for (const auto& [name, each] : json.at("quantities").items()) {
     line.quantities[name] = {.value = each.at("value"), .unit = each.at("unit")};
   }
@@ -40,8 +42,9 @@ Series curve_of(const Trend& trend) {
   Series series{.label = trend.name, .style = Series::Style::line_and_points};
   for (std::size_t n = 0; n < trend.values.size(); ++n) {
     series.x.push_back(static_cast<double>(n + 1));
-    series.y.push_back(trend.unit == "digits" ? trend.values[n] - trend.values.front()
-                                              : 100.0 * (trend.values[n] / trend.values.front() - 1.0));
+    series.y.push_back(trend.unit == "digits"
+                           ? trend.values[n] - trend.values.front()
+                           : 100.0 * (trend.values[n] / trend.values.front() - 1.0));
   }
   return series;
 }
@@ -61,19 +64,22 @@ void add_figure(const std::vector<Trend>& trends, bool digits, Outcome& outcome)
 }
 
 Table table_of(const std::vector<Trend>& trends) {
-  Table table{.id = "trends",
-              .title = "Trends",
-              .caption = "Where the level of a series changes most (Pettitt), and how seldom chance does as much.",
-              .columns = {"series", "unit", "runs", "changes at run", "chance", "before", "after", "crept"},
-              .timing = true};
+  Table table{
+      .id = "trends",
+      .title = "Trends",
+      .caption =
+          "Where the level of a series changes most (Pettitt), and how seldom chance does as much.",
+      .columns = {"series", "unit", "runs", "changes at run", "chance", "before", "after", "crept"},
+      .timing = true};
   for (const Trend& trend : trends) {
     const bool known = trend.change.has_value();
-    table.rows.push_back({trend.name, trend.unit, static_cast<double>(trend.values.size()),
-                          known ? Cell(static_cast<double>(trend.change->at + 1)) : Cell(std::string("-")),
-                          known ? Cell(trend.change->chance) : Cell(std::string("-")),
-                          known ? Cell(trend.change->before) : Cell(std::string("-")),
-                          known ? Cell(trend.change->after) : Cell(std::string("-")),
-                          std::string(trend.crept ? "yes" : "no")});
+    table.rows.push_back(
+        {trend.name, trend.unit, static_cast<double>(trend.values.size()),
+         known ? Cell(static_cast<double>(trend.change->at + 1)) : Cell(std::string("-")),
+         known ? Cell(trend.change->chance) : Cell(std::string("-")),
+         known ? Cell(trend.change->before) : Cell(std::string("-")),
+         known ? Cell(trend.change->after) : Cell(std::string("-")),
+         std::string(trend.crept ? "yes" : "no")});
   }
   return table;
 }
@@ -81,12 +87,14 @@ Table table_of(const std::vector<Trend>& trends) {
 }  // namespace
 
 HistoryLine history_line_of(const Results& results) {
-  HistoryLine line{
-      .date = fact(results, "date"), .commit = fact(results, "commit"), .compiler = fact(results, "compiler")};
+  HistoryLine line{.date = fact(results, "date"),
+                   .commit = fact(results, "commit"),
+                   .compiler = fact(results, "compiler")};
   for (const Outcome& outcome : results.outcomes) {
     for (const Quantity& quantity : outcome.quantities) {
       if (!std::isfinite(quantity.value)) { continue; }
-      line.quantities[outcome.name + ": " + quantity.name] = {.value = quantity.value, .unit = quantity.unit};
+      line.quantities[outcome.name + ": " + quantity.name] = {.value = quantity.value,
+                                                              .unit = quantity.unit};
     }
   }
   return line;
@@ -97,7 +105,10 @@ std::string to_text(const HistoryLine& line) {
   for (const auto& [name, each] : line.quantities) {
     quantities[name] = {{"value", each.value}, {"unit", each.unit}};
   }
-  return Json{{"date", line.date}, {"commit", line.commit}, {"compiler", line.compiler}, {"quantities", quantities}}
+  return Json{{"date", line.date},
+              {"commit", line.commit},
+              {"compiler", line.compiler},
+              {"quantities", quantities}}
              .dump() +
          "\n";
 }
@@ -110,8 +121,9 @@ std::vector<HistoryLine> read_history(const std::filesystem::path& file) {
     try {
       history.push_back(line_from(text));
     } catch (const Json::exception&) {
-      throw InputError(file.string() + ":" + std::to_string(history.size() + 1) +
-                       ": no run of the benchmark; one line as `palpate bench --history` appends them");
+      throw InputError(
+          file.string() + ":" + std::to_string(history.size() + 1) +
+          ": no run of the benchmark; one line as `palpate bench --history` appends them");
     }
   }
   return history;
@@ -121,11 +133,13 @@ void append_history(const std::filesystem::path& file, const HistoryLine& line) 
   const std::string text = to_text(line);
   const int to = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, for_all_to_read);
   const ssize_t written =
-      to < 0 ? -1 : write(to, text.data(), text.size());  // at once: no other writer comes in between
+      to < 0 ? -1
+             : write(to, text.data(), text.size());  // at once: no other writer comes in between
   const int problem = errno;
   if (to >= 0) { close(to); }
   if (written != static_cast<ssize_t>(text.size())) {
-    throw InputError(file.string() + ": cannot be written: " + std::strerror(problem) + "; a file for the history");
+    throw InputError(file.string() + ": cannot be written: " + std::strerror(problem) +
+                     "; a file for the history");
   }
 }
 
@@ -137,8 +151,8 @@ std::vector<Trend> trends_of(const std::vector<HistoryLine>& history) {
     Trend trend{.name = name, .unit = last.unit};
     for (const HistoryLine& line : history) {
       const auto found = line.quantities.find(name);
-      const bool alike = line.compiler == history.back().compiler && found != line.quantities.end() &&
-                         found->second.unit == last.unit;
+      const bool alike = line.compiler == history.back().compiler &&
+                         found != line.quantities.end() && found->second.unit == last.unit;
       if (alike) { trend.values.push_back(found->second.value); }
     }
     trends.push_back(std::move(trend));
@@ -147,20 +161,21 @@ std::vector<Trend> trends_of(const std::vector<HistoryLine>& history) {
 }
 
 Outcome history_outcome(const std::vector<HistoryLine>& history) {
-  Outcome outcome{
-      .name = "bench/history",
-      .suite = "timing",
-      .claim =
-          "Nothing that is counted has crept up by more than one comparison lets pass, nor lost a tenth of a digit."};
+  Outcome outcome{.name = "bench/history",
+                  .suite = "timing",
+                  .claim =
+                      "Nothing that is counted has crept up by more than one comparison lets pass, "
+                      "nor lost a tenth of a digit."};
   std::vector<Trend> trends = trends_of(history);
   find_creep(trends);
   double crept = 0.0;
   for (const Trend& trend : trends) { crept += trend.crept ? 1.0 : 0.0; }
-  outcome.judge({.name = "series_that_crept",
-                 .value = crept,
-                 .lower = 0.0,
-                 .upper = 0.0,
-                 .bound_from = "a false alarm in any of the series once in a hundred times (Pettitt, Holm)"});
+  outcome.judge(
+      {.name = "series_that_crept",
+       .value = crept,
+       .lower = 0.0,
+       .upper = 0.0,
+       .bound_from = "a false alarm in any of the series once in a hundred times (Pettitt, Holm)"});
   outcome.tables.push_back(table_of(trends));
   add_figure(trends, false, outcome);
   add_figure(trends, true, outcome);

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "reports/results.hpp"
-#include "validation/timing/change_point.hpp"
+#include "reports/results/results.hpp"
+#include "validation/bench/timing.hpp"
 
 namespace palpate::timing {
 
@@ -26,8 +26,8 @@ struct HistoryLine {
 
 HistoryLine history_line_of(const Results& results);
 
-/// Throws InputError, naming file and line, when one is not what to_text() writes. A file that is not there holds
-/// none.
+/// Throws InputError, naming file and line, when one is not what to_text() writes. A file that is
+/// not there holds none.
 std::vector<HistoryLine> read_history(const std::filesystem::path& file);
 
 std::string to_text(const HistoryLine& line);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/timing/step_library.h"
 
 #include <cstdio>
@@ -6,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "fixtures/io/content_hash.hpp"
+#include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/scene_file.hpp"
 #include "model/stepping/simulation.hpp"
 
@@ -19,7 +20,8 @@ struct palpate_steps {
 namespace {
 
 std::string bytes_of(const Eigen::VectorXd& values) {
-  return {reinterpret_cast<const char*>(values.data()), static_cast<std::size_t>(values.size()) * sizeof(double)};
+  return {reinterpret_cast<const char*>(values.data()),
+          static_cast<std::size_t>(values.size()) * sizeof(double)};
 }
 
 }  // namespace
@@ -28,10 +30,13 @@ extern "C" {
 
 int palpate_steps_version(void) { return 1; }
 
-palpate_steps* palpate_steps_create(const char* scene_file, char* problem, unsigned long problem_size) {
+palpate_steps* palpate_steps_create(const char* scene_file, char* problem,
+                                    unsigned long problem_size) {
   try {
     const palpate::io::SceneFile file = palpate::io::read_scene(scene_file);
-    return std::make_unique<palpate_steps>(palpate::Simulation(file.scene), file.scene.simulation.step).release();
+    return std::make_unique<palpate_steps>(palpate::Simulation(file.scene),
+                                           file.scene.simulation.step)
+        .release();
   } catch (const std::exception& error) {
     std::snprintf(problem, problem_size, "%s", error.what());
     return nullptr;
@@ -54,7 +59,9 @@ void palpate_steps_digest(palpate_steps* steps, char digest[33]) {
   std::snprintf(digest, 33, "%s", palpate::io::content_hash(bytes).c_str());
 }
 
-const char* palpate_steps_kernel(const palpate_steps* steps) { return steps->simulation.plan().kernel.c_str(); }
+const char* palpate_steps_kernel(const palpate_steps* steps) {
+  return steps->simulation.plan().kernel.c_str();
+}
 
 long palpate_steps_tick_count(const palpate_steps* steps) { return steps->simulation.tick_count(); }
 

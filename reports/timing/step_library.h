@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #pragma once
-/* Ticks of a scene behind functions of C: two builds of this library can be loaded side by side into one process
-   and timed in turn (docs/bench.md). Nothing here throws; whoever calls keeps to one thread. */
+/* Ticks of a scene behind functions of C: two builds of this library can be loaded side by side
+   into one process and timed in turn (docs/bench.md). Nothing here throws; whoever calls keeps to
+   one thread. */
 
 #ifdef __cplusplus
 extern "C" {
@@ -12,8 +13,10 @@ struct palpate_steps;
 /* Of these functions; raised when their meaning changes. */
 int palpate_steps_version(void);
 
-/* A scene file, read and set up. Null when it cannot be: then `problem` holds why, cut to `problem_size`. */
-struct palpate_steps* palpate_steps_create(const char* scene_file, char* problem, unsigned long problem_size);
+/* A scene file, read and set up. Null when it cannot be: then `problem` holds why, cut to
+ * `problem_size`. */
+struct palpate_steps* palpate_steps_create(const char* scene_file, char* problem,
+                                           unsigned long problem_size);
 
 /* So many ticks further; 0, or 1 once the motion has diverged. */
 int palpate_steps_run(struct palpate_steps* steps, long ticks);

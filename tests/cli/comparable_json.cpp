@@ -5,7 +5,7 @@
 #include <exception>
 
 #include "fixtures/io/file_bytes.hpp"
-#include "reports/results_json.hpp"
+#include "reports/results/results_json.hpp"
 
 int main(int argc, char** argv) {
   try {

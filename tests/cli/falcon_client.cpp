@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // falcon_client PATH REQUESTS DEADLINE_S: polls a Falcon on a terminal at 1 kHz and prints how many
 // replies came in time.
+
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <thread>
 
-#include "device/descriptor_link.hpp"
+#include "device/byte_link.hpp"
 #include "device/falcon/driver.hpp"
 
 namespace {

@@ -12,7 +12,8 @@ int main(int argc, char** argv) {
     std::ifstream file(argc > 1 ? argv[1] : "");
     const auto value =
         nlohmann::json::parse(file).at(nlohmann::json::json_pointer("/" + std::string(argv[2])));
-    std::printf("%s\n", value.is_string() ? value.get<std::string>().c_str() : value.dump().c_str());
+    std::printf("%s\n",
+                value.is_string() ? value.get<std::string>().c_str() : value.dump().c_str());
   } catch (const std::exception& problem) {
     std::fprintf(stderr, "%s\n", problem.what());
     return 2;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/frames.hpp"
 
 #include <Eigen/LU>
 
-#include "device/syringe_mount.hpp"
 #include "tests/check.hpp"
 
 namespace {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Any bytes in any pieces into readers and firmware: what must hold, whatever comes. Built twice:
 // with a main() that plays kept inputs, and for libFuzzer (PALPATE_FUZZ).
+
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -11,7 +12,7 @@
 
 #include "device/falcon/driver.hpp"
 #include "device/falcon/emulator.hpp"
-#include "tests/device/falcon_samples.hpp"
+#include "tests/device/falcon/samples.hpp"
 
 namespace {
 
@@ -27,8 +28,7 @@ void must(bool holds, const char* what) {
 
 /// Well-formed requests in bytes, found the slow way: 16 bytes that decode, wherever they stand.
 /// A packet holds '<' at its begin only, so two of them never overlap.
-template <class Packet>
-std::vector<Packet> packets_in(Bytes bytes) {
+template <class Packet> std::vector<Packet> packets_in(Bytes bytes) {
   std::vector<Packet> packets;
   for (std::size_t n = 0; n + packet_bytes <= bytes.size(); ++n) {
     PacketBytes candidate{};
@@ -38,8 +38,7 @@ std::vector<Packet> packets_in(Bytes bytes) {
   return packets;
 }
 
-template <class Packet>
-void fuzz_reader(Bytes bytes) {
+template <class Packet> void fuzz_reader(Bytes bytes) {
   PacketReader<Packet> reader;
   std::vector<Packet> found;
   for (const std::uint8_t byte : bytes) {

@@ -1,7 +1,154 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/hand.hpp"
 
+#include <cmath>
+#include <vector>
+
 #include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate::device;
+using Vector = Eigen::Vector3d;
+
+const Vector start(0.0, 0.0, 0.125);
+
+/// Way along the axis [m].
+double along(const Intent& intent, double time) {
+  return (intent.at(time).position - start).dot(intent.direction());
+}
+
+TEST("without actions the intent rests at its start") {
+  const Intent intent;
+  CHECK_NEAR(intent.at(3.0).position, start, 0.0);
+  CHECK_NEAR(intent.at(3.0).velocity, Vector::Zero(), 0.0);
+}
+
+TEST("velocity is the derivative of position through every action, tremor and stop") {
+  Intent intent({.actions = {Hold{0.2}, Advance{0.02, 0.01, 0.2}, Intermittent{.distance = 0.006},
+                             Withdraw{0.01, 0.02, 0.1}, Advance{0.001, 0.05, 0.4}},
+                 .tremor = 5e-5,
+                 .speed_variation = 0.1,
+                 .seed = 7});
+  for (const bool stopped : {false, true}) {
+    if (stopped) { intent.loss_of_resistance(0.9); }
+    const double h = 1e-5;
+    for (double time = 0.013; time < intent.end() + 0.5; time += 0.0037) {
+      const Vector difference =
+          (intent.at(time + h).position - intent.at(time - h).position) / (2.0 * h);
+      // h times a jump of the acceleration of 1 m/s^2, or h^2/6 of a jerk of some 1e3 m/s^3
+      CHECK_NEAR(intent.at(time).velocity, difference, 1e-5);
+    }
+  }
+}
+
+TEST("a continuous advance keeps its speed between a smooth start and end") {
+  const Intent intent({.actions = {Advance{0.02, 0.005, 0.2}}});
+  CHECK_NEAR(intent.end(), 0.02 / 0.005 + 0.2, 1e-12);
+  for (const double time : {0.2, 1.0, 3.9}) {
+    CHECK_NEAR(intent.at(time).velocity, Vector(0.0, 0.0, -0.005), 1e-15);
+  }
+  CHECK_NEAR(along(intent, 0.0), 0.0, 0.0);
+  CHECK_NEAR(along(intent, 10.0), 0.02, 1e-16);
+  CHECK_NEAR(intent.at(10.0).velocity, Vector::Zero(), 0.0);
+}
+
+TEST("intermittent motion goes in steps of its range with rests of its range") {
+  const Intermittent steps{.distance = 0.02};
+  const Intent intent({.actions = {steps}, .seed = 5});
+  double begin = 0.0;
+  double from = 0.0;
+  bool moved = false;
+  int step_count = 0;
+  std::vector<double> rests;
+  for (double time = 0.0; time < intent.end() + 1e-3; time += 1e-4) {
+    const bool moving = intent.at(time).velocity.norm() > 1e-9;
+    if (moving && !moved) {
+      if (step_count > 0) { rests.push_back(time - begin); }
+      from = along(intent, time);
+    }
+    if (!moving && moved) {
+      begin = time;
+      const double step = along(intent, time) - from;
+      if (along(intent, time) < 0.0199) { CHECK(step > 0.99e-3 && step < 3.01e-3); }
+      ++step_count;
+    }
+    moved = moving;
+  }
+  CHECK(step_count >= 7 && step_count <= 20);
+  for (const double rest : rests) { CHECK(rest > 0.299 && rest < 1.02); }
+  CHECK_NEAR(along(intent, intent.end()), 0.02, 1e-15);
+}
+
+TEST("a push rises at its rate, stays, and frees the spring along the axis") {
+  const Intent intent({.actions = {Hold{1.0}, Push{.force = 4.0, .rise = 2.0, .duration = 5.0}}});
+  CHECK(!intent.at(0.5).pushing && intent.at(1.5).pushing);
+  CHECK_NEAR(intent.at(2.0).push, 2.0, 1e-12);
+  CHECK_NEAR(intent.at(9.0).push, 4.0, 1e-12);
+}
+
+TEST("after a loss of resistance the intent goes on for the reaction time, then stops smoothly") {
+  IntentScript script{.actions = {Advance{0.05, 0.01, 0.2}}, .seed = 3};
+  Intent intent(script);
+  const Intent unaware(script);
+  CHECK(intent.reaction() >= 0.15 && intent.reaction() <= 0.20);
+  intent.loss_of_resistance(1.0);
+  intent.loss_of_resistance(1.1);  // only the first counts
+  const double stop = 1.0 + intent.reaction();
+  CHECK_NEAR(along(intent, stop - 1e-9), along(unaware, stop - 1e-9), 0.0);
+  // Overshoot of the law: speed times (reaction + half the braking).
+  CHECK_NEAR(along(intent, 5.0) - along(unaware, 1.0), 0.01 * (intent.reaction() + 0.05), 1e-12);
+  CHECK_NEAR(intent.at(stop + 0.1).velocity, Vector::Zero(), 0.0);
+}
+
+TEST("a push fades after the reaction time") {
+  Intent intent({.actions = {Push{.force = 4.0, .rise = 1.0, .duration = 9.0}}});
+  intent.loss_of_resistance(2.0);
+  CHECK_NEAR(intent.at(2.0 + 0.99 * intent.reaction()).push, 4.0, 0.0);
+  CHECK_NEAR(intent.at(2.3 + intent.reaction()).push, 0.0, 0.0);
+}
+
+TEST("a withdrawal that was planned follows the stop, then the new insertion") {
+  Intent intent({.actions = {Advance{0.03, 0.01, 0.2}, Hold{5.0}, Withdraw{0.01, 0.01, 0.1},
+                             Advance{0.005, 0.01, 0.1}}});
+  intent.loss_of_resistance(1.0);
+  const double stop = 1.0 + intent.reaction() + 0.1;
+  const double deepest = along(intent, stop);
+  CHECK_NEAR(along(intent, stop + 1.1), deepest - 0.01, 1e-12);  // 10 mm at 10 mm/s and 0.1 s ramp
+  CHECK_NEAR(along(intent, intent.end() + 1.0), deepest - 0.005, 1e-12);
+  intent.loss_of_resistance(stop + 0.5);
+  CHECK_NEAR(along(intent, intent.end() + 1.0), deepest - 0.005, 1e-12);
+}
+
+TEST("tremor has its amplitude, its band and the seed's phases") {
+  const Intent intent({.tremor = 5e-5, .seed = 11});
+  const Intent same({.tremor = 5e-5, .seed = 11});
+  const Intent other({.tremor = 5e-5, .seed = 12});
+  double squares = 0.0;
+  int crossings = 0;
+  const int samples = 60000;
+  double before = 0.0;
+  for (int n = 0; n < samples; ++n) {
+    const double x = intent.at(n * 1e-3).position.x();
+    squares += x * x;
+    crossings += before < 0.0 && x >= 0.0 ? 1 : 0;
+    before = x;
+  }
+  CHECK_NEAR(std::sqrt(2.0 * squares / samples), 5e-5, 5e-6);  // five sines over a minute
+  CHECK(crossings > 7 * 60 && crossings < 13 * 60);
+  CHECK(intent.at(0.3).position == same.at(0.3).position);
+  CHECK(intent.at(0.3).position != other.at(0.3).position);
+}
+
+TEST("scripts that make no sense are refused with their rule") {
+  CHECK_THROWS(Intent({.direction = Vector::Zero()}), "direction");
+  CHECK_THROWS(Intent({.actions = {Advance{.speed = 0.0}}}), "must be > 0");
+  CHECK_THROWS(Intent({.actions = {Push{}, Withdraw{}}}), "last action");
+  CHECK_THROWS(Intent({.actions = {Intermittent{.step = {2e-3, 1e-3}}}}), "ranges ordered");
+}
+
+}  // namespace
 
 namespace {
 

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
+
 #include "device/servo_loop.hpp"
+
+#include <cmath>
 
 #include "tests/check.hpp"
 
@@ -45,4 +48,54 @@ TEST("the sample of a tick is that of its first exchange") {
   ServoLoop loop(device, 0);
   device.place = 3.0;
   CHECK(loop.tick(mirror).position.x() == 3.0);
+}
+
+using namespace palpate::device;
+using Eigen::Vector3d;
+
+TEST("a spring felt without delay gives back what it took, and a little more") {
+  // Held forces of a spring, in and out: the hand gets k d^2 / 2 more for each step d, each way.
+  PassivityObserver observer;
+  const double k = 800.0;
+  const double step = 1e-4;
+  double place = 0.0;
+  double time = 0.0;
+  for (int tick = 0; tick < 200; ++tick) {
+    const Vector3d force(-k * place, 0.0, 0.0);
+    place += tick < 100 ? step : -step;
+    time += 1e-3;
+    if (tick == 0) { observer.observe(0.0, {0.0, 0.0, 0.0}, force); }
+    observer.observe(time, {place, 0.0, 0.0}, force);
+  }
+  CHECK_NEAR(observer.energy(), -200.0 * 0.5 * k * step * step, 1e-15);
+  CHECK_NEAR(observer.least(), observer.energy(), 0.0);
+  CHECK_NEAR(observer.least_at(), time, 1e-12);
+}
+
+TEST("a damper takes energy only") {
+  PassivityObserver observer;
+  const double b = 3.0;
+  double last = 0.0;
+  Vector3d force = Vector3d::Zero();
+  for (int tick = 0; tick < 1000; ++tick) {
+    const double place = 0.01 * std::sin(0.02 * tick);
+    observer.observe(1e-3 * tick, {place, 0.0, 0.0}, force);
+    force.x() = -b * (place - last) / 1e-3;
+    last = place;
+  }
+  CHECK(observer.energy() > 0.0);
+}
+
+TEST("the controller takes back what is missing, within its limit") {
+  PassivityController controller(1e-3, 50.0);
+  const Vector3d velocity(0.1, 0.0, 0.0);
+  const Vector3d force(1.0, 2.0, 0.0);
+  CHECK(controller.limit(1e-6, velocity, force) == force);
+  const Vector3d limited = controller.limit(-1e-4, velocity, force);
+  // Damping force times velocity over one period is the shortage.
+  CHECK_NEAR((force - limited).dot(velocity) * 1e-3, 1e-4, 1e-18);
+  CHECK_NEAR(controller.taken(), 1e-4, 1e-18);
+  const Vector3d most = controller.limit(-1.0, velocity, force);
+  CHECK_NEAR((force - most).norm(), 50.0 * 0.1, 1e-12);
+  CHECK(controller.limit(-1.0, Vector3d::Zero(), force) == force);
 }

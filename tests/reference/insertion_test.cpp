@@ -1,10 +1,251 @@
 // SPDX-License-Identifier: MIT
+// Scenes of a needle with closed forms or small enough to be quick.
+
 #include "reference/insertion.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <string>
+#include <vector>
 
-#include "tests/reference/insertion_samples.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "reference/insertion_mechanics.hpp"
+#include "reference/needle_track.hpp"
+#include "reference/quasi_static_insertion.hpp"
+#include "reference/solution.hpp"
 #include "tests/check.hpp"
+#include "tests/reference/sample_problems.hpp"
+
+namespace sample {
+
+/// A chain of nodes below the entry, the last one fixed. Its stiffness is stiffness / springs.
+struct Chain {
+  int springs = 5;
+  double spacing = 0.01;     ///< [m]
+  double stiffness = 200.0;  ///< [N/m] of each spring
+  double viscosity = 1.0;    ///< [N s/m] of each spring
+  double mass = 1e-3;        ///< [kg] of each node
+
+  [[nodiscard]] palpate::SpringNetwork network() const {
+    palpate::SpringNetwork made;
+    made.rest_position.setZero(3, springs + 1);
+    made.mass = Eigen::VectorXd::Constant(springs + 1, mass);
+    made.fixed.assign(static_cast<std::size_t>(springs) + 1, 0);
+    made.fixed.back() = 1;
+    for (int i = 0; i <= springs; ++i) { made.rest_position(2, i) = i * spacing; }
+    for (int i = 0; i < springs; ++i) {
+      made.springs.push_back({i, i + 1, stiffness, viscosity, spacing});
+    }
+    return made;
+  }
+};
+
+struct Stratum {
+  double thickness = 0.0;      ///< [m]
+  double cutting_force = 0.0;  ///< [N]
+  double friction = 0.0;       ///< [N/m]
+  palpate::TissueRole role = palpate::TissueRole::tissue;
+};
+
+inline const std::vector<Stratum> two_layers{{0.015, 0.06, 1.0}, {0.025, 0.12, 2.0}};
+inline const std::vector<Stratum> three_layers{
+    {0.012, 0.2, 10.0}, {0.01, 0.5, 15.0}, {0.1, 0.1, 5.0}};
+
+/// A needle into a network with these layers.
+inline palpate::Scene needle_scene(const palpate::SpringNetwork& network,
+                                   const std::vector<Stratum>& strata,
+                                   const palpate::Drive& drive) {
+  palpate::Scene scene;
+  scene.tissue.source = palpate::Source::network;
+  scene.tissue.network = network;
+  for (std::size_t n = 0; n < strata.size(); ++n) {
+    const std::string name = "layer " + std::to_string(n);
+    scene.materials.push_back({.name = name,
+                               .youngs_modulus = 1e4,
+                               .damping_ratio = 0.3,
+                               .cutting_force = strata[n].cutting_force,
+                               .friction = strata[n].friction,
+                               .role = strata[n].role});
+    scene.tissue.layers.push_back({name, name, strata[n].thickness});
+  }
+  scene.needle = palpate::Needle{};
+  scene.drive = drive;
+  return scene;
+}
+
+/// The same layers as a block of elastic solid, fixed at its bottom.
+inline palpate::Scene block_scene(int across, const std::vector<Stratum>& strata,
+                                  const palpate::Drive& drive) {
+  palpate::Scene scene = needle_scene({}, strata, drive);
+  scene.tissue.source = palpate::Source::layers;
+  scene.tissue.block = {.nodes = {across, across}, .spacing = 0.005};
+  return scene;
+}
+
+inline constexpr palpate::reference::InsertionOptions with_energy{
+    .account = palpate::reference::InsertionOptions::Account::energy};
+
+inline palpate::reference::Insertion solve(
+    const palpate::Scene& scene, double end, int count, double relative = 1e-9,
+    const palpate::reference::InsertionOptions& options = {}) {
+  return palpate::reference::solve_insertion(scene, palpate::build_network(scene),
+                                             instants(end, count), {.relative = relative}, options);
+}
+
+inline const palpate::reference::InsertionEvent* first_of(
+    const palpate::reference::Insertion& run, palpate::reference::InsertionEvent::Kind kind) {
+  for (const auto& event : run.events) {
+    if (event.kind == kind) { return &event; }
+  }
+  return nullptr;
+}
+
+/// Stored and lost energy over what the hand gave [J].
+inline double imbalance(const palpate::reference::Insertion& run) {
+  const auto& first = run.instants.front().energy;
+  const auto& last = run.instants.back().energy;
+  return last.stored - first.stored + last.dampers + last.friction + last.cutting + last.impacts -
+         first.impacts - (last.hand - first.hand);
+}
+
+}  // namespace sample
+
+using namespace palpate;
+using namespace palpate::reference;
+
+namespace {
+
+NeedleTrack track_of(const Scene& scene) { return needle_track(scene, build_network(scene)); }
+
+double at(const std::vector<HandPiece>& hand, double time) {
+  double value = 0.0;
+  for (const HandPiece& piece : hand) {
+    if (piece.start <= time) { value = piece.at(time); }
+  }
+  return value;
+}
+
+}  // namespace
+
+TEST("an oblique line meets each plane of a lattice, and its knots' mean place is on the line") {
+  Scene scene = sample::block_scene(5, {{0.02, 0.1, 1.0}}, {});
+  scene.needle->entry = {0.0012, -0.0007};
+  scene.needle->direction = {0.2, 0.1, 1.0};
+  const SpringNetwork network = build_network(scene);
+  const NeedleTrack track = needle_track(scene, network);
+  CHECK(track.knots.size() == 5);
+  for (const TrackKnot& knot : track.knots) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const TrackSupport& support : knot.supports) {
+      mean += support.weight * network.rest_position.col(support.node);
+    }
+    const Eigen::Vector3d on_line =
+        Eigen::Vector3d(0.0012, -0.0007, 0.0) + knot.depth * track.direction;
+    CHECK_NEAR(mean, on_line, 1e-15);
+  }
+}
+
+TEST("planes beside which the line passes have no knot") {
+  Scene scene = sample::block_scene(5, {{0.02, 0.1, 1.0}}, {});
+  scene.needle->direction = {1.0, 0.0, 1.0};
+  CHECK(track_of(scene).knots.size() == 3);
+}
+
+TEST("layers along an oblique needle are longer, and the last one goes on") {
+  Scene scene = sample::block_scene(5, {{0.01, 0.1, 1.0}, {0.01, 0.2, 2.0}}, {});
+  scene.needle->direction = {0.6, 0.0, 0.8};
+  const NeedleTrack track = track_of(scene);
+  CHECK(track.intervals.size() == 2);
+  CHECK_NEAR(track.intervals[0].end, 0.0125, 1e-16);
+  CHECK(std::isinf(track.intervals[1].end));
+}
+
+TEST("the last inclusion that holds a point wins, by its exact shape") {
+  Scene scene = sample::block_scene(5, {{0.03, 0.1, 1.0}}, {});
+  scene.materials.push_back({.name = "cyst", .youngs_modulus = 1e3, .cutting_force = 0.4});
+  scene.materials.push_back({.name = "bone", .youngs_modulus = 1e4});
+  scene.tissue.inclusions = {
+      {Inclusion::Shape::sphere, {0.003, 0.0, 0.01}, {0.01, 0.0, 0.0}, "cyst"},
+      {Inclusion::Shape::box, {0.0, 0.0, 0.014}, {0.004, 0.004, 0.004}, "bone"}};
+  const NeedleTrack track = track_of(scene);
+  const std::vector<double> begins{0.0, 0.006, 0.012, 0.016};
+  const std::vector<std::string> labels{"layer 0", "cyst", "bone", "layer 0"};
+  CHECK(track.intervals.size() == begins.size());
+  for (std::size_t n = 0; n < std::min(begins.size(), track.intervals.size()); ++n) {
+    CHECK_NEAR(track.intervals[n].begin, begins[n], 1e-16);
+    CHECK(track.intervals[n].label == labels[n]);
+  }
+  CHECK_NEAR(track.bone, 0.012, 1e-16);
+}
+
+TEST("shares of friction are the integrals of f times the hat functions") {
+  const Scene scene =
+      sample::needle_scene(sample::Chain{}.network(), {{0.012, 0.1, 10.0}, {0.01, 0.1, 30.0}}, {});
+  const NeedleTrack track = track_of(scene);
+  for (const double depth : {0.004, 0.011, 0.013, 0.024, 0.037}) {
+    const Eigen::VectorXd shares =
+        track.friction_shares(track.segment_at(depth), track.interval_at(depth), depth);
+    CHECK_NEAR(shares.sum(), 10.0 * std::min(depth, 0.012) + 30.0 * std::max(depth - 0.012, 0.0),
+               1e-15);
+    double moment = 0.0;
+    for (Eigen::Index i = 0; i < shares.size(); ++i) { moment += shares(i) * 0.01 * double(i); }
+    const double upper = std::min(depth, 0.012);
+    const double expected =
+        5.0 * upper * upper + (depth > 0.012 ? 15.0 * (depth * depth - 0.012 * 0.012) : 0.0);
+    CHECK_NEAR(moment, expected, 1e-16);  // hat functions meet xi itself exactly
+  }
+}
+
+TEST("a round probe loads nodes by the area of its footprint in their cells") {
+  Scene scene = sample::block_scene(5, {{0.02, 0.1, 1.0}}, {});
+  scene.needle.reset();
+  scene.probe = Probe{.size = {0.01, 0.01}};
+  const NeedleTrack track = track_of(scene);
+  CHECK(track.knots.size() == 1);
+  double centre = 0.0;
+  double sum = 0.0;
+  for (const TrackSupport& support : track.knots[0].supports) {
+    sum += support.weight;
+    if (support.node == 12) { centre = support.weight; }
+  }
+  CHECK_NEAR(sum, 1.0, 1e-14);
+  constexpr double disc = 3.14159265358979 * 0.005 * 0.005;  // the centre's cell lies within it
+  CHECK_NEAR(centre, 0.005 * 0.005 / disc, 1e-6);
+}
+
+TEST("an intermittent trajectory advances, pauses, ends at its depth and comes back") {
+  const Drive drive{.technique = Drive::Technique::intermittent,
+                    .start = 0.1,
+                    .from = -0.001,
+                    .speed = 0.01,
+                    .advance = 0.002,
+                    .pause = 0.3,
+                    .depth = 0.004,
+                    .hold = 0.5,
+                    .withdraw_speed = 0.02};
+  const auto hand = hand_motion(drive, 10.0);
+  const std::vector<std::pair<double, double>> places{
+      {0.05, -0.001}, {0.2, 0.0},    {0.3, 0.001}, {0.59, 0.001},  {0.7, 0.002}, {0.8, 0.003},
+      {1.2, 0.004},   {1.69, 0.004}, {1.8, 0.002}, {1.95, -0.001}, {5.0, -0.001}};
+  for (const auto& [time, place] : places) { CHECK_NEAR(at(hand, time), place, 1e-12); }
+}
+
+TEST("a force rises, pushes and pauses, and is reversed after its hold") {
+  const Drive drive{.kind = Drive::Kind::force,
+                    .technique = Drive::Technique::intermittent,
+                    .start = 0.1,
+                    .pause = 0.3,
+                    .hold = 1.1,
+                    .force = 4.0,
+                    .rise = 0.4,
+                    .push = 0.2,
+                    .withdraw_force = 1.0};
+  const auto hand = hand_motion(drive, 10.0);
+  const std::vector<std::pair<double, double>> forces{{0.05, 0.0}, {0.3, 2.0},   {0.6, 4.0},
+                                                      {0.8, 0.0},  {1.1, 4.0},   {1.3, 0.0},
+                                                      {1.55, 4.0}, {1.65, -1.0}, {9.0, -1.0}};
+  for (const auto& [time, force] : forces) { CHECK_NEAR(at(hand, time), force, 1e-12); }
+}
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -54,8 +295,7 @@ TEST("the tip reaches the skin when its trajectory does, and rests before its st
 
 TEST("the plastic impact at contact makes the skin as fast as the tip and loses half m v^2") {
   const sample::Chain chain;
-  const Scene scene =
-      sample::needle_scene(chain.network(), {{1.0, 0.2, 0.0}}, {.speed = 0.02});
+  const Scene scene = sample::needle_scene(chain.network(), {{1.0, 0.2, 0.0}}, {.speed = 0.02});
   const Insertion run = sample::solve(scene, 0.1, 1);
   CHECK_NEAR(run.instants[0].velocities(2), 0.02, 1e-15);
   CHECK_NEAR(run.instants[0].energy.impacts, 0.5 * chain.mass * 0.02 * 0.02, 1e-18);
@@ -90,12 +330,11 @@ TEST("each layer that resists more stops the tip at its beginning until T reache
 }
 
 TEST("the epidural space is a loss of resistance and dura is a dural puncture") {
-  const Scene scene =
-      sample::needle_scene(sample::Chain{}.network(),
-                           {{0.01, 0.3, 0.0},
-                            {0.005, 0.0, 0.0, TissueRole::epidural_space},
-                            {0.1, 0.1, 0.0, TissueRole::dura}},
-                           {.speed = 0.02});
+  const Scene scene = sample::needle_scene(sample::Chain{}.network(),
+                                           {{0.01, 0.3, 0.0},
+                                            {0.005, 0.0, 0.0, TissueRole::epidural_space},
+                                            {0.1, 0.1, 0.0, TissueRole::dura}},
+                                           {.speed = 0.02});
   const Insertion run = sample::solve(scene, 1.5, 10);
   const auto* loss = sample::first_of(run, Kind::loss_of_resistance);
   const auto* dura = sample::first_of(run, Kind::dural_puncture);
@@ -107,10 +346,9 @@ TEST("the epidural space is a loss of resistance and dura is a dural puncture") 
 TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in between") {
   const double f = 5.0;
   const sample::Chain chain;
-  const Scene scene =
-      sample::needle_scene(chain.network(), {{1.0, 0.0, f}},
-                           {.from = -0.001, .speed = 0.005, .depth = 0.03, .hold = 0.2,
-                            .withdraw_speed = 0.005});
+  const Scene scene = sample::needle_scene(
+      chain.network(), {{1.0, 0.0, f}},
+      {.from = -0.001, .speed = 0.005, .depth = 0.03, .hold = 0.2, .withdraw_speed = 0.005});
   const double turn = 0.031 / 0.005 + 0.2;
   const Insertion run = sample::solve(scene, 12.0, 1200);
   double slips_back = 0.0;
@@ -152,10 +390,13 @@ TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in bet
 }
 
 TEST("bone stops the tip exactly and the hand pulls it by the grip") {
-  const Scene scene = sample::needle_scene(
-      sample::Chain{}.network(), {{0.02, 0.1, 0.0}, {0.1, 0.0, 0.0, TissueRole::bone}},
-      {.speed = 0.02, .depth = 0.022, .hold = 0.2, .withdraw_speed = 0.02,
-       .grip_stiffness = 1000.0});
+  const Scene scene = sample::needle_scene(sample::Chain{}.network(),
+                                           {{0.02, 0.1, 0.0}, {0.1, 0.0, 0.0, TissueRole::bone}},
+                                           {.speed = 0.02,
+                                            .depth = 0.022,
+                                            .hold = 0.2,
+                                            .withdraw_speed = 0.02,
+                                            .grip_stiffness = 1000.0});
   const Insertion run = sample::solve(scene, 1.5, 150, 1e-9, sample::with_energy);
   const auto* bone = sample::first_of(run, Kind::bone_contact);
   const auto* left = sample::first_of(run, Kind::bone_left);
@@ -200,4 +441,219 @@ TEST("times that do not ascend and a tip that begins in the tissue are refused")
   Scene none = scene;
   none.needle.reset();
   CHECK_THROWS(solve_insertion(none, build_network(none), {0.0, 0.1}, tight), "neither");
+}
+
+// What must hold for every insertion: momentum, energy, constraints, convergence.
+
+using namespace palpate;
+using namespace palpate::reference;
+using Kind = InsertionEvent::Kind;
+
+namespace {
+
+/// M a - f(q, v) of the free nodes: what the needle does to them. a by a central difference.
+Eigen::VectorXd needle_force(const Scene& scene, const InsertionInstant& before,
+                             const InsertionInstant& now, const InsertionInstant& after) {
+  const NetworkProblem problem(build_network(scene));
+  const Eigen::VectorXd acceleration =
+      (after.velocities - before.velocities) / (after.time - before.time);
+  Eigen::VectorXd f(problem.dof());
+  problem.force(now.time, now.time, now.position, now.velocities, f);
+  return problem.mass().cwiseProduct(acceleration) - f;
+}
+
+}  // namespace
+
+TEST("the needle's forces on the nodes sum to F_r and lie at its knots") {
+  const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
+  for (const double at : {0.05, 0.2, 0.7, 0.83, 1.2}) {
+    const Insertion run =
+        solve_insertion(scene, build_network(scene), {0.0, at - 1e-5, at, at + 1e-5}, tight);
+    const Eigen::VectorXd force =
+        needle_force(scene, run.instants[1], run.instants[2], run.instants[3]);
+    double along = 0.0;
+    double beside = 0.0;
+    for (Eigen::Index i = 0; i < force.size() / 3; ++i) {
+      const bool on_line = i % 25 == 12;
+      along += on_line ? force(3 * i + 2) : 0.0;
+      if (!on_line) { beside = std::max(beside, force.segment<3>(3 * i).norm()); }
+    }
+    CHECK_NEAR(along, run.instants[2].total, 1e-6);  // h^2 / 6 of the third derivative of v
+    CHECK_NEAR(beside, 0.0, 1e-6);
+  }
+}
+
+TEST("knots that the tip has passed stay where they are across an oblique needle") {
+  Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02, .depth = 0.03});
+  scene.needle->entry = {0.0012, 0.0007};
+  scene.needle->direction = {0.1, 0.05, 1.0};
+  const Insertion run = sample::solve(scene, 1.4, 70);
+  const Eigen::Vector3d n = scene.needle->direction.normalized();
+  const auto weights_of = [&](double z) {  // bilinear, about the node below the left corner
+    const double x = (0.0012 + z * n.x() / n.z() + 0.01) / 0.005;
+    const double y = (0.0007 + z * n.y() / n.z() + 0.01) / 0.005;
+    return std::pair{x, y};
+  };
+  const auto mean_of = [&](const InsertionInstant& now, int plane) {
+    const auto [x, y] = weights_of(plane * 0.005);
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (int i = 0; i < 25; ++i) {
+      const double w =
+          std::max(0.0, 1.0 - std::abs(x - i % 5)) * std::max(0.0, 1.0 - std::abs(y - i / 5));
+      mean += w * now.position.segment<3>(3 * (25 * plane + i));
+    }
+    return mean;
+  };
+  double lateral = 0.0;
+  for (const InsertionEvent& event : run.events) {
+    if (event.kind != Kind::knot_passed) { continue; }
+    const int plane = static_cast<int>(std::lround(event.depth * n.z() / 0.005));
+    Eigen::Vector3d first = Eigen::Vector3d::Constant(1e9);
+    for (const InsertionInstant& now : run.instants) {
+      if (now.time < event.time + 1e-9) { continue; }
+      if (first.x() > 1.0) { first = mean_of(now, plane); }
+      const Eigen::Vector3d moved = mean_of(now, plane) - first;
+      CHECK_NEAR((moved - n.dot(moved) * n).eval(), Eigen::Vector3d::Zero().eval(), 1e-11);
+      CHECK_NEAR(now.lateral.dot(n), 0.0, 1e-14);
+      lateral = std::max(lateral, now.lateral.norm());
+    }
+  }
+  CHECK(lateral > 1e-3);
+}
+
+TEST("what the hand gives is stored or lost, in a chain and in a block, there and back") {
+  const Drive drive{.speed = 0.02, .depth = 0.025, .hold = 0.2, .withdraw_speed = 0.03};
+  const SpringNetwork chain = sample::Chain{}.network();
+  std::vector<Scene> scenes{sample::needle_scene(chain, sample::three_layers, drive)};
+  if (!check::sanitized) { scenes.push_back(sample::block_scene(5, sample::two_layers, drive)); }
+  for (const Scene& scene : scenes) {
+    const Insertion run = sample::solve(scene, 2.0, 20, 1e-9, sample::with_energy);
+    const double hand = run.instants.back().energy.hand;
+    CHECK(hand > 1e-3);
+    CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * hand);
+    CHECK_NEAR(run.largest_drift, 0.0, 1e-11);
+    CHECK_NEAR(run.largest_slip, 0.0, 1e-10);  // the tolerance of velocities
+    CHECK(check::sanitized || run.seconds < 20.0);
+  }
+}
+
+TEST("a needle pushed by a force obeys its own equation and gives its energy away") {
+  Drive drive{
+      .kind = Drive::Kind::force, .force = 0.7, .withdraw_force = 0.3, .hand_viscosity = 5.0};
+  const Scene scene = sample::needle_scene(sample::Chain{}.network(), sample::three_layers, drive);
+  const Insertion run = sample::solve(scene, 2.0, 200, 1e-9, sample::with_energy);
+  CHECK_NEAR(sample::imbalance(run), 0.0, 1e-6 * run.instants.back().energy.hand);
+  CHECK(sample::first_of(run, Kind::withdrawn) != nullptr);
+  const Insertion fine =
+      solve_insertion(scene, build_network(scene), {0.0, 0.6 - 1e-5, 0.6, 0.6 + 1e-5}, tight);
+  const auto& at = fine.instants;
+  const double acceleration = (at[3].velocity - at[1].velocity) / 2e-5;
+  CHECK_NEAR(scene.needle->mass * acceleration, at[2].applied - at[2].total, 1e-7);
+}
+
+TEST("forces and instants of events converge with the tolerance") {
+  const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
+  const Insertion coarse = sample::solve(scene, 1.2, 12, 1e-8);
+  const Insertion fine = sample::solve(scene, 1.2, 12, 1e-10);
+  CHECK(coarse.events.size() == fine.events.size());
+  for (std::size_t n = 0; n < std::min(coarse.events.size(), fine.events.size()); ++n) {
+    CHECK(coarse.events[n].kind == fine.events[n].kind);
+    CHECK_NEAR(coarse.events[n].time, fine.events[n].time, 2e-8);
+  }
+  for (std::size_t n = 0; n < fine.instants.size(); ++n) {
+    CHECK_NEAR(coarse.instants[n].total, fine.instants[n].total, 1e-7);
+    CHECK_NEAR(coarse.instants[n].cut, fine.instants[n].cut, 1e-9);
+    CHECK_NEAR(coarse.instants[n].position, fine.instants[n].position, 1e-9);
+  }
+}
+
+TEST("an intermittent needle keeps its energy whether jumps strike the shaft or let it slip") {
+  using ShaftImpact = InsertionOptions::ShaftImpact;
+  const Scene scene = sample::needle_scene(sample::Chain{}.network(), sample::three_layers,
+                                           {.technique = Drive::Technique::intermittent,
+                                            .speed = 0.02,
+                                            .advance = 0.004,
+                                            .pause = 0.1,
+                                            .depth = 0.026,
+                                            .hold = 0.1,
+                                            .withdraw_speed = 0.02});
+  double impacts = 0.0;
+  for (const ShaftImpact impact : {ShaftImpact::slips, ShaftImpact::plastic}) {
+    InsertionOptions options = sample::with_energy;
+    options.shaft_impact = impact;
+    const Insertion run = sample::solve(scene, 3.0, 10, 1e-9, options);
+    CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * run.instants.back().energy.hand);
+    CHECK(run.instants.back().energy.impacts > impacts);
+    impacts = run.instants.back().energy.impacts;
+  }
+}
+
+using namespace palpate;
+using namespace palpate::reference;
+
+namespace {
+
+constexpr double k = 200.0;  // of the sample chain's five springs [N/m]
+
+/// Compliance of the chain at a depth: knots in series, hat functions between them.
+double chain_compliance(double depth) {
+  const int knot = static_cast<int>(depth / 0.01);
+  const double h = depth / 0.01 - knot;
+  const double here = (5 - knot) / k;
+  const double next = (4 - knot) / k;
+  return (1 - h) * (1 - h) * here + (2 * h * (1 - h) + h * h) * next;
+}
+
+Scene chain_scene(const std::vector<sample::Stratum>& strata, const Drive& drive) {
+  return sample::needle_scene(sample::Chain{}.network(), strata, drive);
+}
+
+}  // namespace
+
+TEST("a chain yields by its springs in series, linearly weighted between knots") {
+  const Scene scene = chain_scene({{1.0, 0.2, 0.0}}, {});
+  const SpringNetwork network = build_network(scene);
+  for (const double depth : {0.0, 0.004, 0.01, 0.012, 0.035, 0.04}) {
+    CHECK_NEAR(static_compliance(scene, network, depth), chain_compliance(depth), 1e-15);
+  }
+  CHECK_NEAR(static_compliance(scene, network, 0.05), 0.0, 0.0);
+}
+
+TEST("the force-depth curve sticks, cuts, sticks at more and drops at less") {
+  const Scene scene = chain_scene({{0.012, 0.2, 0.0}, {0.01, 0.5, 0.0}, {0.1, 0.1, 0.0}}, {});
+  const auto curve = force_depth_curve(scene, build_network(scene), 0.04);
+  const std::vector<ForceDepthVertex> expected{{0.0, 0.0},
+                                               {chain_compliance(0.0) * 0.2, 0.2},
+                                               {0.012 + chain_compliance(0.012) * 0.2, 0.2},
+                                               {0.012 + chain_compliance(0.012) * 0.5, 0.5},
+                                               {0.022 + chain_compliance(0.022) * 0.5, 0.5},
+                                               {0.022 + chain_compliance(0.022) * 0.5, 0.1},
+                                               {0.04, 0.1}};
+  CHECK(curve.size() == expected.size());
+  for (std::size_t n = 0; n < std::min(curve.size(), expected.size()); ++n) {
+    CHECK_NEAR(curve[n].place, expected[n].place, 1e-15);
+    CHECK_NEAR(curve[n].force, expected[n].force, 0.0);
+  }
+  CHECK_NEAR(force_at(curve, 0.0025), 0.1, 1e-15);
+  CHECK_NEAR(force_at(curve, expected[4].place), 0.1, 0.0);
+}
+
+TEST("a slow insertion follows the quasi-static curve") {
+  const double speed = 1e-3;
+  const Scene scene =
+      chain_scene({{0.012, 0.2, 0.0}, {0.01, 0.5, 0.0}, {0.1, 0.1, 0.0}}, {.speed = speed});
+  const SpringNetwork network = build_network(scene);
+  const auto curve = force_depth_curve(scene, network, 0.028);
+  const auto run = solve_insertion(scene, network, sample::instants(28.0, 560), {.relative = 1e-8});
+  for (const auto& now : run.instants) {
+    if (now.time < 0.1) { continue; }  // the impact at contact dies out
+    // Dampers carry c v / springs at the skin and up to c v / 3 below, where fewer springs bear it.
+    CHECK_NEAR(now.total, force_at(curve, now.place), 2.0 * speed);
+  }
+}
+
+TEST("tissue that can move freely is refused") {
+  Scene scene = chain_scene({{1.0, 0.2, 0.0}}, {});
+  scene.tissue.network.fixed.back() = 0;
+  CHECK_THROWS(static_compliance(scene, build_network(scene), 0.0), "definite");
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "reference/least_squares.hpp"
 
 #include <cmath>
@@ -46,7 +47,8 @@ TEST("what a residual throws passes through") {
         if (++calls > 2) { throw std::runtime_error("no such place"); }
         return x;
       },
-      .jacobian = [](const Eigen::VectorXd& x) { return Eigen::MatrixXd::Identity(x.size(), x.size()); }};
+      .jacobian =
+          [](const Eigen::VectorXd& x) { return Eigen::MatrixXd::Identity(x.size(), x.size()); }};
   CHECK_THROWS(least_squares(broken, Eigen::Vector2d(1.0, 1.0)), "no such place");
 }
 
@@ -60,6 +62,7 @@ TEST("a search that is cut short says so, and fewer residuals than parameters ar
           [](const Eigen::VectorXd& x) {
             return Eigen::MatrixXd(Eigen::MatrixXd::Constant(1, 1, std::exp(x[0])));
           }};
-  CHECK(!least_squares(curve, Eigen::VectorXd::Constant(1, -8.0), {.most_iterations = 1}).converged);
+  CHECK(
+      !least_squares(curve, Eigen::VectorXd::Constant(1, -8.0), {.most_iterations = 1}).converged);
   CHECK_THROWS(least_squares(curve, Eigen::Vector2d(0.0, 0.0)), "fewer residuals");
 }

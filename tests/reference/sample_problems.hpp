@@ -6,8 +6,8 @@
 #include <complex>
 #include <vector>
 
-#include "model/dynamics/lattice.hpp"
-#include "model/dynamics/problem.hpp"
+#include "model/problem/problem.hpp"
+#include "model/tissue/lattice.hpp"
 
 namespace sample {
 
@@ -64,8 +64,8 @@ inline palpate::NetworkProblem tripod(const Eigen::Vector3d& force,
     const double length = (network.rest_position.col(3) - network.rest_position.col(foot)).norm();
     network.springs.push_back({foot, 3, 100.0, 0.0, length});
   }
-  return palpate::NetworkProblem(network, {palpate::Load{.nodes = {3}, .force = force}}, {0.0, 0.0, 0.0},
-                                 printed);
+  return palpate::NetworkProblem(network, {palpate::Load{.nodes = {3}, .force = force}},
+                                 {0.0, 0.0, 0.0}, printed);
 }
 
 struct Block {

@@ -1,12 +1,184 @@
 // SPDX-License-Identifier: MIT
-// What every solver of the list must do, whatever library it comes from.
+
 #include "reference/solvers.hpp"
 
+#include <random>
 #include <stdexcept>
 
-#include "reference/trajectory_error.hpp"
+#include "reference/integrate.hpp"
+#include "reference/solution.hpp"
+#include "reference/solver_cross_check.hpp"
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
+
+using palpate::NetworkProblem;
+using palpate::reference::Segment;
+using palpate::reference::segments_of;
+
+namespace {
+const NetworkProblem pulsed(sample::block({.nodes = 2}), {sample::pulse(0.1)});
+}  // namespace
+
+TEST("segments begin and end at breaks and gates lie inside them") {
+  const auto segments = segments_of(pulsed, {0.0, 0.01, 0.05});
+  CHECK(segments.size() == 3);
+  const double ends[] = {0.0, 5e-3, 15e-3, 0.05};
+  for (std::size_t n = 0; n < segments.size(); ++n) {
+    CHECK(segments[n].start == ends[n]);
+    CHECK(segments[n].end == ends[n + 1]);
+    CHECK(segments[n].gate > segments[n].start && segments[n].gate < segments[n].end);
+    CHECK(segments[n].stops.back().time == segments[n].end);
+  }
+}
+
+TEST("no step may be longer than a quarter of the shortest feature or a tenth of its segment") {
+  for (const Segment& segment : segments_of(pulsed, {0.0, 10.0})) {
+    CHECK(segment.max_step <= pulsed.shortest_feature() / 4.0);
+    CHECK(segment.max_step <= (segment.end - segment.start) / 10.0);
+  }
+}
+
+TEST("every requested time is a stop exactly once") {
+  const auto times = sample::instants(0.05, 100);
+  std::vector<int> seen(times.size(), 0);
+  for (const Segment& segment : segments_of(pulsed, times)) {
+    for (const auto& stop : segment.stops) {
+      if (!stop.output) { continue; }
+      ++seen[*stop.output];
+      CHECK_NEAR(stop.time, times[*stop.output], 1e-14);
+    }
+  }
+  CHECK(seen[0] == 0);  // the initial state needs no stop
+  for (std::size_t n = 1; n < seen.size(); ++n) { CHECK(seen[n] == 1); }
+}
+
+TEST("a requested time within rounding of a break is the break") {
+  const double just_before = std::nextafter(15e-3, 0.0);
+  const auto segments = segments_of(pulsed, {0.0, just_before, 0.05});
+  CHECK(segments.size() == 3);
+  CHECK(segments[1].stops.size() == 1);
+  CHECK(segments[1].stops[0].output == 1U);
+}
+
+TEST("breaks after the last requested time are ignored") {
+  CHECK(segments_of(pulsed, {0.0, 4e-3}).size() == 1);
+  CHECK(segments_of(pulsed, {0.0}).empty());
+}
+
+TEST("times that do not ascend from zero are refused") {
+  CHECK_THROWS(segments_of(pulsed, {}), "begin at 0");
+  CHECK_THROWS(segments_of(pulsed, {0.1, 0.2}), "begin at 0");
+  CHECK_THROWS(segments_of(pulsed, {0.0, 0.2, 0.2}), "not later");
+  CHECK_THROWS(segments_of(pulsed, {0.0, std::nan("")}), "not later");
+}
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using palpate::NetworkProblem;
+using palpate::reference::FirstOrderJacobian;
+using palpate::reference::FirstOrderSystem;
+
+namespace {
+
+const NetworkProblem network(sample::block({.nodes = 3, .viscosity = 0.5}), {sample::pulse(0.5)});
+
+/// Strongly deformed (a tenth of the spacing) and moving, so that every term of J is at work.
+VectorXd deformed_state(Index dof) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  VectorXd y(2 * dof);
+  for (Index i = 0; i < dof; ++i) { y(i) = 5e-4 * unit(random); }
+  for (Index i = dof; i < 2 * dof; ++i) { y(i) = 0.5 * unit(random); }
+  return y;
+}
+
+MatrixXd dense(const FirstOrderJacobian& jacobian) {
+  const auto n = static_cast<Index>(jacobian.size());
+  MatrixXd matrix = MatrixXd::Zero(n, n);
+  for (Index j = 0; j < n; ++j) {
+    const auto c = static_cast<std::size_t>(j);
+    for (auto k = jacobian.column_starts()[c]; k < jacobian.column_starts()[c + 1]; ++k) {
+      matrix(jacobian.rows()[static_cast<std::size_t>(k)], j) +=
+          jacobian.values()[static_cast<std::size_t>(k)];
+    }
+  }
+  return matrix;
+}
+
+/// Central differences of the derivative, of fourth order.
+MatrixXd differences(FirstOrderSystem& system, const VectorXd& y) {
+  const Index n = system.size();
+  MatrixXd matrix(n, n);
+  for (Index j = 0; j < n; ++j) {
+    const double h = j < system.dof() ? 1e-6 : 1e-3;
+    const auto at = [&](double by) {
+      VectorXd moved = y;
+      moved(j) += by;
+      VectorXd dy(n);
+      CHECK(system.derivative(0.0, moved.data(), dy.data()));
+      return dy;
+    };
+    matrix.col(j) = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+  }
+  return matrix;
+}
+
+}  // namespace
+
+TEST("the first-order system is velocity and force over mass") {
+  FirstOrderSystem system(network);
+  const VectorXd y = deformed_state(network.dof());
+  VectorXd dy(system.size()), force(network.dof());
+  system.set_gate(0.01);
+  CHECK(system.derivative(0.011, y.data(), dy.data()));
+  network.force(0.011, 0.01, network.initial_position() + y.head(network.dof()),
+                y.tail(network.dof()), force);
+  CHECK(dy.head(network.dof()) == y.tail(network.dof()));
+  // One division against one multiplication by the inverse: two roundings.
+  CHECK_NEAR(dy.tail(network.dof()).cwiseProduct(network.mass()), force,
+             4e-16 * force.cwiseAbs().maxCoeff());
+  CHECK(system.evaluations() == 1);
+}
+
+TEST("the sparse Jacobian equals differences of the right-hand side, deformed and moving") {
+  FirstOrderSystem system(network);
+  const VectorXd y = deformed_state(network.dof());
+  FirstOrderJacobian jacobian(system);
+  jacobian.update(y.data());
+  const MatrixXd expected = differences(system, y);
+  // Fourth-order differences leave about (rounding / h)^(4/5); 1e-7 of the largest entry.
+  CHECK_NEAR(dense(jacobian) / expected.cwiseAbs().maxCoeff(),
+             expected / expected.cwiseAbs().maxCoeff(), 1e-8);
+  const Index n = network.dof();
+  const MatrixXd drag = expected.bottomRightCorner(n, n);
+  CHECK_NEAR(dense(jacobian).bottomRightCorner(n, n) / drag.cwiseAbs().maxCoeff(),
+             drag / drag.cwiseAbs().maxCoeff(), 1e-8);
+}
+
+TEST("the Jacobian's pattern holds the whole diagonal even without damping") {
+  const NetworkProblem undamped(sample::chain(5, 100.0, 1e-3, false));
+  const FirstOrderSystem system(undamped);
+  const FirstOrderJacobian jacobian(system);
+  for (std::int64_t j = 0; j < jacobian.size(); ++j) {
+    bool found = false;
+    const auto c = static_cast<std::size_t>(j);
+    for (auto k = jacobian.column_starts()[c]; k < jacobian.column_starts()[c + 1]; ++k) {
+      found = found || jacobian.rows()[static_cast<std::size_t>(k)] == j;
+    }
+    CHECK(found);
+  }
+}
+
+TEST("a right-hand side that is not finite is reported") {
+  FirstOrderSystem system(network);
+  VectorXd y = deformed_state(network.dof());
+  VectorXd dy(system.size());
+  y(3) = std::nan("");
+  CHECK(!system.derivative(0.0, y.data(), dy.data()));
+}
+
+// What every solver of the list must do, whatever library it comes from.
 
 using palpate::NetworkProblem;
 using palpate::Oscillator;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/calibration_report.hpp"
 
 #include <cmath>
@@ -12,7 +13,9 @@ using namespace palpate::calibration;
 
 namespace {
 
-bool contains(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
 
 bool warns(const CalibrationReport& report, std::string_view part) {
   for (const std::string& each : calibration_warnings(report)) {
@@ -23,7 +26,8 @@ bool warns(const CalibrationReport& report, std::string_view part) {
 
 CalibrationReport sample(Recording::Kind kind) {
   const Scene scene = three_layers();
-  CalibrationReport report{.scene = "<scene>.toml", .scene_hash = "abc", .command = "palpate calibrate a.h5"};
+  CalibrationReport report{
+      .scene = "<scene>.toml", .scene_hash = "abc", .command = "palpate calibrate a.h5"};
   std::vector<Subject> subjects;
   for (const char* group : {"a", "a", "a", "b", "b", "b"}) {
     Scene other = scene;
@@ -32,8 +36,11 @@ CalibrationReport sample(Recording::Kind kind) {
     other.materials[1].cutting_force *= factor;
     subjects.push_back({.name = "one", .group = group, .seen = lawful(other)});
     subjects.back().seen.force = ForceSource::plunger;
-    report.recordings.push_back(
-        {.file = "a.h5", .hash = "f00", .technique = "continuous", .kind = kind, .subject = subjects.back()});
+    report.recordings.push_back({.file = "a.h5",
+                                 .hash = "f00",
+                                 .technique = "continuous",
+                                 .kind = kind,
+                                 .subject = subjects.back()});
   }
   report.result = calibrate(scene, parameters_of(scene), subjects, {.simulate = lawful});
   return report;
@@ -71,7 +78,8 @@ TEST("what nobody reads in a verdict is said: another plunger, no BMI, a search 
   CHECK(!warns(report, "no BMI"));
   report.recordings[2].subject.plunger_area *= 0.5;
   report.result.held_out[1].converged = false;
-  CHECK(warns(report, "1 recording is of a plunger of another area than the scene's 0.0001767 m^2"));
+  CHECK(
+      warns(report, "1 recording is of a plunger of another area than the scene's 0.0001767 m^2"));
   CHECK(warns(report, "Without b the search did not converge"));
   report.recordings[0].subject.body_mass_index = 30.0;
   CHECK(warns(report, "5 of 6 recordings have no BMI: no depth was moved"));

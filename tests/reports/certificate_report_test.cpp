@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/certificate_report.hpp"
 
 #include <cmath>
@@ -13,9 +14,10 @@ using namespace palpate::certificate;
 using Json = nlohmann::json;
 
 CertificateReport sample(long scene_misses) {
-  CertificateReport report{
-      .file = "scene.toml", .title = "A scene <with> signs", .not_counted = "valgrind is not installed",
-      .command = "palpate certify scene.toml"};
+  CertificateReport report{.file = "scene.toml",
+                           .title = "A scene <with> signs",
+                           .not_counted = "valgrind is not installed",
+                           .command = "palpate certify scene.toml"};
   Certificate& all = report.result;
   all.claim = {.rate = 1000.0, .deadline = 1e-3, .duration = 2.0};
   all.budget.provocations = {{.name = "first tick",
@@ -46,7 +48,8 @@ TEST("the keys that others read are there, with their units") {
   CHECK_NEAR(json["rate_hz"].get<double>(), 1000.0, 0.0);
   CHECK_NEAR(json["deadline_us"].get<double>(), 1000.0, 1e-9);
   CHECK(json["ticks"] == 2000 && json["misses"] == 0 && json["longest_miss_run"] == 0);
-  CHECK_NEAR(json["miss_probability_upper_95"].get<double>(), 1.0 - std::pow(0.05, 1.0 / 2000.0), 1e-15);
+  CHECK_NEAR(json["miss_probability_upper_95"].get<double>(), 1.0 - std::pow(0.05, 1.0 / 2000.0),
+             1e-15);
   CHECK_NEAR(json["response_us"]["p50"].get<double>(), 300.2,
              1e-3);  // the end of its bin, but not beyond the maximum
   CHECK_NEAR(json["response_us"]["p99.9"].get<double>(), 300.2, 1e-3);
@@ -66,7 +69,8 @@ TEST("the keys that others read are there, with their units") {
 
 TEST("what the system does not say is null, and what it says has its type") {
   const Json environment = Json::parse(to_json(sample(0)))["environment"];
-  CHECK(environment["kernel"] == "6.1" && environment["smt"] == false && environment["turbo"].is_null());
+  CHECK(environment["kernel"] == "6.1" && environment["smt"] == false &&
+        environment["turbo"].is_null());
   CHECK_NEAR(environment["clock_resolution_ns"].get<double>(), 1.0, 0.0);
 }
 
@@ -85,7 +89,8 @@ TEST("the page begins with the verdict, says why, and shows what a manager needs
   CHECK(good.find("A scene &lt;with&gt; signs") != std::string::npos);
   CHECK(good.find("not counted (valgrind is not installed)") != std::string::npos);
   const std::string bad = to_html(sample(3));
-  CHECK(bad.find("verdict fail") != std::string::npos && bad.find("Not certified") != std::string::npos);
+  CHECK(bad.find("verdict fail") != std::string::npos &&
+        bad.find("Not certified") != std::string::npos);
   CertificateReport open = sample(3);
   open.result.rights.fifo = "Operation not permitted";
   CHECK(to_html(open).find("verdict open") != std::string::npos);
@@ -107,9 +112,9 @@ TEST("several loads have columns of their own after those of the worst") {
   LoadResult& load = report.result.loads.emplace_back("cpu", 1e-3);
   load.scene.record.add({.due = 0.0, .begin = 1e-6, .end = 9.5e-6}, {});
   const std::string csv = to_csv(report);
-  CHECK(
-      csv.starts_with("bin_start_us,wakeup,compute,response,control,wakeup_idle,compute_idle,response_idle,"
-                      "control_idle,wakeup_cpu,"));
+  CHECK(csv.starts_with(
+      "bin_start_us,wakeup,compute,response,control,wakeup_idle,compute_idle,response_idle,"
+      "control_idle,wakeup_cpu,"));
   CHECK(Json::parse(to_json(report))["load"] == "cpu");  // one tick supports least
 }
 

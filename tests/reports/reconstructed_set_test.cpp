@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/reconstructed_set.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "fixtures/io/recording_fields.hpp"
 #include "fixtures/io/recording_file.hpp"
-#include "model/dynamics/recording_defects.hpp"
+#include "model/problem/recording.hpp"
 #include "tests/check.hpp"
 #include "tests/fixtures/scratch_folder.hpp"
-#include "tests/source_folder.hpp"
 
 namespace {
 
@@ -158,10 +157,11 @@ double depth_of_peak(const Recording& r) {
 TEST("depth follows the published regression on BMI, and nothing else does") {
   for (const auto& [group, ignored] : bmi_groups) {
     const auto recordings = of(group, "continuous");
-    const double bmi = statistics(recordings, [](const Recording& r) { return *r.body_mass_index; }).mean;
+    const double bmi =
+        statistics(recordings, [](const Recording& r) { return *r.body_mass_index; }).mean;
     const double expected = 17.7966 + 0.9777 * bmi;
-    // The peak is sought among noisy samples of a ramp: within the noise over the ramp's slope, and a
-    // group's own flavum and residual have mean zero.
+    // The peak is sought among noisy samples of a ramp: within the noise over the ramp's slope, and
+    // a group's own flavum and residual have mean zero.
     CHECK_NEAR(statistics(recordings, depth_of_peak).mean, expected, 0.05);
   }
 }
@@ -217,7 +217,8 @@ TEST("a table with a hole in it is refused by file, line and id") {
   CHECK_THROWS(read("P01,1,,mmHg,V,x\nP01,1,,mmHg,V,x\n"), "t.csv:3: id P01 twice");
   CHECK_THROWS(read(""), "has no rows");
   CHECK_THROWS(reconstructed_recordings(read("P01,1,,mmHg,V,x\n")), "no row ");
-  CHECK_THROWS(read("P01,1,,kPa,V,x\n").of("P01", "mmHg"), "t.csv:2: P01 is in kPa; must be in mmHg");
+  CHECK_THROWS(read("P01,1,,kPa,V,x\n").of("P01", "mmHg"),
+               "t.csv:2: P01 is in kPa; must be in mmHg");
 }
 
 }  // namespace

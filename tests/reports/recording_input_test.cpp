@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/recording_input.hpp"
 
 #include <cstdint>
@@ -6,13 +7,11 @@
 #include <set>
 #include <sstream>
 
-#include "fixtures/io/recording_csv.hpp"
 #include "fixtures/io/recording_file.hpp"
-#include "model/dynamics/recording_defects.hpp"
+#include "model/problem/recording.hpp"
 #include "tests/check.hpp"
 #include "tests/fixtures/scratch_folder.hpp"
-#include "tests/source_folder.hpp"
-#include "validation/link_recording.hpp"
+#include "validation/comparison/link_recording.hpp"
 
 namespace {
 
@@ -114,8 +113,10 @@ TEST("what is no recording is refused in words") {
   CHECK_THROWS(read_any_recording(folder.path()), "not a regular file");
   CHECK_THROWS(read_any_recording(folder.path() / "none"), "no such file");
   CHECK_THROWS(read_any_recording(folder.file("o.mat", "MATLAB 5.0 MAT-file, ...")), "-v7.3");
-  CHECK_THROWS(read_any_recording(folder.file("b", "\x01\x02\xFF\n")), "is no text, no HDF5 and has no");
-  CHECK_THROWS(read_any_recording(folder.file("u", std::string("\xFF\xFEt\0i\0", 6))), "CSV as UTF-8");
+  CHECK_THROWS(read_any_recording(folder.file("b", "\x01\x02\xFF\n")),
+               "is no text, no HDF5 and has no");
+  CHECK_THROWS(read_any_recording(folder.file("u", std::string("\xFF\xFEt\0i\0", 6))),
+               "CSV as UTF-8");
   CHECK_THROWS(read_any_recording(folder.file("n", "abc"), RecordingFormat::raw), "no frame");
   const std::vector<std::uint8_t> one = link_bytes({device::pressure_link::Frame{}});
   const fs::path single = folder.file("1", std::string(one.begin(), one.end()));

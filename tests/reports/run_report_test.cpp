@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
+
 #include "reports/run_report.hpp"
 
+#include <algorithm>
 #include <cmath>
 
-#include "reports/trace_figures.hpp"
+#include "model/problem/recording.hpp"
+#include "model/problem/trace.hpp"
+#include "reports/plot/trace_figures.hpp"
 #include "tests/check.hpp"
 
 using namespace palpate;
@@ -74,3 +78,277 @@ TEST("the page makes no request, escapes what it shows and gives the same bytes 
   CHECK(contains(html, "class=\"verdict fail\"") && contains(html, "new Dygraph"));
   CHECK(html == to_html(report, moving_block()));
 }
+
+namespace sample {
+
+// A needle through skin, ligament and epidural space and back out, made by hand: 1 mm a tick.
+
+using namespace palpate;
+
+inline std::string layer_at(double depth_mm) {
+  return depth_mm <= 0.0  ? ""
+         : depth_mm < 3.0 ? "skin"
+         : depth_mm < 7.0 ? "ligament"
+                          : "epidural <space>";
+}
+
+/// Depths 0, 0, 1, ..., 10, 9, ..., 0 mm; cutting 2 N in the skin and 5 N in the ligament while it
+/// advances, friction 0.5 N per mm with the sign of the motion.
+inline Trace needle_trace() {
+  Trace trace;
+  Column depth{"tool.depth_m", "m", {}};
+  Column force{"tool.force_n", "N", {}};
+  Column cutting{"tool.cutting_n", "N", {}};
+  Column friction{"tool.friction_n", "N", {}};
+  Column stiffness{"tool.stiffness_n", "N", {}};
+  Column pressure{"syringe.pressure_pa", "Pa", {}};
+  Column lateral{"tool.lateral_n", "N", {}};
+  TextColumn layer{"tool.layer", {}};
+  for (int n = 0; n <= 21; ++n) {
+    const double mm = n < 1 ? 0.0 : n <= 11 ? n - 1.0 : 21.0 - n;
+    const bool advances = n > 1 && n <= 11;
+    const std::string where = layer_at(mm);
+    const double cut = !advances ? 0.0 : where == "skin" ? 2.0 : where == "ligament" ? 5.0 : 0.0;
+    trace.time.push_back(0.1 * n);
+    depth.values.push_back(1e-3 * mm);
+    cutting.values.push_back(cut);
+    friction.values.push_back((advances ? 0.5 : -0.5) * mm);
+    stiffness.values.push_back(0.0);
+    force.values.push_back(cut + friction.values.back());
+    pressure.values.push_back(where.starts_with("epidural") ? pascals_per_mmhg
+                                                            : 200.0 * pascals_per_mmhg);
+    lateral.values.push_back(1e-9);
+    layer.values.push_back(where);
+  }
+  trace.columns = {depth, force, cutting, friction, stiffness, pressure, lateral};
+  trace.text_columns = {layer, {"tool.event", std::vector<std::string>(22)}};
+  trace.events = {{0.2, "contact", "skin"},
+                  {0.4, "puncture", "ligament"},
+                  {0.8, "loss-of-resistance", "epidural <space>"},
+                  {2.1, "withdrawn", "skin"}};
+  return trace;
+}
+
+/// The same motion of a blunt tool.
+inline Trace probe_trace() {
+  Trace trace = needle_trace();
+  std::erase_if(trace.columns, [](const Column& c) { return c.name.starts_with("syringe"); });
+  for (Column& column : trace.columns) {
+    const bool part = column.name == "tool.cutting_n" || column.name == "tool.friction_n";
+    if (part) { column.values.assign(column.values.size(), 0.0); }
+  }
+  return trace;
+}
+
+}  // namespace sample
+
+using namespace palpate;
+
+namespace {
+
+std::vector<std::string> ids_of(const std::vector<Figure>& figures) {
+  std::vector<std::string> ids;
+  for (const Figure& figure : figures) { ids.push_back(figure.id); }
+  return ids;
+}
+
+const Fact* fact(const std::vector<Fact>& facts, const std::string& label) {
+  const auto found = std::ranges::find(facts, label, &Fact::label);
+  return found == facts.end() ? nullptr : &*found;
+}
+
+void set(Trace& trace, const std::string& name, double value) {
+  for (Column& column : trace.columns) {
+    if (column.name == name) { column.values.assign(column.values.size(), value); }
+  }
+}
+
+}  // namespace
+
+TEST("the first pass takes each depth once, from the last tick before the tool moves") {
+  const Trace trace = sample::needle_trace();
+  const std::vector<std::size_t> rows = first_pass(trace);
+  CHECK(rows.size() == 11 && rows.front() == 1 && rows.back() == 11);
+}
+
+TEST("layers over depth come from the way in alone and meet where the label changes") {
+  const std::vector<Zone> zones = layers_over_depth(sample::needle_trace());
+  CHECK(zones.size() == 3);
+  CHECK(zones[0].label == "skin" && zones[1].label == "ligament");
+  const double rounding = 1e-12;  // of millimetres from metres
+  CHECK_NEAR(zones[0].begin, 1.0, rounding);
+  CHECK_NEAR(zones[0].end, 3.0, rounding);
+  CHECK_NEAR(zones[1].begin, 3.0, rounding);
+  CHECK_NEAR(zones[2].end, 10.0, rounding);
+}
+
+TEST("layers over time are those of the way in and of the way out") {
+  const std::vector<Zone> zones = layers_over_time(sample::needle_trace());
+  CHECK(zones.size() == 5);
+  CHECK(zones[0].label == zones[4].label && zones[1].label == zones[3].label);
+}
+
+TEST("a tip that rests on the skin does not fill the picture with zones") {
+  Trace trace = sample::needle_trace();
+  for (int n = 0; n < 4000; ++n) {
+    trace.time.push_back(2.2 + 1e-3 * n);
+    trace.text_columns[0].values.push_back(n % 2 == 0 ? "skin" : "");
+    for (Column& column : trace.columns) { column.values.push_back(0.0); }
+  }
+  CHECK(layers_over_time(trace).size() == 5);
+}
+
+TEST("a needle's figures come in order, in mm, N and mmHg, with their events") {
+  const std::vector<Figure> figures = tool_figures(sample::needle_trace());
+  CHECK((ids_of(figures) == std::vector<std::string>{"force-over-depth", "force-parts",
+                                                     "force-over-time", "pressure-over-time"}));
+  CHECK(figures[0].x.label == "tip depth (mm)" && figures[0].series[0].x.size() == 22);
+  CHECK_NEAR(figures[0].series[0].x[11], 10.0, 1e-12);  // rounding of the unit
+  CHECK(figures[0].marks.size() == 4 && figures[0].marks[2].label == "loss of resistance");
+  CHECK_NEAR(figures[0].marks[2].x, 7.0, 1e-12);
+  CHECK(figures[2].zones.empty() && figures[2].marks[3].x == 2.1);
+  CHECK_NEAR(figures[3].series[0].y[0], 200.0, 1e-9);  // 26664.4 Pa
+  CHECK(figures[3].zones.size() == 5 && figures[3].y.label == "pressure (mmHg)");
+}
+
+TEST("the parts are stacked without gaps and end at the sum") {
+  const Figure figure = tool_figures(sample::needle_trace()).at(1);
+  CHECK(figure.series.size() == 4 && figure.zones.size() == 3);
+  for (std::size_t n = 0; n + 1 < 3; ++n) {
+    CHECK(figure.series[n].style == Series::Style::area);
+    CHECK(figure.series[n + 1].y == figure.series[n].y2);
+  }
+  const Series& sum = figure.series[3];
+  CHECK(sum.style == Series::Style::line && sum.x == figure.series[0].x);
+  for (std::size_t n = 0; n < sum.y.size(); ++n) {
+    CHECK_NEAR(figure.series[2].y2[n], sum.y[n], 1e-12);  // rounding of a sum of three
+  }
+}
+
+TEST("a probe shows its force over depth and time, and nothing else") {
+  const std::vector<Figure> figures = tool_figures(sample::probe_trace());
+  CHECK((ids_of(figures) == std::vector<std::string>{"force-over-depth", "force-over-time"}));
+  CHECK(figures[0].zones.empty());
+}
+
+TEST("lateral force is shown when there is any") {
+  Trace trace = sample::needle_trace();
+  set(trace, "tool.lateral_n", 0.3);
+  CHECK(ids_of(tool_figures(trace)).back() == "lateral-force");
+}
+
+TEST("nothing is shown twice, and a trace without a tool has no such figure") {
+  CHECK(figures_over_time(sample::needle_trace()).empty());
+  CHECK(tool_traces(sample::needle_trace()).size() == 2);
+  CHECK(tool_figures(Trace{.time = {0.0, 1.0}}).empty());
+  CHECK(tool_facts(Trace{.time = {0.0, 1.0}}).empty());
+}
+
+TEST("the facts say the peak force, where it was, and the loss of resistance") {
+  const std::vector<Fact> facts = tool_facts(sample::needle_trace());
+  const Fact* peak = fact(facts, "peak force");
+  CHECK(peak != nullptr && contains(peak->value, "8") && contains(peak->explanation, "ligament"));
+  const Fact* loss = fact(facts, "loss of resistance");
+  CHECK(loss != nullptr && contains(loss->value, "7"));
+  CHECK(loss != nullptr && contains(loss->explanation, "falls by 4.5"));  // 8 N to 3.5 N
+  const Fact* pressure = fact(facts, "peak pressure");
+  CHECK(pressure != nullptr && contains(pressure->value, "200"));
+}
+
+TEST("an event has the depth, and the force one tick before it and at it") {
+  const Table table = events_table(sample::needle_trace());
+  CHECK(table.rows.size() == 4 && table.columns.size() == 6);
+  CHECK(std::get<std::string>(table.rows[2][1]) == "loss of resistance");
+  CHECK_NEAR(std::get<double>(table.rows[2][3]), 7.0, 1e-12);  // rounding of the unit
+  CHECK_NEAR(std::get<double>(table.rows[2][4]), 8.0, 1e-12);
+  CHECK_NEAR(std::get<double>(table.rows[2][5]), 3.5, 1e-12);
+}
+
+TEST("a run that broke off or holds no numbers still has a page") {
+  Trace trace = sample::needle_trace();
+  set(trace, "tool.depth_m", std::nan(""));
+  set(trace, "tool.force_n", std::nan(""));
+  CHECK(contains(to_html(RunReport{.title = "broken"}, trace), "Forces on the tool"));
+  Trace one = sample::needle_trace();
+  one.time.resize(1);
+  for (Column& column : one.columns) { column.values.resize(1); }
+  CHECK(contains(to_html(RunReport{.title = "short"}, one), "short"));
+}
+
+TEST("the page begins with the tool, escapes its layers and gives the same bytes twice") {
+  const RunReport report{.title = "needle", .facts = {{"nodes", "27", ""}}};
+  const std::string html = to_html(report, sample::needle_trace());
+  CHECK(html.find("Key facts") < html.find("Forces on the tool"));
+  CHECK(html.find("Forces on the tool") < html.find("<h2>Events"));
+  CHECK(!contains(html, "epidural <space>"));
+  CHECK(html == to_html(report, sample::needle_trace()));
+}
+
+using namespace palpate;
+
+namespace {
+
+/// A box of half sides 3, 4 and 10 N, its corners in no order that is round.
+FalconFacts box() {
+  FalconFacts facts;
+  for (unsigned n = 0; n < 8; ++n) {
+    const unsigned corner = (5 * n) % 8;
+    facts.force_corners[n] = {(corner & 1U) != 0U ? 3.0 : -3.0, (corner & 2U) != 0U ? 4.0 : -4.0,
+                              (corner & 4U) != 0U ? 10.0 : -10.0};
+  }
+  facts.weakest_force = 3.0;
+  facts.axial_force = 10.0;
+  return facts;
+}
+
+/// Shoelace formula.
+double area_of(const Series& outline) {
+  double twice = 0.0;
+  for (std::size_t n = 1; n < outline.x.size(); ++n) {
+    twice += outline.x[n - 1] * outline.y[n] - outline.x[n] * outline.y[n - 1];
+  }
+  return 0.5 * twice;
+}
+
+}  // namespace
+
+TEST("the reach of the motors is drawn as closed outlines of the box seen from two sides") {
+  const Figure figure = force_reach_figure(box());
+  CHECK(figure.square);
+  CHECK(figure.series.size() == 4);
+  const double areas[] = {4.0 * 3.0 * 10.0, 4.0 * 4.0 * 10.0};
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Series& outline = figure.series[side];
+    CHECK(outline.x.size() == 5);  // four corners, and the first again
+    CHECK(outline.x.front() == outline.x.back() && outline.y.front() == outline.y.back());
+    CHECK_NEAR(area_of(outline), areas[side], 1e-12);
+  }
+}
+
+TEST("what every direction can have is a circle inside both outlines, and the axes hold all") {
+  const Figure figure = force_reach_figure(box());
+  const Series& circle = figure.series[2];
+  for (std::size_t n = 0; n < circle.x.size(); ++n) {
+    CHECK_NEAR(std::hypot(circle.x[n], circle.y[n]), 3.0, 1e-12);
+  }
+  for (const Series& series : figure.series) {
+    for (std::size_t n = 0; n < series.x.size(); ++n) {
+      CHECK(std::max(std::abs(series.x[n]), std::abs(series.y[n])) <= *figure.y.maximum);
+    }
+  }
+}
+
+TEST("a device that lost its place or its line is told, and a sound one is not") {
+  FalconFacts facts = box();
+  facts.ticks = 1000;
+  facts.saturated = 25;
+  CHECK(fact(falcon_fact_list(facts), "ticks without a place") == nullptr);
+  CHECK(fact(falcon_fact_list(facts), "requests without reply") == nullptr);
+  CHECK(fact(falcon_fact_list(facts), "motors at their limit")->value == "2.5\u00a0%");
+  facts.unhomed = 7;
+  facts.unanswered = 9;
+  CHECK(fact(falcon_fact_list(facts), "ticks without a place")->value == "7");
+  CHECK(fact(falcon_fact_list(facts), "requests without reply")->value == "9");
+}
+
+TEST("a trace without a device has no figures of one") { CHECK(falcon_figures(Trace{}).empty()); }

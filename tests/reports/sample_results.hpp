@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "reports/results.hpp"
+#include "reports/results/results.hpp"
 
 namespace sample {
 

@@ -18,10 +18,9 @@
 namespace palpate {
 
 /// How many of a fault's cases a test tries. The optimised build tries them all: verdicts are what
-/// it is for. Under sanitizers, ten times slower, each fault is tried on the first case, unless another fault
-/// has been through that one.
-template <class Name>
-std::span<const Name> tried(std::span<const Name> names) {
+/// it is for. Under sanitizers, ten times slower, each fault is tried on the first case, unless
+/// another fault has been through that one.
+template <class Name> std::span<const Name> tried(std::span<const Name> names) {
 #ifdef PALPATE_SANITIZED
   static std::set<std::string> seen;
   return names.first(!names.empty() && seen.insert(names.front()).second ? 1 : 0);
@@ -57,7 +56,8 @@ inline void check_status(const std::string& name, const Mutation* mutation, Stat
   CHECK(outcome.status == expected);
 }
 
-/// Red with the fault, green without; under sanitizers with the fault alone, which goes through the same code.
+/// Red with the fault, green without; under sanitizers with the fault alone, which goes through the
+/// same code.
 inline void check_red(const Mutation& mutation, std::initializer_list<const char*> names) {
   for (const char* name : tried(std::span<const char* const>(names))) {
     check_status(name, &mutation, Status::fail);

@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/bench/bench_cases.hpp"
 
 #include <algorithm>
 #include <iterator>
+
+#include "model/problem/input_error.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "validation/bench/kernel_variants.hpp"
+#include "validation/claims/tool_fixture.hpp"
 
 namespace palpate::bench {
 
@@ -16,6 +22,135 @@ std::vector<Case> all_benches(const timing::InstructionCounter& counter) {
   std::ranges::move(far_field_cases(), std::back_inserter(cases));
   std::ranges::move(frontier_cases(), std::back_inserter(cases));
   std::ranges::move(instruction_cases(counter), std::back_inserter(cases));
+  return cases;
+}
+
+namespace {
+
+Workload oscillator() {
+  Workload workload{
+      .name = "oscillator", .what = "one spring, velocity Verlet", .before = 100, .ticks = 1000};
+  workload.scene.tissue.source = Source::oscillator;
+  workload.scene.simulation = {.duration = 25.0, .step = 0.01, .integrator = "velocity-verlet"};
+  workload.scene.simulation.substeps = 1;
+  return workload;
+}
+
+Workload cube(bool as_list, Precision precision) {
+  const bool single = precision == Precision::single_precision;
+  Workload workload{.name = std::string("cube-") + (as_list ? "list" : "lattice") +
+                            (single ? "-float" : "-double"),
+                    .what = "1000 nodes, 26 neighbours, semi-implicit Euler",
+                    .scene = s26_scene(10),
+                    .as_list = as_list};
+  workload.scene.simulation.precision = precision;
+  return workload;
+}
+
+/// While the tip pierces skin and fat.
+Workload needle(const std::string& name, const std::string& what, Scene scene,
+                const std::string& integrator) {
+  scene.simulation.integrator = integrator;
+  scene.simulation.solver_tolerance = 1e-2;
+  return {.name = name, .what = what, .scene = std::move(scene), .before = 60, .ticks = 10};
+}
+
+}  // namespace
+
+std::vector<Workload> workloads() {
+  return {oscillator(),
+          cube(true, Precision::double_precision),
+          cube(true, Precision::single_precision),
+          cube(false, Precision::double_precision),
+          cube(false, Precision::single_precision),
+          needle("needle-explicit", "a needle in seven soft layers, velocity Verlet",
+                 tools::seven_soft_layers(), "velocity-verlet"),
+          needle("needle-implicit", "a needle in ligament of published modulus, implicit Euler",
+                 tools::seven_published_layers(6), "implicit-euler")};
+}
+
+Workload find_workload(const std::string& name) {
+  std::vector<Workload> all = workloads();
+  const auto found = std::ranges::find(all, name, &Workload::name);
+  if (found != all.end()) { return *found; }
+  std::string names;
+  for (const Workload& each : all) { names += (names.empty() ? "" : ", ") + each.name; }
+  throw InputError("no workload is named \"" + name + "\"; one of " + names);
+}
+
+Simulation simulation_of(const Workload& workload) {
+  if (!workload.as_list) { return Simulation(workload.scene); }
+  SpringNetwork network = build_network(workload.scene);
+  break_lattice(network);
+  return {workload.scene, network};
+}
+
+double spring_steps_of_tick(const Simulation& simulation) {
+  return static_cast<double>(simulation.spring_count()) * simulation.plan().substeps;
+}
+
+// What a tick costs in instructions, which neither a busy machine nor a faster one changes.
+
+namespace {
+
+using timing::InstructionCount;
+using timing::InstructionCounter;
+
+Table counts_table(const Workload& workload, const InstructionCount& count, double spring_steps) {
+  const auto ticks = static_cast<double>(workload.ticks);
+  Table table{.id = "instructions",
+              .title = "Instructions",
+              .caption = "Counted by " + count.counter + " in " + std::to_string(workload.ticks) +
+                         " ticks after the first " + std::to_string(workload.before) +
+                         ", each time in a process of its own. The kernel is what the processor "
+                         "that it emulates got.",
+              .columns = {"time", "kernel", "in all", "a tick", "a spring and step"},
+              .timing = true};
+  for (std::size_t n = 0; n < count.passes.size(); ++n) {
+    const auto all = static_cast<double>(count.passes[n]);
+    table.rows.push_back(
+        {static_cast<double>(n + 1), count.kernel, all, all / ticks, all / ticks / spring_steps});
+  }
+  return table;
+}
+
+void measure(const Workload& workload, const InstructionCounter& counter, Outcome& outcome) {
+  const InstructionCount count = counter(workload.name);
+  if (!count.refusal.empty()) {
+    outcome.skip("not run: " + count.refusal);
+    return;
+  }
+  const double spring_steps = spring_steps_of_tick(simulation_of(workload));
+  const double a_tick =
+      static_cast<double>(count.passes.front()) / static_cast<double>(workload.ticks);
+  outcome.claim += " Kernel: " + count.kernel +
+                   ".";  // another one is another claim, and no slowdown of this one
+  outcome.judge({.name = "difference_on_repeat",
+                 .value = static_cast<double>(std::abs(count.passes.back() - count.passes.front())),
+                 .unit = "instructions",
+                 .lower = 0.0,
+                 .upper = 0.0,
+                 .bound_from = "the same work from the same start, in a process of its own"});
+  outcome.judge({.name = "instructions_per_tick", .value = a_tick, .unit = "instructions"});
+  outcome.judge({.name = "instructions_per_spring_step",
+                 .value = a_tick / spring_steps,
+                 .unit = "instructions/spring-step"});
+  outcome.tables.push_back(counts_table(workload, count, spring_steps));
+}
+
+}  // namespace
+
+std::vector<Case> instruction_cases(const InstructionCounter& counter) {
+  std::vector<Case> cases;
+  for (const Workload& workload : workloads()) {
+    cases.push_back(
+        {.name = "bench/instructions/" + workload.name,
+         .suite = "timing",
+         .claim = "A tick takes the same instructions every time: " + workload.what + ".",
+         .measure = [workload, counter](const CaseContext&,
+                                        Outcome& outcome) { measure(workload, counter, outcome); },
+         .weight = 5.0});
+  }
   return cases;
 }
 

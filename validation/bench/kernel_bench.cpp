@@ -1,26 +1,310 @@
 // SPDX-License-Identifier: MIT
-/// What a spring costs in a step, by kernel and size, beside what the machine allows and what other engines
-/// take.
-#include <cmath>
+/// What `bench/kernels` shows.
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "model/kernels/lattice_springs.hpp"
+#include "model/stepping/simulation.hpp"
+#include "model/tissue/network_builder.hpp"
 #include "validation/bench/bench_cases.hpp"
-#include "validation/bench/kernel_tables.hpp"
-#include "validation/bench/machine_limits.hpp"
+#include "validation/bench/kernel_variants.hpp"
+#include "validation/bench/timing.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate::bench {
+
+/// Of a spring's square root and division alone [ns].
+struct RootLimits {
+  double in_double = 0.0;
+  double in_float = 0.0;
+};
+
+/// One kernel at one size, all per spring and step.
+struct KernelTime {
+  const KernelVariant* variant = nullptr;
+  double least = 0.0;      ///< [ns]
+  double median = 0.0;     ///< [ns]
+  double bytes = 0.0;      ///< that memory moves; lattices only
+  double bandwidth = 0.0;  ///< [bytes/s] of a working set of that size; lattices only
+  double root = 0.0;       ///< root and quotient [ns]
+
+  [[nodiscard]] double memory() const { return 1e9 * bytes / bandwidth; }  ///< [ns]
+  /// No step of a lattice can be quicker [ns].
+  [[nodiscard]] double bound() const { return memory() > root ? memory() : root; }
+};
+
+/// "1.23", as times stand in tables and sentences.
+std::string two_digits(double value);
+
+struct KernelSize {
+  int n = 0;
+  std::vector<KernelTime> times{};  ///< in the order of kernel_variants(), those that were timed
+
+  /// nullptr if it was not timed at this size.
+  [[nodiscard]] const KernelTime* find(std::string_view name) const;
+};
+
+std::vector<Table> kernel_tables(std::span<const KernelSize> sizes, const RootLimits& limits);
+std::vector<Figure> kernel_figures(std::span<const KernelSize> sizes, const RootLimits& limits);
+
+std::string two_digits(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2f", value);
+  return text.data();
+}
+
+namespace {
+
+Table times_table(std::span<const KernelSize> sizes) {
+  Table table{
+      .id = "kernels",
+      .title = "Time of a spring in a step",
+      .caption =
+          "Nanoseconds per spring and step of semi-implicit Euler: least, and median in brackets, "
+          "of "
+          "interleaved rounds by the processor time of one thread. A lattice takes the step in one "
+          "pass over memory.",
+      .columns = {"kernel"},
+      .timing = true};
+  for (const KernelSize& size : sizes) {
+    table.columns.push_back("n = " + std::to_string(size.n) + " (ns)");
+  }
+  for (const KernelVariant& variant : kernel_variants()) {
+    std::vector<Cell> row{std::string(variant.name)};
+    for (const KernelSize& size : sizes) {
+      const KernelTime* time = size.find(variant.name);
+      row.emplace_back(
+          time == nullptr ? "-" : two_digits(time->least) + " (" + two_digits(time->median) + ")");
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+Table bounds_table(std::span<const KernelSize> sizes) {
+  Table table{
+      .id = "bounds",
+      .title = "How far lattices are from what the machine allows",
+      .caption =
+          "The bound is the larger of two: a square root and a division; and the bytes that a step "
+          "in one pass cannot do without (of each node position and velocity, read and "
+          "written, the inverse mass, read; with a stiffness of its own also 13 pairs of "
+          "constants, 13 numbers undamped) at the bandwidth that a += x b reached over as much "
+          "data in the same rounds.",
+      .columns = {"kernel", "n", "bytes per spring", "bandwidth (GB/s)", "memory (ns)",
+                  "root, quotient (ns)", "time (ns)", "time / bound"},
+      .timing = true};
+  for (const KernelVariant& variant : kernel_variants()) {
+    if (!variant.lattice) { continue; }
+    for (const KernelSize& size : sizes) {
+      const KernelTime* t = size.find(variant.name);
+      if (t == nullptr) { continue; }
+      table.rows.push_back({std::string(variant.name), static_cast<double>(size.n), t->bytes,
+                            1e-9 * t->bandwidth, t->memory(), t->root, t->least,
+                            t->least / t->bound()});
+    }
+  }
+  return table;
+}
+
+Table limits_table(const RootLimits& limits) {
+  return {.id = "limits",
+          .title = "What arithmetic costs here",
+          .caption =
+              "A square root and a division for each spring, with the instructions that the "
+              "kernels use.",
+          .columns = {"limit", "value (ns)"},
+          .rows = {{"root and quotient, double", limits.in_double},
+                   {"root and quotient, float", limits.in_float}},
+          .timing = true};
+}
+
+/// What was asked of the project on one core of the machine of the peers' table.
+struct Target {
+  const char* kernel;
+  int n;
+  double ns;
+};
+constexpr std::array targets{Target{"lattice, double", 20, 1.6},
+                             Target{"lattice, double", 40, 1.6},
+                             Target{"lattice, float", 20, 0.8},
+                             Target{"lattice, float", 40, 0.8},
+                             Target{"lattice, own stiffness, double", 20, 2.2},
+                             Target{"lattice, own stiffness, double", 40, 2.2},
+                             Target{"lattice, own stiffness, float", 20, 1.1},
+                             Target{"lattice, own stiffness, float", 40, 1.1},
+                             Target{"list, double", 80, 4.0}};
+
+Table targets_table(std::span<const KernelSize> sizes) {
+  Table table{
+      .id = "targets",
+      .title = "Beside the aims",
+      .caption =
+          "Aims are for one core of a 3 GHz AMD EPYC, Zen 3. Machines differ, so nothing here is "
+          "judged.",
+      .columns = {"kernel", "n", "aim (ns)", "least here (ns)", "here / aim (1)"},
+      .timing = true};
+  for (const Target& target : targets) {
+    const auto size = std::ranges::find(sizes, target.n, &KernelSize::n);
+    const KernelTime* time = size == sizes.end() ? nullptr : size->find(target.kernel);
+    if (time == nullptr) { continue; }
+    table.rows.push_back({std::string(target.kernel), static_cast<double>(target.n), target.ns,
+                          time->least, time->least / target.ns});
+  }
+  return table;
+}
+
+/// Measured before this project began, one thread of a Zen 3 EPYC, g++ 12 -O3 -march=native, the
+/// same problem; not measured again here.
+struct Peer {
+  const char* engine;
+  const char* version;
+  std::array<double, 3> ns;  ///< n = 10, 20, 40; 0: no figure
+  const char* same_physics;
+};
+constexpr std::array peer_sizes{10, 20, 40};
+constexpr std::array peers{
+    Peer{"CHAI3D GEL, linear springs", "7c76b1f", {6.3, 7.7, 12.8}, "no damping of springs"},
+    Peer{
+        "VegaFEM, force and semi-implicit Euler", "3.1", {8.6, 8.6, 10.0}, "no damping of springs"},
+    Peer{"Bullet soft body, 1 iteration", "3.25", {18.3, 19.2, 34.2}, "position based"},
+    Peer{"OpenSurgSim, modified Euler", "0.7.0", {20.5, 0.0, 0.0}, "yes"},
+    Peer{"SOFA regular-grid springs, explicit Euler", "v26.06", {57.5, 58.4, 58.8}, "yes"},
+    Peer{"XPBD of the PBD library, 1 substep", "d0894bd", {59.0, 99.0, 247.0}, "no damping"}};
+
+/// "7.7 (5.1 x)": how many times longer than the damped lattice in double takes here.
+std::string peer_cell(std::span<const KernelSize> sizes, int n, double ns) {
+  if (ns == 0.0) { return "-"; }
+  std::array<char, 48> text{};
+  const auto size = std::ranges::find(sizes, n, &KernelSize::n);
+  const KernelTime* here =
+      size == sizes.end() ? nullptr : size->find(kernel_variants().front().name);
+  if (here == nullptr) {
+    std::snprintf(text.data(), text.size(), "%.1f", ns);
+  } else {
+    std::snprintf(text.data(), text.size(), "%.1f (%.1f x)", ns, ns / here->least);
+  }
+  return text.data();
+}
+
+Table peers_table(std::span<const KernelSize> sizes) {
+  Table table{
+      .id = "peers",
+      .title = "What other engines took for the same problem",
+      .caption =
+          "Nanoseconds per spring and step, one thread of another machine (AMD EPYC, Zen 3, about "
+          "3 "
+          "GHz; g++ 12.2, -O3 -march=native), measured before this project; in brackets over the "
+          "damped lattice in double here, which is to be 4 times quicker than the fastest and 25 "
+          "times quicker than SOFA. Not judged: the machines may differ.",
+      .columns = {"engine", "version", "n = 10 (ns)", "n = 20 (ns)", "n = 40 (ns)", "same physics"},
+      .timing = true};
+  for (const Peer& peer : peers) {
+    std::vector<Cell> row{std::string(peer.engine), std::string(peer.version)};
+    for (std::size_t k = 0; k < peer_sizes.size(); ++k) {
+      row.emplace_back(peer_cell(sizes, peer_sizes[k], peer.ns[k]));
+    }
+    row.emplace_back(std::string(peer.same_physics));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+template <class Value>
+void add_curve(std::span<const KernelSize> sizes, const KernelVariant& variant,
+               const std::string& label, Series::Style style, Value&& value, Figure& figure) {
+  Series series{.label = label, .style = style};
+  for (const KernelSize& size : sizes) {
+    const KernelTime* time = size.find(variant.name);
+    if (time == nullptr) { continue; }
+    series.x.push_back(size.n);
+    series.y.push_back(value(*time));
+  }
+  figure.series.push_back(std::move(series));
+}
+
+Figure times_figure(std::span<const KernelSize> sizes, const RootLimits& limits,
+                    Precision precision) {
+  const bool in_double = precision == Precision::double_precision;
+  const std::string kind = in_double ? "double" : "float";
+  Figure figure{
+      .id = "kernels-" + kind,
+      .title = "Time of a spring in a step by size, " + kind,
+      .caption =
+          "Least of interleaved rounds. Dashed, what no damped lattice can beat: a square root and "
+          "a division; and what memory takes for the bytes of a step, in the same rounds.",
+      .x = {.label = "nodes along a side (1)", .logarithmic = true},
+      .y = {.label = "time per spring and step (ns)", .logarithmic = true},
+      .timing = true};
+  for (const KernelVariant& variant : kernel_variants()) {
+    if (variant.precision != precision ||
+        (!variant.damped && (variant.uneven || !variant.lattice))) {
+      continue;
+    }
+    const std::string name = variant.name;
+    add_curve(
+        sizes, variant, name.substr(0, name.rfind(',')), Series::Style::line_and_points,
+        [](const KernelTime& t) { return t.least; }, figure);
+  }
+  const double root = in_double ? limits.in_double : limits.in_float;
+  figure.series.push_back(
+      {.label = "bound: root, quotient",
+       .style = Series::Style::dashed,
+       .x = {static_cast<double>(sizes.front().n), static_cast<double>(sizes.back().n)},
+       .y = {root, root}});
+  for (const KernelVariant& variant : kernel_variants()) {
+    if (variant.precision != precision || !variant.lattice || !variant.damped) { continue; }
+    add_curve(
+        sizes, variant, variant.uneven ? "bound: memory, own stiffness" : "bound: memory",
+        Series::Style::dashed, [](const KernelTime& t) { return t.memory(); }, figure);
+  }
+  return figure;
+}
+
+}  // namespace
+
+const KernelTime* KernelSize::find(std::string_view name) const {
+  const auto found = std::ranges::find_if(
+      times, [&](const KernelTime& time) { return name == time.variant->name; });
+  return found == times.end() ? nullptr : &*found;
+}
+
+std::vector<Table> kernel_tables(std::span<const KernelSize> sizes, const RootLimits& limits) {
+  return {times_table(sizes), bounds_table(sizes), targets_table(sizes), limits_table(limits),
+          peers_table(sizes)};
+}
+
+std::vector<Figure> kernel_figures(std::span<const KernelSize> sizes, const RootLimits& limits) {
+  return {times_figure(sizes, limits, Precision::double_precision),
+          times_figure(sizes, limits, Precision::single_precision)};
+}
+
+// What a spring costs in a step, by kernel and size, beside what the machine allows and what other
+// engines take.
 
 namespace {
 
 RootLimits measure_roots() {
   RootsAndQuotients<double> in_double;
   RootsAndQuotients<float> in_float;
-  const std::vector<Timed> timed = time_interleaved({{"double", [&](long times) { in_double.repeat(times); }},
-                                                     {"float", [&](long times) { in_float.repeat(times); }}});
+  const std::vector<Timed> timed =
+      time_interleaved({{"double", [&](long times) { in_double.repeat(times); }},
+                        {"float", [&](long times) { in_float.repeat(times); }}});
   return {.in_double = 1e9 * timed[0].least / RootsAndQuotients<double>::count,
           .in_float = 1e9 * timed[1].least / RootsAndQuotients<float>::count};
 }
 
-/// All kernels of one size, and for each lattice memory with as much data as it has, in the same rounds.
+/// All kernels of one size, and for each lattice memory with as much data as it has, in the same
+/// rounds.
 KernelSize measure_size(int n, std::span<const KernelVariant> variants, const RootLimits& limits) {
   std::vector<std::unique_ptr<Stepping>> steppings;
   std::vector<std::unique_ptr<VectorUpdate>> updates;
@@ -33,7 +317,8 @@ KernelSize measure_size(int n, std::span<const KernelVariant> variants, const Ro
   for (const KernelVariant& variant : variants) {
     if (!variant.lattice) { continue; }
     updates.push_back(std::make_unique<VectorUpdate>(working_set(variant, n)));
-    contenders.push_back({variant.name, [&update = *updates.back()](long times) { update.repeat(times); }});
+    contenders.push_back(
+        {variant.name, [&update = *updates.back()](long times) { update.repeat(times); }});
   }
   const std::vector<Timed> timed = time_interleaved(contenders);
   KernelSize size{.n = n};
@@ -67,15 +352,16 @@ void judge_list(const KernelSize& size, const std::string& kind, Outcome& outcom
 void judge_bound(const KernelSize& size, const std::string& kind, Outcome& outcome) {
   const KernelTime* lattice = size.find("lattice, " + kind);
   if (size.n != 80 || lattice == nullptr) { return; }
-  outcome.judge({.name = "lattice_over_bound_" + kind + "_n80",
-                 .value = lattice->least / lattice->bound(),
-                 .upper = 1.3,
-                 .bound_from =
-                     "asked of the project: at most so far from the larger of root and quotient, and "
-                     "memory, measured in the same run"});
+  outcome.judge(
+      {.name = "lattice_over_bound_" + kind + "_n80",
+       .value = lattice->least / lattice->bound(),
+       .upper = 1.3,
+       .bound_from =
+           "asked of the project: at most so far from the larger of root and quotient, and "
+           "memory, measured in the same run"});
 }
 
-void measure(const CaseContext& context, Outcome& outcome) {
+void measure_kernels(const CaseContext& context, Outcome& outcome) {
   const RootLimits limits = measure_roots();
   std::vector<KernelSize> sizes;
   for (const int n : context.quick ? std::vector{10, 20} : std::vector{10, 20, 40, 80, 100}) {
@@ -118,14 +404,341 @@ Scene s26_scene(int n) {
 }
 
 std::vector<Case> kernel_cases() {
+  return {{.name = "bench/kernels",
+           .suite = "timing",
+           .claim = "Kernels of regular lattices cost less than half of a list of springs at every "
+                    "size, and beyond "
+                    "the caches little more than what memory or a root and a quotient take.",
+           .measure = measure_kernels,
+           .weight = 60.0}};
+}
+
+// What kernels for wider instruction sets are worth: the same steps of the same lattice with each
+// that this processor has.
+
+namespace {
+
+/// The best first.
+template <class Real> std::vector<KernelVariant> sets_in(KernelVariant variant) {
+  std::vector<KernelVariant> sets;
+  for (const lattice::Kernels<Real>& kernels : lattice_kernels<Real>()) {
+    variant.instructions = kernels.name;
+    sets.push_back(variant);
+  }
+  return sets;
+}
+
+/// Nanoseconds of a spring and step with each, least of interleaved rounds.
+std::vector<double> time_sets(const std::vector<KernelVariant>& sets, int n) {
+  std::vector<std::unique_ptr<Stepping>> steppings;
+  std::vector<Contender> contenders;
+  for (const KernelVariant& set : sets) {
+    steppings.push_back(stepping_of(set, n));
+    contenders.push_back(
+        {set.instructions, [&stepping = *steppings.back()](long times) { stepping.step(times); }});
+  }
+  std::vector<double> least;
+  for (const Timed& timed : time_interleaved(contenders)) {
+    least.push_back(1e9 * timed.least / steppings.front()->springs());
+  }
+  return least;
+}
+
+void measure_instruction_sets(const CaseContext& /*context*/, Outcome& outcome) {
+  if (lattice_kernels<double>().size() == 1) {
+    outcome.skip(
+        "this processor has no more than the baseline, or PALPATE_INSTRUCTIONS allows no more");
+    return;
+  }
+  Table table{
+      .id = "instruction-sets",
+      .title = "Kernels for each instruction set of this processor",
+      .caption =
+          "The problem of bench/kernels in regular lattices; nanoseconds per spring and step of "
+          "semi-implicit Euler, least of interleaved rounds by the processor time of one thread.",
+      .columns = {"kernel", "n"},
+      .timing = true};
+  for (const lattice::Kernels<double>& kernels : lattice_kernels<double>()) {
+    table.columns.push_back(std::string(kernels.name) + " (ns)");
+  }
+  table.columns.emplace_back("smallest / widest (1)");
+  double worst = std::numeric_limits<double>::infinity();
+  for (const KernelVariant& variant : largest_variants()) {
+    const std::vector<KernelVariant> sets =
+        variant.in_double() ? sets_in<double>(variant) : sets_in<float>(variant);
+    for (const int n : {10, 20, 40}) {
+      const std::vector<double> times = time_sets(sets, n);
+      std::vector<Cell> row{std::string(variant.name), static_cast<double>(n)};
+      row.insert(row.end(), times.begin(), times.end());
+      row.emplace_back(times.back() / times.front());
+      table.rows.push_back(std::move(row));
+      for (std::size_t s = 1; s < sets.size(); ++s) {
+        worst = std::min(worst, times[s] / times.front());
+      }
+    }
+  }
+  outcome.tables.push_back(std::move(table));
+  outcome.judge({.name = "least_worth_of_the_widest",
+                 .value = worst,
+                 .lower = 0.9,
+                 .bound_from = "wanted: the kernels that are chosen are the quickest; a tenth is "
+                               "noise of this comparison"});
+}
+
+}  // namespace
+
+std::vector<Case> instruction_set_cases() {
+  return {{.name = "bench/instruction-sets",
+           .suite = "timing",
+           .claim = "Of a regular lattice's kernels for the instruction sets of this processor the "
+                    "widest is the quickest.",
+           .measure = measure_instruction_sets,
+           .weight = 20.0}};
+}
+
+// What a second thread is worth to a lattice, where a second processor is free to run it.
+
+namespace {
+
+constexpr double wanted_speed_up = 1.7;
+/// Of the 2 that a second processor can bring, 1.8 must be left by what else the machine does.
+constexpr double most_slowdown = 1.1;
+
+struct Pair {
+  int n = 0;
+  KernelVariant variant{};
+  double one = 0.0;  ///< [ns] per spring and step, least by the wall clock
+  double two = 0.0;
+  double two_median = 0.0;
+  double slowdown =
+      0.0;  ///< of roots and quotients before, or of two copies of the same steps after
+
+  [[nodiscard]] bool second_was_free() const { return slowdown <= most_slowdown; }
+};
+
+/// One thread and two in turn, both made anew each time: threads that wait do so by looking, so
+/// those of the pair must exist only while they are timed, and then the one must not have older
+/// memory than the two.
+Pair time_pair(const KernelVariant& variant, int n) {
+  KernelVariant shared = variant;
+  shared.threads = 2;
+  std::unique_ptr<Stepping> stepping;
+  const auto contender = [&](const char* name, const KernelVariant& of) {
+    return Contender{name, [&](long times) { stepping->step(times); }, Clock::wall,
+                     [&stepping, &of, n] {
+                       stepping = stepping_of(of, n);
+                       stepping->step(3);  // the first touch new memory
+                     },
+                     [&stepping] { stepping.reset(); }};
+  };
+  const Contender one = contender("one", variant);
+  const Contender two = contender("two", shared);
+  const std::vector<Timed> timed = time_interleaved({one, two}, {.rounds = 5, .batch = 0.03});
+  const std::unique_ptr<Stepping> alone = stepping_of(variant, n);
+  const std::unique_ptr<Stepping> copy = stepping_of(variant, n);
+  const long times = std::max(1L, std::lround(0.02 / timed[0].least));  // 20 ms
+  const double scale = 1e9 / alone->springs();
   return {
-      {.name = "bench/kernels",
+      .n = n,
+      .variant = variant,
+      .one = scale * timed[0].least,
+      .two = scale * timed[1].least,
+      .two_median = scale * timed[1].median,
+      .slowdown = side_by_side_slowdown([&] { alone->step(times); }, [&] { copy->step(times); })};
+}
+
+Table pairs_table(const std::vector<Pair>& pairs) {
+  Table table{
+      .id = "threads",
+      .title = "One thread and two",
+      .caption =
+          "Nanoseconds per spring and step, least of interleaved rounds by the wall clock: the "
+          "processor time of one thread would leave out what the other does. Both compute the same "
+          "bits. Side by side: how many times longer two copies of roots and quotients took than "
+          "one "
+          "before, or two copies of the same steps after; the larger.",
+      .columns = {"kernel", "n", "one thread (ns)", "two threads (ns)", "two, median (ns)",
+                  "one / two (1)", "side by side (1)"},
+      .timing = true};
+  for (const Pair& pair : pairs) {
+    table.rows.push_back({std::string(pair.variant.name), static_cast<double>(pair.n), pair.one,
+                          pair.two, pair.two_median, pair.one / pair.two, pair.slowdown});
+  }
+  return table;
+}
+
+/// Only while a second processor is free, before and after; what was timed in between is shown in
+/// any case.
+std::vector<Pair> time_pairs(const CaseContext& context, double& most) {
+  std::vector<Pair> pairs;
+  for (const int n : context.quick ? std::vector{40} : std::vector{40, 80}) {
+    for (const KernelVariant& variant : largest_variants()) {
+      if (context.quick && variant.uneven) { continue; }
+      const double before = side_by_side_slowdown();
+      most = std::max(most, before);
+      if (before > most_slowdown) { continue; }
+      pairs.push_back(time_pair(variant, n));
+      pairs.back().slowdown = std::max(before, pairs.back().slowdown);
+      most = std::max(most, pairs.back().slowdown);
+    }
+  }
+  return pairs;
+}
+
+void measure_threads(const CaseContext& context, Outcome& outcome) {
+  if (std::thread::hardware_concurrency() < 2) {
+    outcome.skip("this machine has one processor");
+    return;
+  }
+  double most = 0.0;
+  const std::vector<Pair> pairs = time_pairs(context, most);
+  if (!pairs.empty()) { outcome.tables = {pairs_table(pairs)}; }
+  for (const Pair& pair : pairs) {
+    if (pair.variant.uneven || !pair.second_was_free()) { continue; }
+    outcome.judge({.name = "one_over_two_" +
+                           std::string(pair.variant.in_double() ? "double" : "float") + "_n" +
+                           std::to_string(pair.n),
+                   .value = pair.one / pair.two,
+                   .lower = wanted_speed_up,
+                   .bound_from = "asked of the project: two processors at least 1.7 times one"});
+  }
+  const std::string busy = "two copies of the same work side by side took up to " +
+                           two_digits(most) + " times as long as one; at most " +
+                           two_digits(most_slowdown) + " where two processors are free";
+  if (outcome.quantities.empty()) {
+    outcome.skip("no second processor was free: " + busy);
+  } else if (most > most_slowdown) {
+    outcome.notes.push_back(
+        "Not judged where no second processor was free, or memory held both up: " + busy + ".");
+  }
+}
+
+}  // namespace
+
+std::vector<Case> thread_cases() {
+  return {
+      {.name = "bench/threads",
        .suite = "timing",
-       .claim =
-           "Kernels of regular lattices cost less than half of a list of springs at every size, and beyond "
-           "the caches little more than what memory or a root and a quotient take.",
-       .measure = measure,
-       .weight = 60.0}};
+       .claim = "Two threads take a lattice of 40 nodes a side or more 1.7 times as fast as one.",
+       .measure = measure_threads,
+       .weight = 30.0}};
+}
+
+// What each thing that a scene does not need is worth: ticks with it left out and ticks with it
+// gone through all the same.
+
+namespace {
+
+/// A scene that needs all but one thing, so that nothing else is left out.
+struct SkippedThing {
+  std::string name{};
+  Scene scene{};
+  SpringNetwork network{};
+};
+
+constexpr int nodes_a_side = 24;
+constexpr long ticks = 20;
+
+/// The pulled cube with weight and nothing held: nothing is left out.
+Scene whole_scene() {
+  Scene scene = s26_scene(nodes_a_side);
+  scene.simulation.duration = 1e3;
+  scene.tissue.gravity = {0.0, 0.0, 1e-3};
+  scene.tissue.fixed.emplace();
+  return scene;
+}
+
+SkippedThing thing(std::string name, const Scene& scene, bool as_list) {
+  SkippedThing made{.name = std::move(name), .scene = scene, .network = build_network(scene)};
+  if (as_list) { break_lattice(made.network); }
+  return made;
+}
+
+/// Half of the nodes: rows of them, layer by layer.
+void fix_half(SpringNetwork& network) {
+  const std::size_t half = network.fixed.size() / 2;
+  std::fill_n(network.fixed.begin(), half, std::uint8_t{1});
+}
+
+std::vector<SkippedThing> skipped_things() {
+  std::vector<SkippedThing> things;
+  for (const bool as_list : {false, true}) {
+    const std::string where = as_list ? "list: " : "lattice: ";
+    Scene undamped = whole_scene();
+    undamped.tissue.lattice.viscosity = 0.0;
+    things.push_back(thing(where + "dampers, of no viscosity", undamped, as_list));
+    Scene weightless = whole_scene();
+    weightless.tissue.gravity.setZero();
+    things.push_back(thing(where + "weight, without gravity", weightless, as_list));
+    things.push_back(
+        thing(where + "fixed nodes and their springs, half of all", whole_scene(), as_list));
+    fix_half(things.back().network);
+  }
+  Scene asleep = whole_scene();
+  asleep.tissue.gravity.setZero();
+  asleep.simulation.sleep_force = 1e-3;
+  things.push_back(thing("lattice: nodes at rest, in the first " + std::to_string(ticks) + " ticks",
+                         asleep, false));
+  return things;
+}
+
+/// So many ticks from the beginning, each time of a simulation made anew outside the time.
+Contender contender(const SkippedThing& what, bool skip, std::unique_ptr<Simulation>& simulation) {
+  return {.name = what.name,
+          .repeat =
+              [&simulation](long times) {
+                for (long n = 0; n < times * ticks; ++n) { (void)simulation->tick(); }
+              },
+          .begin =
+              [&simulation, &what, skip] {
+                simulation = std::make_unique<Simulation>(what.scene, what.network, skip);
+                for (int n = 0; n < 3; ++n) {
+                  (void)simulation->tick();
+                }  // the first touch new memory
+              },
+          .end = [&simulation] { simulation.reset(); }};
+}
+
+void measure_skips(const CaseContext& /*context*/, Outcome& outcome) {
+  Table table{
+      .id = "skips",
+      .title = "What is left out",
+      .caption = "A cube of " + std::to_string(nodes_a_side) +
+                 " nodes a side that needs all but the one thing, semi-implicit Euler: "
+                 "microseconds of a tick, "
+                 "least of interleaved rounds by the processor time of one thread. Both ways give "
+                 "the same bits, "
+                 "but for nodes at rest (ctest -R \"model/(skip|lattice_sleep)\").",
+      .columns = {"left out", "gone through (us)", "left out (us)", "gone through / left out (1)"},
+      .timing = true};
+  double worst = std::numeric_limits<double>::infinity();
+  for (const SkippedThing& what : skipped_things()) {
+    std::unique_ptr<Simulation> simulation;
+    const std::vector<Timed> timed =
+        time_interleaved({contender(what, false, simulation), contender(what, true, simulation)},
+                         {.rounds = 9, .batch = 0.0});
+    const double scale = 1e6 / static_cast<double>(ticks);
+    const double worth = timed[0].least / timed[1].least;
+    worst = std::min(worst, worth);
+    table.rows.push_back({what.name, scale * timed[0].least, scale * timed[1].least, worth});
+  }
+  outcome.tables.push_back(std::move(table));
+  outcome.judge(
+      {.name = "least_worth",
+       .value = worst,
+       .lower = 0.9,
+       .bound_from =
+           "wanted: leaving something out never costs time; a tenth is noise of this comparison"});
+}
+
+}  // namespace
+
+std::vector<Case> skip_cases() {
+  return {{.name = "bench/skips",
+           .suite = "timing",
+           .claim = "Leaving out what a scene does not need never makes a tick slower.",
+           .measure = measure_skips,
+           .weight = 10.0}};
 }
 
 }  // namespace palpate::bench

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/bench/kernel_variants.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
+#include <thread>
 
-#include "model/dynamics/network_builder.hpp"
+#include "model/kernels/lattice_network.hpp"
+#include "model/kernels/lattice_springs.hpp"
+#include "model/kernels/network_system.hpp"
 #include "model/stepping/integrator.hpp"
-#include "model/stepping/lattice_network.hpp"
-#include "model/stepping/network_system.hpp"
+#include "model/tissue/network_builder.hpp"
 #include "validation/bench/bench_cases.hpp"
 
 namespace palpate::bench {
@@ -65,18 +68,20 @@ NetworkProblem problem_of(const KernelVariant& variant, int n) {
 constexpr double h = 1e-3;  ///< [s]
 
 template <class Real>
-std::unique_ptr<NetworkSystem<Real>> system_of(const NetworkProblem& problem, const KernelVariant& variant) {
+std::unique_ptr<NetworkSystem<Real>> system_of(const NetworkProblem& problem,
+                                               const KernelVariant& variant) {
   if (variant.instructions == nullptr) {
-    return make_network_system<Real>(problem, {.h = h, .lattice = variant.lattice, .threads = variant.threads});
+    return make_network_system<Real>(
+        problem, {.h = h, .lattice = variant.lattice, .threads = variant.threads});
   }
   const std::vector<lattice::Kernels<Real>> kernels = lattice_kernels<Real>();
   const std::string_view name = variant.instructions;
-  const auto wanted = std::ranges::find_if(kernels, [&](const auto& set) { return set.name == name; });
+  const auto wanted =
+      std::ranges::find_if(kernels, [&](const auto& set) { return set.name == name; });
   return std::make_unique<LatticeNetwork<Real>>(problem, true, variant.threads, *wanted);
 }
 
-template <class Real>
-class SteppingIn final : public Stepping {
+template <class Real> class SteppingIn final : public Stepping {
  public:
   SteppingIn(const KernelVariant& variant, int n)
       : problem_(problem_of(variant, n)),
@@ -91,7 +96,9 @@ class SteppingIn final : public Stepping {
       integrator_->step(*system_, state_, h * static_cast<double>(steps_++), h);
     }
   }
-  [[nodiscard]] double springs() const override { return static_cast<double>(system_->spring_count()); }
+  [[nodiscard]] double springs() const override {
+    return static_cast<double>(system_->spring_count());
+  }
 
  private:
   NetworkProblem problem_;
@@ -120,11 +127,65 @@ std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n) {
 double bytes_moved(const KernelVariant& variant, int n) {
   constexpr double read_and_written = 2.0 * 2.0 * 3.0;
   constexpr double inverse_mass = 1.0;
-  return (read_and_written + inverse_mass + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
+  return (read_and_written + inverse_mass + constants_per_node(variant)) * size_of_number(variant) *
+         nodes(n);
 }
 
 double working_set(const KernelVariant& variant, int n) {
   return (2.0 * 3.0 + 1.0 + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
 }
+
+template <class Real> RootsAndQuotients<Real>::RootsAndQuotients() : from_(count), to_(count) {
+  for (long n = 0; n < count; ++n) {
+    from_[static_cast<std::size_t>(n)] =
+        static_cast<Real>(1.0 + 1e-3 * static_cast<double>(n % 997));
+  }
+}
+
+template <class Real> void RootsAndQuotients<Real>::repeat(long times) {
+  const auto limit = lattice_kernels<Real>().front().roots_and_quotients;
+  for (long n = 0; n < times; ++n) { limit(from_.data(), to_.data(), count); }
+}
+
+VectorUpdate::VectorUpdate(double bytes)
+    : a_(static_cast<std::size_t>(bytes / (2.0 * sizeof(double))), 0.0), b_(a_.size(), 1.0) {}
+
+void VectorUpdate::repeat(long times) {
+  double* a = a_.data();
+  const double* b = b_.data();
+  const std::size_t count = a_.size();
+  for (long time = 0; time < times; ++time) {
+    const double x = 1e-9 * static_cast<double>(time);
+    for (std::size_t n = 0; n < count; ++n) { a[n] += x * b[n]; }
+  }
+}
+
+double VectorUpdate::bytes_moved() const {
+  return 3.0 * sizeof(double) * static_cast<double>(a_.size());
+}
+
+double side_by_side_slowdown(const std::function<void()>& mine,
+                             const std::function<void()>& other) {
+  const Contender alone{"alone", [&](long) { mine(); }, Clock::wall};
+  const Contender together{"together",
+                           [&](long) {
+                             std::thread second(other);
+                             mine();
+                             second.join();
+                           },
+                           Clock::wall};
+  const std::vector<Timed> timed = time_interleaved({alone, together}, {.rounds = 9, .batch = 0.0});
+  return timed[1].median / timed[0].median;
+}
+
+double side_by_side_slowdown() {
+  constexpr long times = 4000;  // some 20 ms
+  RootsAndQuotients<double> mine;
+  RootsAndQuotients<double> other;
+  return side_by_side_slowdown([&] { mine.repeat(times); }, [&] { other.repeat(times); });
+}
+
+template class RootsAndQuotients<double>;
+template class RootsAndQuotients<float>;
 
 }  // namespace palpate::bench

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/bench/paired_cases.hpp"
 
 #include <algorithm>
@@ -11,12 +12,15 @@ namespace {
 using timing::PairedStart;
 using timing::PairedVerdict;
 
-bool counted(const PairedFinding& finding) { return !finding.base.passes.empty() && !finding.head.passes.empty(); }
+bool counted(const PairedFinding& finding) {
+  return !finding.base.passes.empty() && !finding.head.passes.empty();
+}
 
 /// NaN where nobody counted.
 double instruction_ratio(const PairedFinding& finding) {
   if (!counted(finding)) { return std::nan(""); }
-  return static_cast<double>(finding.head.passes.front()) / static_cast<double>(finding.base.passes.front());
+  return static_cast<double>(finding.head.passes.front()) /
+         static_cast<double>(finding.base.passes.front());
 }
 
 /// A reason to believe the clock.
@@ -25,13 +29,15 @@ bool has_a_cause(const PairedFinding& finding, const PairedVerdict& verdict) {
 }
 
 Table starts_table(const PairedFinding& finding) {
-  Table table{.id = "starts",
-              .title = "Starts of the process",
-              .caption =
-                  "Each loads the libraries in the other order. Head over base; what identical libraries show here "
-                  "is where they lie in memory.",
-              .columns = {"start", "pairs", "median ratio", "base, median (us)", "head, median (us)"},
-              .timing = true};
+  Table table{
+      .id = "starts",
+      .title = "Starts of the process",
+      .caption =
+          "Each loads the libraries in the other order. Head over base; what identical libraries "
+          "show here "
+          "is where they lie in memory.",
+      .columns = {"start", "pairs", "median ratio", "base, median (us)", "head, median (us)"},
+      .timing = true};
   for (std::size_t n = 0; n < finding.starts.size(); ++n) {
     const PairedStart& start = finding.starts[n];
     std::vector<double> base, head;
@@ -52,12 +58,17 @@ void tell(const PairedFinding& finding, const PairedVerdict& verdict, Outcome& o
   outcome.judge({.name = "time_ratio_lower_99", .value = verdict.lower});
   outcome.judge({.name = "time_ratio_upper_99", .value = verdict.upper});
   outcome.judge({.name = "instruction_ratio", .value = instruction_ratio(finding)});
-  outcome.judge({.name = "missed_batches_of_base", .value = static_cast<double>(verdict.base_misses)});
-  outcome.judge({.name = "missed_batches_of_head", .value = static_cast<double>(verdict.head_misses)});
+  outcome.judge(
+      {.name = "missed_batches_of_base", .value = static_cast<double>(verdict.base_misses)});
+  outcome.judge(
+      {.name = "missed_batches_of_head", .value = static_cast<double>(verdict.head_misses)});
   outcome.tables.push_back(starts_table(finding));
-  outcome.notes.emplace_back(finding.same_motion ? "Both builds move alike to the last bit."
-                                                 : "The two builds do not move alike to the last bit.");
-  if (!counted(finding)) { outcome.notes.push_back("Instructions were not counted: " + finding.head.refusal + "."); }
+  outcome.notes.emplace_back(finding.same_motion
+                                 ? "Both builds move alike to the last bit."
+                                 : "The two builds do not move alike to the last bit.");
+  if (!counted(finding)) {
+    outcome.notes.push_back("Instructions were not counted: " + finding.head.refusal + ".");
+  }
 }
 
 void compare(const PairedFinding& finding, Outcome& outcome) {
@@ -65,15 +76,17 @@ void compare(const PairedFinding& finding, Outcome& outcome) {
   tell(finding, verdict, outcome);
   if (verdict.slower() && !has_a_cause(finding, verdict)) {
     outcome.notes.emplace_back(
-        "The clock says slower, but nothing more is done and no more deadlines are missed: where code "
+        "The clock says slower, but nothing more is done and no more deadlines are missed: where "
+        "code "
         "lies in memory, or the machine.");
   }
-  outcome.judge({.name = "slowdown_with_a_cause",
-                 .value = has_a_cause(finding, verdict) ? verdict.lower : std::min(verdict.lower, 1.0),
-                 .upper = timing::allowed_slowdown,
-                 .bound_from =
-                     "wanted: no build is 3 % slower, with 99 % confidence, by a clock that instructions or "
-                     "missed deadlines bear out"});
+  outcome.judge(
+      {.name = "slowdown_with_a_cause",
+       .value = has_a_cause(finding, verdict) ? verdict.lower : std::min(verdict.lower, 1.0),
+       .upper = timing::allowed_slowdown,
+       .bound_from =
+           "wanted: no build is 3 % slower, with 99 % confidence, by a clock that instructions or "
+           "missed deadlines bear out"});
 }
 
 struct Alarms {
@@ -82,7 +95,8 @@ struct Alarms {
   std::vector<double> ratios{};
 };
 
-Alarms alarms_of(const std::string& scene, Head head, int comparisons, const PairedMeasurement& measure) {
+Alarms alarms_of(const std::string& scene, Head head, int comparisons,
+                 const PairedMeasurement& measure) {
   Alarms alarms;
   for (int n = 0; n < comparisons; ++n) {
     const PairedFinding finding = measure(scene, head, static_cast<std::uint64_t>(n) + 1);
@@ -95,9 +109,12 @@ Alarms alarms_of(const std::string& scene, Head head, int comparisons, const Pai
 }
 
 /// A false alarm is to be rarer than one slowdown missed.
-int planted_among(int comparisons) { return comparisons < 20 ? comparisons : std::max(20, comparisons / 10); }
+int planted_among(int comparisons) {
+  return comparisons < 20 ? comparisons : std::max(20, comparisons / 10);
+}
 
-void self_test(const std::string& scene, int comparisons, const PairedMeasurement& measure, Outcome& outcome) {
+void self_test(const std::string& scene, int comparisons, const PairedMeasurement& measure,
+               Outcome& outcome) {
   const Alarms same = alarms_of(scene, Head::as_built, comparisons, measure);
   const Alarms planted = alarms_of(scene, Head::planted, planted_among(comparisons), measure);
   outcome.judge({.name = "alarms_at_the_same_build",
@@ -110,16 +127,18 @@ void self_test(const std::string& scene, int comparisons, const PairedMeasuremen
                  .lower = 0.0,
                  .upper = 0.0,
                  .bound_from = "one tick in twenty more is 5 % slower, which is more than 3 %"});
-  Table table{
-      .id = "self-test",
-      .title = "The comparison, compared",
-      .caption = "A build against itself, and against itself with one tick in twenty more.",
-      .columns = {"head", "comparisons", "alarms", "alarms of the clock alone", "least ratio", "largest ratio"},
-      .timing = true};
-  for (const auto& [name, alarms] : {std::pair{"the same", &same}, std::pair{"5 % planted", &planted}}) {
-    table.rows.push_back({std::string(name), static_cast<double>(alarms->ratios.size()), static_cast<double>(alarms->in_all),
-                          static_cast<double>(alarms->by_clock), *std::ranges::min_element(alarms->ratios),
-                          *std::ranges::max_element(alarms->ratios)});
+  Table table{.id = "self-test",
+              .title = "The comparison, compared",
+              .caption = "A build against itself, and against itself with one tick in twenty more.",
+              .columns = {"head", "comparisons", "alarms", "alarms of the clock alone",
+                          "least ratio", "largest ratio"},
+              .timing = true};
+  for (const auto& [name, alarms] :
+       {std::pair{"the same", &same}, std::pair{"5 % planted", &planted}}) {
+    table.rows.push_back(
+        {std::string(name), static_cast<double>(alarms->ratios.size()),
+         static_cast<double>(alarms->in_all), static_cast<double>(alarms->by_clock),
+         *std::ranges::min_element(alarms->ratios), *std::ranges::max_element(alarms->ratios)});
   }
   outcome.tables.push_back(std::move(table));
 }
@@ -131,7 +150,8 @@ bool is_slower(const PairedFinding& finding) {
   return verdict.slower() && has_a_cause(finding, verdict);
 }
 
-std::vector<Case> paired_cases(const std::vector<std::string>& scenes, const PairedMeasurement& measure) {
+std::vector<Case> paired_cases(const std::vector<std::string>& scenes,
+                               const PairedMeasurement& measure) {
   std::vector<Case> cases;
   for (const std::string& scene : scenes) {
     cases.push_back({.name = "bench/paired/" + scene,
@@ -151,8 +171,11 @@ std::vector<Case> self_test_cases(const std::vector<std::string>& scenes, int co
     cases.push_back(
         {.name = "bench/self-test/" + scene,
          .suite = "timing",
-         .claim = "With " + scene + ".toml a build is never called slower than itself, and 5 % are always seen.",
-         .measure = [=](const CaseContext&, Outcome& outcome) { self_test(scene, comparisons, measure, outcome); }});
+         .claim = "With " + scene +
+                  ".toml a build is never called slower than itself, and 5 % are always seen.",
+         .measure = [=](const CaseContext&, Outcome& outcome) {
+           self_test(scene, comparisons, measure, outcome);
+         }});
   }
   return cases;
 }

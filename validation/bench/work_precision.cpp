@@ -1,16 +1,86 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/bench/work_precision.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <map>
 #include <memory>
 
 #include "model/stepping/simulation.hpp"
-#include "validation/bench/interleaved.hpp"
+#include "validation/bench/timing.hpp"
 
 namespace palpate::bench {
+
+namespace {
+
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+
+/// In the plane of logarithms.
+struct Place {
+  double cost = 0.0;
+  double error = 0.0;
+};
+
+/// Each method's points by rising cost.
+std::vector<std::vector<Place>> ladders_of(std::span<const Effort> efforts) {
+  std::map<std::string, std::vector<Place>> by_method;
+  for (const Effort& each : efforts) {
+    by_method[each.method].push_back({std::log10(each.cost), std::log10(each.error)});
+  }
+  std::vector<std::vector<Place>> ladders;
+  for (auto& [method, ladder] : by_method) {
+    std::ranges::sort(ladder, {}, &Place::cost);
+    ladders.push_back(std::move(ladder));
+  }
+  return ladders;
+}
+
+double between(double at, double from, double to, double value_from, double value_to) {
+  return value_from + (value_to - value_from) * (at - from) / (to - from);
+}
+
+double cost_on(const std::vector<Place>& ladder, double error) {
+  if (ladder.front().error <= error) { return ladder.front().cost; }
+  for (std::size_t n = 1; n < ladder.size(); ++n) {
+    const Place& a = ladder[n - 1];
+    const Place& b = ladder[n];
+    if (b.error <= error) { return between(error, a.error, b.error, a.cost, b.cost); }
+  }
+  return nothing;
+}
+
+double error_on(const std::vector<Place>& ladder, double cost) {
+  if (cost < ladder.front().cost) { return nothing; }
+  for (std::size_t n = 1; n < ladder.size(); ++n) {
+    const Place& a = ladder[n - 1];
+    const Place& b = ladder[n];
+    if (b.cost >= cost) { return between(cost, a.cost, b.cost, a.error, b.error); }
+  }
+  return ladder.back().error;
+}
+
+/// Least over the ladders, those that have none left out.
+template <class Value> double least(std::span<const Effort> efforts, double at, Value&& value) {
+  double best = nothing;
+  for (const std::vector<Place>& ladder : ladders_of(efforts)) {
+    best = std::fmin(best, value(ladder, std::log10(at)));
+  }
+  return best;
+}
+
+}  // namespace
+
+double cost_at(std::span<const Effort> efforts, double error) {
+  return std::pow(10.0, least(efforts, error, cost_on));
+}
+
+double digits_at(std::span<const Effort> efforts, double cost) {
+  return -least(efforts, cost, error_on);
+}
 
 namespace {
 
@@ -28,7 +98,9 @@ Eigen::VectorXd lengths(const Eigen::MatrixXd& error, const std::vector<bool>& l
 }
 
 /// What the signal has come to.
-Eigen::VectorXd final_of(const Eigen::MatrixXd& signal) { return signal.rightCols(1) - signal.leftCols(1); }
+Eigen::VectorXd final_of(const Eigen::MatrixXd& signal) {
+  return signal.rightCols(1) - signal.leftCols(1);
+}
 
 /// In the component that has come furthest.
 double error_at_end(const Eigen::MatrixXd& signal, const Eigen::MatrixXd& truth) {
@@ -49,7 +121,7 @@ std::string substeps_text(int substeps) {
 
 /// Its errors; false when it is of no use.
 bool judge_once(const Study& study, Candidate& candidate, double& seconds) {
-  const Run run = study.here(candidate.scene);
+  const MethodRun run = study.here(candidate.scene);
   seconds = run.seconds;
   candidate.point.evaluations = run.evaluations;
   candidate.point.errors = errors_of(run, study.truth);
@@ -57,7 +129,8 @@ bool judge_once(const Study& study, Candidate& candidate, double& seconds) {
 }
 
 Candidate candidate_of(const Study& study, const Reduction& reduction, Point::Kind kind) {
-  Candidate candidate{.point = {.kind = kind, .far_field = reduction.near_radius > 0.0}, .scene = study.scene};
+  Candidate candidate{.point = {.kind = kind, .far_field = reduction.near_radius > 0.0},
+                      .scene = study.scene};
   candidate.scene.simulation.near_radius = reduction.near_radius;
   if (candidate.point.far_field) { candidate.scene.simulation.far_modes = reduction.far_modes; }
   return candidate;
@@ -68,13 +141,13 @@ std::string method_of(const std::string& scheme, const Candidate& candidate) {
          (candidate.point.far_field ? ", far field" : "");
 }
 
-void add_scheme(const Study& study, const std::string& scheme, const Reduction& reduction, Precision precision,
-                double patience, std::vector<Candidate>& candidates) {
+void add_scheme(const Study& study, const std::string& scheme, const Reduction& reduction,
+                Precision precision, double patience, std::vector<Candidate>& candidates) {
   const bool single = precision == Precision::single_precision;
   double before = unbounded;
   double seconds = 0.0;
-  for (int substeps = study.least_substeps; substeps <= study.most_substeps && 2.0 * seconds <= patience;
-       substeps *= 2) {
+  for (int substeps = study.least_substeps;
+       substeps <= study.most_substeps && 2.0 * seconds <= patience; substeps *= 2) {
     Candidate candidate =
         candidate_of(study, reduction, single ? Point::Kind::in_float : Point::Kind::in_double);
     candidate.point.method = method_of(scheme, candidate);
@@ -91,13 +164,15 @@ void add_scheme(const Study& study, const std::string& scheme, const Reduction& 
   }
 }
 
-void add_automatic(const Study& study, const Reduction& reduction, std::vector<Candidate>& candidates) {
+void add_automatic(const Study& study, const Reduction& reduction,
+                   std::vector<Candidate>& candidates) {
   Candidate candidate = candidate_of(study, reduction, Point::Kind::automatic);
   candidate.point.method = method_of("auto", candidate);
   candidate.scene.simulation.integrator = "auto";
   candidate.scene.simulation.substeps.reset();
   const StepPlan plan = Simulation(candidate.scene).plan();
-  candidate.point.setting = std::string(plan.integrator->name) + ", " + substeps_text(plan.substeps);
+  candidate.point.setting =
+      std::string(plan.integrator->name) + ", " + substeps_text(plan.substeps);
   double seconds = 0.0;
   if (judge_once(study, candidate, seconds)) { candidates.push_back(candidate); }
 }
@@ -108,20 +183,21 @@ void time_candidates(std::vector<Candidate>& candidates, int rounds) {
   std::vector<Contender> contenders;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     std::unique_ptr<Simulation>& simulation = simulations[c];
-    contenders.push_back(
-        {.name = candidates[c].point.method,
-         .repeat =
-             [&simulation](long) {
-               for (long n = simulation->tick_count(); n > 0; --n) { (void)simulation->tick(); }
-             },
-         .begin =
-             [&simulation, &candidate = candidates[c]] {
-               const double begin = seconds_on(Clock::processor);
-               simulation = std::make_unique<Simulation>(candidate.scene);
-               const double took = seconds_on(Clock::processor) - begin;
-               candidate.point.loading = std::fmin(candidate.point.loading, took);
-             },
-         .end = [&simulation] { simulation.reset(); }});
+    contenders.push_back({.name = candidates[c].point.method,
+                          .repeat =
+                              [&simulation](long) {
+                                for (long n = simulation->tick_count(); n > 0; --n) {
+                                  (void)simulation->tick();
+                                }
+                              },
+                          .begin =
+                              [&simulation, &candidate = candidates[c]] {
+                                const double begin = seconds_on(Clock::processor);
+                                simulation = std::make_unique<Simulation>(candidate.scene);
+                                const double took = seconds_on(Clock::processor) - begin;
+                                candidate.point.loading = std::fmin(candidate.point.loading, took);
+                              },
+                          .end = [&simulation] { simulation.reset(); }});
   }
   const std::vector<Timed> timed = time_interleaved(contenders, {.rounds = rounds, .batch = 0.0});
   for (std::size_t c = 0; c < candidates.size(); ++c) {
@@ -130,7 +206,8 @@ void time_candidates(std::vector<Candidate>& candidates, int rounds) {
   }
 }
 
-void add_solver(const Study& study, const std::string& name, double patience, std::vector<Point>& points) {
+void add_solver(const Study& study, const std::string& name, double patience,
+                std::vector<Point>& points) {
   double spent = 0.0;
   for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
     std::array<char, 16> text{};
@@ -138,7 +215,7 @@ void add_solver(const Study& study, const std::string& name, double patience, st
     Point point{.method = name, .setting = text.data(), .kind = Point::Kind::elsewhere};
     std::vector<double> seconds;
     for (int n = 0; n < 3 && spent < patience; ++n) {
-      const Run run = study.there(name, tolerance);
+      const MethodRun run = study.there(name, tolerance);
       if (run.failed) { break; }
       seconds.push_back(run.seconds);
       spent += run.seconds;
@@ -163,9 +240,10 @@ bool same_field(const Point& a, const Point& b) {
 
 }  // namespace
 
-Errors errors_of(const Run& run, const Truth& truth) {
-  const bool usable = !run.failed && run.tool.cols() == truth.run.tool.cols() && run.tool.allFinite() &&
-                      run.position.size() == truth.run.position.size() && run.position.allFinite();
+Errors errors_of(const MethodRun& run, const Truth& truth) {
+  const bool usable = !run.failed && run.tool.cols() == truth.run.tool.cols() &&
+                      run.tool.allFinite() && run.position.size() == truth.run.position.size() &&
+                      run.position.allFinite();
   if (!usable) { return {unbounded, unbounded, unbounded, unbounded, unbounded, unbounded}; }
   const Eigen::VectorXd tool = lengths(run.tool - truth.run.tool, truth.left_out);
   const Eigen::MatrixXd everywhere = run.position - truth.run.position;
@@ -177,9 +255,9 @@ Errors errors_of(const Run& run, const Truth& truth) {
           .energy = (run.energy - truth.run.energy).cwiseAbs().maxCoeff() / truth.energy};
 }
 
-Truth truth_of(Run first, const Run& second, std::vector<bool> left_out) {
+Truth truth_of(MethodRun first, const MethodRun& second, std::vector<bool> left_out) {
   Truth truth{.run = std::move(first), .left_out = std::move(left_out)};
-  const Run& run = truth.run;
+  const MethodRun& run = truth.run;
   truth.peak = (run.tool.colwise() - run.tool.col(0)).colwise().norm().maxCoeff();
   truth.travel = (run.position.colwise() - run.position.col(0)).cwiseAbs().maxCoeff();
   truth.energy = (run.energy.array() - run.energy(0)).abs().maxCoeff();
@@ -189,7 +267,8 @@ Truth truth_of(Run first, const Run& second, std::vector<bool> left_out) {
 
 std::vector<Point> measure_points(const Study& study, double patience, int rounds) {
   std::vector<Candidate> candidates;
-  const auto add_schemes = [&](const std::vector<std::string>& schemes, const Reduction& reduction) {
+  const auto add_schemes = [&](const std::vector<std::string>& schemes,
+                               const Reduction& reduction) {
     for (const std::string& scheme : schemes) {
       add_scheme(study, scheme, reduction, Precision::double_precision, patience, candidates);
       if (study.in_float && !find_integrator(scheme)->implicit) {
@@ -207,7 +286,8 @@ std::vector<Point> measure_points(const Study& study, double patience, int round
   std::vector<Point> points;
   for (const Candidate& candidate : candidates) { points.push_back(candidate.point); }
   for (const std::string& name : study.solvers) { add_solver(study, name, 3.0 * patience, points); }
-  std::ranges::stable_partition(points, [](const Point& p) { return p.kind != Point::Kind::automatic; });
+  std::ranges::stable_partition(points,
+                                [](const Point& p) { return p.kind != Point::Kind::automatic; });
   return points;
 }
 
@@ -234,7 +314,9 @@ double automatic_over_best(const std::vector<Point>& points) {
     worst = std::fmax(worst, 0.0);
     for (const Point& p : points) {
       if (p.kind != Point::Kind::in_double || !same_field(p, automatic)) { continue; }
-      if (p.errors.tool <= automatic.errors.tool) { worst = std::max(worst, automatic.seconds / p.median); }
+      if (p.errors.tool <= automatic.errors.tool) {
+        worst = std::max(worst, automatic.seconds / p.median);
+      }
     }
   }
   return worst;
@@ -256,6 +338,158 @@ double noise_of(const std::vector<Point>& points) {
   const auto tenth = apart.begin() + static_cast<std::ptrdiff_t>(9 * apart.size() / 10);
   std::ranges::nth_element(apart, tenth);
   return std::max(1.1, *tenth);
+}
+
+namespace {
+
+/// What a method's name leaves open.
+std::string words_on_far_field(const Study& study) {
+  if (!(study.reduction.near_radius > 0.0)) { return ""; }
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(),
+                " With a far field, what lies further than %g mm from what is pushed is linear "
+                "about rest, in %d modes.",
+                1e3 * study.reduction.near_radius, study.reduction.far_modes);
+  return text.data();
+}
+
+Table points_table(const std::vector<Point>& points, const Study& study) {
+  Table table{
+      .id = "points",
+      .title = "Every setting",
+      .caption =
+          "Errors at ticks, over the largest displacement, change of energy, or signal of the tool "
+          "(here: " +
+          study.tool +
+          "). MethodRun times, without loading, are the least and the median of rounds; on the "
+          "frontier is what no other setting of its kind and precision beats in both." +
+          words_on_far_field(study),
+      .columns = {"method", "setting", "time (s)", "median (s)", "loading (s)", "evaluations",
+                  "tool (1)", "tool, mean (1)", "trajectory (1)", "trajectory, mean (1)",
+                  "energy (1)", "frontier"},
+      .timing = true};
+  for (const Point& p : points) {
+    const Cell loading = p.here() ? Cell(p.loading) : Cell(std::string("-"));
+    table.rows.push_back({p.method, p.setting, p.seconds, p.median, loading,
+                          static_cast<double>(p.evaluations), p.errors.tool, p.errors.tool_mean,
+                          p.errors.trajectory, p.errors.trajectory_mean, p.errors.energy,
+                          std::string(on_frontier(points, p) ? "yes" : "")});
+  }
+  return table;
+}
+
+void add_cells(const Point* point, std::vector<Cell>& row) {
+  if (point == nullptr) {
+    row.insert(row.end(), {std::string("none"), std::string("-")});
+  } else {
+    row.insert(row.end(), {point->method + ", " + point->setting, point->seconds});
+  }
+}
+
+Table cheapest_table(const std::vector<Point>& points, const Study& study) {
+  Table table{.id = "cheapest",
+              .title = "The cheapest way to an error",
+              .caption = "Of what is at most that far off at the tool (" + study.tool +
+                         "); integrator = \"auto\" "
+                         "chooses " +
+                         points.back().setting + "." + words_on_far_field(study),
+              .columns = {"error (1)", "here", "time (s)", "elsewhere", "time (s)", "ratio (1)"},
+              .timing = true};
+  for (const double error : {1e-2, 1e-3, 1e-4}) {
+    const Point* here = cheapest(points, error, true);
+    const Point* there = cheapest(points, error, false);
+    std::vector<Cell> row{error};
+    add_cells(here, row);
+    add_cells(there, row);
+    row.emplace_back(std::string("-"));
+    if (here != nullptr && there != nullptr) { row.back() = there->seconds / here->seconds; }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+/// One error against one cost.
+struct View {
+  const char* id;
+  const char* title;
+  const char* error_label;
+  double (*error)(const Point&);
+  bool evaluations = false;  ///< else run time
+  bool of_all = false;       ///< coordinates, of which an oscillator has one
+};
+
+constexpr std::array views{
+    View{"tool-time", "Error at the tool against run time", "largest error at the tool (1)",
+         [](const Point& p) { return p.errors.tool; }},
+    View{"tool-evaluations", "Error at the tool against evaluations of the force",
+         "largest error at the tool (1)", [](const Point& p) { return p.errors.tool; }, true},
+    View{"trajectory-mean-time", "Error of all nodes, root mean square, against run time",
+         "error of all nodes, mean (1)", [](const Point& p) { return p.errors.trajectory_mean; },
+         false, true},
+    View{"trajectory-time", "Largest error of any node against run time",
+         "largest error of any node (1)", [](const Point& p) { return p.errors.trajectory; }, false,
+         true},
+    View{"energy-time", "Error of the energy against run time", "largest error of the energy (1)",
+         [](const Point& p) { return p.errors.energy; }}};
+
+double cost(const View& view, const Point& point) {
+  return view.evaluations ? static_cast<double>(point.evaluations) : point.seconds;
+}
+
+Figure figure_of(const std::vector<Point>& points, const View& view, double floor, bool single) {
+  Figure figure{.id = std::string(view.id) + (single ? "-float" : ""),
+                .title = std::string(view.title) + (single ? ", in float" : ""),
+                .caption =
+                    "Lower and further left is better. Lines: schemes of the model, from few "
+                    "substeps to many; "
+                    "points: other libraries, from loose tolerances to tight ones.",
+                .x = {.label = view.evaluations ? "evaluations of the force (1)" : "run time (s)",
+                      .logarithmic = true},
+                .y = {.label = view.error_label, .logarithmic = true},
+                .timing = !view.evaluations};
+  double least = unbounded;
+  double most = 0.0;
+  for (const Point& point : points) {
+    const bool shown =
+        single ? point.kind == Point::Kind::in_float : point.kind != Point::Kind::in_float;
+    if (!shown || !(view.error(point) > 0.0)) { continue; }
+    if (figure.series.empty() || figure.series.back().label != point.method) {
+      figure.series.push_back({.label = point.method,
+                               .style = point.here() && point.kind != Point::Kind::automatic
+                                            ? Series::Style::line_and_points
+                                            : Series::Style::points});
+    }
+    figure.series.back().x.push_back(cost(view, point));
+    figure.series.back().y.push_back(view.error(point));
+    least = std::min(least, cost(view, point));
+    most = std::max(most, cost(view, point));
+  }
+  if (floor > 0.0 && most > 0.0) {
+    figure.caption += " Dashed: how far two references are apart.";
+    figure.series.push_back({.label = "floor of the reference",
+                             .style = Series::Style::dashed,
+                             .x = {least, most},
+                             .y = {floor, floor}});
+  }
+  return figure;
+}
+
+}  // namespace
+
+void add_tables(const std::vector<Point>& points, const Study& study, Outcome& outcome) {
+  outcome.tables.push_back(cheapest_table(points, study));
+  outcome.tables.push_back(points_table(points, study));
+}
+
+void add_figures(const std::vector<Point>& points, const Study& study, Outcome& outcome) {
+  for (const View& view : views) {
+    if (view.of_all && study.truth.run.position.rows() == 1) { continue; }
+    const bool of_tool = std::string_view(view.id).starts_with("tool");
+    outcome.figures.push_back(figure_of(points, view, of_tool ? study.truth.floor : 0.0, false));
+  }
+  if (std::ranges::any_of(points, [](const Point& p) { return p.kind == Point::Kind::in_float; })) {
+    outcome.figures.push_back(figure_of(points, views.front(), study.truth.floor, true));
+  }
 }
 
 }  // namespace palpate::bench

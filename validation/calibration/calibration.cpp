@@ -1,10 +1,100 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/calibration/calibration.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace palpate::calibration {
+namespace {
+
+std::size_t worst_told(const Fit& fit) {
+  return *std::ranges::max_element(fit.told, {},
+                                   [&](std::size_t n) { return fit.parameters[n].deviation; });
+}
+
+/// The depth of a group whose women weigh more or less than those that were fitted.
+void move_depth(Observation& foretold, const Pooled& fitted, const Pooled& held) {
+  if (!fitted.body_mass_index || !held.body_mass_index) { return; }
+  foretold[index_of(Observable::depth_of_loss)] +=
+      depth_per_body_mass_index * (*held.body_mass_index - *fitted.body_mass_index);
+}
+
+}  // namespace
+
+Profile profile_of_worst(Forward& forward, const Fit& fit) {
+  Profile profile;
+  if (fit.told.empty()) { return profile; }
+  profile.parameter = worst_told(fit);
+  const FittedParameter& worst = fit.parameters[profile.parameter];
+  std::vector<std::size_t> others = fit.told;
+  std::erase(others, profile.parameter);
+  const double middle = worst.parameter.standardised(worst.value);
+  const double lowest = worst.parameter.standardised(worst.parameter.lower);
+  const double highest = worst.parameter.standardised(worst.parameter.upper);
+  const Search search(forward, fit.data, others);
+  const auto cost_at = [&](double x) {
+    Forward::Values start = fit.values();
+    start[profile.parameter] = worst.parameter.value(x);
+    return search.from(start, {.most_iterations = 6}).cost + x * x;  // its own prior is a row too
+  };
+  const double least = cost_at(middle);
+  for (const double deviations : {-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0}) {
+    const double x = middle + deviations * worst.deviation;
+    if (x < lowest || x > highest) { continue; }
+    profile.value.push_back(worst.parameter.value(x));
+    profile.growth.push_back(cost_at(x) - least);
+  }
+  return profile;
+}
+
+std::vector<std::string> groups_of(std::span<const Subject> subjects) {
+  std::vector<std::string> groups;
+  for (const Subject& subject : subjects) {
+    if (std::ranges::find(groups, subject.group) == groups.end()) {
+      groups.push_back(subject.group);
+    }
+  }
+  return groups;
+}
+
+std::vector<HeldOut> leave_groups_out(Forward& forward, const Fit& fit,
+                                      std::span<const Subject> subjects,
+                                      const SharedUncertainty& shared) {
+  std::vector<HeldOut> all;
+  const std::vector<std::string> groups = groups_of(subjects);
+  if (groups.size() < 2) { return all; }
+  for (const std::string& group : groups) {
+    std::vector<Subject> held;
+    std::vector<Subject> others;
+    for (const Subject& subject : subjects) {
+      (subject.group == group ? held : others).push_back(subject);
+    }
+    const Pooled fitted = pool(others, shared);
+    HeldOut out{.group = group, .subjects = held.size(), .seen = pool(held, shared)};
+    const Search::Found found = Search(forward, fitted, fit.told).from(fit.values());
+    out.converged = found.converged;
+    out.foretold = forward.at(found.values);
+    out.error_fitted = root_mean_square(relative_errors(out.foretold, fitted.mean));
+    move_depth(out.foretold, fitted, out.seen);
+    out.error_foretold = root_mean_square(relative_errors(out.foretold, out.seen.mean));
+    all.push_back(std::move(out));
+  }
+  return all;
+}
+
+Eigen::VectorXd relative_errors(const Observation& simulated, const Observation& seen) {
+  return (simulated - seen).cwiseQuotient(seen);
+}
+
+double root_mean_square(const Eigen::VectorXd& values) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (const double v : values) {
+    if (std::isfinite(v)) { sum += v * v, count += 1.0; }
+  }
+  return std::sqrt(sum / count);
+}
 
 double Calibration::shortcut_cost() const {
   double worst = 0.0;

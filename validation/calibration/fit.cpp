@@ -1,14 +1,213 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/calibration/fit.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <stdexcept>
 
-#include "validation/calibration/posterior.hpp"
-
 namespace palpate::calibration {
+
+namespace {
+
+/// The weighted slopes w J, and H^-1.
+struct Normal {
+  Eigen::MatrixXd weighted{};
+  Eigen::MatrixXd inverse{};
+};
+
+Normal normal_equations(const Linearised& at) {
+  const Eigen::Index count = at.slope.cols();
+  const Eigen::MatrixXd weighted = at.covariance.diagonal().cwiseInverse().asDiagonal() * at.slope;
+  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(count, count);
+  const Eigen::LLT<Eigen::MatrixXd> information(at.slope.transpose() * weighted + unit);
+  return {.weighted = weighted, .inverse = information.solve(unit)};
+}
+
+}  // namespace
+
+Eigen::MatrixXd posterior_covariance(const Linearised& at) {
+  const Normal normal = normal_equations(at);
+  const Eigen::MatrixXd spread = at.covariance + at.considered * at.considered.transpose();
+  return passed_on(at, spread) + normal.inverse * normal.inverse;
+}
+
+Eigen::MatrixXd passed_on(const Linearised& at, const Eigen::MatrixXd& part) {
+  const Normal normal = normal_equations(at);
+  return normal.inverse * normal.weighted.transpose() * part * normal.weighted * normal.inverse;
+}
+
+Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
+  return scale.asDiagonal() * covariance * scale.asDiagonal();
+}
+
+std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope,
+                                       const Eigen::MatrixXd& covariance,
+                                       std::vector<Eigen::Index> candidates) {
+  constexpr double most_left = 0.5;  // of the prior variance
+  std::vector<Eigen::Index> told = std::move(candidates);
+  while (!told.empty()) {
+    const Eigen::VectorXd left = posterior_covariance({.slope = columns_of(slope, told),
+                                                       .considered = columns_besides(slope, told),
+                                                       .covariance = covariance})
+                                     .diagonal();
+    Eigen::Index worst = 0;
+    if (left.maxCoeff(&worst) < most_left) { break; }
+    told.erase(told.begin() + worst);
+  }
+  return told;
+}
+
+Eigen::MatrixXd columns_of(const Eigen::MatrixXd& matrix,
+                           const std::vector<Eigen::Index>& columns) {
+  Eigen::MatrixXd chosen(matrix.rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t n = 0; n < columns.size(); ++n) {
+    chosen.col(static_cast<Eigen::Index>(n)) = matrix.col(columns[n]);
+  }
+  return chosen;
+}
+
+Eigen::MatrixXd columns_besides(const Eigen::MatrixXd& matrix,
+                                const std::vector<Eigen::Index>& columns) {
+  std::vector<Eigen::Index> others;
+  for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
+    if (std::ranges::find(columns, c) == columns.end()) { others.push_back(c); }
+  }
+  return columns_of(matrix, others);
+}
+
+namespace {
+
+/// Of finite differences, in spreads of the prior: far above what the ticks of a simulation leave.
+constexpr double difference = 0.1;
+
+/// A free number q stands for log v = lower + (upper - lower) / (1 + exp(-q)).
+double share_of(double q) { return 1.0 / (1.0 + std::exp(-q)); }
+
+double from_free(const Parameter& p, double q) {
+  return std::exp(std::lerp(std::log(p.lower), std::log(p.upper), share_of(q)));
+}
+
+double to_free(const Parameter& p, double value) {
+  constexpr double edge = 1e-6;  // a start on a bound would never leave it
+  const double share = std::log(value / p.lower) / std::log(p.upper / p.lower);
+  const double inside = std::clamp(share, edge, 1.0 - edge);
+  return std::log(inside / (1.0 - inside));
+}
+
+/// d x / d q of the standardised parameter.
+double slope_of_free(const Parameter& p, double q) {
+  const double share = share_of(q);
+  return std::log(p.upper / p.lower) / p.spread * share * (1.0 - share);
+}
+
+}  // namespace
+
+Search::Search(Forward& forward, const Pooled& data, std::vector<std::size_t> free)
+    : forward_(forward), data_(data), free_(std::move(free)), rows_(data.present()) {
+  deviation_.resize(static_cast<Eigen::Index>(rows_.size()));
+  for (std::size_t n = 0; n < rows_.size(); ++n) {
+    deviation_[static_cast<Eigen::Index>(n)] = std::sqrt(data.covariance(rows_[n], rows_[n]));
+  }
+}
+
+Eigen::VectorXd Search::rows_of(const Observation& observation) const {
+  Eigen::VectorXd chosen(static_cast<Eigen::Index>(rows_.size()));
+  for (std::size_t n = 0; n < rows_.size(); ++n) {
+    chosen[static_cast<Eigen::Index>(n)] = observation[rows_[n]];
+  }
+  return chosen;
+}
+
+Eigen::MatrixXd Search::rows_of(const Eigen::MatrixXd& covariance) const {
+  const auto count = static_cast<Eigen::Index>(rows_.size());
+  Eigen::MatrixXd chosen(count, count);
+  for (Eigen::Index r = 0; r < count; ++r) {
+    for (Eigen::Index c = 0; c < count; ++c) {
+      chosen(r, c) =
+          covariance(rows_[static_cast<std::size_t>(r)], rows_[static_cast<std::size_t>(c)]);
+    }
+  }
+  return chosen;
+}
+
+Eigen::VectorXd Search::misfits(const Observation& simulated) const {
+  return (rows_of(simulated) - rows_of(data_.mean)).cwiseQuotient(deviation_);
+}
+
+Forward::Values Search::values_at(const Forward::Values& base, const Eigen::VectorXd& q) const {
+  Forward::Values values = base;
+  for (std::size_t n = 0; n < free_.size(); ++n) {
+    values[free_[n]] = from_free(forward_.parameters()[free_[n]], q[static_cast<Eigen::Index>(n)]);
+  }
+  return values;
+}
+
+Eigen::VectorXd Search::residuals(const Forward::Values& at) const {
+  const Eigen::VectorXd rows = misfits(forward_.at(at));
+  Eigen::VectorXd all(rows.size() + static_cast<Eigen::Index>(free_.size()));
+  all.head(rows.size()) = rows;
+  for (std::size_t n = 0; n < free_.size(); ++n) {
+    all[rows.size() + static_cast<Eigen::Index>(n)] =
+        forward_.parameters()[free_[n]].standardised(at[free_[n]]);
+  }
+  return all;
+}
+
+Eigen::MatrixXd Search::slopes(const Forward::Values& at,
+                               const std::vector<std::size_t>& of) const {
+  std::vector<Forward::Values> places{at};
+  std::vector<double> steps;
+  for (const std::size_t index : of) {
+    const Parameter& p = forward_.parameters()[index];
+    const double x = p.standardised(at[index]);
+    steps.push_back(x + difference > p.standardised(p.upper) ? -difference : difference);
+    places.push_back(at);
+    places.back()[index] = p.value(x + steps.back());
+  }
+  const std::vector<Observation> seen = forward_.at(places);
+  Eigen::MatrixXd slope(static_cast<Eigen::Index>(rows_.size()),
+                        static_cast<Eigen::Index>(of.size()));
+  for (std::size_t n = 0; n < of.size(); ++n) {
+    slope.col(static_cast<Eigen::Index>(n)) = (rows_of(seen[n + 1]) - rows_of(seen[0])) / steps[n];
+  }
+  return slope;
+}
+
+Eigen::MatrixXd Search::jacobian(const Forward::Values& at, const Eigen::VectorXd& q) const {
+  const auto rows = static_cast<Eigen::Index>(rows_.size());
+  const auto count = static_cast<Eigen::Index>(free_.size());
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows + count, count);
+  all.topRows(rows) = deviation_.cwiseInverse().asDiagonal() * slopes(at, free_);
+  all.bottomRows(count).setIdentity();
+  for (Eigen::Index n = 0; n < count; ++n) {
+    all.col(n) *= slope_of_free(forward_.parameters()[free_[static_cast<std::size_t>(n)]], q[n]);
+  }
+  return all;
+}
+
+Search::Found Search::from(const Forward::Values& start,
+                           const reference::LeastSquaresRule& rule) const {
+  if (free_.empty()) {
+    return {.values = start, .cost = residuals(start).squaredNorm(), .converged = true};
+  }
+  Eigen::VectorXd q(static_cast<Eigen::Index>(free_.size()));
+  for (std::size_t n = 0; n < free_.size(); ++n) {
+    q[static_cast<Eigen::Index>(n)] = to_free(forward_.parameters()[free_[n]], start[free_[n]]);
+  }
+  const reference::LeastSquaresProblem problem{
+      .residuals = [&](const Eigen::VectorXd& at) { return residuals(values_at(start, at)); },
+      .jacobian = [&](const Eigen::VectorXd& at) { return jacobian(values_at(start, at), at); }};
+  const reference::LeastSquaresSolution solution = reference::least_squares(problem, q, rule);
+  return {.values = values_at(start, solution.x),
+          .cost = solution.cost(),
+          .iterations = solution.iterations,
+          .converged = solution.converged};
+}
+
 namespace {
 
 constexpr double level = 0.95;
@@ -32,15 +231,16 @@ Eigen::VectorXd sensitivities(const Eigen::MatrixXd& slopes, const Eigen::Matrix
 }
 
 /// Those of `candidates` that are told, others left at their priors.
-std::vector<std::size_t> choose(const Search& search, const Forward& forward, const Forward::Values& at,
+std::vector<std::size_t> choose(const Search& search, const Forward& forward,
+                                const Forward::Values& at,
                                 const std::vector<std::size_t>& candidates) {
   const std::vector<Eigen::Index> columns(candidates.begin(), candidates.end());
   const auto told = told_columns(search.slopes(at, all_of(forward)), search.covariance(), columns);
   return {told.begin(), told.end()};
 }
 
-/// What data tell is judged at the prior first, and again where the fit has led, until all that is fitted is
-/// told; none comes back, so it ends.
+/// What data tell is judged at the prior first, and again where the fit has led, until all that is
+/// fitted is told; none comes back, so it ends.
 Search::Found search_told(Forward& forward, const Pooled& data, Fit& result) {
   const Forward::Values priors = forward.priors();
   result.told = choose(Search(forward, data, {}), forward, priors, all_of(forward));
@@ -57,8 +257,8 @@ Search::Found search_told(Forward& forward, const Pooled& data, Fit& result) {
   }
 }
 
-/// More than one in a hundred would show by chance: then uncertainties were too small by this factor
-/// (R. T. Birge 1932), or the model cannot follow.
+/// More than one in a hundred would show by chance: then uncertainties were too small by this
+/// factor (R. T. Birge 1932), or the model cannot follow.
 double widening_of(double misfit, std::size_t rows) {
   const boost::math::chi_squared chance(static_cast<double>(rows));
   return misfit > quantile(chance, 0.99) ? std::sqrt(misfit / static_cast<double>(rows)) : 1.0;
@@ -72,16 +272,18 @@ FittedParameter untold(const Parameter& p, double sensitivity) {
           .interval = {p.value(-normal_factor), p.value(normal_factor)}};
 }
 
-/// Student's t with as many degrees of freedom as are left where a part of the variance alone was estimated
-/// from n subjects: (n - 1) (all / part)^2 (Welch and Satterthwaite; GUM, annex G.4).
+/// Student's t with as many degrees of freedom as are left where a part of the variance alone was
+/// estimated from n subjects: (n - 1) (all / part)^2 (Welch and Satterthwaite; GUM, annex G.4).
 double factor_of(double all, double sampled, std::size_t degrees_of_freedom) {
   constexpr double many = 1e4;  // as good as normal
   if (degrees_of_freedom == 0 || !(sampled > 0.0)) { return normal_factor; }
-  const double effective = static_cast<double>(degrees_of_freedom) * (all / sampled) * (all / sampled);
+  const double effective =
+      static_cast<double>(degrees_of_freedom) * (all / sampled) * (all / sampled);
   return comparison::student_factor(level, static_cast<std::size_t>(std::fmin(effective, many)));
 }
 
-void conclude_told(Fit& result, const Search& search, const Forward& forward, const Search::Found& found) {
+void conclude_told(Fit& result, const Search& search, const Forward& forward,
+                   const Search::Found& found) {
   const Linearised at{.slope = search.slopes(found.values, result.told),
                       .considered = search.slopes(found.values, besides(forward, result.told)),
                       .covariance = search.covariance()};
@@ -102,7 +304,8 @@ void conclude_told(Fit& result, const Search& search, const Forward& forward, co
     each.interval_factor = factor_of(covariance(k, k), sampled[k], freedom);
     const double reach = each.interval_factor * each.deviation;
     each.interval = {p.value(middle - reach), p.value(middle + reach)};
-    each.at_bound = middle - p.standardised(p.lower) < 0.05 || p.standardised(p.upper) - middle < 0.05;
+    each.at_bound =
+        middle - p.standardised(p.lower) < 0.05 || p.standardised(p.upper) - middle < 0.05;
   }
 }
 
@@ -110,12 +313,9 @@ void conclude_told(Fit& result, const Search& search, const Forward& forward, co
 
 std::string_view name_of(Telling telling) {
   switch (telling) {
-    case Telling::told:
-      return "told";
-    case Telling::insensitive:
-      return "insensitive";
-    case Telling::wide:
-      return "wide";
+    case Telling::told: return "told";
+    case Telling::insensitive: return "insensitive";
+    case Telling::wide: return "wide";
   }
   return {};
 }
@@ -144,7 +344,8 @@ Fit fit(Forward& forward, const Pooled& data) {
   result.misfit_after = search.misfits(result.after).squaredNorm();
   result.widening = widening_of(result.misfit_after, result.rows.size());
   for (std::size_t n = 0; n < forward.parameters().size(); ++n) {
-    result.parameters.push_back(untold(forward.parameters()[n], sensitivity[static_cast<Eigen::Index>(n)]));
+    result.parameters.push_back(
+        untold(forward.parameters()[n], sensitivity[static_cast<Eigen::Index>(n)]));
   }
   if (!result.told.empty()) { conclude_told(result, search, forward, found); }
   return result;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/calibration/forward.hpp"
 
 #include <algorithm>
@@ -6,7 +7,7 @@
 #include <exception>
 #include <thread>
 
-#include "validation/rollout.hpp"
+#include "validation/roll_out.hpp"
 
 namespace palpate::calibration {
 namespace {
@@ -19,7 +20,8 @@ std::string places_text(const std::vector<Parameter>& parameters, const Forward:
     if (place[n] == parameters[n].prior) { continue; }
     char number[40];
     std::snprintf(number, sizeof number, "%.6g", place[n]);
-    text += (text.empty() ? " at " : ", ") + parameters[n].key + " = " + number + " " + parameters[n].unit;
+    text += (text.empty() ? " at " : ", ") + parameters[n].key + " = " + number + " " +
+            parameters[n].unit;
   }
   return text;
 }
@@ -46,12 +48,14 @@ ObservedInsertion simulate_insertion(const Scene& scene, const std::atomic<bool>
   Simulation simulation(scene);
   const Run run = roll_out(simulation, {.stop = stop});
   if (run.interrupted) { throw Interrupted(); }
-  if (run.diverged) { return {.refusal = "diverges at t = " + std::to_string(run.diverged_at) + " s"}; }
+  if (run.diverged) {
+    return {.refusal = "diverges at t = " + std::to_string(run.diverged_at) + " s"};
+  }
   return observe(run.trace);
 }
 
-Forward::Forward(Scene scene, std::vector<Parameter> parameters, int jobs, const std::atomic<bool>* stop,
-                 Simulate simulate)
+Forward::Forward(Scene scene, std::vector<Parameter> parameters, int jobs,
+                 const std::atomic<bool>* stop, Simulate simulate)
     : scene_(std::move(scene)),
       parameters_(std::move(parameters)),
       jobs_(std::max(1, jobs)),
@@ -72,8 +76,8 @@ Observation Forward::simulate(const Values& place) const {
   if (stop_ != nullptr && stop_->load(std::memory_order_relaxed)) { throw Interrupted(); }
   const ObservedInsertion seen = simulate_(scene_at(place));
   if (!seen.refusal.empty()) {
-    throw std::runtime_error("calibration: the simulated insertion" + places_text(parameters_, place) + " " +
-                             seen.refusal);
+    throw std::runtime_error("calibration: the simulated insertion" +
+                             places_text(parameters_, place) + " " + seen.refusal);
   }
   return seen.value;
 }

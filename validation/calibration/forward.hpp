@@ -17,8 +17,9 @@ struct Interrupted : std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
-/// Keeps the width of the block with three nodes along x and y, where there is an odd number of more (one
-/// column is free then); four times the step; and lasts for `after` seconds from when the needle stops.
+/// Keeps the width of the block with three nodes along x and y, where there is an odd number of
+/// more (one column is free then); four times the step; and lasts for `after` seconds from when the
+/// needle stops.
 struct Coarsening {
   bool block = true;
   double step_factor = 4.0;
@@ -41,7 +42,9 @@ class Forward {
   Observation at(const Values& place) { return at(std::vector<Values>{place}).front(); }
 
   [[nodiscard]] const std::vector<Parameter>& parameters() const { return parameters_; }
-  [[nodiscard]] Scene scene_at(const Values& place) const { return with_values(scene_, parameters_, place); }
+  [[nodiscard]] Scene scene_at(const Values& place) const {
+    return with_values(scene_, parameters_, place);
+  }
   [[nodiscard]] std::size_t simulations() const { return seen_.size(); }
   [[nodiscard]] Values priors() const;
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/calibration/parameter.hpp"
 
 #include <algorithm>
@@ -35,11 +36,13 @@ std::size_t passed_layers(const Scene& scene) {
   return count;
 }
 
-/// BMI acts on the fat alone (Bahk et al. 1998); where no layer is called so, on the one under the skin.
+/// BMI acts on the fat alone (Bahk et al. 1998); where no layer is called so, on the one under the
+/// skin.
 std::size_t layer_of_body_mass(const Scene& scene, std::size_t count) {
   for (std::size_t n = 0; n < count; ++n) {
     const Layer& layer = scene.tissue.layers[n];
-    if (layer.tissue.find("fat") != std::string::npos || layer.material.find("fat") != std::string::npos) {
+    if (layer.tissue.find("fat") != std::string::npos ||
+        layer.material.find("fat") != std::string::npos) {
       return n;
     }
   }
@@ -54,11 +57,12 @@ void add_materials(Scene& scene, std::size_t count, std::vector<Slot>& slots) {
     if (material == nullptr || std::ranges::find(seen, name) != seen.end()) { continue; }
     seen.push_back(name);
     const std::string key = "material." + name + ".";
-    slots.push_back({key + "cutting_force", "N", &material->cutting_force, within_a_factor(2.0),
-                     "assumed: within a factor of 2; the share of cutting is ex vivo (Barnett et al. 2015)"});
     slots.push_back(
-        {key + "friction", "N/m", &material->friction, within_a_factor(std::sqrt(3.0)),
-         "dry and lubricated needles differ by up to 3: sqrt 3 to either side (Schneider et al. 1978)"});
+        {key + "cutting_force", "N", &material->cutting_force, within_a_factor(2.0),
+         "assumed: within a factor of 2; the share of cutting is ex vivo (Barnett et al. 2015)"});
+    slots.push_back({key + "friction", "N/m", &material->friction, within_a_factor(std::sqrt(3.0)),
+                     "dry and lubricated needles differ by up to 3: sqrt 3 to either side "
+                     "(Schneider et al. 1978)"});
     slots.push_back({key + "youngs_modulus", "Pa", &material->youngs_modulus, within_a_factor(3.0),
                      "assumed: within a factor of 3; reviews span more (Kalra et al. 2016)"});
   }
@@ -69,8 +73,8 @@ void add_syringe(Syringe& syringe, std::vector<Slot>& slots) {
                    "assumed: within a factor of 2; group means span 376 to 500 mmHg"});
   slots.push_back({"syringe.compliance", "m^3/Pa", &syringe.compliance, within_a_factor(3.0),
                    "assumed: within a factor of 3; falls take 50 to 200 ms"});
-  slots.push_back({"syringe.tissue_resistance", "Pa s/m^3", &syringe.tissue_resistance, within_a_factor(3.0),
-                   "assumed: within a factor of 3"});
+  slots.push_back({"syringe.tissue_resistance", "Pa s/m^3", &syringe.tissue_resistance,
+                   within_a_factor(3.0), "assumed: within a factor of 3"});
   slots.push_back({"syringe.epidural_resistance", "Pa s/m^3", &syringe.epidural_resistance, 0.44,
                    "epidural pressure 15 (SD 7) mmHg (Kim et al. 1996), as a log-normal"});
 }
@@ -81,8 +85,9 @@ std::vector<Slot> slots_of(Scene& scene) {
   add_materials(scene, count, slots);
   if (count > 0) {
     const std::size_t n = layer_of_body_mass(scene, count);
-    slots.push_back({"layer." + std::to_string(n) + ".thickness", "m", &scene.tissue.layers[n].thickness, 0.7,
-                     "assumed: a factor of 4, as the fat differs from lean to obese (Ravi et al. 2011)"});
+    slots.push_back(
+        {"layer." + std::to_string(n) + ".thickness", "m", &scene.tissue.layers[n].thickness, 0.7,
+         "assumed: a factor of 4, as the fat differs from lean to obese (Ravi et al. 2011)"});
   }
   if (scene.syringe) { add_syringe(*scene.syringe, slots); }
   return slots;
@@ -91,7 +96,9 @@ std::vector<Slot> slots_of(Scene& scene) {
 }  // namespace
 
 double Parameter::standardised(double value) const { return std::log(value / prior) / spread; }
-double Parameter::value(double standardised) const { return prior * std::exp(spread * standardised); }
+double Parameter::value(double standardised) const {
+  return prior * std::exp(spread * standardised);
+}
 
 void set_default_bounds(Parameter& parameter) {
   parameter.lower = parameter.value(-4.0);
@@ -136,7 +143,8 @@ std::string why_not_calibrated(const Scene& scene) {
   return {};
 }
 
-Scene with_values(Scene scene, const std::vector<Parameter>& parameters, const std::vector<double>& values) {
+Scene with_values(Scene scene, const std::vector<Parameter>& parameters,
+                  const std::vector<double>& values) {
   const std::vector<Slot> slots = slots_of(scene);
   for (std::size_t n = 0; n < parameters.size(); ++n) {
     const auto slot = std::ranges::find(slots, parameters[n].key, &Slot::key);

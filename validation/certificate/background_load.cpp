@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/certificate/background_load.hpp"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Other work on the machine while a loop is measured: threads of ordinary priority that do one thing without
-/// end, in memory of fixed size.
+/// Other work on the machine while a loop is measured: threads of ordinary priority that do one
+/// thing without end, in memory of fixed size.
 
 #include <atomic>
 #include <cstddef>
@@ -18,8 +18,10 @@ inline constexpr std::string_view own_loads = "idle, cpu, cache, memory";
 
 class BackgroundLoad {
  public:
-  /// One thread for each of these processors, and kept to them. `cache_bytes`: of the largest cache.
-  BackgroundLoad(std::string_view name, const std::vector<int>& processors, std::size_t cache_bytes);
+  /// One thread for each of these processors, and kept to them. `cache_bytes`: of the largest
+  /// cache.
+  BackgroundLoad(std::string_view name, const std::vector<int>& processors,
+                 std::size_t cache_bytes);
   ~BackgroundLoad();
   BackgroundLoad(const BackgroundLoad&) = delete;
   BackgroundLoad& operator=(const BackgroundLoad&) = delete;

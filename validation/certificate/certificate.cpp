@@ -1,12 +1,28 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/certificate/certificate.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 
-#include "validation/certificate/miss_bound.hpp"
+#include "validation/certificate/background_load.hpp"
+#include "validation/certificate/paced_loop.hpp"
+#include "validation/certificate/scene_loop.hpp"
+#include "validation/number_text.hpp"
+#include "validation/statistics.hpp"
 
 namespace palpate::certificate {
+
+double miss_probability_upper(long misses, long ticks, double confidence) {
+  if (ticks <= 0 || misses >= ticks) { return 1.0; }
+  if (misses == 0) { return -std::expm1(std::log1p(-confidence) / static_cast<double>(ticks)); }
+  const double two_sided = 2.0 * confidence - 1.0;
+  return comparison::share_interval(static_cast<std::size_t>(misses),
+                                    static_cast<std::size_t>(ticks), two_sided)
+      .upper;
+}
 
 long Claim::ticks() const { return std::max(1L, std::lround(duration * rate)); }
 
@@ -17,6 +33,314 @@ double LoadResult::miss_probability_upper() const {
 const LoadResult* Certificate::worst() const {
   const auto found = std::ranges::max_element(loads, {}, &LoadResult::miss_probability_upper);
   return found == loads.end() ? nullptr : &*found;
+}
+
+namespace {
+
+constexpr double us = 1e6;
+
+/// Without the spaces of people's numbers: these sentences are in files that programs read.
+std::string with_unit(double value, const char* unit) {
+  return plain_number(value, 6) + " " + unit;
+}
+std::string microseconds(double seconds) { return with_unit(us * seconds, "us"); }
+
+std::string of_ticks(const Phase& phase) {
+  return std::to_string(phase.record.misses.count()) + " of " +
+         std::to_string(phase.record.ticks()) + " deadlines";
+}
+
+std::string refused_rights(const Rights& rights) {
+  std::string text;
+  if (!rights.fifo.empty()) { text += "no SCHED_FIFO (" + rights.fifo + ")"; }
+  if (!rights.memory.empty()) {
+    text += std::string(text.empty() ? "" : ", ") + "no locked memory (" + rights.memory + ")";
+  }
+  return text;
+}
+
+/// Why the environment cannot carry a certificate; empty where it can.
+std::string why_not_qualified(const Certificate& all) {
+  if (!all.rights.all()) { return "The system grants " + refused_rights(all.rights) + "."; }
+  for (const LoadResult& load : all.loads) {
+    if (load.control.record.misses.count() == 0 && !load.control.hopeless) { continue; }
+    const std::string who = suspects(load.control);
+    return "Under load \"" + load.load + "\" the empty loop alone missed " +
+           of_ticks(load.control) + ", the worst by waking " +
+           microseconds(load.control.record.worst_wakeup.seconds) + " late" +
+           (who.empty() ? "." : ": " + who + ".");
+  }
+  const LoadResult* worst = all.worst();
+  if (worst == nullptr || worst->scene.record.ticks() == 0) {
+    return "Interrupted before the scene ran: nothing is known of it.";
+  }
+  return {};
+}
+
+/// Why the scene is not certified in an environment that could do it; empty where it is.
+std::string why_not_certified(const Certificate& all) {
+  for (const LoadResult& load : all.loads) {
+    if (load.scene.record.misses.count() == 0 && !load.scene.hopeless) { continue; }
+    return "Under load \"" + load.load + "\" the scene missed " + of_ticks(load.scene) +
+           " while the empty loop missed none; the worst tick answered after " +
+           microseconds(load.scene.record.worst_response.seconds) + ".";
+  }
+  if (!(all.budget.worst() <= all.claim.deadline)) {
+    const Provocation& worst = all.budget.provocations.front();
+    return "Provoked, a tick (" + worst.name + ") takes " + microseconds(worst.processor) +
+           " of computing alone, more than the deadline of " + microseconds(all.claim.deadline) +
+           ".";
+  }
+  return {};
+}
+
+std::string praise(const Certificate& all) {
+  const LoadResult& worst = *all.worst();
+  return "No tick of " + std::to_string(worst.scene.record.ticks()) + " missed " +
+         microseconds(all.claim.deadline) + " at " + with_unit(all.claim.rate, "Hz") +
+         (all.loads.size() > 1 ? " under any load" : " under load \"" + worst.load + "\"") +
+         ": with 95 % confidence fewer than one in " +
+         plain_number(1.0 / worst.miss_probability_upper(), 3) + " does.";
+}
+
+}  // namespace
+
+std::string_view name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::certified: return "certified";
+    case Verdict::not_certified: return "not certified";
+    case Verdict::not_qualified: break;
+  }
+  return "environment not qualified";
+}
+
+Judgement judge(const Certificate& all) {
+  if (all.budget.diverged_at) {
+    return {Verdict::not_certified,
+            "The scene diverges at t = " + with_unit(*all.budget.diverged_at, "s") + "."};
+  }
+  if (std::string why = why_not_qualified(all); !why.empty()) {
+    return {Verdict::not_qualified, why};
+  }
+  if (std::string why = why_not_certified(all); !why.empty()) {
+    return {Verdict::not_certified, why};
+  }
+  return {Verdict::certified, praise(all)};
+}
+
+std::string suspects(const Phase& phase) {
+  std::vector<std::string> who;
+  if (phase.times.stolen > 0.0) {
+    who.push_back("the hypervisor took " + with_unit(1e3 * phase.times.stolen, "ms") +
+                  " of its processor");
+  }
+  if (phase.counts.involuntary_switches > 0) {
+    who.push_back("other threads were let in " + std::to_string(phase.counts.involuntary_switches) +
+                  " times");
+  }
+  if (phase.counts.major_faults + phase.counts.minor_faults > 0) {
+    who.push_back(std::to_string(phase.counts.major_faults + phase.counts.minor_faults) +
+                  " page faults");
+  }
+  if (phase.times.interrupts > 0.0) {
+    who.push_back("interrupts took " + with_unit(1e3 * phase.times.interrupts, "ms"));
+  }
+  if (phase.times.others > 0.0) {
+    who.push_back("other processors were busy for " + with_unit(phase.times.others, "s") + " of " +
+                  with_unit(phase.seconds, "s"));
+  }
+  std::string text;
+  for (const std::string& each : who) { text += (text.empty() ? "" : ", ") + each; }
+  return text;
+}
+
+std::string budget_words(const Certificate& all) {
+  if (all.budget.provocations.empty()) {
+    return "No tick was provoked, so nothing is known of what one costs.";
+  }
+  const Provocation& worst = all.budget.provocations.front();
+  const double share = worst.processor / all.claim.deadline;
+  return "Whatever the environment: the costliest tick (" + worst.name + ", at " +
+         with_unit(worst.scene_time, "s") + ") computes for " + microseconds(worst.processor) +
+         ", " + plain_number(100.0 * share, 3) + " % of the deadline" +
+         (share <= 1.0 ? "." : ": too much for any machine like this one.");
+}
+
+namespace {
+
+/// An isolated processor if there is one, else the last: the first often has the interrupts.
+int processor_of_loop(const std::vector<int>& allowed, const std::vector<int>& isolated) {
+  for (const int n : isolated) {
+    if (std::ranges::find(allowed, n) != allowed.end()) { return n; }
+  }
+  return allowed.empty() ? 0 : allowed.back();
+}
+
+class Certifier {
+ public:
+  Certifier(const Scene& scene, const CertifyPlan& plan) : scene_(scene), plan_(plan) {
+    scene_.simulation.threads = 1;
+    result_.claim = plan.claim;
+  }
+
+  Certificate run() {
+    choose_processor();
+    provoke_ticks();
+    if (!result_.budget.diverged_at && !is_stopped()) {
+      const std::unique_ptr<device::LockedMemory> locked = lock_memory();
+      for (const std::string& load : plan_.loads) {
+        if (!is_stopped()) { measure_under(load); }
+      }
+    }
+    result_.interrupted = is_stopped();
+    note_what_was_left_out();
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] bool is_stopped() const { return plan_.stop != nullptr && plan_.stop->load(); }
+
+  void tell(const char* stage, long ticks) {
+    if (plan_.progress == nullptr) { return; }
+    plan_.progress->done = 0;
+    plan_.progress->ticks = ticks;
+    plan_.progress->stage = stage;
+  }
+
+  void choose_processor() {
+    const std::vector<int> allowed = device::allowed_processors();
+    result_.rights.on = processor_of_loop(allowed, plan_.isolated);
+    others_ = allowed;
+    std::erase(others_, result_.rights.on);
+    result_.rights.alone = !others_.empty();
+    if (others_.empty()) { others_ = {result_.rights.on}; }
+    if (!device::pin_to(result_.rights.on)) { result_.rights.processor = std::strerror(errno); }
+  }
+
+  void provoke_ticks() {
+    tell("provoking worst ticks", 0);
+    result_.budget = provoke(
+        scene_, {.rate = plan_.claim.rate, .cache_bytes = plan_.cache_bytes, .stop = plan_.stop});
+    if (result_.budget.diverged_at || is_stopped()) { return; }
+    tell("missing one tick", 0);
+    if (scene_.drive && scene_.drive->kind == Drive::Kind::falcon) {
+      result_.missed_tick = measure_missed_tick(scene_, plan_.stop);
+    } else if (plan_.tissue_stiffness) {
+      result_.missed_tick = bounded_missed_tick(*plan_.tissue_stiffness,
+                                                result_.budget.largest_speed, plan_.claim.period());
+    }
+  }
+
+  std::unique_ptr<device::LockedMemory> lock_memory() {
+    if (!plan_.ask_for_rights) {
+      result_.rights.memory = result_.rights.fifo = "not asked for";
+      return nullptr;
+    }
+    auto locked = std::make_unique<device::LockedMemory>();
+    result_.rights.memory = locked->refusal();
+    return locked;
+  }
+
+  void measure_under(const std::string& load) {
+    LoadResult& result = result_.loads.emplace_back(load, plan_.claim.deadline);
+    const std::shared_ptr<void> work = begin_load(load);
+    device::touch_stack();
+    measure(result.control, "the empty loop", [this](Phase& phase) { run_empty(phase); });
+    if (!is_stopped()) {
+      measure(result.scene, "the scene", [this](Phase& phase) { run_scene(phase); });
+    }
+    result.tail = judge_tail(result.scene.record.largest.sorted(), result.scene.record.ticks(),
+                             plan_.claim.deadline);
+  }
+
+  std::shared_ptr<void> begin_load(const std::string& load) {
+    if (is_own_load(load)) {
+      return std::make_shared<BackgroundLoad>(load, others_, plan_.cache_bytes);
+    }
+    return plan_.outside_load ? plan_.outside_load(load, others_) : nullptr;
+  }
+
+  template <class Run> void measure(Phase& phase, const char* stage, Run&& run_phase) {
+    tell(stage, plan_.claim.ticks());
+    const ProcessorTimes before = processor_times();
+    const double begin = device::monotonic_now();
+    run_phase(phase);
+    phase.seconds = device::monotonic_now() - begin;
+    const ProcessorTimes after = processor_times();
+    phase.times = {.stolen = after.stolen - before.stolen,
+                   .others = after.others - before.others,
+                   .interrupts = after.interrupts - before.interrupts};
+  }
+
+  [[nodiscard]] ProcessorTimes processor_times() const {
+    return plan_.processor_times ? plan_.processor_times(result_.rights.on) : ProcessorTimes{};
+  }
+
+  /// At real-time priority while it lasts.
+  template <class Work> LoopEnd run_paced(Phase& phase, long ticks, Work&& work) {
+    std::optional<device::FifoScheduling> fifo;
+    if (plan_.ask_for_rights) {
+      fifo.emplace(plan_.priority);
+      if (fifo->refusal() != 0) { result_.rights.fifo = std::strerror(fifo->refusal()); }
+    }
+    PacedLoop loop{.period = plan_.claim.period(),
+                   .stop = plan_.stop,
+                   .done = plan_.progress != nullptr ? &plan_.progress->done : nullptr};
+    const LoopEnd end = loop.run(ticks, phase.record, work);
+    phase.counts += loop.counts;
+    phase.hopeless = phase.hopeless || end == LoopEnd::hopeless;
+    return end;
+  }
+
+  void run_empty(Phase& phase) {
+    run_paced(phase, plan_.claim.ticks(), [](Moment&) { return true; });
+  }
+
+  /// Again and again from the start; it is built anew in a pause between two ticks, on the same
+  /// processor, so that nothing is allocated while releases come.
+  void run_scene(Phase& phase) {
+    LoopEnd end = LoopEnd::over;
+    while (end == LoopEnd::over && phase.record.ticks() < plan_.claim.ticks()) {
+      const double begin = device::monotonic_now();
+      SceneLoop scene(scene_, plan_.claim.rate);
+      if (phase.record.ticks() > 0) {
+        ++phase.restarts;
+        phase.paused += device::monotonic_now() - begin;
+      }
+      end = run_paced(phase, plan_.claim.ticks() - phase.record.ticks(), [&scene](Moment& moment) {
+        (void)scene.tick();  // one that diverges was told by the provocations
+        moment = scene.moment();
+        return !scene.over();
+      });
+    }
+  }
+
+  void note_what_was_left_out() {
+    const long whole = std::lround(scene_.simulation.duration * plan_.claim.rate);
+    if (plan_.claim.ticks() < whole && !result_.loads.empty()) {
+      result_.notes.push_back("The loop saw the first " + std::to_string(plan_.claim.ticks()) +
+                              " of the scene's " + std::to_string(whole) +
+                              " ticks; the provoked ones are of all.");
+    }
+    if (!result_.rights.processor.empty()) {
+      result_.notes.push_back(
+          "The loop was not kept to one processor: " + result_.rights.processor + ".");
+    }
+    if (!result_.rights.alone && plan_.loads != std::vector<std::string>{"idle"}) {
+      result_.notes.emplace_back("There is one processor: loads shared it with the loop.");
+    }
+  }
+
+  Scene scene_;
+  const CertifyPlan& plan_;
+  std::vector<int> others_{};
+  Certificate result_{};
+};
+
+}  // namespace
+
+Certificate certify(const Scene& scene, const CertifyPlan& plan) {
+  return Certifier(scene, plan).run();
 }
 
 }  // namespace palpate::certificate

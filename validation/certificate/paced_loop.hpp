@@ -1,16 +1,130 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A loop with absolute deadlines: woken at every release, it works and sleeps until the next one. It
-/// allocates nothing and calls the system for nothing but the clock and its sleep.
+/// Times in bins of 1 us: the memory of a day is that of a second. After construction nothing is
+/// allocated.
 
 #include <atomic>
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
-#include "device/deadline_clock.hpp"
 #include "device/real_time.hpp"
-#include "validation/certificate/loop_record.hpp"
+#include "model/stepping/tool_report.hpp"
 
 namespace palpate::certificate {
+
+class LatencyHistogram {
+ public:
+  static constexpr double bin_width = 1e-6;         ///< [s]
+  static constexpr std::size_t bin_count = 100000;  ///< the last one holds all from 0.1 s on
+
+  LatencyHistogram() : counts_(bin_count, 0) {}
+
+  void add(double seconds) noexcept;
+
+  [[nodiscard]] long count() const { return count_; }
+  [[nodiscard]] double minimum() const { return minimum_; }  ///< [s]; 0 without any
+  [[nodiscard]] double maximum() const { return maximum_; }  ///< [s]; 0 without any
+  [[nodiscard]] std::span<const std::uint32_t> counts() const { return counts_; }
+  /// Bins up to the last one that holds any.
+  [[nodiscard]] std::size_t used_bins() const;
+  /// The time [s] that this share of all does not exceed: the end of the bin of the ordered sample
+  /// at ceil(share n), so up to 1 us too long and never too short; beyond the bins the maximum.
+  /// Nothing where no sample lies above it, that is, where fewer than 1 / (1 - share) are there.
+  [[nodiscard]] std::optional<double> percentile(double share) const;
+
+ private:
+  std::vector<std::uint32_t> counts_;
+  long count_ = 0;
+  double minimum_ = 0.0;
+  double maximum_ = 0.0;
+};
+
+// What a loop with deadlines leaves: times of every tick, and its misses. All from the release that
+// was scheduled, never from the actual start, so that a late tick is charged to whoever made it
+// late.
+
+/// Where in the scene a tick was.
+struct Moment {
+  double scene_time = 0.0;                   ///< [s]
+  std::optional<ToolHappening> happening{};  ///< in this tick; the last of several
+};
+
+/// Instants of one tick [s].
+struct TickTimes {
+  double due = 0.0;    ///< its release
+  double begin = 0.0;  ///< when it was awake
+  double end = 0.0;    ///< when its work was done
+};
+
+/// The longest of a kind, and when it was.
+struct Peak {
+  double seconds = -1.0;  ///< below 0: none yet
+  long tick = 0;
+  Moment moment{};
+};
+
+/// Ticks whose response took longer than the deadline.
+class Misses {
+ public:
+  void add(bool missed, const TickTimes& times) noexcept;
+  [[nodiscard]] long count() const { return count_; }
+  [[nodiscard]] long longest_run() const { return longest_run_; }
+  /// Longest time from the release of a first missed tick until a tick was in time again [s].
+  [[nodiscard]] double longest_recovery() const { return longest_recovery_; }
+
+ private:
+  long count_ = 0;
+  long run_ = 0;
+  long longest_run_ = 0;
+  double run_began_ = 0.0;
+  double longest_recovery_ = 0.0;
+};
+
+struct LargeTick {
+  double seconds = 0.0;
+  long tick = 0;
+};
+
+/// The largest of all so far, at most `capacity`; never allocates after construction.
+class LargestTicks {
+ public:
+  explicit LargestTicks(std::size_t capacity);
+  void add(const LargeTick& tick) noexcept;
+  [[nodiscard]] std::vector<LargeTick> sorted() const;  ///< largest first
+
+ private:
+  std::size_t capacity_;
+  std::vector<LargeTick> heap_{};  ///< the least on top
+};
+
+/// Response times that are kept for the tail.
+inline constexpr std::size_t kept_responses = 4001;
+
+class LoopRecord {
+ public:
+  explicit LoopRecord(double deadline) : deadline_(deadline) {}
+  void add(const TickTimes& times, const Moment& moment) noexcept;
+
+  [[nodiscard]] long ticks() const { return wakeup.count(); }
+
+  LatencyHistogram wakeup{};    ///< begin - due
+  LatencyHistogram compute{};   ///< end - begin
+  LatencyHistogram response{};  ///< end - due
+  Peak worst_wakeup{};
+  Peak worst_compute{};
+  Peak worst_response{};
+  Misses misses{};
+  LargestTicks largest{kept_responses};  ///< responses
+
+ private:
+  double deadline_;
+};
+
+// A loop with absolute deadlines: woken at every release, it works and sleeps until the next one.
+// It allocates nothing and calls the system for nothing but the clock and its sleep.
 
 /// A loop that is so late will not catch up while anybody waits [s].
 inline constexpr double hopeless_lateness = 2.0;
@@ -28,10 +142,11 @@ struct PacedLoop {
   std::atomic<long>* done = nullptr;        ///< ticks so far, for whoever shows progress
   device::ThreadCounts counts{};            ///< of what the system did to the thread in its ticks
 
-  /// `work(moment)` is one tick, tells where in the scene it was, and is false where it was the last one.
-  template <class Work>
-  LoopEnd run(long ticks, LoopRecord& record, Work&& work) noexcept {
-    (void)device::monotonic_now();  // the page that the clock is read from comes with the first look
+  /// `work(moment)` is one tick, tells where in the scene it was, and is false where it was the
+  /// last one.
+  template <class Work> LoopEnd run(long ticks, LoopRecord& record, Work&& work) noexcept {
+    (void)
+        device::monotonic_now();  // the page that the clock is read from comes with the first look
     const device::ThreadCounts before = device::thread_counts();
     device::DeadlineClock clock(period);
     LoopEnd end = LoopEnd::done;

@@ -1,14 +1,28 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/certificate/scene_loop.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "model/dynamics/needle_path.hpp"
-#include "model/dynamics/network_builder.hpp"
-#include "validation/number_words.hpp"
+#include "model/problem/needle_path.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "validation/comparison/link_recording.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate::certificate {
+
+void PressureLine::send(double time, double pressure) noexcept {
+  namespace link = device::pressure_link;
+  while (static_cast<double>(frames_) / link::frames_per_second <= time) {
+    if (const auto frame = frame_of(pressure, static_cast<std::size_t>(frames_))) {
+      link::FrameBytes bytes = link::encode(*frame);
+      if (damaged_ && frames_ % 2 == 1) { bytes[4] ^= 0xFFU; }
+      for (const std::uint8_t byte : bytes) { (void)reader_.take(byte); }
+    }
+    ++frames_;
+  }
+}
 
 namespace {
 
@@ -52,21 +66,22 @@ double rate_of(const Scene& scene) {
 std::string why_not_at(const Scene& scene, double rate) {
   const double own = scene.falcon.value_or(FalconDrive{}).rate;
   if (in_hand(scene) && !(std::abs(rate - own) <= 1e-9 * own)) {
-    return "the rate " + plain_number(rate) + " Hz is not that of the scene's haptic loop; falcon.rate, " +
-           plain_number(own) + " Hz";
+    return "the rate " + plain_number(rate) +
+           " Hz is not that of the scene's haptic loop; falcon.rate, " + plain_number(own) + " Hz";
   }
   if (is_whole(periods_of_step(scene, rate))) { return {}; }
-  return "the step " + plain_number(scene.simulation.step, 6) + " s is no whole number of periods of " +
-         plain_number(1.0 / rate, 6) + " s; a rate of " + plain_number(1.0 / scene.simulation.step, 6) +
-         " Hz or a whole multiple of it";
+  return "the step " + plain_number(scene.simulation.step, 6) +
+         " s is no whole number of periods of " + plain_number(1.0 / rate, 6) + " s; a rate of " +
+         plain_number(1.0 / scene.simulation.step, 6) + " Hz or a whole multiple of it";
 }
 
 SceneLoop::SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& options)
     : simulation_(simulation_of(scene, options)),
       periods_of_step_(std::lround(periods_of_step(scene, rate))) {
   if (in_hand(scene)) {
-    falcon_.emplace(scene, simulation_,
-                    FalconLoopOptions{.faults = options.faults ? wire_faults(scene) : FaultScript{}});
+    falcon_.emplace(
+        scene, simulation_,
+        FalconLoopOptions{.faults = options.faults ? wire_faults(scene) : FaultScript{}});
   }
   constexpr std::size_t enough = 64;  // twice what the model keeps
   happened_.reserve(enough);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A scene as the loop of a trainer steps it, one period at a time: what `palpate run` steps, that is tissue,
-/// tool and hand, the emulated Falcon and its wire where the scene has one, and the pressure link where it
-/// has a syringe. Everything is allocated on construction.
+/// The pressure link as part of a tick: a frame when one is due, coded, sent and read again.
 
 #include <memory>
 #include <optional>
@@ -10,11 +8,33 @@
 #include <string>
 #include <vector>
 
-#include "validation/certificate/loop_record.hpp"
-#include "validation/certificate/pressure_line.hpp"
-#include "validation/falcon_loop.hpp"
+#include "device/pressure_link/frame.hpp"
+#include "validation/certificate/paced_loop.hpp"
+#include "validation/subject/falcon_loop.hpp"
 
 namespace palpate::certificate {
+
+class PressureLine {
+ public:
+  /// With `damaged` a byte of every other frame is changed on its way, so that the reader has to
+  /// look for the next one.
+  explicit PressureLine(bool damaged = false) : damaged_(damaged) {}
+
+  /// The pressure [Pa] at this time [s]; sends nothing while no frame is due.
+  void send(double time, double pressure) noexcept;
+  [[nodiscard]] const device::pressure_link::ReaderCounts& counts() const {
+    return reader_.counts();
+  }
+
+ private:
+  bool damaged_;
+  long frames_ = 0;
+  device::pressure_link::FrameReader reader_{};
+};
+
+// A scene as the loop of a trainer steps it, one period at a time: what `palpate run` steps, that
+// is tissue, tool and hand, the emulated Falcon and its wire where the scene has one, and the
+// pressure link where it has a syringe. Everything is allocated on construction.
 
 struct SceneLoopOptions {
   bool skip = true;                        ///< false: compute what the scene does not need
@@ -34,13 +54,15 @@ class SceneLoop {
   SceneLoop(const SceneLoop&) = delete;  // its parts know each other's places
   SceneLoop& operator=(const SceneLoop&) = delete;
 
-  /// One period. Between two steps of slower tissue only the device is stepped, or nothing without one.
+  /// One period. Between two steps of slower tissue only the device is stepped, or nothing without
+  /// one.
   StepStatus tick() noexcept;
   /// The scene's duration is over.
   [[nodiscard]] bool over() const noexcept;
   [[nodiscard]] long tick_count() const noexcept;  ///< in the scene's duration
   [[nodiscard]] Moment moment() const noexcept;
-  /// What happened to the tool in the last tick; in the first one also what had happened at the start.
+  /// What happened to the tool in the last tick; in the first one also what had happened at the
+  /// start.
   [[nodiscard]] std::span<const ToolHappening> happenings() const noexcept { return happened_; }
   [[nodiscard]] Simulation& simulation() { return simulation_; }
   [[nodiscard]] FalconLoop* falcon() { return falcon_ ? &*falcon_ : nullptr; }

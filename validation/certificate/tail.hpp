@@ -1,18 +1,50 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// How long ticks may take that were not seen: peaks over a threshold and a generalised Pareto distribution,
-/// told only where what the method assumes was not contradicted (Cazorla et al., OASIcs.WCET.2013.64, on
-/// why).
+/// The generalised Pareto distribution of excesses over a threshold, P(Y > y) = (1 + xi y /
+/// sigma)^(-1 / xi) (Pickands, Annals of Statistics 3, 1975), by maximum likelihood.
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "validation/certificate/loop_record.hpp"
-#include "validation/certificate/pareto_tail.hpp"
+#include "validation/certificate/paced_loop.hpp"
 
 namespace palpate::certificate {
+
+struct ParetoFit {
+  double shape = 0.0;  ///< xi
+  double scale = 0.0;  ///< sigma, in the unit of the excesses
+  double log_likelihood = 0.0;
+  std::size_t count = 0;
+
+  /// Standard error of the shape, asymptotic: (1 + xi) / sqrt(n) (Smith, Biometrika 72, 1985).
+  [[nodiscard]] double shape_error() const;
+  /// P(Y > y).
+  [[nodiscard]] double exceeded(double y) const;
+  /// The excess that is exceeded with probability q.
+  [[nodiscard]] double excess_at(double q) const;
+};
+
+/// Of at least two excesses > 0, not all alike. The shape is looked for from -0.5, below which the
+/// likelihood has no regular maximum, to 3.
+ParetoFit fit_pareto(std::span<const double> excess);
+
+struct ExcessInterval {
+  double lower = 0.0;
+  double upper = 0.0;  ///< infinite where nothing bounds it
+};
+
+/// What excesses allow the one at q to be: all values whose profile likelihood lies within half the
+/// quantile of chi-squared with one degree of freedom at `confidence` of the largest (Coles, An
+/// Introduction to Statistical Modeling of Extreme Values, 2001, section 4.3.3).
+ExcessInterval excess_interval(const ParetoFit& fit, std::span<const double> excess, double q,
+                               double confidence);
+
+// How long ticks may take that were not seen: peaks over a threshold and a generalised Pareto
+// distribution, told only where what the method assumes was not contradicted (Cazorla et al.,
+// OASIcs.WCET.2013.64, on why).
 
 /// One assumption: a number that must lie within limits.
 struct TailCheck {
@@ -44,8 +76,8 @@ struct Tail {
   std::vector<TailCheck> checks{};
   std::vector<ThresholdFit> fits{};   ///< lowest threshold first; the levels are from that
   std::vector<ReturnLevel> levels{};  ///< one and two decades beyond the data
-  /// That a response exceeds the deadline; empty where that is rarer than one in a hundred times the ticks
-  /// that were seen, about which nothing is said.
+  /// That a response exceeds the deadline; empty where that is rarer than one in a hundred times
+  /// the ticks that were seen, about which nothing is said.
   std::optional<double> beyond_deadline{};
 };
 
@@ -56,5 +88,29 @@ inline constexpr double false_alarm = 1e-3;
 
 /// Of the largest responses of `ticks` ticks, largest first.
 Tail judge_tail(std::span<const LargeTick> largest, long ticks, double deadline);
+
+// What an extrapolation assumes of excesses over a threshold, each as a number with its limits.
+
+/// Response times above a threshold, in the order of time.
+struct Exceedances {
+  double threshold = 0.0;  ///< [s]
+  std::vector<LargeTick> ticks{};
+  long of = 0;  ///< ticks in all
+
+  [[nodiscard]] std::size_t count() const { return ticks.size(); }
+  [[nodiscard]] std::vector<double> excess() const;  ///< [s]
+  /// Those of one half of the time.
+  [[nodiscard]] Exceedances half(bool second) const;
+};
+
+/// The `count` largest of a list with the largest first; the one after them is the threshold.
+Exceedances exceedances(std::span<const LargeTick> largest, std::size_t count, long ticks);
+
+/// Ferro & Segers, Journal of the Royal Statistical Society B 65, 2003: 1 where excesses come
+/// alone, 1/m where they come in clusters of m.
+double extremal_index(const Exceedances& all);
+
+std::vector<TailCheck> independence_checks(const Exceedances& all);
+std::vector<TailCheck> stationarity_checks(const Exceedances& all);
 
 }  // namespace palpate::certificate

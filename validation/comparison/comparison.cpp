@@ -1,15 +1,403 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/comparison/comparison.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <functional>
+#include <optional>
 
-#include "validation/comparison/feature_verdict.hpp"
-#include "validation/comparison/feature_words.hpp"
-#include "validation/comparison/zero_phase.hpp"
-#include "validation/number_words.hpp"
+#include "model/problem/recording.hpp"
+#include "validation/number_text.hpp"
+#include "validation/signal.hpp"
 
 namespace palpate::comparison {
+
+std::string_view unit_of(QuantityKind kind) { return kind == QuantityKind::pressure ? "Pa" : "N"; }
+std::string_view name_of(QuantityKind kind) {
+  return kind == QuantityKind::pressure ? "pressure" : "force";
+}
+
+double Tolerance::lower(double recorded) const {
+  return factor > 1.0 ? recorded / factor : recorded - absolute - relative * std::abs(recorded);
+}
+
+double Tolerance::upper(double recorded) const {
+  return factor > 1.0 ? recorded * factor : recorded + absolute + relative * std::abs(recorded);
+}
+
+std::vector<Tolerance> default_tolerances(QuantityKind kind) {
+  const std::string groups =
+      "Wee et al. 2017: means of four groups, 376 to 461 mmHg, lie within 10.2 % of their "
+      "middle and were not told apart (p = 0.52)";
+  const std::string depth = "Segal et al. 1996: depth is predicted to within 8 mm";
+  const std::string time = "assumption: half a second, felt as the same moment of an insertion";
+  const Tolerance plateau = kind == QuantityKind::pressure
+                                ? Tolerance{.feature = Feature::plateau,
+                                            .absolute = 7.0 * pascals_per_mmhg,
+                                            .origin =
+                                                "Kim et al. 1996: epidural pressure of pregnant "
+                                                "women sitting has an SD of 7 mmHg"}
+                                : Tolerance{.feature = Feature::plateau,
+                                            .absolute = 0.5,
+                                            .origin = "assumption: no publication gives it"};
+  constexpr double of_groups = (461.0 - 376.0) / (461.0 + 376.0);
+  return {
+      {.feature = Feature::loss_of_resistance, .origin = "both show it, or neither"},
+      {.feature = Feature::peak, .relative = of_groups, .origin = groups},
+      {.feature = Feature::drop_height,
+       .relative = of_groups,
+       .origin = groups + ", as of the peak"},
+      {.feature = Feature::relative_drop,
+       .absolute = 0.20,
+       .origin = "Vaira et al. 2019: half the way from false (33 %) to true losses (73 %)"},
+      {.feature = Feature::drop_time,
+       .factor = 2.0,
+       .origin = "assumption: falls take 50 to 200 ms, a factor of two about 100 ms"},
+      plateau,
+      {.feature = Feature::slope_before,
+       .absolute = kind == QuantityKind::pressure ? 5.0 * pascals_per_mmhg : 0.1,
+       .relative = 0.30,
+       .origin = "assumption: no publication gives it"},
+      {.feature = Feature::time_of_peak, .absolute = 0.5, .origin = time},
+      {.feature = Feature::time_of_loss, .absolute = 0.5, .origin = time},
+      {.feature = Feature::depth_of_peak, .absolute = 8e-3, .origin = depth},
+      {.feature = Feature::depth_of_loss, .absolute = 8e-3, .origin = depth},
+  };
+}
+
+namespace {
+
+/// Not judged counts for nothing.
+int rank(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::not_comparable: return 4;
+    case Verdict::differs: return 3;
+    case Verdict::not_distinguishable: return 2;
+    case Verdict::agrees: return 1;
+    case Verdict::not_judged: break;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::string_view name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::agrees: return "agrees";
+    case Verdict::not_distinguishable: return "not distinguishable";
+    case Verdict::differs: return "differs";
+    case Verdict::not_comparable: return "not comparable";
+    case Verdict::not_judged: break;
+  }
+  return "not judged";
+}
+
+double ValidationUncertainty::total() const { return std::hypot(numerical, input, data); }
+
+Verdict judge(double simulated, double lower, double upper, double expanded) {
+  if (!(std::isfinite(simulated) && std::isfinite(lower) && std::isfinite(upper) &&
+        std::isfinite(expanded))) {
+    return Verdict::not_comparable;
+  }
+  if (simulated + expanded < lower || simulated - expanded > upper) { return Verdict::differs; }
+  const bool inside = simulated - expanded >= lower && simulated + expanded <= upper;
+  return inside ? Verdict::agrees : Verdict::not_distinguishable;
+}
+
+Verdict worse(Verdict a, Verdict b) { return rank(a) >= rank(b) ? a : b; }
+
+std::vector<std::string> worst_first(std::vector<Reason> reasons) {
+  std::ranges::stable_sort(reasons, std::greater{},
+                           [](const Reason& one) { return rank(one.verdict); });
+  std::vector<std::string> texts;
+  for (Reason& one : reasons) { texts.push_back(std::move(one.text)); }
+  return texts;
+}
+
+namespace {
+
+/// When a depth is first reached [s]; absent where that is hidden by a gap, or came before the
+/// first sample.
+std::optional<double> time_at_depth(const Samples& depth, double wanted) {
+  for (std::size_t n = 0; n < depth.size(); ++n) {
+    if (!(depth.value[n] >= wanted)) { continue; }
+    if (depth.value[n] == wanted) { return depth.time(n); }
+    if (n == 0 || !std::isfinite(depth.value[n - 1])) { return std::nullopt; }
+    const double share = (wanted - depth.value[n - 1]) / (depth.value[n] - depth.value[n - 1]);
+    return depth.time(n - 1) + share * depth.step;
+  }
+  return std::nullopt;
+}
+
+std::optional<double> depth_of_event(const Features& features) {
+  const Measured& loss = features[Feature::depth_of_loss];
+  return loss.value ? loss.value : features[Feature::depth_of_peak].value;
+}
+
+Alignment by_depth(const PreparedTrace& recorded, const PreparedTrace& simulated) {
+  Alignment alignment{.used = AlignmentRule::depth};
+  const std::vector<double> r = finite_only(recorded.input.depth.value);
+  const std::vector<double> s = finite_only(simulated.input.depth.value);
+  if (r.empty() || s.empty()) {
+    alignment.refusal =
+        r.empty() ? "the recording has no depth" : "the simulated trace has no depth";
+    return alignment;
+  }
+  const double low = std::max(std::ranges::min(r), std::ranges::min(s));
+  const double high = std::min(std::ranges::max(r), std::ranges::max(s));
+  if (!(high > low)) {
+    alignment.refusal = "recorded and simulated depths do not meet";
+    return alignment;
+  }
+  double depth = depth_of_event(recorded.features).value_or(high + 1.0);
+  const bool reached = depth <= high && depth >= low;
+  if (!reached) { depth = 0.5 * (low + high); }
+  const auto at_r = time_at_depth(recorded.input.depth, depth);
+  const auto at_s = time_at_depth(simulated.input.depth, depth);
+  char text[64];
+  std::snprintf(text, sizeof text, "%.1f mm", 1e3 * depth);
+  if (!at_r || !at_s) {
+    alignment.refusal = std::string("a gap hides when the ") + (at_r ? "simulated" : "recorded") +
+                        " tip reached " + text;
+    return alignment;
+  }
+  alignment.how = std::string("by the depth of ") + text +
+                  (reached ? ", that of the recorded event" : ", the middle of what both passed");
+  alignment.lag = *at_r - *at_s;
+  alignment.uncertainty =
+      std::hypot(recorded.input.depth.step, simulated.input.depth.step) / std::sqrt(12.0);
+  return alignment;
+}
+
+Alignment by_event(const PreparedTrace& recorded, const PreparedTrace& simulated) {
+  Alignment alignment{.used = AlignmentRule::event, .how = "by the loss of resistance"};
+  const Measured* r = &recorded.features[Feature::time_of_loss];
+  const Measured* s = &simulated.features[Feature::time_of_loss];
+  if (!r->value || !s->value) {
+    alignment.how = "by the peak, as not both show a loss of resistance";
+    r = &recorded.features[Feature::time_of_peak];
+    s = &simulated.features[Feature::time_of_peak];
+  }
+  if (!r->value || !s->value) {
+    alignment.refusal = "neither event nor peak is in both";
+    return alignment;
+  }
+  alignment.lag = *r->value - *s->value;
+  alignment.uncertainty = std::hypot(r->uncertainty, s->uncertainty);
+  return alignment;
+}
+
+Alignment by_start(const PreparedTrace& recorded, const PreparedTrace& simulated) {
+  return {.used = AlignmentRule::start,
+          .how = "by the first samples",
+          .lag = recorded.input.raw.start - simulated.input.raw.start};
+}
+
+}  // namespace
+
+std::string_view name_of(AlignmentRule rule) {
+  switch (rule) {
+    case AlignmentRule::depth: return "depth";
+    case AlignmentRule::event: return "event";
+    case AlignmentRule::start: return "start";
+    case AlignmentRule::automatic: break;
+  }
+  return "automatic";
+}
+
+Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, AlignmentRule rule) {
+  if (rule == AlignmentRule::start) { return by_start(recorded, simulated); }
+  if (rule == AlignmentRule::event) { return by_event(recorded, simulated); }
+  const Alignment deep = by_depth(recorded, simulated);
+  if (rule == AlignmentRule::depth || deep.refusal.empty()) { return deep; }
+  const Alignment event = by_event(recorded, simulated);
+  Alignment other = event.refusal.empty() ? event : by_start(recorded, simulated);
+  const bool both_have_depth =
+      !recorded.input.depth.value.empty() && !simulated.input.depth.value.empty();
+  if (both_have_depth) {
+    other.not_by_depth = deep.refusal;
+    other.how += ", not by depth: " + deep.refusal;
+  }
+  return other;
+}
+
+namespace {
+
+/// Whether a factor on the trace scales the feature, and whether an offset of the trace moves it.
+bool scales(Feature feature) {
+  return feature == Feature::peak || feature == Feature::plateau ||
+         feature == Feature::drop_height || feature == Feature::slope_before;
+}
+
+/// Change of the feature per unit of offset of the trace.
+double moved_by_offset(Feature feature, const Features& features) {
+  if (feature == Feature::peak || feature == Feature::plateau) { return 1.0; }
+  if (feature == Feature::relative_drop) {
+    return features.loss.relative_drop / features.loss.peak;
+  }
+  return 0.0;
+}
+
+ValidationUncertainty uncertainty_of(const FeatureVerdict& one, const Comparison& comparison,
+                                     const ComparisonOptions& options) {
+  const double size = std::abs(*one.simulated.value);
+  const bool by_model = scales(one.feature);
+  const double lag = is_time(one.feature) ? comparison.alignment.uncertainty : 0.0;
+  return {.numerical = std::hypot(one.simulated.uncertainty,
+                                  by_model ? options.uncertainties.numerical * size : 0.0),
+          .input = by_model ? options.uncertainties.input * size : 0.0,
+          .data = std::hypot(data_uncertainty(one.feature, comparison.recorded_features, options),
+                             lag)};
+}
+
+void judge_numbers(FeatureVerdict& one, const Comparison& comparison,
+                   const ComparisonOptions& options) {
+  const double recorded = *one.recorded.value;
+  one.error = *one.simulated.value - recorded;
+  one.lower = one.tolerance.lower(recorded);
+  one.upper = one.tolerance.upper(recorded);
+  one.uncertainty = uncertainty_of(one, comparison, options);
+  one.expanded = options.uncertainties.coverage_factor * one.uncertainty.total();
+  one.below_uncertainty = std::abs(one.error) < one.uncertainty.total();
+  one.verdict = judge(*one.simulated.value, one.lower, one.upper, one.expanded);
+}
+
+std::string reason_of_absence(const FeatureVerdict& one) {
+  if (one.recorded.value) { return "simulated: " + one.simulated.reason; }
+  if (one.simulated.value) { return "recorded: " + one.recorded.reason; }
+  if (one.recorded.reason == one.simulated.reason) { return "in neither: " + one.recorded.reason; }
+  return "recorded: " + one.recorded.reason + "; simulated: " + one.simulated.reason;
+}
+
+/// One of the two is missing, or both. Only the event is never just absent: it is there, or it is
+/// not, or nobody can tell; what is missing with it is told by the event itself.
+void judge_absence(FeatureVerdict& one) {
+  one.reason = reason_of_absence(one);
+  one.verdict = one.feature == Feature::loss_of_resistance ? Verdict::not_distinguishable
+                                                           : Verdict::not_judged;
+}
+
+FeatureVerdict judge_feature(Feature feature, const Comparison& comparison,
+                             const ComparisonOptions& options) {
+  FeatureVerdict one{.feature = feature,
+                     .unit = unit_of(feature, comparison.unit),
+                     .recorded = comparison.recorded_features[feature],
+                     .simulated = comparison.simulated_features[feature],
+                     .tolerance = tolerance_of(feature, options)};
+  if (is_time(feature) && one.recorded.value) { *one.recorded.value -= comparison.alignment.lag; }
+  if (is_time(feature) && !comparison.alignment.judges_times()) {
+    one.reason =
+        "the clocks were aligned by the " + std::string(name_of(comparison.alignment.used));
+    if (one.recorded.value && one.simulated.value) {
+      one.error = *one.simulated.value - *one.recorded.value;
+    }
+    return one;
+  }
+  if (one.recorded.value && one.simulated.value) {
+    judge_numbers(one, comparison, options);
+  } else {
+    judge_absence(one);
+  }
+  return one;
+}
+
+}  // namespace
+
+Tolerance tolerance_of(Feature feature, const ComparisonOptions& options) {
+  for (const Tolerance& given : options.tolerances) {
+    if (given.feature == feature) { return given; }
+  }
+  return default_tolerances(options.quantity)[static_cast<std::size_t>(feature)];
+}
+
+double data_uncertainty(Feature feature, const Features& recorded,
+                        const ComparisonOptions& options) {
+  const Uncertainties& known = options.uncertainties;
+  const Measured& measured = recorded[feature];
+  const double zero = options.quantity == QuantityKind::pressure ? known.zero : known.zero_force;
+  const double gain = scales(feature) ? known.gain * std::abs(measured.value.value_or(0.0)) : 0.0;
+  return std::hypot(measured.uncertainty,
+                    std::hypot(moved_by_offset(feature, recorded) * zero, gain));
+}
+
+std::vector<FeatureVerdict> judge_features(const Comparison& comparison,
+                                           const ComparisonOptions& options) {
+  std::vector<FeatureVerdict> verdicts;
+  for (std::size_t n = 0; n < feature_count; ++n) {
+    verdicts.push_back(judge_feature(static_cast<Feature>(n), comparison, options));
+  }
+  return verdicts;
+}
+
+namespace {
+
+/// Drops are shares of the peak.
+FieldUnit unit_for(Feature feature, std::string_view unit) {
+  return feature == Feature::relative_drop ? FieldUnit{100.0, "%"} : field_unit(unit);
+}
+
+/// Nobody reads less than a ten-thousandth of these units; rounding would be shown as 10^-14 mmHg.
+double in_unit(double value, const FieldUnit& unit) {
+  return std::round(1e4 * unit.factor * value) / 1e4 + 0.0;  // no negative zero
+}
+
+std::string found_or_not(const Measured& measured) {
+  return *measured.value > 0.5 ? "found" : "not found";
+}
+
+}  // namespace
+
+std::string in_words(Feature feature) {
+  std::string words(name_of(feature));
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
+std::string shown(Feature feature, double value, std::string_view unit) {
+  if (std::isnan(value)) { return "-"; }
+  if (feature == Feature::loss_of_resistance) { return value > 0.5 ? "found" : "not found"; }
+  const FieldUnit field = unit_for(feature, unit);
+  return quantity(in_unit(value, field), field.name);
+}
+
+std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit) {
+  const FieldUnit field = unit_for(feature, unit);
+  return short_number(in_unit(interval.lower, field)) + " to " +
+         quantity(in_unit(interval.upper, field), field.name);
+}
+
+std::string shown_uncertainty(const FeatureVerdict& verdict) {
+  if (!(verdict.expanded > 0.0) || verdict.feature == Feature::loss_of_resistance) { return {}; }
+  const FieldUnit field = unit_for(verdict.feature, verdict.unit);
+  return "±" + short_number(field.factor * verdict.expanded, 2) + "\u00a0" + field.name;
+}
+
+std::string shown(const Tolerance& tolerance, std::string_view unit) {
+  if (tolerance.factor > 1.0) { return "a factor of " + short_number(tolerance.factor); }
+  std::string text;
+  if (tolerance.relative > 0.0) { text = short_number(100.0 * tolerance.relative, 3) + "\u00a0%"; }
+  if (tolerance.absolute > 0.0) {
+    text += (text.empty() ? "" : " and ") + shown(tolerance.feature, tolerance.absolute, unit);
+  }
+  return text.empty() ? "the same" : text;
+}
+
+std::string sentence_of(const FeatureVerdict& one) {
+  const std::string name = in_words(one.feature) + ": ";
+  const std::string verdict = ": " + std::string(name_of(one.verdict));
+  if (!one.reason.empty()) { return name + one.reason + verdict; }
+  if (one.feature == Feature::loss_of_resistance) {
+    return name + found_or_not(one.simulated) + " in the simulated trace, " +
+           found_or_not(one.recorded) + " in the recorded one" + verdict;
+  }
+  const std::string known = shown_uncertainty(one);
+  return name + shown(one.feature, *one.simulated.value, one.unit) + " simulated, " +
+         shown(one.feature, *one.recorded.value, one.unit) + " recorded; " +
+         shown_interval(one.feature, {one.lower, one.upper}, one.unit) + " allowed" +
+         (known.empty() ? "" : ", known to " + known) + verdict;
+}
 
 namespace {
 
@@ -46,8 +434,8 @@ std::string regime_refusal(const Recording& recording, const ComparisonOptions& 
   const auto text = [](Recording::Regime regime) {
     return std::string(regime == Recording::Regime::thumb ? "thumb" : "pump");
   };
-  return "wrong regime: recorded with a " + text(recording.regime) + " on the plunger, simulated with a " +
-         text(options.simulated_regime);
+  return "wrong regime: recorded with a " + text(recording.regime) +
+         " on the plunger, simulated with a " + text(options.simulated_regime);
 }
 
 Samples moved(Samples samples, double by) {
@@ -63,8 +451,8 @@ void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated,
   const Samples& s = simulated.input.raw;
   const double begin = std::max(r.start - lag, s.start);
   const double end = std::min(r.end() - lag, s.end());
-  const double step = std::max({r.step, 1.0 / options.grid_rate,
-                                (end - begin) / static_cast<double>(options.most_samples)});
+  const double step = std::max(
+      {r.step, 1.0 / options.grid_rate, (end - begin) / static_cast<double>(options.most_samples)});
   const Grid grid = grid_between(begin, end, r.start - lag, step);
   comparison.recorded = resample(moved(recorded.input.filtered, -lag), grid);
   comparison.recorded_raw = resample(moved(r, -lag), grid);
@@ -76,9 +464,9 @@ constexpr std::size_t least_common = 20;  // samples of both
 
 std::string overlap_refusal(double overlap, std::size_t samples, const ComparisonOptions& options) {
   if (samples == 0) { return "no overlap in time"; }
-  return "no overlap in time but for " + short_number(overlap) + " s in " + std::to_string(samples) +
-         " samples; " + short_number(options.least_overlap) + " s in " + std::to_string(least_common) +
-         " are needed";
+  return "no overlap in time but for " + short_number(overlap) + " s in " +
+         std::to_string(samples) + " samples; " + short_number(options.least_overlap) + " s in " +
+         std::to_string(least_common) + " are needed";
 }
 
 std::vector<double> jointly(const Samples& a, const Samples& b) {
@@ -101,7 +489,8 @@ void explain(Comparison& comparison) {
   const Stretch stretch = longest_stretch(both);
   comparison.errors = trace_errors(comparison.simulated.value, comparison.recorded.value);
   comparison.rating = rate_stretch(comparison.simulated, comparison.recorded, stretch);
-  comparison.unfiltered_rating = rate_stretch(comparison.simulated_raw, comparison.recorded_raw, stretch);
+  comparison.unfiltered_rating =
+      rate_stretch(comparison.simulated_raw, comparison.recorded_raw, stretch);
   comparison.rated = static_cast<double>(stretch.size()) / static_cast<double>(both.size());
 }
 
@@ -127,9 +516,12 @@ std::string column_of(const ComparisonOptions& options) {
   return options.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
 }
 
-Comparison compare(const Recording& recording, const Trace& simulated, const ComparisonOptions& options) {
-  Comparison comparison{.recording = recording.name, .group = recording.group,
-                        .subject = recording.subject, .kind = recording.kind,
+Comparison compare(const Recording& recording, const Trace& simulated,
+                   const ComparisonOptions& options) {
+  Comparison comparison{.recording = recording.name,
+                        .group = recording.group,
+                        .subject = recording.subject,
+                        .kind = recording.kind,
                         .unit = std::string(unit_of(options.quantity))};
   if (const std::string wrong = regime_refusal(recording, options); !wrong.empty()) {
     return refuse(comparison, wrong);
@@ -148,7 +540,9 @@ Comparison compare(const Recording& recording, const Trace& simulated, const Com
   if (!r.refusal.empty()) { return refuse(comparison, "the recording " + r.refusal); }
   if (!s.refusal.empty()) { return refuse(comparison, "the simulated trace " + s.refusal); }
   comparison.alignment = align(r, s, options.alignment);
-  if (!comparison.alignment.refusal.empty()) { return refuse(comparison, comparison.alignment.refusal); }
+  if (!comparison.alignment.refusal.empty()) {
+    return refuse(comparison, comparison.alignment.refusal);
+  }
   lay_on_grid(r, s, options, comparison);
   const std::vector<double> both = finite_only(jointly(comparison.recorded, comparison.simulated));
   comparison.overlap = comparison.recorded.step * static_cast<double>(both.size());

@@ -1,41 +1,144 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// One recording against one simulated insertion. The verdict comes from features alone (and, with several
-/// recordings, from the corridor: group_comparison.hpp); ratings and distances explain it.
+/// Features in the units that clinicians read: mmHg and mm.
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "model/dynamics/recording.hpp"
-#include "model/dynamics/trace.hpp"
-#include "validation/comparison/alignment.hpp"
+#include "model/problem/recording.hpp"
+#include "model/problem/trace.hpp"
+#include "validation/comparison/features.hpp"
 #include "validation/comparison/iso_rating.hpp"
-#include "validation/comparison/tolerance.hpp"
-#include "validation/comparison/trace_errors.hpp"
-#include "validation/comparison/verdict.hpp"
+#include "validation/signal.hpp"
+#include "validation/statistics.hpp"
 
 namespace palpate::comparison {
 
+struct FieldUnit {
+  double factor = 1.0;  ///< value in this unit over value in SI
+  std::string name{};
+};
+
+/// Of "Pa", "Pa/s" and "m"; every other unit stays as it is.
+inline FieldUnit field_unit(std::string_view unit) {
+  if (unit == "Pa") { return {1.0 / pascals_per_mmhg, "mmHg"}; }
+  if (unit == "Pa/s") { return {1.0 / pascals_per_mmhg, "mmHg/s"}; }
+  if (unit == "m") { return {1e3, "mm"}; }
+  return {1.0, std::string(unit)};
+}
+
+// How far a simulated feature may be from a recorded one, and who says so.
+
+/// What is compared: saline pressure [Pa], or force along the needle [N].
+enum class QuantityKind { pressure, force };
+std::string_view unit_of(QuantityKind kind);  ///< "Pa", "N"
+std::string_view name_of(QuantityKind kind);  ///< "pressure", "force"
+
+/// Allowed is D - a to D + a with a = absolute + relative |D|; with a factor f > 1, D / f to D f
+/// instead.
+struct Tolerance {
+  Feature feature{};
+  double absolute = 0.0;  ///< in the feature's unit
+  double relative = 0.0;
+  double factor = 0.0;
+  std::string origin{};  ///< publication, or "assumption: ..."
+
+  [[nodiscard]] double lower(double recorded) const;
+  [[nodiscard]] double upper(double recorded) const;
+};
+
+/// One for every feature, in their order.
+std::vector<Tolerance> default_tolerances(QuantityKind kind);
+
+// What a comparison may conclude, for one number and for a whole.
+
+enum class Verdict {
+  agrees,               ///< within its tolerance even if off by the validation uncertainty
+  not_distinguishable,  ///< the uncertainty reaches across the edge of the tolerance: nobody can
+                        ///< tell
+  differs,              ///< outside even if off by the validation uncertainty
+  not_comparable,       ///< there is nothing to compare, and a reason why
+  not_judged,           ///< of one feature: absent from both, or fixed by the alignment
+};
+std::string_view name_of(Verdict verdict);  ///< "not distinguishable"
+
+/// Standard uncertainties of ASME V&V 20: the error E = S - D is known to within u_val = sqrt(num^2
+/// + input^2 + data^2), and |E| < u_val says nothing about the model.
+struct ValidationUncertainty {
+  double numerical = 0.0;  ///< u_num, of the simulated value: step, sampling
+  double input = 0.0;      ///< u_input, of what the simulation was given
+  double data = 0.0;       ///< u_D, of the recorded value: noise, sampling, transducer
+  [[nodiscard]] double total() const;
+};
+
+/// S - D against an allowed interval of S, with expanded uncertainty (coverage factor times u_val).
+Verdict judge(double simulated, double lower, double upper, double expanded);
+
+/// Why, with what it led to; for people.
+struct Reason {
+  Verdict verdict = Verdict::not_judged;
+  std::string text{};
+};
+/// Their texts, what led to the worst first and else in the order given: the first explains the
+/// whole.
+std::vector<std::string> worst_first(std::vector<Reason> reasons);
+
+/// The worst of two: differs, then not distinguishable, then agrees; not judged counts for nothing.
+Verdict worse(Verdict a, Verdict b);
+
+// How the clocks of a recording and a simulation are laid over each other.
+
+enum class AlignmentRule {
+  automatic,  ///< depth where both have it without a gap there, else the event in both, else the
+              ///< start
+  depth,  ///< both reach the depth of the recorded event (else the middle of the common depths) at
+          ///< once
+  event,  ///< loss of resistance where both show one, else the peak
+  start,  ///< the first samples coincide
+};
+std::string_view name_of(AlignmentRule rule);
+
+struct Alignment {
+  AlignmentRule used = AlignmentRule::start;  ///< never automatic
+  std::string how{};                          ///< "by the loss of resistance", for people
+  double lag = 0.0;          ///< [s] recorded time - simulated time of one instant; always reported
+  double uncertainty = 0.0;  ///< [s] standard
+  std::string
+      not_by_depth{};  ///< why another rule was used though both have depth; part of `how` as well
+  std::string refusal{};  ///< why the rule that was asked for cannot be followed
+  /// Whether instants say anything: aligned by the event they are the same by themselves, and
+  /// aligned by depth the depth of the event tells, as hands move at speeds of their own.
+  [[nodiscard]] bool judges_times() const { return used == AlignmentRule::start; }
+};
+
+/// Both with features; a lag is never searched for a better fit.
+Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, AlignmentRule rule);
+
+// One recording against one simulated insertion. The verdict comes from features alone (and, with
+// several recordings, from the corridor: group_comparison.hpp); ratings and distances explain it.
+
 /// What is known of the numbers apart from their noise; all standard uncertainties.
 struct Uncertainties {
-  double zero = 57.0;              ///< u_D [Pa]: the transducer within 1 cm of the needle's height, uniform
-  double zero_force = 0.0;         ///< u_D [N]: of the force sensor's zero (not stated by recordings)
-  double gain = 0.01;              ///< u_D [1]: assumed, no recording states it
-  double numerical = 0.0;          ///< u_num [1] of simulated values, beside sampling
-  double input = 0.0;              ///< u_input [1] of simulated values; 0 when nobody propagated inputs
-  double coverage_factor = 2.0;    ///< U = k u_val, about 95 %
+  double zero = 57.0;  ///< u_D [Pa]: the transducer within 1 cm of the needle's height, uniform
+  double zero_force = 0.0;  ///< u_D [N]: of the force sensor's zero (not stated by recordings)
+  double gain = 0.01;       ///< u_D [1]: assumed, no recording states it
+  double numerical = 0.0;   ///< u_num [1] of simulated values, beside sampling
+  double input = 0.0;       ///< u_input [1] of simulated values; 0 when nobody propagated inputs
+  double coverage_factor = 2.0;  ///< U = k u_val, about 95 %
 };
 
 struct ComparisonOptions {
   QuantityKind quantity = QuantityKind::pressure;
-  std::string column{};        ///< of the simulated trace; empty: "syringe.pressure_pa" or "tool.force_n"
+  std::string column{};  ///< of the simulated trace; empty: "syringe.pressure_pa" or "tool.force_n"
   std::string depth_column = "tool.depth_m";
   Recording::Regime simulated_regime = Recording::Regime::thumb;
   AlignmentRule alignment = AlignmentRule::automatic;
-  double cutoff = 20.0;        ///< [Hz] of the low-pass, at most a quarter of the lower rate; 0: none
-  double grid_rate = 200.0;    ///< [Hz] most of the common grid; the recording's own if that is lower
-  std::size_t most_samples = 12000;  ///< of the common grid, which is made coarser for longer traces
+  double cutoff = 20.0;      ///< [Hz] of the low-pass, at most a quarter of the lower rate; 0: none
+  double grid_rate = 200.0;  ///< [Hz] most of the common grid; the recording's own if that is lower
+  std::size_t most_samples =
+      12000;                   ///< of the common grid, which is made coarser for longer traces
   double least_overlap = 1.0;  ///< [s]
   FeatureRule features{};
   std::vector<Tolerance> tolerances{};  ///< those given replace the defaults of their features
@@ -50,39 +153,72 @@ struct FeatureVerdict {
   std::string unit{};
   Measured recorded{};
   Measured simulated{};
-  double error = not_measured;        ///< E = S - D
+  double error = not_measured;  ///< E = S - D
   Tolerance tolerance{};
-  double lower = not_measured;        ///< what S may be
+  double lower = not_measured;  ///< what S may be
   double upper = not_measured;
   ValidationUncertainty uncertainty{};
-  double expanded = 0.0;              ///< k u_val
-  bool below_uncertainty = false;     ///< |E| < u_val: E says nothing about the model
+  double expanded = 0.0;           ///< k u_val
+  bool below_uncertainty = false;  ///< |E| < u_val: E says nothing about the model
   Verdict verdict = Verdict::not_judged;
-  std::string reason{};               ///< of a verdict that no numbers explain
+  std::string reason{};  ///< of a verdict that no numbers explain
 };
 
 struct Comparison {
   std::string recording{};
   std::string group{};
-  std::string subject{};                ///< a code; empty: of whom there is no other recording
+  std::string subject{};  ///< a code; empty: of whom there is no other recording
   Recording::Kind kind = Recording::Kind::measured;
   Verdict verdict = Verdict::not_comparable;
-  std::vector<std::string> reasons{};   ///< why; for people
+  std::vector<std::string> reasons{};  ///< why; for people
   std::string unit{};
   Alignment alignment{};
-  double cutoff = 0.0;                  ///< [Hz] that was used; 0: none
-  double overlap = 0.0;                 ///< [s] of both on the common grid
+  double cutoff = 0.0;   ///< [Hz] that was used; 0: none
+  double overlap = 0.0;  ///< [s] of both on the common grid
   std::vector<FeatureVerdict> features{};
-  Features recorded_features{};         ///< on the recording's own clock
-  Features simulated_features{};        ///< on the simulation's
-  TraceErrors errors{};                 ///< of the filtered traces
-  std::optional<IsoRating> rating{};    ///< of the filtered traces
+  Features recorded_features{};       ///< on the recording's own clock
+  Features simulated_features{};      ///< on the simulation's
+  TraceErrors errors{};               ///< of the filtered traces
+  std::optional<IsoRating> rating{};  ///< of the filtered traces
   std::optional<IsoRating> unfiltered_rating{};
   double rated = 0.0;  ///< share of the overlap that was rated: its longest stretch without a gap
   /// On the common grid and the simulation's clock; filtered, and as sampled.
   Samples recorded{}, simulated{}, recorded_raw{}, simulated_raw{};
 };
 
-Comparison compare(const Recording& recording, const Trace& simulated, const ComparisonOptions& options = {});
+Comparison compare(const Recording& recording, const Trace& simulated,
+                   const ComparisonOptions& options = {});
+
+// E = S - D of every feature against its tolerance and its validation uncertainty.
+
+/// From the features and the alignment of a comparison.
+std::vector<FeatureVerdict> judge_features(const Comparison& comparison,
+                                           const ComparisonOptions& options);
+
+/// The one given for the feature, else its default.
+Tolerance tolerance_of(Feature feature, const ComparisonOptions& options);
+
+/// u_D of one recorded feature: its noise and sampling, and the transducer's zero and gain.
+double data_uncertainty(Feature feature, const Features& recorded,
+                        const ComparisonOptions& options);
+
+// Features in words and in the units of clinicians: mmHg, mm and percent.
+
+/// "loss of resistance" of "loss_of_resistance".
+std::string in_words(Feature feature);
+
+/// A feature's value [SI] with its unit as clinicians read it, to a ten-thousandth of that unit at
+/// best; "found" or "not found" of the event, "-" of NaN.
+std::string shown(Feature feature, double value, std::string_view unit);
+/// "300 to 367 mmHg".
+std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit);
+/// U with its sign and unit; empty of 0.
+std::string shown_uncertainty(const FeatureVerdict& verdict);
+/// What a tolerance allows, as "10.2 %", "7 mmHg", "a factor of 2".
+std::string shown(const Tolerance& tolerance, std::string_view unit);
+
+/// "peak: 398 mmHg simulated, 461 mmHg recorded; 414 to 508 mmHg allowed, known to ±9.3 mmHg:
+/// differs"
+std::string sentence_of(const FeatureVerdict& verdict);
 
 }  // namespace palpate::comparison

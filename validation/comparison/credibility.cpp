@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/comparison/credibility.hpp"
 
 #include <algorithm>
@@ -30,8 +31,9 @@ constexpr std::array from_cases{
     FromCases{"output comparison: the measures themselves",
               "each measure does what it says and is blind as stated",
               {"clinical", nullptr, nullptr}},
-    FromCases{
-        "rendering through the device", "forces reach the hand as computed", {"haptics", nullptr, nullptr}},
+    FromCases{"rendering through the device",
+              "forces reach the hand as computed",
+              {"haptics", nullptr, nullptr}},
 };
 
 bool named(const std::string& name, const char* prefix) {
@@ -39,7 +41,8 @@ bool named(const std::string& name, const char* prefix) {
 }
 
 CredibilityFactor from(const FromCases& wanted, std::span<const Outcome> outcomes) {
-  CredibilityFactor factor{.activity = "verification", .factor = wanted.factor, .goal = wanted.goal};
+  CredibilityFactor factor{
+      .activity = "verification", .factor = wanted.factor, .goal = wanted.goal};
   std::size_t passed = 0;
   for (const Outcome& outcome : outcomes) {
     const bool counts =
@@ -56,20 +59,24 @@ CredibilityFactor from(const FromCases& wanted, std::span<const Outcome> outcome
 }
 
 /// A factor that no computation of ours shows.
-CredibilityFactor never(const char* activity, const char* factor, const char* goal, const char* why) {
-  return {.activity = activity, .factor = factor, .goal = goal, .evidence = std::string("not shown: ") + why};
+CredibilityFactor never(const char* activity, const char* factor, const char* goal,
+                        const char* why) {
+  return {.activity = activity,
+          .factor = factor,
+          .goal = goal,
+          .evidence = std::string("not shown: ") + why};
 }
 
 struct Evidence {
   std::size_t measured = 0;       ///< recordings of patients that could be compared
   std::size_t reconstructed = 0;  ///< rebuilt ones
   std::vector<std::string> names{};
-  std::vector<std::string> codes{};  ///< of their subjects, by group
+  std::vector<std::string> codes{};     ///< of their subjects, by group
   Verdict worst = Verdict::not_judged;  ///< on the measured ones alone
 };
 
-/// A group of measured recordings alone is judged as one; where rebuilt ones are among them, what they say
-/// is left out and each measured one speaks for itself.
+/// A group of measured recordings alone is judged as one; where rebuilt ones are among them, what
+/// they say is left out and each measured one speaks for itself.
 Verdict measured_verdict(const Comparison& one, const GroupComparison& comparison) {
   for (const GroupSummary& group : comparison.groups) {
     if (group.group == one.group && group.measured == group.recordings) { return group.verdict; }
@@ -95,15 +102,16 @@ Evidence evidence_of(const GroupComparison* comparison) {
 }
 
 CredibilityFactor test_samples(const Evidence& evidence) {
-  CredibilityFactor factor{
-      .activity = "validation", .factor = "test samples", .goal = "recordings of at least 3 subjects"};
+  CredibilityFactor factor{.activity = "validation",
+                           .factor = "test samples",
+                           .goal = "recordings of at least 3 subjects"};
   const std::size_t subjects = subject_count(subject_indices(evidence.codes));
   factor.evidence = "measured recordings: " + std::to_string(evidence.measured) +
                     ", of subjects: " + std::to_string(subjects);
   if (evidence.measured == 0) { factor.evidence = "not shown: no measured recording was compared"; }
   if (evidence.reconstructed > 0) {
-    factor.evidence +=
-        "; " + std::to_string(evidence.reconstructed) + " rebuilt from published values do not count";
+    factor.evidence += "; " + std::to_string(evidence.reconstructed) +
+                       " rebuilt from published values do not count";
   }
   factor.links = evidence.names;
   if (evidence.measured > 0) { factor.shown = subjects >= 3 ? Shown::shown : Shown::in_part; }
@@ -112,8 +120,10 @@ CredibilityFactor test_samples(const Evidence& evidence) {
 
 /// Agreement with patients. "Shown" speaks of the comparison; its verdict is part of the evidence.
 CredibilityFactor output_comparison(const Evidence& evidence) {
-  CredibilityFactor factor{.activity = "validation", .factor = "output comparison",
-                           .goal = "features and corridor agree within stated tolerances and u_val"};
+  CredibilityFactor factor{
+      .activity = "validation",
+      .factor = "output comparison",
+      .goal = "features and corridor agree within stated tolerances and u_val"};
   if (evidence.measured == 0) {
     factor.evidence = "not shown: no measured recording was compared";
     return factor;
@@ -138,13 +148,15 @@ std::string_view name_of(CredibilityFactor::Shown shown) {
 
 std::vector<CredibilityFactor> credibility(std::span<const Outcome> outcomes,
                                            const GroupComparison* comparison) {
-  std::vector<CredibilityFactor> factors{never(
-      "verification", "software quality assurance", "tests and their planted faults pass on every change",
-      "this table sees results and not the test runs; see the project's own tests")};
+  std::vector<CredibilityFactor> factors{
+      never("verification", "software quality assurance",
+            "tests and their planted faults pass on every change",
+            "this table sees results and not the test runs; see the project's own tests")};
   for (const FromCases& wanted : from_cases) { factors.push_back(from(wanted, outcomes)); }
   factors.push_back(never("verification", "use error", "inputs are checked by a second person",
                           "scenes are checked for rules and not for intent"));
-  factors.push_back(never("validation", "model form", "alternative laws of tissue lead to the same verdict",
+  factors.push_back(never("validation", "model form",
+                          "alternative laws of tissue lead to the same verdict",
                           "one law of tissue is compared at a time"));
   factors.push_back(never("validation", "model inputs",
                           "uncertain stiffness and cutting forces are propagated",
@@ -154,7 +166,8 @@ std::vector<CredibilityFactor> credibility(std::span<const Outcome> outcomes,
   factors.push_back(never("validation", "test conditions",
                           "needle, syringe, speed and technique are those of the trial",
                           "recordings do not state them all"));
-  factors.push_back(never("validation", "equivalency of inputs", "the simulation is given what was measured",
+  factors.push_back(never("validation", "equivalency of inputs",
+                          "the simulation is given what was measured",
                           "anatomy and hand of the recorded subject are not known"));
   factors.push_back(output_comparison(evidence));
   factors.push_back(never("applicability", "relevance of the quantities",

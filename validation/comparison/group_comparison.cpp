@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/comparison/group_comparison.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
-#include "validation/comparison/feature_words.hpp"
+#include "validation/comparison/comparison.hpp"
 
 namespace palpate::comparison {
 
@@ -68,7 +69,8 @@ void lay_corridor(const Members& members, const CorridorRule& rule, GroupSummary
   summary.corridor = std::move(built.corridor);
 }
 
-FeatureSummary summarise(Feature feature, const Members& members, const BootstrapOptions& bootstrap) {
+FeatureSummary summarise(Feature feature, const Members& members,
+                         const BootstrapOptions& bootstrap) {
   FeatureSummary summary{.feature = feature, .unit = unit_of(feature, members.front()->unit)};
   std::vector<double> recorded;
   std::vector<double> simulated;
@@ -88,8 +90,9 @@ FeatureSummary summarise(Feature feature, const Members& members, const Bootstra
 
 bool has_numbers(const FeatureVerdict& one) { return one.recorded.value && one.simulated.value; }
 
-/// The verdict of the first recording that tells most of the feature: judged by numbers, else judged. Which
-/// recording comes first must not matter for the rest: judge_mean() replaces what is its own.
+/// The verdict of the first recording that tells most of the feature: judged by numbers, else
+/// judged. Which recording comes first must not matter for the rest: judge_mean() replaces what is
+/// its own.
 FeatureVerdict most_telling(Feature feature, const Members& members) {
   const auto n = static_cast<std::size_t>(feature);
   const auto rank = [&](const Comparison* one) {
@@ -99,8 +102,8 @@ FeatureVerdict most_telling(Feature feature, const Members& members) {
   return (*std::ranges::max_element(members, {}, rank))->features[n];  // the first of equal ones
 }
 
-/// u_D of a mean: zero and gain of a transducer are the same in all, so that they do not average out; what is
-/// each recording's own is part of the spread between subjects.
+/// u_D of a mean: zero and gain of a transducer are the same in all, so that they do not average
+/// out; what is each recording's own is part of the spread between subjects.
 double mean_data_uncertainty(Feature feature, const Members& members) {
   std::vector<double> all;
   for (const Comparison* one : members) {
@@ -111,12 +114,17 @@ double mean_data_uncertainty(Feature feature, const Members& members) {
 }
 
 /// The feature of the simulation against the mean over subjects; its spread is part of u_D.
-FeatureVerdict judge_mean(const FeatureSummary& summary, const Members& members, double coverage_factor) {
+FeatureVerdict judge_mean(const FeatureSummary& summary, const Members& members,
+                          double coverage_factor) {
   FeatureVerdict one = most_telling(summary.feature, members);
   if (summary.count > 0) { one.recorded.value = summary.mean; }
   if (summary.simulated) { one.simulated.value = summary.simulated; }
-  if (one.recorded.value && summary.simulated) { one.error = *summary.simulated - *one.recorded.value; }
-  if (one.verdict == Verdict::not_judged || !one.reason.empty()) { return one; }  // an event left open
+  if (one.recorded.value && summary.simulated) {
+    one.error = *summary.simulated - *one.recorded.value;
+  }
+  if (one.verdict == Verdict::not_judged || !one.reason.empty()) {
+    return one;
+  }  // an event left open
   if (summary.count < 2) {
     one.verdict = Verdict::not_judged;
     one.reason = "recorded of one subject only";
@@ -138,9 +146,10 @@ void judge_by_corridor(const Members& members, const GroupOptions& options, Grou
   std::vector<Reason> reasons;
   if (!summary.coverage.holds) {
     char text[160];
-    std::snprintf(
-        text, sizeof text, "%.0f %% of samples lie in the corridor of %zu subjects; %.0f %% needed",
-        100.0 * summary.coverage.inside, summary.corridor->subjects, 100.0 * options.corridor.least_inside);
+    std::snprintf(text, sizeof text,
+                  "%.0f %% of samples lie in the corridor of %zu subjects; %.0f %% needed",
+                  100.0 * summary.coverage.inside, summary.corridor->subjects,
+                  100.0 * options.corridor.least_inside);
     reasons.push_back({Verdict::differs, text});
   }
   for (const FeatureSummary& feature : summary.features) {
@@ -160,7 +169,8 @@ void judge_one_by_one(const Members& members, GroupSummary& summary) {
   for (const Comparison* one : members) {
     summary.verdict = worse(summary.verdict, one->verdict);
     for (const std::string& reason : one->reasons) {
-      reasons.push_back({one->verdict, summary.recordings > 1 ? one->recording + ": " + reason : reason});
+      reasons.push_back(
+          {one->verdict, summary.recordings > 1 ? one->recording + ": " + reason : reason});
     }
   }
   summary.reasons = worst_first(std::move(reasons));
@@ -187,7 +197,8 @@ void count_subjects(const Members& members, GroupSummary& summary) {
     if (members[n]->verdict != Verdict::agrees) { agrees[subject[n]] = false; }
   }
   summary.subjects_agree = static_cast<std::size_t>(std::ranges::count(agrees, true));
-  summary.agree_share = static_cast<double>(summary.subjects_agree) / static_cast<double>(summary.subjects);
+  summary.agree_share =
+      static_cast<double>(summary.subjects_agree) / static_cast<double>(summary.subjects);
   summary.agree_interval = share_interval(summary.subjects_agree, summary.subjects);
 }
 
@@ -200,7 +211,8 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
   if (members.empty()) {
     for (const Comparison& one : all) {
       if (one.group != group) { continue; }
-      summary.reasons.push_back((summary.recordings > 1 ? one.recording + ": " : "") + one.reasons.front());
+      summary.reasons.push_back((summary.recordings > 1 ? one.recording + ": " : "") +
+                                one.reasons.front());
     }
     return summary;
   }
@@ -216,10 +228,12 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
   return summary;
 }
 
-/// Before the reasons of one of several groups; recordings of the one without a name tell themselves.
+/// Before the reasons of one of several groups; recordings of the one without a name tell
+/// themselves.
 std::string label_of(const GroupSummary& group, const std::vector<Comparison>& all) {
   if (!group.group.empty()) { return group.group + ": "; }
-  return group.recordings > 1 ? "" : std::ranges::find(all, "", &Comparison::group)->recording + ": ";
+  return group.recordings > 1 ? ""
+                              : std::ranges::find(all, "", &Comparison::group)->recording + ": ";
 }
 
 }  // namespace
@@ -243,7 +257,9 @@ GroupComparison compare_all(std::span<const Recording> recordings, const Trace& 
         group.verdict == Verdict::not_comparable ? Verdict::not_judged : group.verdict;
     worst = worse(worst, verdict);
     const std::string label = result.groups.size() > 1 ? label_of(group, result.recordings) : "";
-    for (const std::string& reason : group.reasons) { reasons.push_back({verdict, label + reason}); }
+    for (const std::string& reason : group.reasons) {
+      reasons.push_back({verdict, label + reason});
+    }
   }
   result.reasons = worst_first(std::move(reasons));
   if (worst != Verdict::not_judged) { result.verdict = worst; }

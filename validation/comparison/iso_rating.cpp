@@ -1,18 +1,85 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/comparison/iso_rating.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include "model/dynamics/scene_check.hpp"
-#include "validation/comparison/samples.hpp"
-#include "validation/comparison/time_warp.hpp"
+#include "model/problem/input_error.hpp"
+#include "validation/signal.hpp"
 
 namespace palpate::comparison {
+
+namespace {
+
+enum class From : std::uint8_t { first_before, second_before, both_before };
+
+/// Column c of row i stands for sample j = i + c - (radius - 1) of the second trace.
+struct Band {
+  std::size_t length = 0;
+  std::size_t radius = 1;
+  std::vector<From> from{};
+
+  [[nodiscard]] std::size_t width() const { return 2 * radius - 1; }
+  [[nodiscard]] std::size_t column(std::size_t i, std::size_t j) const {
+    return j + radius - 1 - i;
+  }
+  [[nodiscard]] From& at(std::size_t i, std::size_t j) { return from[i * width() + column(i, j)]; }
+};
+
+/// One row of least sums; `above` is the row before, one column further right for the same j.
+void add_row(std::span<const double> first, std::span<const double> second, std::size_t i,
+             Band& band, const std::vector<double>& above, std::vector<double>& row) {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  std::ranges::fill(row, none);
+  const std::size_t begin = i >= band.radius - 1 ? i - (band.radius - 1) : 0;
+  const std::size_t end = std::min(band.length, i + band.radius);
+  double left = none;
+  for (std::size_t j = begin; j < end; ++j) {
+    const std::size_t c = band.column(i, j);
+    const double d = first[i] - second[j];
+    double least = i > 0 ? above[c + 1] : none;
+    From from = From::first_before;
+    if (left < least) { least = left, from = From::second_before; }
+    const double diagonal = i > 0 && j > 0 ? above[c] : none;
+    if (diagonal < least) { least = diagonal, from = From::both_before; }
+    left = (i == 0 && j == 0 ? 0.0 : least) + d * d;
+    row[c] = left;
+    band.at(i, j) = from;
+  }
+}
+
+}  // namespace
+
+WarpSums warp(std::span<const double> first, std::span<const double> second, std::size_t radius) {
+  const std::size_t length = std::min(first.size(), second.size());
+  if (length == 0) { return {}; }
+  Band band{.length = length, .radius = std::clamp<std::size_t>(radius, 1, length)};
+  band.from.resize(length * band.width());
+  std::vector<double> above(band.width() + 1, std::numeric_limits<double>::infinity());
+  std::vector<double> row = above;
+  for (std::size_t i = 0; i < length; ++i) {
+    add_row(first, second, i, band, above, row);
+    std::swap(above, row);
+  }
+  WarpSums sums;
+  std::size_t i = length - 1;
+  std::size_t j = length - 1;
+  while (true) {
+    sums.difference += std::abs(first[i] - second[j]);
+    sums.second += std::abs(second[j]);
+    ++sums.length;
+    if (i == 0 && j == 0) { return sums; }
+    const From from = band.at(i, j);
+    if (from != From::second_before) { --i; }
+    if (from != From::first_before) { --j; }
+  }
+}
 
 namespace {
 
@@ -30,7 +97,8 @@ double corridor_score(std::span<const double> s, std::span<const double> r, cons
     if (off < rule.inner_corridor * scale || off == 0.0) {
       sum += 1.0;
     } else if (off <= rule.outer_corridor * scale) {
-      sum += std::pow((rule.outer_corridor - off / scale) / (rule.outer_corridor - rule.inner_corridor), 2);
+      sum += std::pow(
+          (rule.outer_corridor - off / scale) / (rule.outer_corridor - rule.inner_corridor), 2);
     }
   }
   return sum / static_cast<double>(r.size());
@@ -75,8 +143,8 @@ class Moments {
 };
 
 /// Pearson's of `count` samples from each beginning; nothing where one of them does not vary.
-std::optional<double> correlation(const Moments& a, std::size_t from_a, const Moments& b, std::size_t from_b,
-                                  std::size_t count) {
+std::optional<double> correlation(const Moments& a, std::size_t from_a, const Moments& b,
+                                  std::size_t from_b, std::size_t count) {
   const double product = a.variation(from_a, count) * b.variation(from_b, count);
   if (!(product > 0.0)) { return std::nullopt; }
   const double together = a.window(from_a, count).dot(b.window(from_b, count)) -
@@ -122,7 +190,8 @@ void find_shift(std::span<const double> s, std::span<const double> r, const IsoR
   rating.phase = std::max(0.0, 1.0 - static_cast<double>(std::abs(rating.shift)) / allowed);
 }
 
-/// Central differences per sample, then the mean over nine of them (fewer, symmetric, near the ends).
+/// Central differences per sample, then the mean over nine of them (fewer, symmetric, near the
+/// ends).
 std::vector<double> smooth_slope(std::span<const double> value) {
   const std::size_t count = value.size();
   std::vector<double> slope(count);
@@ -161,18 +230,21 @@ double slope_score(const Shifted& pair, const IsoRule& rule) {
 
 }  // namespace
 
-IsoRating rate(std::span<const double> simulated, std::span<const double> recorded, const IsoRule& rule) {
+IsoRating rate(std::span<const double> simulated, std::span<const double> recorded,
+               const IsoRule& rule) {
   const auto finite = [](double v) { return std::abs(v) <= largest_value; };
   if (simulated.size() != recorded.size() || recorded.size() < 10 ||
       !std::ranges::all_of(simulated, finite) || !std::ranges::all_of(recorded, finite)) {
-    throw InputError("a rating needs two traces of one length, at least 10 samples, all of them numbers");
+    throw InputError(
+        "a rating needs two traces of one length, at least 10 samples, all of them numbers");
   }
   IsoRating rating;
   rating.corridor = corridor_score(simulated, recorded, rule);
   find_shift(simulated, recorded, rule, rating);
   const Shifted pair = shifted(simulated, recorded, rating.shift);
   const double window = rule.warp_window * static_cast<double>(pair.recorded.size());
-  const WarpSums sums = warp(pair.simulated, pair.recorded, static_cast<std::size_t>(std::ceil(window)));
+  const WarpSums sums =
+      warp(pair.simulated, pair.recorded, static_cast<std::size_t>(std::ceil(window)));
   rating.magnitude = linear_score(sums.difference, sums.second, rule.zero_magnitude);
   rating.slope = slope_score(pair, rule);
   rating.overall = 0.4 * rating.corridor + 0.2 * (rating.phase + rating.magnitude + rating.slope);

@@ -1,12 +1,60 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/comparison/subject_corridor.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
-#include "validation/comparison/statistics.hpp"
+#include "validation/statistics.hpp"
 
 namespace palpate::comparison {
+
+std::vector<std::size_t> subject_indices(std::span<const std::string> codes) {
+  std::vector<std::size_t> subject;
+  std::map<std::string, std::size_t> known;
+  std::size_t count = 0;
+  for (const std::string& code : codes) {
+    if (code.empty()) {
+      subject.push_back(count++);
+    } else {
+      const auto [place, is_new] = known.try_emplace(code, count);
+      count += is_new ? 1 : 0;
+      subject.push_back(place->second);
+    }
+  }
+  return subject;
+}
+
+std::size_t subject_count(std::span<const std::size_t> subject) {
+  return subject.empty() ? 0 : std::ranges::max(subject) + 1;
+}
+
+OverSubjects over_subjects(std::span<const double> value, std::span<const std::size_t> subject) {
+  std::map<std::size_t, std::vector<double>> by_subject;
+  for (std::size_t n = 0; n < value.size(); ++n) {
+    if (std::isfinite(value[n])) {
+      by_subject[subject.empty() ? n : subject[n]].push_back(value[n]);
+    }
+  }
+  OverSubjects over;
+  double square = 0.0;
+  double repeats = 0.0;        // sum of n_i - 1
+  double inverse_count = 0.0;  // <1/n_i>
+  for (const auto& [index, own] : by_subject) {
+    const double mean = over.means.emplace_back(mean_of(own));
+    for (const double v : own) { square += (v - mean) * (v - mean); }
+    over.recordings += own.size();
+    repeats += static_cast<double>(own.size() - 1);
+    inverse_count += 1.0 / static_cast<double>(own.size() * by_subject.size());
+  }
+  if (over.means.empty()) { return over; }
+  over.mean = mean_of(over.means);
+  over.deviation = deviation_of(over.means);
+  const double within = repeats > 0.0 ? square / repeats : 0.0;
+  over.of_recording = std::sqrt(over.deviation * over.deviation + within * (1.0 - inverse_count));
+  return over;
+}
 
 namespace {
 
@@ -32,8 +80,12 @@ CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRul
   }
   const Samples& grid = aligned.front();
   const std::vector<double> factor = factors(count, rule);
-  SubjectCorridor corridor{.mean = grid, .deviation = grid, .half_width = grid, .subjects = count,
-                           .recordings = aligned.size(), .factor = factor.back()};
+  SubjectCorridor corridor{.mean = grid,
+                           .deviation = grid,
+                           .half_width = grid,
+                           .subjects = count,
+                           .recordings = aligned.size(),
+                           .factor = factor.back()};
   bool any = false;
   std::vector<double> here(aligned.size());
   for (std::size_t n = 0; n < grid.size(); ++n) {
@@ -56,8 +108,8 @@ CorridorCoverage coverage(const SubjectCorridor& corridor, const Samples& simula
   CorridorCoverage result;
   std::size_t inside = 0;
   for (std::size_t n = 0; n < std::min(simulated.size(), corridor.mean.size()); ++n) {
-    const double beyond = std::abs(simulated.value[n] - corridor.mean.value[n]) -
-                          corridor.half_width.value[n];
+    const double beyond =
+        std::abs(simulated.value[n] - corridor.mean.value[n]) - corridor.half_width.value[n];
     if (!std::isfinite(beyond)) { continue; }
     ++result.samples;
     if (beyond <= 0.0) { ++inside; }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/gate/baseline.hpp"
 
 #include <algorithm>
@@ -6,7 +7,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "model/dynamics/scene_check.hpp"
+#include "model/problem/input_error.hpp"
+#include "validation/gate/gate.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate::gate {
 
@@ -15,7 +18,8 @@ namespace {
 /// The colours of a map as a curve over their places, so that one rule serves both.
 void add_map_as_curve(Figure& figure) {
   if (!figure.heat_map) { return; }
-  Series series{.label = figure.heat_map->label, .style = Series::Style::points, .y = figure.heat_map->z};
+  Series series{
+      .label = figure.heat_map->label, .style = Series::Style::points, .y = figure.heat_map->z};
   series.x.resize(series.y.size());
   std::iota(series.x.begin(), series.x.end(), 0.0);
   figure.series.push_back(std::move(series));
@@ -23,7 +27,8 @@ void add_map_as_curve(Figure& figure) {
 }
 
 [[noreturn]] void refuse(const Outcome& accepted, const std::string& what) {
-  throw InputError(accepted.name + ": " + what + "; results of the same cases, another build or order");
+  throw InputError(accepted.name + ": " + what +
+                   "; results of the same cases, another build or order");
 }
 
 const Outcome& same_case(const std::vector<Outcome>& outcomes, const Outcome& accepted) {
@@ -41,12 +46,15 @@ void widen(double& spread, double accepted, double variant) {
 void widen_by_quantities(AcceptedCase& accepted, const Outcome& variant) {
   for (const Quantity& quantity : accepted.outcome.quantities) {
     const auto found = std::ranges::find(variant.quantities, quantity.name, &Quantity::name);
-    if (found == variant.quantities.end()) { refuse(accepted.outcome, quantity.name + " is not in a variant"); }
+    if (found == variant.quantities.end()) {
+      refuse(accepted.outcome, quantity.name + " is not in a variant");
+    }
     widen(accepted.spread.quantities[quantity.name], quantity.value, found->value);
   }
 }
 
-void widen_by_curve(double& spread, const std::vector<double>& accepted, const std::vector<double>& variant) {
+void widen_by_curve(double& spread, const std::vector<double>& accepted,
+                    const std::vector<double>& variant) {
   for (std::size_t n = 0; n < accepted.size() && n < variant.size(); ++n) {
     widen(spread, accepted[n], variant[n]);
   }
@@ -75,8 +83,8 @@ const AcceptedCase* Baseline::find(const std::string& name) const {
 }
 
 bool is_counted(const std::string& unit) {
-  constexpr std::array<std::string_view, 4> counted{"instructions", "instructions/spring-step", "evaluations",
-                                                    "digits"};
+  constexpr std::array<std::string_view, 4> counted{"instructions", "instructions/spring-step",
+                                                    "evaluations", "digits"};
   return std::ranges::find(counted, unit) != counted.end();
 }
 
@@ -111,6 +119,124 @@ void measure_spread(Baseline& baseline, const std::vector<std::vector<Outcome>>&
       widen_by_figures(accepted, found);
     }
   }
+}
+
+namespace {
+
+void require_sound(const Outcome& outcome) {
+  constexpr const char* wanted = "; a case that ran to its end, with finite numbers";
+  if (outcome.status == Status::error) {
+    throw InputError(outcome.name + ": " + outcome.reason + wanted);
+  }
+  for (const Quantity& quantity : outcome.quantities) {
+    if (std::isfinite(quantity.value)) { continue; }
+    throw InputError(outcome.name + ": " + quantity.name + " is " + plain_number(quantity.value) +
+                     wanted);
+  }
+}
+
+AcceptedCase* find(Baseline& baseline, const std::string& name) {
+  const auto found = std::ranges::find(baseline.cases, name,
+                                       [](const AcceptedCase& one) { return one.outcome.name; });
+  return found == baseline.cases.end() ? nullptr : &*found;
+}
+
+/// In place, so that a partial approval moves nothing else.
+void take_in(Baseline& baseline, const Outcome& outcome) {
+  AcceptedCase* accepted = find(baseline, outcome.name);
+  if (accepted == nullptr) { accepted = &baseline.cases.emplace_back(); }
+  accepted->outcome = outcome;
+}
+
+bool is_wanted(const Acceptance& acceptance, const std::string& name) {
+  return acceptance.only.empty() ||
+         std::ranges::find(acceptance.only, name) != acceptance.only.end();
+}
+
+void drop_absent(Baseline& baseline, const std::vector<Outcome>& outcomes) {
+  std::erase_if(baseline.cases, [&](const AcceptedCase& one) {
+    return std::ranges::find(outcomes, one.outcome.name, &Outcome::name) == outcomes.end();
+  });
+}
+
+/// Of the accepted cases alone; the others keep theirs.
+void measure_spreads(Baseline& baseline, const Acceptance& acceptance) {
+  if (acceptance.variants.empty()) { return; }
+  Baseline taken;
+  for (const AcceptedCase& one : baseline.cases) {
+    if (is_wanted(acceptance, one.outcome.name)) { taken.cases.push_back(one); }
+  }
+  measure_spread(taken, acceptance.variants);
+  for (const AcceptedCase& one : taken.cases) {
+    find(baseline, one.outcome.name)->spread = one.spread;
+  }
+}
+
+std::string bound_text(const Quantity& quantity) {
+  if (!quantity.judged()) { return "no bound"; }
+  return "bound " + plain_number(quantity.lower) + " to " + plain_number(quantity.upper) + " (" +
+         quantity.bound_from + ")";
+}
+
+void describe_case(const AcceptedCase& before, const AcceptedCase& now,
+                   std::vector<std::string>& lines) {
+  for (const Change& change : judge_case(before, now.outcome).changes) {
+    const auto quantity = std::ranges::find(now.outcome.quantities, change.item, &Quantity::name);
+    std::string line = now.outcome.name + ": " + change.item;
+    if (quantity != now.outcome.quantities.end() && change.judgement != Judgement::broken) {
+      const int digits = digits_apart(change.before, change.now);
+      line += " " + plain_number(change.before, digits) + " -> " +
+              plain_number(change.now, digits) + " " + change.unit + ", " + bound_text(*quantity);
+    }
+    lines.push_back(line + (change.moved.empty() ? "" : ", " + change.moved));
+  }
+}
+
+}  // namespace
+
+Baseline accept(const Baseline& old, const Acceptance& acceptance) {
+  Baseline updated = old;
+  if (acceptance.only.empty() || old.cases.empty()) {
+    updated.command = acceptance.command;
+    updated.provenance = acceptance.provenance;
+  }
+  if (acceptance.only.empty()) { drop_absent(updated, acceptance.outcomes); }
+  Approval entry{.date = acceptance.date, .reason = acceptance.reason};
+  if (const auto commit = acceptance.provenance.find("commit");
+      commit != acceptance.provenance.end()) {
+    entry.commit = commit->second;
+  }
+  for (const Outcome& outcome : acceptance.outcomes) {
+    if (!is_wanted(acceptance, outcome.name)) { continue; }
+    const Outcome taken = comparable(outcome);
+    require_sound(taken);
+    take_in(updated, taken);
+    entry.cases.push_back(outcome.name);
+  }
+  if (entry.cases.empty()) {
+    throw InputError("nothing to approve; results with at least one case");
+  }
+  measure_spreads(updated, acceptance);
+  updated.ledger.push_back(std::move(entry));
+  return updated;
+}
+
+std::vector<std::string> described_changes(const Baseline& old, const Baseline& updated) {
+  std::vector<std::string> lines;
+  for (const AcceptedCase& now : updated.cases) {
+    const AcceptedCase* before = old.find(now.outcome.name);
+    if (before == nullptr) {
+      lines.push_back(now.outcome.name + ": new");
+    } else {
+      describe_case(*before, now, lines);
+    }
+  }
+  for (const AcceptedCase& before : old.cases) {
+    if (updated.find(before.outcome.name) == nullptr) {
+      lines.push_back(before.outcome.name + ": dropped");
+    }
+  }
+  return lines;
 }
 
 }  // namespace palpate::gate

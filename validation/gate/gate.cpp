@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/gate/gate.hpp"
 
 #include <algorithm>
 #include <set>
 
-#include "validation/gate/curve_change.hpp"
-#include "validation/gate/quantity_change.hpp"
+#include "validation/gate/change.hpp"
 
 namespace palpate::gate {
 
@@ -29,21 +29,25 @@ std::string status_problem(const Outcome& before, const Outcome& now) {
   const std::string why = now.reason.empty() ? "" : ": " + now.reason;
   const std::string is = "is " + std::string(name_of(now.status)) + why;
   if (now.status == Status::error) { return is; }
-  if (now.status == before.status || before.status == Status::skip || now.status == Status::pass) { return {}; }
+  if (now.status == before.status || before.status == Status::skip || now.status == Status::pass) {
+    return {};
+  }
   return is + ", was " + std::string(name_of(before.status));
 }
 
-void judge_quantities(const AcceptedCase& accepted, const Outcome& now, std::vector<Change>& changes) {
+void judge_quantities(const AcceptedCase& accepted, const Outcome& now,
+                      std::vector<Change>& changes) {
   const Outcome& before = accepted.outcome;
   for (const Quantity& quantity : before.quantities) {
     const auto found = std::ranges::find(now.quantities, quantity.name, &Quantity::name);
-    changes.push_back(
-        found == now.quantities.end()
-            ? broken(quantity.name, "is missing")
-            : judge_quantity(quantity, *found, spread_of(accepted.spread.quantities, quantity.name)));
+    changes.push_back(found == now.quantities.end()
+                          ? broken(quantity.name, "is missing")
+                          : judge_quantity(quantity, *found,
+                                           spread_of(accepted.spread.quantities, quantity.name)));
   }
   for (const Quantity& quantity : now.quantities) {
-    if (std::ranges::find(before.quantities, quantity.name, &Quantity::name) == before.quantities.end()) {
+    if (std::ranges::find(before.quantities, quantity.name, &Quantity::name) ==
+        before.quantities.end()) {
       changes.push_back(broken(quantity.name, "is not in the baseline"));
     }
   }
@@ -68,7 +72,8 @@ void judge_figure(const AcceptedCase& accepted, const Figure& before, const Figu
     return;
   }
   for (std::size_t n = 0; n < before.series.size(); ++n) {
-    changes.push_back(judge_curve(before, now, n, spread_of(accepted.spread.curves, curve_name(before, n))));
+    changes.push_back(
+        judge_curve(before, now, n, spread_of(accepted.spread.curves, curve_name(before, n))));
   }
 }
 
@@ -92,13 +97,16 @@ void judge_figures(const AcceptedCase& accepted, const Outcome& now, std::vector
 /// Without what changes no result.
 std::string command_of(std::string command) {
   const std::string option = " --no-skip";
-  if (const auto at = command.find(option); at != std::string::npos) { command.erase(at, option.size()); }
+  if (const auto at = command.find(option); at != std::string::npos) {
+    command.erase(at, option.size());
+  }
   return command;
 }
 
 std::string command_problem(const Baseline& baseline, const Candidate& candidate) {
   if (command_of(candidate.command) == command_of(baseline.command)) { return {}; }
-  return "results of `" + candidate.command + "`, the baseline has those of `" + baseline.command + "`";
+  return "results of `" + candidate.command + "`, the baseline has those of `" + baseline.command +
+         "`";
 }
 
 std::vector<std::string> repeated_names(const std::vector<Outcome>& outcomes) {
@@ -115,8 +123,9 @@ std::string approve_hint(const std::string& what) { return what + "; palpate app
 }  // namespace
 
 bool CaseVerdict::better() const {
-  return !falls() && std::ranges::any_of(
-                         changes, [](const Change& change) { return change.judgement == Judgement::better; });
+  return !falls() && std::ranges::any_of(changes, [](const Change& change) {
+    return change.judgement == Judgement::better;
+  });
 }
 
 Tally Verdict::tally() const {
@@ -137,7 +146,8 @@ CaseVerdict judge_case(const AcceptedCase& accepted, const Outcome& now) {
     verdict.changes.push_back(broken("", std::move(problem)));
   }
   if (now.claim != accepted.outcome.claim) {
-    verdict.changes.push_back(broken("", "claims \"" + now.claim + "\", was \"" + accepted.outcome.claim + "\""));
+    verdict.changes.push_back(
+        broken("", "claims \"" + now.claim + "\", was \"" + accepted.outcome.claim + "\""));
   }
   if (accepted.outcome.status == Status::skip) {  // nothing to hold it against
     verdict.identical = now.status == Status::skip;
@@ -146,19 +156,22 @@ CaseVerdict judge_case(const AcceptedCase& accepted, const Outcome& now) {
   if (now.status == Status::skip) { return verdict; }
   judge_quantities(accepted, now, verdict.changes);
   judge_figures(accepted, now, verdict.changes);
-  std::erase_if(verdict.changes, [](const Change& change) { return change.judgement == Judgement::same; });
+  std::erase_if(verdict.changes,
+                [](const Change& change) { return change.judgement == Judgement::same; });
   verdict.identical = verdict.changes.empty();
   std::ranges::stable_sort(verdict.changes, std::ranges::greater{},
                            [](const Change& change) { return static_cast<int>(change.judgement); });
   return verdict;
 }
 
-Verdict judge(const Baseline& baseline, const Candidate& candidate, const std::vector<std::string>& only) {
+Verdict judge(const Baseline& baseline, const Candidate& candidate,
+              const std::vector<std::string>& only) {
   Verdict verdict;
   const auto wanted = [&](const std::string& name) {
     return only.empty() || std::ranges::find(only, name) != only.end();
   };
-  if (std::string problem = command_problem(baseline, candidate); only.empty() && !problem.empty()) {
+  if (std::string problem = command_problem(baseline, candidate);
+      only.empty() && !problem.empty()) {
     verdict.faults.push_back(std::move(problem));
   }
   std::set<std::string> met;
@@ -179,7 +192,9 @@ Verdict judge(const Baseline& baseline, const Candidate& candidate, const std::v
     verdict.cases.push_back(broken_case(outcome, approve_hint("is not in the baseline")));
   }
   for (const std::string& name : only) {
-    if (!met.contains(name)) { verdict.faults.push_back(name + " is neither in the results nor in the baseline"); }
+    if (!met.contains(name)) {
+      verdict.faults.push_back(name + " is neither in the results nor in the baseline");
+    }
   }
   if (verdict.cases.empty()) { verdict.faults.emplace_back("nothing was compared"); }
   return verdict;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Holds results against a baseline: what is the same to the bit needs no further look; what is not finite or
-/// not whole fails before any norm is taken; then rounding, errors and costs, curves (docs/gate.md).
+/// Holds results against a baseline: what is the same to the bit needs no further look; what is not
+/// finite or not whole fails before any norm is taken; then rounding, errors and costs, curves
+/// (docs/gate.md).
 
 #include <string>
 #include <vector>
@@ -29,11 +30,14 @@ struct Tally {
 };
 
 struct Verdict {
-  std::vector<CaseVerdict> cases{};    ///< in the order of the baseline, then what it lacks
-  std::vector<std::string> faults{};   ///< of the comparison as a whole: nothing selected, other command
+  std::vector<CaseVerdict> cases{};  ///< in the order of the baseline, then what it lacks
+  std::vector<std::string>
+      faults{};  ///< of the comparison as a whole: nothing selected, other command
 
   [[nodiscard]] Tally tally() const;
-  [[nodiscard]] bool holds() const { return faults.empty() && !cases.empty() && tally().fallen == 0; }
+  [[nodiscard]] bool holds() const {
+    return faults.empty() && !cases.empty() && tally().fallen == 0;
+  }
 };
 
 /// What a gate is to look at, beside the baseline.
@@ -43,7 +47,8 @@ struct Candidate {
 };
 
 /// `only`: names of cases; empty: all, on both sides. A case that stands on one side alone fails.
-Verdict judge(const Baseline& baseline, const Candidate& candidate, const std::vector<std::string>& only = {});
+Verdict judge(const Baseline& baseline, const Candidate& candidate,
+              const std::vector<std::string>& only = {});
 
 /// One case against what was accepted; both as comparable() leaves them.
 CaseVerdict judge_case(const AcceptedCase& accepted, const Outcome& now);

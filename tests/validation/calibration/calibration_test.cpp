@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/calibration/calibration.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/check.hpp"
@@ -11,16 +13,75 @@ using namespace palpate::calibration;
 
 namespace {
 
-std::vector<Subject> seen_in(const Scene& scene) { return {{.name = "one", .seen = lawful(scene)}}; }
+std::vector<Subject> group(const char* name, double thumb) {
+  std::vector<Subject> subjects;
+  for (const double factor : {0.98, 1.0, 1.02}) {
+    Scene scene = three_layers();
+    scene.syringe->thumb_force = thumb * factor;
+    scene.syringe->epidural_resistance *= factor;
+    scene.materials[1].cutting_force *= factor;
+    subjects.push_back({.group = name, .seen = lawful(scene)});
+  }
+  return subjects;
+}
+
+TEST("the misfit grows as a parabola about the fit, fitted again in the others") {
+  const Scene scene = three_layers();
+  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
+  const Fit found = fit(forward, lawful_data(scene, 0.01));
+  const calibration::Profile profile = profile_of_worst(forward, found);
+  CHECK(profile.value.size() == 9);
+  CHECK_NEAR(profile.growth[4], 0.0, 1e-6);  // the fit itself
+  // One deviation grows it by 1 where observables are independent; slopes are 2 % high (fit_test).
+  CHECK_NEAR(profile.growth[0], 1.0, 0.1);
+  CHECK_NEAR(profile.growth[8], 1.0, 0.1);
+}
+
+TEST("a group that differs is foretold worse than what was fitted, by as much as it differs") {
+  std::vector<Subject> all = group("a", 11.0);
+  for (const char* name : {"b", "c"}) {
+    for (Subject& subject : group(name, name[0] == 'c' ? 22.0 : 11.0)) {
+      all.push_back(std::move(subject));
+    }
+  }
+  const Scene scene = three_layers();
+  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
+  const Fit found = fit(forward, pool(all));
+  const std::vector<HeldOut> held = leave_groups_out(forward, found, all);
+  CHECK(held.size() == 3 && held[2].group == "c" && held[2].subjects == 3);
+  // One observable of ten, the peak, is half of what it is: sqrt(0.25 / 10). 0.005: the prior's
+  // pull.
+  CHECK_NEAR(held[2].error_foretold, std::sqrt(0.025), 0.005);
+  CHECK(held[2].error_fitted < 0.01);
+  CHECK(leave_groups_out(forward, found, group("a", 11.0)).empty());
+}
+
+TEST("relative errors leave out what is not there") {
+  const Eigen::Vector3d simulated(1.1, 2.0, 5.0);
+  const Eigen::Vector3d seen(1.0, std::nan(""), 4.0);
+  CHECK_NEAR(root_mean_square(relative_errors(simulated, seen)), std::sqrt((0.01 + 0.0625) / 2.0),
+             1e-15);
+}
+
+}  // namespace
+
+using namespace palpate;
+using namespace palpate::calibration;
+
+namespace {
+
+std::vector<Subject> seen_in(const Scene& scene) {
+  return {{.name = "one", .seen = lawful(scene)}};
+}
 
 TEST("a calibration ends with a scene whose simulation is what was seen") {
   Scene truth = three_layers();
   truth.syringe->thumb_force = 9.0;
   const Scene scene = three_layers();
   std::vector<std::string> stages;
-  const Calibration found =
-      calibrate(scene, parameters_of(scene), seen_in(truth),
-                {.progress = [&](const char* stage) { stages.emplace_back(stage); }, .simulate = lawful});
+  const Calibration found = calibrate(
+      scene, parameters_of(scene), seen_in(truth),
+      {.progress = [&](const char* stage) { stages.emplace_back(stage); }, .simulate = lawful});
   CHECK(found.held() && stages.size() == 4);
   // The gain of 1 % against a prior of 0.35: (0.01 / 0.35)^2 of the way is left, below 0.1 %.
   CHECK_NEAR(found.fitted.syringe->thumb_force / 9.0, 1.0, 1e-3);

@@ -1,11 +1,216 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/calibration/fit.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "tests/check.hpp"
 #include "tests/validation/calibration/samples.hpp"
+#include "validation/calibration/observation.hpp"
+
+using namespace palpate::calibration;
+
+namespace {
+
+constexpr SharedUncertainty nothing{.zero = 0.0,
+                                    .gain = 0.0,
+                                    .plunger_friction = 0.0,
+                                    .force_gain = 0.0,
+                                    .depth = 0.0,
+                                    .drop_time = 0.0,
+                                    .model = 0.0};
+
+Subject subject(double pressure, double force) {
+  Subject made{.seen = {.value = Observation::Constant(observable_count, force),
+                        .force = ForceSource::plunger}};
+  made.seen.value[0] = pressure;
+  return made;
+}
+
+TEST("the spread of a mean is the standard error") {
+  const std::vector<Subject> subjects{subject(1.0, 5.0), subject(2.0, 6.0), subject(6.0, 7.0)};
+  const Pooled pooled = pool(subjects, nothing);
+  CHECK_NEAR(pooled.mean[0], 3.0, 1e-15);
+  CHECK_NEAR(pooled.covariance(0, 0), 7.0 / 3.0, 1e-14);  // variance 7 of three
+  CHECK_NEAR(pooled.covariance(0, 4), 2.5 / 3.0, 1e-14);  // covariance 2.5 of three
+  CHECK(pooled.degrees_of_freedom() == 2);
+}
+
+TEST("several recordings of one person count as their mean, and only within a group") {
+  std::vector<Subject> recordings{subject(1.0, 5.0), subject(4.0, 6.0), subject(3.0, 7.0),
+                                  subject(9.0, 8.0)};
+  recordings[0].person = recordings[2].person = recordings[3].person = "A";
+  recordings[3].group = "another";
+  recordings[2].seen.value[3] = std::nan("");
+  recordings[2].seen.force = ForceSource::none;
+  const std::vector<Subject> people = by_person(recordings);
+  CHECK(people.size() == 3);
+  CHECK_NEAR(people[0].seen.value[0], 2.0, 0.0);
+  CHECK_NEAR(people[0].seen.value[3], 5.0, 0.0);  // of the only one that has it
+  CHECK(people[0].seen.force == ForceSource::plunger);
+  CHECK_NEAR(people[1].seen.value[0], 4.0, 0.0);
+  CHECK_NEAR(people[2].seen.value[0], 9.0, 0.0);
+  const std::vector<Subject> nameless{subject(1.0, 5.0), subject(1.0, 5.0)};
+  CHECK(by_person(nameless).size() == 2);
+}
+
+TEST("two recordings give no spread, and what a transducer adds is shared by all that it touches") {
+  const std::vector<Subject> subjects{subject(50e3, 8.0), subject(60e3, 10.0)};
+  SharedUncertainty only_zero = nothing;
+  only_zero.zero = 57.0;
+  const Pooled pooled = pool(subjects, only_zero);
+  CHECK(pooled.degrees_of_freedom() == 0);
+  CHECK_NEAR(pooled.covariance(0, 0), 57.0 * 57.0, 1e-9);
+  const double area = subjects[0].plunger_area;
+  CHECK_NEAR(pooled.covariance(0, 5), 57.0 * 57.0 * area, 1e-12);  // fully correlated
+}
+
+TEST("what few have seen is left out, and no eigenvalue is negative") {
+  std::vector<Subject> subjects{subject(1.0, 5.0), subject(2.0, 7.0), subject(6.0, 6.0),
+                                subject(4.0, 6.5)};
+  subjects[0].seen.value[2] = subjects[1].seen.value[2] = std::nan("");
+  subjects[3].seen.value[5] = std::nan("");
+  const Pooled pooled = pool(subjects, nothing);
+  CHECK(std::isnan(pooled.mean[2]) && pooled.count[2] == 2 && pooled.covariance(2, 2) == 0.0);
+  CHECK_NEAR(pooled.mean[5], 6.0, 1e-15);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(pooled.covariance,
+                                                              Eigen::EigenvaluesOnly);
+  CHECK(solver.eigenvalues().minCoeff() > -1e-12);
+}
+
+TEST("depths are moved to the mean body mass by the published slope") {
+  std::vector<Subject> subjects{subject(1.0, 5.0), subject(2.0, 5.0), subject(6.0, 5.0)};
+  for (std::size_t n = 0; n < 3; ++n) {
+    subjects[n].body_mass_index = 20.0 + 10.0 * static_cast<double>(n);
+    subjects[n].seen.value[3] =
+        0.04 + depth_per_body_mass_index * (*subjects[n].body_mass_index - 20.0);
+  }
+  const Pooled pooled = pool(subjects, nothing);
+  CHECK_NEAR(pooled.mean[3], 0.04 + 10.0 * depth_per_body_mass_index, 1e-15);
+  CHECK_NEAR(pooled.covariance(3, 3), 0.0, 1e-18);  // rounding: nothing but body mass differs
+}
+
+}  // namespace
+
+using namespace palpate::calibration;
+
+namespace {
+
+TEST("one row and one parameter leave 1 / (1 + s^2) of the prior variance") {
+  const Linearised at{.slope = Eigen::MatrixXd::Constant(1, 1, 6.0),
+                      .considered = Eigen::MatrixXd(1, 0),
+                      .covariance = Eigen::MatrixXd::Constant(1, 1, 4.0)};  // s = 6 / 2
+  CHECK_NEAR(posterior_covariance(at)(0, 0), 0.1, 1e-15);
+}
+
+TEST("a parameter that was left adds its own uncertainty") {
+  const Linearised at{.slope = Eigen::MatrixXd::Constant(1, 1, 6.0),
+                      .considered = Eigen::MatrixXd::Constant(1, 1, 2.0),
+                      .covariance = Eigen::MatrixXd::Constant(1, 1, 4.0)};
+  // G = (1 / 10) 6 / 4, and G^2 2^2 more than before.
+  CHECK_NEAR(posterior_covariance(at)(0, 0), 0.1 + 0.0225 * 4.0, 1e-15);
+}
+
+TEST("rows that err together do not count as many") {
+  Eigen::MatrixXd slope = Eigen::MatrixXd::Constant(4, 1, 3.0);
+  const Linearised together{
+      .slope = slope,
+      .considered = Eigen::MatrixXd(4, 0),
+      .covariance = Eigen::MatrixXd::Ones(4, 4) + 1e-12 * Eigen::MatrixXd::Identity(4, 4)};
+  const Linearised apart{.slope = slope,
+                         .considered = Eigen::MatrixXd(4, 0),
+                         .covariance = Eigen::MatrixXd::Identity(4, 4)};
+  CHECK_NEAR(posterior_covariance(apart)(0, 0), 1.0 / 37.0, 1e-14);  // H = 4 9 + 1
+  CHECK_NEAR(posterior_covariance(together)(0, 0), (12.0 * 12.0 + 1.0) / (37.0 * 37.0),
+             1e-10);  // the 1e-12 above
+}
+
+TEST("of two parameters that do the same one is left, and what nothing depends on is left") {
+  Eigen::MatrixXd slope(2, 4);
+  slope << 5.0, 5.0, 0.0, 0.0, 0.0, 0.0, 7.0, 0.1;
+  const auto told = told_columns(slope, Eigen::MatrixXd::Identity(2, 2), {0, 1, 2, 3});
+  CHECK(told == (std::vector<Eigen::Index>{2}));  // either of the two has the other's uncertainty
+  slope(0, 1) = 1.0;
+  CHECK(told_columns(slope, Eigen::MatrixXd::Identity(2, 2), {0, 1, 2, 3}) ==
+        (std::vector<Eigen::Index>{0, 2}));
+  CHECK(told_columns(slope, Eigen::MatrixXd::Identity(2, 2), {1, 2}) ==
+        (std::vector<Eigen::Index>{2}));
+}
+
+TEST("correlation has ones on its diagonal") {
+  Eigen::MatrixXd covariance(2, 2);
+  covariance << 4.0, -3.0, -3.0, 9.0;
+  CHECK_NEAR(correlation_of(covariance)(0, 1), -0.5, 1e-15);
+  CHECK_NEAR(correlation_of(covariance)(1, 1), 1.0, 1e-15);
+}
+
+}  // namespace
+
+using namespace palpate;
+using namespace palpate::calibration;
+
+namespace {
+
+std::size_t index_of_key(const Forward& forward, std::string_view key) {
+  std::size_t n = 0;
+  while (forward.parameters()[n].key != key) { ++n; }
+  return n;
+}
+
+TEST("prior and one datum meet where their weights say") {
+  const Scene scene = three_layers();
+  Scene truth = scene;
+  truth.syringe->thumb_force = 22.0;
+  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
+  const Pooled data = lawful_data(truth, 0.2);
+  const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
+  const auto found = Search(forward, data, {thumb}).from(forward.priors());
+  // Where the derivative of ((v / 22 - 1) / 0.2)^2 + (log(v / 11) / spread)^2 vanishes, by
+  // bisection.
+  const double spread = forward.parameters()[thumb].spread;
+  double low = 11.0;
+  double high = 22.0;
+  for (int n = 0; n < 60; ++n) {
+    const double v = 0.5 * (low + high);
+    const double slope =
+        (v / 22.0 - 1.0) / (0.04 * 22.0) + std::log(v / 11.0) / (spread * spread * v);
+    (slope < 0.0 ? low : high) = v;
+  }
+  CHECK(found.converged);
+  // Forward differences over a tenth of the spread make slopes 1.8 % high, and move the place by as
+  // much of the way between datum and prior that is weighed: below 1 %.
+  CHECK_NEAR(found.values[thumb] / low, 1.0, 0.01);
+}
+
+TEST("what is not free stays, and values stay within their bounds") {
+  const Scene scene = three_layers();
+  Scene truth = scene;
+  truth.syringe->thumb_force = 1e4;
+  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
+  const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
+  Forward::Values start = forward.priors();
+  start[0] *= 1.1;
+  const auto found = Search(forward, lawful_data(truth, 0.01), {thumb}).from(start);
+  CHECK(found.values[0] == start[0]);
+  CHECK(found.values[thumb] <= forward.parameters()[thumb].upper);
+}
+
+TEST("slopes are those of the law, in spreads of the prior") {
+  const Scene scene = three_layers();
+  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
+  const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
+  const Search search(forward, lawful_data(scene, 0.01), {});
+  const Eigen::MatrixXd slopes = search.slopes(forward.priors(), {thumb});
+  const double spread = forward.parameters()[thumb].spread;
+  const double peak = 11.0 / scene.syringe->plunger_area;
+  CHECK_NEAR(slopes(0, 0) / (peak * spread), std::expm1(0.1 * spread) / (0.1 * spread),
+             1e-12);  // rounding
+  CHECK_NEAR(slopes.col(0).tail(slopes.rows() - 1).norm(), 0.0, 1e-15);
+}
+
+}  // namespace
 
 using namespace palpate;
 using namespace palpate::calibration;
@@ -30,7 +235,8 @@ TEST("exact data give back what made them, and name what nothing depends on") {
   Forward forward(scene, parameters_of(scene), 2, nullptr, lawful);
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 1e-3));
   CHECK(found.converged && found.misfit_after < 0.1 && found.misfit_before > 1e4);
-  // A prior of 0.35 pulls data of 0.001 by (0.001 / 0.35)^2 of the way, 3e-6; 1e-4 is the step tolerance.
+  // A prior of 0.35 pulls data of 0.001 by (0.001 / 0.35)^2 of the way, 3e-6; 1e-4 is the step
+  // tolerance.
   CHECK_NEAR(of(found, "syringe.thumb_force").value / 14.3, 1.0, 1e-4);
   CHECK_NEAR(of(found, "material.ligament.cutting_force").value / 3.5, 1.0, 1e-4);
   CHECK_NEAR(of(found, "syringe.compliance").value / 3.6e-12, 1.0, 1e-4);
@@ -58,7 +264,8 @@ TEST("a bound that data push against is said") {
   }
   Forward forward(scene, parameters, 1, nullptr, lawful);
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 1e-2));
-  CHECK(of(found, "syringe.thumb_force").at_bound && of(found, "syringe.thumb_force").value <= 12.0);
+  CHECK(of(found, "syringe.thumb_force").at_bound &&
+        of(found, "syringe.thumb_force").value <= 12.0);
   CHECK(found.widening > 1.0);  // 14.3 N cannot be reached: more than chance
 }
 

@@ -1,10 +1,118 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/calibration/forward.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "tests/check.hpp"
 #include "tests/validation/calibration/samples.hpp"
+#include "validation/calibration/observation.hpp"
+#include "validation/calibration/parameter.hpp"
+
+using namespace palpate;
+using namespace palpate::calibration;
+
+namespace {
+
+const Parameter* find(const std::vector<Parameter>& all, std::string_view key) {
+  const auto found = std::ranges::find(all, key, &Parameter::key);
+  return found == all.end() ? nullptr : &*found;
+}
+
+TEST("a scene offers the layers before the epidural space, the fat's thickness and the syringe") {
+  const std::vector<Parameter> all = parameters_of(three_layers());
+  CHECK(all.size() == 3 + 3 + 1 + 4);
+  CHECK(find(all, "material.ligament.cutting_force") != nullptr &&
+        find(all, "layer.0.thickness") != nullptr);
+  CHECK(find(all, "material.epidural-space.youngs_modulus") == nullptr);
+  CHECK(find(all, "material.ligament.cutting_force")->prior == 5.0);
+}
+
+TEST("one spread is one spread of the logarithm, and default bounds are four") {
+  Parameter p{.key = "x", .prior = 2.0, .spread = 0.5};
+  set_default_bounds(p);
+  CHECK_NEAR(p.value(1.0), 2.0 * std::exp(0.5), 1e-14);  // rounding
+  CHECK_NEAR(p.standardised(p.value(-2.5)), -2.5, 1e-14);
+  CHECK_NEAR(p.standardised(p.upper), 4.0, 1e-14);
+}
+
+TEST("a thicker layer sends the needle as much deeper, and the scene lasts until it is there") {
+  const Scene scene = three_layers();
+  const std::vector<Parameter> all = parameters_of(scene);
+  const Scene changed = with_values(scene, {*find(all, "layer.0.thickness")}, {0.015});
+  CHECK_NEAR(*changed.drive->depth, 0.038, 1e-15);  // rounding
+  CHECK_NEAR(changed.simulation.duration, 9.0, 1e-12);
+  const auto keys = changes(scene, changed);
+  CHECK(keys.size() == 3 && keys[0].first == "layer.0.thickness" && keys[1].first == "drive.depth");
+  CHECK(changes(scene, scene).empty());
+}
+
+TEST("a scene that cannot be compared says why") {
+  CHECK(why_not_calibrated(three_layers()).empty());
+  Scene scene = three_layers();
+  scene.syringe.reset();
+  CHECK(why_not_calibrated(scene).starts_with("syringe"));
+  scene = three_layers();
+  scene.drive->depth = 0.029;
+  CHECK(why_not_calibrated(scene).starts_with("drive.depth"));
+  scene = three_layers();
+  scene.tissue.layers.pop_back();
+  CHECK(why_not_calibrated(scene).starts_with("layer"));
+}
+
+}  // namespace
+
+using namespace palpate;
+using namespace palpate::calibration;
+
+namespace {
+
+TEST("bins of a straight force are its values in their middles, however the hand moves") {
+  const ObservedInsertion seen = observe(straight_insertion());
+  CHECK(seen.force == ForceSource::recorded && seen.refusal.empty());
+  CHECK_NEAR(seen.value[index_of(Observable::depth_of_loss)], 20e-3,
+             2e-5);  // two samples at 1 mm/s
+  CHECK_NEAR(seen.value[index_of(Observable::force)], 2.0 + 100.0 * 11e-3,
+             2e-3);  // 2e-5 m of depth, 100 N/m
+  CHECK_NEAR(seen.value[index_of(Observable::force) + 3], 2.0 + 100.0 * 17e-3, 2e-3);
+}
+
+TEST("without a recorded force the plunger tells it in the continuous technique alone") {
+  Recording recording = straight_insertion();
+  recording.force.clear();
+  const ObservedInsertion driven = observe(recording);
+  CHECK(driven.force == ForceSource::plunger);
+  CHECK_NEAR(driven.value[index_of(Observable::force)], 60e3 * recording.plunger_area,
+             1e-9);  // Eq. 1, a level pressure
+  recording.technique = "intermittent";
+  const ObservedInsertion pushed = observe(recording);
+  CHECK(pushed.force == ForceSource::none && std::isnan(pushed.value[index_of(Observable::force)]));
+  CHECK_NEAR(pushed.value[index_of(Observable::plateau)], 2000.0,
+             1e-6);  // rounding: it is constant
+}
+
+TEST("a pressure that is not lost is refused, and without depth there are no bins") {
+  CHECK(observe(straight_insertion(60e3, 20e-3, 59e3)).refusal.find("no loss of resistance") !=
+        std::string::npos);
+  Recording recording = straight_insertion();
+  recording.depth.clear();
+  const ObservedInsertion seen = observe(recording);
+  CHECK(seen.refusal.empty() && std::isnan(seen.value[index_of(Observable::force)]));
+  CHECK(std::isfinite(seen.value[index_of(Observable::force_peak)]));
+  CHECK(observe(Trace{.time = {0.0, 1.0}}).refusal == "has no syringe or no tool");
+}
+
+TEST("every observable has a name and a unit of its own kind") {
+  CHECK(name_of(0) == "pressure.peak" && unit_of(0) == "Pa");
+  CHECK(name_of(observable_count - 1) == "force.-2_to_-0.5_mm" &&
+        unit_of(observable_count - 1) == "N");
+  CHECK(unit_of(index_of(Observable::drop_time)) == "s" &&
+        unit_of(index_of(Observable::depth_of_loss)) == "m");
+}
+
+}  // namespace
 
 using namespace palpate;
 using namespace palpate::calibration;

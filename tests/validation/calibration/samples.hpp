@@ -9,9 +9,10 @@
 
 namespace palpate::calibration {
 
-/// 1 mm/s from `begin`; a level pressure, then zero behind `loss` [m]; force as a line of the depth, 2 N +
-/// 100 N/m.
-inline Recording straight_insertion(double level = 60e3, double loss = 20e-3, double floor = 2000.0) {
+/// 1 mm/s from `begin`; a level pressure, then zero behind `loss` [m]; force as a line of the
+/// depth, 2 N + 100 N/m.
+inline Recording straight_insertion(double level = 60e3, double loss = 20e-3,
+                                    double floor = 2000.0) {
   Recording recording{.name = "made-up", .technique = "continuous", .sample_rate = 100.0};
   constexpr double begin = 5e-3;
   constexpr double speed = 1e-3;
@@ -30,11 +31,13 @@ inline Recording straight_insertion(double level = 60e3, double loss = 20e-3, do
 inline Scene three_layers() {
   Scene scene;
   scene.tissue.source = Source::layers;
-  scene.materials = {{.name = "firm-fat", .youngs_modulus = 9e3, .cutting_force = 0.4, .friction = 20.0},
-                     {.name = "ligament", .youngs_modulus = 1e7, .cutting_force = 5.0, .friction = 80.0},
-                     {.name = "epidural-space", .youngs_modulus = 2e3}};
-  scene.tissue.layers = {
-      {"fat", "firm-fat", 0.010}, {"ligament", "ligament", 0.020}, {"space", "epidural-space", 0.006}};
+  scene.materials = {
+      {.name = "firm-fat", .youngs_modulus = 9e3, .cutting_force = 0.4, .friction = 20.0},
+      {.name = "ligament", .youngs_modulus = 1e7, .cutting_force = 5.0, .friction = 80.0},
+      {.name = "epidural-space", .youngs_modulus = 2e3}};
+  scene.tissue.layers = {{"fat", "firm-fat", 0.010},
+                         {"ligament", "ligament", 0.020},
+                         {"space", "epidural-space", 0.006}};
   scene.needle = Needle{};
   scene.drive = Drive{.speed = 0.005, .depth = 0.033};
   scene.syringe = Syringe{};
@@ -42,11 +45,12 @@ inline Scene three_layers() {
   return scene;
 }
 
-/// In place of the simulation: peak from the thumb, plateau and fall from the syringe, force from the
-/// ligament's cutting force alone, depth from the layers.
+/// In place of the simulation: peak from the thumb, plateau and fall from the syringe, force from
+/// the ligament's cutting force alone, depth from the layers.
 inline ObservedInsertion lawful(const Scene& scene) {
   const Syringe& s = *scene.syringe;
-  ObservedInsertion seen{.value = Observation::Constant(observable_count, scene.materials[1].cutting_force)};
+  ObservedInsertion seen{
+      .value = Observation::Constant(observable_count, scene.materials[1].cutting_force)};
   seen.value[index_of(Observable::pressure_peak)] = s.thumb_force / s.plunger_area;
   seen.value[index_of(Observable::plateau)] = s.thumb_flow * s.epidural_resistance;
   seen.value[index_of(Observable::drop_time)] = 2.197 * s.compliance * s.epidural_resistance;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The loop that is certified, as `palpate certify` runs it, neither allocates nor faults once it has begun.
+// The loop that is certified, as `palpate certify` runs it, neither allocates nor faults once it
+// has begun.
+
 #include <cstdio>
 
+#include "tests/allocation_count.hpp"
 #include "tests/check.hpp"
-#include "tests/model/allocation_count.hpp"
-#include "tests/model/tool_scenes.hpp"
+#include "tests/model/sample_scenes.hpp"
 #include "validation/certificate/paced_loop.hpp"
 #include "validation/certificate/scene_loop.hpp"
 
@@ -58,10 +60,14 @@ Scene in_hand() {
   return scene;
 }
 
-TEST("a whole insertion with syringe and link, and one through a Falcon, allocate nothing and miss no page") {
+TEST(
+    "a whole insertion with syringe and link, and one through a Falcon, allocate nothing and miss "
+    "no page") {
   device::touch_stack();
   const device::LockedMemory locked;
-  if (!locked.refusal().empty()) { std::printf("  memory is not locked: %s\n", locked.refusal().c_str()); }
+  if (!locked.refusal().empty()) {
+    std::printf("  memory is not locked: %s\n", locked.refusal().c_str());
+  }
   for (const Scene& scene : {insertion(), in_hand()}) {
     const Found found = run(scene, false);
     CHECK(found.ticks == 600);

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/certificate/scene_loop.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "tests/check.hpp"
-#include "tests/model/tool_scenes.hpp"
-#include "validation/rollout.hpp"
+#include "tests/model/sample_scenes.hpp"
+#include "validation/certificate/worst_case_probe.hpp"
+#include "validation/roll_out.hpp"
 
 namespace {
 
@@ -88,7 +93,8 @@ TEST("faults damage every other frame, and the reader finds the rest") {
 TEST("a step must be a whole number of periods, and a haptic loop keeps its own rate") {
   const Scene scene = needle_scene();
   CHECK(why_not_at(scene, 1000.0).empty() && why_not_at(scene, 3000.0).empty());
-  CHECK(why_not_at(scene, 500.0).find("a rate of 1000 Hz or a whole multiple") != std::string::npos);
+  CHECK(why_not_at(scene, 500.0).find("a rate of 1000 Hz or a whole multiple") !=
+        std::string::npos);
   CHECK(!why_not_at(scene, 1500.0).empty());
   CHECK(why_not_at(hand_scene(1e-3), 2000.0).find("falcon.rate") != std::string::npos);
   CHECK_NEAR(rate_of(scene), 1000.0, 1e-9);
@@ -99,6 +105,116 @@ TEST("happenings have the name of what the needle was in") {
   const Scene scene = needle_scene();
   const HappeningNames names(scene);
   CHECK(names.of({.event = ToolEvent::puncture, .interval = 0}) == "puncture: skin");
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::certificate;
+
+Scene insertion() {
+  Scene scene = layered_scene();
+  scene.syringe = Syringe{};
+  scene.drive->speed = 0.05;
+  scene.simulation = {.duration = 0.3, .step = 1e-3};
+  return scene;
+}
+
+const Provocation* named(const ComputeBudget& budget, std::string_view name) {
+  const auto found = std::ranges::find(budget.provocations, name, &Provocation::name);
+  return found == budget.provocations.end() ? nullptr : &*found;
+}
+
+TEST("every event of a scene, its first tick and all special ones are provoked, costliest first") {
+  const ComputeBudget budget = provoke(insertion(), {.cache_bytes = 1U << 20U, .enough = 0.0});
+  for (const char* name :
+       {"first tick", "costliest tick", "contact: skin", "puncture: skin", "puncture: ligament",
+        "loss-of-resistance: epidural space", "nothing skipped", "denormal numbers", "cold caches",
+        "faults on the lines"}) {
+    const Provocation* found = named(budget, name);
+    if (found == nullptr) { std::printf("  missing: %s\n", name); }
+    CHECK(found != nullptr && found->processor > 0.0 && found->repetitions >= 3);
+  }
+  CHECK(
+      std::ranges::is_sorted(budget.provocations, std::ranges::greater{}, &Provocation::processor));
+  CHECK(!budget.worst_instructions && !budget.diverged_at);
+  CHECK_NEAR(budget.largest_speed, 0.05, 1e-9);
+}
+
+TEST("the costliest tick is found among all and among a few") {
+  const Scene scene = insertion();
+  const TimedPasses passes = time_passes(
+      {.make = [&] { return std::make_unique<SceneLoop>(scene, 1000.0); }, .most_ticks = 20},
+      {.most_repetitions = 5});
+  CHECK(passes.passes >= 3 && passes.ticks.size() == 20);
+  for (const TimedTick& tick : passes.ticks) { CHECK(tick.processor > 0.0 && tick.wall > 0.0); }
+  TimedPasses changed = passes;
+  changed.ticks[7].processor = 1.0;
+  CHECK(changed.costliest(0, 20) == 7 && changed.costliest({3, 7, 9}) == 7);
+  CHECK(changed.costliest(8, 20) >= 8);
+}
+
+TEST("a scene that diverges says when, and provokes nothing") {
+  Scene scene = insertion();
+  scene.simulation.integrator = "euler-cromer";
+  scene.simulation.substeps = 1;
+  scene.simulation.step = 0.02;
+  scene.simulation.duration = 20.0;
+  const ComputeBudget budget = provoke(scene, {.rate = 50.0, .enough = 0.0});
+  CHECK(budget.diverged_at.has_value() && budget.provocations.empty());
+}
+
+TEST("an oscillator has its ticks provoked too") {
+  Scene scene;
+  scene.tissue.source = Source::oscillator;
+  scene.simulation = {.duration = 1.0, .step = 1e-2};
+  const ComputeBudget budget =
+      provoke(scene, {.rate = 100.0, .cache_bytes = 1U << 20U, .enough = 0.0});
+  CHECK(named(budget, "denormal numbers") != nullptr && named(budget, "first tick") != nullptr);
+}
+
+TEST("Ctrl-C ends it at once") {
+  const std::atomic<bool> stop{true};
+  CHECK(provoke(insertion(), {.stop = &stop}).provocations.empty());
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::certificate;
+
+/// A hand presses a needle against layers that it never gets through.
+Scene pressing(double coupling) {
+  Scene scene = layered_scene();
+  for (Material& each : scene.materials) { each.cutting_force = 50.0; }
+  scene.drive = Drive{.kind = Drive::Kind::falcon, .speed = 0.02, .depth = 0.004};
+  scene.falcon = FalconDrive{.coupling_stiffness = coupling, .quantised = false, .friction = false};
+  scene.simulation = {.duration = 0.3, .step = 1e-3};
+  return scene;
+}
+
+TEST("the bound is half of K (v T)^2, and twice that beside a loop that holds its forces anyway") {
+  const MissedTick missed = bounded_missed_tick(2000.0, 0.1, 1e-3);
+  CHECK_NEAR(missed.bound, 1e-5, 1e-20);  // (1e-4 m)^2 of 2000 N/m, halved
+  CHECK_NEAR(missed.sampled_bound, 2e-5, 1e-20);
+}
+
+TEST("a tick that is missed gives the hand energy, of a smooth motion no more than its bound") {
+  const MissedTick missed = measure_missed_tick(pressing(2000.0), nullptr);
+  CHECK(missed.measured && *missed.measured > 0.0 && *missed.measured <= missed.sampled_bound);
+  CHECK_NEAR(missed.stiffness, 2000.0, 0.0);
+  CHECK(missed.speed > 0.01);
+  CHECK_NEAR(missed.bound, 0.5 * 2000.0 * std::pow(1e-3 * missed.speed, 2), 1e-15);
+}
+
+TEST("the same scene gives the same energy") {
+  const Scene scene = pressing(1000.0);
+  CHECK_NEAR(*measure_missed_tick(scene, nullptr).measured,
+             *measure_missed_tick(scene, nullptr).measured, 0.0);
 }
 
 }  // namespace

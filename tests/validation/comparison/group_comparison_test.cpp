@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/comparison/group_comparison.hpp"
 
 #include <algorithm>
 
 #include "tests/check.hpp"
-#include "validation/cases/clinical_traces.hpp"
+#include "validation/claims/clinical_fixture.hpp"
+#include "validation/comparison/credibility.hpp"
 
 namespace {
 
@@ -35,22 +37,26 @@ std::vector<Recording> subjects(const std::string& group) {
   return all;
 }
 
-TEST("an insertion in the middle of its subjects agrees with the group though not with each of them") {
+TEST(
+    "an insertion in the middle of its subjects agrees with the group though not with each of "
+    "them") {
   const GroupComparison found = compare_all(subjects("lean"), simulated());
   CHECK(found.groups.size() == 1);
   const GroupSummary& group = found.groups.front();
   CHECK(group.corridor && group.coverage.holds);
   CHECK(group.differ > 0 && group.agree > 0);
   CHECK(group.recordings == 5 && group.measured == 0);
-  // 79 % of the peak tolerance is left after the spread of a mean of five: undecided or agreed, never
-  // different
+  // 79 % of the peak tolerance is left after the spread of a mean of five: undecided or agreed,
+  // never different
   CHECK(group.verdict != Verdict::differs && group.verdict != Verdict::not_comparable);
 }
 
 TEST("means and spreads over subjects by hand") {
   const GroupComparison found = compare_all(subjects("lean"), simulated());
-  const FeatureSummary& peak = found.groups.front().features[static_cast<std::size_t>(Feature::peak)];
-  const double middle = *found.recordings[2].recorded_features[Feature::peak].value;  // the factor 1
+  const FeatureSummary& peak =
+      found.groups.front().features[static_cast<std::size_t>(Feature::peak)];
+  const double middle =
+      *found.recordings[2].recorded_features[Feature::peak].value;  // the factor 1
   CHECK(peak.count == 5);
   CHECK_NEAR(peak.mean, middle, 1e-9 * middle);
   CHECK_NEAR(peak.deviation, middle * std::sqrt(0.1 / 4.0), 1e-9 * middle);
@@ -60,14 +66,17 @@ TEST("means and spreads over subjects by hand") {
 TEST("the spread of a mean over subjects is part of its uncertainty") {
   std::vector<double> louder = clinical::pressures({}, ticks);
   for (double& p : louder) { p *= 1.15; }
-  // Off by 15 % where 10.2 % are allowed, but the mean of five is known to 2 x 15.8 % / sqrt(5) = 14 %.
+  // Off by 15 % where 10.2 % are allowed, but the mean of five is known to 2 x 15.8 % / sqrt(5) =
+  // 14 %.
   CHECK(compare_all(subjects("lean"), clinical::trace_of(ticks, louder)).verdict ==
         Verdict::not_distinguishable);
 }
 
 TEST("features that agree do not save a trace that leaves the corridor") {
   std::vector<double> odd = clinical::pressures({}, ticks);
-  for (std::size_t n = 0; n < 2500; ++n) { odd[n] += 30.0 * pascals_per_mmhg; }  // long before the event
+  for (std::size_t n = 0; n < 2500; ++n) {
+    odd[n] += 30.0 * pascals_per_mmhg;
+  }  // long before the event
   const GroupComparison found = compare_all(subjects("lean"), clinical::trace_of(ticks, odd));
   CHECK(found.recordings[2].verdict ==
         Verdict::agrees);  // by features alone, against the subject of factor 1
@@ -98,7 +107,8 @@ TEST("a first recording with a gap over its fall hides nothing of the others") {
 }
 
 TEST("an insertion without the event differs from the group and leaves its corridor") {
-  const GroupComparison found = compare_all(subjects("lean"), simulated({.plateau = PressureLaw{}.peak}));
+  const GroupComparison found =
+      compare_all(subjects("lean"), simulated({.plateau = PressureLaw{}.peak}));
   CHECK(found.verdict == Verdict::differs);
   CHECK(!found.groups.front().coverage.holds);
   CHECK(found.reasons.front().find("in the corridor of 5 subjects") != std::string::npos);
@@ -108,7 +118,8 @@ TEST("two recordings have no corridor; they are judged one by one") {
   const std::vector<Recording> two{subject(1.0, "a"), subject(1.5, "a")};
   const GroupComparison found = compare_all(two, simulated());
   CHECK(!found.groups.front().corridor);
-  CHECK(found.groups.front().corridor_refusal == "a corridor needs at least 3 subjects; there are 2");
+  CHECK(found.groups.front().corridor_refusal ==
+        "a corridor needs at least 3 subjects; there are 2");
   CHECK(found.verdict == Verdict::differs);
   CHECK(!found.groups.front().features.front().interval);
 }
@@ -117,7 +128,8 @@ TEST("groups are summed up apart, in the order of their first recordings") {
   std::vector<Recording> all = subjects("lean");
   all.insert(all.begin() + 1, subject(2.0, "heavy"));
   const GroupComparison found = compare_all(all, simulated());
-  CHECK(found.groups.size() == 2 && found.groups[0].group == "lean" && found.groups[1].group == "heavy");
+  CHECK(found.groups.size() == 2 && found.groups[0].group == "lean" &&
+        found.groups[1].group == "heavy");
   CHECK(found.groups[0].recordings == 5 && found.groups[1].recordings == 1);
   CHECK(found.verdict == Verdict::differs);
 }
@@ -144,9 +156,11 @@ Recording cut(Recording recording) {
 TEST("two traces that both end before the event can be called so do not agree") {
   const std::vector<double> until = clinical::instants(8.5, 1000.0);
   const Trace trace = clinical::trace_of(until, clinical::pressures({}, until));
-  const GroupComparison found = compare_all(std::vector<Recording>{cut(subject(1.0, "lean"))}, trace);
+  const GroupComparison found =
+      compare_all(std::vector<Recording>{cut(subject(1.0, "lean"))}, trace);
   CHECK(found.verdict == Verdict::not_distinguishable);
-  CHECK(found.reasons.front().find("loss of resistance: in neither: the trace ends") != std::string::npos);
+  CHECK(found.reasons.front().find("loss of resistance: in neither: the trace ends") !=
+        std::string::npos);
 }
 
 TEST("the verdict of a group does not depend on who comes first") {
@@ -178,11 +192,106 @@ TEST("two recordings of each subject leave the mean and the number of subjects")
   CHECK(once.subjects == 5 && once.recordings == 5);
   const auto n = static_cast<std::size_t>(Feature::peak);
   CHECK(twice.features[n].count == 5);
-  CHECK_NEAR(twice.features[n].deviation, once.features[n].deviation, 1e-9 * once.features[n].deviation);
+  CHECK_NEAR(twice.features[n].deviation, once.features[n].deviation,
+             1e-9 * once.features[n].deviation);
   CHECK_NEAR(twice.means[n].expanded, once.means[n].expanded, 1e-9 * once.means[n].expanded);
   CHECK_NEAR(twice.corridor->factor, once.corridor->factor, 0.0);
   CHECK(twice.subjects_agree == once.subjects_agree && twice.agree == 2 * once.agree);
   CHECK(twice.agree_interval.upper == once.agree_interval.upper);
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::comparison;
+using Shown = CredibilityFactor::Shown;
+
+CredibilityFactor find(const std::vector<CredibilityFactor>& all, const std::string& name) {
+  const auto found = std::ranges::find(all, name, &CredibilityFactor::factor);
+  CHECK(found != all.end());
+  return found == all.end() ? CredibilityFactor{} : *found;
+}
+
+Outcome outcome(const std::string& name, Status status) { return {.name = name, .status = status}; }
+
+GroupComparison compared(Recording::Kind kind, std::size_t count, Verdict verdict) {
+  GroupComparison comparison{.verdict = verdict};
+  for (std::size_t n = 0; n < count; ++n) {
+    comparison.recordings.push_back(
+        {.recording = "r" + std::to_string(n), .kind = kind, .verdict = verdict});
+  }
+  return comparison;
+}
+
+TEST("without evidence nothing is shown and every factor says why") {
+  const std::vector<CredibilityFactor> all = credibility({}, nullptr);
+  CHECK(all.size() >= 12);
+  for (const CredibilityFactor& factor : all) {
+    CHECK(factor.shown == Shown::not_shown);
+    CHECK(factor.evidence.starts_with("not shown: ") && factor.links.empty());
+    CHECK(!factor.goal.empty());
+  }
+}
+
+TEST("cases that pass show a factor, one that fails shows it in part, skipped ones do not count") {
+  const std::string factor = "numerical code verification";
+  std::vector<Outcome> outcomes{outcome("oscillator/order/rk4", Status::pass),
+                                outcome("network/skip", Status::skip)};
+  CHECK(find(credibility(outcomes, nullptr), factor).shown == Shown::shown);
+  CHECK(find(credibility(outcomes, nullptr), factor).links.size() == 1);
+  outcomes.push_back(outcome("errata/summary", Status::fail));
+  const CredibilityFactor half = find(credibility(outcomes, nullptr), factor);
+  CHECK(half.shown == Shown::in_part && half.evidence == "1 of 2 cases hold");
+  outcomes.erase(outcomes.begin());
+  CHECK(find(credibility(outcomes, nullptr), factor).shown == Shown::not_shown);
+}
+
+TEST("three recordings of one subject are one subject") {
+  GroupComparison found = compared(Recording::Kind::measured, 3, Verdict::agrees);
+  for (Comparison& one : found.recordings) { one.subject = "07"; }
+  const CredibilityFactor samples = find(credibility({}, &found), "test samples");
+  CHECK(samples.shown == Shown::in_part);
+  CHECK(samples.evidence == "measured recordings: 3, of subjects: 1");
+}
+
+TEST("recordings rebuilt from published values show nothing about patients") {
+  const GroupComparison rebuilt = compared(Recording::Kind::reconstructed, 8, Verdict::agrees);
+  const std::vector<CredibilityFactor> all = credibility({}, &rebuilt);
+  CHECK(find(all, "test samples").shown == Shown::not_shown);
+  CHECK(find(all, "test samples").evidence.find("8 rebuilt from published values do not count") !=
+        std::string::npos);
+  CHECK(find(all, "output comparison").shown == Shown::not_shown);
+}
+
+TEST("measured recordings show what their verdict says") {
+  const GroupComparison good = compared(Recording::Kind::measured, 3, Verdict::agrees);
+  CHECK(find(credibility({}, &good), "output comparison").shown == Shown::shown);
+  CHECK(find(credibility({}, &good), "test samples").shown == Shown::shown);
+  const GroupComparison open = compared(Recording::Kind::measured, 1, Verdict::not_distinguishable);
+  CHECK(find(credibility({}, &open), "output comparison").shown == Shown::in_part);
+  CHECK(find(credibility({}, &open), "test samples").shown == Shown::in_part);
+  const GroupComparison bad = compared(Recording::Kind::measured, 3, Verdict::differs);
+  CHECK(find(credibility({}, &bad), "output comparison").shown == Shown::not_shown);
+}
+
+TEST("rebuilt recordings in the same group neither lift nor spoil what measured ones show") {
+  GroupComparison mixed = compared(Recording::Kind::measured, 1, Verdict::agrees);
+  mixed.recordings.push_back({.kind = Recording::Kind::reconstructed, .verdict = Verdict::differs});
+  mixed.verdict = Verdict::differs;
+  mixed.groups = {{.recordings = 2, .measured = 1, .verdict = Verdict::differs}};
+  CHECK(find(credibility({}, &mixed), "output comparison").shown == Shown::shown);
+  mixed.recordings[0].verdict = Verdict::differs;
+  mixed.recordings[1].verdict = mixed.verdict = mixed.groups[0].verdict = Verdict::agrees;
+  CHECK(find(credibility({}, &mixed), "output comparison").shown == Shown::not_shown);
+}
+
+TEST("a group that was measured alone counts as one: its members need not all agree") {
+  GroupComparison found = compared(Recording::Kind::measured, 4, Verdict::agrees);
+  found.recordings[3].verdict = Verdict::differs;
+  found.groups = {{.recordings = 4, .measured = 4, .verdict = Verdict::agrees}};
+  CHECK(find(credibility({}, &found), "output comparison").shown == Shown::shown);
 }
 
 }  // namespace

@@ -1,7 +1,75 @@
 // SPDX-License-Identifier: MIT
+
 #include "validation/comparison/subject_corridor.hpp"
 
+#include "device/seeded.hpp"
 #include "tests/check.hpp"
+#include "validation/claims/clinical_fixture.hpp"
+#include "validation/statistics.hpp"
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::comparison;
+
+TEST("codes tell who is who, and an empty one is a subject of its own") {
+  const std::vector<std::string> codes{"a", "", "b", "a", "", "b"};
+  CHECK(subject_indices(codes) == std::vector<std::size_t>({0, 1, 2, 0, 3, 2}));
+  CHECK(subject_count(subject_indices(codes)) == 4);
+  CHECK(subject_count({}) == 0);
+}
+
+TEST("two recordings of each subject count once: means and spreads by hand") {
+  // Means 2, 5, 11: mean 6, variance (16 + 1 + 25) / 2 = 21. Within: squares 2, 8, 2 over 3: 4.
+  const std::vector<double> value{1.0, 3.0, 3.0, 7.0, 10.0, 12.0};
+  const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2};
+  const OverSubjects over = over_subjects(value, subject);
+  CHECK(over.means.size() == 3 && over.recordings == 6);
+  CHECK_NEAR(over.mean, 6.0, 1e-14);
+  CHECK_NEAR(over.deviation, std::sqrt(21.0), 1e-14);
+  CHECK_NEAR(over.of_recording, std::sqrt(21.0 + 4.0 * (1.0 - 0.5)), 1e-14);
+}
+
+TEST("a recording given twice changes nothing, and one that is no number is left out") {
+  const std::vector<double> once{1.0, 3.0, 8.0};
+  const std::vector<double> twice{1.0, 1.0, 3.0, 3.0, 8.0, 8.0, not_measured};
+  const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2, 3};
+  const OverSubjects a = over_subjects(once);
+  const OverSubjects b = over_subjects(twice, subject);
+  CHECK(a.means == b.means && a.mean == b.mean && a.deviation == b.deviation);
+  CHECK_NEAR(b.of_recording, a.of_recording, 1e-15);
+}
+
+TEST("of nobody and of one there is no spread") {
+  CHECK(std::isnan(over_subjects({}).mean));
+  CHECK(std::isnan(over_subjects(std::vector<double>{4.0}).deviation));
+  const std::vector<std::size_t> same{0, 0};
+  CHECK(std::isnan(over_subjects(std::vector<double>{4.0, 5.0}, same).of_recording));
+}
+
+TEST("a single recording of a further subject lies in the corridor as often as it says, or more") {
+  // Four subjects with two recordings each, B = W = 1: Student with 3 degrees of freedom is a
+  // little too wide, as W is known from 4.
+  constexpr std::size_t trials = 4000;
+  device::Seeded seeded(5);
+  const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2, 3, 3};
+  std::size_t inside = 0;
+  for (std::size_t n = 0; n < trials; ++n) {
+    std::vector<Samples> all;
+    for (std::size_t m = 0; m < 4; ++m) {
+      const double own = seeded.normal();
+      for (int repeat = 0; repeat < 2; ++repeat) {
+        all.push_back({.value = {own + seeded.normal()}});
+      }
+    }
+    const Samples further{.value = {seeded.normal() + seeded.normal()}};
+    inside += coverage(*build_corridor(all, {}, subject).corridor, further).holds ? 1 : 0;
+  }
+  const double share = static_cast<double>(inside) / trials;
+  CHECK(share >= expected_share(0.95, trials).lower);
+}
+
+}  // namespace
 
 namespace {
 
@@ -39,7 +107,8 @@ TEST("samples inside are counted, the largest excursion is found, gaps are not j
                                    of({1.0, 1.0, 1.0, 1.0})};
   const CorridorRule rule{.half_width = 2.0};
   const CorridorBuilt built = build_corridor(three, rule);  // 0 +- 2
-  const CorridorCoverage found = coverage(*built.corridor, of({2.0, -5.0, not_measured, 2.5}), rule);
+  const CorridorCoverage found =
+      coverage(*built.corridor, of({2.0, -5.0, not_measured, 2.5}), rule);
   CHECK(found.samples == 3);
   CHECK_NEAR(found.inside, 1.0 / 3.0, 1e-15);
   CHECK_NEAR(found.largest_excursion, 3.0, 1e-15);
@@ -56,7 +125,8 @@ TEST("where too few were measured there is no corridor, and nothing there is jud
 }
 
 TEST("where fewer subjects were measured the corridor has their factor") {
-  const std::vector<Samples> four{of({2.0, 2.0}), of({4.0, 4.0}), of({9.0, 9.0}), of({5.0, not_measured})};
+  const std::vector<Samples> four{of({2.0, 2.0}), of({4.0, 4.0}), of({9.0, 9.0}),
+                                  of({5.0, not_measured})};
   const SubjectCorridor corridor = *build_corridor(four).corridor;
   CHECK_NEAR(corridor.factor, 3.182446 * std::sqrt(5.0 / 4.0), 1e-6);  // t(0.975, 3)
   CHECK_NEAR(corridor.half_width.value[1], 4.302653 * std::sqrt(4.0 / 3.0 * 13.0), 1e-5);
@@ -65,7 +135,8 @@ TEST("where fewer subjects were measured the corridor has their factor") {
 TEST("three recordings of two subjects are no three subjects") {
   const std::vector<Samples> three{of({1.0}), of({2.0}), of({3.0})};
   const std::vector<std::size_t> subject{0, 0, 1};
-  CHECK(build_corridor(three, {}, subject).refusal == "a corridor needs at least 3 subjects; there are 2");
+  CHECK(build_corridor(three, {}, subject).refusal ==
+        "a corridor needs at least 3 subjects; there are 2");
 }
 
 }  // namespace

@@ -1,15 +1,56 @@
 // SPDX-License-Identifier: MIT
-#include "validation/comparison/verdict.hpp"
 
 #include <limits>
 
+#include "model/problem/recording.hpp"
 #include "tests/check.hpp"
+#include "validation/claims/clinical_fixture.hpp"
+#include "validation/comparison/comparison.hpp"
 
 namespace {
 
 using namespace palpate::comparison;
 
-TEST("inside with all its uncertainty agrees, outside with all of it differs, between nobody can tell") {
+TEST("there is one tolerance for every feature, in order, and each says who says so") {
+  for (const QuantityKind kind : {QuantityKind::pressure, QuantityKind::force}) {
+    const std::vector<Tolerance> all = default_tolerances(kind);
+    CHECK(all.size() == feature_count);
+    for (std::size_t n = 0; n < all.size(); ++n) {
+      CHECK(all[n].feature == static_cast<Feature>(n));
+      CHECK(!all[n].origin.empty());
+    }
+  }
+}
+
+TEST("the peak may be off by what group means of the trial were apart") {
+  const Tolerance peak =
+      default_tolerances(QuantityKind::pressure)[static_cast<std::size_t>(Feature::peak)];
+  // From the middle of 376 and 461 mmHg the tolerance reaches exactly both.
+  CHECK_NEAR(peak.lower(418.5), 376.0, 1e-9);
+  CHECK_NEAR(peak.upper(418.5), 461.0, 1e-9);
+}
+
+TEST("a factor allows as much above as below in ratio") {
+  const Tolerance tolerance{.feature = Feature::drop_time, .factor = 2.0};
+  CHECK_NEAR(tolerance.lower(0.1), 0.05, 1e-15);
+  CHECK_NEAR(tolerance.upper(0.1), 0.2, 1e-15);
+}
+
+TEST("a relative part is of the size, also below zero") {
+  const Tolerance tolerance{.absolute = 1.0, .relative = 0.1};
+  CHECK_NEAR(tolerance.lower(-10.0), -12.0, 1e-15);
+  CHECK_NEAR(tolerance.upper(-10.0), -8.0, 1e-15);
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate::comparison;
+
+TEST(
+    "inside with all its uncertainty agrees, outside with all of it differs, between nobody can "
+    "tell") {
   CHECK(judge(10.0, 9.0, 11.0, 0.5) == Verdict::agrees);
   CHECK(judge(10.8, 9.0, 11.0, 0.5) == Verdict::not_distinguishable);
   CHECK(judge(11.2, 9.0, 11.0, 0.5) == Verdict::not_distinguishable);
@@ -26,7 +67,8 @@ TEST("what is not a number is never judged") {
 }
 
 TEST("uncertainties add in squares") {
-  CHECK_NEAR((ValidationUncertainty{.numerical = 2.0, .input = 3.0, .data = 6.0}.total()), 7.0, 1e-15);
+  CHECK_NEAR((ValidationUncertainty{.numerical = 2.0, .input = 3.0, .data = 6.0}.total()), 7.0,
+             1e-15);
 }
 
 TEST("the worst verdict is that of the whole") {
@@ -49,6 +91,180 @@ TEST("what led to the worst is told first, and the order is kept among equals") 
                                                      {Verdict::differs, "d"},
                                                      {Verdict::not_distinguishable, "e"}});
   CHECK(told == std::vector<std::string>({"b", "d", "a", "e", "c"}));
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::comparison;
+
+/// Both sides with every feature at 100, except for the peak.
+Comparison given(double recorded_peak, double simulated_peak) {
+  Comparison comparison{.unit = "Pa"};
+  for (Measured& m : comparison.recorded_features.all) { m.value = 100.0; }
+  comparison.simulated_features = comparison.recorded_features;
+  comparison.recorded_features.loss.peak = 100.0;
+  comparison.recorded_features.loss.relative_drop = 0.5;
+  comparison.recorded_features[Feature::peak].value = recorded_peak;
+  comparison.simulated_features[Feature::peak].value = simulated_peak;
+  return comparison;
+}
+
+FeatureVerdict verdict_on(Feature feature, const Comparison& comparison,
+                          const ComparisonOptions& options = {}) {
+  return judge_features(comparison, options)[static_cast<std::size_t>(feature)];
+}
+
+TEST("error, interval and uncertainty by hand") {
+  ComparisonOptions options;
+  options.uncertainties = {
+      .zero = 30.0, .gain = 0.01, .numerical = 0.02, .input = 0.03, .coverage_factor = 2.0};
+  Comparison comparison = given(10000.0, 10500.0);
+  comparison.recorded_features[Feature::peak].uncertainty = 40.0;
+  const FeatureVerdict peak = verdict_on(Feature::peak, comparison, options);
+  CHECK_NEAR(peak.error, 500.0, 1e-9);
+  CHECK_NEAR(peak.uncertainty.data, std::sqrt(40.0 * 40.0 + 30.0 * 30.0 + 100.0 * 100.0), 1e-9);
+  CHECK_NEAR(peak.uncertainty.numerical, 210.0, 1e-9);
+  CHECK_NEAR(peak.uncertainty.input, 315.0, 1e-9);
+  CHECK_NEAR(peak.expanded, 2.0 * std::sqrt(12500.0 + 210.0 * 210.0 + 315.0 * 315.0), 1e-9);
+  CHECK(peak.verdict == Verdict::not_distinguishable);  // 500 + 790 > 1015
+}
+
+TEST("an offset of the transducer moves peak and plateau, and cancels in a height and in times") {
+  ComparisonOptions options;
+  options.uncertainties = {.zero = 50.0, .gain = 0.0};
+  const Features& recorded = given(100.0, 100.0).recorded_features;
+  CHECK_NEAR(data_uncertainty(Feature::peak, recorded, options), 50.0, 1e-12);
+  CHECK_NEAR(data_uncertainty(Feature::plateau, recorded, options), 50.0, 1e-12);
+  CHECK_NEAR(data_uncertainty(Feature::drop_height, recorded, options), 0.0, 1e-12);
+  CHECK_NEAR(data_uncertainty(Feature::drop_time, recorded, options), 0.0, 1e-12);
+  // d (1 - plateau / peak) / d offset = relative_drop / peak, in size
+  CHECK_NEAR(data_uncertainty(Feature::relative_drop, recorded, options), 50.0 * 0.5 / 100.0,
+             1e-12);
+}
+
+TEST("times of a recording are told on the simulation's clock") {
+  Comparison comparison = given(100.0, 100.0);
+  comparison.alignment = {.used = AlignmentRule::start, .lag = 30.0, .uncertainty = 0.1};
+  const FeatureVerdict time = verdict_on(Feature::time_of_loss, comparison);
+  CHECK_NEAR(*time.recorded.value, 70.0, 1e-12);
+  CHECK_NEAR(time.error, 30.0, 1e-12);
+  CHECK_NEAR(time.uncertainty.data, 0.1, 1e-12);
+  CHECK(time.verdict == Verdict::differs);
+}
+
+TEST("times are not judged where depth or the event aligned the clocks") {
+  Comparison comparison = given(100.0, 100.0);
+  for (const AlignmentRule rule : {AlignmentRule::depth, AlignmentRule::event}) {
+    comparison.alignment = {.used = rule, .how = "by something", .lag = 30.0};
+    const FeatureVerdict time = verdict_on(Feature::time_of_loss, comparison);
+    CHECK(time.verdict == Verdict::not_judged);
+    CHECK(time.reason == (rule == AlignmentRule::depth ? "the clocks were aligned by the depth"
+                                                       : "the clocks were aligned by the event"));
+    CHECK_NEAR(time.error, 30.0, 1e-12);  // told, though not judged
+  }
+  CHECK(verdict_on(Feature::depth_of_loss, comparison).verdict == Verdict::agrees);
+}
+
+TEST("an event in one of them alone differs; one that cannot be decided is open") {
+  Comparison comparison = given(100.0, 100.0);
+  comparison.recorded_features[Feature::loss_of_resistance].value = 1.0;
+  comparison.simulated_features[Feature::loss_of_resistance].value = 0.0;
+  CHECK(verdict_on(Feature::loss_of_resistance, comparison).verdict == Verdict::differs);
+  comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
+  const FeatureVerdict open = verdict_on(Feature::loss_of_resistance, comparison);
+  CHECK(open.verdict == Verdict::not_distinguishable);
+  CHECK(open.reason == "simulated: the trace ends");
+}
+
+TEST("a feature in neither that is no event is not judged and says why") {
+  Comparison comparison = given(100.0, 100.0);
+  comparison.recorded_features[Feature::depth_of_peak] = {.reason = "depth was not recorded"};
+  comparison.simulated_features[Feature::depth_of_peak] = {.reason = "no column"};
+  const FeatureVerdict depth = verdict_on(Feature::depth_of_peak, comparison);
+  CHECK(depth.verdict == Verdict::not_judged);
+  CHECK(depth.reason == "recorded: depth was not recorded; simulated: no column");
+}
+
+TEST("an event that neither trace decides is open") {
+  Comparison comparison = given(100.0, 100.0);
+  comparison.recorded_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
+  comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
+  const FeatureVerdict both = verdict_on(Feature::loss_of_resistance, comparison);
+  CHECK(both.verdict == Verdict::not_distinguishable &&
+        both.reason == "in neither: the trace ends");
+  comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "a gap"};
+  CHECK(verdict_on(Feature::loss_of_resistance, comparison).reason ==
+        "recorded: the trace ends; simulated: a gap");
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::comparison;
+
+/// Spaces that do not break are spaces to the eye.
+std::string eye(std::string text) {
+  for (const std::string space : {"\u00a0", "\u202f"}) {
+    for (std::size_t at = text.find(space); at != std::string::npos; at = text.find(space)) {
+      text.replace(at, space.size(), " ");
+    }
+  }
+  return text;
+}
+
+TEST("values are shown in the units of clinicians") {
+  CHECK(eye(shown(Feature::peak, 461.0 * pascals_per_mmhg, "Pa")) == "461 mmHg");
+  CHECK(eye(shown(Feature::depth_of_loss, 0.0393, "m")) == "39.3 mm");
+  CHECK(eye(shown(Feature::relative_drop, 0.87, "1")) == "87 %");
+  CHECK(eye(shown(Feature::slope_before, -2.5 * pascals_per_mmhg, "Pa/s")) == "−2.5 mmHg/s");
+  CHECK(shown(Feature::loss_of_resistance, 0.0, "1") == "not found");
+  CHECK(shown(Feature::peak, not_measured, "Pa") == "-");
+}
+
+TEST("what rounding leaves is shown as nothing, without a sign") {
+  CHECK(eye(shown(Feature::slope_before, -1.058e-5 * pascals_per_mmhg, "Pa/s")) == "0 mmHg/s");
+  CHECK(eye(shown(Feature::drop_time, -1e-9, "s")) == "0 s");
+}
+
+TEST("a sentence about the event says who shows it") {
+  FeatureVerdict event{.feature = Feature::loss_of_resistance, .verdict = Verdict::differs};
+  event.recorded.value = 1.0;
+  event.simulated.value = 0.0;
+  CHECK(sentence_of(event) ==
+        "loss of resistance: not found in the simulated trace, found in the recorded one: differs");
+}
+
+TEST("a sentence has both numbers, what is allowed, how well they are known and the verdict") {
+  FeatureVerdict drop{.feature = Feature::relative_drop,
+                      .unit = "1",
+                      .lower = 0.67,
+                      .upper = 1.07,
+                      .expanded = 0.012,
+                      .verdict = Verdict::differs};
+  drop.recorded.value = 0.87;
+  drop.simulated.value = 0.5;
+  CHECK(eye(sentence_of(drop)) ==
+        "relative drop: 50 % simulated, 87 % recorded; 67 to 107 % allowed, known to ±1.2 %: "
+        "differs");
+}
+
+TEST("a sentence about what is absent has the reason") {
+  const FeatureVerdict depth{.feature = Feature::depth_of_peak,
+                             .verdict = Verdict::not_judged,
+                             .reason = "in neither: depth was not recorded"};
+  CHECK(sentence_of(depth) == "depth of peak: in neither: depth was not recorded: not judged");
+}
+
+TEST("tolerances are told in the same units") {
+  const Tolerance plateau{.feature = Feature::plateau, .absolute = 7.0 * pascals_per_mmhg};
+  CHECK(eye(shown(plateau, "Pa")) == "7 mmHg");
+  CHECK(shown(Tolerance{.feature = Feature::drop_time, .factor = 2.0}, "s") == "a factor of 2");
+  CHECK(shown(Tolerance{.feature = Feature::loss_of_resistance}, "1") == "the same");
 }
 
 }  // namespace

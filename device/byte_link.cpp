@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+
+#include "device/byte_link.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <system_error>
+#include <termios.h>
+#include <time.h>
+#include <unistd.h>
+#include <utility>
+
+namespace palpate::device {
+namespace {
+
+constexpr int write_patience_ms = 50;
+constexpr std::size_t most_at_once = 512;  // a pipe that polls writable takes so much whole
+
+[[noreturn]] void fail(const std::string& what) {
+  throw std::system_error(errno, std::generic_category(), what);
+}
+
+void make_raw(int terminal, const std::string& path) {
+  termios settings{};
+  if (tcgetattr(terminal, &settings) != 0) { fail(path); }
+  cfmakeraw(&settings);
+  settings.c_cflag |= CLOCAL | CREAD;
+  if (tcsetattr(terminal, TCSANOW, &settings) != 0) { fail(path); }
+}
+
+Descriptor open_terminal(const std::string& path) {
+  Descriptor terminal(::open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  if (terminal.number() < 0) { fail(path); }
+  make_raw(terminal.number(), path);
+  return terminal;
+}
+
+}  // namespace
+
+Descriptor::Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+
+Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
+  std::swap(number_, other.number_);
+  return *this;
+}
+
+Descriptor::~Descriptor() {
+  if (number_ >= 0) { ::close(number_); }
+}
+
+double DescriptorLink::now() const noexcept {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
+
+std::size_t DescriptorLink::read(std::span<std::uint8_t> into) noexcept {
+  pollfd waiting{.fd = in_, .events = POLLIN, .revents = 0};
+  if (into.empty() || ::poll(&waiting, 1, 0) <= 0) { return 0; }
+  const ssize_t count = ::read(in_, into.data(), into.size());
+  if (count > 0) { return static_cast<std::size_t>(count); }
+  ended_ = count == 0 || (errno != EINTR && errno != EAGAIN);
+  return 0;
+}
+
+bool DescriptorLink::wait_until(double deadline_s) noexcept {
+  pollfd waiting{.fd = in_, .events = POLLIN, .revents = 0};
+  const double seconds = std::clamp(deadline_s - now(), 0.0, 3600.0);
+  const double whole = std::floor(seconds);
+  const timespec timeout{.tv_sec = static_cast<time_t>(whole),
+                         .tv_nsec = static_cast<long>((seconds - whole) * 1e9)};
+  return ::ppoll(&waiting, 1, &timeout, nullptr) > 0;
+}
+
+bool DescriptorLink::write(std::span<const std::uint8_t> bytes) noexcept {
+  while (!bytes.empty()) {
+    pollfd room{.fd = out_, .events = POLLOUT, .revents = 0};
+    const int ready = ::poll(&room, 1, write_patience_ms);
+    if (ready < 0 && errno == EINTR) { continue; }
+    if (ready <= 0) { return false; }
+    const ssize_t count = ::write(out_, bytes.data(), std::min(bytes.size(), most_at_once));
+    if (count < 0 && errno == EINTR) { continue; }
+    if (count <= 0) { return false; }
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+PtyLink::Ends PtyLink::open_ends() {
+  Descriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
+  const bool made =
+      master.number() >= 0 && ::grantpt(master.number()) == 0 && ::unlockpt(master.number()) == 0;
+  std::array<char, 128> path{};
+  if (!made || ::ptsname_r(master.number(), path.data(), path.size()) != 0) {
+    fail("a pseudo-terminal");
+  }
+  return {std::move(master), open_terminal(path.data()), path.data()};
+}
+
+PtyLink::PtyLink() : PtyLink(open_ends()) {}
+
+PtyLink::PtyLink(Ends ends) noexcept
+    : DescriptorLink(ends.master.number(), ends.master.number()),
+      master_(std::move(ends.master)),
+      slave_(std::move(ends.slave)),
+      path_(std::move(ends.path)) {}
+
+std::size_t PtyLink::unread_bytes() const noexcept {
+  int count = 0;
+  return ::ioctl(slave_.number(), FIONREAD, &count) == 0 ? static_cast<std::size_t>(count) : 0;
+}
+
+TerminalLink::TerminalLink(const std::string& path) : TerminalLink(open_terminal(path)) {}
+
+TerminalLink::TerminalLink(Descriptor terminal) noexcept
+    : DescriptorLink(terminal.number(), terminal.number()), terminal_(std::move(terminal)) {}
+
+}  // namespace palpate::device
+
+namespace palpate::device::falcon {
+
+void MemoryLink::serve() noexcept {
+  if (served_ == nullptr || serving_) { return; }
+  serving_ = true;
+  served_->serve(device_);
+  serving_ = false;
+}
+
+void MemoryLink::run_until(double time_s) noexcept {
+  serve();
+  while (now_ < time_s) {
+    now_ = std::min(now_ + step_, time_s);
+    serve();
+  }
+}
+
+std::size_t MemoryLink::End::read(std::span<std::uint8_t> into) noexcept {
+  const std::size_t count = std::min(into.size(), in_.size());
+  for (std::uint8_t& byte : into.first(count)) {
+    byte = in_.front();
+    in_.pop();
+  }
+  return count;
+}
+
+bool MemoryLink::End::wait_until(double deadline_s) noexcept {
+  cable_.serve();
+  while (in_.empty() && cable_.now_ < deadline_s) {
+    cable_.run_until(std::min(cable_.now_ + cable_.step_, deadline_s));
+  }
+  return !in_.empty();
+}
+
+bool MemoryLink::End::write(std::span<const std::uint8_t> bytes) noexcept {
+  return std::ranges::all_of(bytes, [&](std::uint8_t byte) { return out_.push(byte); });
+}
+
+}  // namespace palpate::device::falcon

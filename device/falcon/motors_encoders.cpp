@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+
+#include "device/falcon/motors_encoders.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "device/seeded.hpp"
+
+namespace palpate::device::falcon {
+
+Command words_of_torque(const MotorOptions& options, const Eigen::Vector3d& torque) noexcept {
+  constexpr double most = 1e15;  // far beyond any word, well within the integer
+  Command command;
+  for (std::size_t leg = 0; leg < 3; ++leg) {
+    const double exact = -options.words_per_newton_metre * torque[static_cast<Eigen::Index>(leg)];
+    const double bounded = std::isnan(exact) ? 0.0 : std::clamp(exact, -most, most);
+    command.asked[leg] = static_cast<std::int64_t>(bounded);
+    const std::int64_t limit = options.largest_word;
+    const std::int64_t word = std::clamp(command.asked[leg], -limit, limit);
+    command.saturated = command.saturated || word != command.asked[leg];
+    command.sent[leg] = static_cast<std::int16_t>(word);
+  }
+  return command;
+}
+
+Eigen::Vector3d torque_of_words(const MotorOptions& options, const Words& words) noexcept {
+  Eigen::Vector3d torque;
+  for (std::size_t leg = 0; leg < 3; ++leg) {
+    const int word = std::clamp<int>(words[leg], -options.largest_word, options.largest_word);
+    torque[static_cast<Eigen::Index>(leg)] = -word / options.words_per_newton_metre;
+  }
+  return torque;
+}
+
+double largest_torque(const MotorOptions& options) noexcept {
+  return options.largest_word / options.words_per_newton_metre;
+}
+
+Eigen::Vector3d Motors::torque_after(double duration) const noexcept {
+  if (options_.time_constant <= 0.0) { return target_; }
+  return target_ + (torque_ - target_) * std::exp(-duration / options_.time_constant);
+}
+
+std::int64_t counts_of_angle(const Geometry& geometry, double theta1, Rounding rounding) noexcept {
+  const double exact = (theta1 - geometry.zero_angle) * geometry.counts_per_radian();
+  const double whole = rounding == Rounding::nearest ? std::round(exact) : std::floor(exact);
+  return static_cast<std::int64_t>(whole);
+}
+
+std::int16_t wrapped(std::int64_t value) noexcept {
+  return static_cast<std::int16_t>(static_cast<std::uint16_t>(value));
+}
+
+Counts counts_of_angles(const Geometry& geometry, const Eigen::Vector3d& theta1,
+                        Rounding rounding) noexcept {
+  return {wrapped(counts_of_angle(geometry, theta1[0], rounding)),
+          wrapped(counts_of_angle(geometry, theta1[1], rounding)),
+          wrapped(counts_of_angle(geometry, theta1[2], rounding))};
+}
+
+Eigen::Vector3d angles_of_counts(const Geometry& geometry, const Counts& counts) noexcept {
+  const Eigen::Vector3d from_mark(counts[0], counts[1], counts[2]);
+  return (from_mark / geometry.counts_per_radian()).array() + geometry.zero_angle;
+}
+
+Encoders::Encoders(const Geometry& geometry, const EncoderOptions& options, std::uint64_t seed)
+    : geometry_(geometry), options_(options), before_(Eigen::Vector3d::Zero()) {
+  Seeded seeded(seed);
+  const double largest = options.largest_offset;
+  for (std::int64_t& offset : offset_) { offset = std::llround(seeded.uniform(-largest, largest)); }
+}
+
+void Encoders::home() noexcept {
+  offset_.fill(0);
+  homed_.fill(true);
+}
+
+void Encoders::sample(const Eigen::Vector3d& theta1, bool homing) noexcept {
+  for (std::size_t leg = 0; leg < 3; ++leg) {
+    const auto i = static_cast<Eigen::Index>(leg);
+    armed_[leg] = homing && (armed_[leg] || theta1[i] > options_.arming_angle);
+    const bool passed =
+        sampled_ && before_[i] > geometry_.zero_angle && theta1[i] <= geometry_.zero_angle;
+    if (armed_[leg] && passed) {
+      offset_[leg] = 0;
+      homed_[leg] = true;
+      armed_[leg] = false;
+    }
+    counts_[leg] = wrapped(counts_of_angle(geometry_, theta1[i], options_.rounding) + offset_[leg]);
+  }
+  before_ = theta1;
+  sampled_ = true;
+}
+
+}  // namespace palpate::device::falcon

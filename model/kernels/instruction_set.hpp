@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Numbers below the normal range, which some processors take twenty times as long for.
+
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
+
+namespace palpate {
+
+/// While it lives they count as zero on this thread, in what is read and in what comes out;
+/// afterwards they mean what they did before. Below 2.2e-308 in double and 1.2e-38 in float: no
+/// tissue moves by so little.
+class FlushedDenormals {
+ public:
+#if defined(__SSE2__)
+  FlushedDenormals() noexcept : before_(_mm_getcsr()) {
+    _mm_setcsr(before_ | flush_to_zero | denormals_are_zero);
+  }
+  ~FlushedDenormals() { _mm_setcsr(before_); }
+#else
+  FlushedDenormals() noexcept = default;
+  ~FlushedDenormals() {}
+#endif
+  FlushedDenormals(const FlushedDenormals&) = delete;
+  FlushedDenormals& operator=(const FlushedDenormals&) = delete;
+
+ private:
+#if defined(__SSE2__)
+  static constexpr unsigned flush_to_zero = 0x8000;
+  static constexpr unsigned denormals_are_zero = 0x0040;
+  unsigned before_;
+#endif
+};
+
+// What the processor that we run on has beyond the baseline of its architecture.
+
+inline bool has_avx2() noexcept {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+#else
+  return false;
+#endif
+}
+
+/// The parts of it that kernels use.
+inline bool has_avx512() noexcept {
+#if defined(__x86_64__)
+  return has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+#else
+  return false;
+#endif
+}
+
+enum class Widest { baseline, avx2, avx512 };
+
+/// What the variable PALPATE_INSTRUCTIONS of the environment lets kernels have: "avx512", "avx2" or
+/// "baseline"; without it, the first. Throws std::invalid_argument for anything else.
+inline Widest widest_allowed() {
+  const char* asked = std::getenv("PALPATE_INSTRUCTIONS");
+  const std::string_view name = asked == nullptr ? "avx512" : asked;
+  if (name == "avx512") { return Widest::avx512; }
+  if (name == "avx2") { return Widest::avx2; }
+  if (name == "baseline") { return Widest::baseline; }
+  throw std::invalid_argument("PALPATE_INSTRUCTIONS = " + std::string(name) +
+                              "; must be avx512, avx2 or baseline");
+}
+
+/// Kernels for what this processor has and may use, the best first. Only those that it can run are
+/// asked for.
+template <class Kernels>
+std::vector<Kernels> kernels_here(Kernels (*avx2)() noexcept, Kernels (*baseline)() noexcept) {
+  std::vector<Kernels> kernels;
+  if (widest_allowed() >= Widest::avx2 && has_avx2()) { kernels.push_back(avx2()); }
+  kernels.push_back(baseline());
+  return kernels;
+}
+template <class Kernels>
+std::vector<Kernels> kernels_here(Kernels (*avx512)() noexcept, Kernels (*avx2)() noexcept,
+                                  Kernels (*baseline)() noexcept) {
+  std::vector<Kernels> kernels = kernels_here(avx2, baseline);
+  if (widest_allowed() >= Widest::avx512 && has_avx512()) {
+    kernels.insert(kernels.begin(), avx512());
+  }
+  return kernels;
+}
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+/// Every kernel for AVX2 and FMA; called only where the processor has both.
+
+#include <type_traits>
+
+#include "model/kernels/adjacency_kernel.hpp"
+#include "model/kernels/lattice_kernel.hpp"
+#include "model/kernels/supernode_kernel.hpp"
+
+namespace palpate {
+
+#if defined(__AVX2__)
+using Instructions = xsimd::fma3<xsimd::avx2>;
+/// Of springs, four at a time: not all that eight in float need would fit into registers.
+template <class Real>
+using Fours = std::conditional_t<std::is_same_v<Real, double>, Instructions, xsimd::sse4_2>;
+#else  // another architecture, where has_avx2() is false
+using Instructions = xsimd::default_arch;
+template <class Real> using Fours = Instructions;
+#endif
+
+template <class Real> lattice::Kernels<Real> lattice::avx2_kernels() noexcept {
+  return kernels_for<Real, Instructions>("avx2");
+}
+template lattice::Kernels<double> lattice::avx2_kernels<double>() noexcept;
+template lattice::Kernels<float> lattice::avx2_kernels<float>() noexcept;
+
+template <class Real> fans::Kernels<Real> fans::avx2_kernels() noexcept {
+  return kernels_for<Real, Fours<Real>>("avx2");
+}
+template fans::Kernels<double> fans::avx2_kernels<double>() noexcept;
+template fans::Kernels<float> fans::avx2_kernels<float>() noexcept;
+
+panels::Kernels panels::avx2_kernels() noexcept { return kernels_for<Instructions>("avx2"); }
+
+}  // namespace palpate

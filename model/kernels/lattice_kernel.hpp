@@ -1,0 +1,455 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What the springs between two vectors of a regular lattice's nodes do (model/EQUATIONS.md,
+/// "Lattice in lanes"). Included by one source file per instruction set; includes no code that
+/// other files compile too, so that no instruction strays.
+
+#include <type_traits>
+#include <utility>
+#include <xsimd/xsimd.hpp>
+
+#include "model/kernels/kernel_views.hpp"
+#include "model/kernels/simd.hpp"
+
+namespace palpate::lattice {
+
+/// A step is one of semi-implicit Euler in the same pass: a row whose springs have all been gone
+/// through moves, and its forces begin anew, while later rows still stand where they were.
+enum class Task {
+  force,
+  undamped_force,
+  measured_force,
+  measured_undamped_force,
+  step,
+  undamped_step,
+  damping,
+  energy
+};
+
+constexpr bool sees_velocity(Task task) {
+  return task == Task::force || task == Task::measured_force || task == Task::step ||
+         task == Task::damping;
+}
+constexpr bool measures_energy(Task task) {
+  return task == Task::measured_force || task == Task::measured_undamped_force ||
+         task == Task::energy;
+}
+constexpr bool takes_step(Task task) { return task == Task::step || task == Task::undamped_step; }
+
+/// Vector `i` of a node row against one vector of a neighbour's: what their springs do.
+template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
+ public:
+  using Batch = xsimd::batch<Real, Arch>;
+  using Lengths = SpringLengths<Real, Arch>;
+  static constexpr long lanes = static_cast<long>(Batch::size);
+
+  /// Vector that begins at element `i` of a row.
+  RowVector(const Nodes<Real>& row, long i) noexcept : own_(row), place_(i) {
+    for (int c = 0; c < 3; ++c) {
+      position_[c] = load(row.q + i + c * lanes);
+      if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * lanes); }
+    }
+  }
+  /// Springs to another vector, which are gone through in three stages: begin(), measure() and
+  /// end().
+  struct Springs {
+    Batch d[3];  ///< from there to here [m]
+    Batch square;
+    Batch rate;  ///< of the length, times the length
+    Lengths lengths;
+    const Real* constants;
+    const Real* rest;
+    Real* f;  ///< there
+  };
+  /// To the vector at element `i` of another row; `constants` of these springs, `rest` their
+  /// length.
+  PALPATE_ALWAYS_INLINE void begin(Springs& springs, const Nodes<Real>& row, long i,
+                                   const Real* constants, const Real& rest) const noexcept {
+    if constexpr (fetch == Fetch::rows_and_constants) { fetch_constants(constants); }
+    const Real* q = row.q + i;
+    springs.d[0] = position_[0] - load(q);
+    springs.d[1] = position_[1] - load(q + lanes);
+    springs.d[2] = position_[2] - load(q + 2 * lanes);
+    const auto& [dx, dy, dz] = springs.d;
+    springs.square =
+        fused::add(dz, dz, fused::add(dy, dy, fused::add(dx, dx, Batch(least_square<Real>))));
+    if constexpr (sees_velocity(task)) {
+      const Real* v = row.v + i;
+      const Batch wx = velocity_[0] - load(v);
+      const Batch wy = velocity_[1] - load(v + lanes);
+      const Batch wz = velocity_[2] - load(v + 2 * lanes);
+      springs.rate = fused::add(wz, dz, fused::add(wy, dy, wx * dx));
+    }
+    springs.constants = constants;
+    springs.rest = &rest;
+    if constexpr (task != Task::energy) { springs.f = row.f + i; }
+  }
+  PALPATE_ALWAYS_INLINE void measure(Springs& springs) const noexcept {
+    springs.lengths = Lengths(springs.square);
+  }
+  PALPATE_ALWAYS_INLINE void end(const Springs& springs) noexcept {
+    const Lengths& lengths = springs.lengths;
+    SpringNumbers<Batch> spring{
+        .stiffness = Batch(Real(0)), .rest = Batch(*springs.rest), .viscosity = Batch(Real(0))};
+    if constexpr (task != Task::damping) { spring.stiffness = load(springs.constants); }
+    if constexpr (measures_energy(task)) {
+      const Batch extension = lengths.length() - spring.rest;
+      energy_ = fused::add(spring.stiffness * extension, extension, energy_);
+    }
+    if constexpr (task == Task::energy) { return; }
+    Batch factor;
+    if constexpr (sees_velocity(task)) {
+      spring.viscosity = load(springs.constants + lanes);
+      factor = lengths.pull(spring, springs.rate);
+    } else {
+      factor = lengths.pull(spring);
+    }
+    pull(0, springs.f, factor, springs.d[0]);
+    pull(1, springs.f + lanes, factor, springs.d[1]);
+    pull(2, springs.f + 2 * lanes, factor, springs.d[2]);
+  }
+  PALPATE_ALWAYS_INLINE void join(const Nodes<Real>& row, long i, const Real* constants,
+                                  const Real& rest) noexcept {
+    Springs springs;
+    begin(springs, row, i, constants, rest);
+    measure(springs);
+    end(springs);
+  }
+  /// Keeps the forces of this vector.
+  void finish() noexcept {
+    if constexpr (task != Task::energy) {
+      for (int c = 0; c < 3; ++c) {
+        Real* to = own_.f + place_ + c * lanes;
+        (load(to) + force_[c]).store_unaligned(to);
+      }
+    }
+  }
+  [[nodiscard]] Real energy() const noexcept { return Real(0.5) * xsimd::hadd(energy_); }
+
+ private:
+  /// Asks the second cache, which can wait for more lines than the first, for those of the vector
+  /// four further on.
+  static void fetch_constants(const Real* constants) noexcept {
+    constexpr int second_cache = 2;
+    constexpr long numbers = sees_velocity(task) ? 2 : 1;
+    const Real* ahead = constants + 4 * slots * numbers * lanes;
+    for (long n = 0; n < numbers; ++n) { __builtin_prefetch(ahead + n * lanes, 0, second_cache); }
+  }
+  static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
+  /// `d` leads here from there. With AVX-512 one product serves both ends: Zen 4 adds beside it
+  /// multiplies, and is quicker with fewer multiplications. The others take an instruction less.
+  void pull(int c, Real* f, const Batch& factor, const Batch& d) noexcept {
+    if constexpr (fused::is_avx512<Arch>) {
+      const Batch force = factor * d;
+      force_[c] = force_[c] - force;
+      asm(""
+          : "+v"(force_[c].data));  // g++ 12 would put the subtraction off and run out of registers
+      (load(f) + force).store_unaligned(f);
+    } else {
+      force_[c] = fused::subtract(factor, d, force_[c]);
+      fused::add(factor, d, load(f)).store_unaligned(f);
+    }
+  }
+
+  const Nodes<Real>& own_;
+  long place_;
+  Batch position_[3]{};
+  Batch velocity_[3]{};
+  Batch force_[3]{Batch(Real(0)), Batch(Real(0)), Batch(Real(0))};
+  Batch energy_ = Batch(Real(0));
+};
+
+// In which order the springs of a vector of a regular lattice's nodes are gone through
+// (model/EQUATIONS.md, "Lattice in lanes"). Included by one source file per instruction set;
+// includes no code that other files compile too, so that no instruction strays.
+
+/// The rows that a row's springs lead to, of those that a slab asks for.
+template <class Arch, class Real> struct Neighbours {
+  Nodes<Real> own;
+  int count = 0;
+  bool within = false;  ///< springs within the row
+  bool all = false;     ///< these, and all of every kind to other rows
+  struct Row {
+    Nodes<Real> at;
+    const Link<Real>* link;
+  } rows[neighbour_kinds];
+};
+
+/// Where vector `i` of a row is, those beside it are, and its springs' constants.
+template <class Arch, class Real> struct Columns {
+  long left;
+  long here;
+  long right;
+  const Real* constants;
+  long slot_length;
+  Real own_rest;  ///< length [m] of springs within the row
+
+  PALPATE_ALWAYS_INLINE Columns(const View<Real>& view, long i, const Real* table) noexcept
+      : own_rest(view.own_rest) {
+    constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
+    constexpr long block = 3 * lanes;
+    // The piece's last node is beside the next piece's first: the same vector, one lane on.
+    left = i > 0 ? (i - 1) * block : (view.vectors - 1) * block - 1;
+    here = i * block;
+    right = i + 1 < view.vectors ? (i + 1) * block : 1;
+    slot_length = lanes * view.numbers;
+    constants = table + i * slots * slot_length;
+  }
+};
+
+/// One after the other.
+template <class Vector, class Arch, class Real>
+PALPATE_ALWAYS_INLINE inline void join_in_turn(Vector& vector, const Neighbours<Arch, Real>& near,
+                                               const Columns<Arch, Real>& at) noexcept {
+  if (near.within) { vector.join(near.own, at.right, at.constants, at.own_rest); }
+  for (int n = 0; n < near.count; ++n) {
+    const auto& [there, link] = near.rows[n];
+    const Real* slot = at.constants + link->constants;
+    if (link->sides) { vector.join(there, at.left, slot, link->rest_aside); }
+    vector.join(there, at.here, slot + at.slot_length, link->rest_across);
+    if (link->sides) { vector.join(there, at.right, slot + 2 * at.slot_length, link->rest_aside); }
+  }
+}
+
+/// The same, to the bit, for a vector that has springs of every kind: each begins while the one
+/// before is measured and the one before that ends, so that no processor has to look far ahead for
+/// something to do. It takes the registers of AVX-512.
+template <class Vector, class Arch, class Real>
+PALPATE_ALWAYS_INLINE inline void join_staggered(Vector& vector, const Neighbours<Arch, Real>& near,
+                                                 const Columns<Arch, Real>& at) noexcept {
+  typename Vector::Springs springs[slots];
+  const auto begin = [&](int n) PALPATE_ALWAYS_INLINE {
+    if (n == 0) {
+      vector.begin(springs[0], near.own, at.right, at.constants, at.own_rest);
+      return;
+    }
+    const auto& [there, link] = near.rows[(n - 1) / 3];
+    const int side = (n - 1) % 3;
+    const Real* constants = at.constants + link->constants + side * at.slot_length;
+    const long column = side == 0 ? at.left : side == 1 ? at.here : at.right;
+    vector.begin(springs[n], there, column, constants,
+                 side == 1 ? link->rest_across : link->rest_aside);
+  };
+  const auto stage = [&]<int n>(std::integral_constant<int, n>) PALPATE_ALWAYS_INLINE {
+    if constexpr (n < slots) { begin(n); }
+    asm volatile("" ::: "memory");  // g++ 12 would put some of that off
+    if constexpr (n >= 1 && n <= slots) { vector.measure(springs[n - 1]); }
+    if constexpr (n >= 2) { vector.end(springs[n - 2]); }
+  };
+  [&]<int... n>(std::integer_sequence<int, n...>) PALPATE_ALWAYS_INLINE {
+    (stage(std::integral_constant<int, n>{}), ...);
+  }
+  (std::make_integer_sequence<int, slots + 2>{});
+}
+
+/// Goes through the springs of vector `i` of a row. Returns their energy [J] if the task measures
+/// it.
+template <Task task, Fetch fetch, class Arch, class Real>
+PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
+                                                      const Neighbours<Arch, Real>& near, long i,
+                                                      const Real* table) noexcept {
+  using Vector = RowVector<task, fetch, Real, Arch>;
+  constexpr bool staggers =
+      fused::is_avx512<Arch> && !measures_energy(task) && task != Task::damping;
+  const Columns<Arch, Real> at(view, i, table);
+  Vector vector(near.own, at.here);
+  if (staggers && near.all) {
+    if constexpr (staggers) { join_staggered(vector, near, at); }
+  } else {
+    join_in_turn(vector, near, at);
+  }
+  vector.finish();
+  if constexpr (measures_energy(task)) { return static_cast<double>(vector.energy()); }
+  return 0.0;
+}
+
+// The loop over the springs of a regular lattice, without indices, for one instruction set
+// (model/EQUATIONS.md, "Lattice in lanes"). Included by one source file per instruction set;
+// includes no code that other files compile too, so that no instruction strays.
+
+/// From element `begin` on, forces from `force_begin`. What a task does not need stays null. `Arch`
+/// in what follows makes functions of this instruction set alone.
+template <Task task, class Arch, class Real>
+Nodes<Real> from_element(const Nodes<Real>& nodes, long begin, long force_begin) noexcept {
+  Nodes<Real> row{.q = nodes.q + begin};
+  if constexpr (sees_velocity(task)) { row.v = nodes.v + begin; }
+  if constexpr (task != Task::energy) { row.f = nodes.f + force_begin; }
+  return row;
+}
+
+/// Where the forces of a layer's first row begin.
+template <Task task, class Arch, class Real>
+long force_begin(const View<Real>& view, const Fields<Real>& fields, int layer) noexcept {
+  const int kept =
+      takes_step(task) && fields.force_layers > 0 ? layer % fields.force_layers : layer;
+  return view.lead + kept * view.layer_length;
+}
+
+/// A layer and the next, from where their first rows begin. Where another thread moves one, its
+/// copy stands for it.
+template <class Arch, class Real> struct LayerPair { Nodes<Real> nodes[2]; };
+
+template <Task task, class Arch, class Real>
+LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab,
+                                  const Fields<Real>& fields, int row2) noexcept {
+  const Nodes<Real> all{fields.q, fields.v, fields.f};
+  const auto layer = [&](int number) {
+    return from_element<task, Arch>(all, view.lead + number * view.layer_length,
+                                    force_begin<task, Arch>(view, fields, number));
+  };
+  LayerPair<Arch, Real> pair{};
+  pair.nodes[0] = slab.below != nullptr ? *slab.below : layer(row2);
+  const bool copied = row2 + 1 == slab.end && slab.beyond != nullptr;
+  if (row2 + 1 < view.rows2) { pair.nodes[1] = copied ? *slab.beyond : layer(row2 + 1); }
+  return pair;
+}
+
+/// Springs between two rows at rest are not looked at.
+template <Task task, class Arch, class Real>
+PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(
+    const View<Real>& view, const Slab<Real>& slab, const LayerPair<Arch, Real>& layers, int row1,
+    int row2) noexcept {
+  const bool below = slab.below != nullptr;
+  const Links<Real>& links = view.links[row1 == 0 ? 0 : row1 + 1 < view.rows1 ? 1 : 2];
+  const unsigned char* const moves = view.row_moves + static_cast<long>(row2) * view.rows1 + row1;
+  const long row = row1 * view.row_length;
+  Neighbours<Arch, Real> found;
+  found.own = from_element<task, Arch>(layers.nodes[0], row, row);
+  found.within = *moves != 0 && view.own_springs && !below;
+  const int end = row2 + 1 < view.rows2 ? links.count : links.within;
+  for (int n = below ? links.within : 0; n < end; ++n) {
+    const Link<Real>& link = links.to[n];
+    if (*moves == 0 && moves[link.rows] == 0) { continue; }
+    const long there = row + link.elements;
+    found.rows[found.count++] = {from_element<task, Arch>(layers.nodes[link.layers], there, there),
+                                 &link};
+  }
+  found.all = found.within && found.count == neighbour_kinds && links.sides;
+  return found;
+}
+
+/// v += h f / m, x += h v, f = 0 of the row that begins at element `begin`, whose forces are at
+/// `f`; returns the sum of squares of v.
+template <class Arch, class Real>
+PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long begin, Real* f,
+                                             long row_length) noexcept {
+  using Batch = xsimd::batch<Real, Arch>;
+  const Move<Real>& move = *fields.move;
+  const Batch h(move.h);
+  Batch squares(Real(0));
+  constexpr long lanes = static_cast<long>(Batch::size);
+  for (long i = 0; i < row_length; i += 3 * lanes) {
+    const Batch inverse_mass = Batch::load_unaligned(move.inverse_mass + begin + i);
+    for (long c = 0; c < 3; ++c) {
+      const long at = begin + i + c * lanes;
+      Real* force = f + i + c * lanes;
+      const Batch a = Batch::load_unaligned(force) * inverse_mass;
+      const Batch v = Batch::load_unaligned(move.v + at) + h * a;
+      v.store_unaligned(move.v + at);
+      (Batch::load_unaligned(move.q + at) + h * v).store_unaligned(move.q + at);
+      Batch(Real(0)).store_unaligned(force);
+      squares = fused::add(v, v, squares);
+    }
+  }
+  return static_cast<double>(xsimd::hadd(squares));
+}
+
+/// The last row of a folded layer leads to its first: all stand until it is gone through.
+template <class Arch, class Real>
+double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, Real* f,
+                  long row_length) noexcept {
+  double sum = 0.0;
+  for (long row1 = 0; row1 < view.rows1; ++row1) {
+    const long row = static_cast<long>(row2) * view.rows1 + row1;
+    if (view.row_moves[row] == 0) { continue; }
+    sum += move_row<Arch>(fields, view.lead + row * row_length, f + row1 * row_length, row_length);
+  }
+  return sum;
+}
+
+/// Asks memory for vector `i` of the row after the next that this row's springs lead to, and of
+/// what is read besides: more streams than processors foresee. g++ 12 leaves a call out that does
+/// nothing else.
+template <Task task, class Arch, class Real>
+PALPATE_ALWAYS_INLINE inline void fetch_row(const View<Real>& view, const Fields<Real>& fields,
+                                            long row, long i) noexcept {
+  constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
+  const long next_layer =
+      row < (view.rows2 - 2L) * view.rows1 ? view.rows1 : 0;  // beyond the last there is nothing
+  const long own = view.lead + row * view.row_length + i * 3 * lanes;
+  const long ahead = own + (next_layer + 2) * view.row_length;
+  for (long c = 0; c < 3; ++c) {
+    __builtin_prefetch(fields.q + ahead + c * lanes);
+    if constexpr (sees_velocity(task)) { __builtin_prefetch(fields.v + ahead + c * lanes); }
+  }
+  if constexpr (takes_step(task)) {
+    __builtin_prefetch(fields.move->inverse_mass + own + view.row_length);
+  }
+  if (fields.force_layers == 0) {
+    for (long c = 0; c < 3; ++c) { __builtin_prefetch(fields.f + ahead + c * lanes); }
+  }
+}
+
+template <Task task, Fetch fetch, class Real, class Arch>
+double go_through(const View<Real>& view, const Slab<Real>& slab,
+                  const Fields<Real>& fields) noexcept {
+  const long row_length = view.row_length;
+  const bool moves = takes_step(task) && slab.below == nullptr;
+  double sum = 0.0;
+  for (int row2 = slab.begin; row2 < slab.end; ++row2) {
+    const auto layers = layers_from<task, Arch>(view, slab, fields, row2);
+    for (int row1 = 0; row1 < view.rows1; ++row1) {
+      const auto near = neighbours_of<task, Arch>(view, slab, layers, row1, row2);
+      const long row = static_cast<long>(row2) * view.rows1 + row1;
+      const Real* table = view.tables + view.row_table[row];
+      const bool joined = near.count > 0 || near.within;
+      for (long i = 0; joined && i < view.vectors; ++i) {
+        if constexpr (fetch != Fetch::nothing) { fetch_row<task, Arch>(view, fields, row, i); }
+        const double energy = go_through_vector<task, fetch>(view, near, i, table);
+        if constexpr (measures_energy(task)) { sum += energy; }
+      }
+      if constexpr (takes_step(task)) {
+        if (moves && !view.folded && view.row_moves[row] != 0) {
+          sum += move_row<Arch>(fields, view.lead + row * row_length, near.own.f, row_length);
+        }
+      }
+    }
+    if constexpr (takes_step(task)) {
+      if (moves && view.folded) {
+        sum += move_layer<Arch>(view, fields, row2, layers.nodes[0].f, row_length);
+      }
+    }
+  }
+  return sum;
+}
+
+template <class Real, class Arch>
+void roots_and_quotients(const Real* from, Real* to, long count) noexcept {
+  using Batch = xsimd::batch<Real, Arch>;
+  for (long n = 0; n < count; n += static_cast<long>(Batch::size)) {
+    (Batch(Real(1)) / xsimd::sqrt(Batch::load_unaligned(from + n))).store_unaligned(to + n);
+  }
+}
+
+template <Task task, class Real, class Arch> FetchingKernels<Real> fetching() noexcept {
+  return {{&go_through<task, Fetch::nothing, Real, Arch>,
+           &go_through<task, Fetch::rows, Real, Arch>,
+           &go_through<task, Fetch::rows_and_constants, Real, Arch>}};
+}
+
+template <class Real, class Arch> Kernels<Real> kernels_for(const char* name) noexcept {
+  return {.name = name,
+          .lanes = static_cast<int>(xsimd::batch<Real, Arch>::size),
+          .force = fetching<Task::force, Real, Arch>(),
+          .undamped_force = fetching<Task::undamped_force, Real, Arch>(),
+          .measured_force = &go_through<Task::measured_force, Fetch::nothing, Real, Arch>,
+          .measured_undamped_force =
+              &go_through<Task::measured_undamped_force, Fetch::nothing, Real, Arch>,
+          .step = fetching<Task::step, Real, Arch>(),
+          .undamped_step = fetching<Task::undamped_step, Real, Arch>(),
+          .damping = &go_through<Task::damping, Fetch::nothing, Real, Arch>,
+          .energy = &go_through<Task::energy, Fetch::nothing, Real, Arch>,
+          .roots_and_quotients = &roots_and_quotients<Real, Arch>};
+}
+
+}  // namespace palpate::lattice

@@ -1,0 +1,520 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/kernels/lattice_network.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "model/kernels/instruction_set.hpp"
+
+namespace palpate {
+
+namespace {
+/// Looks without a task before a member lets others have the processor in between: about a
+/// millisecond.
+constexpr long patience = 20000;
+}  // namespace
+
+Team::Team(int members) {
+  for (int number = 1; number < members; ++number) {
+    threads_.emplace_back([this, number] { serve(number); });
+  }
+}
+
+Team::~Team() {
+  round_.store(-1, std::memory_order_release);
+  for (std::thread& thread : threads_) { thread.join(); }
+}
+
+void Team::run_call() noexcept {
+  const long round = round_.load(std::memory_order_relaxed) + 1;
+  round_.store(round, std::memory_order_release);
+  call_(work_, 0);
+  const long all = round * static_cast<long>(threads_.size());
+  while (finished_.load(std::memory_order_acquire) < all) { relax(); }
+}
+
+void Team::serve(int number) noexcept {
+  const FlushedDenormals flushed;  // as on the thread that calls
+  for (long seen = 0;;) {
+    long idle = 0;
+    long round = seen;
+    while ((round = round_.load(std::memory_order_acquire)) == seen) {
+      relax();
+      if (++idle > patience) { std::this_thread::yield(); }
+    }
+    if (round < 0) { return; }
+    seen = round;
+    call_(work_, number);
+    finished_.fetch_add(1, std::memory_order_release);
+  }
+}
+
+template <class Real> int LatticeSlabs<Real>::most_threads(int layers, long vectors, int wanted) {
+  return vectors > 1 ? std::max(1, std::min(wanted, layers / 2)) : 1;
+}
+
+template <class Real>
+LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int threads)
+    : view_(view), layer_length_(view.layer_length), copy_length_(layer_length_ + 2 * view.lead) {
+  const int count = most_threads(view.rows2, view.vectors, threads);
+  for (int n = 0; n <= count; ++n) {
+    begins_.push_back(static_cast<int>(static_cast<long>(view.rows2) * n / count));
+  }
+  for (int n = 1; n < count; ++n) {
+    boundaries_.push_back(std::make_unique<Boundary>());
+    for (auto* numbers : {&boundaries_.back()->below, &boundaries_.back()->above}) {
+      numbers->assign(static_cast<std::size_t>(2 * copy_length_ + few_length()), Real(0));
+    }
+  }
+  sums_.assign(static_cast<std::size_t>(count), 0.0);
+  if (count > 1) { team_ = std::make_unique<Team>(count); }
+}
+
+template <class Real>
+lattice::Nodes<Real> LatticeSlabs<Real>::layer_in(AlignedVector<Real>& numbers) const noexcept {
+  Real* first = numbers.data() + view_.lead;
+  return {.q = first, .v = first + copy_length_, .f = first + 2 * copy_length_};
+}
+
+template <class Real>
+void LatticeSlabs<Real>::copy(const lattice::Fields<Real>& fields, int layer,
+                              AlignedVector<Real>& to) const noexcept {
+  const long begin = view_.lead + layer * layer_length_;
+  const auto bytes = static_cast<std::size_t>(layer_length_) * sizeof(Real);
+  Real* q = to.data() + view_.lead;
+  std::memcpy(q, fields.q + begin, bytes);
+  if (fields.v != nullptr) { std::memcpy(q + copy_length_, fields.v + begin, bytes); }
+}
+
+/// The thread of the upper slab copies the two layers that meet and adds what the lower one does to
+/// the upper; the lower slab's thread waits for the copy before its last layer, which is long
+/// after.
+template <class Real>
+template <class VisitLayers>
+double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
+                                      const lattice::Fields<Real>& fields,
+                                      const VisitLayers& visit_layers) noexcept {
+  const int begin = begins_[number];
+  const int end = begins_[number + 1];
+  if (number > 0) {
+    Boundary& under = *boundaries_[number - 1];
+    copy(fields, begin - 1, under.below);
+    copy(fields, begin, under.above);
+    under.copied.store(round_, std::memory_order_release);
+    const lattice::Nodes<Real> below = layer_in(under.below);
+    (void)kernel(view_, {.begin = begin - 1, .end = begin, .below = &below}, fields);
+  }
+  if (number == boundaries_.size()) { return visit_layers(begin, end); }
+  const double sum = visit_layers(begin, end - 1);
+  Boundary& over = *boundaries_[number];
+  while (over.copied.load(std::memory_order_acquire) != round_) { relax(); }
+  const lattice::Nodes<Real> above = layer_in(over.above);
+  return sum + kernel(view_, {.begin = end - 1, .end = end, .beyond = &above}, fields);
+}
+
+/// Sum of what work(number) returns for each slab.
+template <class Real>
+template <class Work>
+double LatticeSlabs<Real>::share_out(const Work& work) noexcept {
+  if (team_ == nullptr) { return work(0); }
+  ++round_;
+  auto kept = [&](int number) noexcept {
+    const auto n = static_cast<std::size_t>(number);
+    sums_[n] = work(n);
+  };
+  team_->run(kept);
+  return std::accumulate(sums_.begin(), sums_.end(), 0.0);
+}
+
+template <class Real>
+double LatticeSlabs<Real>::sweep(lattice::Kernel<Real> kernel,
+                                 const lattice::Fields<Real>& fields) noexcept {
+  const auto visit_layers = [&](int begin, int end) noexcept {
+    return kernel(view_, {.begin = begin, .end = end}, fields);
+  };
+  return share_out([&](std::size_t number) noexcept {
+    return sweep_slab(number, kernel, fields, visit_layers);
+  });
+}
+
+template <class Real> void LatticeSlabs<Real>::prepare_steps() {
+  few_forces_.assign(sums_.size(),
+                     AlignedVector<Real>(static_cast<std::size_t>(few_length()), Real(0)));
+  stands_.clear();
+  for (long layer = 0; layer < view_.rows2; ++layer) {
+    const unsigned char* moves = view_.row_moves + layer * view_.rows1;
+    stands_.push_back(std::find(moves, moves + view_.rows1, 0) != moves + view_.rows1);
+  }
+}
+
+template <class Real>
+Real* LatticeSlabs<Real>::forces_of(const lattice::Fields<Real>& fields, int layer) const noexcept {
+  return fields.f + view_.lead + layer % layers_kept * layer_length_;
+}
+
+template <class Real>
+void LatticeSlabs<Real>::clear_standing_rows(const lattice::Fields<Real>& fields,
+                                             int layer) const noexcept {
+  if (stands_[static_cast<std::size_t>(layer)] == 0) { return; }
+  const long row_length = view_.row_length;
+  const unsigned char* moves = view_.row_moves + static_cast<long>(layer) * view_.rows1;
+  for (long row = 0; row < view_.rows1; ++row) {
+    if (moves[row] == 0) {
+      std::fill_n(forces_of(fields, layer) + row * row_length, row_length, Real(0));
+    }
+  }
+}
+
+template <class Real>
+void LatticeSlabs<Real>::add_outside(const lattice::Fields<Real>& fields,
+                                     const Outside<Real>& outside, int layer) const noexcept {
+  if (layer >= view_.rows2) { return; }
+  Real* f = forces_of(fields, layer);
+  if (outside.weight != nullptr) {
+    std::copy_n(outside.weight + view_.lead + layer * layer_length_, layer_length_, f);
+  }
+  for (int n = outside.pulls_begin[layer]; n < outside.pulls_begin[layer + 1]; ++n) {
+    const Pull<Real>& pull = outside.pulls[n];
+    for (long c = 0; c < 3; ++c) { f[pull.element + c * view_.lanes] += pull.force[c]; }
+  }
+}
+
+template <class Real>
+double LatticeSlabs<Real>::step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move,
+                                const Outside<Real>& outside) noexcept {
+  return share_out([&](std::size_t number) noexcept {
+    AlignedVector<Real>& forces = few_forces_[number];
+    const lattice::Fields<Real> fields{
+        .q = move.q, .v = move.v, .f = forces.data(), .move = &move, .force_layers = layers_kept};
+    std::ranges::fill(forces, Real(0));
+    for (int n = 0; n < layers_kept; ++n) { add_outside(fields, outside, begins_[number] + n); }
+    const auto visit_layers = [&](int begin, int end) noexcept {
+      double sum = 0.0;
+      for (int layer = begin; layer < end; ++layer) {
+        sum += kernel(view_, {.begin = layer, .end = layer + 1}, fields);
+        clear_standing_rows(fields, layer);
+        add_outside(fields, outside, layer + layers_kept);
+      }
+      return sum;
+    };
+    return sweep_slab(number, kernel, fields, visit_layers);
+  });
+}
+
+template <class Real> std::size_t LatticeSlabs<Real>::memory_bytes() const noexcept {
+  std::size_t bytes = few_forces_.size() * static_cast<std::size_t>(few_length()) * sizeof(Real);
+  for (const auto& boundary : boundaries_) {
+    bytes += (boundary->below.size() + boundary->above.size()) * sizeof(Real);
+  }
+  return bytes;
+}
+
+template class LatticeSlabs<double>;
+template class LatticeSlabs<float>;
+
+template <class Real>
+LatticeSleep<Real>::LatticeSleep(const lattice::View<Real>& view, std::vector<unsigned char> awake,
+                                 double most_withheld)
+    : rows1_(view.rows1),
+      rows2_(view.rows2),
+      lead_(view.lead),
+      row_length_(view.row_length),
+      lanes_(view.lanes),
+      most_withheld_(most_withheld),
+      awake_(std::move(awake)) {
+  const int rows = rows1_ * rows2_;
+  state_.assign(awake_.size(), Row::asleep);
+  border_.reserve(awake_.size());
+  for (int row = 0; row < rows; ++row) {
+    const auto n = static_cast<std::size_t>(row);
+    if (view.row_moves[n] == 0) {
+      state_[n] = Row::fixed;
+      awake_[n] = 0;
+      continue;
+    }
+    ++able_count_;
+    if (awake_[n] == 0) { continue; }
+    state_[n] = Row::awake;
+    ++awake_count_;
+  }
+  for (int row = 0; row < rows; ++row) {
+    if (state_[static_cast<std::size_t>(row)] == Row::awake) { watch_around(row); }
+  }
+}
+
+template <class Real> void LatticeSleep<Real>::watch_around(int row) noexcept {
+  const int at1 = row % rows1_;
+  const int at2 = row / rows1_;
+  for (int to2 = std::max(0, at2 - 1); to2 <= std::min(rows2_ - 1, at2 + 1); ++to2) {
+    for (int to1 = std::max(0, at1 - 1); to1 <= std::min(rows1_ - 1, at1 + 1); ++to1) {
+      const int there = to2 * rows1_ + to1;
+      Row& state = state_[static_cast<std::size_t>(there)];
+      if (state != Row::asleep) { continue; }
+      state = Row::border;
+      border_.push_back(there);  // reserved for all rows
+    }
+  }
+}
+
+template <class Real> void LatticeSleep<Real>::wake(std::size_t place_in_border) noexcept {
+  const int row = border_[place_in_border];
+  border_[place_in_border] = border_.back();
+  border_.pop_back();
+  state_[static_cast<std::size_t>(row)] = Row::awake;
+  awake_[static_cast<std::size_t>(row)] = 1;
+  ++awake_count_;
+  watch_around(row);
+}
+
+template <class Real>
+template <class Visit>
+void LatticeSleep<Real>::visit_nodes(int row, Visit visit) const noexcept {
+  for (long vector = begin_of(row); vector < begin_of(row) + row_length_; vector += 3 * lanes_) {
+    for (long i = vector; i < vector + lanes_; ++i) { visit(i); }
+  }
+}
+
+template <class Real>
+double LatticeSleep<Real>::pull_on(const Real* f, const Real* inverse_mass,
+                                   int row) const noexcept {
+  double pull = 0.0;
+  visit_nodes(row, [&](long i) {
+    if (inverse_mass[i] == Real(0)) { return; }
+    const auto x = static_cast<double>(f[i]);
+    const auto y = static_cast<double>(f[i + lanes_]);
+    const auto z = static_cast<double>(f[i + 2 * lanes_]);
+    pull += std::sqrt(x * x + y * y + z * z);
+  });
+  return pull;
+}
+
+template <class Real> void LatticeSleep<Real>::clear(Real* f, int row) const noexcept {
+  std::fill_n(f + begin_of(row), static_cast<std::size_t>(row_length_), Real(0));
+}
+
+/// Each row may withhold its share of what all may. A pull that is no number wakes.
+template <class Real>
+template <class Visit>
+void LatticeSleep<Real>::judge_border(Real* f, const Real* inverse_mass, Visit visit) noexcept {
+  const double share =
+      most_withheld_ / static_cast<double>(std::max<std::size_t>(1, border_.size()));
+  for (std::size_t n = 0; n < border_.size();) {
+    const int row = border_[n];
+    if (pull_on(f, inverse_mass, row) <= share) {
+      clear(f, row);
+      ++n;
+    } else {
+      visit(row);
+      wake(n);
+    }
+  }
+}
+
+template <class Real>
+void LatticeSleep<Real>::wake_pulled(Real* f, const Real* inverse_mass) noexcept {
+  judge_border(f, inverse_mass, [](int) {});
+}
+
+/// As lattice::move_row() does it, without weight: where anything weighs, nothing sleeps.
+template <class Real>
+double LatticeSleep<Real>::wake_in_step(const lattice::Fields<Real>& fields) noexcept {
+  const lattice::Move<Real>& move = *fields.move;
+  double squares = 0.0;
+  judge_border(fields.f, move.inverse_mass, [&](int row) {
+    visit_nodes(row, [&](long i) {
+      for (long at = i; at <= i + 2 * lanes_; at += lanes_) {
+        move.v[at] += move.h * (fields.f[at] * move.inverse_mass[i]);
+        move.q[at] += move.h * move.v[at];
+        squares += static_cast<double>(move.v[at] * move.v[at]);
+      }
+    });
+    clear(fields.f, row);
+  });
+  return squares;
+}
+
+template <class Real> void LatticeSleep<Real>::withhold(Real* f) const noexcept {
+  for (const int row : border_) { clear(f, row); }
+}
+
+template <class Real> std::size_t LatticeSleep<Real>::memory_bytes() const noexcept {
+  return state_.size() + awake_.size() + border_.capacity() * sizeof(int);
+}
+
+template class LatticeSleep<double>;
+template class LatticeSleep<float>;
+
+namespace {
+
+template <class Real>
+LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool skip,
+                                bool may_fold) {
+  const auto shape = lattice_of(problem.network());
+  if (!shape) { throw std::invalid_argument("the network is no regular lattice"); }
+  return LatticeSprings<Real>(problem, *shape, lanes, skip, may_fold);
+}
+
+/// What is larger [bytes] outgrows the caches; at 7 MB asking for rows ahead gains nothing, at 14 a
+/// sixth (docs/bench.md).
+constexpr std::size_t largest_cached = 8UL << 20U;
+
+/// Places, velocities and masses, and what springs are by.
+template <class Real> lattice::Fetch fetch_for(Eigen::Index coordinates, std::size_t spring_bytes) {
+  if (spring_bytes > largest_cached) { return lattice::Fetch::rows_and_constants; }
+  const bool fits = 7 * sizeof(Real) * static_cast<std::size_t>(coordinates) / 3 <= largest_cached;
+  return fits ? lattice::Fetch::nothing : lattice::Fetch::rows;
+}
+
+}  // namespace
+
+template <class Real>
+LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, bool skip, int threads,
+                                     const lattice::Kernels<Real>& kernels, bool may_fold)
+    : LatticeNetwork(problem, springs_of<Real>(problem, kernels.lanes, skip, may_fold), kernels,
+                     skip, threads) {}
+
+template <class Real>
+LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprings<Real> springs,
+                                     const lattice::Kernels<Real>& kernels, bool skip, int threads)
+    : NetworkSystem<Real>(problem, springs.layout(), skip),
+      springs_(std::move(springs)),
+      damped_(springs_.view().numbers > 1),
+      kernels_(kernels),
+      slabs_(std::make_unique<LatticeSlabs<Real>>(springs_.view(), threads)) {
+  Eigen::VectorXd mass = Eigen::VectorXd::Zero(this->layout().size);
+  scatter(problem.mass(), this->layout(), mass);
+  this->set_mass(mass);
+  this->spread_weight();
+  const lattice::Fetch fetch = fetch_for<Real>(this->layout().size, springs_.memory_bytes());
+  force_ = (damped_ ? kernels.force : kernels.undamped_force).at(fetch);
+  step_ = (damped_ ? kernels.step : kernels.undamped_step).at(fetch);
+}
+
+template <class Real>
+void LatticeNetwork<Real>::let_sleep(double most_withheld, std::span<const int> touched) {
+  const NetworkProblem& problem = this->problem();
+  const SpringNetwork& network = problem.network();
+  const LatticeRows& rows = springs_.rows();
+  std::vector<unsigned char> awake(rows.count(), 0);
+  const auto wake = [&](int node) { awake[rows.row_of(rows.place_of(node))] = 1; };
+  const auto stirred = [](const NodeVectors& columns, int node) {
+    return columns.cols() > 0 && !columns.col(node).isZero(0.0);
+  };
+  for (int node = 0; node < network.node_count(); ++node) {
+    if (stirred(network.initial_displacement, node) || stirred(network.initial_velocity, node)) {
+      wake(node);
+    }
+  }
+  for (const Load& load : problem.loads()) { std::ranges::for_each(load.nodes, wake); }
+  std::ranges::for_each(touched, wake);
+  lattice::View<Real> view = springs_.view();
+  sleep_.emplace(view, std::move(awake), most_withheld);
+  view.row_moves = sleep_->awake();
+  slabs_ = std::make_unique<LatticeSlabs<Real>>(view, 1);
+}
+
+template <class Real>
+void LatticeNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
+                                       Vector<Real>& f) noexcept {
+  slabs_->sweep(force_, {q.data(), v.data(), f.data()});
+  if (sleep_) { sleep_->wake_pulled(f.data(), this->inverse_mass().data()); }
+}
+
+template <class Real>
+double LatticeNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Real>& v,
+                                             Vector<Real>& f) noexcept {
+  const double energy =
+      slabs_->sweep(damped_ ? kernels_.measured_force : kernels_.measured_undamped_force,
+                    {q.data(), v.data(), f.data()});
+  if (sleep_) { sleep_->wake_pulled(f.data(), this->inverse_mass().data()); }
+  return energy;
+}
+
+/// Loads of a layer keep their order.
+template <class Real> void LatticeNetwork<Real>::sort_loads() {
+  const lattice::View<Real> view = springs_.view();
+  const long layer_length = view.layer_length;
+  const auto layer_of = [&](const auto& on) { return (on.coordinate - view.lead) / layer_length; };
+  loaded_ = this->loaded();
+  std::ranges::stable_sort(loaded_, {}, layer_of);
+  pulls_.clear();
+  pulls_begin_.assign(static_cast<std::size_t>(view.rows2) + 1, 0);
+  for (const auto& on : loaded_) {
+    pulls_.push_back({.element = (on.coordinate - view.lead) % layer_length});
+    ++pulls_begin_[static_cast<std::size_t>(layer_of(on)) + 1];
+  }
+  std::partial_sum(pulls_begin_.begin(), pulls_begin_.end(), pulls_begin_.begin());
+}
+
+template <class Real> void LatticeNetwork<Real>::prepare_one_pass() {
+  if (!sleep_) {
+    sort_loads();
+    slabs_->prepare_steps();
+    return;
+  }
+  next_force_.setZero(this->layout().size);
+  this->put_weight(next_force_);
+}
+
+template <class Real>
+double LatticeNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>& state) noexcept {
+  if (sleep_) { return one_pass_with_sleep(t, gate, h, state); }
+  for (std::size_t n = 0; n < loaded_.size(); ++n) {
+    const Eigen::Vector3d force = this->load_at(loaded_[n], t, gate);
+    for (int c = 0; c < 3; ++c) { pulls_[n].force[c] = static_cast<Real>(force(c)); }
+  }
+  return slabs_->step(step_,
+                      {.q = state.position.data(),
+                       .v = state.velocity.data(),
+                       .inverse_mass = this->inverse_mass().data(),
+                       .h = h},
+                      {.weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
+                       .pulls = pulls_.data(),
+                       .pulls_begin = pulls_begin_.data()});
+}
+
+/// Sleeping rows keep the forces that are withheld from them, so those of all rows are kept.
+template <class Real>
+double LatticeNetwork<Real>::one_pass_with_sleep(double t, double gate, Real h,
+                                                 State<Real>& state) noexcept {
+  this->add_loads(t, gate, Real(1), next_force_);
+  const lattice::Move<Real> move{.q = state.position.data(),
+                                 .v = state.velocity.data(),
+                                 .inverse_mass = this->inverse_mass().data(),
+                                 .h = h};
+  const lattice::Fields<Real> fields{
+      .q = move.q, .v = move.v, .f = next_force_.data(), .move = &move};
+  const double squares = slabs_->sweep(step_, fields);
+  return squares + sleep_->wake_in_step(fields);
+}
+
+template <class Real>
+void LatticeNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
+                                   Vector<Real>& f) noexcept {
+  f.setZero();
+  if (!damped_) { return; }
+  slabs_->sweep(kernels_.damping, {q.data(), w.data(), f.data()});
+  if (sleep_) { sleep_->withhold(f.data()); }
+  f = -f;
+}
+
+template <class Real>
+double LatticeNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
+  return slabs_->sweep(kernels_.energy, {.q = q.data()});
+}
+
+template <class Real> std::size_t LatticeNetwork<Real>::spring_bytes() const noexcept {
+  return springs_.memory_bytes() + slabs_->memory_bytes() + (sleep_ ? sleep_->memory_bytes() : 0) +
+         static_cast<std::size_t>(next_force_.size()) * sizeof(Real) +
+         pulls_.size() * sizeof(Pull<Real>);
+}
+
+template class LatticeNetwork<double>;
+template class LatticeNetwork<float>;
+
+}  // namespace palpate

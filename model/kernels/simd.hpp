@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What a step goes through is inlined, whatever the compiler thinks of its size. Sanitizers
+/// multiply code, so that there it takes calls: else a file of kernels would compile for minutes.
+
+#include <type_traits>
+#include <xsimd/xsimd.hpp>
+
+#if defined(PALPATE_SANITIZED)
+#define PALPATE_ALWAYS_INLINE
+#else
+#define PALPATE_ALWAYS_INLINE __attribute__((always_inline))
+#endif
+
+namespace palpate::fused {
+
+// Multiplication and addition in one rounding, where the instruction set has it. Included by one
+// source file per instruction set; `Arch` makes functions of that instruction set alone.
+
+/// Vectors of 512 bits, for which xsimd 8 has no such operation.
+template <class Arch> inline constexpr bool is_avx512 = std::is_base_of_v<xsimd::avx512f, Arch>;
+
+/// a b + c
+template <class Real, class Arch>
+xsimd::batch<Real, Arch> add(const xsimd::batch<Real, Arch>& a, const xsimd::batch<Real, Arch>& b,
+                             const xsimd::batch<Real, Arch>& c) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (is_avx512<Arch>) {
+    if constexpr (std::is_same_v<Real, double>) { return _mm512_fmadd_pd(a, b, c); }
+    if constexpr (std::is_same_v<Real, float>) { return _mm512_fmadd_ps(a, b, c); }
+  }
+#endif
+  return xsimd::fma(a, b, c);
+}
+/// c - a b
+template <class Real, class Arch>
+xsimd::batch<Real, Arch> subtract(const xsimd::batch<Real, Arch>& a,
+                                  const xsimd::batch<Real, Arch>& b,
+                                  const xsimd::batch<Real, Arch>& c) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (is_avx512<Arch>) {
+    if constexpr (std::is_same_v<Real, double>) { return _mm512_fnmadd_pd(a, b, c); }
+    if constexpr (std::is_same_v<Real, float>) { return _mm512_fnmadd_ps(a, b, c); }
+  }
+#endif
+  return xsimd::fnma(a, b, c);
+}
+
+}  // namespace palpate::fused
+
+namespace palpate {
+
+// Lengths of springs and their inverses, a vector at a time. Included by one source file per
+// instruction set; `Arch` makes functions of that instruction set alone.
+
+#if defined(__AVX512F__)
+/// From the processor's estimate of 1 / sqrt(square), good to 2^-14: with r = 1 - square estimate^2
+/// it is the estimate times (1 - r)^(-1/2), by the series of that, without the divider. What waits
+/// for r is short: much else waits for this.
+template <class Arch>
+xsimd::batch<double, Arch> inverse_root(const xsimd::batch<double, Arch>& square) noexcept {
+  using Batch = xsimd::batch<double, Arch>;
+  const Batch estimate = _mm512_rsqrt14_pd(square);
+  const Batch r = fused::subtract(square * estimate, estimate, Batch(1.0));
+  const Batch series = fused::add(fused::add(Batch(0.3125), r, Batch(0.375)), r, Batch(0.5));
+  return fused::add(estimate * r, series, estimate);
+}
+template <class Arch>
+xsimd::batch<float, Arch> inverse_root(const xsimd::batch<float, Arch>& square) noexcept {
+  using Batch = xsimd::batch<float, Arch>;
+  const Batch estimate = _mm512_rsqrt14_ps(square);
+  const Batch r = fused::subtract(square * estimate, estimate, Batch(1.0F));
+  // Half the estimate: one less in its exponent, for which no multiplier is needed.
+  const __m512i half = _mm512_sub_epi32(_mm512_castps_si512(estimate), _mm512_set1_epi32(1 << 23));
+  return fused::add(r, Batch(_mm512_castsi512_ps(half)), estimate);
+}
+#endif
+
+/// Stiffness, natural length and viscosity of springs.
+template <class Batch> struct SpringNumbers {
+  Batch stiffness;  ///< [N/m]
+  Batch rest;       ///< [m]
+  Batch viscosity;  ///< [N s/m]; unused where there are no dampers
+};
+
+/// What squared lengths begin with [m^2]: 1 / length is then finite, and springs whose ends are at
+/// one place pull with it times nothing. To lengths above 1e-6 m it adds less than a rounding.
+template <class Real> inline constexpr Real least_square = Real(1e-30);
+static_assert(least_square<double> < 0.5 * 2.2e-16 * 1e-6 * 1e-6);
+
+/// Of springs whose squared lengths, least_square added, are `square`; from a square root and a
+/// quotient.
+template <class Real, class Arch, bool estimated = fused::is_avx512<Arch>> class SpringLengths {
+ public:
+  using Batch = xsimd::batch<Real, Arch>;
+
+  SpringLengths() noexcept = default;
+  explicit SpringLengths(const Batch& square) noexcept : length_(xsimd::sqrt(square)) {}
+  [[nodiscard]] const Batch& length() const noexcept { return length_; }
+  /// Tension over length.
+  [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring) const noexcept {
+    return spring.stiffness * (length_ - spring.rest) * inverse();
+  }
+  /// With dampers; `rate` is that of the length, times the length.
+  [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring, const Batch& rate) const noexcept {
+    const Batch inverse = this->inverse();
+    return fused::add(spring.viscosity, rate * inverse,
+                      spring.stiffness * (length_ - spring.rest)) *
+           inverse;
+  }
+
+ private:
+  [[nodiscard]] Batch inverse() const noexcept { return Batch(Real(1)) / length_; }
+
+  Batch length_;
+};
+
+#if defined(__AVX512F__)
+/// From the processor's estimate. Tension over length is k - (k L - c rate / length) / length: two
+/// operations less, at a rounding more of k, where the divider does not set the pace.
+template <class Real, class Arch> class SpringLengths<Real, Arch, true> {
+ public:
+  using Batch = xsimd::batch<Real, Arch>;
+  SpringLengths() noexcept = default;
+  explicit SpringLengths(const Batch& square) noexcept
+      : square_(square), inverse_(inverse_root(square)) {}
+  [[nodiscard]] Batch length() const noexcept { return square_ * inverse_; }
+  [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring) const noexcept {
+    return fused::subtract(spring.stiffness * spring.rest, inverse_, spring.stiffness);
+  }
+  [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring, const Batch& rate) const noexcept {
+    const Batch less =
+        fused::subtract(spring.viscosity * rate, inverse_, spring.stiffness * spring.rest);
+    return fused::subtract(less, inverse_, spring.stiffness);
+  }
+
+ private:
+  Batch square_;
+  Batch inverse_;
+};
+#endif
+
+}  // namespace palpate

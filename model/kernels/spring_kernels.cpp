@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/kernels/spring_kernels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "model/kernels/instruction_set.hpp"
+
+namespace palpate {
+
+namespace {
+
+template <class Real> struct Three { Real x, y, z; };
+
+template <class Real> Three<Real> between(const Real* from, const Real* to) noexcept {
+  return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+}
+
+template <class Real> Real dot(const Three<Real>& a, const Three<Real>& b) noexcept {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/// 1 / L, or 0 for a spring without direction, so that it exerts no force and makes no NaN.
+template <class Real> Real inverse_or_zero(Real length) noexcept {
+  return length > static_cast<Real>(zero_length) ? Real(1) / length : Real(0);
+}
+
+template <class Real> void add(Real* f, Real factor, const Three<Real>& d) noexcept {
+  f[0] += factor * d.x;
+  f[1] += factor * d.y;
+  f[2] += factor * d.z;
+}
+
+/// The corrected physics. Returns tension / L.
+template <bool damped, class Real, class Element>
+Real pull(const Element& spring, const Three<Real>& d, const Three<Real>& w) noexcept {
+  const Real length = std::sqrt(dot(d, d));
+  const Real inverse = inverse_or_zero(length);
+  Real tension = spring.stiffness * (length - spring.rest_length);
+  if constexpr (damped) { tension += spring.viscosity * (dot(w, d) * inverse); }
+  return tension * inverse;
+}
+
+template <bool damped, class Real>
+void physical_kernel(SpringSet<Real>& springs, const Real* q, const Real* v, Real* f) noexcept {
+  for (const Link<Real>& s : springs.links) {
+    const Three<Real> d = between(q + s.a, q + s.b);
+    Three<Real> w{};
+    if constexpr (damped) { w = between(v + s.a, v + s.b); }
+    const Real factor = pull<damped>(s, d, w);
+    add(f + s.a, factor, d);
+    add(f + s.b, -factor, d);
+  }
+  for (const Anchor<Real>& s : springs.anchors) {
+    const Three<Real> d = between(q + s.a, s.place);
+    Three<Real> w{};
+    if constexpr (damped) { w = {-v[s.a], -v[s.a + 1], -v[s.a + 2]}; }
+    add(f + s.a, pull<damped>(s, d, w), d);
+  }
+}
+
+/// Any erratum of the force law. Returns the factor of d.
+template <class Real, class Element>
+Real printed_pull(SpringSet<Real>& springs, std::size_t index, const Element& spring,
+                  const Three<Real>& d, const Three<Real>& w) noexcept {
+  const Real length = std::sqrt(dot(d, d));
+  if (!(length > static_cast<Real>(zero_length))) { return length == length ? Real(0) : length; }
+  Real rate = dot(w, d) / length;
+  if (springs.lagged) {
+    rate = (length - springs.previous_length[index]) / springs.lag;
+    springs.previous_length[index] = length;
+  }
+  const Eigen::Matrix<Real, 3, 1> unit(Real(1), Real(0), Real(0));
+  return spring_force<Real>(springs.law, spring.stiffness, spring.viscosity, spring.rest_length,
+                            unit, length, rate)
+      .x();
+}
+
+template <class Real>
+void printed_kernel(SpringSet<Real>& springs, const Real* q, const Real* v, Real* f) noexcept {
+  std::size_t index = 0;
+  for (const Link<Real>& s : springs.links) {
+    const Three<Real> d = between(q + s.a, q + s.b);
+    const Real factor = printed_pull(springs, index++, s, d, between(v + s.a, v + s.b));
+    add(f + s.a, factor, d);
+    add(f + s.b, -factor, d);
+  }
+  for (const Anchor<Real>& s : springs.anchors) {
+    const Three<Real> d = between(q + s.a, s.place);
+    const Three<Real> w{-v[s.a], -v[s.a + 1], -v[s.a + 2]};
+    add(f + s.a, printed_pull(springs, index++, s, d, w), d);
+  }
+}
+
+}  // namespace
+
+template <class Real> SpringKernel<Real> spring_kernel_for(KernelTraits traits) noexcept {
+  if (traits.printed) { return &printed_kernel<Real>; }
+  return traits.damped ? &physical_kernel<true, Real> : &physical_kernel<false, Real>;
+}
+
+template <class Real>
+void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, Real* f) noexcept {
+  const auto factor = [&](const auto& s, const Three<Real>& d, const Three<Real>& relative) {
+    const Real inverse = inverse_or_zero(std::sqrt(dot(d, d)));
+    const Real c = static_cast<Real>(springs.law.scale * springs.law.viscous) * s.viscosity;
+    return c * (dot(relative, d) * inverse) * (springs.law.along_displacement ? Real(1) : inverse);
+  };
+  for (const Link<Real>& s : springs.links) {
+    const Three<Real> d = between(q + s.a, q + s.b);
+    const Real g = factor(s, d, between(w + s.a, w + s.b));
+    add(f + s.a, g, d);
+    add(f + s.b, -g, d);
+  }
+  for (const Anchor<Real>& s : springs.anchors) {
+    const Three<Real> d = between(q + s.a, s.place);
+    add(f + s.a, factor(s, d, Three<Real>{-w[s.a], -w[s.a + 1], -w[s.a + 2]}), d);
+  }
+}
+
+template SpringKernel<double> spring_kernel_for<double>(KernelTraits) noexcept;
+template SpringKernel<float> spring_kernel_for<float>(KernelTraits) noexcept;
+template void add_damping(const SpringSet<double>&, const double*, const double*, double*) noexcept;
+template void add_damping(const SpringSet<float>&, const float*, const float*, float*) noexcept;
+
+template <class Real> std::vector<fans::Kernels<Real>> fan_kernels() {
+  return kernels_here(&fans::avx2_kernels<Real>, &fans::baseline_kernels<Real>);
+}
+
+template <class Real> void SpringFans<Real>::make_quads(const SpringSet<Real>& springs) {
+  long nodes = free_nodes_;
+  for (const Anchor<Real>& s : springs.anchors) { nodes = std::max(nodes, s.b / 3 + 1L); }
+  const auto numbers = static_cast<std::size_t>(fans::quad * nodes);
+  q_.assign(numbers, Real(0));
+  f_.assign(numbers, Real(0));
+  if (damped_) { v_.assign(numbers, Real(0)); }
+  for (const Anchor<Real>& s : springs.anchors) {
+    std::ranges::copy(s.place, q_.begin() + fans::quad * (s.b / 3));
+  }
+}
+
+template <class Real>
+double SpringFans<Real>::add_with(fans::Force<Real> kernel, const Real* q, const Real* v,
+                                  Real* f) noexcept {
+  const fans::View<Real> view{.fans = fans_.data(),
+                              .count = static_cast<long>(fans_.size()),
+                              .partners = partners_.data(),
+                              .numbers = numbers_.data()};
+  if (q_.empty()) { return kernel(view, q, v, f); }
+  kernels_.spread(q, free_nodes_, q_.data());
+  if (damped_) { kernels_.spread(v, free_nodes_, v_.data()); }
+  std::ranges::fill(f_, Real(0));
+  const double energy = kernel(view, q_.data(), v_.data(), f_.data());
+  kernels_.collect(f_.data(), free_nodes_, f);
+  return energy;
+}
+
+template <class Real> void SpringFans<Real>::add_fan(int node, std::span<const Member> members) {
+  const auto lanes = static_cast<std::size_t>(kernels_.lanes);
+  const auto numbers_of_group = lanes * static_cast<std::size_t>(fans::group_numbers(damped_));
+  fans::Fan fan{.node = fans::quad * node};
+  for (; !members.empty(); ++fan.groups) {
+    const std::size_t partner = partners_.size();
+    const std::size_t number = numbers_.size();
+    partners_.resize(partner + lanes, fan.node);
+    numbers_.resize(number + numbers_of_group, Real(0));
+    const std::size_t count = std::min(lanes, members.size());
+    for (std::size_t n = 0; n < count; ++n) {
+      partners_[partner + n] = fans::quad * members[n].partner;
+      numbers_[number + n] = members[n].stiffness;
+      numbers_[number + lanes + n] = members[n].rest_length;
+      if (damped_) { numbers_[number + 2 * lanes + n] = members[n].viscosity; }
+    }
+    members = members.subspan(count);
+  }
+  fans_.push_back(fan);
+}
+
+/// Node by node, each answers for the springs that no earlier one does: as many as fill its groups,
+/// the others are left to the nodes at their other ends.
+template <class Real>
+void SpringFans<Real>::take(const SpringSet<Real>& springs, bool damped, int spacing) {
+  damped_ = damped;
+  force_ = damped ? kernels_.damped : kernels_.undamped;
+  measured_force_ = damped ? kernels_.damped_measured : kernels_.undamped_measured;
+  free_nodes_ = 0;
+  for (const Link<Real>& s : springs.links) {
+    free_nodes_ = std::max(free_nodes_, std::max(s.a, s.b) / spacing + 1L);
+  }
+  for (const Anchor<Real>& s : springs.anchors) {
+    free_nodes_ = std::max(free_nodes_, s.a / spacing + 1L);
+  }
+  if (spacing != fans::quad) { make_quads(springs); }
+  const auto lanes = static_cast<std::size_t>(kernels_.lanes);
+  std::vector<std::vector<Member>> must(static_cast<std::size_t>(free_nodes_));
+  for (const Anchor<Real>& s : springs.anchors) {
+    must[static_cast<std::size_t>(s.a / spacing)].push_back(
+        {s.b / spacing, s.stiffness, s.viscosity, s.rest_length});
+  }
+  std::vector<Link<Real>> links = springs.links;
+  for (Link<Real>& s : links) {
+    const auto [first, last] = std::minmax({s.a / spacing, s.b / spacing});
+    s.a = first;
+    s.b = last;
+  }
+  std::ranges::stable_sort(links, {}, &Link<Real>::a);
+  auto link = links.begin();
+  for (int node = 0; node < static_cast<int>(free_nodes_); ++node) {
+    std::vector<Member> members = std::move(must[static_cast<std::size_t>(node)]);
+    const auto end =
+        std::find_if(link, links.end(), [&](const Link<Real>& s) { return s.a != node; });
+    const std::size_t most = members.size() + static_cast<std::size_t>(end - link);
+    const std::size_t full = most / lanes * lanes;
+    const std::size_t taken = full < members.size() ? most : full;
+    for (; link != end; ++link) {
+      if (members.size() < taken) {
+        members.push_back({link->b, link->stiffness, link->viscosity, link->rest_length});
+      } else {
+        must[static_cast<std::size_t>(link->b)].push_back(
+            {node, link->stiffness, link->viscosity, link->rest_length});
+      }
+    }
+    if (!members.empty()) { add_fan(node, members); }
+  }
+  const auto ahead = lanes * static_cast<std::size_t>(fans::groups_ahead);
+  partners_.resize(partners_.size() + ahead);
+  numbers_.resize(numbers_.size() + ahead * static_cast<std::size_t>(fans::group_numbers(damped_)));
+}
+
+template std::vector<fans::Kernels<double>> fan_kernels<double>();
+template std::vector<fans::Kernels<float>> fan_kernels<float>();
+template class SpringFans<double>;
+template class SpringFans<float>;
+
+}  // namespace palpate

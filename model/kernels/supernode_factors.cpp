@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/kernels/supernode_factors.hpp"
+
+#include <algorithm>
+
+#include "model/kernels/instruction_set.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr Eigen::Index widest = 32;
+/// Share of a panel that may be zeros which a column of its own would not store.
+constexpr double padding = 0.25;
+
+template <class Real> Eigen::Index entries_of(const Eigen::SparseMatrix<Real>& l, Eigen::Index j) {
+  return l.outerIndexPtr()[j + 1] - l.outerIndexPtr()[j];
+}
+
+template <class Real> const int* rows_of(const Eigen::SparseMatrix<Real>& l, Eigen::Index j) {
+  return l.innerIndexPtr() + l.outerIndexPtr()[j];
+}
+
+}  // namespace
+
+std::vector<panels::Kernels> panel_kernels() {
+  return kernels_here(&panels::avx512_kernels, &panels::avx2_kernels, &panels::baseline_kernels);
+}
+
+template <class Real>
+panels::Panel PanelFactors<Real>::panel_at(const Lower& l, Eigen::Index first) const {
+  Eigen::Index width = 1;
+  Eigen::Index stored = entries_of(l, first);
+  // The next column joins if it is the parent in the elimination tree: its rows contain these.
+  for (Eigen::Index next = first + 1; next < l.cols() && width < widest; ++next, ++width) {
+    if (entries_of(l, next - 1) == 0 || *rows_of(l, next - 1) != next) { break; }
+    const Eigen::Index entries = stored + entries_of(l, next);
+    const Eigen::Index full = (width + 1) * width / 2 + (width + 1) * entries_of(l, next);
+    if (static_cast<double>(full - entries) > padding * static_cast<double>(full)) { break; }
+    stored = entries;
+  }
+  const Eigen::Index below = entries_of(l, first + width - 1);
+  const Eigen::Index lanes = kernels_.lanes;
+  return {.first = static_cast<int>(first),
+          .width = static_cast<int>(width),
+          .blocks = static_cast<int>((width + below + lanes - 1) / lanes),
+          .below = static_cast<int>(below),
+          .rows = static_cast<long>(rows_.size()),
+          .values = static_cast<long>(values_.size())};
+}
+
+/// The columns as they are, then times the inverse of their unit lower square, then in tiles.
+template <class Real> void PanelFactors<Real>::store(const Lower& l, const panels::Panel& panel) {
+  const Eigen::Index last = panel.first + panel.width - 1;
+  const int* begin = rows_of(l, last);
+  const int* end = begin + panel.below;
+  rows_.insert(rows_.end(), begin, end);
+  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(panel.blocks * kernels_.lanes, panel.width);
+  full.topRows(panel.width).diagonal().setOnes();
+  for (Eigen::Index j = panel.first; j <= last; ++j) {
+    for (typename Lower::InnerIterator it(l, j); it; ++it) {
+      const Eigen::Index row = it.row() <= last
+                                   ? it.row() - panel.first
+                                   : panel.width + (std::lower_bound(begin, end, it.row()) - begin);
+      full(row, j - panel.first) = static_cast<double>(it.value());
+    }
+  }
+  const Eigen::MatrixXd inverse = full.topRows(panel.width)
+                                      .triangularView<Eigen::UnitLower>()
+                                      .solve(Eigen::MatrixXd::Identity(panel.width, panel.width));
+  full.bottomRows(full.rows() - panel.width) *= inverse;
+  full.topRows(panel.width) = inverse;
+  for (Eigen::Index tile = 0; tile < panel.width; tile += panels::tile) {
+    const Eigen::Index columns = std::min<Eigen::Index>(panels::tile, panel.width - tile);
+    for (Eigen::Index row = 0; row < full.rows(); row += kernels_.lanes) {
+      const Eigen::MatrixXf block = full.block(row, tile, kernels_.lanes, columns).cast<float>();
+      values_.insert(values_.end(), block.data(), block.data() + block.size());
+    }
+  }
+}
+
+template <class Real> void PanelFactors<Real>::take(const Factors& factors) {
+  const Lower& l = factors.matrixL().nestedExpression();
+  const Eigen::Index n = l.cols();
+  panels_.clear();
+  rows_.clear();
+  values_.clear();
+  int highest = 0;
+  for (Eigen::Index first = 0; first < n; first += panels_.back().width) {
+    panels_.push_back(panel_at(l, first));
+    store(l, panels_.back());
+    highest = std::max(highest, panels_.back().blocks);
+  }
+  order_ = factors.permutationP().indices();
+  if (order_.size() == 0) { order_.setLinSpaced(n, 0, static_cast<int>(n) - 1); }
+  inverse_pivots_ = factors.vectorD().cwiseInverse().template cast<float>();
+  usable_ =
+      inverse_pivots_.allFinite() &&
+      Eigen::Map<const Eigen::VectorXf>(values_.data(), static_cast<Eigen::Index>(values_.size()))
+          .allFinite();
+  y_.setZero(n);
+  work_.setZero(highest * kernels_.lanes);
+}
+
+template <class Real>
+void PanelFactors<Real>::solve(const Vector<Real>& right, Vector<Real>& out) noexcept {
+  for (Eigen::Index i = 0; i < right.size(); ++i) { y_(order_(i)) = static_cast<float>(right(i)); }
+  kernels_.solve({.panels = panels_.data(),
+                  .count = static_cast<long>(panels_.size()),
+                  .rows = rows_.data(),
+                  .values = values_.data(),
+                  .inverse_pivots = inverse_pivots_.data(),
+                  .size = static_cast<long>(y_.size())},
+                 y_.data(), work_.data());
+  for (Eigen::Index i = 0; i < right.size(); ++i) { out(i) = static_cast<Real>(y_(order_(i))); }
+}
+
+template class PanelFactors<double>;
+template class PanelFactors<float>;
+
+}  // namespace palpate

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The triangular solves in panels for one instruction set (model/EQUATIONS.md, "Panels of a
+/// factorisation"). Included by one source file per instruction set; includes no code that other
+/// files compile too.
+
+#include <xsimd/xsimd.hpp>
+
+#include "model/kernels/kernel_views.hpp"
+#include "model/kernels/simd.hpp"
+
+namespace palpate::panels {
+
+template <class Arch> struct Lanes {
+  using Batch = xsimd::batch<float, Arch>;
+  static constexpr long count = static_cast<long>(Batch::size);
+};
+
+/// sums += tile x, `columns` of it. Two sums a block, so that they do not wait for each other.
+template <int columns, class Arch>
+void add_rows(const float* values, long blocks, const float* x, float* sums) noexcept {
+  using Batch = typename Lanes<Arch>::Batch;
+  constexpr long lanes = Lanes<Arch>::count;
+  Batch share[columns];
+  for (int c = 0; c < columns; ++c) { share[c] = Batch(x[c]); }
+  for (long b = 0; b < blocks; ++b, values += columns * lanes) {
+    Batch even = Batch::load_unaligned(sums + b * lanes);
+    Batch odd(0.0F);
+    for (int c = 0; c < columns; c += 2) {
+      even = fused::add(Batch::load_unaligned(values + c * lanes), share[c], even);
+      if (c + 1 < columns) {
+        odd = fused::add(Batch::load_unaligned(values + (c + 1) * lanes), share[c + 1], odd);
+      }
+    }
+    (even + odd).store_unaligned(sums + b * lanes);
+  }
+}
+
+/// x = tile^T of the rows in `from`.
+template <int columns, class Arch>
+void sum_columns(const float* values, long blocks, const float* from, float* x) noexcept {
+  using Batch = typename Lanes<Arch>::Batch;
+  constexpr long lanes = Lanes<Arch>::count;
+  Batch sums[columns];
+  for (int c = 0; c < columns; ++c) { sums[c] = Batch(0.0F); }
+  for (long b = 0; b < blocks; ++b, values += columns * lanes) {
+    const Batch rows = Batch::load_unaligned(from + b * lanes);
+    for (int c = 0; c < columns; ++c) {
+      sums[c] = fused::add(Batch::load_unaligned(values + c * lanes), rows, sums[c]);
+    }
+  }
+  for (int c = 0; c < columns; ++c) { x[c] = xsimd::hadd(sums[c]); }
+}
+
+using TileKernel = void (*)(const float* values, long blocks, const float* from,
+                            float* to) noexcept;
+
+/// By the number of columns, less one.
+template <class Arch> struct Tiles {
+  static constexpr TileKernel add[tile] = {
+      &add_rows<1, Arch>, &add_rows<2, Arch>, &add_rows<3, Arch>, &add_rows<4, Arch>,
+      &add_rows<5, Arch>, &add_rows<6, Arch>, &add_rows<7, Arch>, &add_rows<8, Arch>};
+  static constexpr TileKernel sum[tile] = {
+      &sum_columns<1, Arch>, &sum_columns<2, Arch>, &sum_columns<3, Arch>, &sum_columns<4, Arch>,
+      &sum_columns<5, Arch>, &sum_columns<6, Arch>, &sum_columns<7, Arch>, &sum_columns<8, Arch>};
+};
+
+template <class Arch>
+void forward(const View& view, const Panel& panel, float* y, float* work) noexcept {
+  constexpr long lanes = Lanes<Arch>::count;
+  for (long i = 0; i < panel.blocks * lanes; ++i) { work[i] = 0.0F; }
+  const float* values = view.values + panel.values;
+  float* x = y + panel.first;
+  for (int c = 0; c < panel.width; c += tile) {
+    const int columns = panel.width - c < tile ? panel.width - c : tile;
+    Tiles<Arch>::add[columns - 1](values, panel.blocks, x + c, work);
+    values += static_cast<long>(columns) * panel.blocks * lanes;
+  }
+  for (int i = 0; i < panel.width; ++i) { x[i] = work[i]; }
+  const int* rows = view.rows + panel.rows;
+  const float* below = work + panel.width;
+  for (int i = 0; i < panel.below; ++i) { y[rows[i]] -= below[i]; }
+}
+
+template <class Arch>
+void backward(const View& view, const Panel& panel, float* y, float* work) noexcept {
+  constexpr long lanes = Lanes<Arch>::count;
+  float* x = y + panel.first;
+  for (int i = 0; i < panel.width; ++i) { work[i] = x[i]; }
+  const int* rows = view.rows + panel.rows;
+  float* below = work + panel.width;
+  for (int i = 0; i < panel.below; ++i) { below[i] = -y[rows[i]]; }
+  for (long i = panel.width + panel.below; i < panel.blocks * lanes; ++i) { work[i] = 0.0F; }
+  const float* values = view.values + panel.values;
+  for (int c = 0; c < panel.width; c += tile) {
+    const int columns = panel.width - c < tile ? panel.width - c : tile;
+    Tiles<Arch>::sum[columns - 1](values, panel.blocks, work, x + c);
+    values += static_cast<long>(columns) * panel.blocks * lanes;
+  }
+}
+
+template <class Arch> void solve(const View& view, float* y, float* work) noexcept {
+  for (long p = 0; p < view.count; ++p) { forward<Arch>(view, view.panels[p], y, work); }
+  for (long i = 0; i < view.size; ++i) { y[i] *= view.inverse_pivots[i]; }
+  for (long p = view.count; p-- > 0;) { backward<Arch>(view, view.panels[p], y, work); }
+}
+
+template <class Arch> Kernels kernels_for(const char* name) noexcept {
+  return {.name = name, .lanes = static_cast<int>(Lanes<Arch>::count), .solve = &solve<Arch>};
+}
+
+}  // namespace palpate::panels

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The line of a needle through a network: which nodes move with it and what it cuts and rubs
+/// against (model/EQUATIONS.md, "Needle line"). A probe is a path of one knot.
+
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/problem/scene.hpp"
+
+namespace palpate {
+
+/// What fills the line from `begin` to `end`, along the undeformed line from the skin [m].
+struct PathInterval {
+  double begin = 0.0;
+  double end = std::numeric_limits<double>::infinity();
+  double cutting_force = 0.0;  ///< [N]
+  double friction = 0.0;       ///< [N/m] per metre of shaft
+  TissueRole role = TissueRole::tissue;
+  std::string label{};  ///< of the layer, or its material's name
+};
+
+/// A material between two depths, under a label.
+PathInterval interval_in(const Material& material, std::string label, double begin, double end);
+
+/// Materials along entry + xi n in order of xi, from the skin for ever: layers, the lattice's
+/// material, inclusions, or the boxes of voxels. `first` is where the tissue begins (layers of a
+/// bare network count from it).
+std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
+                                          const Eigen::Vector3d& direction, double first);
+
+/// What the tissue at a point is called, as intervals_along calls it on the line along z through
+/// the point.
+std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first);
+
+struct NodeGrid;  // node_grid.hpp
+
+class NeedlePath {
+ public:
+  struct Support {
+    int node = 0;
+    double weight = 0.0;  ///< of a knot sum to one
+  };
+  struct Knot {
+    double depth = 0.0;     ///< xi_k on the undeformed line [m]
+    std::size_t first = 0;  ///< of its supports
+    std::size_t count = 0;
+  };
+  /// A material point between two knots: (1 - share) of knot and share of knot + 1.
+  struct Place {
+    std::size_t knot = 0;
+    double share = 0.0;
+  };
+
+  /// Throws std::invalid_argument where no node lies near the line.
+  static NeedlePath of_needle(const Scene& scene, const SpringNetwork& network);
+  static NeedlePath of_probe(const Scene& scene, const SpringNetwork& network);
+
+  [[nodiscard]] const Eigen::Vector3d& origin() const { return origin_; }        ///< at s = 0 [m]
+  [[nodiscard]] const Eigen::Vector3d& direction() const { return direction_; }  ///< n
+  [[nodiscard]] const std::vector<Knot>& knots() const { return knots_; }
+  [[nodiscard]] std::span<const Support> supports(const Knot& knot) const {
+    return {supports_.data() + knot.first, knot.count};
+  }
+  [[nodiscard]] const std::vector<PathInterval>& intervals() const { return intervals_; }
+  /// Where bone begins [m]; infinite without.
+  [[nodiscard]] double bone() const { return bone_; }
+
+  [[nodiscard]] Place place(double depth) const noexcept;
+  /// Index of the interval that holds the point at `depth`, an end belonging to the next.
+  [[nodiscard]] std::size_t interval_at(double depth) const noexcept;
+  /// Largest friction of a shaft with its tip at `depth`, l_k of each knot [N], and their sum.
+  double friction(double depth, std::span<double> of_knot) const noexcept;
+
+ private:
+  /// Stretch between two knots within one interval, with what friction it brings to either.
+  struct Piece {
+    double begin = 0.0;
+    double end = 0.0;
+    double friction = 0.0;  ///< [N/m]
+    std::size_t knot = 0;   ///< before it
+  };
+  void add_knot(double depth, const std::vector<Support>& supports);
+  void lattice_knots(const Scene& scene, const SpringNetwork& network);
+  void grid_knots(const NodeGrid& grid);
+  void network_knots(const SpringNetwork& network);
+  void cut_into_pieces();
+
+  Eigen::Vector3d origin_{0.0, 0.0, 0.0};
+  Eigen::Vector3d direction_{0.0, 0.0, 1.0};
+  std::vector<Knot> knots_;
+  std::vector<Support> supports_;
+  std::vector<PathInterval> intervals_;
+  std::vector<Piece> pieces_;
+  double bone_ = std::numeric_limits<double>::infinity();
+};
+
+/// What a scene's tool meets; the scene has a needle or a probe.
+NeedlePath tool_path(const Scene& scene, const SpringNetwork& network);
+
+}  // namespace palpate

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/problem/problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "model/problem/spring_law.hpp"
+#include "model/tissue/network_builder.hpp"
+
+namespace palpate {
+
+double load_factor(const Load& load, double t, double gate) noexcept {
+  if (gate < load.start || gate >= load.end) { return 0.0; }
+  if (load.profile == Profile::constant) { return 1.0; }
+  const double phase = (t - load.start) / (load.end - load.start);
+  return load.profile == Profile::ramp ? phase : std::sin(std::numbers::pi * phase);
+}
+
+std::unique_ptr<Problem> make_problem(const Scene& scene) {
+  if (scene.tissue.source == Source::oscillator) {
+    return std::make_unique<OscillatorProblem>(scene.tissue.oscillator);
+  }
+  SpringNetwork network = build_network(scene);
+  std::vector<Load> loads = resolve_loads(scene, network);
+  return std::make_unique<NetworkProblem>(std::move(network), std::move(loads),
+                                          scene.tissue.gravity, scene.simulation.printed);
+}
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Vector3d at_node(const Eigen::Ref<const Eigen::VectorXd>& q, Eigen::Index first,
+                 const NodeVectors& fallback, int node) {
+  return first < 0 ? Vector3d(fallback.col(node)) : Vector3d(q.segment<3>(first));
+}
+
+/// Derivatives of the force on end a: with respect to d, and with respect to the relative velocity.
+struct SpringGradient {
+  Matrix3d position;
+  Matrix3d velocity;
+};
+
+SpringGradient spring_gradient(const SpringLaw& law, const Spring& spring, const Vector3d& d,
+                               const Vector3d& relative_velocity) {
+  const double length = d.norm();
+  if (length < zero_length) { return {Matrix3d::Zero(), Matrix3d::Zero()}; }
+  const Vector3d u = d / length;
+  const double rate = relative_velocity.dot(u);
+  const double tension = law.elastic * spring.stiffness * (length - spring.rest_length) +
+                         law.viscous * spring.viscosity * rate;
+  const Vector3d tension_gradient =
+      law.elastic * spring.stiffness * u +
+      law.viscous * spring.viscosity / length * (relative_velocity - rate * u);
+  const Matrix3d across = Matrix3d::Identity() - u * u.transpose();
+  const Vector3d e = law.along_displacement ? d : u;
+  const Matrix3d e_gradient =
+      law.along_displacement ? Matrix3d(Matrix3d::Identity()) : Matrix3d(across / length);
+  return {law.scale * (e * tension_gradient.transpose() + tension * e_gradient),
+          law.scale * law.viscous * spring.viscosity * e * u.transpose()};
+}
+
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+/// Adds the 3x3 blocks of one spring; coordinates below zero belong to fixed nodes.
+void add_blocks(Triplets& triplets, Eigen::Index a, Eigen::Index b, const Matrix3d& block) {
+  const auto add = [&](Eigen::Index row, Eigen::Index column, double sign) {
+    if (row < 0 || column < 0) { return; }
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) {
+        triplets.emplace_back(static_cast<int>(row + r), static_cast<int>(column + c),
+                              sign * block(r, c));
+      }
+    }
+  };
+  add(a, a, 1.0);
+  add(b, b, 1.0);
+  add(a, b, -1.0);
+  add(b, a, -1.0);
+}
+
+}  // namespace
+
+NetworkProblem::NetworkProblem(SpringNetwork network, std::vector<Load> loads,
+                               const Eigen::Vector3d& gravity, const PrintedForm& printed)
+    : network_(std::move(network)), loads_(std::move(loads)), gravity_(gravity), printed_(printed) {
+  if (network_.initial_displacement.cols() > 0) { displaced_ = network_.initial_position(); }
+  const int nodes = static_cast<int>(network_.node_count());
+  coordinate_.assign(static_cast<std::size_t>(nodes), -1);
+  for (int i = 0; i < nodes; ++i) {
+    if (network_.is_fixed(i)) { continue; }
+    coordinate_[static_cast<std::size_t>(i)] = dof();
+    free_.push_back(i);
+  }
+  mass_.resize(dof());
+  for (const int i : free_) { mass_.segment<3>(coordinate(i)).setConstant(network_.mass(i)); }
+}
+
+std::size_t NetworkProblem::memory_bytes() const {
+  const SpringNetwork& n = network_;
+  const Eigen::Index numbers = n.rest_position.size() + n.initial_displacement.size() +
+                               n.initial_velocity.size() + n.mass.size() + displaced_.size() +
+                               mass_.size();
+  return static_cast<std::size_t>(numbers) * sizeof(double) + n.fixed.capacity() +
+         n.springs.memory_bytes() + free_.capacity() * sizeof(int) +
+         coordinate_.capacity() * sizeof(Eigen::Index);
+}
+
+Eigen::VectorXd NetworkProblem::initial_position() const {
+  Eigen::VectorXd q(dof());
+  for (const int i : free_) { q.segment<3>(coordinate(i)) = held_position().col(i); }
+  return q;
+}
+
+Eigen::VectorXd NetworkProblem::initial_velocity() const {
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(dof());
+  if (network_.initial_velocity.cols() == 0) { return v; }
+  for (const int i : free_) { v.segment<3>(coordinate(i)) = network_.initial_velocity.col(i); }
+  return v;
+}
+
+void NetworkProblem::force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
+                           const Eigen::Ref<const Eigen::VectorXd>& v,
+                           Eigen::Ref<Eigen::VectorXd> f) const {
+  const SpringLaw law = SpringLaw::from(printed_);
+  const Vector3d still = Vector3d::Zero();
+  f.setZero();
+  for (const Spring& spring : network_.springs) {
+    const Eigen::Index a = coordinate(spring.a);
+    const Eigen::Index b = coordinate(spring.b);
+    const Vector3d d =
+        at_node(q, b, held_position(), spring.b) - at_node(q, a, held_position(), spring.a);
+    const double length = d.norm();
+    if (length < zero_length) { continue; }
+    const Vector3d velocity_a = a < 0 ? still : Vector3d(v.segment<3>(a));
+    const Vector3d velocity_b = b < 0 ? still : Vector3d(v.segment<3>(b));
+    const double rate = (velocity_b - velocity_a).dot(d) / length;
+    const Vector3d on_a = spring_force<double>(law, spring.stiffness, spring.viscosity,
+                                               spring.rest_length, d, length, rate);
+    if (a >= 0) { f.segment<3>(a) += on_a; }
+    if (b >= 0) { f.segment<3>(b) -= on_a; }
+  }
+  for (const Load& load : loads_) {
+    const double factor = load_factor(load, t, gate);
+    if (factor == 0.0) { continue; }
+    for (const int node : load.nodes) {
+      if (const Eigen::Index c = coordinate(node); c >= 0) {
+        f.segment<3>(c) += factor * load.force;
+      }
+    }
+  }
+  if (!gravity_.isZero()) {
+    for (const int i : free_) { f.segment<3>(coordinate(i)) += network_.mass(i) * gravity_; }
+  }
+}
+
+void NetworkProblem::jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
+                              const Eigen::Ref<const Eigen::VectorXd>& v,
+                              Eigen::SparseMatrix<double>& stiffness,
+                              Eigen::SparseMatrix<double>& damping) const {
+  const SpringLaw law = SpringLaw::from(printed_);
+  const Vector3d still = Vector3d::Zero();
+  Triplets position_triplets;
+  Triplets velocity_triplets;
+  position_triplets.reserve(36 * network_.springs.size());
+  velocity_triplets.reserve(36 * network_.springs.size());
+  for (const Spring& spring : network_.springs) {
+    const Eigen::Index a = coordinate(spring.a);
+    const Eigen::Index b = coordinate(spring.b);
+    const Vector3d d =
+        at_node(q, b, held_position(), spring.b) - at_node(q, a, held_position(), spring.a);
+    const Vector3d velocity_a = a < 0 ? still : Vector3d(v.segment<3>(a));
+    const Vector3d velocity_b = b < 0 ? still : Vector3d(v.segment<3>(b));
+    const SpringGradient gradient = spring_gradient(law, spring, d, velocity_b - velocity_a);
+    add_blocks(position_triplets, a, b, gradient.position);
+    add_blocks(velocity_triplets, a, b, gradient.velocity);
+  }
+  for (Eigen::Index i = 0; i < dof(); i += 3) {  // free nodes without springs keep their block
+    add_blocks(position_triplets, i, -1, Matrix3d::Zero());
+    add_blocks(velocity_triplets, i, -1, Matrix3d::Zero());
+  }
+  stiffness.resize(dof(), dof());
+  damping.resize(dof(), dof());
+  stiffness.setFromTriplets(position_triplets.begin(), position_triplets.end());
+  damping.setFromTriplets(velocity_triplets.begin(), velocity_triplets.end());
+}
+
+std::vector<double> NetworkProblem::breaks() const {
+  std::vector<double> instants;
+  for (const Load& load : loads_) {
+    for (const double t : {load.start, load.end}) {
+      if (t > 0.0 && std::isfinite(t)) { instants.push_back(t); }
+    }
+  }
+  std::sort(instants.begin(), instants.end());
+  instants.erase(std::unique(instants.begin(), instants.end()), instants.end());
+  return instants;
+}
+
+double NetworkProblem::shortest_feature() const {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const Load& load : loads_) { shortest = std::min(shortest, load.end - load.start); }
+  return shortest;
+}
+
+double NetworkProblem::energy(const Eigen::Ref<const Eigen::VectorXd>& q,
+                              const Eigen::Ref<const Eigen::VectorXd>& v) const {
+  double energy = 0.5 * v.cwiseAbs2().dot(mass_);
+  for (const Spring& spring : network_.springs) {
+    const Vector3d d = at_node(q, coordinate(spring.b), held_position(), spring.b) -
+                       at_node(q, coordinate(spring.a), held_position(), spring.a);
+    const double extension = d.norm() - spring.rest_length;
+    energy += 0.5 * spring.stiffness * extension * extension;
+  }
+  for (const int i : free_) {
+    energy -= network_.mass(i) * gravity_.dot(q.segment<3>(coordinate(i)));
+  }
+  return energy;
+}
+
+OscillatorProblem::OscillatorProblem(const Oscillator& oscillator)
+    : oscillator_(oscillator), mass_(Eigen::VectorXd::Constant(1, oscillator.mass)) {}
+
+Eigen::VectorXd OscillatorProblem::initial_position() const {
+  return Eigen::VectorXd::Constant(1, oscillator_.displacement);
+}
+
+Eigen::VectorXd OscillatorProblem::initial_velocity() const {
+  return Eigen::VectorXd::Constant(1, oscillator_.velocity);
+}
+
+void OscillatorProblem::force(double t, double /*gate*/, const Eigen::Ref<const Eigen::VectorXd>& q,
+                              const Eigen::Ref<const Eigen::VectorXd>& v,
+                              Eigen::Ref<Eigen::VectorXd> f) const {
+  f(0) = oscillator_.drive_amplitude * std::cos(oscillator_.drive_frequency * t) -
+         oscillator_.stiffness * q(0) - oscillator_.viscosity * v(0);
+}
+
+void OscillatorProblem::jacobian(const Eigen::Ref<const Eigen::VectorXd>& /*q*/,
+                                 const Eigen::Ref<const Eigen::VectorXd>& /*v*/,
+                                 Eigen::SparseMatrix<double>& stiffness,
+                                 Eigen::SparseMatrix<double>& damping) const {
+  for (auto* matrix : {&stiffness, &damping}) {
+    matrix->resize(1, 1);
+    matrix->insert(0, 0) = matrix == &stiffness ? oscillator_.stiffness : oscillator_.viscosity;
+    matrix->makeCompressed();
+  }
+}
+
+double OscillatorProblem::shortest_feature() const {
+  if (oscillator_.drive_amplitude == 0.0 || oscillator_.drive_frequency == 0.0) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return 2.0 * std::numbers::pi / std::abs(oscillator_.drive_frequency);
+}
+
+double OscillatorProblem::energy(const Eigen::Ref<const Eigen::VectorXd>& q,
+                                 const Eigen::Ref<const Eigen::VectorXd>& v) const {
+  return 0.5 * oscillator_.mass * v(0) * v(0) + 0.5 * oscillator_.stiffness * q(0) * q(0);
+}
+
+}  // namespace palpate

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/problem/spring_network.hpp"
+
+#include <algorithm>
+
+namespace palpate {
+
+SpringList::SpringList(std::span<const Spring> springs) {
+  for (const Spring& spring : springs) { push_back(spring); }
+  settle();
+  runs_.shrink_to_fit();
+  bonds_.shrink_to_fit();
+}
+
+void SpringList::push_back(const Spring& spring) {
+  if (!open_ || spring.a != runs_.back().first_node) {
+    settle();
+    runs_.push_back({.first_node = spring.a,
+                     .nodes = 1,
+                     .first_bond = static_cast<std::uint32_t>(bonds_.size()),
+                     .first_spring = size_});
+    open_ = true;
+  }
+  bonds_.push_back({spring.b - spring.a, spring.stiffness, spring.viscosity, spring.rest_length});
+  ++runs_.back().bonds;
+  ++size_;
+}
+
+bool SpringList::same(const Pattern& known, const Run& run) const {
+  const auto pattern = std::span(bonds_).subspan(known.first_bond, known.bonds);
+  return std::ranges::equal(pattern, bonds(run));
+}
+
+/// All springs of the last run's node are there: where it has those of a node before it, they are
+/// kept there.
+void SpringList::settle() {
+  if (!open_) { return; }
+  open_ = false;
+  Run& last = runs_.back();
+  const auto known =
+      std::ranges::find_if(recent_, [&](const Pattern& pattern) { return same(pattern, last); });
+  if (known == recent_.end()) {
+    recent_[next_recent_++ % recent_.size()] = {last.first_bond, last.bonds};
+    return;
+  }
+  bonds_.resize(last.first_bond);
+  last.first_bond = known->first_bond;
+  if (runs_.size() < 2) { return; }
+  Run& before = runs_[runs_.size() - 2];
+  const bool alike = before.first_bond == last.first_bond && before.bonds == last.bonds;
+  if (alike && before.first_node + before.nodes == last.first_node) {
+    ++before.nodes;
+    runs_.pop_back();
+  }
+}
+
+std::vector<Spring> SpringList::listed() const {
+  std::vector<Spring> all;
+  all.reserve(size_);
+  for (const Spring& spring : *this) { all.push_back(spring); }
+  return all;
+}
+
+Spring SpringList::operator[](std::size_t n) const {
+  const auto after = std::ranges::upper_bound(runs_, n, {}, &Run::first_spring);
+  const Run& run = *(after - 1);
+  const std::size_t within = n - run.first_spring;
+  return spring_of(run.first_node + static_cast<int>(within / run.bonds),
+                   bonds(run)[within % run.bonds]);
+}
+
+bool is_damped(const SpringList& springs) {
+  return std::ranges::any_of(springs.kinds(),
+                             [](const SpringList::Bond& bond) { return bond.viscosity != 0.0; });
+}
+
+}  // namespace palpate

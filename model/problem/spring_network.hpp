@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Springs in their order. Nodes that follow each other with the same springs, as most of a
+/// lattice's do, keep them once: a lattice of a million nodes takes a megabyte, and a network whose
+/// springs all differ less than twice their size.
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <initializer_list>
+#include <iterator>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+/// A spring with its damper: force on node a is (k (L - L0) + c L') u, u from a to b.
+struct Spring {
+  int a = 0;
+  int b = 0;
+  double stiffness = 0.0;    ///< k  [N/m]
+  double viscosity = 0.0;    ///< c  [N s/m]
+  double rest_length = 0.0;  ///< L0 [m]
+};
+
+class SpringList {
+ public:
+  /// A spring as its node a sees it.
+  struct Bond {
+    int to = 0;  ///< b - a
+    double stiffness = 0.0;
+    double viscosity = 0.0;
+    double rest_length = 0.0;
+    bool operator==(const Bond&) const = default;
+  };
+  /// Nodes first_node, first_node + 1, ... with the same bonds: by node, then by bond.
+  struct Run {
+    int first_node = 0;
+    int nodes = 0;
+    std::uint32_t first_bond = 0;
+    std::uint32_t bonds = 0;
+    std::size_t first_spring = 0;  ///< its place in the list
+  };
+  class Iterator;
+  using value_type = Spring;
+  using const_iterator = Iterator;
+
+  SpringList() = default;
+  SpringList(std::initializer_list<Spring> springs)
+      : SpringList(std::span(springs.begin(), springs.size())) {}
+  SpringList(const std::vector<Spring>& springs) : SpringList(std::span(springs)) {}
+  explicit SpringList(std::span<const Spring> springs);
+
+  void push_back(const Spring& spring);
+  /// Calls change(std::vector<Spring>&) and keeps what it left.
+  template <class Change> void edit(Change change) {
+    std::vector<Spring> all = listed();
+    change(all);
+    *this = SpringList(all);
+  }
+  /// Calls change(Spring&) for each.
+  template <class Change> void change_each(Change change) {
+    edit([&](std::vector<Spring>& all) {
+      for (Spring& spring : all) { change(spring); }
+    });
+  }
+  [[nodiscard]] std::vector<Spring> listed() const;
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] Spring operator[](std::size_t n) const;  ///< n < size()
+  [[nodiscard]] Spring back() const { return (*this)[size_ - 1]; }
+  [[nodiscard]] Iterator begin() const;
+  [[nodiscard]] Iterator end() const;
+
+  [[nodiscard]] std::span<const Run> runs() const { return runs_; }
+  [[nodiscard]] std::span<const Bond> bonds(const Run& run) const {
+    return std::span(bonds_).subspan(run.first_bond, run.bonds);
+  }
+  /// Every bond that some node has, at least once.
+  [[nodiscard]] std::span<const Bond> kinds() const { return bonds_; }
+  static Spring spring_of(int node, const Bond& bond) {
+    return {node, node + bond.to, bond.stiffness, bond.viscosity, bond.rest_length};
+  }
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return runs_.capacity() * sizeof(Run) + bonds_.capacity() * sizeof(Bond);
+  }
+
+ private:
+  /// Bonds that later nodes may have too.
+  struct Pattern {
+    std::uint32_t first_bond = 0;
+    std::uint32_t bonds = 0;
+  };
+  void settle();
+  [[nodiscard]] bool same(const Pattern& known, const Run& run) const;
+
+  std::vector<Run> runs_{};
+  std::vector<Bond> bonds_{};
+  std::size_t size_ = 0;
+  bool open_ = false;                ///< the last run may get further bonds
+  std::array<Pattern, 9> recent_{};  ///< as many as a layer of a lattice has
+  std::size_t next_recent_ = 0;
+};
+
+[[nodiscard]] bool is_damped(const SpringList& springs);
+
+class SpringList::Iterator {
+ public:
+  using iterator_concept = std::forward_iterator_tag;
+  using iterator_category = std::input_iterator_tag;
+  using value_type = Spring;
+  using difference_type = std::ptrdiff_t;
+  using reference = Spring;
+
+  Iterator() = default;
+  Iterator(const Run* run, const Bond* bonds) : bonds_(bonds), run_(run) {}
+  Spring operator*() const {
+    return spring_of(run_->first_node + node_, bonds_[run_->first_bond + bond_]);
+  }
+  Iterator& operator++() {
+    if (++bond_ == run_->bonds) {
+      bond_ = 0;
+      if (++node_ == run_->nodes) {
+        node_ = 0;
+        ++run_;
+      }
+    }
+    return *this;
+  }
+  Iterator operator++(int) {
+    Iterator before = *this;
+    ++*this;
+    return before;
+  }
+  bool operator==(const Iterator& other) const {
+    return bond_ == other.bond_ && node_ == other.node_ && run_ == other.run_;
+  }
+
+ private:
+  const Bond* bonds_ = nullptr;
+  const Run* run_ = nullptr;
+  int node_ = 0;
+  std::uint32_t bond_ = 0;
+};
+
+inline auto SpringList::begin() const -> Iterator { return {runs_.data(), bonds_.data()}; }
+inline auto SpringList::end() const -> Iterator {
+  return {runs_.data() + runs_.size(), bonds_.data()};
+}
+
+// Tissue as point masses joined by spring-dampers (model/EQUATIONS.md, "Network").
+// Built once (lattice.hpp, or read from files) and never changed afterwards, so that
+// simulations and references can share it.
+
+using NodeVectors = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< one column per node
+
+struct SpringNetwork {
+  NodeVectors rest_position{};         ///< X   [m]
+  NodeVectors initial_displacement{};  ///< x(0) - X [m]; no columns: all zero
+  NodeVectors initial_velocity{};      ///< x'(0) [m/s]; no columns: all zero
+  Eigen::VectorXd mass{};              ///< [kg]
+  std::vector<std::uint8_t> fixed{};   ///< 1: the node never moves
+  SpringList springs{};
+
+  [[nodiscard]] Eigen::Index node_count() const { return rest_position.cols(); }
+  [[nodiscard]] bool is_fixed(int node) const { return fixed[static_cast<std::size_t>(node)] != 0; }
+  [[nodiscard]] Eigen::Vector3d initial_place(int node) const {  ///< x(0) of one node [m]
+    if (initial_displacement.cols() == 0) { return rest_position.col(node); }
+    return rest_position.col(node) + initial_displacement.col(node);
+  }
+  [[nodiscard]] NodeVectors initial_position() const {
+    if (initial_displacement.cols() == 0) { return rest_position; }
+    return rest_position + initial_displacement;
+  }
+};
+
+}  // namespace palpate

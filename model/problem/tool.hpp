@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What the hand prescribes over time: the tool's place, or a force on it (model/EQUATIONS.md,
+/// "Tool forces"). Everything is laid out on construction; asking allocates nothing.
+
+#include <span>
+#include <vector>
+
+#include "model/problem/scene.hpp"
+
+namespace palpate {
+
+/// Piecewise linear place s(t) of a prescribed trajectory. Before `start` and after the last vertex
+/// it rests.
+class Trajectory {
+ public:
+  struct Vertex {
+    double time = 0.0;   ///< [s]
+    double place = 0.0;  ///< s [m]
+  };
+  /// Vertices up to `duration`.
+  Trajectory(const Drive& drive, double duration);
+  [[nodiscard]] double place(double t) const noexcept;
+  [[nodiscard]] std::span<const Vertex> vertices() const { return vertices_; }
+
+ private:
+  std::vector<Vertex> vertices_;
+};
+
+/// Force of the hand along the needle [N], positive into the tissue, without its viscosity.
+double hand_force(const Drive& drive, double t) noexcept;
+
+// Pressure of the fluid behind the needle's tip (model/EQUATIONS.md, "Syringe").
+
+class SyringePressure {
+ public:
+  explicit SyringePressure(const Syringe& syringe) : syringe_(syringe) {}
+
+  /// h seconds on, with the tip in open air or in tissue of this role; exact for constant outflow.
+  void advance(double h, bool in_tissue, TissueRole role) noexcept;
+  [[nodiscard]] double pressure() const noexcept { return pressure_; }  ///< gauge [Pa]
+  [[nodiscard]] double thumb() const noexcept {
+    return pressure_ * syringe_.plunger_area;
+  }  ///< [N]
+
+ private:
+  Syringe syringe_;
+  double pressure_ = 0.0;
+};
+
+/// R [Pa s/m^3] where the tip is.
+double outflow_resistance(const Syringe& syringe, bool in_tissue, TissueRole role) noexcept;
+
+}  // namespace palpate

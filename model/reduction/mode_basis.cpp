@@ -1,0 +1,477 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/reduction/mode_basis.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+namespace palpate {
+
+namespace {
+
+class Pushes {
+ public:
+  explicit Pushes(const NetworkProblem& problem) : problem_(problem) {}
+
+  void add(const NeedlePath& path) {
+    for (const NeedlePath::Knot& knot : path.knots()) {
+      std::vector<NeedlePath::Support> on;
+      for (const NeedlePath::Support& support : path.supports(knot)) { add_free(support, on); }
+      for (int axis = 0; axis < 3; ++axis) { add(on, Eigen::Vector3d::Unit(axis)); }
+    }
+  }
+  void add(const Load& load) {
+    if (load.force.isZero(0.0)) { return; }
+    std::vector<NeedlePath::Support> on;
+    for (const int node : load.nodes) { add_free({.node = node, .weight = 1.0}, on); }
+    add(std::move(on), load.force.normalized());
+  }
+  std::vector<Push> take() { return std::move(pushes_); }
+
+ private:
+  void add_free(const NeedlePath::Support& support, std::vector<NeedlePath::Support>& on) const {
+    if (problem_.coordinate(support.node) >= 0) { on.push_back(support); }
+  }
+  void add(std::vector<NeedlePath::Support> on, const Eigen::Vector3d& direction) {
+    if (!on.empty()) { pushes_.push_back({.on = std::move(on), .direction = direction}); }
+  }
+
+  const NetworkProblem& problem_;
+  std::vector<Push> pushes_{};
+};
+
+}  // namespace
+
+std::vector<Push> pushes_of(const Scene& scene, const NetworkProblem& problem) {
+  Pushes pushes(problem);
+  if (scene.needle || scene.probe) { pushes.add(tool_path(scene, problem.network())); }
+  for (const Load& load : problem.loads()) { pushes.add(load); }
+  return pushes.take();
+}
+
+std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network) {
+  std::vector<int> nodes;
+  if (!scene.needle && !scene.probe) { return nodes; }
+  const NeedlePath path = tool_path(scene, network);
+  for (const NeedlePath::Knot& knot : path.knots()) {
+    for (const NeedlePath::Support& support : path.supports(knot)) {
+      nodes.push_back(support.node);
+    }
+  }
+  return nodes;
+}
+
+namespace {
+
+using Place = std::array<int, 3>;
+
+/// `radius` in spacings.
+void add_ball(const LatticeShape& shape, const Place& middle, double radius, NearNodes& nodes) {
+  const double most = radius * radius * (1.0 + 1e-9);
+  Place first{};
+  Place last{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    const int cells =
+        static_cast<int>(std::min(std::sqrt(most), static_cast<double>(shape.nodes[n])));
+    first[n] = std::max(0, middle[n] - cells);
+    last[n] = std::min(shape.nodes[n] - 1, middle[n] + cells);
+    nodes.box.first[n] = std::min(nodes.box.first[n], first[n]);
+    nodes.box.last[n] = std::max(nodes.box.last[n], last[n]);
+  }
+  const auto square = [](int from, int to) { return static_cast<double>(to - from) * (to - from); };
+  for (int l = first[2]; l <= last[2]; ++l) {
+    for (int j = first[1]; j <= last[1]; ++j) {
+      const double beside = square(l, middle[2]) + square(j, middle[1]);
+      for (int i = first[0]; i <= last[0]; ++i) {
+        if (beside + square(i, middle[0]) <= most) {
+          nodes.near[static_cast<std::size_t>(shape.index(i, j, l))] = 1;
+        }
+      }
+    }
+  }
+}
+
+/// Nodes of a lattice within `radius` [m] of those that are pushed.
+NearNodes nodes_about(const std::vector<Push>& pushes, const LatticeShape& shape, double radius) {
+  NearNodes nodes{.near = std::vector<unsigned char>(static_cast<std::size_t>(shape.node_count())),
+                  .box = {.first = shape.nodes, .last = {0, 0, 0}}};
+  std::set<int> pushed;
+  for (const Push& push : pushes) {
+    for (const NeedlePath::Support& support : push.on) { pushed.insert(support.node); }
+  }
+  for (const int node : pushed) {
+    add_ball(shape, shape.place(node), radius / shape.spacing, nodes);
+  }
+  return nodes;
+}
+
+/// Why none of the tissue can be left to a far field, or null.
+const char* obstacle_to_far_field(const Scene& scene, const NetworkProblem& problem) {
+  const SpringNetwork& network = problem.network();
+  if (problem.dof() == 3 * network.node_count()) {
+    return "nothing is fixed that what lies further away could rest on";
+  }
+  if (!scene.tissue.gravity.isZero()) { return "gravity pulls at what lies further away"; }
+  if (network.initial_displacement.size() > 0 || network.initial_velocity.size() > 0) {
+    return "the tissue does not begin at rest";
+  }
+  if (scene.simulation.printed.any()) { return "the printed equations are not linear about rest"; }
+  return nullptr;
+}
+
+}  // namespace
+
+NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) {
+  if (const char* obstacle = obstacle_to_far_field(scene, problem)) {
+    return {.obstacle = obstacle};
+  }
+  const std::optional<LatticeShape> shape = lattice_of(problem.network());
+  if (!shape) { return {.obstacle = "only a regular lattice can"}; }
+  const std::vector<Push> pushes = pushes_of(scene, problem);
+  if (pushes.empty()) {
+    return {.obstacle = "neither tool nor load pushes a free node that the rest would be far from"};
+  }
+  NearNodes nodes = nodes_about(pushes, *shape, scene.simulation.near_radius);
+  const auto is_far = [&](int node) { return !nodes.holds(node); };
+  const auto far = std::ranges::count_if(problem.free_nodes(), is_far);
+  if (far == 0) { return {.obstacle = "no free node lies further away"}; }
+  return {.nodes = std::move(nodes), .far_nodes = far};
+}
+
+namespace {
+
+/// By how much a cell is longer than the one before, further away from the box.
+constexpr double cell_growth = 1.5;
+/// Cells beside the box keep their length, as many as leave no more coarse nodes than this; but so
+/// many at least.
+constexpr std::size_t most_coarse_nodes = 1500;
+constexpr int fewest_even_cells = 2;
+
+/// Below this share of the largest one a pivot of the factor is rounding: its square is 1e-12 of a
+/// stiffness.
+constexpr double least_pivot = 1e-6;
+
+/// From `from` to `to`, which is in it; `even` cells keep their length.
+void walk(int from, int to, int even, std::vector<int>& places) {
+  const int way = to < from ? -1 : 1;
+  double length = 1.0;
+  int place = from;
+  for (int n = 0; place != to; ++n) {
+    if (n >= even) { length *= cell_growth; }
+    const int left = std::abs(to - place);
+    int step = static_cast<int>(length);
+    if (left < 2 * step) { step = left < step + step / 2 + 1 ? left : left / 2; }
+    place += way * step;
+    places.push_back(place);
+  }
+}
+
+std::vector<int> graded_axis(int nodes, int first, int last, int even) {
+  std::vector<int> places;
+  for (int n = first; n <= last; ++n) { places.push_back(n); }
+  walk(first, 0, even, places);
+  walk(last, nodes - 1, even, places);
+  std::ranges::sort(places);
+  return places;
+}
+
+std::array<std::vector<int>, 3> graded_axes(const LatticeShape& shape, const LatticeBox& box) {
+  std::array<std::vector<int>, 3> axes;
+  for (int even = *std::ranges::max_element(shape.nodes);;
+       even = std::max(even / 2, fewest_even_cells)) {
+    for (std::size_t n = 0; n < 3; ++n) {
+      axes[n] = graded_axis(shape.nodes[n], box.first[n], box.last[n], even);
+    }
+    if (even <= fewest_even_cells ||
+        axes[0].size() * axes[1].size() * axes[2].size() <= most_coarse_nodes) {
+      return axes;
+    }
+  }
+}
+
+}  // namespace
+
+GradedLattice::GradedLattice(const NetworkProblem& problem, const LatticeShape& shape,
+                             const LatticeBox& box)
+    : problem_(problem), shape_(shape), axes_(graded_axes(shape, box)) {
+  for (std::size_t n = 0; n < 3; ++n) {
+    int cell = 0;
+    for (int place = 0; place < shape.nodes[n]; ++place) {
+      while (cell + 2 < static_cast<int>(axes_[n].size()) &&
+             axes_[n][static_cast<std::size_t>(cell) + 1] <= place) {
+        ++cell;
+      }
+      cell_of_[n].push_back(cell);
+    }
+  }
+  for (const int l : axes_[2]) {
+    for (const int j : axes_[1]) {
+      for (const int i : axes_[0]) {
+        const bool held = problem.coordinate(shape.index(i, j, l)) < 0;
+        coordinate_.push_back(held ? -1 : dof_);
+        if (!held) { dof_ += 3; }
+      }
+    }
+  }
+}
+
+Eigen::Index GradedLattice::index(int i, int j, int l) const {
+  return (l * static_cast<Eigen::Index>(axes_[1].size()) + j) *
+             static_cast<Eigen::Index>(axes_[0].size()) +
+         i;
+}
+
+auto GradedLattice::cell_from(const std::array<int, 3>& place) const -> Cell {
+  Cell cell{};
+  for (std::size_t n = 0; n < 3; ++n) { cell[n] = cell_of_[n][static_cast<std::size_t>(place[n])]; }
+  return cell;
+}
+
+auto GradedLattice::place_in(int node, const Cell& cell) const -> Place {
+  Place at;
+  const std::array<int, 3> place = shape_.place(node);
+  const bool held = problem_.coordinate(node) < 0;
+  std::array<double, 3> share{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    const auto begin = static_cast<std::size_t>(cell[n]);
+    share[n] =
+        static_cast<double>(place[n] - axes_[n][begin]) / (axes_[n][begin + 1] - axes_[n][begin]);
+  }
+  for (int corner = 0; corner < corners; ++corner) {
+    const std::array<int, 3> up{corner & 1, corner >> 1 & 1, corner >> 2};
+    double weight = held ? 0.0 : 1.0;
+    for (std::size_t n = 0; n < 3; ++n) { weight *= up[n] != 0 ? share[n] : 1.0 - share[n]; }
+    const auto c = static_cast<std::size_t>(corner);
+    at.coordinate[c] = coordinate_[static_cast<std::size_t>(
+        index(cell[0] + up[0], cell[1] + up[1], cell[2] + up[2]))];
+    at.weight[c] = weight;
+  }
+  return at;
+}
+
+auto GradedLattice::place_of(int node) const -> Place {
+  return place_in(node, cell_from(shape_.place(node)));
+}
+
+Eigen::Index GradedLattice::coordinate(int node) const {
+  const Place at = place_of(node);
+  const auto most = std::ranges::max_element(at.weight);
+  return *most == 1.0 ? at.coordinate[static_cast<std::size_t>(most - at.weight.begin())] : -1;
+}
+
+/// Springs are shorter than cells: each lies in one.
+auto GradedLattice::cells_with_springs() const -> std::vector<CellStiffness> {
+  const SpringNetwork& network = problem_.network();
+  const std::size_t along[2] = {axes_[0].size() - 1, axes_[1].size() - 1};
+  std::vector<CellStiffness> cells(along[0] * along[1] * (axes_[2].size() - 1));
+  for (const Spring& spring : network.springs) {
+    if (network.is_fixed(spring.a) && network.is_fixed(spring.b)) { continue; }
+    const std::array<int, 3> a = shape_.place(spring.a);
+    const std::array<int, 3> b = shape_.place(spring.b);
+    const Cell cell = cell_from({std::min(a[0], b[0]), std::min(a[1], b[1]), std::min(a[2], b[2])});
+    const Place from = place_in(spring.a, cell);
+    const Place to = place_in(spring.b, cell);
+    const Eigen::Vector3d apart =
+        network.rest_position.col(spring.b) - network.rest_position.col(spring.a);
+    Eigen::Matrix<double, block, 1> grows;
+    for (int corner = 0; corner < corners; ++corner) {
+      const auto c = static_cast<std::size_t>(corner);
+      grows.segment<3>(3 * corner) = (to.weight[c] - from.weight[c]) * apart.normalized();
+    }
+    const auto number =
+        (static_cast<std::size_t>(cell[2]) * along[1] + static_cast<std::size_t>(cell[1])) *
+            along[0] +
+        static_cast<std::size_t>(cell[0]);
+    cells[number].coordinate = from.coordinate;
+    cells[number].matrix.selfadjointView<Eigen::Lower>().rankUpdate(grows, spring.stiffness);
+  }
+  return cells;
+}
+
+/// The lower half.
+Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const CellStiffness& cell : cells_with_springs()) {
+    for (int column = 0; column < block; ++column) {
+      const Eigen::Index c = cell.coordinate[static_cast<std::size_t>(column / 3)];
+      for (int row = column; row < block; ++row) {
+        const Eigen::Index r = cell.coordinate[static_cast<std::size_t>(row / 3)];
+        if (r < 0 || c < 0 || cell.matrix(row, column) == 0.0) { continue; }
+        const auto one = static_cast<int>(r + row % 3);
+        const auto other = static_cast<int>(c + column % 3);
+        entries.emplace_back(std::max(one, other), std::min(one, other), cell.matrix(row, column));
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> k(dof_, dof_);
+  k.setFromTriplets(entries.begin(), entries.end());
+  return k;
+}
+
+Eigen::VectorXd GradedLattice::mass() const {
+  Eigen::VectorXd mass = Eigen::VectorXd::Zero(dof_);
+  for (const int node : problem_.free_nodes()) {
+    const Place at = place_of(node);
+    for (std::size_t c = 0; c < at.weight.size(); ++c) {
+      if (at.coordinate[c] >= 0) {
+        mass.segment<3>(at.coordinate[c]).array() += at.weight[c] * problem_.network().mass(node);
+      }
+    }
+  }
+  return mass;
+}
+
+GradedLattice::Statics::Statics(const GradedLattice& lattice) : factors_(lattice.stiffness()) {
+  const auto is_held = [&] {
+    const Eigen::SparseMatrix<double> factor = factors_.matrixL();
+    const auto pivots = factor.diagonal();
+    return pivots.minCoeff() > least_pivot * pivots.maxCoeff();
+  };
+  if (factors_.info() != Eigen::Success || !is_held()) {
+    throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
+  }
+}
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// Loads on coarse coordinates [N], one column each.
+MatrixXd loads_of(const std::vector<Push>& pushes, const GradedLattice& graded) {
+  MatrixXd loads = MatrixXd::Zero(graded.dof(), static_cast<Index>(pushes.size()));
+  for (std::size_t n = 0; n < pushes.size(); ++n) {
+    for (const NeedlePath::Support& support : pushes[n].on) {
+      const Index at = graded.coordinate(support.node);
+      if (at >= 0) {
+        loads.col(static_cast<Index>(n)).segment<3>(at) += support.weight * pushes[n].direction;
+      }
+    }
+  }
+  return loads;
+}
+
+MatrixXd random_matrix(Index rows, Index columns) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(random); });
+}
+
+/// Adds `more`, as far as it is not in the columns of `basis` yet and there is room for, orthogonal
+/// by mass; returns what was added.
+MatrixXd add_orthogonal(const VectorXd& mass, MatrixXd more, Index most, MatrixXd& basis) {
+  const Index before = basis.cols();
+  for (Index n = 0; n < more.cols() && basis.cols() < most; ++n) {
+    VectorXd column = more.col(n);
+    const double size = std::sqrt(column.dot(mass.cwiseProduct(column)));
+    if (!(size > 0.0)) { continue; }
+    column /= size;
+    for (int twice = 0; twice < 2; ++twice) {
+      column -= (basis * (basis.transpose() * mass.cwiseProduct(column))).eval();
+    }
+    const double left = std::sqrt(column.dot(mass.cwiseProduct(column)));
+    if (left < 1e-6) { continue; }
+    basis.conservativeResize(Eigen::NoChange, basis.cols() + 1);
+    basis.rightCols<1>() = column / left;
+  }
+  return basis.rightCols(basis.cols() - before);
+}
+
+/// Responses at rest to pushes, then to the inertia of these responses, and so on, until there are
+/// enough.
+MatrixXd responses(const std::vector<Push>& pushes, const GradedLattice& graded, Index most) {
+  const GradedLattice::Statics statics(graded);
+  const VectorXd mass = graded.mass();
+  MatrixXd basis(graded.dof(), 0);
+  for (MatrixXd loads = loads_of(pushes, graded); loads.cols() > 0 && basis.cols() < most;) {
+    const Index left = most - basis.cols();
+    if (left < loads.cols()) { loads = (loads * random_matrix(loads.cols(), left)).eval(); }
+    loads = mass.asDiagonal() * add_orthogonal(mass, statics.respond(loads), most, basis);
+  }
+  return basis;
+}
+
+/// Directions in which a Gram matrix is rounding are left out.
+constexpr double least_share = 1e-11;
+
+/// Columns c with c^T a c = 1 each, and 0 between two.
+MatrixXd independent(const MatrixXd& a) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(a);
+  const double least = least_share * modes.eigenvalues().maxCoeff();
+  const Index left_out = (modes.eigenvalues().array() <= least).count();
+  const Index kept = a.rows() - left_out;
+  return modes.eigenvectors().rightCols(kept) *
+         modes.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+/// Which columns far nodes have, and in them what `response` (coarse coordinates in columns) moves
+/// them by.
+FarShapes far_part(const NetworkProblem& problem, const NearNodes& near,
+                   const GradedLattice& graded, const MatrixXd& response) {
+  FarShapes shapes;
+  shapes.column.assign(static_cast<std::size_t>(problem.network().node_count()), -1);
+  std::ptrdiff_t columns = 0;
+  for (const int node : problem.free_nodes()) {
+    if (near.holds(node)) { continue; }
+    shapes.column[static_cast<std::size_t>(node)] = columns;
+    columns += 3;
+  }
+  shapes.phi = MatrixXd::Zero(response.rows(), columns);
+  for (const int node : problem.free_nodes()) {
+    if (!shapes.holds(node)) { continue; }
+    const GradedLattice::Place place = graded.place_of(node);
+    for (std::size_t c = 0; c < place.weight.size(); ++c) {
+      if (place.coordinate[c] < 0) { continue; }
+      shapes.phi.middleCols<3>(shapes.column[static_cast<std::size_t>(node)]) +=
+          place.weight[c] * response.middleCols<3>(place.coordinate[c]);
+    }
+  }
+  // Loads differ by orders of magnitude in what they move.
+  for (Index n = 0; n < shapes.modes(); ++n) {
+    const double size = shapes.phi.row(n).norm();
+    if (size > 0.0) { shapes.phi.row(n) /= size; }
+  }
+  return shapes;
+}
+
+/// Each with the mass of a mean node, and none between two.
+void share_out_mass(const SpringNetwork& network, FarShapes& shapes) {
+  VectorXd mass(shapes.phi.cols());
+  for (int node = 0; node < network.node_count(); ++node) {
+    if (!shapes.holds(node)) { continue; }
+    mass.segment<3>(shapes.column[static_cast<std::size_t>(node)]).setConstant(network.mass(node));
+  }
+  MatrixXd gram = MatrixXd::Zero(shapes.modes(), shapes.modes());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(shapes.phi * mass.cwiseSqrt().asDiagonal());
+  const MatrixXd basis = independent(gram.selfadjointView<Eigen::Lower>());
+  shapes.mass = mass.mean();
+  shapes.phi = (std::sqrt(shapes.mass) * basis.transpose() * shapes.phi).eval();
+}
+
+}  // namespace
+
+FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape,
+                     const FarFieldSetting& setting) {
+  const GradedLattice graded(problem, shape, setting.near.box);
+  const MatrixXd response = responses(setting.pushes, graded, setting.modes).transpose();
+  FarShapes shapes = far_part(problem, setting.near, graded, response);
+  share_out_mass(problem.network(), shapes);
+  if (shapes.modes() == 0) { return shapes; }  // what is pushed does not reach it
+  GramSum stiffness(shapes.modes());
+  visit_far_springs(problem.network(), shapes,
+                    [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {
+                      stiffness.add(grows, spring.stiffness);
+                    });
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> own(stiffness.take());
+  shapes.phi = (own.eigenvectors().transpose() * shapes.phi).eval();
+  return shapes;
+}
+
+}  // namespace palpate

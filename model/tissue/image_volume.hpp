@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A stack of slices in memory, whatever file it came from.
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+/// Pixels along x (a row of a slice), then y (down its columns), then z (slice after slice).
+struct ImageVolume {
+  std::string format{};  ///< "DICOM series", "NIfTI", "PNG slices"
+  std::array<int, 3> count{0, 0, 0};
+  Eigen::Vector3d spacing{0.0, 0.0, 0.0};  ///< between pixel centres [m]
+  std::vector<float> value{};              ///< bright is large, units of the scanner
+  /// Directions of x, y and z as columns, in the patient's frame: x to the left, y to the back, z
+  /// to the head (LPS). Empty where the file does not say.
+  std::optional<Eigen::Matrix3d> orientation{};
+
+  [[nodiscard]] std::size_t index(int i, int j, int l) const {
+    return (static_cast<std::size_t>(l) * static_cast<std::size_t>(count[1]) +
+            static_cast<std::size_t>(j)) *
+               static_cast<std::size_t>(count[0]) +
+           static_cast<std::size_t>(i);
+  }
+  [[nodiscard]] float at(int i, int j, int l) const { return value[index(i, j, l)]; }
+};
+
+}  // namespace palpate

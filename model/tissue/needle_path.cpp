@@ -1,0 +1,436 @@
+// SPDX-License-Identifier: MIT
+/// The materials along a needle's line.
+
+#include "model/problem/needle_path.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "model/tissue/network_builder.hpp"
+#include "model/tissue/tissue_grid.hpp"
+#include "model/tissue/voxel_tissue.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+struct Stretch {
+  double begin = infinity;
+  double end = -infinity;
+};
+
+const Material* find_material(const Scene& scene, const std::string& name) {
+  const auto found = std::ranges::find(scene.materials, name, &Material::name);
+  return found == scene.materials.end() ? nullptr : &*found;
+}
+
+/// Where the line origin + xi n is inside a body; begin >= end when nowhere.
+Stretch inside(const Inclusion& body, const Eigen::Vector3d& origin, const Eigen::Vector3d& n) {
+  const Eigen::Vector3d from = origin - body.centre;
+  if (body.shape == Inclusion::Shape::sphere) {
+    const double radius = 0.5 * body.size.x();
+    const double half = from.dot(n);
+    const double square = half * half - from.squaredNorm() + radius * radius;
+    if (square <= 0.0) { return {}; }
+    return {-half - std::sqrt(square), -half + std::sqrt(square)};
+  }
+  Stretch stretch{-infinity, infinity};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double reach = 0.5 * body.size(axis);
+    if (n(axis) == 0.0) {
+      if (std::abs(from(axis)) > reach) { return {}; }
+      continue;
+    }
+    const double one = (-reach - from(axis)) / n(axis);
+    const double other = (reach - from(axis)) / n(axis);
+    stretch.begin = std::max(stretch.begin, std::min(one, other));
+    stretch.end = std::min(stretch.end, std::max(one, other));
+  }
+  return stretch;
+}
+
+PathInterval interval_of(const Material* material, std::string label) {
+  if (material == nullptr) { return {.label = std::move(label)}; }
+  return interval_in(*material, std::move(label), 0.0, infinity);
+}
+
+PathInterval interval_of(const Scene& scene, const Layer& layer) {
+  return interval_of(find_material(scene, layer.material),
+                     layer.tissue.empty() ? layer.material : layer.tissue);
+}
+
+/// Layers beneath a skin that need not be flat, and gaps where the line leaves the body. Nodes
+/// begin within half a spacing of the skin; layers are counted from them, so that the first is as
+/// thick as it is.
+class LayersOnLine {
+ public:
+  LayersOnLine(const Scene& scene, const Eigen::Vector3d& origin, const Eigen::Vector3d& n)
+      : scene_(scene), origin_(origin), n_(n), step_(0.1 * scene.tissue.block.spacing) {}
+
+  std::vector<PathInterval> from(double first) {
+    const double start = skin_near(first);
+    const double shift = first - start;
+    const LatticeShape block = block_shape(scene_);
+    const double last = (block.spacing * (block.nodes[2] - 1) - origin_.z()) / n_.z();
+    std::vector<PathInterval> intervals;
+    std::ptrdiff_t here = std::max<std::ptrdiff_t>(layer(start), 0);
+    add(intervals, here, first);
+    for (int n = 0; start + n * step_ < last; ++n) {
+      double begin = start + n * step_;
+      const double end = start + (n + 1) * step_;
+      while (layer(end) != here) {
+        begin = change(begin, end, here);
+        here = layer(begin);
+        add(intervals, here, begin + shift);
+      }
+    }
+    return intervals;
+  }
+
+ private:
+  static constexpr std::ptrdiff_t outside = -1;
+  static constexpr double same_place = 1e-9;  // [m]
+
+  [[nodiscard]] std::ptrdiff_t layer(double xi) const {
+    const double depth = depth_in_layers(scene_, origin_ + xi * n_);
+    return depth < -same_place ? outside
+                               : static_cast<std::ptrdiff_t>(layer_at(scene_.tissue.layers, depth));
+  }
+  /// Where the line enters the body, within one and a half spacings of `first`; `first` where it
+  /// does not.
+  [[nodiscard]] double skin_near(double first) const {
+    for (int n = -15; n < 15; ++n) {
+      const double end = first + (n + 1) * step_;
+      if (layer(first + n * step_) == outside && layer(end) != outside) {
+        return change(first + n * step_, end, outside);
+      }
+    }
+    return first;
+  }
+  /// The first place past a change between two places.
+  [[nodiscard]] double change(double low, double high, std::ptrdiff_t before) const {
+    while (high - low > same_place) {
+      const double middle = 0.5 * (low + high);
+      (layer(middle) == before ? low : high) = middle;
+    }
+    return high;
+  }
+  void add(std::vector<PathInterval>& intervals, std::ptrdiff_t of, double begin) const {
+    if (!intervals.empty()) { intervals.back().end = begin; }
+    intervals.push_back(
+        of == outside ? PathInterval{.label = "gap"}
+                      : interval_of(scene_, scene_.tissue.layers[static_cast<std::size_t>(of)]));
+    intervals.back().begin = begin;
+    intervals.back().end = infinity;
+  }
+
+  const Scene& scene_;
+  Eigen::Vector3d origin_;
+  Eigen::Vector3d n_;
+  double step_;
+};
+
+/// Layers, or the one material of a lattice, from `first` on.
+std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& origin,
+                                 const Eigen::Vector3d& n, double first) {
+  if (layers_follow_skin(scene)) { return LayersOnLine(scene, origin, n).from(first); }
+  std::vector<PathInterval> intervals;
+  double begin = first;
+  for (const Layer& layer : scene.tissue.layers) {
+    PathInterval next = interval_of(scene, layer);
+    next.begin = begin;
+    next.end = begin += layer.thickness / n.z();
+    intervals.push_back(std::move(next));
+  }
+  if (intervals.empty()) {
+    const std::string& name = scene.tissue.lattice.material;
+    intervals.push_back(interval_of(find_material(scene, name), name));
+    intervals.front().begin = first;
+  }
+  intervals.back().end = infinity;
+  return intervals;
+}
+
+}  // namespace
+
+PathInterval interval_in(const Material& material, std::string label, double begin, double end) {
+  const TissueRole role = role_of(material);
+  return {.begin = begin,
+          .end = end,
+          .cutting_force = role == TissueRole::bone ? infinity : material.cutting_force,
+          .friction = material.friction,
+          .role = role,
+          .label = std::move(label)};
+}
+
+std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
+                                          const Eigen::Vector3d& direction, double first) {
+  if (scene.tissue.voxels) {
+    return voxel_intervals(*scene.tissue.voxels, scene.materials, origin, direction, first);
+  }
+  std::vector<PathInterval> line = ground(scene, origin, direction, first);
+  for (const Inclusion& body : scene.tissue.inclusions) {
+    Stretch within = inside(body, origin, direction);
+    within.begin = std::max(within.begin, first);
+    if (!(within.end > within.begin)) { continue; }
+    PathInterval middle = interval_of(find_material(scene, body.material), body.material);
+    middle.begin = within.begin;
+    middle.end = within.end;
+    std::vector<PathInterval> cut;
+    for (const PathInterval& old : line) {
+      if (old.begin < within.begin) {
+        cut.push_back(old);
+        cut.back().end = std::min(old.end, within.begin);
+      }
+      if (old.end > within.begin && old.begin <= within.begin) { cut.push_back(middle); }
+      if (old.end > within.end) {
+        cut.push_back(old);
+        cut.back().begin = std::max(old.begin, within.end);
+      }
+    }
+    line = std::move(cut);
+  }
+  return line;
+}
+
+std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first) {
+  if (layers_follow_skin(scene)) {
+    const std::vector<Layer>& layers = scene.tissue.layers;
+    const std::vector<Inclusion>& bodies = scene.tissue.inclusions;
+    const auto body = std::find_if(bodies.rbegin(), bodies.rend(),
+                                   [&](const Inclusion& each) { return contains(each, point); });
+    if (body != bodies.rend()) { return body->material; }
+    return interval_of(scene, layers[layer_at(layers, depth_in_layers(scene, point))]).label;
+  }
+  const auto line =
+      intervals_along(scene, {point.x(), point.y(), 0.0}, Eigen::Vector3d::UnitZ(), first);
+  const auto found =
+      std::ranges::find_if(line, [&](const PathInterval& each) { return point.z() < each.end; });
+  return found == line.end() ? line.back().label : found->label;
+}
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+/// Two neighbours of x on a row of n nodes a apart and centred on 0, with linear weights.
+struct Neighbours {
+  int low = 0;
+  double share = 0.0;  ///< of low + 1
+};
+Neighbours neighbours(double x, int n, double a) {
+  const double at = std::clamp(x / a + 0.5 * (n - 1), 0.0, static_cast<double>(n - 1));
+  const int low = std::min(static_cast<int>(at), n - 2);
+  return {low, at - low};
+}
+
+/// Distance of neighbouring nodes: the median over the nodes of each one's shortest spring [m].
+double node_spacing(const SpringNetwork& network) {
+  std::vector<double> shortest(static_cast<std::size_t>(network.node_count()),
+                               std::numeric_limits<double>::infinity());
+  for (const Spring& s : network.springs) {
+    for (const int node : {s.a, s.b}) {
+      double& least = shortest[static_cast<std::size_t>(node)];
+      if (s.rest_length > 0.0) { least = std::min(least, s.rest_length); }
+    }
+  }
+  if (shortest.empty()) { return 0.0; }
+  const auto middle = shortest.begin() + static_cast<std::ptrdiff_t>(shortest.size() / 2);
+  std::ranges::nth_element(shortest, middle);
+  return *middle;
+}
+
+}  // namespace
+
+void NeedlePath::add_knot(double depth, const std::vector<Support>& supports) {
+  knots_.push_back({depth, supports_.size(), supports.size()});
+  supports_.insert(supports_.end(), supports.begin(), supports.end());
+}
+
+void NeedlePath::lattice_knots(const Scene& scene, const SpringNetwork& network) {
+  const bool layered = scene.tissue.source == Source::layers;
+  const double a = layered ? scene.tissue.block.spacing : scene.tissue.lattice.spacing;
+  const int nx = layered ? scene.tissue.block.nodes[0] : scene.tissue.lattice.nodes[0];
+  const int ny = layered ? scene.tissue.block.nodes[1] : scene.tissue.lattice.nodes[1];
+  const int planes = static_cast<int>(network.node_count()) / (nx * ny);
+  for (int l = 0; l < planes; ++l) {
+    const double depth = l * a / direction_.z();
+    const Vector3d at = origin_ + depth * direction_;
+    const double slack = 1e-9 * a;
+    if (std::abs(at.x()) > 0.5 * a * (nx - 1) + slack ||
+        std::abs(at.y()) > 0.5 * a * (ny - 1) + slack) {
+      break;  // the line leaves the block
+    }
+    const Neighbours x = neighbours(at.x(), nx, a);
+    const Neighbours y = neighbours(at.y(), ny, a);
+    std::vector<Support> supports;
+    for (int j = 0; j < 2; ++j) {
+      for (int i = 0; i < 2; ++i) {
+        const double weight =
+            (i == 0 ? 1.0 - x.share : x.share) * (j == 0 ? 1.0 - y.share : y.share);
+        if (weight > 1e-12) { supports.push_back({(l * ny + y.low + j) * nx + x.low + i, weight}); }
+      }
+    }
+    add_knot(depth, supports);
+  }
+}
+
+void NeedlePath::network_knots(const SpringNetwork& network) {
+  const double reach = node_spacing(network);
+  struct Near {
+    double depth;
+    Support support;
+  };
+  std::vector<Near> near;
+  for (Index i = 0; i < network.node_count(); ++i) {
+    const Vector3d from = network.rest_position.col(i) - origin_;
+    const double depth = from.dot(direction_);
+    const double weight = 1.0 - (from - depth * direction_).norm() / reach;
+    if (weight > 1e-12) { near.push_back({depth, {static_cast<int>(i), weight}}); }
+  }
+  std::ranges::sort(near, {}, [](const Near& n) { return std::pair(n.depth, n.support.node); });
+  for (std::size_t begin = 0; begin < near.size();) {
+    std::size_t end = begin;
+    double weight = 0.0;
+    double depth = 0.0;
+    std::vector<Support> supports;
+    for (; end < near.size() && near[end].depth - near[begin].depth <= 0.5 * reach; ++end) {
+      supports.push_back(near[end].support);
+      weight += near[end].support.weight;
+      depth += near[end].support.weight * near[end].depth;
+    }
+    for (Support& s : supports) { s.weight /= weight; }
+    add_knot(depth / weight, supports);
+    begin = end;
+  }
+}
+
+void NeedlePath::grid_knots(const NodeGrid& grid) {
+  for (const PlaneCrossing& crossing : plane_crossings(grid, origin_, direction_)) {
+    add_knot(crossing.depth, crossing.supports);
+  }
+}
+
+void NeedlePath::cut_into_pieces() {
+  for (std::size_t k = 0; k + 1 < knots_.size(); ++k) {
+    for (const PathInterval& interval : intervals_) {
+      const double begin = std::max(knots_[k].depth, interval.begin);
+      const double end = std::min(knots_[k + 1].depth, interval.end);
+      if (end > begin) { pieces_.push_back({begin, end, interval.friction, k}); }
+    }
+  }
+  for (const PathInterval& interval : intervals_) {
+    if (interval.role == TissueRole::bone) {
+      bone_ = interval.begin;
+      break;
+    }
+  }
+}
+
+NeedlePath NeedlePath::of_needle(const Scene& scene, const SpringNetwork& network) {
+  NeedlePath path;
+  path.origin_ = {scene.needle->entry.x(), scene.needle->entry.y(), 0.0};
+  path.direction_ = scene.needle->direction.normalized();
+  if (const std::optional<NodeGrid> grid = uneven_grid(scene)) {
+    path.grid_knots(*grid);
+  } else if (scene.tissue.source == Source::network) {
+    path.network_knots(network);
+  } else {
+    path.lattice_knots(scene, network);
+  }
+  if (path.knots_.empty()) { throw std::invalid_argument("no node lies near the needle's line"); }
+  path.intervals_ =
+      intervals_along(scene, path.origin_, path.direction_, path.knots_.front().depth);
+  path.cut_into_pieces();
+  return path;
+}
+
+NeedlePath NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
+  NeedlePath path;
+  const Probe& probe = *scene.probe;
+  path.origin_ = {probe.entry.x(), probe.entry.y(), 0.0};
+  const std::optional<NodeGrid> grid = uneven_grid(scene);
+  const std::vector<int> skin =
+      grid ? skin_nodes(*grid) : face_nodes(network.rest_position, Face::z_min);
+  const Eigen::Vector2d a = grid ? Eigen::Vector2d(grid->spacing.head<2>())
+                                 : Eigen::Vector2d::Constant(node_spacing(network));
+  std::vector<Support> supports;
+  double depth = 0.0;
+  double total = 0.0;
+  // A node's share is how much of its own square of skin, a wide, the footprint covers: sampled.
+  constexpr int samples = 16;
+  for (const int node : skin) {
+    const Vector3d at = network.rest_position.col(node) - path.origin_;
+    int covered = 0;
+    for (int j = 0; j < samples; ++j) {
+      for (int i = 0; i < samples; ++i) {
+        const double x = at.x() + a.x() * ((i + 0.5) / samples - 0.5);
+        const double y = at.y() + a.y() * ((j + 0.5) / samples - 0.5);
+        const bool inside =
+            probe.shape == Probe::Shape::fingertip
+                ? std::hypot(x, y) <= 0.5 * probe.size.x()
+                : std::abs(x) <= 0.5 * probe.size.x() && std::abs(y) <= 0.5 * probe.size.y();
+        covered += inside ? 1 : 0;
+      }
+    }
+    if (covered == 0) { continue; }
+    supports.push_back({node, static_cast<double>(covered)});
+    total += covered;
+    depth += covered * at.z();
+  }
+  const bool free =
+      std::ranges::any_of(supports, [&](const Support& s) { return !network.is_fixed(s.node); });
+  if (!free) { throw std::invalid_argument("no free node lies beneath the probe"); }
+  for (Support& s : supports) { s.weight /= total; }
+  path.add_knot(depth / total, supports);
+  path.intervals_ = {
+      {.cutting_force = std::numeric_limits<double>::infinity(),
+       .label =
+           intervals_along(scene, path.origin_, path.direction_, depth / total).front().label}};
+  path.intervals_.front().begin = depth / total;
+  return path;
+}
+
+NeedlePath tool_path(const Scene& scene, const SpringNetwork& network) {
+  return scene.needle ? NeedlePath::of_needle(scene, network)
+                      : NeedlePath::of_probe(scene, network);
+}
+
+NeedlePath::Place NeedlePath::place(double depth) const noexcept {
+  std::size_t k = 0;
+  while (k + 1 < knots_.size() && knots_[k + 1].depth <= depth) { ++k; }
+  if (k + 1 == knots_.size()) { return {k, 0.0}; }
+  const double share = (depth - knots_[k].depth) / (knots_[k + 1].depth - knots_[k].depth);
+  return {k, std::max(share, 0.0)};
+}
+
+std::size_t NeedlePath::interval_at(double depth) const noexcept {
+  std::size_t n = 0;
+  while (n + 1 < intervals_.size() && intervals_[n].end <= depth) { ++n; }
+  return n;
+}
+
+double NeedlePath::friction(double depth, std::span<double> of_knot) const noexcept {
+  std::ranges::fill(of_knot, 0.0);
+  double total = 0.0;
+  for (const Piece& piece : pieces_) {
+    if (piece.begin >= depth) { break; }
+    const double end = std::min(piece.end, depth);
+    const double force = piece.friction * (end - piece.begin);
+    const Knot& low = knots_[piece.knot];
+    const Knot& high = knots_[piece.knot + 1];
+    const double share = (0.5 * (piece.begin + end) - low.depth) / (high.depth - low.depth);
+    of_knot[piece.knot] += (1.0 - share) * force;
+    of_knot[piece.knot + 1] += share * force;
+    total += force;
+  }
+  return total;
+}
+
+}  // namespace palpate

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/tissue/network_builder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "model/tissue/grid_network.hpp"
+#include "model/tissue/lattice.hpp"
+#include "model/tissue/tissue_grid.hpp"
+#include "model/tissue/voxel_tissue.hpp"
+
+namespace palpate {
+
+namespace {
+
+SpringNetwork build_cells(const Scene& scene, const LatticeShape& shape) {
+  return cell_lattice(shape, [&](int i, int j, int l) {
+    return cell_material(
+        scene,
+        {.low = shape.position(i, j, l), .size = shape.spacing, .bottom = shape.spacing * (l + 1)});
+  });
+}
+
+SpringNetwork build_beneath_skin(const Scene& scene) {
+  const BlockBeneathSkin block = block_beneath_skin(scene);
+  const NodeGrid& nodes = block.nodes;
+  std::vector<std::optional<CellMaterial>> cells(nodes.node.size());
+  for (int l = 0; l + 1 < nodes.count[2]; ++l) {
+    for (int j = 0; j + 1 < nodes.count[1]; ++j) {
+      for (int i = 0; i + 1 < nodes.count[0]; ++i) {
+        if (!block.holds(i, j, l)) { continue; }
+        cells[nodes.index(i, j, l)] =
+            cell_material(scene, {.low = nodes.place(i, j, l), .size = nodes.spacing.z()});
+      }
+    }
+  }
+  return grid_network(nodes, scene.tissue.block.connectivity, [&](int i, int j, int l, int, int) {
+    const std::optional<CellMaterial>& cell = cells[nodes.index(i, j, l)];
+    return cell ? &*cell : nullptr;
+  });
+}
+
+SpringNetwork build_lattice(const Scene& scene) {
+  const Lattice& lattice = scene.tissue.lattice;
+  const LatticeShape shape{lattice.nodes, lattice.spacing, lattice.connectivity};
+  if (lattice.weights == LatticeWeights::uniform) {
+    return uniform_lattice(shape, lattice.stiffness, lattice.viscosity, lattice.node_mass);
+  }
+  return build_cells(scene, shape);
+}
+
+void hold_faces(const Tissue& tissue, SpringNetwork& network) {
+  const std::vector<Face> fallback =
+      tissue.source == Source::network ? std::vector<Face>{} : std::vector<Face>{Face::z_max};
+  std::vector<std::uint8_t> held(static_cast<std::size_t>(network.node_count()), 0);
+  for (const Face face : tissue.fixed.value_or(fallback)) {
+    for (const int node : face_nodes(network.rest_position, face)) {
+      held[static_cast<std::size_t>(node)] = 1;
+    }
+  }
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    if (held[i] == 0) { continue; }
+    if (tissue.hold_by_mass) {
+      network.mass(static_cast<Eigen::Index>(i)) *= tissue.heavy_mass_factor;
+    } else {
+      network.fixed[i] = 1;
+    }
+  }
+}
+
+void hold_bone(const Scene& scene, SpringNetwork& network) {
+  if (scene.tissue.voxels || !has_bone(scene)) { return; }  // voxels come with their bone fixed
+  for (Eigen::Index i = 0; i < network.node_count(); ++i) {
+    const bool bone = in_bone(scene, network.rest_position.col(i));
+    if (bone) { network.fixed[static_cast<std::size_t>(i)] = 1; }
+  }
+}
+
+SpringNetwork unheld_network(const Scene& scene) {
+  if (scene.tissue.source == Source::lattice) { return build_lattice(scene); }
+  if (layers_follow_skin(scene)) { return build_beneath_skin(scene); }
+  if (scene.tissue.source == Source::layers) { return build_cells(scene, block_shape(scene)); }
+  return scene.tissue.voxels ? scene.tissue.voxels->network : scene.tissue.network;
+}
+
+}  // namespace
+
+BondStiffness bond_stiffness(double youngs_modulus, double spacing, int connectivity) {
+  const double ea = youngs_modulus * spacing;
+  if (connectivity == 6) { return {ea, 0.0, 0.0}; }              // C11 = k1 / a, no shear
+  if (connectivity == 18) { return {ea / 2.5, ea / 2.5, 0.0}; }  // isotropic: k1 = k2
+  return {2.0 * ea / 3.75, ea / 3.75, 0.375 * ea / 3.75};        // k1 = 2 k2, k3 = 3/8 k2
+}
+
+std::vector<int> face_nodes(const NodeVectors& rest_position, Face face) {
+  const int axis = static_cast<int>(face) / 2;
+  const bool maximum = static_cast<int>(face) % 2 == 1;
+  std::vector<int> nodes;
+  if (rest_position.cols() == 0) { return nodes; }
+  const double extent =
+      (rest_position.rowwise().maxCoeff() - rest_position.rowwise().minCoeff()).maxCoeff();
+  const auto row = rest_position.row(axis);
+  const double extreme = maximum ? row.maxCoeff() : row.minCoeff();
+  for (Eigen::Index i = 0; i < row.size(); ++i) {
+    if (std::abs(row(i) - extreme) <= 1e-6 * extent) { nodes.push_back(static_cast<int>(i)); }
+  }
+  return nodes;
+}
+
+Eigen::Index layered_node_count(const Scene& scene) {
+  if (!layers_follow_skin(scene)) { return block_shape(scene).node_count(); }
+  return std::ranges::count_if(block_beneath_skin(scene).nodes.node,
+                               [](int node) { return node >= 0; });
+}
+
+SpringNetwork build_network(const Scene& scene) {
+  SpringNetwork network = unheld_network(scene);
+  hold_faces(scene.tissue, network);
+  hold_bone(scene, network);
+  return network;
+}
+
+std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network) {
+  std::vector<Load> loads = scene.loads;
+  for (Load& load : loads) {
+    if (load.face) { load.nodes = face_nodes(network.rest_position, *load.face); }
+    load.face.reset();
+  }
+  return loads;
+}
+
+int record_node(const Record& record, const SpringNetwork& network) {
+  if (const int* node = std::get_if<int>(&record.where)) { return *node; }
+  Eigen::Index nearest = 0;
+  (network.rest_position.colwise() - std::get<Eigen::Vector3d>(record.where))
+      .colwise()
+      .squaredNorm()
+      .minCoeff(&nearest);
+  return static_cast<int>(nearest);
+}
+
+std::string_view name_of(Face face) {
+  constexpr std::array<std::string_view, 6> names{"x-min", "x-max", "y-min",
+                                                  "y-max", "z-min", "z-max"};
+  return names[static_cast<std::size_t>(face)];
+}
+
+}  // namespace palpate

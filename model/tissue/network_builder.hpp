@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// From a Scene to the SpringNetwork that is simulated (model/EQUATIONS.md, "Material to springs").
+
+#include <string_view>
+#include <vector>
+
+#include "model/problem/scene.hpp"
+
+namespace palpate {
+
+/// Stiffness of the edges (k1), face diagonals (k2) and body diagonals (k3) of a cubic lattice
+/// whose homogenised Young's modulus is E. 26 and 18 neighbours are isotropic with Poisson's ratio
+/// 1/4; 6 neighbours resist only along the axes. E [Pa], a [m], results [N/m].
+struct BondStiffness {
+  double edge = 0.0;
+  double face_diagonal = 0.0;
+  double body_diagonal = 0.0;
+};
+BondStiffness bond_stiffness(double youngs_modulus, double spacing, int connectivity);
+
+/// The network of any source but the oscillator, with the scene's faces fixed (or made heavy)
+/// and the nodes in bone fixed (tissue_map.hpp).
+/// The scene must have passed check_scene.
+SpringNetwork build_network(const Scene& scene);
+
+/// Nodes that build_network makes of a scene with source = layers, without building it.
+Eigen::Index layered_node_count(const Scene& scene);
+
+/// Nodes of a face: those within a millionth of the body's extent of its extreme coordinate.
+std::vector<int> face_nodes(const NodeVectors& rest_position, Face face);
+
+/// The scene's loads with every face replaced by its nodes.
+std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network);
+
+/// Node of a record: its index, or the node nearest to its point (the lowest of equals).
+int record_node(const Record& record, const SpringNetwork& network);
+
+/// Name as in scene files, "z-max".
+std::string_view name_of(Face face);
+
+}  // namespace palpate

@@ -1,0 +1,545 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/tissue/scene_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <span>
+
+#include "model/problem/rules.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "model/tissue/skin.hpp"
+#include "model/tissue/tissue_grid.hpp"
+#include "model/tissue/voxel_tissue.hpp"
+
+namespace palpate {
+
+namespace {
+
+constexpr double most_pauses = 1e6;
+constexpr long most_sites = 10000;      // of a palpation map
+constexpr double slowest_rate = 100.0;  // of a haptic loop [Hz]
+constexpr double fastest_rate = 20000.0;
+constexpr int longest_delay = 100;    // ticks
+constexpr double lowest_grip = 0.08;  // z of the device on its axis, counts within +-1600 [m]
+constexpr double highest_grip = 0.175;
+constexpr double digits_lost = 1e-9;  // of numbers that a person writes
+
+template <class Vector> std::string list_of(const Vector& values) {
+  std::string text;
+  for (const double value : values) {
+    text.append(text.empty() ? "[" : ", ").append(number_in_words(value));
+  }
+  return text + "]";
+}
+
+/// Half the edges of the skin; nothing for a tissue of no known shape.
+std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
+  const Lattice& lattice = tissue.lattice;
+  const LayerBlock& block = tissue.block;
+  if (tissue.source == Source::lattice) {
+    return 0.5 * lattice.spacing * Eigen::Vector2d(lattice.nodes[0] - 1, lattice.nodes[1] - 1);
+  }
+  if (tissue.source == Source::layers) {
+    return 0.5 * block.spacing * Eigen::Vector2d(block.nodes[0] - 1, block.nodes[1] - 1);
+  }
+  return {};
+}
+
+/// What is wrong with the middle of a tool, or the middles of its sides, at a place on such a skin.
+std::optional<std::string> wrong_on(const NodeGrid& grid, const Eigen::Vector2d& at,
+                                    const Eigen::Vector2d& half_size) {
+  using Eigen::Vector2d;
+  for (const Vector2d& way :
+       {Vector2d(0, 0), Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1)}) {
+    const Vector2d place = at + way.cwiseProduct(half_size);
+    const std::string where =
+        way.isZero() || half_size.isZero() ? "" : " at its side, " + list_of(place) + " m";
+    const std::optional<double> depth = skin_depth(grid, place);
+    if (!depth) { return "no tissue lies beneath" + where + "; must be above tissue"; }
+    if (*depth <= -0.5 * grid.spacing.z()) {  // planes of nodes lie that near to the skin
+      return "the tissue beneath" + where + " begins " + number_in_words(-*depth) +
+             " m above z = 0; must begin at z >= 0";
+    }
+  }
+  return {};
+}
+
+/// A place of the tool on the skin, with what of the tool lies around it.
+void check_entry(const Scene& scene, const Eigen::Vector2d& entry, const Eigen::Vector2d& half_size,
+                 const std::string& key, Rules& rules) {
+  if (!entry.allFinite()) { return rules.must(false, key, "not finite; two finite numbers"); }
+  const Tissue& tissue = scene.tissue;
+  const std::optional<NodeGrid> grid = rules.none_broken() ? uneven_grid(scene) : std::nullopt;
+  if (grid) {
+    const std::optional<std::string> wrong = wrong_on(*grid, entry, half_size);
+    return rules.must(!wrong, key, list_of(entry) + " m; " + wrong.value_or(""));
+  }
+  const std::optional<Eigen::Vector2d> half = half_skin(tissue);
+  if (!half) { return; }
+  const Eigen::Vector2d reach = entry.cwiseAbs() + half_size;
+  const bool inside = (reach - *half).maxCoeff() <= digits_lost * half->maxCoeff();
+  const std::string what = half_size.isZero() ? "must be" : "all of its size must be";
+  rules.must(inside, key,
+             list_of(entry) + " m; " + what + " on the skin, |x| <= " + number_in_words(half->x()) +
+                 " and |y| <= " + number_in_words(half->y()));
+}
+
+void check_needle(const Scene& scene, const Needle& needle, Rules& rules) {
+  rules.positive(needle.diameter, "needle.diameter", "m");
+  rules.positive(needle.mass, "needle.mass", "kg");
+  check_entry(scene, needle.entry, Eigen::Vector2d::Zero(), "needle.entry", rules);
+  const double length = needle.direction.norm();
+  const bool has_length = std::isfinite(length) && length >= 1e-100;
+  rules.must(has_length, "needle.direction",
+             list_of(needle.direction) + "; must have a length from 1e-100 to 1e100");
+  rules.must(!has_length || needle.direction.z() >= (0.5 - digits_lost) * length,
+             "needle.direction",
+             list_of(needle.direction) + "; must be within 60 degrees of [0, 0, 1]");
+}
+
+void check_map(const Scene& scene, const Probe& probe, Rules& rules) {
+  const Tissue& tissue = scene.tissue;
+  const PalpationGrid& grid = *probe.map;
+  const auto [along_x, along_y] = grid.sites;
+  rules.positive(grid.spacing, "probe.map.spacing", "m");
+  const bool counted = along_x >= 1 && along_y >= 1;
+  rules.must(counted, "probe.map.sites",
+             list_of(std::array{double(along_x), double(along_y)}) + "; both must be >= 1");
+  const long count = static_cast<long>(along_x) * along_y;
+  rules.must(count <= most_sites, "probe.map.sites",
+             std::to_string(count) + " sites; must be at most " + std::to_string(most_sites));
+  const bool usable = counted && count <= most_sites && std::isfinite(grid.spacing) &&
+                      grid.spacing > 0.0 && probe.size.allFinite() && probe.entry.allFinite();
+  if (!usable) { return; }
+  if (const std::optional<NodeGrid> nodes =
+          rules.none_broken() ? uneven_grid(scene) : std::nullopt) {
+    for (long site = 0; site < count; ++site) {
+      const Eigen::Vector2d step(static_cast<double>(site % along_x),
+                                 static_cast<double>(site / along_x));
+      const Eigen::Vector2d at = probe.entry - grid.half_span() + grid.spacing * step;
+      if (const auto wrong = wrong_on(*nodes, at, 0.5 * probe.size)) {
+        return rules.must(false, "probe.map", "its site at " + list_of(at) + " m: " + *wrong);
+      }
+    }
+    return;
+  }
+  const std::optional<Eigen::Vector2d> half = half_skin(tissue);
+  if (!half) { return; }
+  const Eigen::Vector2d reach = probe.entry.cwiseAbs() + grid.half_span() + 0.5 * probe.size;
+  rules.must((reach - *half).maxCoeff() <= digits_lost * half->maxCoeff(), "probe.map",
+             "its sites with the probe reach to " + list_of(reach) + " m; the skin ends at " +
+                 list_of(*half) + " m");
+}
+
+void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
+  rules.positive(probe.mass, "probe.mass", "kg");
+  const bool sized = probe.size.allFinite() && probe.size.minCoeff() > 0.0;
+  rules.must(sized, "probe.size", list_of(probe.size) + " m; must be > 0");
+  rules.must(probe.shape == Probe::Shape::ultrasound || probe.size.x() == probe.size.y(),
+             "probe.size", list_of(probe.size) + " m; must be one diameter for a fingertip");
+  if (sized) { check_entry(scene, probe.entry, 0.5 * probe.size, "probe.entry", rules); }
+  if (probe.map) { check_map(scene, probe, rules); }
+}
+
+/// Pauses that an intermittent drive would make in the whole duration, at most.
+double pauses(const Drive& drive, double duration) {
+  if (drive.kind == Drive::Kind::force) { return duration / (drive.push + drive.pause); }
+  const double in_time = duration / (drive.advance / drive.speed + drive.pause);
+  return drive.depth ? std::min(in_time, (*drive.depth - drive.from) / drive.advance) : in_time;
+}
+
+void check_drive(const Drive& drive, double duration, Rules& rules) {
+  rules.non_negative(drive.start, "drive.start", "s");
+  rules.must(
+      std::isfinite(drive.from) && drive.from <= 0.0, "drive.from",
+      number_in_words(drive.from) + " m; must be <= 0, as the tip starts outside the tissue");
+  rules.positive(drive.speed, "drive.speed", "m/s");
+  rules.positive(drive.advance, "drive.advance", "m");
+  rules.non_negative(drive.pause, "drive.pause", "s");
+  rules.must(!drive.depth || (std::isfinite(*drive.depth) && *drive.depth > drive.from),
+             "drive.depth",
+             number_in_words(drive.depth.value_or(0.0)) +
+                 " m; must be > from = " + number_in_words(drive.from) + " m");
+  rules.non_negative(drive.hold, "drive.hold", "s");
+  rules.non_negative(drive.withdraw_speed, "drive.withdraw_speed", "m/s");
+  rules.positive(drive.grip_stiffness, "drive.grip_stiffness", "N/m");
+  rules.positive(drive.force, "drive.force", "N");
+  rules.non_negative(drive.rise, "drive.rise", "s");
+  rules.positive(drive.push, "drive.push", "s");
+  rules.non_negative(drive.withdraw_force, "drive.withdraw_force", "N");
+  rules.non_negative(drive.hand_viscosity, "drive.hand_viscosity", "N s/m");
+  if (drive.technique != Drive::Technique::intermittent) { return; }
+  const double count = pauses(drive, duration);
+  rules.must(!(count > most_pauses), "drive.technique",
+             number_in_words(count) + " pauses in the duration; must be at most 1e6");
+}
+
+void check_syringe(const Syringe& syringe, Rules& rules) {
+  rules.positive(syringe.plunger_area, "syringe.plunger_area", "m^2");
+  rules.positive(syringe.compliance, "syringe.compliance", "m^3/Pa");
+  rules.non_negative(syringe.thumb_force, "syringe.thumb_force", "N");
+  rules.non_negative(syringe.thumb_flow, "syringe.thumb_flow", "m^3/s");
+  rules.positive(syringe.tissue_resistance, "syringe.tissue_resistance", "Pa s/m^3");
+  rules.positive(syringe.epidural_resistance, "syringe.epidural_resistance", "Pa s/m^3");
+  rules.positive(syringe.open_resistance, "syringe.open_resistance", "Pa s/m^3");
+}
+
+/// Whole ticks of the haptic loop in one of the tissue, to rounding.
+bool divides(double rate, double step) {
+  const double ticks = rate * step;
+  return std::abs(ticks - std::round(ticks)) <= digits_lost * ticks && std::round(ticks) >= 1.0;
+}
+
+void check_falcon(const Scene& scene, const FalconDrive& falcon, Rules& rules) {
+  const bool rated = falcon.rate >= slowest_rate && falcon.rate <= fastest_rate;
+  rules.must(rated, "falcon.rate", number_in_words(falcon.rate) + " Hz; must be from 100 to 20000");
+  const double step = scene.simulation.step;
+  rules.must(!rated || !(step > 0.0) || divides(falcon.rate, step), "simulation.step",
+             number_in_words(step) +
+                 " s; with a haptic loop must be a whole number of its ticks of " +
+                 number_in_words(1.0 / falcon.rate) + " s");
+  rules.must(
+      falcon.delay >= 0 && falcon.delay <= longest_delay, "falcon.delay",
+      std::to_string(falcon.delay) + " ticks; must be from 0 to " + std::to_string(longest_delay));
+  rules.positive(falcon.coupling_stiffness, "falcon.coupling_stiffness", "N/m");
+  rules.non_negative(falcon.coupling_viscosity, "falcon.coupling_viscosity", "N s/m");
+  rules.must(falcon.start_height >= lowest_grip && falcon.start_height <= highest_grip,
+             "falcon.start_height",
+             number_in_words(falcon.start_height) + " m; must be from 0.08 to 0.175, within reach");
+  rules.non_negative(falcon.tremor, "falcon.tremor", "m");
+  rules.non_negative(falcon.reaction_delay, "falcon.reaction_delay", "s");
+}
+
+/// The impulses of a contact need positions and velocities of the same instant.
+void check_stepping(const SimulationSettings& simulation, Rules& rules) {
+  const std::string& name = simulation.integrator;
+  rules.must(name != "leapfrog" && name != "feynman-newton", "simulation.integrator",
+             "\"" + name +
+                 "\" keeps velocities of half steps; with a tool must be \"auto\", "
+                 "\"euler\", \"euler-cromer\", \"feynman-newton-printed\", \"velocity-verlet\", "
+                 "\"rk4\", \"implicit-euler\" or \"implicit-midpoint\"");
+  rules.must(!simulation.printed.no_time_step, "simulation.printed.no_time_step",
+             "on; must be false with a tool, whose speed is in metres a second");
+  rules.must(!simulation.printed.lagged_velocity, "simulation.printed.lagged_velocity",
+             "on; must be false with a tool, whose contacts change velocities at once");
+}
+
+void check_company(const Scene& scene, Rules& rules) {
+  const bool tool = scene.needle || scene.probe;
+  const bool oscillator = scene.tissue.source == Source::oscillator;
+  rules.must(!scene.needle || !scene.probe, "probe",
+             "given beside [needle]; only one of them may be");
+  rules.must(!oscillator || !tool, scene.needle ? "needle" : "probe",
+             "given; must be left out with source = \"oscillator\", which has no skin");
+  rules.must(!scene.drive || tool, "drive",
+             "given without a tool; must be left out, or [needle] or [probe] added");
+  const bool held = scene.drive && scene.drive->kind == Drive::Kind::falcon;
+  rules.must(!scene.falcon || held, "falcon",
+             "given without drive.kind = \"falcon\"; must be left out, or that be given");
+  rules.must(!scene.syringe || scene.needle, "syringe",
+             "given without [needle]; must be left out, or [needle] added");
+}
+
+}  // namespace
+
+bool needs_layers_for_needle(const Scene& scene) {
+  const Tissue& tissue = scene.tissue;
+  return scene.needle &&
+         (tissue.source == Source::network ||
+          (tissue.source == Source::lattice && tissue.lattice.weights == LatticeWeights::uniform));
+}
+
+void check_tool(const Scene& scene, Rules& rules) {
+  check_company(scene, rules);
+  if (scene.needle) { check_needle(scene, *scene.needle, rules); }
+  if (scene.probe) { check_probe(scene, *scene.probe, rules); }
+  if (scene.falcon) { check_falcon(scene, *scene.falcon, rules); }
+  if (scene.drive) { check_drive(*scene.drive, scene.simulation.duration, rules); }
+  if (scene.syringe) { check_syringe(*scene.syringe, rules); }
+  if (scene.needle || scene.probe) { check_stepping(scene.simulation, rules); }
+}
+
+namespace {
+
+constexpr double most_nodes = 5e7;
+constexpr int most_threads = 64;
+constexpr int most_far_modes = 1000;
+
+class Checker : private Rules {
+ public:
+  explicit Checker(const Scene& scene) : scene_(scene) {}
+
+  std::vector<Violation> run() {
+    check_simulation();
+    check_materials();
+    check_source();
+    check_loads();
+    check_records();
+    check_tool(scene_, *this);
+    must(scene_.output.frames >= 0, "output.frames",
+         std::to_string(scene_.output.frames) + "; must be 0 or more");
+    return take();
+  }
+
+ private:
+  void known_material(const std::string& name, std::string key) {
+    must(std::ranges::find(scene_.materials, name, &Material::name) != scene_.materials.end(),
+         std::move(key), unknown_material(name, scene_.materials));
+  }
+
+  void check_simulation() {
+    const SimulationSettings& s = scene_.simulation;
+    positive(s.duration, "simulation.duration", "s");
+    must(s.solver_tolerance >= 0.0 && s.solver_tolerance < 1.0, "simulation.solver_tolerance",
+         number_in_words(s.solver_tolerance) + "; must be from 0 to below 1");
+    positive(s.step, "simulation.step", "s");
+    must(!s.substeps || *s.substeps >= 1, "simulation.substeps", "must be \"auto\" or 1 or more");
+    must(s.threads >= 1 && s.threads <= most_threads, "simulation.threads",
+         std::to_string(s.threads) + "; must be from 1 to " + std::to_string(most_threads));
+    must(s.sleep_force >= 0.0 && std::isfinite(s.sleep_force), "simulation.sleep_force",
+         number_in_words(s.sleep_force) + " N; must be 0 or more");
+    must(s.near_radius >= 0.0 && std::isfinite(s.near_radius), "simulation.near_radius",
+         number_in_words(s.near_radius) + " m; must be 0 or more");
+    must(s.far_modes >= 1 && s.far_modes <= most_far_modes, "simulation.far_modes",
+         std::to_string(s.far_modes) + "; must be from 1 to " + std::to_string(most_far_modes));
+    const double ticks = s.duration / s.step;
+    must(!(ticks > 1e9), "simulation.duration", number_in_words(ticks) + " ticks; at most 1e9");
+    must(!(ticks < 1.0 - 1e-9), "simulation.duration", "shorter than one step; at least one step");
+    must(scene_.tissue.source != Source::oscillator || !s.printed.any() ||
+             (!s.printed.direction && !s.printed.sign && !s.printed.reversed &&
+              !s.printed.half_force),
+         "simulation.equations",
+         "errata of the network's springs have no meaning for an oscillator");
+  }
+
+  void check_materials() {
+    for (std::size_t n = 0; n < scene_.materials.size(); ++n) {
+      const Material& m = scene_.materials[n];
+      const std::string table = "material." + m.name + ".";
+      positive(m.youngs_modulus, table + "youngs_modulus", "Pa");
+      positive(m.density, table + "density", "kg/m^3");
+      non_negative(m.damping_ratio, table + "damping_ratio", "");
+      non_negative(m.viscosity.value_or(0.0), table + "viscosity", "N s/m");
+      non_negative(m.cutting_force, table + "cutting_force", "N");
+      non_negative(m.friction, table + "friction", "N/m");
+    }
+  }
+
+  void check_source() {
+    const Tissue& tissue = scene_.tissue;
+    must(tissue.gravity.allFinite(), "tissue.gravity", "not finite; three finite numbers");
+    positive(tissue.heavy_mass_factor, "tissue.heavy_mass_factor", "");
+    switch (tissue.source) {
+      case Source::lattice: check_lattice(tissue.lattice); break;
+      case Source::layers: check_layers(tissue); break;
+      case Source::network: check_network(tissue.network); break;
+      case Source::oscillator: check_oscillator(tissue.oscillator); break;
+      case Source::mesh: check_voxels("tissue.mesh"); break;
+      case Source::mri: check_voxels("tissue.mri"); break;
+    }
+    if (tissue.source != Source::layers) { check_layers_of_needle(); }
+    const bool bare = tissue.source == Source::network || tissue.source == Source::oscillator;
+    must(!(tissue.skin && bare), "tissue.skin",
+         "given; must be left out with source = \"network\" or "
+         "\"oscillator\", which have no cells for it to lie in");
+    for (std::size_t n = 0; n < tissue.inclusions.size(); ++n) {
+      const Inclusion& body = tissue.inclusions[n];
+      known_material(body.material, at("inclusion", n, "material"));
+      const bool sphere = body.shape == Inclusion::Shape::sphere;
+      must(sphere ? body.size.x() > 0.0 : body.size.minCoeff() > 0.0, at("inclusion", n, "size"),
+           "must be > 0 m");
+    }
+  }
+
+  void check_connectivity(int connectivity, std::string key) {
+    must(connectivity == 6 || connectivity == 18 || connectivity == 26, std::move(key),
+         std::to_string(connectivity) + "; must be 6, 18 or 26");
+  }
+
+  void check_node_counts(std::span<const int> counts, const std::string& key) {
+    double total = 1.0;
+    for (const int count : counts) {
+      must(count >= 2, key, std::to_string(count) + "; must be 2 or more");
+      total *= count;
+    }
+    must(!(total > most_nodes), key, number_in_words(total) + " nodes; at most 5e7");
+  }
+
+  void check_lattice(const Lattice& lattice) {
+    check_node_counts(lattice.nodes, "tissue.lattice.nodes");
+    positive(lattice.spacing, "tissue.lattice.spacing", "m");
+    check_connectivity(lattice.connectivity, "tissue.lattice.connectivity");
+    if (lattice.weights == LatticeWeights::cell) {
+      known_material(lattice.material, "tissue.lattice.material");
+      return;
+    }
+    positive(lattice.stiffness, "tissue.lattice.stiffness", "N/m");
+    non_negative(lattice.viscosity, "tissue.lattice.viscosity", "N s/m");
+    positive(lattice.node_mass, "tissue.lattice.node_mass", "kg");
+  }
+
+  /// Returns their depth in all [m].
+  double check_each_layer(const std::vector<Layer>& layers) {
+    double depth = 0.0;
+    for (std::size_t n = 0; n < layers.size(); ++n) {
+      positive(layers[n].thickness, at("layer", n, "thickness"), "m");
+      known_material(layers[n].material, at("layer", n, "material"));
+      depth += layers[n].thickness;
+    }
+    return depth;
+  }
+
+  /// Layers beside another source tell a needle what it meets, where nothing else does.
+  void check_layers_of_needle() {
+    const std::vector<Layer>& layers = scene_.tissue.layers;
+    const bool needed = needs_layers_for_needle(scene_);
+    must(!needed || !layers.empty(), "layer",
+         "no [[layer]]; a needle in a tissue without materials needs at least one");
+    must(needed || layers.empty(), "layer",
+         "given; must be left out, unless source = \"layers\" or a needle is in a tissue without "
+         "materials");
+    if (needed) { check_each_layer(layers); }
+  }
+
+  void check_layers(const Tissue& tissue) {
+    check_node_counts(tissue.block.nodes, "tissue.layers.nodes");
+    positive(tissue.block.spacing, "tissue.layers.spacing", "m");
+    check_connectivity(tissue.block.connectivity, "tissue.layers.connectivity");
+    must(!tissue.layers.empty(), "layer", "no [[layer]]; source \"layers\" needs at least one");
+    const double depth = check_each_layer(tissue.layers);
+    const double planes = std::round(depth / tissue.block.spacing) + 1.0;
+    const double nodes = planes * tissue.block.nodes[0] * tissue.block.nodes[1];
+    must(!(nodes > most_nodes), "tissue.layers.spacing",
+         number_in_words(nodes) + " nodes; at most 5e7");
+    if (none_broken() && layers_follow_skin(scene_)) { check_beneath_skin(); }
+  }
+
+  /// "from z = 0.01 to 0.02 m"
+  [[nodiscard]] std::string skin_reach() const {
+    const auto z = scene_.tissue.skin->surface().vertex.row(2);
+    return "from z = " + number_in_words(z.minCoeff()) + " to " + number_in_words(z.maxCoeff()) +
+           " m";
+  }
+
+  void check_beneath_skin() {
+    const double places = places_beneath_skin(scene_);
+    const bool fits = places <= most_nodes;
+    must(!fits || layered_node_count(scene_) > 0, "tissue.skin.path",
+         "no cell of the block of layers lies beneath its surface, which reaches " + skin_reach() +
+             "; at least one must");
+    must(fits, "tissue.skin.path",
+         "its highest place is so far above z = 0 that the block takes " + number_in_words(places) +
+             " nodes; at most 5e7");
+  }
+
+  void check_network(const SpringNetwork& network) {
+    must(network.node_count() > 0, "tissue.network.nodes", "no nodes; at least one");
+    for (const Spring& spring : network.springs) {
+      const bool inside = spring.a >= 0 && spring.b >= 0 && spring.a < network.node_count() &&
+                          spring.b < network.node_count() && spring.a != spring.b;
+      if (!inside) {
+        must(false, "tissue.network.springs",
+             "spring from node " + std::to_string(spring.a) + " to node " +
+                 std::to_string(spring.b) + "; two different nodes of 0 to " +
+                 std::to_string(network.node_count() - 1));
+        return;
+      }
+    }
+    for (Eigen::Index i = 0; i < network.node_count(); ++i) {
+      if (!network.is_fixed(static_cast<int>(i)) && !(network.mass(i) > 0.0)) {
+        must(false, "tissue.network.nodes",
+             "mass " + number_in_words(network.mass(i)) + " kg of node " + std::to_string(i) +
+                 "; must be > 0");
+        return;
+      }
+    }
+  }
+
+  void check_voxels(const std::string& table) {
+    const Tissue& tissue = scene_.tissue;
+    must(tissue.voxels != nullptr, table, "was not read; its files are needed");
+    must(tissue.inclusions.empty(), "inclusion",
+         "given; must be left out, unless source = \"lattice\" or "
+         "\"layers\"");
+  }
+
+  void check_oscillator(const Oscillator& o) {
+    positive(o.mass, "tissue.oscillator.mass", "kg");
+    non_negative(o.stiffness, "tissue.oscillator.stiffness", "N/m");
+    must(std::isfinite(o.viscosity), "tissue.oscillator.viscosity", "not finite; a finite number");
+    must(scene_.loads.empty(), "load", "an oscillator takes no [[load]]; use drive_amplitude");
+    must(scene_.records.empty(), "record", "an oscillator has no nodes to record; it writes x_m");
+  }
+
+  /// Number of nodes that indices may refer to; negative: not known because of earlier violations.
+  [[nodiscard]] Eigen::Index node_count() const {
+    const Tissue& tissue = scene_.tissue;
+    if (!none_broken()) { return -1; }
+    switch (tissue.source) {
+      case Source::lattice:
+        return static_cast<Eigen::Index>(tissue.lattice.nodes[0]) * tissue.lattice.nodes[1] *
+               tissue.lattice.nodes[2];
+      case Source::layers: return layered_node_count(scene_);
+      case Source::network: return tissue.network.node_count();
+      case Source::oscillator: return -1;
+      case Source::mesh:
+      case Source::mri: return tissue.voxels->network.node_count();
+    }
+    return -1;
+  }
+
+  void node_exists(int node, const std::string& key, Eigen::Index count) {
+    must(count < 0 || (node >= 0 && node < count), key,
+         "node " + std::to_string(node) + "; 0 to " + std::to_string(count - 1));
+  }
+
+  void check_loads() {
+    const Eigen::Index count = scene_.loads.empty() ? -1 : node_count();
+    for (std::size_t n = 0; n < scene_.loads.size(); ++n) {
+      const Load& load = scene_.loads[n];
+      must(load.face.has_value() != !load.nodes.empty(), at("load", n, "nodes"),
+           "either nodes or face; exactly one of them");
+      for (const int node : load.nodes) { node_exists(node, at("load", n, "nodes"), count); }
+      must(load.force.allFinite(), at("load", n, "force"), "not finite; three finite numbers");
+      non_negative(load.start, at("load", n, "start"), "s");
+      must(load.end > load.start, at("load", n, "end"),
+           number_in_words(load.end) + " s; must be after start = " + number_in_words(load.start) +
+               " s");
+      must(load.profile == Profile::constant || std::isfinite(load.end), at("load", n, "end"),
+           "left out; profiles \"ramp\" and \"half-sine\" need an end");
+    }
+  }
+
+  void check_records() {
+    const Eigen::Index count = scene_.records.empty() ? -1 : node_count();
+    std::set<std::string> names;
+    for (std::size_t n = 0; n < scene_.records.size(); ++n) {
+      const Record& record = scene_.records[n];
+      must(!record.name.empty(), at("record", n, "name"), "empty; a name");
+      must(names.insert(record.name).second, at("record", n, "name"),
+           "\"" + record.name + "\" twice; each name once");
+      must(!record.quantities.empty(), at("record", n, "quantities"), "empty; at least one");
+      if (const int* node = std::get_if<int>(&record.where)) {
+        node_exists(*node, at("record", n, "node"), count);
+      }
+    }
+  }
+
+  const Scene& scene_;
+};
+
+}  // namespace
+
+std::string unknown_material(const std::string& name, const std::vector<Material>& known) {
+  std::string names;
+  for (const Material& material : known) { names += (names.empty() ? "" : ", ") + material.name; }
+  return "unknown material \"" + name + "\"; known are " + names;
+}
+
+std::vector<Violation> check_scene(const Scene& scene) { return Checker(scene).run(); }
+
+}  // namespace palpate

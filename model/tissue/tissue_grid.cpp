@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/tissue/tissue_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+
+#include "model/tissue/skin.hpp"
+#include "model/tissue/voxel_tissue.hpp"
+
+namespace palpate {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double slack = 1e-9;  // of a place, in units of a spacing
+
+/// Neighbouring weights of a place along one axis; count 0 when it lies outside.
+struct Between {
+  std::array<int, 2> at{0, 0};
+  std::array<double, 2> weight{0.0, 0.0};
+  int count = 0;
+};
+
+Between between(double place, double first, double spacing, int nodes) {
+  const double steps = (place - first) / spacing;
+  if (steps < -slack || steps > nodes - 1 + slack) { return {}; }
+  const int low = std::clamp(static_cast<int>(std::floor(steps)), 0, std::max(nodes - 2, 0));
+  const double share = std::clamp(steps - low, 0.0, 1.0);
+  return {{low, std::min(low + 1, nodes - 1)}, {1.0 - share, share}, 2};
+}
+
+}  // namespace
+
+void number_nodes(NodeGrid& grid) {
+  int count = 0;
+  for (int& node : grid.node) {
+    if (node >= 0) { node = count++; }
+  }
+}
+
+std::optional<double> skin_depth(const NodeGrid& grid, const Eigen::Vector2d& at) {
+  for (const PlaneCrossing& crossing :
+       plane_crossings(grid, {at.x(), at.y(), 0.0}, Vector3d::UnitZ())) {
+    return crossing.depth;
+  }
+  return {};
+}
+
+std::vector<int> skin_nodes(const NodeGrid& grid) {
+  std::vector<int> skin;
+  for (int j = 0; j < grid.count[1]; ++j) {
+    for (int i = 0; i < grid.count[0]; ++i) {
+      int l = 0;
+      while (l < grid.count[2] && grid.at(i, j, l) < 0) { ++l; }
+      if (l < grid.count[2]) { skin.push_back(grid.at(i, j, l)); }
+    }
+  }
+  std::ranges::sort(skin);
+  return skin;
+}
+
+std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Vector3d& origin,
+                                           const Vector3d& direction) {
+  std::vector<PlaneCrossing> crossings;
+  for (int l = 0; l < grid.count[2]; ++l) {
+    PlaneCrossing crossing{.depth = (grid.first.z() + l * grid.spacing.z() - origin.z()) /
+                                    direction.z()};
+    const Vector3d at = origin + crossing.depth * direction;
+    const Between x = between(at.x(), grid.first.x(), grid.spacing.x(), grid.count[0]);
+    const Between y = between(at.y(), grid.first.y(), grid.spacing.y(), grid.count[1]);
+    double total = 0.0;
+    for (int n = 0; n < x.count * y.count; ++n) {
+      const auto i = static_cast<std::size_t>(n % 2);
+      const auto j = static_cast<std::size_t>(n / 2);
+      const double weight = x.weight[i] * y.weight[j];
+      const int node = grid.at(x.at[i], y.at[j], l);
+      if (node < 0 || weight <= 1e-12) { continue; }
+      crossing.supports.push_back({node, weight});
+      total += weight;
+    }
+    if (crossing.supports.empty()) { continue; }
+    for (NeedlePath::Support& support : crossing.supports) { support.weight /= total; }
+    crossings.push_back(std::move(crossing));
+  }
+  return crossings;
+}
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Where the middle of every column of cells is beneath the skin, x fastest; empty from infinity
+/// on.
+std::vector<Skin::Stretch> stretches_of_columns(const Skin& skin, const LatticeShape& shape) {
+  std::vector<Skin::Stretch> stretches;
+  for (int j = 0; j + 1 < shape.nodes[1]; ++j) {
+    for (int i = 0; i + 1 < shape.nodes[0]; ++i) {
+      const Eigen::Vector3d middle =
+          0.5 * (shape.position(i, j, 0) + shape.position(i + 1, j + 1, 0));
+      stretches.push_back(
+          skin.beneath(middle.x(), middle.y()).value_or(Skin::Stretch{.top = infinity}));
+    }
+  }
+  return stretches;
+}
+
+NodeGrid grid_of(const LatticeShape& shape) {
+  NodeGrid grid{.first = shape.position(0, 0, 0),
+                .spacing = Eigen::Vector3d::Constant(shape.spacing),
+                .count = shape.nodes};
+  grid.node.resize(static_cast<std::size_t>(shape.node_count()));
+  std::iota(grid.node.begin(), grid.node.end(), 0);
+  return grid;
+}
+
+}  // namespace
+
+LatticeShape block_shape(const Scene& scene) {
+  const LayerBlock& block = scene.tissue.block;
+  const double depth =
+      std::transform_reduce(scene.tissue.layers.begin(), scene.tissue.layers.end(), 0.0,
+                            std::plus<>(), [](const Layer& layer) { return layer.thickness; });
+  const int cells = std::max(1, static_cast<int>(std::lround(depth / block.spacing)));
+  return {{block.nodes[0], block.nodes[1], cells + 1}, block.spacing, block.connectivity};
+}
+
+bool layers_follow_skin(const Scene& scene) {
+  const Tissue& tissue = scene.tissue;
+  return tissue.source == Source::layers && tissue.skin && tissue.skin->shapes_layers();
+}
+
+double places_beneath_skin(const Scene& scene) {
+  const LatticeShape shape = block_shape(scene);
+  const double highest =
+      std::ranges::min(stretches_of_columns(*scene.tissue.skin, shape), {}, &Skin::Stretch::top)
+          .top;
+  const double bottom = shape.spacing * (shape.nodes[2] - 1);
+  if (!(highest < bottom)) { return 0.0; }
+  return std::ceil((bottom - highest) / shape.spacing + 1.0) * shape.nodes[0] * shape.nodes[1];
+}
+
+double BlockBeneathSkin::covered() const {
+  const auto filled =
+      std::ranges::count_if(columns, [](const Column& c) { return c.begin < c.end; });
+  return static_cast<double>(filled) /
+         static_cast<double>(std::max<std::size_t>(columns.size(), 1));
+}
+
+BlockBeneathSkin block_beneath_skin(const Scene& scene) {
+  const LatticeShape shape = block_shape(scene);
+  const double a = shape.spacing;
+  const int bottom = shape.nodes[2] - 1;
+  // Cell l of a column lies beneath the skin where its middle, (l + 1/2) a, does; a flat skin in a
+  // plane of nodes is there but for rounding.
+  BlockBeneathSkin block;
+  const auto first_below = [&](double z) {
+    return z < bottom * a ? std::min(bottom, static_cast<int>(std::ceil(z / a - 0.5 - 1e-9)))
+                          : bottom;
+  };
+  int above = bottom;
+  for (const Skin::Stretch& tissue : stretches_of_columns(*scene.tissue.skin, shape)) {
+    block.columns.push_back({first_below(tissue.top), first_below(tissue.bottom)});
+    if (block.columns.back().begin < block.columns.back().end) {
+      above = std::min(above, block.columns.back().begin);
+    }
+  }
+  if (above == bottom) { return {}; }
+  NodeGrid& grid = block.nodes;
+  grid = {.first = shape.position(0, 0, 0) + Eigen::Vector3d(0.0, 0.0, above * a),
+          .spacing = Eigen::Vector3d::Constant(a),
+          .count = {shape.nodes[0], shape.nodes[1], bottom - above + 1}};
+  grid.node.assign(grid.index(0, 0, grid.count[2]), -1);
+  for (BlockBeneathSkin::Column& column : block.columns) {
+    column.begin -= above;
+    column.end -= above;
+  }
+  for (int l = 0; l + 1 < grid.count[2]; ++l) {
+    for (int j = 0; j + 1 < grid.count[1]; ++j) {
+      for (int i = 0; i + 1 < grid.count[0]; ++i) {
+        if (!block.holds(i, j, l)) { continue; }
+        for (int corner = 0; corner < 8; ++corner) {
+          grid.node[grid.index(i + (corner & 1), j + ((corner >> 1) & 1), l + (corner >> 2))] = 0;
+        }
+      }
+    }
+  }
+  number_nodes(grid);
+  return block;
+}
+
+std::optional<NodeGrid> uneven_grid(const Scene& scene) {
+  if (scene.tissue.voxels) { return scene.tissue.voxels->nodes; }
+  return layers_follow_skin(scene) ? std::optional(block_beneath_skin(scene).nodes) : std::nullopt;
+}
+
+std::optional<NodeGrid> tissue_grid(const Scene& scene) {
+  const Tissue& tissue = scene.tissue;
+  if (std::optional<NodeGrid> uneven = uneven_grid(scene)) { return uneven; }
+  switch (tissue.source) {
+    case Source::lattice:
+      return grid_of({tissue.lattice.nodes, tissue.lattice.spacing, tissue.lattice.connectivity});
+    case Source::layers: return grid_of(block_shape(scene));
+    case Source::mesh:
+    case Source::mri:
+    case Source::network:
+    case Source::oscillator: break;
+  }
+  return {};
+}
+
+namespace {
+
+constexpr double on_surface = 1e-9;  // what counts as on a surface [m]
+
+const Material& material_named(const Scene& scene, std::string_view name) {
+  const auto found = std::ranges::find(scene.materials, name, &Material::name);
+  if (found == scene.materials.end()) {
+    throw std::invalid_argument("no material " +
+                                std::string(name));  // check_scene refuses it first
+  }
+  return *found;
+}
+
+bool is_bone(const Material& material) { return role_of(material) == TissueRole::bone; }
+
+CellMaterial cell_of(const Material& m) {
+  return {m.youngs_modulus, m.density, m.damping_ratio, m.viscosity};
+}
+
+/// Calls visit(material, upper end, lower end); below the last layer that layer goes on.
+template <class Visit> void for_each_layer(const Scene& scene, Visit visit) {
+  double begin = 0.0;
+  const auto& layers = scene.tissue.layers;
+  for (std::size_t n = 0; n < layers.size(); ++n) {
+    const double end = n + 1 == layers.size() ? std::numeric_limits<double>::infinity()
+                                              : begin + layers[n].thickness;
+    visit(material_named(scene, layers[n].material), begin, end);
+    begin = end;
+  }
+}
+
+/// Materials met in a cell: the softer ones as one, and the last bone.
+struct Mixture {
+  std::optional<CellMaterial> soft{};
+  const Material* bone = nullptr;
+};
+
+/// Mean by their share of the layers between top and bottom that are not bone.
+Mixture layered_mixture(const Scene& scene, double top, double bottom) {
+  Mixture mixture;
+  double bone_share = 0.0;
+  CellMaterial mean;
+  double viscosity = 0.0;
+  double viscosity_share = 0.0;
+  for_each_layer(scene, [&](const Material& m, double begin, double end) {
+    const double share = (std::min(bottom, end) - std::max(top, begin)) / (bottom - top);
+    if (share <= 0.0) { return; }
+    if (is_bone(m)) {
+      bone_share += share;
+      mixture.bone = &m;
+      return;
+    }
+    mean.youngs_modulus += share * m.youngs_modulus;
+    mean.density += share * m.density;
+    mean.damping_ratio += share * m.damping_ratio;
+    viscosity += share * m.viscosity.value_or(0.0);
+    viscosity_share += m.viscosity ? share : 0.0;
+  });
+  const double rest = 1.0 - bone_share;
+  if (rest * (bottom - top) <= on_surface) { return mixture; }
+  mixture.bone = nullptr;
+  if (viscosity_share > 0.5 * rest) { mean.viscosity = viscosity / viscosity_share; }
+  if (bone_share > 0.0) {
+    mean.youngs_modulus /= rest;
+    mean.density /= rest;
+    mean.damping_ratio /= rest;
+  }
+  mixture.soft = mean;
+  return mixture;
+}
+
+/// Softer inclusion at a corner that is not in bone, for a cell that lies in a layer of bone.
+const Material* inclusion_beside_bone(const Scene& scene, const LatticeCell& cell) {
+  const Material* found = nullptr;
+  for (int n = 0; n < 8; ++n) {
+    for (const Inclusion& body : scene.tissue.inclusions) {
+      const Material& m = material_named(scene, body.material);
+      if (!is_bone(m) && contains(body, cell.corner(n))) { found = &m; }
+    }
+  }
+  return found;
+}
+
+bool all_in_bone(const Scene& scene, const LatticeCell& cell) {
+  for (int n = 0; n < 8; ++n) {
+    if (!in_bone(scene, cell.corner(n))) { return false; }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool contains(const Inclusion& body, const Eigen::Vector3d& point, double margin) {
+  const Eigen::Vector3d away = point - body.centre;
+  if (body.shape == Inclusion::Shape::sphere) {
+    return away.norm() <= 0.5 * body.size.x() + margin;
+  }
+  return (away.cwiseAbs() - 0.5 * body.size).maxCoeff() <= margin;
+}
+
+double depth_in_layers(const Scene& scene, const Eigen::Vector3d& point) {
+  return layers_follow_skin(scene) ? scene.tissue.skin->depth(point) : point.z();
+}
+
+std::size_t layer_at(const std::vector<Layer>& layers, double depth) {
+  std::size_t n = 0;
+  for (double end = layers[0].thickness; n + 1 < layers.size() && depth >= end;
+       end += layers[n].thickness) {
+    ++n;
+  }
+  return n;
+}
+
+CellMaterial cell_material(const Scene& scene, const LatticeCell& cell) {
+  const Tissue& tissue = scene.tissue;
+  Mixture mixture;
+  if (layers_follow_skin(scene)) {
+    const double middle =
+        tissue.skin->distance(cell.centre());  // only cells beneath the skin are asked for
+    mixture =
+        layered_mixture(scene, std::max(0.0, middle - 0.5 * cell.size), middle + 0.5 * cell.size);
+  } else if (tissue.source == Source::layers) {
+    mixture = layered_mixture(scene, cell.low.z(), cell.bottom);
+  } else {
+    mixture.soft = cell_of(material_named(scene, tissue.lattice.material));
+  }
+  for (const Inclusion& body : tissue.inclusions) {
+    if (!contains(body, cell.centre())) { continue; }
+    const Material& m = material_named(scene, body.material);
+    mixture.bone = is_bone(m) ? &m : nullptr;
+    if (mixture.bone == nullptr) { mixture.soft = cell_of(m); }
+  }
+  if (mixture.bone == nullptr) { return *mixture.soft; }
+  if (all_in_bone(scene, cell)) { return cell_of(*mixture.bone); }
+  if (mixture.soft) { return *mixture.soft; }
+  const Material* beside = inclusion_beside_bone(scene, cell);
+  return cell_of(beside != nullptr ? *beside : *mixture.bone);
+}
+
+bool in_bone(const Scene& scene, const Eigen::Vector3d& point) {
+  bool bone = false;
+  const double depth = depth_in_layers(scene, point);
+  for_each_layer(scene, [&](const Material& m, double top, double bottom) {
+    const bool here = depth >= top - on_surface && depth <= bottom + on_surface;
+    bone = bone || (here && is_bone(m));
+  });
+  for (const Inclusion& body : scene.tissue.inclusions) {
+    const bool hard = is_bone(material_named(scene, body.material));
+    if (contains(body, point, hard ? on_surface : -on_surface)) { bone = hard; }
+  }
+  return bone;
+}
+
+bool has_bone(const Scene& scene) {
+  const auto hard = [&](const auto& part) { return is_bone(material_named(scene, part.material)); };
+  return std::ranges::any_of(scene.tissue.layers, hard) ||
+         std::ranges::any_of(scene.tissue.inclusions, hard);
+}
+
+}  // namespace palpate

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The linearised scene: an exactly solvable problem of the same family and size.
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+#include "model/problem/problem.hpp"
+
+namespace palpate::reference {
+
+/// Rest positions of a network, 0 for the oscillator, the initial position of anything else.
+Eigen::VectorXd rest_coordinates(const Problem& problem);
+
+/// M q'' = f(t, r, 0) - K (q - r) - C q', with K and C at rest coordinates r, and everything else
+/// as in `base`, which must outlive it. Linearising it again changes nothing.
+class LinearProblem final : public Problem {
+ public:
+  explicit LinearProblem(const Problem& base);
+
+  [[nodiscard]] const Problem& base() const { return *base_; }
+  [[nodiscard]] const Eigen::VectorXd& rest() const { return rest_; }
+  [[nodiscard]] const Eigen::SparseMatrix<double>& stiffness() const { return stiffness_; }
+  [[nodiscard]] const Eigen::SparseMatrix<double>& damping() const { return damping_; }
+
+  [[nodiscard]] Eigen::Index dof() const override { return base_->dof(); }
+  [[nodiscard]] const Eigen::VectorXd& mass() const override { return base_->mass(); }
+  [[nodiscard]] Eigen::VectorXd initial_position() const override {
+    return base_->initial_position();
+  }
+  [[nodiscard]] Eigen::VectorXd initial_velocity() const override {
+    return base_->initial_velocity();
+  }
+  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
+             const Eigen::Ref<const Eigen::VectorXd>& v,
+             Eigen::Ref<Eigen::VectorXd> f) const override;
+  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
+                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
+                Eigen::SparseMatrix<double>& damping) const override;
+  [[nodiscard]] std::vector<double> breaks() const override { return base_->breaks(); }
+  [[nodiscard]] double shortest_feature() const override { return base_->shortest_feature(); }
+  /// Kinetic energy + (q - r)^T K (q - r) / 2 - f_0^T (q - r), f_0 the force at rest without loads.
+  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
+                              const Eigen::Ref<const Eigen::VectorXd>& v) const override;
+
+ private:
+  const Problem* base_;
+  Eigen::VectorXd rest_;
+  Eigen::VectorXd still_;  ///< zero velocity
+  Eigen::VectorXd unloaded_force_;
+  Eigen::SparseMatrix<double> stiffness_;
+  Eigen::SparseMatrix<double> damping_;
+};
+
+/// A load of known shape: its force is `amplitude` times 1, (t - start) / (end - start),
+/// sin(pi (t - start) / (end - start)), or cos(frequency t), for gates in [start, end).
+struct ShapedLoad {
+  enum class Shape { constant, ramp, half_sine, cosine } shape = Shape::constant;
+  Eigen::VectorXd amplitude{};  ///< [N] per coordinate
+  double start = 0.0;           ///< [s]
+  double end = 0.0;             ///< [s]
+  double frequency = 0.0;       ///< [rad/s], cosine only
+};
+
+/// All that acts on `problem` besides springs and dampers: loads, weight, force at rest.
+/// SolverError for a kind of problem whose loads are not known in closed form.
+std::vector<ShapedLoad> shaped_loads(const LinearProblem& problem);
+
+// A problem whose exact solution is chosen: any Problem, pushed by the force M q*'' - f(t, q*,
+// q*') so that it moves along q*. The method of manufactured solutions, with every spring at work.
+
+/// q*_i(t) = q_i(0) + A_i (1 + s^2 (3 - 2 s)) sin(w_i t + phi_i), s = t / duration; A_i, w_i and
+/// phi_i vary from coordinate to coordinate around these.
+struct ManufacturedMotion {
+  double amplitude = 1e-3;   ///< [m]
+  double frequency = 100.0;  ///< [rad/s]
+  double duration = 0.1;     ///< [s]
+};
+
+class ManufacturedProblem final : public Problem {
+ public:
+  /// `base` must outlive it. Its loads cancel.
+  ManufacturedProblem(const Problem& base, const ManufacturedMotion& motion);
+
+  [[nodiscard]] Eigen::VectorXd exact_position(double t) const;      ///< q*(t) [m]
+  [[nodiscard]] Eigen::VectorXd exact_velocity(double t) const;      ///< [m/s]
+  [[nodiscard]] Eigen::VectorXd exact_acceleration(double t) const;  ///< [m/s^2]
+
+  [[nodiscard]] Eigen::Index dof() const override { return base_->dof(); }
+  [[nodiscard]] const Eigen::VectorXd& mass() const override { return base_->mass(); }
+  [[nodiscard]] Eigen::VectorXd initial_position() const override { return exact_position(0.0); }
+  [[nodiscard]] Eigen::VectorXd initial_velocity() const override { return exact_velocity(0.0); }
+  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
+             const Eigen::Ref<const Eigen::VectorXd>& v,
+             Eigen::Ref<Eigen::VectorXd> f) const override;
+  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
+                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
+                Eigen::SparseMatrix<double>& damping) const override {
+    base_->jacobian(q, v, stiffness, damping);
+  }
+  [[nodiscard]] std::vector<double> breaks() const override { return base_->breaks(); }
+  [[nodiscard]] double shortest_feature() const override;
+  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
+                              const Eigen::Ref<const Eigen::VectorXd>& v) const override {
+    return base_->energy(q, v);
+  }
+
+ private:
+  const Problem* base_;
+  ManufacturedMotion motion_;
+  Eigen::ArrayXd origin_;     ///< [m]
+  Eigen::ArrayXd amplitude_;  ///< [m]
+  Eigen::ArrayXd frequency_;  ///< [rad/s]
+  Eigen::ArrayXd phase_;      ///< [rad]
+};
+
+}  // namespace palpate::reference

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A Problem as a first-order system for libraries that want one:
+///   y = [u; v], u = q - q(0) [m], v [m/s];  y' = [v; f(t, q(0) + u, v) / m].
+/// Displacements rather than positions, so that relative tolerances and rounding do not depend on
+/// where the origin lies.
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/problem/problem.hpp"
+#include "reference/solution.hpp"
+
+namespace palpate::reference {
+
+class FirstOrderSystem {
+ public:
+  explicit FirstOrderSystem(const Problem& problem);
+
+  [[nodiscard]] const Problem& problem() const { return *problem_; }
+  [[nodiscard]] Eigen::Index dof() const { return origin_.size(); }
+  [[nodiscard]] Eigen::Index size() const { return 2 * origin_.size(); }
+  [[nodiscard]] long evaluations() const { return evaluations_; }
+  [[nodiscard]] const Eigen::VectorXd& origin() const { return origin_; }  ///< q(0) [m]
+
+  void set_gate(double gate) { gate_ = gate; }  ///< [s] midpoint of the current segment
+  void initial_state(double* y) const;
+  /// False when a component is not finite. Solvers must be told: many error tests let NaN pass.
+  [[nodiscard]] bool derivative(double t, const double* y, double* dy);
+
+ private:
+  const Problem* problem_;
+  Eigen::VectorXd origin_;
+  Eigen::VectorXd inverse_mass_;
+  Eigen::VectorXd position_;
+  double gate_ = 0.0;
+  long evaluations_ = 0;
+};
+
+/// dy'/dy = [0 I; -K/m -C/m], compressed by columns. The pattern is fixed at construction and
+/// includes the whole diagonal, so that I - gamma J fits in it.
+class FirstOrderJacobian {
+ public:
+  using Index = std::int64_t;  ///< as in the solver libraries
+
+  explicit FirstOrderJacobian(const FirstOrderSystem& system);
+  [[nodiscard]] Index size() const { return static_cast<Index>(column_starts_.size()) - 1; }
+  [[nodiscard]] const std::vector<Index>& column_starts() const { return column_starts_; }
+  [[nodiscard]] const std::vector<Index>& rows() const { return rows_; }
+  [[nodiscard]] const std::vector<double>& values() const { return values_; }
+  /// Throws SolverError when the problem's pattern has changed.
+  void update(const double* y);
+
+ private:
+  void evaluate(const double* y);
+
+  const FirstOrderSystem* system_;
+  Eigen::VectorXd inverse_mass_;
+  Eigen::SparseMatrix<double> stiffness_;
+  Eigen::SparseMatrix<double> damping_;
+  std::vector<Index> column_starts_;
+  std::vector<Index> rows_;
+  std::vector<std::size_t> stiffness_slots_;  ///< where each entry of K goes in values_
+  std::vector<std::size_t> damping_slots_;
+  std::vector<double> values_;
+};
+
+// Cuts a time axis at the instants where a load switches. Within a segment the right-hand side is
+// smooth, so a method keeps its order; across one it would not, or would step over the load.
+
+/// Every segment is at least this many steps, so steps >= breaks + 10 holds by construction.
+inline constexpr int steps_per_segment = 10;
+
+/// An instant that a solver must hit exactly.
+struct Stop {
+  double time = 0.0;                    ///< [s]
+  std::optional<std::size_t> output{};  ///< index of the requested time that is stored here
+};
+
+struct Segment {
+  double start = 0.0;         ///< [s] a break, or 0
+  double end = 0.0;           ///< [s] the next break, or the last requested time
+  double gate = 0.0;          ///< [s] midpoint: decides which loads are on
+  double max_step = 0.0;      ///< [s] <= shortest feature / 4 and <= (end - start) / 10
+  std::vector<Stop> stops{};  ///< ascending; the last one is `end`
+};
+
+/// times: strictly ascending from 0, otherwise SolverError. A requested time within rounding of a
+/// break is the break. Empty for the single time 0.
+std::vector<Segment> segments_of(const Problem& problem, const std::vector<double>& times);
+
+// The part of every solution that does not depend on the method: restart at each break, stop at
+// each requested time, store, count, and refuse a run that took too few steps.
+
+/// A run ends with an error rather than never: most steps between two stops.
+inline constexpr long step_limit = 10'000'000;
+
+/// One library's integrator over y = [u; v] of a FirstOrderSystem.
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  virtual void begin(const Segment& segment) = 0;  ///< restart at segment.start from state()
+  virtual void advance(double time) = 0;           ///< state() at `time` [s], or SolverError
+  [[nodiscard]] virtual const double* state() const = 0;
+  [[nodiscard]] virtual long segment_steps() const = 0;  ///< since begin()
+};
+
+struct Method {
+  std::string name{};     ///< "cvode-adams"
+  std::string version{};  ///< "SUNDIALS 6.4.1"
+};
+
+/// Throws SolverError, also when steps < breaks + 10 or the result is not finite.
+Solution march(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
+               const Tolerance& tolerance, Integrator& integrator);
+
+/// "cvode-adams: CVode failed with CV_TOO_MUCH_WORK at t = 0.01 s: <why>"
+[[noreturn]] void fail(const std::string& solver, const std::string& function,
+                       const std::string& flag, double time, const std::string& why);
+
+}  // namespace palpate::reference

@@ -1,0 +1,587 @@
+// SPDX-License-Identifier: MIT
+
+#include "reports/certificate_report.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "reports/html/html_page.hpp"
+#include "reports/plot/figure_svg.hpp"
+#include "reports/plot/shown_units.hpp"
+#include "reports/results/results_json.hpp"
+#include "validation/certificate/certificate.hpp"
+
+namespace palpate {
+namespace {
+
+using namespace certificate;
+
+Cell time_cell(const std::optional<double>& seconds) {
+  return seconds ? Cell(us * *seconds) : Cell(std::string("too few ticks"));
+}
+
+std::string place_of(const CertificateReport& report, bool empty, const Peak& worst) {
+  const std::string tick = "tick " + std::to_string(worst.tick);
+  if (empty) { return tick; }
+  const std::string event = happening_at(report, worst.moment);
+  return tick + ", scene at " + quantity(worst.moment.scene_time, "s") +
+         (event.empty() ? "" : ", " + event);
+}
+
+std::vector<Cell> times_row(const CertificateReport& report, const NamedPhase& phase,
+                            const char* what, const LatencyHistogram& times, const Peak& worst) {
+  std::vector<Cell> row{phase.name, std::string(what), us * times.minimum()};
+  for (const auto& [name, share] : shown_percentiles) {
+    row.push_back(time_cell(times.percentile(share)));
+  }
+  row.emplace_back(us * times.maximum());
+  row.emplace_back(place_of(report, phase.empty, worst));
+  return row;
+}
+
+Table times_table(const CertificateReport& report) {
+  Table table{.id = "times",
+              .title = "Times of every tick",
+              .caption =
+                  "In us, from the scheduled release. A percentile is the end of its bin of 1 us; "
+                  "it is left "
+                  "out where no tick lies above it.",
+              .columns = {"phase", "what", "min"},
+              .timing = true};
+  for (const auto& [name, share] : shown_percentiles) { table.columns.emplace_back(name); }
+  table.columns.insert(table.columns.end(), {"max", "max was at"});
+  for (const NamedPhase& named : phases_of(report)) {
+    const LoopRecord& record = named.phase->record;
+    if (record.ticks() == 0) { continue; }
+    table.rows.push_back(times_row(report, named, "wake-up", record.wakeup, record.worst_wakeup));
+    table.rows.push_back(
+        times_row(report, named, "computation", record.compute, record.worst_compute));
+    table.rows.push_back(
+        times_row(report, named, "response", record.response, record.worst_response));
+  }
+  return table;
+}
+
+Table misses_table(const CertificateReport& report) {
+  Table table{.id = "misses",
+              .title = "Missed deadlines",
+              .caption =
+                  "The limit of the miss probability is the upper one of Clopper and Pearson, 95 "
+                  "%, one-sided. "
+                  "Recovery: from the first missed release until a tick was in time again.",
+              .columns = {"phase", "ticks", "missed", "limit of the miss probability",
+                          "longest run", "longest recovery (ms)", "restarts", "page faults",
+                          "thread pushed aside", "stolen (ms)"},
+              .timing = true};
+  for (const NamedPhase& named : phases_of(report)) {
+    const Phase& phase = *named.phase;
+    const Misses& misses = phase.record.misses;
+    table.rows.push_back(
+        {named.name, static_cast<double>(phase.record.ticks()), static_cast<double>(misses.count()),
+         miss_probability_upper(misses.count(), phase.record.ticks()),
+         static_cast<double>(misses.longest_run()), 1e3 * misses.longest_recovery(),
+         static_cast<double>(phase.restarts),
+         static_cast<double>(phase.counts.minor_faults + phase.counts.major_faults),
+         static_cast<double>(phase.counts.involuntary_switches), 1e3 * phase.times.stolen});
+  }
+  return table;
+}
+
+Table provocations_table(const CertificateReport& report) {
+  Table table{
+      .id = "provocations",
+      .title = "Worst ticks, provoked",
+      .caption =
+          "Time on the thread's own clock, the least of the repetitions, so that other work on the "
+          "machine does not count; costliest first. Instructions of the scene's costliest tick: " +
+          (report.result.budget.worst_instructions
+               ? short_number(static_cast<double>(*report.result.budget.worst_instructions))
+               : "not counted (" + report.not_counted + ")") +
+          ".",
+      .columns = {"provocation", "how", "scene at (s)", "computes for (us)",
+                  "by the wall clock (us)", "of the deadline (%)", "cycles (thousands)",
+                  "repetitions"},
+      .timing = true};
+  const double cycles = report.cycles_per_second.value_or(std::numeric_limits<double>::quiet_NaN());
+  for (const Provocation& each : report.result.budget.provocations) {
+    table.rows.push_back({each.name, each.what, each.scene_time, us * each.processor,
+                          us * each.wall, 100.0 * each.processor / report.result.claim.deadline,
+                          report.cycles_per_second ? Cell(1e-3 * cycles * each.processor)
+                                                   : Cell(std::string("no steady counter")),
+                          static_cast<double>(each.repetitions)});
+  }
+  return table;
+}
+
+Table tail_table(const Tail& tail) {
+  Table table{.id = "tail",
+              .title = "What an extrapolation assumes",
+              .caption = "Each check fails one time in a thousand where its claim is true.",
+              .columns = {"claim", "found", "at least", "at most", "holds"},
+              .timing = true};
+  for (const TailCheck& check : tail.checks) {
+    table.rows.push_back({check.claim, check.value, check.lower, check.upper,
+                          std::string(check.holds() ? "yes" : "no")});
+  }
+  return table;
+}
+
+Table levels_table(const Tail& tail) {
+  Table table{
+      .id = "levels",
+      .title = "Response times that were not seen",
+      .caption =
+          "Exceeded by one tick in so many, by the generalised Pareto distribution above the "
+          "lowest "
+          "threshold, with profile-likelihood limits; no further than two decades beyond the data.",
+      .columns = {"one tick in", "response (us)", "95 % from (us)", "to (us)"},
+      .timing = true};
+  for (const ReturnLevel& level : tail.levels) {
+    table.rows.push_back(
+        {1.0 / level.probability, us * level.value, us * level.lower, us * level.upper});
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<NamedPhase> phases_of(const CertificateReport& report) {
+  std::vector<const LoadResult*> loads;
+  for (const LoadResult& load : report.result.loads) { loads.push_back(&load); }
+  std::ranges::stable_partition(
+      loads, [&](const LoadResult* load) { return load == report.result.worst(); });
+  std::vector<NamedPhase> phases;
+  for (const LoadResult* load : loads) {
+    const std::string suffix = loads.size() > 1 ? ", load " + load->load : "";
+    phases.push_back({"empty loop" + suffix, &load->control, true});
+    phases.push_back({"scene" + suffix, &load->scene, false});
+  }
+  return phases;
+}
+
+std::string happening_at(const CertificateReport& report, const Moment& moment) {
+  if (!moment.happening) { return {}; }
+  return report.happening_name ? report.happening_name(*moment.happening)
+                               : std::string(palpate::name_of(moment.happening->event));
+}
+
+std::vector<Table> certificate_tables(const CertificateReport& report) {
+  std::vector<Table> tables{times_table(report), misses_table(report), provocations_table(report)};
+  if (const LoadResult* worst = report.result.worst()) {
+    tables.push_back(tail_table(worst->tail));
+    if (!worst->tail.levels.empty()) { tables.push_back(levels_table(worst->tail)); }
+  }
+  return tables;
+}
+
+namespace {
+
+using namespace certificate;
+
+struct NamedHistogram {
+  std::string name{};
+  const LatencyHistogram* times = nullptr;
+};
+
+std::vector<NamedHistogram> histograms_of(const LoadResult& load, const std::string& suffix) {
+  return {{"wakeup" + suffix, &load.scene.record.wakeup},
+          {"compute" + suffix, &load.scene.record.compute},
+          {"response" + suffix, &load.scene.record.response},
+          {"control" + suffix, &load.control.record.response}};
+}
+
+/// Counts over the middles of bins that hold any.
+Series series_of(const std::string& label, const LatencyHistogram& times) {
+  Series series{.label = label, .style = Series::Style::points};
+  for (std::size_t bin = 0; bin < times.used_bins(); ++bin) {
+    if (times.counts()[bin] == 0) { continue; }
+    series.x.push_back(static_cast<double>(bin) + 0.5);
+    series.y.push_back(times.counts()[bin]);
+  }
+  return series;
+}
+
+}  // namespace
+
+std::string to_csv(const CertificateReport& report) {
+  std::vector<NamedHistogram> columns;
+  const LoadResult nothing("", report.result.claim.deadline);
+  const LoadResult& worst = report.result.worst() != nullptr ? *report.result.worst() : nothing;
+  std::ranges::move(histograms_of(worst, ""), std::back_inserter(columns));
+  if (report.result.loads.size() > 1) {
+    for (const LoadResult& load : report.result.loads) {
+      std::ranges::move(histograms_of(load, "_" + load.load), std::back_inserter(columns));
+    }
+  }
+  std::string csv = "bin_start_us";
+  std::size_t bins = 0;
+  for (const NamedHistogram& column : columns) {
+    csv += "," + column.name;
+    bins = std::max(bins, column.times->used_bins());
+  }
+  csv += "\n";
+  for (std::size_t bin = 0; bin < bins; ++bin) {
+    const auto holds = [bin](const NamedHistogram& column) {
+      return column.times->counts()[bin] > 0;
+    };
+    if (std::ranges::none_of(columns, holds)) { continue; }
+    csv += std::to_string(bin);
+    for (const NamedHistogram& column : columns) {
+      csv += "," + std::to_string(column.times->counts()[bin]);
+    }
+    csv += "\n";
+  }
+  return csv;
+}
+
+std::vector<Figure> histogram_figures(const CertificateReport& report) {
+  const LoadResult* worst = report.result.worst();
+  if (worst == nullptr || worst->control.record.ticks() == 0) { return {}; }
+  Figure figure{
+      .id = "responses",
+      .title = "Response: scene and empty loop",
+      .caption = "Ticks in each us from the scheduled release; a single late one is a point at 1.",
+      .x = {.label = "time (us)", .logarithmic = true},
+      .y = {.label = "ticks", .logarithmic = true, .minimum = 0.8},
+      .series = {series_of("scene", worst->scene.record.response),
+                 series_of("empty loop", worst->control.record.response)},
+      .marks = {{"deadline", 1e6 * report.result.claim.deadline}},
+      .timing = true};
+  Figure parts = figure;
+  parts.id = "parts";
+  parts.title = "What the response of the scene is made of";
+  parts.caption = "Waking up late and computing, in bins of 1 us.";
+  parts.series = {series_of("computation", worst->scene.record.compute),
+                  series_of("wake-up", worst->scene.record.wakeup)};
+  return {std::move(figure), std::move(parts)};
+}
+
+namespace {
+
+using namespace certificate;
+using Json = nlohmann::ordered_json;
+
+Json number_or_null(const std::optional<double>& value) {
+  return value ? finite_or_null(us * *value) : Json(nullptr);
+}
+
+Json times_json(const CertificateReport& report, const LatencyHistogram& times, const Peak& worst) {
+  if (times.count() == 0) { return nullptr; }
+  Json json{{"min", us * times.minimum()}};
+  for (const auto& [name, share] : shown_percentiles) {
+    json[name] = number_or_null(times.percentile(share));
+  }
+  json["max"] = us * times.maximum();
+  json["max_at_tick"] = worst.tick;
+  json["max_at_scene_s"] = worst.moment.scene_time;
+  const std::string event = happening_at(report, worst.moment);
+  json["max_at_event"] = event.empty() ? Json(nullptr) : Json(event);
+  return json;
+}
+
+Json phase_json(const CertificateReport& report, const Phase& phase) {
+  const LoopRecord& record = phase.record;
+  return {
+      {"ticks", record.ticks()},
+      {"misses", record.misses.count()},
+      {"miss_probability_upper_95", miss_probability_upper(record.misses.count(), record.ticks())},
+      {"longest_miss_run", record.misses.longest_run()},
+      {"longest_recovery_us", us * record.misses.longest_recovery()},
+      {"wakeup_us", times_json(report, record.wakeup, record.worst_wakeup)},
+      {"compute_us", times_json(report, record.compute, record.worst_compute)},
+      {"response_us", times_json(report, record.response, record.worst_response)},
+      {"given_up", phase.hopeless},
+      {"seconds", phase.seconds},
+      {"restarts", phase.restarts},
+      {"paused_s", phase.paused},
+      {"minor_faults", phase.counts.minor_faults},
+      {"major_faults", phase.counts.major_faults},
+      {"voluntary_switches", phase.counts.voluntary_switches},
+      {"involuntary_switches", phase.counts.involuntary_switches},
+      {"stolen_s", phase.times.stolen},
+      {"interrupts_s", phase.times.interrupts},
+      {"other_processors_busy_s", phase.times.others}};
+}
+
+Json tail_json(const Tail& tail) {
+  Json json{
+      {"refused", tail.refusal.empty() ? Json(nullptr) : Json(tail.refusal)},
+      {"checks", Json::array()},
+      {"fits", Json::array()},
+      {"levels", Json::array()},
+      {"miss_probability", tail.beyond_deadline ? Json(*tail.beyond_deadline) : Json(nullptr)}};
+  for (const TailCheck& check : tail.checks) {
+    json["checks"].push_back({{"name", check.name},
+                              {"claim", check.claim},
+                              {"value", finite_or_null(check.value)},
+                              {"lower", finite_or_null(check.lower)},
+                              {"upper", finite_or_null(check.upper)},
+                              {"holds", check.holds()}});
+  }
+  for (const ThresholdFit& fit : tail.fits) {
+    json["fits"].push_back({{"threshold_us", us * fit.threshold},
+                            {"exceedances", fit.fit.count},
+                            {"shape", fit.fit.shape},
+                            {"scale_us", us * fit.fit.scale}});
+  }
+  for (const ReturnLevel& level : tail.levels) {
+    json["levels"].push_back({{"probability", level.probability},
+                              {"response_us", us * level.value},
+                              {"lower_us", us * level.lower},
+                              {"upper_us", finite_or_null(us * level.upper)}});
+  }
+  return json;
+}
+
+Json budget_json(const CertificateReport& report) {
+  const ComputeBudget& budget = report.result.budget;
+  const double deadline = report.result.claim.deadline;
+  const auto cycles = [&](double seconds) {
+    return report.cycles_per_second ? Json(seconds * *report.cycles_per_second) : Json(nullptr);
+  };
+  Json json{{"statement", budget_words(report.result)},
+            {"worst_us", budget.provocations.empty() ? Json(nullptr) : Json(us * budget.worst())},
+            {"worst_cycles", budget.provocations.empty() ? Json(nullptr) : cycles(budget.worst())},
+            {"deadline_cycles", cycles(deadline)},
+            {"cycles_per_second",
+             report.cycles_per_second ? Json(*report.cycles_per_second) : Json(nullptr)},
+            {"worst_instructions",
+             budget.worst_instructions ? Json(*budget.worst_instructions) : Json(nullptr)},
+            {"not_counted", budget.worst_instructions ? Json(nullptr) : Json(report.not_counted)},
+            {"provocations", Json::array()}};
+  for (const Provocation& each : budget.provocations) {
+    json["provocations"].push_back({{"name", each.name},
+                                    {"what", each.what},
+                                    {"scene_s", each.scene_time},
+                                    {"processor_us", us * each.processor},
+                                    {"wall_us", us * each.wall},
+                                    {"share_of_deadline", each.processor / deadline},
+                                    {"ticks", each.ticks},
+                                    {"repetitions", each.repetitions}});
+  }
+  return json;
+}
+
+Json missed_tick_json(const std::optional<MissedTick>& missed) {
+  constexpr double mj = 1e3;
+  if (!missed) { return nullptr; }
+  return {{"stiffness_n_per_m", missed->stiffness},
+          {"speed_m_per_s", missed->speed},
+          {"bound_mj", mj * missed->bound},
+          {"sampled_bound_mj", mj * missed->sampled_bound},
+          {"measured_mj", missed->measured ? Json(mj * *missed->measured) : Json(nullptr)},
+          {"measured_at_s", missed->measured ? Json(missed->measured_at) : Json(nullptr)}};
+}
+
+Json environment_json(const std::vector<EnvironmentFact>& facts) {
+  Json json = Json::object();
+  for (const EnvironmentFact& fact : facts) {
+    json[fact.key] = std::visit(
+        [](const auto& value) -> Json {
+          if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::monostate>) {
+            return nullptr;
+          } else {
+            return value;
+          }
+        },
+        fact.value);
+  }
+  return json;
+}
+
+Json loads_json(const CertificateReport& report) {
+  Json loads = Json::array();
+  for (const LoadResult& load : report.result.loads) {
+    loads.push_back({{"load", load.load},
+                     {"control", phase_json(report, load.control)},
+                     {"scene", phase_json(report, load.scene)},
+                     {"tail", tail_json(load.tail)}});
+  }
+  return loads;
+}
+
+}  // namespace
+
+std::string to_json(const CertificateReport& report) {
+  const Certificate& all = report.result;
+  const Judgement judgement = judge(all);
+  const LoadResult nothing("", all.claim.deadline);
+  const LoadResult& worst = all.worst() != nullptr ? *all.worst() : nothing;
+  Json json{{"schema", 1},
+            {"verdict", name_of(judgement.verdict)},
+            {"reason", judgement.reason},
+            {"interrupted", all.interrupted},
+            {"scene", report.file},
+            {"title", report.title},
+            {"scene_hash", report.scene_hash},
+            {"rate_hz", all.claim.rate},
+            {"deadline_us", us * all.claim.deadline},
+            {"duration_s", all.claim.duration},
+            {"confidence", 0.95},
+            {"load", worst.load.empty() ? Json(nullptr) : Json(worst.load)}};
+  json.update(phase_json(report, worst.scene));
+  json["control"] = phase_json(report, worst.control);
+  json["tail"] = tail_json(worst.tail);
+  json["compute_budget"] = budget_json(report);
+  json["missed_tick"] = missed_tick_json(all.missed_tick);
+  json["environment"] = environment_json(report.environment);
+  json["loads"] = loads_json(report);
+  json["notes"] = all.notes;
+  json["command"] = report.command;
+  json["provenance"] = report.provenance;
+  return json.dump(2) + "\n";
+}
+
+namespace {
+
+using namespace certificate;
+
+std::string headline(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::certified: return "Certified";
+    case Verdict::not_certified: return "Not certified";
+    case Verdict::not_qualified: break;
+  }
+  return "Environment not qualified: nothing is certified";
+}
+
+std::vector<Fact> claim_facts(const CertificateReport& report) {
+  const Certificate& all = report.result;
+  std::vector<Fact> facts{{"scene", report.file, report.scene_hash},
+                          {"rate", quantity(all.claim.rate, "Hz"),
+                           "a release every " + quantity(us * all.claim.period(), "us")},
+                          {"deadline", quantity(us * all.claim.deadline, "us"),
+                           "from the scheduled release until the tick is done"},
+                          {"allowed", "no miss", "under any load, nor by a provoked tick"}};
+  if (const LoadResult* worst = all.worst(); worst != nullptr && worst->scene.record.ticks() > 0) {
+    facts.push_back({"miss probability",
+                     "below " + short_number(worst->miss_probability_upper(), 3),
+                     "with 95 % confidence, from " + std::to_string(worst->scene.record.ticks()) +
+                         " ticks with " + std::to_string(worst->scene.record.misses.count()) +
+                         " misses, load " + worst->load});
+    facts.push_back({"scene began again", std::to_string(worst->scene.restarts) + " times",
+                     "built anew in pauses between ticks of " + quantity(worst->scene.paused, "s") +
+                         " in all"});
+  }
+  facts.push_back({"computation", budget_words(all), ""});
+  return facts;
+}
+
+std::vector<Fact> energy_facts(const MissedTick& missed) {
+  constexpr double mj = 1e3;
+  std::vector<Fact> facts{
+      {"stiffness at the hand", quantity(missed.stiffness, "N/m"), ""},
+      {"largest speed", quantity(missed.speed, "m/s"), "of grip or tool in the scene"},
+      {"bound", quantity(mj * missed.bound, "mJ"),
+       "1/2 K (v T)\u00b2: a spring whose force is held for a period T"},
+      {"against a kept tick", quantity(mj * missed.sampled_bound, "mJ"),
+       "K (v T)\u00b2: a sampled force is held anyway, and is now a period older"}};
+  if (missed.measured) {
+    const char* word =
+        *missed.measured <= missed.sampled_bound
+            ? "more than with the tick kept, at the grip: within that bound"
+            : "more than with the tick kept, at the grip: beyond that bound, which is of a spring "
+              "alone; "
+              "the coupling's damper adds to it, and force jumps where tissue gives way";
+    facts.push_back(
+        {"measured", quantity(mj * *missed.measured, "mJ"),
+         std::string(word) + ". The tick at " + quantity(missed.measured_at, "s") + " was missed"});
+  } else {
+    facts.push_back(
+        {"measured", "no", "the scene has no device through which a hand would feel it"});
+  }
+  return facts;
+}
+
+std::string value_text(const EnvironmentFact& fact) {
+  if (const bool* yes = std::get_if<bool>(&fact.value)) { return *yes ? "yes" : "no"; }
+  if (const double* number = std::get_if<double>(&fact.value)) { return short_number(*number, 6); }
+  const std::string* text = std::get_if<std::string>(&fact.value);
+  return text != nullptr ? *text : "the system does not say";
+}
+
+std::string environment_html(const CertificateReport& report) {
+  std::vector<Fact> facts;
+  for (const EnvironmentFact& fact : report.environment) {
+    facts.push_back({fact.label, value_text(fact), ""});
+  }
+  return "<h2>Environment</h2>\n" + html_facts(facts);
+}
+
+std::string tail_html(const CertificateReport& report, const std::vector<Table>& tables) {
+  const LoadResult* worst = report.result.worst();
+  if (worst == nullptr) { return {}; }
+  std::string html = "<h2>Beyond what was seen</h2>\n";
+  const Tail& tail = worst->tail;
+  if (!tail.refusal.empty()) {
+    html += html_notes({"Extrapolation refused: " + tail.refusal + "."});
+  } else {
+    html += html_notes(
+        {tail.beyond_deadline
+             ? "One tick in " + short_number(1.0 / *tail.beyond_deadline, 3) +
+                   " is expected beyond the deadline."
+             : "Beyond the deadline is further than two decades from the data: nothing is said "
+               "of it but the limit above."});
+  }
+  html += "<div class=\"exhibits\">\n";
+  for (std::size_t n = 3; n < tables.size(); ++n) {
+    if (!tables[n].rows.empty()) { html += html_table(tables[n]); }
+  }
+  return html + "</div>\n";
+}
+
+std::string histogram_html(const CertificateReport& report) {
+  const std::vector<Figure> figures = histogram_figures(report);
+  std::vector<const Figure*> all;
+  for (const Figure& figure : figures) { all.push_back(&figure); }
+  const std::vector<std::string> drawings = draw_figures(all);
+  std::string html;
+  for (std::size_t n = 0; n < figures.size(); ++n) { html += html_figure(figures[n], drawings[n]); }
+  return html;
+}
+
+std::string html_main(const CertificateReport& report) {
+  const std::vector<Table> tables = certificate_tables(report);
+  std::string html = "<main>\n<h2>The claim</h2>\n" + html_facts(claim_facts(report)) +
+                     html_notes(report.result.notes) + "<h2>The loop</h2>\n";
+  if (!tables[0].rows.empty()) {
+    html += "<div class=\"exhibits\">\n" + html_table(tables[0]) + html_table(tables[1]) +
+            histogram_html(report) + "</div>\n";
+  } else {
+    html += html_notes({"It did not run."});
+  }
+  if (!tables[2].rows.empty()) { html += "<h2>Worst ticks</h2>\n" + html_table(tables[2]); }
+  html += tail_html(report, tables);
+  if (report.result.missed_tick) {
+    html += "<h2>What one missed tick does to the hand</h2>\n" +
+            html_facts(energy_facts(*report.result.missed_tick));
+  }
+  return html + environment_html(report) + "</main>\n";
+}
+
+}  // namespace
+
+std::string to_html(const CertificateReport& report) {
+  const Judgement judgement = judge(report.result);
+  const std::string title =
+      "Real-time certificate: " + (report.title.empty() ? report.file : report.title);
+  std::vector<Fact> provenance;
+  for (const auto& [name, value] : report.provenance) { provenance.push_back({name, value, ""}); }
+  return html_page(
+      title,
+      html_banner({.title = title,
+                   .small_print = {report.command,
+                                   report.result.interrupted ? "interrupted: for what ran" : ""},
+                   .held = judgement.verdict == Verdict::certified,
+                   .open = judgement.verdict == Verdict::not_qualified,
+                   .verdict = headline(judgement.verdict),
+                   .detail = judgement.reason}) +
+          html_main(report) + html_provenance(provenance, report.command),
+      {});
+}
+
+}  // namespace palpate

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// How near a quantity is to its bound.
+
+#include <string>
+#include <vector>
+
+#include "reports/results/results.hpp"
+#include "validation/outcome.hpp"
+
+namespace palpate {
+
+/// How much of the room up to the bound a quantity uses: at most 1 exactly when it holds. Of an
+/// interval, the distance from its middle over half its width. NaN is infinitely far out.
+double share_of_bound(const Quantity& quantity);
+
+/// A count or a yes-or-no: it holds by equalling its bound, so its share of 1 is no narrow escape.
+bool met_exactly(const Quantity& quantity);
+
+/// The judged quantity furthest beyond its bound, else nearest to it; what is met exactly comes
+/// last. nullptr when none is judged.
+const Quantity* tightest_quantity(const Outcome& outcome);
+
+/// For people: "≤ 0.002 m", "0.85 to 1.15", "= 0", "finite".
+std::string allowed_text(const Quantity& quantity);
+std::string measured_text(const Quantity& quantity);
+/// "62 %", "3.2 times", "exact".
+std::string share_text(const Quantity& quantity);
+
+// One case in full: claim, quantities, figures, tables, notes, cost.
+
+/// Where the section of a case is: "case-oscillator-order-rk4".
+std::string case_anchor(const std::string& case_name);
+
+/// Every quantity with its bound and verdict.
+std::string html_quantities(const Outcome& outcome);
+
+/// `drawings` are the SVGs of the case's figures, in order.
+std::string html_case(const Outcome& outcome, const std::vector<std::string>& drawings);
+
+// report.html of a set of cases: verdict, table of claims with the worst margin first, then every
+// case with its numbers and figures, then provenance.
+
+/// Same results, same bytes. Throws DrawingError.
+std::string to_html(const Results& results);
+
+}  // namespace palpate

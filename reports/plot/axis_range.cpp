@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+
+#include "reports/plot/axis_range.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <string_view>
+
+#include "reports/html/html_page.hpp"
+
+namespace palpate {
+
+namespace {
+
+void include(Range& range, const Axis& axis, const std::vector<double>& values) {
+  for (const double value : values) {
+    if (!std::isfinite(value) || (axis.logarithmic && value <= 0.0)) { continue; }
+    range.low = range.empty ? value : std::min(range.low, value);
+    range.high = range.empty ? value : std::max(range.high, value);
+    range.empty = false;
+  }
+}
+
+/// Cells of a heat map reach half a cell beyond their centres.
+void include_cells(Range& range, const Axis& axis, const std::vector<double>& centres) {
+  include(range, axis, centres);
+  if (centres.size() < 2 || axis.logarithmic) { return; }
+  const double half = 0.5 * std::abs(centres[1] - centres[0]);
+  range.low -= half;
+  range.high += half;
+}
+
+Range finish(Range range, const Axis& axis, bool tight) {
+  if (!range.empty && axis.logarithmic && !tight) {
+    const double pad = std::max(0.04 * std::log10(range.high / range.low), 0.05);
+    range.low *= std::pow(10.0, -pad);
+    range.high *= std::pow(10.0, pad);
+  }
+  if (tight) { return range; }  // a limit of the axis would cut cells in half
+  if (axis.minimum) { range.low = *axis.minimum; }
+  if (axis.maximum) { range.high = *axis.maximum; }
+  return range;
+}
+
+std::string power_of_ten(int exponent) {
+  return "10^{" + std::string(exponent < 0 ? "−" : "") + std::to_string(std::abs(exponent)) + "}";
+}
+
+std::string plain_label(double mantissa, int exponent) {
+  if (exponent >= -3 && exponent <= 3) { return plain_number(mantissa * std::pow(10.0, exponent)); }
+  const std::string power = power_of_ten(exponent);
+  return mantissa == 1.0 ? power : plain_number(mantissa) + "·" + power;
+}
+
+std::vector<Tick> decade_ticks(const Range& range, int first, int last) {
+  const int step = std::max(1, (last - first + 7) / 8);
+  std::vector<Tick> ticks;
+  for (int exponent = first - 1; exponent <= last; ++exponent) {
+    const double decade = std::pow(10.0, exponent);
+    const bool labelled = (exponent - first) % step == 0;
+    if (decade >= range.low && decade <= range.high) {
+      ticks.push_back({decade, labelled ? power_of_ten(exponent) : ""});
+    }
+    if (last - first > 6) { continue; }
+    for (int n = 2; n < 10; ++n) {
+      if (n * decade >= range.low && n * decade <= range.high) {
+        ticks.push_back({n * decade, ""});
+      }
+    }
+  }
+  return ticks;
+}
+
+std::vector<Tick> even_ticks(const Range& range) {
+  const double rough = (range.high - range.low) / 5.0;
+  const double decade = std::pow(10.0, std::floor(std::log10(rough)));
+  const double step = decade * (rough / decade < 2.0 ? 2.0 : rough / decade < 5.0 ? 5.0 : 10.0);
+  std::vector<Tick> ticks;
+  for (double n = std::ceil(range.low / step); n * step <= range.high; ++n) {
+    ticks.push_back({n * step, plain_number(n * step)});
+  }
+  return ticks;
+}
+
+}  // namespace
+
+Range x_range(const Figure& figure) {
+  Range range;
+  for (const Series& series : figure.series) { include(range, figure.x, series.x); }
+  if (figure.heat_map) {
+    range = {};
+    include_cells(range, figure.x, figure.heat_map->x);
+  }
+  return finish(range, figure.x, figure.heat_map.has_value());
+}
+
+Range y_range(const Figure& figure) {
+  Range range;
+  for (const Series& series : figure.series) {
+    include(range, figure.y, series.y);
+    include(range, figure.y, series.y2);
+  }
+  if (figure.heat_map) {
+    range = {};
+    include_cells(range, figure.y, figure.heat_map->y);
+  }
+  return finish(range, figure.y, figure.heat_map.has_value());
+}
+
+double axis_share(const Axis& axis, const Range& range, double value) {
+  // Either may run downwards.
+  const double span = axis.logarithmic ? std::log(range.high / range.low) : range.high - range.low;
+  const double along = axis.logarithmic ? std::log(value / range.low) : value - range.low;
+  return span == 0.0 ? 0.5 + 0.0 * along : along / span;
+}
+
+std::vector<Tick> logarithmic_ticks(const Range& range) {
+  const auto first = static_cast<int>(std::ceil(std::log10(range.low) - 1e-9));
+  const auto last = static_cast<int>(std::floor(std::log10(range.high) + 1e-9));
+  if (std::log10(range.high / range.low) > 2.5) { return decade_ticks(range, first, last); }
+  std::vector<Tick> ticks;
+  for (int exponent = first - 1; exponent <= last; ++exponent) {
+    for (const double mantissa : std::array{1.0, 2.0, 5.0}) {
+      const double value = mantissa * std::pow(10.0, exponent);
+      if (value < range.low || value > range.high) { continue; }
+      ticks.push_back({value, plain_label(mantissa, exponent)});
+    }
+  }
+  return ticks.size() >= 3 ? ticks : even_ticks(range);
+}
+
+namespace {
+
+struct Prefix {
+  double from;  ///< least largest number that it is chosen for
+  double factor;
+  std::string_view symbol;
+};
+constexpr std::array<Prefix, 6> prefixes{{{1e7, 1e-6, "M"},
+                                          {1e4, 1e-3, "k"},
+                                          {1e-2, 1.0, ""},
+                                          {1e-5, 1e3, "m"},
+                                          {1e-8, 1e6, "µ"},
+                                          {1e-11, 1e9, "n"}}};
+constexpr std::array<std::string_view, 7> units{"m", "s", "N", "Pa", "J", "m/s", "W"};
+
+/// "(m)" at the end of a label, as a view of "m"; empty when it is none of the units.
+std::string_view unit_of(const std::string& label) {
+  const std::size_t open = label.rfind('(');
+  if (open == std::string::npos || label.back() != ')') { return {}; }
+  const std::string_view unit = std::string_view(label).substr(open + 1, label.size() - open - 2);
+  return std::ranges::find(units, unit) == units.end() ? std::string_view() : unit;
+}
+
+Prefix prefix_for(const Axis& axis, const Range& range) {
+  const Prefix none{0.0, 1.0, ""};
+  if (axis.logarithmic || range.empty || unit_of(axis.label).empty()) { return none; }
+  const double largest = std::max(std::abs(range.low), std::abs(range.high));
+  // Nobody says kiloseconds.
+  const bool large_units =
+      std::string_view("N Pa J W").find(unit_of(axis.label)) != std::string_view::npos;
+  for (const Prefix& prefix : prefixes) {
+    if (largest >= prefix.from) { return prefix.factor < 1.0 && !large_units ? none : prefix; }
+  }
+  return none;
+}
+
+void scale(std::vector<double>& values, double factor) {
+  for (double& value : values) { value *= factor; }
+}
+
+void scale(Axis& axis, const Prefix& prefix) {
+  if (prefix.factor == 1.0) { return; }
+  axis.label.insert(axis.label.rfind('(') + 1, prefix.symbol);
+  if (axis.minimum) { *axis.minimum *= prefix.factor; }
+  if (axis.maximum) { *axis.maximum *= prefix.factor; }
+}
+
+}  // namespace
+
+Figure in_field_units(Figure figure) {
+  Prefix x = prefix_for(figure.x, x_range(figure));
+  Prefix y = prefix_for(figure.y, y_range(figure));
+  if (figure.square) {  // equal scales stay equal: the larger number decides
+    if (unit_of(figure.x.label) != unit_of(figure.y.label)) { return figure; }
+    x = y = x.factor < y.factor ? x : y;
+  }
+  for (Series& series : figure.series) {
+    scale(series.x, x.factor);
+    scale(series.y, y.factor);
+    scale(series.y2, y.factor);
+  }
+  for (Zone& zone : figure.zones) {
+    zone.begin *= x.factor;
+    zone.end *= x.factor;
+  }
+  for (Mark& mark : figure.marks) { mark.x *= x.factor; }
+  if (figure.heat_map) {
+    scale(figure.heat_map->x, x.factor);
+    scale(figure.heat_map->y, y.factor);
+  }
+  scale(figure.x, x);
+  scale(figure.y, y);
+  return figure;
+}
+
+}  // namespace palpate

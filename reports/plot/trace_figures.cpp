@@ -1,0 +1,524 @@
+// SPDX-License-Identifier: MIT
+
+#include "reports/plot/trace_figures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "model/problem/recording.hpp"
+#include "reports/html/html_page.hpp"
+#include "reports/plot/shown_units.hpp"
+
+namespace palpate {
+
+namespace {
+
+/// Stretches of equal label over a coordinate that rises with the rows; nameless ones are gaps.
+std::vector<Zone> zones_of(const Trace& trace, const std::vector<std::size_t>& rows,
+                           const std::vector<double>& coordinate, double scale) {
+  std::vector<Zone> zones;
+  std::string open;
+  for (const std::size_t row : rows) {
+    const std::string label = layer_in(trace, row);
+    const double at = scale * coordinate[row];
+    if (!open.empty()) { zones.back().end = at; }
+    if (label != open && !label.empty()) { zones.push_back({label, at, at}); }
+    open = label;
+  }
+  // A tip that rests on the skin is in it at one tick and above it at the next.
+  constexpr double pixel = 1.0 / 400.0;
+  const double span =
+      rows.empty() ? 0.0 : scale * (coordinate[rows.back()] - coordinate[rows.front()]);
+  std::erase_if(zones, [&](const Zone& zone) { return !(zone.end - zone.begin >= pixel * span); });
+  return zones;
+}
+
+template <class Place> std::vector<Mark> marks_of(const Trace& trace, Place&& place) {
+  std::vector<Mark> marks;
+  if (trace.time.empty()) { return marks; }
+  for (const Event& event : trace.events) { marks.push_back({in_words(event.kind), place(event)}); }
+  return marks;
+}
+
+}  // namespace
+
+bool has_tool(const Trace& trace) {
+  return trace.find("tool.depth_m") != nullptr && trace.find("tool.force_n") != nullptr;
+}
+
+bool is_tool_column(const std::string& name) {
+  return name.starts_with("tool.") || name.starts_with("syringe.") || name.starts_with("device.");
+}
+
+const std::vector<double>& values_of(const Trace& trace, const std::string& name) {
+  const Column* column = trace.find(name);
+  if (column == nullptr) { throw std::out_of_range("the trace has no column " + name); }
+  return column->values;
+}
+
+std::vector<double> values_of(const Trace& trace, const std::string& name, double factor) {
+  std::vector<double> values = values_of(trace, name);
+  for (double& value : values) { value *= factor; }
+  return values;
+}
+
+std::vector<std::size_t> first_pass(const Trace& trace) {
+  const std::vector<double>& depth = values_of(trace, "tool.depth_m");
+  std::vector<std::size_t> rows;
+  for (std::size_t n = 0; n < depth.size(); ++n) {
+    if (!std::isfinite(depth[n])) { continue; }
+    const bool still = rows.size() == 1 && depth[n] == depth[rows.front()];
+    if (still) { rows.front() = n; }
+    if (rows.empty() || depth[n] > depth[rows.back()]) { rows.push_back(n); }
+  }
+  return rows;
+}
+
+std::vector<Zone> layers_over_depth(const Trace& trace) {
+  return zones_of(trace, first_pass(trace), values_of(trace, "tool.depth_m"), mm);
+}
+
+std::vector<Zone> layers_over_time(const Trace& trace) {
+  std::vector<std::size_t> rows(trace.time.size());
+  for (std::size_t n = 0; n < rows.size(); ++n) { rows[n] = n; }
+  return zones_of(trace, rows, trace.time, 1.0);
+}
+
+std::size_t row_at(const Trace& trace, double time) {
+  // An event carries the sum of its steps, which may round above its tick.
+  const double slack = 1e-9 * std::max(1.0, std::abs(time));
+  const auto row = std::ranges::lower_bound(trace.time, time - slack);
+  const auto last = static_cast<std::ptrdiff_t>(trace.time.size()) - 1;
+  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(row - trace.time.begin(), 0, last));
+}
+
+std::vector<Mark> events_over_depth(const Trace& trace) {
+  const std::vector<double>& depth = values_of(trace, "tool.depth_m");
+  return marks_of(trace, [&](const Event& event) { return mm * depth[row_at(trace, event.time)]; });
+}
+
+std::vector<Mark> events_over_time(const Trace& trace) {
+  return marks_of(trace, [](const Event& event) { return event.time; });
+}
+
+std::string layer_in(const Trace& trace, std::size_t row) {
+  for (const TextColumn& column : trace.text_columns) {
+    if (column.name == "tool.layer" && row < column.values.size()) { return column.values[row]; }
+  }
+  return {};
+}
+
+std::string in_words(std::string kind) {
+  std::ranges::replace(kind, '-', ' ');
+  return kind;
+}
+
+namespace {
+
+constexpr double settling = 0.1;  // [s] in which a loss of resistance is over
+
+constexpr double least_depth = 1e-12;  // [m] below it there is only rounding
+
+std::string where(const Trace& trace, std::size_t row) {
+  const std::string layer = layer_in(trace, row);
+  return (layer.empty() ? "" : "in " + layer + ", ") + "at " + quantity(trace.time[row], "s");
+}
+
+std::string depth_of(const Trace& trace, std::size_t row) {
+  return quantity(mm * values_of(trace, "tool.depth_m")[row], "mm");
+}
+
+/// Row of the largest finite value; nothing when there is none above zero.
+std::optional<std::size_t> peak_of(const std::vector<double>& values) {
+  std::optional<std::size_t> peak;
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    if (values[n] > (peak ? values[*peak] : 0.0) && std::isfinite(values[n])) { peak = n; }
+  }
+  return peak;
+}
+
+Fact peak_force(const Trace& trace) {
+  const std::vector<double>& force = values_of(trace, "tool.force_n");
+  const auto peak = peak_of(force);
+  if (!peak) { return {"peak force", "none", "nothing resisted the tool"}; }
+  return {"peak force", quantity(force[*peak], "N"),
+          depth_of(trace, *peak) + " deep " + where(trace, *peak)};
+}
+
+Fact deepest(const Trace& trace) {
+  const auto peak = peak_of(values_of(trace, "tool.depth_m"));
+  if (!peak) { return {"deepest place", "none", "the tool did not enter"}; }
+  return {"deepest place", depth_of(trace, *peak), where(trace, *peak)};
+}
+
+/// From one tick before the event to the lowest force soon after it.
+Fact loss_of_resistance(const Trace& trace, const Event& event) {
+  const std::vector<double>& force = values_of(trace, "tool.force_n");
+  const std::size_t row = row_at(trace, event.time);
+  const double before = force[row > 0 ? row - 1 : 0];
+  double after = force[row];
+  for (std::size_t n = row; n < force.size() && trace.time[n] <= event.time + settling; ++n) {
+    after = std::min(after, force[n]);
+  }
+  return {"loss of resistance", depth_of(trace, row),
+          "at " + quantity(event.time, "s") + "; the force falls by " +
+              quantity(before - after, "N") + ", from " + quantity(before, "N") + " to " +
+              quantity(after, "N") + " within " + quantity(settling, "s")};
+}
+
+void add_pressure(std::vector<Fact>& facts, const Trace& trace) {
+  if (trace.find("syringe.pressure_pa") == nullptr) { return; }
+  const std::vector<double>& pressure = values_of(trace, "syringe.pressure_pa");
+  const auto peak = peak_of(pressure);
+  if (!peak) { return; }
+  facts.push_back(
+      {"peak pressure", quantity(pressure[*peak] / pascals_per_mmhg, "mmHg"),
+       quantity(1e-3 * pressure[*peak], "kPa") + ", first reached " + where(trace, *peak)});
+}
+
+}  // namespace
+
+std::vector<Fact> tool_facts(const Trace& trace) {
+  if (!has_tool(trace) || trace.time.empty()) { return {}; }
+  std::vector<Fact> facts{peak_force(trace), deepest(trace)};
+  for (const Event& event : trace.events) {
+    if (event.kind != "loss-of-resistance") { continue; }
+    facts.push_back(loss_of_resistance(trace, event));
+    break;  // the first; the table of events has them all
+  }
+  add_pressure(facts, trace);
+  return facts;
+}
+
+Table events_table(const Trace& trace) {
+  Table table{.title = "In order of time"};
+  if (!has_tool(trace) || trace.time.empty()) {
+    table.columns = {"time (s)", "event", "detail"};
+    for (const Event& event : trace.events) {
+      table.rows.push_back({event.time, event.kind, event.detail});
+    }
+    return table;
+  }
+  table.caption = "Forces of the tick before the event and of its own.";
+  table.columns = {"time (s)", "event", "layer", "depth (mm)", "force before (N)", "force (N)"};
+  const std::vector<double>& depth = values_of(trace, "tool.depth_m");
+  const std::vector<double>& force = values_of(trace, "tool.force_n");
+  for (const Event& event : trace.events) {
+    const std::size_t row = row_at(trace, event.time);
+    const double deep = std::abs(depth[row]) < least_depth ? 0.0 : mm * depth[row];
+    table.rows.push_back({event.time, in_words(event.kind), event.detail, deep,
+                          force[row > 0 ? row - 1 : 0], force[row]});
+  }
+  return table;
+}
+
+namespace {
+
+constexpr double least_lateral = 1e-6;  // [N] below it there is only rounding
+
+struct Part {
+  const char* column;
+  const char* label;
+};
+constexpr std::array<Part, 3> parts{{{"tool.friction_n", "friction of the shaft"},
+                                     {"tool.cutting_n", "cutting at the tip"},
+                                     {"tool.stiffness_n", "stiffness of the tissue"}}};
+
+std::vector<double> picked(const std::vector<double>& values, const std::vector<std::size_t>& rows,
+                           double factor = 1.0) {
+  std::vector<double> out;
+  out.reserve(rows.size());
+  for (const std::size_t row : rows) { out.push_back(factor * values[row]); }
+  return out;
+}
+
+double largest(const Trace& trace, const char* column) {
+  double most = 0.0;
+  if (trace.find(column) == nullptr) { return most; }
+  for (const double value : values_of(trace, column)) {
+    if (std::isfinite(value)) { most = std::max(most, std::abs(value)); }
+  }
+  return most;
+}
+
+/// A tool with a shaft and an edge; a probe has neither.
+bool cuts(const Trace& trace) {
+  return largest(trace, "tool.cutting_n") > 0.0 || largest(trace, "tool.friction_n") > 0.0;
+}
+
+bool returns(const Trace& trace) {
+  const std::vector<double>& depth = values_of(trace, "tool.depth_m");
+  return !std::ranges::is_sorted(depth);
+}
+
+Figure force_over_depth(const Trace& trace) {
+  const std::string caption =
+      cuts(trace) ? "Resisting force along the needle over the depth of its tip; the tints are the "
+                    "layers that the tip was in on its way in."
+                  : "Resisting force over the depth of the tool below the undeformed skin.";
+  return {
+      .id = "force-over-depth",
+      .title = "Force against depth",
+      .caption = caption + (returns(trace) ? " Where the tool comes back the curve returns." : ""),
+      .x = {.label = cuts(trace) ? "tip depth (mm)" : "depth (mm)"},
+      .y = {.label = "force (N)"},
+      .series = {{.x = values_of(trace, "tool.depth_m", mm),
+                  .y = values_of(trace, "tool.force_n")}},
+      .zones = cuts(trace) ? layers_over_depth(trace) : std::vector<Zone>{},
+      .marks = events_over_depth(trace)};
+}
+
+Figure parts_over_depth(const Trace& trace) {
+  const std::vector<std::size_t> rows = first_pass(trace);
+  Figure figure{.id = "force-parts",
+                .title = "Cutting, friction and stiffness",
+                .caption =
+                    "The three parts of the resisting force stacked on each other, on the way "
+                    "in; the line is their sum.",
+                .x = {.label = "tip depth (mm)"},
+                .y = {.label = "force (N)"},
+                .zones = layers_over_depth(trace)};
+  const std::vector<double> depth = picked(values_of(trace, "tool.depth_m"), rows, mm);
+  std::vector<double> floor(rows.size(), 0.0);
+  for (const Part& part : parts) {
+    std::vector<double> top = picked(values_of(trace, part.column), rows);
+    for (std::size_t n = 0; n < top.size(); ++n) { top[n] += floor[n]; }
+    figure.series.push_back(
+        {.label = part.label, .style = Series::Style::area, .x = depth, .y = floor, .y2 = top});
+    floor = std::move(top);
+  }
+  figure.series.push_back(
+      {.label = "sum", .x = depth, .y = picked(values_of(trace, "tool.force_n"), rows)});
+  return figure;
+}
+
+Figure force_over_time(const Trace& trace) {
+  return {.id = "force-over-time",
+          .title = "Force over time",
+          .caption = "The same force at every tick.",
+          .x = {.label = "time (s)"},
+          .y = {.label = "force (N)"},
+          .series = {{.x = trace.time, .y = values_of(trace, "tool.force_n")}},
+          .marks = events_over_time(trace)};
+}
+
+Figure pressure_over_time(const Trace& trace) {
+  return {
+      .id = "pressure-over-time",
+      .title = "Syringe pressure over time",
+      .caption = "Gauge pressure behind the needle; the tints are the layers that the tip is in.",
+      .x = {.label = "time (s)"},
+      .y = {.label = "pressure (mmHg)"},
+      .series = {{.x = trace.time,
+                  .y = values_of(trace, "syringe.pressure_pa", 1.0 / pascals_per_mmhg)}},
+      .zones = layers_over_time(trace),
+      .marks = events_over_time(trace)};
+}
+
+Figure lateral_over_depth(const Trace& trace) {
+  return {.id = "lateral-force",
+          .title = "Lateral force against depth",
+          .caption = "What the tissue presses sideways on the shaft.",
+          .x = {.label = "tip depth (mm)"},
+          .y = {.label = "lateral force (N)"},
+          .series = {{.x = values_of(trace, "tool.depth_m", mm),
+                      .y = values_of(trace, "tool.lateral_n")}},
+          .zones = layers_over_depth(trace)};
+}
+
+}  // namespace
+
+std::vector<Figure> tool_figures(const Trace& trace) {
+  if (!has_tool(trace) || trace.time.size() < 2) { return {}; }
+  std::vector<Figure> figures{force_over_depth(trace)};
+  const bool needle = cuts(trace);
+  if (needle) { figures.push_back(parts_over_depth(trace)); }
+  figures.push_back(force_over_time(trace));
+  if (trace.find("syringe.pressure_pa") != nullptr) {
+    figures.push_back(pressure_over_time(trace));
+  }
+  if (needle && largest(trace, "tool.lateral_n") > least_lateral) {
+    figures.push_back(lateral_over_depth(trace));
+  }
+  return figures;
+}
+
+std::vector<Figure> tool_traces(const Trace& trace) {
+  if (!has_tool(trace) || trace.time.size() < 2) { return {}; }
+  Figure force{
+      .id = "tool-force",
+      .title = "Force",
+      .x = {.label = "time (s)"},
+      .y = {.label = "force (N)"},
+      .series = {{.label = "sum", .x = trace.time, .y = values_of(trace, "tool.force_n")}}};
+  for (const Part& part : parts) {
+    if (largest(trace, part.column) == 0.0) { continue; }
+    force.series.push_back(
+        {.label = part.label, .x = trace.time, .y = values_of(trace, part.column)});
+  }
+  std::vector<Figure> figures{std::move(force)};
+  if (trace.find("syringe.pressure_pa") != nullptr) {
+    Figure pressure = pressure_over_time(trace);
+    pressure.id = "tool-pressure";
+    pressure.title = "Syringe pressure";
+    pressure.series.front().label = "pressure";
+    figures.push_back(std::move(pressure));
+  }
+  return figures;
+}
+
+namespace {
+
+/// Neighbouring columns that belong in one picture.
+struct Group {
+  std::string record;
+  std::string unit;
+  std::vector<const Column*> columns;
+};
+
+/// "tip" and "vx" of "tip.vx_m_per_s".
+std::string record_of(const Column& column) {
+  const std::size_t dot = column.name.rfind('.');
+  return dot == std::string::npos ? "" : column.name.substr(0, dot);
+}
+std::string short_name(const Column& column) {
+  const std::size_t dot = column.name.rfind('.');
+  const std::string name = dot == std::string::npos ? column.name : column.name.substr(dot + 1);
+  const std::size_t unit = name.find('_');
+  return unit == 0 ? name : name.substr(0, unit);
+}
+
+std::vector<Group> groups_of(const Trace& trace) {
+  std::vector<Group> groups;
+  for (const Column& column : trace.columns) {
+    if (is_tool_column(column.name)) { continue; }
+    const std::string record = record_of(column);
+    if (groups.empty() || groups.back().record != record || groups.back().unit != column.unit) {
+      groups.push_back({record, column.unit, {}});
+    }
+    groups.back().columns.push_back(&column);
+  }
+  return groups;
+}
+
+bool as_displacement(const Group& group) {
+  return group.unit == "m" && !group.record.empty() && short_name(*group.columns.front()) == "x";
+}
+
+std::string subject_of(const Group& group) {
+  static const std::map<std::string, std::string> unit_subjects{
+      {"m", "position"}, {"m/s", "velocity"}, {"N", "force"}, {"Pa", "pressure"}};
+  if (as_displacement(group)) { return "displacement"; }
+  if (group.columns.size() == 1) { return short_name(*group.columns.front()); }
+  const auto found = unit_subjects.find(group.unit);
+  return found == unit_subjects.end() ? "value" : found->second;
+}
+
+Figure figure_of(const Group& group, const Trace& trace, std::size_t index) {
+  const std::string subject = subject_of(group);
+  Figure figure{
+      .id = "trace-" + std::to_string(index),
+      .title = group.record.empty() ? subject : group.record + ": " + subject,
+      .caption = as_displacement(group) ? "Displacement from the first tick." : "At every tick.",
+      .x = {.label = "time (s)"},
+      .y = {.label = subject + " (" + group.unit + ")"}};
+  for (const Column* column : group.columns) {
+    Series series{.label = short_name(*column), .x = trace.time, .y = column->values};
+    if (as_displacement(group)) {
+      for (double& y : series.y) { y -= column->values.front(); }
+    }
+    figure.series.push_back(std::move(series));
+  }
+  return figure;
+}
+
+/// The frame and the node of the largest displacement from the first frame.
+struct Furthest {
+  std::size_t frame = 0;
+  Eigen::Index node = 0;
+  double distance = 0.0;
+};
+
+Furthest furthest_of(const Trace& trace) {
+  Furthest furthest;
+  for (std::size_t n = 1; n < trace.frames.size(); ++n) {
+    if (trace.frames[n].cols() != trace.frames[0].cols() || !trace.frames[n].allFinite()) {
+      continue;
+    }
+    Eigen::Index node = 0;
+    const double distance = (trace.frames[n] - trace.frames[0]).colwise().norm().maxCoeff(&node);
+    if (distance > furthest.distance) { furthest = {n, node, distance}; }
+  }
+  return furthest;
+}
+
+Figure slice(const Trace& trace, const Furthest& furthest) {
+  const NodeVectors& rest = trace.frames.front();
+  const NodeVectors& moved = trace.frames[furthest.frame];
+  const Eigen::Vector3d extent = rest.rowwise().maxCoeff() - rest.rowwise().minCoeff();
+  const double factor = enlargement(furthest.distance, extent.maxCoeff());
+  const double half_thickness = std::max(0.02 * extent.y(), 1e-9);
+  Series before{.label = "at rest", .style = Series::Style::points};
+  const double time =
+      furthest.frame < trace.frame_time.size() ? trace.frame_time[furthest.frame] : 0.0;
+  Series after{.label = "at " + short_number(time) + " s", .style = Series::Style::points};
+  for (Eigen::Index i = 0; i < rest.cols(); ++i) {
+    if (std::abs(rest(1, i) - rest(1, furthest.node)) > half_thickness) { continue; }
+    const Eigen::Vector3d drawn = rest.col(i) + factor * (moved.col(i) - rest.col(i));
+    before.x.push_back(1e3 * rest(0, i));
+    before.y.push_back(1e3 * rest(2, i));
+    after.x.push_back(1e3 * drawn.x());
+    after.y.push_back(1e3 * drawn.z());
+  }
+  Figure figure{.id = "snapshot",
+                .title = "Largest displacement",
+                .caption = "Nodes of the slice y = " + short_number(1e3 * rest(1, furthest.node)) +
+                           " mm at rest and when one of them has moved furthest, by " +
+                           short_number(1e3 * furthest.distance) + " mm; displacements are drawn " +
+                           (factor == 1.0 ? "to scale" : short_number(factor) + " times larger") +
+                           ". The skin is above.",
+                .x = {.label = "x (mm)"},
+                .y = {.label = "z (mm)"},
+                .series = {before, after},
+                .square = true};
+  const auto [low, high] = std::ranges::minmax(before.y);
+  const double rim = 0.08 * std::max(high - low, 1e3 * extent.x());
+  figure.y.minimum = high + rim;  // z points into the tissue, so it grows downwards
+  figure.y.maximum = low - rim;
+  return figure;
+}
+
+}  // namespace
+
+std::vector<Figure> figures_over_time(const Trace& trace) {
+  std::vector<Figure> figures;
+  if (trace.time.size() < 2) { return figures; }
+  for (const Group& group : groups_of(trace)) {
+    figures.push_back(figure_of(group, trace, figures.size()));
+  }
+  return figures;
+}
+
+double enlargement(double distance, double extent) {
+  const double wanted = 0.06 * extent / distance;
+  if (wanted <= 1.0) { return 1.0; }
+  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
+  return decade * (wanted / decade >= 5.0 ? 5.0 : wanted / decade >= 2.0 ? 2.0 : 1.0);
+}
+
+std::optional<Figure> snapshot_figure(const Trace& trace) {
+  constexpr Eigen::Index fewest_nodes = 8;
+  if (trace.frames.size() < 2 || trace.frames.front().cols() < fewest_nodes) {
+    return std::nullopt;
+  }
+  const Furthest furthest = furthest_of(trace);
+  if (furthest.distance <= 0.0) { return std::nullopt; }
+  return slice(trace, furthest);
+}
+
+}  // namespace palpate

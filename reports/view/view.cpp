@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: MIT
+
+#include "reports/view/view.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "model/problem/needle_path.hpp"
+#include "model/tissue/skin.hpp"
+#include "model/tissue/tissue_grid.hpp"
+#include "reports/html/html_page.hpp"
+#include "reports/plot/trace_figures.hpp"
+#include "reports/view/cell_grid.hpp"
+
+namespace palpate {
+
+namespace {
+
+using Tensors = Eigen::Matrix<double, 9, Eigen::Dynamic>;
+
+/// Direction and size of the eigenvalue furthest from zero.
+Eigen::Vector4f principal(const Eigen::Matrix3d& tensor) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(tensor);
+  const Eigen::Vector3d& forces = solver.eigenvalues();
+  const int at = std::abs(forces(0)) > std::abs(forces(2)) ? 0 : 2;  // ascending
+  Eigen::Vector4d line;
+  line << solver.eigenvectors().col(at), forces(at);
+  return line.allFinite() ? Eigen::Vector4f(line.cast<float>()) : Eigen::Vector4f::Zero();
+}
+
+}  // namespace
+
+ForceLines force_lines(const SpringNetwork& network, const SpringLaw& law,
+                       const NodeVectors& position) {
+  ForceLines result;
+  Tensors tensors = Tensors::Zero(9, position.cols());
+  for (const Spring& spring : network.springs) {
+    const Eigen::Vector3d d = position.col(spring.b) - position.col(spring.a);
+    const double length = d.norm();
+    if (!(length >= zero_length)) { continue; }
+    const Eigen::Vector3d u = d / length;
+    const Eigen::Vector3d on_a =
+        spring_force<double>(law, spring.stiffness, 0.0, spring.rest_length, d, length, 0.0);
+    const Eigen::Matrix3d pull = 0.5 * on_a * u.transpose();
+    tensors.col(spring.a) += pull.reshaped();
+    tensors.col(spring.b) += pull.reshaped();
+    if (network.is_fixed(spring.a)) { result.held += on_a; }
+    if (network.is_fixed(spring.b)) { result.held -= on_a; }
+  }
+  result.line = Eigen::Matrix4Xf::Zero(4, position.cols());
+  for (Eigen::Index node = 0; node < position.cols(); ++node) {
+    if (tensors.col(node).isZero(0.0)) { continue; }
+    result.line.col(node) = principal(tensors.col(node).reshaped(3, 3));
+  }
+  return result;
+}
+
+namespace {
+
+constexpr std::size_t most_even_frames = 60;
+constexpr std::size_t most_springs_shown = 150'000;
+constexpr std::size_t most_labels = 32;
+
+std::optional<ViewTool> tool_of(const Scene& scene, const SpringNetwork& network) {
+  if (!scene.needle && !scene.probe) { return std::nullopt; }
+  const NeedlePath path = tool_path(scene, network);
+  ViewTool tool{.origin = path.origin(), .direction = path.direction()};
+  if (scene.needle) {
+    tool.size.setConstant(scene.needle->diameter);
+    return tool;
+  }
+  const bool fingertip = scene.probe->shape == Probe::Shape::fingertip;
+  tool.shape = fingertip ? ViewTool::Shape::fingertip : ViewTool::Shape::ultrasound;
+  tool.size =
+      fingertip ? Eigen::Vector2d::Constant(scene.probe->size.x()).eval() : scene.probe->size;
+  return tool;
+}
+
+ViewFocus focus_of(const View& view, const SpringNetwork& network, const Trace& trace) {
+  ViewFocus focus{.cut = view.cut};
+  if (!view.tool) { return focus; }
+  constexpr double share = 0.12;  // of the body's largest extent
+  const NodeVectors& rest = network.rest_position;
+  focus.radius = share * (rest.rowwise().maxCoeff() - rest.rowwise().minCoeff()).maxCoeff();
+  const double deepest = std::max(0.0, std::ranges::max(values_of(trace, "tool.depth_m")));
+  focus.begin = view.tool->origin;
+  focus.end = view.tool->origin + deepest * view.tool->direction;
+  return focus;
+}
+
+/// The middle of the cell at a node; of a node that is no cell's lowest corner, halfway to the node
+/// below it.
+Eigen::Vector3d place_of_material(const SpringNetwork& network, const std::optional<CellGrid>& grid,
+                                  int node) {
+  const Eigen::Vector3d own = network.rest_position.col(node);
+  if (!grid) { return own; }
+  const GridPlace& place = grid->places()[static_cast<std::size_t>(node)];
+  if (!grid->is_cell(place)) {
+    const int below = grid->node_at(beside(place, 2, 1));
+    return below < 0 ? own : Eigen::Vector3d(0.5 * (own + network.rest_position.col(below)));
+  }
+  const std::array<int, 8> corners = grid->corners(place);
+  return 0.5 * (own + network.rest_position.col(corners[7]));
+}
+
+/// Layers that are nowhere what a cell is told to be of.
+void tell_thin_layers(View& view, const Scene& scene) {
+  std::string missing;
+  for (const Layer& layer : scene.tissue.layers) {
+    const std::string& label = layer.tissue.empty() ? layer.material : layer.tissue;
+    if (std::ranges::find(view.labels, label) != view.labels.end()) { continue; }
+    missing += (missing.empty() ? "" : ", ") + label;
+  }
+  if (!missing.empty()) {
+    view.notes.push_back("thinner than the cells that hold them, and not told apart here: " +
+                         missing);
+  }
+}
+
+void add_nodes(View& view, const ViewInput& input, const ShownNodes& shown) {
+  const SpringNetwork& network = input.problem.network();
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(network.node_count());
+  Eigen::VectorXd count = sum;
+  for (const Spring& spring : network.springs) {
+    for (const int end : {spring.a, spring.b}) {
+      sum(end) += spring.stiffness;
+      count(end) += 1.0;
+    }
+  }
+  const double first = std::min(0.0, network.rest_position.row(2).minCoeff());
+  view.rest.resize(3, static_cast<Eigen::Index>(shown.nodes.size()));
+  view.stiffness.resize(view.rest.cols());
+  for (Eigen::Index n = 0; n < view.rest.cols(); ++n) {
+    const int node = shown.nodes[static_cast<std::size_t>(n)];
+    view.rest.col(n) = network.rest_position.col(node);
+    view.stiffness(n) = sum(node) / std::max(1.0, count(node));
+    view.fixed.push_back(network.fixed[static_cast<std::size_t>(node)]);
+    std::string label = label_at(input.scene, place_of_material(network, shown.grid, node), first);
+    if (label.empty()) { label = "tissue"; }
+    auto known = std::ranges::find(view.labels, label);
+    if (known == view.labels.end() && view.labels.size() < most_labels) {
+      known = view.labels.insert(known, label);
+    }
+    view.label.push_back(static_cast<std::uint8_t>(
+        std::min<std::ptrdiff_t>(known - view.labels.begin(), most_labels - 1)));
+  }
+}
+
+std::vector<int> numbers_of(const ShownNodes& shown, Eigen::Index nodes) {
+  std::vector<int> number(static_cast<std::size_t>(nodes), -1);
+  for (std::size_t n = 0; n < shown.nodes.size(); ++n) {
+    number[static_cast<std::size_t>(shown.nodes[n])] = static_cast<int>(n);
+  }
+  return number;
+}
+
+void add_grid(View& view, const ShownNodes& shown, const std::vector<int>& number) {
+  if (!shown.grid) { return; }
+  for (const int node : shown.nodes) {
+    const GridPlace& place = shown.grid->places()[static_cast<std::size_t>(node)];
+    const std::array<int, 8> corners = shown.grid->corners(place);
+    view.place.push_back(place);
+    view.cell.push_back(shown.grid->is_cell(place) && std::ranges::all_of(corners, [&](int corner) {
+                          return number[static_cast<std::size_t>(corner)] >= 0;
+                        }));
+  }
+}
+
+/// The skin of a grid: sides of its cells towards -z.
+ViewSurface skin_of(const CellGrid& grid, const NodeVectors& rest) {
+  ViewSurface skin{.label = "skin", .of_cells = true};
+  std::vector<int> nodes;
+  std::vector<int> vertex(grid.places().size(), -1);
+  for (const GridFace& face : exposed_faces(grid, [](const GridPlace&) { return true; })) {
+    const int above = grid.node_at(face.cell);
+    const int opposite = grid.node_at({face.cell[0] + 1, face.cell[1] + 1, face.cell[2]});
+    if (face.nodes[0] != above || face.nodes[2] != opposite) { continue; }
+    std::array<int, 4> corner{};
+    for (std::size_t n = 0; n < 4; ++n) {
+      int& own = vertex[static_cast<std::size_t>(face.nodes[n])];
+      if (own < 0) {
+        own = static_cast<int>(skin.vertices.size());
+        skin.vertices.push_back({{face.nodes[n], 1.0}});
+        nodes.push_back(face.nodes[n]);
+      }
+      corner[n] = own;
+    }
+    skin.triangles.push_back({corner[0], corner[1], corner[2]});
+    skin.triangles.push_back({corner[0], corner[2], corner[3]});
+  }
+  skin.rest = rest(Eigen::all, nodes);
+  return skin;
+}
+
+void add_surfaces(View& view, std::vector<ViewSurface> surfaces, const std::vector<int>& number) {
+  for (ViewSurface& surface : surfaces) {
+    for (auto& vertex : surface.vertices) {
+      for (ViewSurface::Support& support : vertex) {
+        support.node = number[static_cast<std::size_t>(support.node)];
+      }
+    }
+    view.surfaces.push_back(std::move(surface));
+  }
+}
+
+void add_springs(View& view, const SpringNetwork& network, const std::vector<int>& number) {
+  std::vector<ViewSpring> springs;
+  std::vector<double> lengths;
+  for (const Spring& spring : network.springs) {
+    const int a = number[static_cast<std::size_t>(spring.a)];
+    const int b = number[static_cast<std::size_t>(spring.b)];
+    if (a < 0 || b < 0) { continue; }
+    springs.push_back({a, b, spring.stiffness});
+    lengths.push_back(spring.rest_length);
+  }
+  if (springs.size() <= most_springs_shown) {
+    view.springs = std::move(springs);
+    return;
+  }
+  std::vector<double> sorted = lengths;
+  std::ranges::nth_element(sorted, sorted.begin() + most_springs_shown);
+  for (std::size_t n = 0; n < springs.size(); ++n) {
+    if (lengths[n] < sorted[most_springs_shown]) { view.springs.push_back(springs[n]); }
+  }
+  view.notes.push_back("of " + short_number(static_cast<double>(springs.size()), 9) +
+                       " springs between these nodes the " +
+                       short_number(static_cast<double>(view.springs.size()), 9) +
+                       " shortest are shown");
+}
+
+/// Instants of the view: frames of the trace, thinned evenly, and moments between them.
+std::vector<std::pair<double, const NodeVectors*>> instants_of(const ViewInput& input) {
+  std::vector<std::pair<double, const NodeVectors*>> instants;
+  const std::size_t count = input.trace.frames.size();
+  const std::size_t even = std::min(count, most_even_frames);
+  for (std::size_t n = 0; n < even; ++n) {
+    const std::size_t frame = even < 2 ? 0 : n * (count - 1) / (even - 1);
+    instants.emplace_back(input.trace.frame_time[frame], &input.trace.frames[frame]);
+  }
+  for (std::size_t n = 0; n < input.moments.time.size(); ++n) {
+    if (std::ranges::find(instants, input.moments.time[n],
+                          &std::pair<double, const NodeVectors*>::first) == instants.end()) {
+      instants.emplace_back(input.moments.time[n], &input.moments.positions[n]);
+    }
+  }
+  std::ranges::sort(instants, {}, &std::pair<double, const NodeVectors*>::first);
+  std::erase_if(instants, [](const auto& instant) { return !instant.second->allFinite(); });
+  return instants;
+}
+
+/// What a row says that happened.
+std::string happened_in(const Trace& trace, std::size_t row) {
+  const auto found = std::ranges::find(trace.text_columns, "tool.event", &TextColumn::name);
+  if (found == trace.text_columns.end()) { return {}; }
+  std::string text;
+  for (const char c : found->values[row]) {
+    text += c == ';' ? std::string(", ") : std::string(1, c);
+  }
+  return text;
+}
+
+void tell_forces(ViewFrame& frame, const ViewInput& input, const Eigen::Vector3d& held) {
+  const Trace& trace = input.trace;
+  if (has_tool(trace)) {
+    const std::size_t row = row_at(trace, frame.time);
+    frame.place = values_of(trace, "tool.insertion_m")[row];
+    frame.depth = values_of(trace, "tool.depth_m")[row];
+    frame.applied = values_of(trace, "tool.applied_n")[row];
+    frame.reaction = values_of(trace, "tool.force_n")[row];
+    frame.layer = layer_in(trace, row);
+    frame.event = in_words(happened_in(trace, row));
+  } else {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Load& load : input.problem.loads()) {
+      sum += load_factor(load, frame.time, frame.time) * static_cast<double>(load.nodes.size()) *
+             load.force;
+    }
+    frame.applied = sum.norm();
+    frame.reaction = held.norm();
+  }
+}
+
+void add_frames(View& view, const ViewInput& input, const ShownNodes& shown) {
+  const SpringNetwork& network = input.problem.network();
+  const SpringLaw law = SpringLaw::from(input.scene.simulation.printed);
+  for (const auto& [time, position] : instants_of(input)) {
+    const ForceLines lines = force_lines(network, law, *position);
+    ViewFrame frame{.time = time};
+    frame.displacement = (*position)(Eigen::all, shown.nodes) - view.rest;
+    frame.line = lines.line(Eigen::all, shown.nodes);
+    tell_forces(frame, input, lines.held);
+    view.frames.push_back(std::move(frame));
+  }
+  const auto peak = std::ranges::max_element(view.frames, {}, &ViewFrame::reaction);
+  view.peak = static_cast<std::size_t>(peak - view.frames.begin());
+}
+
+}  // namespace
+
+std::optional<View> make_view(const ViewInput& input) {
+  const SpringNetwork& network = input.problem.network();
+  if (input.trace.frames.empty() || network.node_count() == 0) { return std::nullopt; }
+  View view{.tool = tool_of(input.scene, network)};
+  const auto y = network.rest_position.row(1);
+  view.cut = view.tool ? view.tool->origin.y() : 0.5 * (y.minCoeff() + y.maxCoeff());
+  std::vector<int> needed;
+  for (const ViewSurface& surface : input.surfaces) {
+    for (const auto& vertex : surface.vertices) {
+      for (const ViewSurface::Support& support : vertex) { needed.push_back(support.node); }
+    }
+  }
+  const ShownNodes shown = shown_nodes(network, focus_of(view, network, input.trace), needed);
+  if (!shown.note.empty()) { view.notes.push_back(shown.note); }
+  const std::vector<int> number = numbers_of(shown, network.node_count());
+  add_nodes(view, input, shown);
+  tell_thin_layers(view, input.scene);
+  add_grid(view, shown, number);
+  std::vector<ViewSurface> surfaces = input.surfaces;
+  if (surfaces.empty() && shown.grid) {
+    surfaces.push_back(skin_of(*shown.grid, network.rest_position));
+  }
+  add_surfaces(view, std::move(surfaces), number);
+  add_springs(view, network, number);
+  add_frames(view, input, shown);
+  if (view.frames.empty()) { return std::nullopt; }
+  return view;
+}
+
+namespace {
+
+Eigen::AlignedBox3d around(const NodeGrid& grid) {
+  Eigen::AlignedBox3d box(grid.first,
+                          grid.place(grid.count[0] - 1, grid.count[1] - 1, grid.count[2] - 1));
+  const Eigen::Vector3d room = Eigen::Vector3d::Constant(0.5 * box.diagonal().maxCoeff());
+  return {box.min() - room, box.max() + room};
+}
+
+std::vector<std::array<int, 3>> faces_around(const TriangleSurface& surface,
+                                             const Eigen::AlignedBox3d& box) {
+  std::vector<std::array<int, 3>> faces;
+  for (const auto& face : surface.triangle) {
+    Eigen::AlignedBox3d around_face;
+    for (const int vertex : face) {
+      around_face.extend(Eigen::Vector3d(surface.vertex.col(vertex)));
+    }
+    if (box.intersects(around_face)) { faces.push_back(face); }
+  }
+  return faces;
+}
+
+}  // namespace
+
+std::optional<ViewSurface> view_of_skin(const Scene& scene, std::vector<std::string>& notes) {
+  const std::optional<NodeGrid> grid = scene.tissue.skin ? tissue_grid(scene) : std::nullopt;
+  if (!grid) { return {}; }
+  const TriangleSurface& surface = scene.tissue.skin->surface();
+  ViewSurface skin{.label = "skin", .triangles = faces_around(surface, around(*grid))};
+  const auto in_words = [](std::size_t count) {
+    return short_number(static_cast<double>(count), 9);
+  };
+  if (skin.triangles.size() > most_faces_shown) {
+    notes.push_back("the skin is not shown: " + in_words(skin.triangles.size()) +
+                    " of its faces lie around the tissue, and a page takes " +
+                    in_words(most_faces_shown));
+    return {};
+  }
+  if (skin.triangles.size() < surface.triangle.size()) {
+    notes.push_back(in_words(skin.triangles.size()) + " of " + in_words(surface.triangle.size()) +
+                    " faces of the skin are shown: those around the tissue");
+  }
+  std::vector<int> vertices;
+  std::vector<int> number(static_cast<std::size_t>(surface.vertex.cols()), -1);
+  for (auto& face : skin.triangles) {
+    for (int& vertex : face) {
+      int& own = number[static_cast<std::size_t>(vertex)];
+      if (own < 0) {
+        own = static_cast<int>(vertices.size());
+        vertices.push_back(vertex);
+      }
+      vertex = own;
+    }
+  }
+  skin.rest = surface.vertex(Eigen::all, vertices);
+  for (const EmbeddedPoint& point : embed(skin.rest, *grid)) {
+    std::vector<ViewSurface::Support>& supports = skin.vertices.emplace_back();
+    for (std::size_t n = 0; point.follows() && n < point.node.size(); ++n) {
+      if (point.weight[n] > 0.0) { supports.push_back({point.node[n], point.weight[n]}); }
+    }
+  }
+  return skin;
+}
+
+}  // namespace palpate

@@ -1,0 +1,425 @@
+// SPDX-License-Identifier: MIT
+
+#include "reports/view/view_encoding.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <boost/archive/iterators/base64_from_binary.hpp>
+#include <boost/archive/iterators/transform_width.hpp>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+#include <zlib.h>
+
+#include "reports/html/html_page.hpp"
+#include "reports/plot/shown_units.hpp"
+#include "reports/plot/trace_figures.hpp"
+
+namespace palpate {
+
+namespace {
+
+void add_planes(std::vector<std::uint8_t>& bytes, std::span<const std::uint64_t> values, int bits) {
+  for (int shift = 0; shift < bits; shift += 8) {
+    for (const std::uint64_t value : values) {
+      bytes.push_back(static_cast<std::uint8_t>(value >> shift));
+    }
+  }
+}
+
+}  // namespace
+
+void PackedBytes::add_bytes(std::span<const std::uint8_t> values) {
+  bytes_.insert(bytes_.end(), values.begin(), values.end());
+}
+
+void PackedBytes::add_differences(std::span<const std::int64_t> values, int bits) {
+  std::vector<std::uint64_t> differences;
+  std::int64_t before = 0;
+  for (const std::int64_t value : values) {
+    differences.push_back(static_cast<std::uint64_t>(value - before));
+    before = value;
+  }
+  add_planes(bytes_, differences, bits);
+}
+
+void PackedBytes::add_changes(std::span<const std::int16_t> values,
+                              std::span<const std::int16_t> before) {
+  std::vector<std::uint64_t> differences;
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    differences.push_back(
+        static_cast<std::uint64_t>(std::int64_t{values[n]} - std::int64_t{before[n]}));
+  }
+  add_planes(bytes_, differences, 16);
+}
+
+std::string PackedBytes::deflated() const {
+  return deflate({reinterpret_cast<const char*>(bytes_.data()), bytes_.size()});
+}
+
+std::string deflate(std::string_view bytes) {
+  uLongf size = compressBound(bytes.size());
+  std::string packed(size, '\0');
+  const int code =
+      compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_DEFAULT_COMPRESSION);
+  if (code != Z_OK) {
+    throw std::runtime_error("zlib could not deflate: code " + std::to_string(code));
+  }
+  packed.resize(size);
+  return packed;
+}
+
+std::string base64(std::string_view bytes) {
+  using namespace boost::archive::iterators;
+  using Digits = base64_from_binary<transform_width<const char*, 6, 8>>;
+  std::string text(Digits(bytes.data()), Digits(bytes.data() + bytes.size()));
+  text.append((4 - text.size() % 4) % 4, '=');
+  return text;
+}
+
+namespace {
+
+constexpr Rgb rgb(unsigned code) {
+  return {static_cast<double>(code >> 16U & 255U) / 255.0,
+          static_cast<double>(code >> 8U & 255U) / 255.0, static_cast<double>(code & 255U) / 255.0};
+}
+
+/// magma of matplotlib from its light end on, without the darkest eighth and with a greyer
+/// beginning: what is zero is pale and has no hue.
+constexpr std::array<Rgb, 8> magma{rgb(0xf4ede4), rgb(0xfdc697), rgb(0xfb8861), rgb(0xe75263),
+                                   rgb(0xb73779), rgb(0x822681), rgb(0x51127c), rgb(0x1d1147)};
+
+/// The first word that a label holds decides.
+constexpr std::array<std::pair<std::string_view, Rgb>, 12> by_word{{{"skin", rgb(0xe3b196)},
+                                                                    {"fat", rgb(0xf1d58a)},
+                                                                    {"epidural", rgb(0x9cc7dd)},
+                                                                    {"dura", rgb(0x8793c0)},
+                                                                    {"flavum", rgb(0xd9a441)},
+                                                                    {"supraspinous", rgb(0xc9b8a8)},
+                                                                    {"interspinous", rgb(0xb9938a)},
+                                                                    {"ligament", rgb(0xc7ad94)},
+                                                                    {"muscle", rgb(0xb5645a)},
+                                                                    {"bone", rgb(0xeee7d3)},
+                                                                    {"nodule", rgb(0x8e6bb0)},
+                                                                    {"disc", rgb(0x86b39a)}}};
+constexpr std::array<Rgb, 6> others{rgb(0xe0b79c), rgb(0x8fb8a8), rgb(0xb7a3cf),
+                                    rgb(0xd69a7c), rgb(0x93b5d6), rgb(0xc3bf7d)};
+
+}  // namespace
+
+Rgb scale_colour(double share) {
+  const double along = std::clamp(share, 0.0, 1.0) * static_cast<double>(magma.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(along), magma.size() - 2);
+  const double rest = along - static_cast<double>(below);
+  Rgb colour{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    colour[n] = (1.0 - rest) * magma[below][n] + rest * magma[below + 1][n];
+  }
+  return colour;
+}
+
+std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels) {
+  std::vector<Rgb> colours;
+  std::size_t other = 0;
+  for (const std::string& label : labels) {
+    const auto found = std::ranges::find_if(
+        by_word, [&](const auto& each) { return label.find(each.first) != std::string::npos; });
+    colours.push_back(found != by_word.end() ? found->second : others[other++ % others.size()]);
+  }
+  return colours;
+}
+
+std::string hex_colour(const Rgb& colour) {
+  std::string text = "#";
+  for (const double part : colour) {
+    std::array<char, 3> digits{};
+    std::snprintf(digits.data(), digits.size(), "%02x",
+                  static_cast<unsigned>(std::lround(255.0 * std::clamp(part, 0.0, 1.0))) & 255U);
+    text += digits.data();
+  }
+  return text;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Integers = std::vector<std::int64_t>;
+
+/// What quantised numbers mean.
+struct Scales {
+  Eigen::Vector3d low{0.0, 0.0, 0.0};     ///< [m]
+  Eigen::Vector3d extent{0.0, 0.0, 0.0};  ///< [m]
+  double displacement = 0.0;              ///< largest [m]
+  double step = 0.0;                      ///< of displacements [m]
+  double force = 0.0;                     ///< largest principal force [N]
+  double softest = 0.0;                   ///< [N/m]
+  double stiffest = 0.0;                  ///< [N/m]
+};
+
+Scales scales_of(const View& view, int bits) {
+  Scales scales;
+  scales.low = view.rest.rowwise().minCoeff();
+  scales.extent = view.rest.rowwise().maxCoeff() - scales.low;
+  double largest = 0.0;
+  for (const ViewFrame& frame : view.frames) {
+    scales.displacement =
+        std::max(scales.displacement, frame.displacement.colwise().norm().maxCoeff());
+    largest = std::max(largest, frame.displacement.cwiseAbs().maxCoeff());
+    scales.force =
+        std::max(scales.force, static_cast<double>(frame.line.row(3).cwiseAbs().maxCoeff()));
+  }
+  scales.step = largest / (std::ldexp(1.0, bits - 1) - 1.0);
+  scales.softest = std::numeric_limits<double>::infinity();  // of what has any
+  const auto reach = [&scales](double stiffness) {
+    if (stiffness > 0.0) { scales.softest = std::min(scales.softest, stiffness); }
+    scales.stiffest = std::max(scales.stiffest, stiffness);
+  };
+  for (const double stiffness : view.stiffness) { reach(stiffness); }
+  for (const ViewSpring& spring : view.springs) { reach(spring.stiffness); }
+  scales.softest = std::min(scales.softest, scales.stiffest);
+  return scales;
+}
+
+/// By its logarithm, 0 to 255.
+std::uint8_t stiffness_byte(double stiffness, const Scales& scales) {
+  if (!(scales.stiffest > scales.softest)) { return 128; }
+  const double share = std::log(std::max(stiffness, scales.softest) / scales.softest) /
+                       std::log(scales.stiffest / scales.softest);
+  return static_cast<std::uint8_t>(std::lround(255.0 * share));
+}
+
+/// One coordinate of places between `low` and `low` + `extent` [m].
+void pack_places(PackedBytes& packed, const Eigen::RowVectorXd& places, double low, double extent) {
+  Integers values;
+  const double scale = extent > 0.0 ? 65535.0 / extent : 0.0;
+  for (const double x : places) { values.push_back(std::llround((x - low) * scale)); }
+  packed.add_differences(values, 16);
+}
+
+void pack_nodes(PackedBytes& packed, const View& view, const Scales& scales) {
+  for (int axis = 0; axis < 3; ++axis) {
+    pack_places(packed, view.rest.row(axis), scales.low(axis), scales.extent(axis));
+  }
+  packed.add_bytes(view.label);
+  packed.add_bytes(view.fixed);
+  std::vector<std::uint8_t> stiffness;
+  for (const double k : view.stiffness) { stiffness.push_back(stiffness_byte(k, scales)); }
+  packed.add_bytes(stiffness);
+  if (view.place.empty()) { return; }
+  packed.add_bytes(view.cell);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Integers values;
+    for (const auto& place : view.place) { values.push_back(place[axis]); }
+    packed.add_differences(values, 16);
+  }
+}
+
+void pack_springs(PackedBytes& packed, const View& view, const Scales& scales) {
+  Integers a, way;
+  std::vector<std::uint8_t> stiffness;
+  for (const ViewSpring& spring : view.springs) {
+    a.push_back(spring.a);
+    way.push_back(spring.b - spring.a);
+    stiffness.push_back(stiffness_byte(spring.stiffness, scales));
+  }
+  packed.add_differences(a, 32);
+  packed.add_differences(way, 32);
+  packed.add_bytes(stiffness);
+}
+
+/// The box around a surface; a point where it has no vertices.
+Eigen::AlignedBox3d bounds_of(const ViewSurface& surface) {
+  Eigen::AlignedBox3d box(Eigen::Vector3d(0.0, 0.0, 0.0));
+  if (surface.rest.cols() > 0) {
+    box = {surface.rest.rowwise().minCoeff(), surface.rest.rowwise().maxCoeff()};
+  }
+  return box;
+}
+
+void pack_surface(PackedBytes& packed, const ViewSurface& surface) {
+  const Eigen::AlignedBox3d box = bounds_of(surface);
+  for (int axis = 0; axis < 3; ++axis) {
+    pack_places(packed, surface.rest.row(axis), box.min()(axis), box.sizes()(axis));
+  }
+  std::vector<std::uint8_t> counts;
+  Integers nodes, weights, corners;
+  for (const auto& vertex : surface.vertices) {
+    counts.push_back(static_cast<std::uint8_t>(vertex.size()));
+    for (const ViewSurface::Support& support : vertex) {
+      nodes.push_back(support.node);
+      weights.push_back(std::llround(32767.0 * support.weight));
+    }
+  }
+  for (const auto& triangle : surface.triangles) {
+    corners.insert(corners.end(), triangle.begin(), triangle.end());
+  }
+  packed.add_bytes(counts);
+  packed.add_differences(nodes, 32);
+  packed.add_differences(weights, 16);
+  packed.add_differences(corners, 32);
+}
+
+/// A direction and the root of a force in three bytes: a pull points into the half space of +z, a
+/// push out of it.
+void add_line(std::vector<std::uint8_t>& bytes, const Eigen::Vector4f& line, double largest) {
+  const double root =
+      largest > 0.0 ? 127.0 * std::sqrt(std::abs(static_cast<double>(line(3))) / largest) : 0.0;
+  std::array<long, 3> parts{};
+  for (int axis = 0; axis < 3; ++axis) {
+    parts[static_cast<std::size_t>(axis)] = std::lround(root * static_cast<double>(line(axis)));
+  }
+  const long first = parts[2] != 0 ? parts[2] : parts[1] != 0 ? parts[1] : parts[0];
+  const bool turn = (first > 0) != (line(3) > 0.0F);
+  for (const long part : parts) { bytes.push_back(static_cast<std::uint8_t>(turn ? -part : part)); }
+}
+
+void pack_frames(PackedBytes& packed, const View& view, const Scales& scales) {
+  std::vector<std::int16_t> before(static_cast<std::size_t>(view.rest.size()), 0);
+  for (const ViewFrame& frame : view.frames) {
+    std::vector<std::int16_t> values;
+    for (const double u : frame.displacement.reshaped()) {
+      values.push_back(
+          static_cast<std::int16_t>(scales.step > 0.0 ? std::lround(u / scales.step) : 0));
+    }
+    packed.add_changes(values, before);
+    before = std::move(values);
+    std::vector<std::uint8_t> lines;
+    for (Eigen::Index n = 0; n < frame.line.cols(); ++n) {
+      add_line(lines, frame.line.col(n), scales.force);
+    }
+    packed.add_bytes(lines);
+  }
+}
+
+Json frames_json(const View& view) {
+  Json frames = Json::array();
+  for (const ViewFrame& frame : view.frames) {
+    Json each{{"time", frame.time}, {"applied", frame.applied}, {"reaction", frame.reaction}};
+    if (view.tool) {
+      each.update({{"place", frame.place}, {"depth", frame.depth}, {"layer", frame.layer}});
+    }
+    if (!frame.event.empty()) { each["event"] = frame.event; }
+    frames.push_back(std::move(each));
+  }
+  return frames;
+}
+
+Json list_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  return std::vector<double>(values.begin(), values.end());
+}
+
+Json tool_json(const ViewTool& tool) {
+  const char* shape = tool.shape == ViewTool::Shape::needle      ? "needle"
+                      : tool.shape == ViewTool::Shape::fingertip ? "fingertip"
+                                                                 : "ultrasound";
+  return {{"shape", shape},
+          {"origin", list_of(tool.origin)},
+          {"direction", list_of(tool.direction)},
+          {"size", list_of(tool.size)}};
+}
+
+Json colours_json(const std::vector<std::string>& labels) {
+  Json tissue = Json::array();
+  for (const Rgb& colour : tissue_colours(labels)) { tissue.push_back(hex_colour(colour)); }
+  constexpr int stops = 33;
+  Json scale = Json::array();
+  for (int n = 0; n < stops; ++n) { scale.push_back(hex_colour(scale_colour(n / (stops - 1.0)))); }
+  return {{"tissue", tissue}, {"scale", scale}};
+}
+
+std::string header_of(const View& view, const Scales& scales) {
+  Json surfaces = Json::array();
+  for (const ViewSurface& surface : view.surfaces) {
+    std::size_t supports = 0;
+    for (const auto& vertex : surface.vertices) { supports += vertex.size(); }
+    surfaces.push_back({{"label", surface.label},
+                        {"vertices", surface.vertices.size()},
+                        {"supports", supports},
+                        {"low", list_of(bounds_of(surface).min())},
+                        {"extent", list_of(bounds_of(surface).sizes())},
+                        {"triangles", surface.triangles.size()}});
+  }
+  Json header{{"nodes", view.rest.cols()},
+              {"springs", view.springs.size()},
+              {"grid", !view.place.empty()},
+              {"labels", view.labels},
+              {"colours", colours_json(view.labels)},
+              {"surfaces", surfaces},
+              {"low", list_of(scales.low)},
+              {"extent", list_of(scales.extent)},
+              {"step", scales.step},
+              {"displacement", scales.displacement},
+              {"force", scales.force},
+              {"stiffness", {scales.softest, scales.stiffest}},
+              {"cut", view.cut},
+              {"peak", view.peak},
+              {"enlargement", view.tool ? 1.0
+                                        : enlargement(std::max(scales.displacement, 1e-300),
+                                                      scales.extent.maxCoeff())},
+              {"frames", frames_json(view)}};
+  if (view.tool) { header["tool"] = tool_json(*view.tool); }
+  std::string text = header.dump(-1, ' ', true, Json::error_handler_t::replace);
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
+    text.replace(at, 1, "\\u003c");
+  }
+  return text;
+}
+
+EncodedView encode_to(const View& view, int bits) {
+  const Scales scales = scales_of(view, bits);
+  PackedBytes packed;
+  pack_nodes(packed, view, scales);
+  pack_springs(packed, view, scales);
+  for (const ViewSurface& surface : view.surfaces) { pack_surface(packed, surface); }
+  pack_frames(packed, view, scales);
+  return {.header = header_of(view, scales), .numbers = base64(packed.deflated())};
+}
+
+/// Every second frame, but those of events, the largest reaction and the last stay.
+void halve_frames(View& view) {
+  std::vector<ViewFrame> kept;
+  for (std::size_t n = 0; n < view.frames.size(); ++n) {
+    const bool wanted = n % 2 == 0 || n == view.peak || n + 1 == view.frames.size() ||
+                        !view.frames[n].event.empty();
+    if (n == view.peak) { view.peak = kept.size(); }
+    if (wanted) { kept.push_back(std::move(view.frames[n])); }
+  }
+  view.frames = std::move(kept);
+}
+
+}  // namespace
+
+EncodedView encode(View view, std::size_t most) {
+  constexpr std::size_t fewest_frames = 8;
+  EncodedView encoded;
+  for (int bits : {16, 13, 11}) {
+    encoded = encode_to(view, bits);
+    if (encoded.numbers.size() <= most) {
+      if (bits < 16) {
+        encoded.notes.push_back("displacements are shown to " +
+                                quantity(mm * scales_of(view, bits).step, "mm") +
+                                " to keep the page small");
+      }
+      return encoded;
+    }
+  }
+  const std::size_t all = view.frames.size();
+  for (std::size_t before = 0;
+       encoded.numbers.size() > most && view.frames.size() != before && before != fewest_frames;) {
+    before = view.frames.size();
+    halve_frames(view);
+    encoded = encode_to(view, 11);
+  }
+  encoded.notes.push_back(std::to_string(view.frames.size()) + " of " + std::to_string(all) +
+                          " instants are shown, and displacements to " +
+                          quantity(mm * scales_of(view, 11).step, "mm") +
+                          ", to keep the page small");
+  return encoded;
+}
+
+}  // namespace palpate

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// A client and the emulator on two ends of a pseudo-terminal, in wall-clock time.
+
+#include "device/byte_link.hpp"
+
+#include <atomic>
+#include <fcntl.h>
+#include <termios.h>
+#include <thread>
+#include <unistd.h>
+
+#include "device/falcon/driver.hpp"
+#include "device/falcon/emulator.hpp"
+#include "tests/check.hpp"
+#include "tests/device/falcon/samples.hpp"
+
+namespace {
+
+using namespace palpate::device;
+using namespace palpate::device::falcon;
+
+// The machine may be busy: a deadline here only decides how long a failure takes.
+constexpr DriverOptions patient{.reply_deadline = 5.0, .hail_patience = 5.0};
+
+/// Serves in a thread of its own until it is destroyed.
+class Service {
+ public:
+  Service() : emulator_(body_), thread_([this] { run(); }) {}
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+  ~Service() { stop(); }
+  void stop() {
+    stop_ = true;
+    if (thread_.joinable()) { thread_.join(); }
+  }
+  [[nodiscard]] const std::string& path() const { return link_.path(); }
+  [[nodiscard]] const Emulator& emulator() const { return emulator_; }  ///< after stop()
+  [[nodiscard]] double now() const { return link_.now(); }
+
+ private:
+  void run() {
+    while (!stop_) {
+      (void)link_.wait_until(emulator_.next_call(link_.now()));
+      emulator_.serve(link_);
+    }
+  }
+  sample::SummingBody body_{};
+  PtyLink link_{};
+  Emulator emulator_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+TEST("a driver loads an image of every byte value over a pty, and every request gets its reply") {
+  std::vector<std::uint8_t> image(8492);
+  for (std::size_t n = 0; n < image.size(); ++n) { image[n] = static_cast<std::uint8_t>(n * 7); }
+  Service service;
+  TerminalLink link(service.path());
+  Driver driver(link, patient);
+  CHECK(driver.open(image) == OpenResult::loaded);
+  for (int n = 0; n < 2000; ++n) {
+    CHECK(driver.exchange({.words = {static_cast<std::int16_t>(n), -1, 0x0A0D}}).has_value());
+  }
+  CHECK(driver.counts().lost == 0);
+  service.stop();
+  CHECK(service.emulator().firmware().replies() == driver.counts().requests);
+}
+
+TEST("a client that leaves without a word is followed by the next, on the same path") {
+  Service service;
+  for (int client = 0; client < 3; ++client) {
+    TerminalLink link(service.path());
+    Driver driver(link, patient);
+    CHECK(driver.probe());
+    CHECK(driver.exchange({.words = {1, 2, 3}}).has_value());
+    const PacketBytes half = encode(HostPacket{});
+    (void)link.write({half.data(), 7});  // leaves in the middle of a packet
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  service.stop();
+  const Firmware& firmware = service.emulator().firmware();
+  CHECK((firmware.words(service.now()) == std::array<std::int16_t, 3>{}));
+  CHECK(firmware.count(FirmwareEvent::watchdog) >= 1);
+  CHECK(firmware.replies() == 6);
+}
+
+TEST("the terminal is raw even for a client that sets nothing") {
+  PtyLink device;
+  const int client = ::open(device.path().c_str(), O_RDWR | O_NOCTTY);
+  CHECK(client >= 0);
+  termios settings{};
+  CHECK(tcgetattr(client, &settings) == 0);
+  CHECK((settings.c_lflag & (ICANON | ECHO | ISIG)) == 0);
+  std::array<std::uint8_t, 256> all{};
+  for (std::size_t n = 0; n < all.size(); ++n) { all[n] = static_cast<std::uint8_t>(n); }
+  CHECK(::write(client, all.data(), all.size()) == 256);
+  std::vector<std::uint8_t> received;
+  std::array<std::uint8_t, 256> buffer{};
+  while (received.size() < 256 && device.wait_until(device.now() + 5.0)) {
+    const std::size_t count = device.read(buffer);
+    received.insert(received.end(), buffer.begin(), buffer.begin() + static_cast<long>(count));
+  }
+  CHECK(std::equal(received.begin(), received.end(), all.begin(), all.end()));
+  ::close(client);
+  CHECK(device.read(buffer) == 0);
+  CHECK(!device.ended());
+}
+
+TEST("a reader that takes nothing costs bytes, not the service") {
+  PtyLink device;
+  const std::vector<std::uint8_t> many(1U << 20U, 0x41);
+  CHECK(!device.write(many));
+}
+
+TEST("a pipe whose writer left has ended") {
+  std::array<int, 2> ends{};
+  CHECK(::pipe(ends.data()) == 0);
+  const Descriptor reader(ends[0]);
+  DescriptorLink link(reader.number(), ends[1]);
+  CHECK(link.write(std::array<std::uint8_t, 2>{1, 2}));
+  ::close(ends[1]);
+  std::array<std::uint8_t, 8> buffer{};
+  CHECK(link.read(buffer) == 2);
+  CHECK(!link.ended());
+  CHECK(link.read(buffer) == 0);
+  CHECK(link.ended());
+}
+
+TEST("a path that is no terminal is refused by name") {
+  CHECK_THROWS(TerminalLink("/no/such/terminal"), "/no/such/terminal");
+  CHECK_THROWS(TerminalLink("/dev/null"), "/dev/null");
+}
+
+}  // namespace

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "device/falcon/kinematics.hpp"
+#include "device/falcon/motors_encoders.hpp"
+#include "device/seeded.hpp"
+#include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate::device::falcon;
+
+const MotorOptions motors{};
+const MotorOptions uncalibrated{.words_per_newton_metre = libnifalcon_scale};
+
+TEST("the default scale is Martin and Hillier's: 6616 words per newton metre") {
+  CHECK_NEAR(martin_hillier_scale, 6616.0, 0.5);
+  CHECK_NEAR(1.0 / martin_hillier_scale, 1.511e-4, 5e-8);
+  CHECK_NEAR(largest_torque(motors), 0.619, 5e-4);
+  CHECK_NEAR(largest_torque(uncalibrated), 0.410, 5e-4);
+  CHECK_NEAR(martin_hillier_speed_share * 100.0 / 7.62, 0.07, 0.001);  // 7 % at 100 rad/s
+}
+
+TEST("words are minus scale times torque, truncated toward zero and clamped") {
+  const Command command = words_of_torque(uncalibrated, {1.99e-4, -1.99e-4, 0.5});
+  CHECK((command.asked == std::array<std::int64_t, 3>{-1, 1, -5000}));
+  CHECK((command.sent == Words{-1, 1, -4096}));
+  CHECK(command.saturated);
+  CHECK(!words_of_torque(uncalibrated, {0.4096, -0.4096, 0.0}).saturated);
+}
+
+TEST("no torque that is no number reaches the motors, and none overflows") {
+  const double huge = std::numeric_limits<double>::infinity();
+  const Command command = words_of_torque(motors, {std::nan(""), huge, -1e300});
+  CHECK((command.sent == Words{0, -4096, 4096}));
+}
+
+TEST("the electronics clamp what they receive, so a wrapped word pushes the wrong way") {
+  const Eigen::Vector3d torque = torque_of_words(motors, {26554, -32768, 100});
+  CHECK_NEAR(torque,
+             Eigen::Vector3d(-largest_torque(motors), largest_torque(motors),
+                             -100.0 / martin_hillier_scale),
+             1e-15);
+}
+
+TEST("torque and words undo each other to one word") {
+  for (int word = -4096; word <= 4096; word += 3) {
+    const auto sent = static_cast<std::int16_t>(word);
+    const Eigen::Vector3d torque = torque_of_words(motors, {sent, sent, sent});
+    CHECK(std::abs(words_of_torque(motors, torque).sent[0] - word) <= 1);
+  }
+}
+
+TEST("the current follows its words with the time constant, however time is cut") {
+  Motors whole(motors), parts(motors);
+  const Words words{-1000, 2000, 0};
+  whole.command(words);
+  parts.command(words);
+  whole.advance(1e-3);
+  for (int n = 0; n < 10; ++n) { parts.advance(1e-4); }
+  const double share = 1.0 - std::exp(-1e-3 / motors.time_constant);
+  CHECK_NEAR(whole.torque_after(0.0), share * torque_of_words(motors, words), 1e-15);
+  CHECK_NEAR(parts.torque_after(0.0), whole.torque_after(0.0), 1e-15);
+  Motors at_once(MotorOptions{.time_constant = 0.0});
+  at_once.command(words);
+  CHECK_NEAR(at_once.torque_after(0.0), torque_of_words(motors, words), 0.0);
+}
+
+TEST("at the centre the forces that the words reach are the published ones") {
+  const Eigen::Matrix3d J = *Kinematics().jacobian(Kinematics::centre());
+  const auto along = [&](const MotorOptions& options, int axis) {
+    return largest_force(J, Eigen::Vector3d::Unit(axis), largest_torque(options));
+  };
+  // Half a unit of the last digit published.
+  CHECK_NEAR(weakest_direction(J, largest_torque(motors)).force, 9.2, 0.05);
+  CHECK_NEAR(along(motors, 0), 10.2, 0.05);
+  CHECK_NEAR(along(motors, 1), 10.4, 0.05);
+  CHECK_NEAR(along(motors, 2), 24.5, 0.1);
+  CHECK_NEAR(weakest_direction(J, largest_torque(uncalibrated)).force, 6.1, 0.05);
+  CHECK_NEAR(along(uncalibrated, 0), 6.8, 0.05);
+  CHECK_NEAR(along(uncalibrated, 1), 6.9, 0.05);
+  CHECK_NEAR(along(uncalibrated, 2), 16.2, 0.05);
+}
+
+TEST("no direction is weaker than the weakest, and it has exactly its force") {
+  const double limit = largest_torque(motors);
+  for (const Eigen::Vector3d& position :
+       {Eigen::Vector3d(0.0, 0.0, 0.125), Eigen::Vector3d(0.03, -0.02, 0.1)}) {
+    const Eigen::Matrix3d J = *Kinematics().jacobian(position);
+    const WeakestDirection weakest = weakest_direction(J, limit);
+    CHECK_NEAR(largest_force(J, weakest.direction, limit), weakest.force, 1e-12);
+    double least = HUGE_VAL;
+    for (int n = 0; n < 5000; ++n) {
+      const double turn = 2.399963229728653 * n;
+      const double z = (n + 0.5) / 2500.0 - 1.0;
+      const double flat = std::sqrt(1.0 - z * z);
+      const Eigen::Vector3d direction(flat * std::cos(turn), flat * std::sin(turn), z);
+      const double force = largest_force(J, direction, limit);
+      least = std::min(least, force);
+      CHECK(torque_of_force(J, force * direction).cwiseAbs().maxCoeff() <= limit * (1.0 + 1e-12));
+    }
+    CHECK(least >= weakest.force * (1.0 - 1e-12));
+    CHECK(least < weakest.force * 1.01);  // the sample's directions lie within 0.05 rad of any
+  }
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate::device::falcon;
+
+constexpr double most = 0.5;  // [N m]
+
+Eigen::Matrix3d jacobian_at(const Eigen::Vector3d& position) {
+  return jacobian(*Kinematics{}.legs(position));
+}
+
+const std::vector<Eigen::Vector3d> places{
+    {0.0, 0.0, 0.12}, {0.02, -0.01, 0.11}, {-0.03, 0.02, 0.14}};
+
+/// Unit vectors over the sphere, evenly (Fibonacci's spiral).
+std::vector<Eigen::Vector3d> directions(int count) {
+  std::vector<Eigen::Vector3d> all;
+  for (int n = 0; n < count; ++n) {
+    const double z = 1.0 - (2.0 * n + 1.0) / count;
+    const double angle = std::numbers::pi * (3.0 - std::sqrt(5.0)) * n;
+    const double r = std::sqrt(1.0 - z * z);
+    all.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
+  }
+  return all;
+}
+
+TEST("every corner needs each motor's whole torque, with the sense that its index tells") {
+  for (const Eigen::Vector3d& place : places) {
+    const Eigen::Matrix3d j = jacobian_at(place);
+    const auto corners = force_corners(j, most);
+    for (unsigned n = 0; n < 8; ++n) {
+      const Eigen::Vector3d torque = j.transpose() * corners[n];
+      for (unsigned leg = 0; leg < 3; ++leg) {
+        CHECK_NEAR(torque(leg), (n >> leg & 1U) != 0U ? most : -most, 1e-12);  // rounding
+      }
+    }
+  }
+}
+
+TEST("the largest force along a direction is where a motor reaches its limit, and no further") {
+  for (const Eigen::Vector3d& place : places) {
+    const Eigen::Matrix3d j = jacobian_at(place);
+    for (const Eigen::Vector3d& along : directions(500)) {
+      const Eigen::Vector3d torque = j.transpose() * (largest_force(j, along, most) * along);
+      CHECK_NEAR(torque.cwiseAbs().maxCoeff(), most, 1e-12);
+    }
+  }
+}
+
+TEST("no direction is weaker than the weakest one") {
+  for (const Eigen::Vector3d& place : places) {
+    const Eigen::Matrix3d j = jacobian_at(place);
+    const WeakestDirection weakest = weakest_direction(j, most);
+    CHECK_NEAR(weakest.direction.norm(), 1.0, 1e-12);
+    CHECK_NEAR(largest_force(j, weakest.direction, most), weakest.force, 1e-12);
+    for (const Eigen::Vector3d& along : directions(2000)) {
+      CHECK(largest_force(j, along, most) >= weakest.force * (1.0 - 1e-12));
+    }
+  }
+}
+
+}  // namespace

@@ -1,0 +1,440 @@
+// SPDX-License-Identifier: MIT
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "model/reduction/reduced_network.hpp"
+#include "model/stepping/simulation.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate;
+using Eigen::MatrixXd;
+using Eigen::SparseMatrix;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// A needle on skin, fat and ligament of published moduli, 5 mm apart.
+Scene scene_of(int across, double near_radius) {
+  Scene scene;
+  scene.simulation = {.duration = 0.3,
+                      .step = 1e-3,
+                      .integrator = "implicit-euler",
+                      .solver_tolerance = 1e-4,
+                      .near_radius = near_radius,
+                      .far_modes = 40};
+  scene.tissue.source = Source::layers;
+  scene.tissue.block = {.nodes = {across, across}, .spacing = 0.005, .connectivity = 26};
+  const auto tissue = [](const std::string& name, double youngs_modulus, double cutting_force) {
+    return Material{.name = name,
+                    .youngs_modulus = youngs_modulus,
+                    .damping_ratio = 0.5,
+                    .cutting_force = cutting_force,
+                    .friction = 50.0,
+                    .role = TissueRole::tissue};
+  };
+  scene.materials = {tissue("skin", 1.5e6, 3.68), tissue("fat", 9.1e3, 0.43),
+                     tissue("ligament", 8e6, 2.65)};
+  scene.tissue.layers = {
+      {"skin", "skin", 0.002}, {"fat", "fat", 0.0048}, {"ligament", "ligament", 0.012}};
+  scene.tissue.fixed = {Face::z_max, Face::x_min, Face::x_max, Face::y_min, Face::y_max};
+  scene.needle = Needle{};
+  scene.drive = Drive{.speed = 0.05};
+  return scene;
+}
+
+struct Setting {
+  explicit Setting(int across) : scene(scene_of(across, 0.0)), made(make_problem(scene)) {}
+  [[nodiscard]] const NetworkProblem& problem() const {
+    return dynamic_cast<const NetworkProblem&>(*made);
+  }
+  [[nodiscard]] LatticeShape shape() const { return lattice_of(problem().network()).value(); }
+  [[nodiscard]] FarFieldSetting leaving(int modes) const {
+    return {.near = near(), .pushes = pushes_of(scene, problem()), .modes = modes};
+  }
+  /// All of the box.
+  [[nodiscard]] NearNodes near() const {
+    NearNodes nodes{.near = {}, .box = box()};
+    for (int node = 0; node < shape().node_count(); ++node) {
+      nodes.near.push_back(box().holds(shape().place(node)));
+    }
+    return nodes;
+  }
+  [[nodiscard]] LatticeBox box() const {
+    const LatticeShape all = shape();
+    const int middle = all.nodes[0] / 2;
+    return {.first = {middle - 1, middle - 1, 0},
+            .last = {middle + 1, middle + 1, all.nodes[2] - 1}};
+  }
+  Scene scene;
+  std::unique_ptr<Problem> made;
+};
+
+VectorXd random_vector(Eigen::Index size, double scale) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-scale, scale);
+  return VectorXd::NullaryExpr(size, [&] { return any(random); });
+}
+
+std::vector<double> forces_of(const Scene& scene) {
+  Simulation simulation(scene);
+  std::vector<double> forces;
+  while (simulation.ticks() < simulation.tick_count()) {
+    CHECK(simulation.tick() == StepStatus::ok);
+    forces.push_back(simulation.tool().forces.total);
+  }
+  return forces;
+}
+
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double most = 0.0;
+  for (std::size_t n = 0; n < a.size(); ++n) { most = std::max(most, std::abs(a[n] - b[n])); }
+  return most;
+}
+
+}  // namespace
+
+TEST("fewer nodes carry all of the box, and what is linear between the others") {
+  const Setting setting(31);
+  const LatticeShape shape = setting.shape();
+  const GradedLattice graded(setting.problem(), shape, setting.box());
+  CHECK(graded.dof() < setting.problem().dof() / 3);
+  const auto linear = [&](int node) {
+    const auto at = shape.place(node);
+    return 1.0 + 0.3 * at[0] - 0.7 * at[1] + 0.2 * at[2];
+  };
+  VectorXd values = VectorXd::Zero(graded.dof());
+  for (const int node : setting.problem().free_nodes()) {
+    const Eigen::Index own = graded.coordinate(node);
+    CHECK(own >= 0 || !setting.box().holds(shape.place(node)));
+    if (own >= 0) { values(own) = linear(node); }
+  }
+  for (const int node : setting.problem().free_nodes()) {
+    const GradedLattice::Place place = graded.place_of(node);
+    double value = 0.0;
+    bool beside_held = false;
+    for (std::size_t c = 0; c < place.weight.size(); ++c) {
+      if (place.weight[c] == 0.0) { continue; }
+      if (place.coordinate[c] < 0) {
+        beside_held = true;
+      } else {
+        value += place.weight[c] * values(place.coordinate[c]);
+      }
+    }
+    if (!beside_held) { CHECK_NEAR(value, linear(node), 1e-12 * std::abs(linear(node)) + 1e-12); }
+  }
+}
+
+TEST("with shapes enough a far field answers to forces at rest as the whole tissue does") {
+  const Setting setting(9);
+  const NetworkProblem& problem = setting.problem();
+  const LatticeShape shape = setting.shape();
+  FarFieldNetwork<double> reduced(problem, setting.leaving(200));
+  CHECK(reduced.dof() < problem.dof());
+  SparseMatrix<double> a;
+  reduced.pattern(a);
+  const VectorXd rest = reduced.initial_position();
+  const VectorXd still = VectorXd::Zero(reduced.dof());
+  reduced.jacobian(rest, still, 0.0, 1.0, a);
+  a.diagonal() -= reduced.mass();
+  SparseMatrix<double> stiffness;
+  SparseMatrix<double> damping;
+  problem.jacobian(problem.initial_position(), VectorXd::Zero(problem.dof()), stiffness, damping);
+  const Eigen::SimplicialLDLT<SparseMatrix<double>> of_whole(stiffness);
+  const Eigen::SimplicialLDLT<SparseMatrix<double>> of_reduced(a);
+  const int middle = shape.nodes[0] / 2;
+  for (const int depth : {0, 2}) {
+    const int node = shape.index(middle, middle, depth);
+    for (int axis = 0; axis < 3; ++axis) {
+      const VectorXd whole =
+          of_whole.solve(VectorXd::Unit(problem.dof(), problem.coordinate(node) + axis));
+      const VectorXd few = of_reduced.solve(VectorXd::Unit(
+          reduced.dof(), reduced.layout().first[static_cast<std::size_t>(node)] + axis));
+      double off = 0.0;
+      for (const int each : problem.free_nodes()) {
+        const Eigen::Index first = reduced.layout().first[static_cast<std::size_t>(each)];
+        const Vector3d moved =
+            first >= 0 ? Vector3d(few.segment<3>(first)) : reduced.moved(few, each);
+        off = std::max(off, (moved - whole.segment<3>(problem.coordinate(each))).norm());
+      }
+      // Shapes whose share of the mass is below 1e-11 are left out: 3e-6 of a displacement.
+      CHECK_NEAR(off, 0.0, 3e-6 * whole.lpNorm<Eigen::Infinity>());
+    }
+  }
+}
+
+TEST("few shapes make the tissue stiffer, never softer, and more of them no more so") {
+  const Setting setting(15);
+  const NetworkProblem& problem = setting.problem();
+  const LatticeShape shape = setting.shape();
+  SparseMatrix<double> stiffness;
+  SparseMatrix<double> damping;
+  problem.jacobian(problem.initial_position(), VectorXd::Zero(problem.dof()), stiffness, damping);
+  const int node = shape.index(7, 7, 0);
+  const Eigen::Index coordinate = problem.coordinate(node) + 2;
+  const VectorXd whole = Eigen::SimplicialLDLT<SparseMatrix<double>>(stiffness).solve(
+      VectorXd::Unit(problem.dof(), coordinate));
+  double before = 0.0;
+  for (const int modes : {1, 4, 40, 100}) {
+    FarFieldNetwork<double> reduced(problem, setting.leaving(modes));
+    SparseMatrix<double> a;
+    reduced.pattern(a);
+    reduced.jacobian(reduced.initial_position(), VectorXd::Zero(reduced.dof()), 0.0, 1.0, a);
+    a.diagonal() -= reduced.mass();
+    const Eigen::Index own = reduced.layout().first[static_cast<std::size_t>(node)] + 2;
+    const double moved = Eigen::SimplicialLDLT<SparseMatrix<double>>(a).solve(
+        VectorXd::Unit(reduced.dof(), own))(own);
+    CHECK(moved < whole(coordinate) * (1.0 + 1e-9));
+    if (modes != 4) {
+      CHECK(moved > before * (1.0 - 1e-9));
+    }  // 1 and 4 are random sums, neither holds the other
+    before = std::max(before, moved);
+  }
+  CHECK(before > 0.98 * whole(coordinate));  // 2 % is what a force may be off
+}
+
+TEST("forces of a far field are the slope of its energy, and its matrices theirs") {
+  const Setting setting(13);
+  FarFieldNetwork<double> reduced(setting.problem(), setting.leaving(30));
+  const Eigen::Index n = reduced.dof();
+  const VectorXd q = reduced.initial_position() + random_vector(n, 1e-3);
+  const VectorXd v = random_vector(n, 1e-2).reverse();
+  const VectorXd way = random_vector(n, 1.0).reverse();
+  const VectorXd still = VectorXd::Zero(n);
+  constexpr double step = 1e-7;
+  const auto force = [&](const VectorXd& at, const VectorXd& speed) {
+    VectorXd f(n);
+    reduced.force(0.0, 0.0, at, speed, f);
+    return f;
+  };
+  const VectorXd there = q + step * way;
+  const VectorXd back = q - step * way;
+  const double slope = (reduced.energy(there, still) - reduced.energy(back, still)) / (2.0 * step);
+  const VectorXd f = force(q, still);
+  CHECK_NEAR(slope, -f.dot(way), 1e-6 * f.norm() * way.norm());
+  SparseMatrix<double> a;
+  reduced.pattern(a);
+  reduced.jacobian(q, v, 0.0, 1.0, a);
+  const VectorXd by_matrix = a * way - reduced.mass().cwiseProduct(way);
+  const VectorXd by_force = (force(back, v) - force(there, v)) / (2.0 * step);
+  CHECK_NEAR((by_matrix - by_force).norm(), 0.0, 1e-5 * by_force.norm());
+  reduced.jacobian(q, v, 1.0, 0.0, a);
+  const VectorXd damped = a * way - reduced.mass().cwiseProduct(way);
+  const VectorXd resisted = force(q, still) - force(q, way);
+  CHECK_NEAR((damped - resisted).norm(), 0.0, 1e-9 * resisted.norm());
+  VectorXd damping(n);
+  reduced.damping(q, way, damping);
+  CHECK_NEAR((damping - resisted).norm(), 0.0, 1e-9 * resisted.norm());
+  VectorXd measured(n);
+  const double energy = reduced.measure(0.0, 0.0, q, v, measured);
+  CHECK_NEAR((measured - force(q, v)).norm(), 0.0, 1e-12 * measured.norm());
+  CHECK_NEAR(energy, reduced.energy(q, still), 1e-12 * energy);
+}
+
+TEST("a needle in a reduced block feels what it feels in the whole one") {
+  const std::vector<double> whole = forces_of(scene_of(15, 0.0));
+  const std::vector<double> reduced = forces_of(scene_of(15, 0.015));
+  const std::vector<double> cut_off = forces_of(scene_of(9, 0.0));
+  const double peak = *std::ranges::max_element(whole);
+  CHECK(peak > 1.0);
+  // Asked of a reduced far field: 2 % of the largest force.
+  CHECK_NEAR(largest_difference(reduced, whole), 0.0, 0.02 * peak);
+  CHECK(largest_difference(cut_off, whole) > 5.0 * largest_difference(reduced, whole));
+}
+
+TEST("nodes of a far field are told where they are") {
+  Scene exact = scene_of(11, 0.0);
+  exact.simulation.solver_tolerance = 0.0;
+  Simulation whole(exact);
+  exact.simulation.near_radius = 0.01;
+  exact.simulation.far_modes = 150;
+  Simulation reduced(exact);
+  CHECK(reduced.plan().near.has_value());
+  for (int n = 0; n < 20; ++n) {
+    (void)whole.tick();
+    (void)reduced.tick();
+  }
+  const NodeVectors rest = Simulation(scene_of(11, 0.0)).node_positions();
+  const NodeVectors there = whole.node_positions();
+  const NodeVectors here = reduced.node_positions();
+  const int beside = 11 * 5 + 2;  // on the skin, outside the box
+  double far_motion = 0.0;
+  double off = 0.0;
+  for (int node = 0; node < static_cast<int>(rest.cols()); ++node) {
+    off = std::max(off, (here.col(node) - there.col(node)).norm());
+    if (reduced.plan().near->holds(node)) { continue; }
+    far_motion = std::max(far_motion, (there.col(node) - rest.col(node)).norm());
+  }
+  // Outside the box the whole tissue is not quite linear either: a twentieth of what moves there.
+  CHECK_NEAR(off, 0.0, 0.05 * far_motion);
+  VectorXd q(whole.problem().dof());
+  reduced.coordinates(q);
+  const auto& problem = dynamic_cast<const NetworkProblem&>(reduced.problem());
+  CHECK_NEAR((q.segment<3>(problem.coordinate(beside)) - here.col(beside)).norm(), 0.0, 0.0);
+}
+
+namespace {
+
+using namespace palpate;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// A cube held on one face and pulled in the middle of the other.
+Scene pulled_cube(double near_radius, int far_modes) {
+  Scene scene;
+  scene.simulation = {.duration = 0.05,
+                      .step = 1e-3,
+                      .integrator = "rk4",
+                      .near_radius = near_radius,
+                      .far_modes = far_modes};
+  scene.simulation.substeps = 1;
+  scene.tissue.fixed = std::vector<Face>{Face::z_min};
+  scene.tissue.lattice = {.nodes = {9, 9, 9},
+                          .spacing = 0.01,
+                          .connectivity = 26,
+                          .weights = LatticeWeights::uniform,
+                          .stiffness = 50.0,
+                          .viscosity = 0.05,
+                          .node_mass = 1e-3};
+  scene.loads = {{.nodes = {(8 * 9 + 4) * 9 + 4}, .force = {0.0, 0.0, 0.1}}};
+  return scene;
+}
+
+/// Of the pulled node: how far it goes from where it goes with every node stepped, over the
+/// furthest.
+double error_of_far_field(const Scene& scene) {
+  Scene all = scene;
+  all.simulation.near_radius = 0.0;
+  Simulation whole(all);
+  Simulation reduced(scene);
+  CHECK(reduced.plan().near.has_value() && !reduced.plan().integrator->implicit &&
+        !reduced.plan().lattice);
+  const int node = scene.loads.front().nodes.front();
+  const Vector3d rest = whole.node_positions().col(node);
+  double peak = 0.0;
+  double off = 0.0;
+  while (whole.ticks() < whole.tick_count()) {
+    CHECK(whole.tick() == StepStatus::ok && reduced.tick() == StepStatus::ok);
+    const Vector3d there = whole.node_positions().col(node);
+    peak = std::max(peak, (there - rest).norm());
+    off = std::max(off, (reduced.node_positions().col(node) - there).norm());
+  }
+  return off / peak;
+}
+
+}  // namespace
+
+TEST(
+    "with more modes what a load pulls at comes nearer, until what is not linear is left, which "
+    "goes with the load") {
+  double before = 1.0;
+  for (const int modes : {3, 6, 12}) {
+    const double error = error_of_far_field(pulled_cube(0.025, modes));
+    CHECK(error < 0.2 * before);
+    before = error;
+  }
+  Scene gentle = pulled_cube(0.025, 24);
+  const double at_full_load = error_of_far_field(gentle);
+  gentle.loads.front().force *= 0.1;
+  CHECK_NEAR(error_of_far_field(gentle), 0.1 * at_full_load, 0.02 * at_full_load);
+}
+
+TEST("near is what lies within the radius of a pushed node, along every line") {
+  const Simulation simulation(pulled_cube(0.02, 8));
+  const NodeVectors rest = simulation.node_positions();
+  const Vector3d middle = rest.col(pulled_cube(0.0, 1).loads.front().nodes.front());
+  for (int node = 0; node < static_cast<int>(rest.cols()); ++node) {
+    CHECK(simulation.plan().near->holds(node) == ((rest.col(node) - middle).norm() < 0.02 + 1e-9));
+  }
+}
+
+TEST("a step that is stable for the whole tissue is stable with a far field") {
+  for (const int modes : {1, 10, 100}) {
+    Scene scene = pulled_cube(0.015, modes);
+    scene.simulation.integrator = "velocity-verlet";
+    scene.simulation.duration = 2.0;
+    scene.simulation.step =
+        0.9 * Simulation(pulled_cube(0.0, 1)).plan().stable_step.at("velocity-verlet");
+    Simulation simulation(scene);
+    double most = 0.0;
+    while (simulation.ticks() < simulation.tick_count()) {
+      CHECK(simulation.tick() == StepStatus::ok);
+      most = std::max(most, simulation.energy());
+    }
+    // What a load of 0.1 N brings in, over less than 2 mm.
+    CHECK(most < 0.1 * 2e-3);
+  }
+}
+
+TEST("gravity, printed equations, and tissue that nothing holds or pushes keep every node") {
+  Scene heavy = pulled_cube(0.02, 8);
+  heavy.tissue.gravity = {0.0, 0.0, 9.81};
+  const Scene near_alone = pulled_cube(1.0, 8);
+  Scene without_push = pulled_cube(0.02, 8);
+  without_push.loads.clear();
+  Scene floating = pulled_cube(0.02, 8);
+  floating.tissue.fixed = std::vector<Face>{};
+  Scene pulled_where_held = pulled_cube(0.02, 8);
+  pulled_where_held.loads.front().nodes = {4};
+  Scene printed = pulled_cube(0.02, 8);
+  printed.simulation.integrator = "euler-cromer";
+  printed.simulation.printed.half_force = true;
+  for (const Scene& scene :
+       {heavy, near_alone, without_push, floating, pulled_where_held, printed}) {
+    const Simulation simulation(scene);
+    CHECK(!simulation.plan().near);
+    CHECK(std::ranges::any_of(simulation.plan().warnings, [](const std::string& w) {
+      return w.starts_with("nothing is left to a far field: ");
+    }));
+  }
+  CHECK(!Simulation(pulled_cube(0.02, 8), false).plan().near);
+}
+
+TEST(
+    "with a far field \"auto\" steps explicitly where few substeps do, and implicitly where it "
+    "would take many") {
+  Scene scene = pulled_cube(0.02, 8);
+  scene.simulation.integrator = "auto";
+  scene.simulation.substeps.reset();
+  CHECK(!Simulation(scene).plan().integrator->implicit);
+  scene.tissue.lattice.stiffness *= 1e6;
+  CHECK(Simulation(scene).plan().integrator->implicit);
+}
+
+TEST("a far field that a push does not reach has no shapes and stays at rest") {
+  const Scene scene = pulled_cube(0.02, 8);
+  const auto made = make_problem(scene);
+  const auto& problem = dynamic_cast<const NetworkProblem&>(*made);
+  SpringNetwork walled = problem.network();
+  for (int n = 0; n < 81; ++n) { walled.fixed[static_cast<std::size_t>(5 * 81 + n)] = 1; }
+  const NetworkProblem beyond_a_wall(walled, problem.loads());
+  FarFieldSetting setting{.near = {.near = std::vector<unsigned char>(729, 0),
+                                   .box = {.first = {0, 0, 6}, .last = {8, 8, 8}}},
+                          .pushes = pushes_of(scene, beyond_a_wall),
+                          .modes = 8};
+  std::fill(setting.near.near.begin() + 6 * 81, setting.near.near.end(),
+            static_cast<unsigned char>(1));
+  FarFieldNetwork<double> reduced(beyond_a_wall, setting);
+  CHECK(reduced.dof() == 3 * 3 * 81);
+  const VectorXd q = reduced.initial_position();
+  CHECK_NEAR(reduced.moved(q, 3 * 81 + 40).norm(), 0.0, 0.0);
+  VectorXd f(reduced.dof());
+  reduced.force(0.0, 0.0, q, VectorXd::Zero(reduced.dof()), f);
+  CHECK_NEAR(f.norm(), 0.1, 1e-12);
+}
+
+TEST("tissue that is held at a single node has no far field to answer at rest") {
+  const Scene scene = pulled_cube(0.02, 8);
+  const auto made = make_problem(scene);
+  const auto& problem = dynamic_cast<const NetworkProblem&>(*made);
+  SpringNetwork hung = problem.network();
+  std::fill(hung.fixed.begin() + 1, hung.fixed.end(), static_cast<unsigned char>(0));
+  const NetworkProblem turning(hung, problem.loads());
+  const GradedLattice graded(turning, lattice_of(hung).value(),
+                             {.first = {2, 2, 6}, .last = {6, 6, 8}});
+  CHECK_THROWS((void)GradedLattice::Statics(graded), "nothing holds the tissue");
+}

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/stepping/implicit_scheme.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <random>
+
+#include "model/kernels/supernode_factors.hpp"
+#include "model/kernels/system.hpp"
+#include "model/stepping/constraint_compliance.hpp"
+#include "model/stepping/simulation.hpp"
+#include "model/tissue/lattice.hpp"
+#include "tests/check.hpp"
+
+using namespace palpate;
+
+namespace {
+
+/// Laplacian of an n x n x n grid with three coordinates a node, a little of everything added.
+template <class Real> Eigen::SparseMatrix<Real> grid(int n) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(0.1, 1.0);
+  std::vector<Eigen::Triplet<Real>> entries;
+  const auto at = [&](int x, int y, int z) { return (z * n + y) * n + x; };
+  const auto tie = [&](int a, int b) {
+    for (int i = 0; i < 3; ++i) {
+      const auto stiffness = static_cast<Real>(any(random));
+      const int j = static_cast<int>(random() % 3);
+      entries.emplace_back(3 * a + i, 3 * a + i, stiffness);
+      entries.emplace_back(3 * b + j, 3 * b + j, stiffness);
+      entries.emplace_back(3 * a + i, 3 * b + j, -stiffness);
+      entries.emplace_back(3 * b + j, 3 * a + i, -stiffness);
+    }
+  };
+  for (int z = 0; z < n; ++z) {
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) {
+        if (x + 1 < n) { tie(at(x, y, z), at(x + 1, y, z)); }
+        if (y + 1 < n) { tie(at(x, y, z), at(x, y + 1, z)); }
+        if (z + 1 < n) { tie(at(x, y, z), at(x, y, z + 1)); }
+      }
+    }
+  }
+  const int size = 3 * n * n * n;
+  for (int i = 0; i < size; ++i) { entries.emplace_back(i, i, Real(0.1)); }
+  Eigen::SparseMatrix<Real> matrix(size, size);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+template <class Real>
+double residual(const Eigen::SparseMatrix<Real>& matrix,
+                const panels::Kernels& kernels = panel_kernels().front()) {
+  PanelFactors<Real> factors(kernels);
+  factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>(matrix));
+  CHECK(factors.usable());
+  CHECK(factors.panel_count() <= static_cast<std::size_t>(matrix.cols()));
+  const Vector<Real> right = Vector<Real>::LinSpaced(matrix.cols(), Real(-1), Real(2));
+  Vector<Real> x = Vector<Real>::Zero(matrix.cols());
+  factors.solve(right, x);
+  return static_cast<double>((matrix * x - right).norm() / right.norm());
+}
+
+}  // namespace
+
+TEST("panels solve what the factors solve, to single precision") {
+  // Condition below (12 + 0.1) / 0.1; rounding of 6e-8 along a column of up to 375 entries.
+  for (const int n : {1, 2, 5}) {
+    for (const panels::Kernels& kernels : panel_kernels()) {
+      CHECK(residual(grid<double>(n), kernels) < 120.0 * 375.0 * 6e-8);
+      CHECK(residual(grid<float>(n), kernels) < 120.0 * 375.0 * 6e-8);
+    }
+  }
+}
+
+TEST("columns with the same rows share a panel, and nothing is lost where there are none") {
+  Eigen::SparseMatrix<double> full = Eigen::MatrixXd::Ones(40, 40).sparseView();
+  full.diagonal().array() += 40.0;
+  PanelFactors<double> factors;
+  factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(full));
+  CHECK(factors.panel_count() == 2);  // of 32 columns at most
+  CHECK_NEAR(residual(full), 0.0, 1e-6);
+  Eigen::SparseMatrix<double> diagonal(4, 4);
+  diagonal.setIdentity();
+  diagonal *= 4.0;
+  CHECK_NEAR(residual(diagonal), 0.0, 1e-7);
+}
+
+TEST("what single precision cannot hold is not usable") {
+  Eigen::SparseMatrix<double> tiny(2, 2);
+  tiny.setIdentity();
+  tiny *= 1e-60;
+  PanelFactors<double> factors;
+  factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(tiny));
+  CHECK(!factors.usable());
+}
+
+namespace {
+
+using namespace palpate;
+
+/// Damped 3 x 3 x 3 lattice with one node pushed by `push` [m].
+SpringNetwork pushed_lattice(double push) {
+  SpringNetwork network = uniform_lattice({{3, 3, 3}, 0.005, 26}, 50.0, 0.5, 1e-3);
+  for (std::size_t i = 18; i < 27; ++i) { network.fixed[i] = 1; }
+  network.initial_displacement = NodeVectors::Zero(3, 27);
+  network.initial_displacement(2, 4) = push;
+  return network;
+}
+
+TEST("damped tissue comes to rest and stays there, in either precision") {
+  for (const char* name : {"implicit-euler", "implicit-midpoint"}) {
+    for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+      for (const double push : {1e-12, 1e-9, 1e-6, 1e-3}) {
+        Scene scene;
+        scene.simulation = {.duration = 2.0,
+                            .step = 1e-3,
+                            .substeps = 1,
+                            .integrator = name,
+                            .precision = precision};
+        scene.tissue.source = Source::network;
+        Simulation simulation(scene, pushed_lattice(push));
+        StepStatus status = StepStatus::ok;
+        for (int n = 0; n < 2000 && status == StepStatus::ok; ++n) { status = simulation.tick(); }
+        CHECK(status == StepStatus::ok);
+        // What is left are roundings of positions of 0.01 m: 1e-18 m, or 1e-9 m in float.
+        const double rounding = precision == Precision::single_precision ? 1e-8 : 1e-16;
+        const NodeVectors place = simulation.node_positions();
+        CHECK_NEAR(place, pushed_lattice(0.0).rest_position, rounding);
+      }
+    }
+  }
+}
+
+/// Where a node is that a force hits at `start`, 20 ticks later. It stretches its springs by half.
+Eigen::Vector3d place_after_a_blow(double start, const char* integrator) {
+  Scene scene;
+  scene.simulation = {
+      .duration = start + 0.02, .step = 1e-3, .substeps = 1, .integrator = integrator};
+  scene.tissue.source = Source::network;
+  scene.loads = {{.nodes = {4}, .force = {0.1, 0.2, 0.3}, .start = start}};
+  Simulation simulation(scene, pushed_lattice(0.0));
+  while (simulation.ticks() < simulation.tick_count()) {
+    CHECK(simulation.tick() == StepStatus::ok);
+  }
+  return simulation.node_positions().col(4);
+}
+
+TEST("a blow after a rest is solved as closely as one at once") {
+  for (const char* name : {"implicit-euler", "implicit-midpoint"}) {
+    const Eigen::Vector3d at_once = place_after_a_blow(0.0, name);
+    CHECK((at_once - pushed_lattice(0.0).rest_position.col(4)).norm() > 1e-3);
+    CHECK_NEAR(place_after_a_blow(0.1, name), at_once, 1e-12);
+  }
+}
+
+/// Stiff blocks in soft tissue that is pressed to half its height and buckles: far from linear in
+/// every step.
+StepStatus press_mixed_block(double force) {
+  SpringNetwork network = uniform_lattice({{5, 5, 6}, 0.003, 26}, 60.0, 0.3, 3e-5);
+  for (std::size_t i = 0; i < 25; ++i) { network.fixed[i] = 1; }
+  network.springs.change_each([&](Spring& spring) {
+    const bool stiff = spring.a / 25 == 3 && spring.b / 25 == 3;
+    if (stiff) { spring.stiffness = 6e5; }
+  });
+  Scene scene;
+  scene.simulation = {
+      .duration = 0.05, .step = 1e-3, .substeps = 1, .integrator = "implicit-euler"};
+  scene.tissue.source = Source::network;
+  scene.loads = {{.nodes = {137}, .force = {0.0, 0.3 * force, -force}}};
+  Simulation simulation(scene, network);
+  StepStatus status = StepStatus::ok;
+  while (status == StepStatus::ok && simulation.ticks() < simulation.tick_count()) {
+    status = simulation.tick();
+  }
+  return status;
+}
+
+TEST("steps far from linear find their solution with part of a correction") {
+  for (const double force : check::sanitized ? std::vector{0.8} : std::vector{0.2, 0.4, 0.8}) {
+    CHECK(press_mixed_block(force) == StepStatus::ok);
+  }
+}
+
+/// Position and velocity after one step on m = 1.
+State<double> one_step(double theta, const Oscillator& o, double h) {
+  OscillatorSystem<double> system(o);
+  State<double> state{Eigen::VectorXd::Constant(1, o.displacement),
+                      Eigen::VectorXd::Constant(1, o.velocity)};
+  ImplicitScheme<double> scheme(theta);
+  scheme.prepare(system, state, h);
+  scheme.step(system, state, 0.0, h);
+  return state;
+}
+
+TEST("one step on an oscillator is its closed form at any step length") {
+  const Oscillator o{
+      .mass = 1.0, .stiffness = 4.0, .viscosity = 0.6, .displacement = 0.3, .velocity = -0.8};
+  for (const double theta : {1.0, 0.5}) {
+    for (const double h : {1e-6, 1e-3, 0.1, 1.0, 1e3, 1e6}) {
+      // (1 + theta h c + (theta h)^2 k) D = -h (k (x + theta h v) + c v)
+      const double change = -h * (4.0 * (0.3 - theta * h * 0.8) - 0.6 * 0.8) /
+                            (1.0 + theta * h * 0.6 + theta * theta * h * h * 4.0);
+      const State<double> end = one_step(theta, o, h);
+      CHECK_NEAR(end.velocity(0), -0.8 + change, 1e-13);
+      CHECK_NEAR(end.position(0) / h, 0.3 / h - 0.8 + theta * change, 1e-13 * (1.0 + 0.3 / h));
+    }
+  }
+}
+
+TEST("the same to the same digits at amplitudes far from one") {
+  for (const double theta : {1.0, 0.5}) {
+    const Oscillator unit{.mass = 1.0, .stiffness = 4.0, .viscosity = 0.6, .displacement = 1.0};
+    const double expected = one_step(theta, unit, 0.1).position(0);
+    for (const double size : {1e-300, 1e-200, 1e-30, 1e30, 1e150, 1e200}) {
+      Oscillator o = unit;
+      o.displacement = size;
+      CHECK_NEAR(one_step(theta, o, 0.1).position(0) / size, expected, 1e-13);
+    }
+  }
+}
+
+}  // namespace
+
+using namespace palpate;
+using Eigen::VectorXd;
+using Square = Eigen::Matrix<double, 10, 10>;
+
+namespace {
+
+struct Setting {
+  Square p = Square::Zero();  ///< symmetric, positive definite
+  Eigen::Matrix<double, 10, 1> mass{};
+};
+
+/// Three nodes and a tool as the last coordinate, which no spring touches.
+Setting setting() {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  Setting made;
+  Square some;
+  for (double& entry : some.reshaped()) { entry = any(random); }
+  made.p = some * some.transpose();
+  made.p.row(9).setZero();
+  made.p.col(9).setZero();
+  for (int node = 0; node < 3; ++node) {
+    made.mass.segment<3>(3 * node).setConstant(2.0 + any(random));
+  }
+  made.mass(9) = 1.5;
+  made.p.diagonal() += made.mass;
+  return made;
+}
+
+}  // namespace
+
+TEST("a corrected solution is that of the saddle system") {
+  const Setting s = setting();
+  using Response = HeldResponse<double>;
+  const std::vector<Response::Support> supports{{0, 0.25, 1.0 / s.mass(0)},
+                                                {3, 0.75, 1.0 / s.mass(3)},
+                                                {3, 0.5, 1.0 / s.mass(3)},
+                                                {6, 0.5, 1.0 / s.mass(6)}};
+  Response response;
+  const Eigen::PartialPivLU<Square> factors(s.p);
+  response.learn(supports, {0, 2, 4}, 9, s.mass(9), 10,
+                 [&](const VectorXd& right, VectorXd& x) { x = factors.solve(right); });
+  const Eigen::Vector3d along(0.0, 0.6, 0.8);
+  Eigen::Matrix<double, 2, 10> w;
+  w.setZero();
+  const auto knot_row = [&](std::size_t knot, const Eigen::Vector3d& direction, Eigen::Index row) {
+    for (std::size_t i = 2 * knot; i < 2 * knot + 2; ++i) {
+      w.row(row).segment<3>(supports[i].coordinate) += supports[i].weight * direction.transpose();
+    }
+  };
+  response.clear();
+  const auto tip = response.add_row(0, 2, 1.0);
+  tip[0] = -0.3 * along;
+  tip[1] = -0.7 * along;
+  response.add_row(1, 1, 0.0)[0] = Eigen::Vector3d::UnitX();
+  response.factorise();
+  knot_row(0, -0.3 * along, 0);
+  knot_row(1, -0.7 * along, 0);
+  w(0, 9) = 1.0;
+  knot_row(1, Eigen::Vector3d::UnitX(), 1);
+
+  const VectorXd r = VectorXd::LinSpaced(10, -1.0, 2.0);
+  VectorXd x = factors.solve(r);
+  response.correct(r, x);
+  Eigen::Matrix<double, 12, 12> saddle = Eigen::Matrix<double, 12, 12>::Zero();
+  saddle.topLeftCorner(10, 10) = s.p;
+  saddle.topRightCorner(10, 2) = -w.transpose();
+  saddle.bottomLeftCorner(2, 10) = w;
+  Eigen::Matrix<double, 12, 1> right;
+  right.head(10) = r;
+  right.tail(2) = w * r.cwiseQuotient(s.mass);
+  const Eigen::Matrix<double, 12, 1> exact = saddle.partialPivLu().solve(right);
+  CHECK_NEAR(x, VectorXd(exact.head(10)), 1e-12);
+}
+
+TEST("the response of a row, and of a place between two knots, is that of the matrix") {
+  const Setting s = setting();
+  HeldResponse<double> response;
+  const Eigen::PartialPivLU<Square> factors(s.p);
+  response.learn({{0, 1.0, 1.0}, {3, 1.0, 1.0}}, {0, 1, 2}, -1, 1.0, 10,
+                 [&](const VectorXd& right, VectorXd& x) { x = factors.solve(right); });
+  const Eigen::Vector3d along(0.0, 0.6, 0.8);
+  VectorXd w = VectorXd::Zero(10);
+  w.segment<3>(0) = 0.3 * along;
+  w.segment<3>(3) = 0.7 * along;
+  const double expected = w.dot(VectorXd(factors.solve(w)));
+  CHECK_NEAR(response.response_at(0, 0.7, along), expected, 1e-12);
+  CHECK_NEAR(response.response_at(1, 0.0, along),
+             along.dot(factors.inverse().block<3, 3>(3, 3) * along), 1e-12);
+  response.clear();
+  response.add_row(1, 1, 0.0)[0] = Eigen::Vector3d::UnitX();
+  const auto row = response.add_row(0, 2, 0.0);
+  row[0] = 0.3 * along;
+  row[1] = 0.7 * along;
+  response.factorise();
+  CHECK_NEAR(response.response_of(1), expected, 1e-12);
+}
+
+TEST("nothing held changes nothing") {
+  const Setting s = setting();
+  HeldResponse<double> response;
+  const Eigen::PartialPivLU<Square> factors(s.p);
+  response.learn({{0, 1.0, 1.0}}, {0, 1}, -1, 1.0, 10,
+                 [&](const VectorXd& right, VectorXd& x) { x = factors.solve(right); });
+  response.clear();
+  response.factorise();
+  VectorXd x = VectorXd::Ones(10);
+  response.correct(VectorXd::Ones(10), x);
+  CHECK(x == VectorXd::Ones(10));
+}

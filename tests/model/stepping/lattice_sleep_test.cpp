@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "model/kernels/lattice_network.hpp"
+#include "model/stepping/simulation.hpp"
+#include "model/tissue/lattice.hpp"
+#include "reference/static_equilibrium.hpp"
+#include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+struct Pull {
+  int n = 10;
+  const char* integrator = "euler-cromer";
+  double sleep_force = 0.0;  ///< [N]
+  Precision precision = Precision::double_precision;
+  Profile profile = Profile::constant;
+  double duration = 0.1;  ///< [s]
+  bool skip = true;
+};
+
+/// The pulled cube of docs/bench.md: held at z-max, pulled at the middle of the free face.
+Scene scene_of(const Pull& pull) {
+  Scene scene;
+  scene.simulation = {.duration = pull.duration,
+                      .step = 1e-3,
+                      .substeps = 1,
+                      .integrator = pull.integrator,
+                      .precision = pull.precision,
+                      .sleep_force = pull.sleep_force};
+  scene.tissue.source = Source::lattice;
+  scene.tissue.lattice = {.nodes = {pull.n, pull.n, pull.n},
+                          .spacing = 0.01,
+                          .connectivity = 26,
+                          .weights = LatticeWeights::uniform,
+                          .stiffness = 50.0,
+                          .viscosity = 0.05,
+                          .node_mass = 1e-3};
+  scene.loads = {{.nodes = {(pull.n / 2) * pull.n + pull.n / 2},
+                  .force = {0.0, 0.0, -0.1},
+                  .end = pull.profile == Profile::constant ? std::numeric_limits<double>::infinity()
+                                                           : pull.duration,
+                  .profile = pull.profile}};
+  return scene;
+}
+
+struct Path {
+  std::vector<Vector3d> place{};  ///< of the pulled node after every tick [m]
+  double awake_share = 0.0;
+};
+
+Path path_of(const Pull& pull) {
+  const Scene scene = scene_of(pull);
+  Simulation simulation(scene, pull.skip);
+  Path path;
+  for (long n = 0; n < simulation.tick_count(); ++n) {
+    (void)simulation.tick();
+    path.place.emplace_back(simulation.node_positions().col(scene.loads[0].nodes[0]));
+  }
+  path.awake_share = simulation.awake_share();
+  return path;
+}
+
+double largest_distance(const Path& a, const Path& b) {
+  double largest = 0.0;
+  for (std::size_t n = 0; n < a.place.size(); ++n) {
+    const double apart = (a.place[n] - b.place[n]).norm();
+    if (!(apart <= largest)) { largest = apart; }  // NaN is never lost
+  }
+  return largest;
+}
+
+/// sqrt(C_ii C_jj) of the pulled node and the softest, a corner of the free face [m/N].
+double find_shared_compliance() {
+  const Scene scene = scene_of({});
+  const auto problem = make_problem(scene);
+  const reference::StaticResponse response(*problem);
+  const auto compliance = [&](int node) {
+    double most = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto& network = dynamic_cast<const NetworkProblem&>(*problem);
+      most = std::max(most, response.compliance(
+                                VectorXd::Unit(problem->dof(), network.coordinate(node) + axis)));
+    }
+    return most;
+  };
+  return std::sqrt(compliance(scene.loads[0].nodes[0]) * compliance(0));
+}
+
+double shared_compliance() {
+  static const double compliance = find_shared_compliance();
+  return compliance;
+}
+
+TEST(
+    "what sleeps moves the pulled node by no more than the force withheld allows, and less the "
+    "less that is") {
+  const double compliance = shared_compliance();
+  for (const char* integrator : {"euler-cromer", "velocity-verlet", "rk4"}) {
+    const Path full = path_of({.integrator = integrator});
+    double before = std::numeric_limits<double>::infinity();
+    for (const double sleep_force :
+         check::sanitized ? std::vector{1e-2, 1e-4} : std::vector{1e-2, 1e-3, 1e-4, 1e-6}) {
+      const Path path = path_of({.integrator = integrator, .sleep_force = sleep_force});
+      const double off = largest_distance(path, full);
+      CHECK_NEAR(off, 0.0, 2.0 * sleep_force * compliance);
+      CHECK(off < before);
+      before = off;
+    }
+  }
+}
+
+TEST(
+    "a load that grows slowly wakes what it reaches: nothing rests on friction that is not there") {
+  const double compliance = shared_compliance();
+  const double duration = 0.5;
+  const Path full = path_of({.profile = Profile::ramp, .duration = duration});
+  const Path path = path_of({.sleep_force = 1e-4, .profile = Profile::ramp, .duration = duration});
+  CHECK_NEAR(largest_distance(path, full), 0.0, 2.0 * 1e-4 * compliance);
+  CHECK(path.awake_share > 0.5);
+}
+
+TEST("a wave wakes no more than it can have reached, and in time everything") {
+  // A node a step is the furthest that anything travels under an explicit scheme.
+  const int n = 24;
+  for (const int ticks : {1, 3, 6}) {
+    const Path path = path_of({.n = n, .sleep_force = 1e-9, .duration = 1e-3 * ticks});
+    const double rows = std::min(n, 2 * ticks + 1) * std::min(n, ticks + 1);
+    CHECK(path.awake_share > 0.0);
+    CHECK(path.awake_share <= rows / (n * (n - 1.0)));
+  }
+  CHECK(path_of({.n = 8, .sleep_force = 1e-9, .duration = 0.2}).awake_share == 1.0);
+}
+
+TEST("float sleeps too") {
+  const Pull pull{.precision = Precision::single_precision};
+  Pull sleepy = pull;
+  sleepy.sleep_force = 1e-3;
+  CHECK_NEAR(largest_distance(path_of(sleepy), path_of(pull)), 0.0,
+             2.0 * 1e-3 * shared_compliance());
+}
+
+TEST("without skipping nothing sleeps, to the same bits as a scene that asks for no sleep") {
+  const Path path = path_of({.sleep_force = 1e-3, .skip = false});
+  CHECK(path.awake_share == 1.0);
+  CHECK(largest_distance(path, path_of({})) == 0.0);
+}
+
+TEST("what is displaced, moves or is loaded is awake from the beginning") {
+  const Scene scene = scene_of({.sleep_force = 1e-3});
+  SpringNetwork network = uniform_lattice({{10, 10, 10}, 0.01, 26}, 50.0, 0.05, 1e-3);
+  CHECK(Simulation(scene, network).awake_share() == 0.01);  // the loaded row of a hundred
+  network.initial_displacement = NodeVectors::Zero(3, 1000);
+  network.initial_displacement(1, 555) = 1e-4;
+  network.initial_velocity = NodeVectors::Zero(3, 1000);
+  network.initial_velocity(2, 999) = 1e-2;
+  CHECK(Simulation(scene, network).awake_share() == 0.03);
+}
+
+/// A needle that presses on the skin of a soft block, and does not cut.
+Scene pressed_block(double sleep_force) {
+  Scene scene;
+  scene.simulation = {.duration = 0.1,
+                      .step = 1e-3,
+                      .substeps = 8,
+                      .integrator = "velocity-verlet",
+                      .sleep_force = sleep_force};
+  scene.tissue.source = Source::layers;
+  scene.tissue.block = {.nodes = {11, 11}, .spacing = 0.004, .connectivity = 26};
+  scene.materials = {{.name = "soft",
+                      .youngs_modulus = 10e3,
+                      .damping_ratio = 0.5,
+                      .cutting_force = 1e3,
+                      .role = TissueRole::tissue}};
+  scene.tissue.layers = {{"soft", "soft", 0.04}};
+  scene.needle = Needle{};
+  scene.drive = Drive{.speed = 0.02};
+  return scene;
+}
+
+std::vector<double> needle_forces(const Scene& scene, double& awake_at_first) {
+  Simulation simulation(scene);
+  awake_at_first = simulation.awake_share();
+  std::vector<double> forces;
+  for (long n = 0; n < simulation.tick_count(); ++n) {
+    (void)simulation.tick();
+    forces.push_back(simulation.tool().forces.total);
+  }
+  return forces;
+}
+
+TEST(
+    "beside a needle its own rows are awake, and what sleeps changes its force by no more than the "
+    "bound") {
+  const auto problem = make_problem(pressed_block(0.0));
+  const auto& network = dynamic_cast<const NetworkProblem&>(*problem);
+  const reference::StaticResponse response(*problem);
+  const auto compliance = [&](int node, int axis) {
+    return response.compliance(VectorXd::Unit(problem->dof(), network.coordinate(node) + axis));
+  };
+  const double softest =
+      std::max({compliance(0, 0), compliance(0, 1), compliance(0, 2)});  // a corner of the skin
+  const double lever = std::sqrt(softest / compliance(5 * 11 + 5, 2));
+  double awake = 0.0;
+  const std::vector<double> full = needle_forces(pressed_block(0.0), awake);
+  CHECK(awake == 1.0);
+  CHECK(full.back() > 0.05);
+  for (const double sleep_force :
+       check::sanitized ? std::vector{1e-3} : std::vector{1e-2, 1e-3, 1e-4}) {
+    const std::vector<double> forces = needle_forces(pressed_block(sleep_force), awake);
+    CHECK(awake < 0.2);
+    double off = 0.0;
+    for (std::size_t n = 0; n < full.size(); ++n) {
+      off = std::max(off, std::abs(forces[n] - full[n]));
+    }
+    CHECK(off > 0.0);
+    CHECK_NEAR(off, 0.0, 2.0 * sleep_force * lever);
+  }
+}
+
+TEST("where sleep is impossible the plan says why") {
+  Scene heavy = scene_of({.sleep_force = 1e-3});
+  heavy.tissue.gravity = {0.0, 0.0, 9.81};
+  Scene implicit = scene_of({.integrator = "implicit-euler", .sleep_force = 1e-3});
+  for (const Scene& scene : {heavy, implicit}) {
+    const Simulation simulation(scene);
+    CHECK(simulation.plan().sleep_force == 0.0);
+    CHECK(std::ranges::any_of(simulation.plan().warnings, [](const std::string& w) {
+      return w.starts_with("nothing sleeps: ");
+    }));
+  }
+  Scene shared = scene_of({.sleep_force = 1e-3});
+  shared.simulation.threads = 2;
+  CHECK(Simulation(shared).plan().threads == 1);
+}
+
+}  // namespace

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/stepping/stability.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include "model/tissue/lattice.hpp"
+#include "reference/modal.hpp"
+#include "tests/check.hpp"
+#include "tests/model/sample_scenes.hpp"
+
+namespace {
+
+using namespace palpate;
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+double limit(const char* name, double omega, double damping_ratio) {
+  return stable_step(*find_integrator(name), omega, 2.0 * damping_ratio * omega);
+}
+
+TEST("stable steps agree with the closed forms of the schemes") {
+  for (const double omega : {0.3, 1.0, 2e4}) {
+    for (const double s : {0.0, 1e-3, 0.1, 0.5, 0.9}) {
+      const double cromer = 2.0 * (std::sqrt(1.0 + s * s) - s);
+      CHECK_NEAR(limit("euler-cromer", omega, s) * omega, cromer, 1e-10);
+      CHECK_NEAR(limit("feynman-newton-printed", omega, s) * omega, cromer, 1e-10);
+      CHECK_NEAR(limit("feynman-newton", omega, s) * omega, cromer, 1e-10);
+      CHECK_NEAR(limit("leapfrog", omega, s) * omega, 2.0, 1e-9);
+      // The slope of the growth is 2 S per step there, and 1e-13 of growth counts as rounding.
+      if (s > 0.0) { CHECK_NEAR(limit("euler", omega, s) * omega, 2.0 * s, 1e-13 / s); }
+    }
+    CHECK_NEAR(limit("rk4", omega, 0.0) * omega, 2.0 * std::sqrt(2.0), 1e-10);
+    CHECK_NEAR(limit("velocity-verlet", omega, 0.0) * omega, 2.0, 1e-9);
+  }
+}
+
+TEST("overdamped Euler is limited by its fast rate") {
+  for (const double s : {1.0, 1.5, 20.0}) {
+    const double fast = s + std::sqrt(s * s - 1.0);
+    CHECK_NEAR(limit("euler", 3.0, s) * 3.0 * fast, 2.0, 1e-9);
+  }
+}
+
+TEST("no step of undamped explicit Euler is stable") {
+  for (const double omega : {1e-3, 1.0, 1e5}) { CHECK(limit("euler", omega, 0.0) == 0.0); }
+}
+
+TEST("implicit schemes have no limit") {
+  for (const char* name : {"implicit-euler", "implicit-midpoint"}) {
+    CHECK(limit(name, 5.0, 0.0) == infinite);
+    CHECK(stable_step(*find_integrator(name), {10.0, 10.0, 1.0, 0.1}) == infinite);
+    for (const double h : {1.0, 10.0, 1e3}) {
+      CHECK(amplification(*find_integrator(name), 1.0, 0.2, h) <= 1.0 + 1e-9);
+    }
+  }
+}
+
+TEST("amplification is the growth per step: Euler's is sqrt(1 + (h omega)^2)") {
+  CHECK_NEAR(amplification(*find_integrator("euler"), 2.0, 0.0, 0.25), std::sqrt(1.25), 1e-14);
+  // Cromer beyond its limit: the larger root of l^2 - (2 - z^2) l + 1, z = 3.
+  CHECK_NEAR(amplification(*find_integrator("euler-cromer"), 1.0, 0.0, 3.0),
+             3.5 + std::sqrt(3.5 * 3.5 - 1.0), 1e-13);
+}
+
+TEST("drag without a spring limits Euler to two over its rate") {
+  CHECK_NEAR(stable_step(*find_integrator("euler"), 0.0, 50.0), 2.0 / 50.0, 1e-12);
+  CHECK(stable_step(*find_integrator("euler"), 0.0, 0.0) == infinite);
+}
+
+TEST("negative damping is stable at no step") {
+  for (const char* name : {"euler", "euler-cromer", "rk4", "velocity-verlet"}) {
+    CHECK(limit(name, 1.0, -0.01) == 0.0);
+  }
+}
+
+TEST("the bound of a network holds for every oscillator that it can contain") {
+  const SpectralBounds bounds{900.0, 1000.0, 3000.0, 1e-4};
+  for (const IntegratorInfo* scheme : integrators()) {
+    const double bound = stable_step(*scheme, bounds);
+    for (int i = 1; i <= 60; ++i) {
+      const double omega = bounds.omega_upper * i / 60.0;
+      const double least = bounds.relaxation_lower * omega * omega;
+      for (int j = 0; j <= 60; ++j) {
+        const double damping = least + (bounds.damping_upper - least) * j / 60.0;
+        // The grid of the bound is coarser than this one by five: a dip between its points.
+        CHECK(bound <= 1.002 * stable_step(*scheme, omega, damping));
+      }
+    }
+  }
+}
+
+TEST("an undamped network's bound is the limit of its fastest mode") {
+  const SpectralBounds bounds{900.0, 1000.0, 0.0, 0.0};
+  CHECK_NEAR(stable_step(*find_integrator("leapfrog"), bounds), 2e-3, 1e-11);
+  CHECK(stable_step(*find_integrator("euler"), bounds) == 0.0);
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct Truth {
+  double omega;
+  double damping;
+};
+
+double largest(const MatrixXd& a, const VectorXd& mass) {
+  const VectorXd s = mass.cwiseSqrt().cwiseInverse();
+  return reference::symmetric_eigenvalues(s.asDiagonal() * a * s.asDiagonal()).maxCoeff();
+}
+
+Truth truth_of(const NetworkProblem& problem) {
+  Eigen::SparseMatrix<double> k, c;
+  problem.jacobian(problem.initial_position(), VectorXd::Zero(problem.dof()), k, c);
+  return {std::sqrt(largest(k, problem.mass())), largest(c, problem.mass())};
+}
+
+TEST("estimate <= true highest frequency <= upper bound on random networks") {
+  double loosest = 1.0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const NetworkProblem problem(random_network(seed, {.nodes = 15,
+                                                       .springs = 60,
+                                                       .fixed = static_cast<int>(seed % 4),
+                                                       .decades = static_cast<double>(seed % 7),
+                                                       .stretch = 0.6}));
+    const Truth truth = truth_of(problem);
+    const SpectralBounds bounds = spectral_bounds(problem);
+    CHECK(bounds.omega_estimate <= truth.omega * (1.0 + 1e-9));
+    CHECK(bounds.omega_upper >= truth.omega * (1.0 - 1e-12));
+    CHECK(bounds.damping_upper >= truth.damping * (1.0 - 1e-12));
+    loosest = std::max(loosest, bounds.omega_upper / truth.omega);
+  }
+  std::printf("  loosest upper bound: %.3f of the true frequency\n", loosest);
+  CHECK(loosest < 1.5);  // looser than that, and automatic substeps waste a third of the work
+}
+
+TEST("the bound is exact for one spring between two masses") {
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, 2);
+  network.rest_position(2, 1) = 0.01;
+  network.mass = Eigen::Vector2d(1e-4, 3.0);
+  network.fixed = {0, 0};
+  network.springs = {{0, 1, 500.0, 0.2, 0.01}};
+  const double reduced = 1.0 / (1.0 / 1e-4 + 1.0 / 3.0);
+  const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
+  CHECK_NEAR(bounds.omega_upper / std::sqrt(500.0 / reduced), 1.0, 1e-9);
+  CHECK_NEAR(bounds.omega_estimate / std::sqrt(500.0 / reduced), 1.0, 1e-9);
+  CHECK_NEAR(bounds.damping_upper / (0.2 / reduced), 1.0, 1e-9);
+  CHECK_NEAR(bounds.relaxation_lower, 0.2 / 500.0, 1e-18);
+}
+
+TEST("a fixed-free chain has the highest frequency of its closed form") {
+  constexpr int n = 12;
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, n + 1);
+  network.mass = VectorXd::Constant(n + 1, 0.5);
+  network.fixed.assign(n + 1, 0);
+  network.fixed[0] = 1;
+  for (int i = 1; i <= n; ++i) {
+    network.rest_position(0, i) = 0.01 * i;
+    network.springs.push_back({i - 1, i, 80.0, 0.0, 0.01});
+  }
+  const NetworkProblem problem(network);
+  const double expected =
+      2.0 * std::sqrt(80.0 / 0.5) * std::sin((2 * n - 1) * std::numbers::pi / (2 * (2 * n + 1)));
+  CHECK_NEAR(truth_of(problem).omega / expected, 1.0, 1e-12);
+  const SpectralBounds bounds = spectral_bounds(problem);
+  CHECK_NEAR(bounds.omega_estimate / expected, 1.0, 1e-3);  // neighbours are close: slow to settle
+  CHECK(bounds.omega_estimate <= expected && bounds.omega_upper >= expected);
+}
+
+/// Of an unbounded lattice of 26 equal springs a node: waves along an axis at the zone's edge,
+/// where every second layer moves against the others, have sum over neighbours of (1 - cos) (u.e)^2
+/// = 4 + 8 + 16/3.
+constexpr double fastest_wave = 52.0 / 3.0;
+
+TEST("a network too large to seek its modes as a whole is bounded from both sides too") {
+  const SpringNetwork network = uniform_lattice({{22, 22, 22}, 0.01, 26}, 50.0, 0.05, 1e-3);
+  const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
+  const double wave = std::sqrt(fastest_wave * 50.0 / 1e-3);
+  CHECK_NEAR(bounds.omega_upper / wave, 1.0, 1e-11);
+  CHECK(bounds.omega_estimate <= wave && bounds.omega_estimate > 0.98 * wave);
+  CHECK_NEAR(bounds.damping_upper / (fastest_wave * 0.05 / 1e-3), 1.0, 1e-11);
+}
+
+TEST("in a large network the mode is sought where it is fastest") {
+  SpringNetwork network = uniform_lattice({{22, 22, 22}, 0.01, 26}, 50.0, 0.0, 1e-3);
+  network.springs.push_back(
+      {0, 1, 5e5, 0.0, 0.01});  // in a corner, alone: its own two masses and no more
+  const double pair = std::sqrt(2.0 * 5e5 / 1e-3);
+  const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
+  CHECK(bounds.omega_estimate >= pair && bounds.omega_estimate <= bounds.omega_upper);
+  CHECK(bounds.omega_upper < 1.01 * pair);
+}
+
+TEST("a network without springs has no frequency, and no bound is NaN") {
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, 1);
+  network.mass = VectorXd::Ones(1);
+  network.fixed = {0};
+  const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
+  CHECK(bounds.omega_estimate == 0.0 && bounds.omega_upper == 0.0);
+  CHECK(bounds.damping_upper == 0.0 && bounds.relaxation_lower == 0.0);
+}
+
+TEST("of an oscillator every bound is exact") {
+  const SpectralBounds bounds = spectral_bounds({.mass = 2.0, .stiffness = 8.0, .viscosity = 0.6});
+  CHECK_NEAR(bounds.omega_upper, 2.0, 1e-15);
+  CHECK_NEAR(bounds.damping_upper, 0.3, 1e-15);
+  CHECK_NEAR(bounds.relaxation_lower, 0.075, 1e-15);
+}
+
+}  // namespace

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/stepping/step_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/kernels/spring_kernels.hpp"
+#include "model/stepping/simulation.hpp"
+#include "model/stepping/stability.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "tests/check.hpp"
+#include "tests/model/sample_scenes.hpp"
+
+namespace {
+
+using namespace palpate;
+
+StepPlan plan_of(const Scene& scene, bool skip = true) {
+  return plan_steps(scene, *make_problem(scene), skip);
+}
+
+bool mentions(const std::vector<std::string>& lines, std::string_view part) {
+  return std::ranges::any_of(
+      lines, [&](const std::string& line) { return line.find(part) != std::string::npos; });
+}
+
+TEST("auto picks velocity Verlet with enough substeps for soft tissue") {
+  const StepPlan plan = plan_of(moving_scene("auto"));
+  CHECK(plan.integrator->name == "velocity-verlet");
+  CHECK(plan.h <= stability_margin * plan.stable_step.at("velocity-verlet"));
+  CHECK_NEAR(plan.h * plan.substeps, 1e-3, 1e-18);
+  CHECK(plan.integrator_reason.find("second order, explicit") != std::string::npos);
+  CHECK(plan.substeps_reason.find("h stays below 0.5 of the stable step") != std::string::npos);
+}
+
+TEST("auto turns to the implicit midpoint rule where explicit schemes need over 200 substeps") {
+  Scene scene = moving_scene("auto");
+  scene.tissue.lattice.stiffness = 1e8;
+  const StepPlan plan = plan_of(scene);
+  CHECK(plan.integrator->name == "implicit-midpoint" && plan.substeps == 1);
+  CHECK(plan.integrator_reason.find("explicit schemes would need") != std::string::npos);
+  CHECK(plan.substeps_reason == "an implicit scheme needs one");
+}
+
+TEST("of many nodes auto takes more explicit substeps than of few") {
+  for (const bool many : {false, true}) {
+    Scene scene;
+    scene.tissue.lattice.nodes = {21, 21, many ? 21 : 3};
+    scene.tissue.lattice.material = "stiff";
+    scene.materials = {
+        {.name = "stiff", .youngs_modulus = 60e6, .density = 1100.0, .damping_ratio = 0.5}};
+    const NetworkProblem problem(build_network(scene));
+    const StepPlan plan = plan_steps(scene, problem);
+    CHECK(plan.integrator->implicit != many);
+    CHECK(many == (plan.substeps > 200));
+  }
+}
+
+TEST("the number of substeps is the smallest that keeps the margin") {
+  for (const char* name : {"euler-cromer", "leapfrog", "rk4", "velocity-verlet"}) {
+    Scene scene = moving_scene(name);
+    scene.tissue.lattice.stiffness = 2e4;
+    const StepPlan plan = plan_of(scene);
+    const double limit = plan.stable_step.at(name);
+    CHECK(plan.substeps > 1);
+    CHECK(1e-3 / plan.substeps <= stability_margin * limit);
+    CHECK(1e-3 / (plan.substeps - 1) > stability_margin * limit);
+  }
+}
+
+TEST("asked-for integrator and substeps are taken, with a warning when they cannot be stable") {
+  Scene scene = moving_scene("leapfrog");
+  scene.simulation.substeps = 3;
+  const StepPlan fine = plan_of(scene);
+  CHECK(fine.substeps == 3 && fine.integrator->name == "leapfrog");
+  CHECK(fine.integrator_reason == "asked for by the scene" && fine.warnings.empty());
+  scene.tissue.lattice.stiffness = 1e7;
+  CHECK(mentions(plan_of(scene).warnings, "is above the stable step"));
+}
+
+TEST("undamped Euler takes one step a tick, says that none is stable, and warns") {
+  Scene scene = moving_scene("euler");
+  scene.simulation.substeps.reset();
+  scene.tissue.lattice.viscosity = 0.0;
+  const StepPlan plan = plan_of(scene);
+  CHECK(plan.substeps == 1);
+  CHECK(plan.substeps_reason == "no step is stable; one a tick");
+  CHECK(mentions(plan.warnings, "expect divergence"));
+}
+
+TEST("the printed form takes Euler-Cromer and one step a tick") {
+  Scene scene = moving_scene("auto");
+  scene.simulation.printed = PrintedForm::all();
+  const StepPlan plan = plan_of(scene);
+  CHECK(plan.integrator->name == "euler-cromer" && plan.substeps == 1);
+  CHECK(plan.kernel == "springs-printed-double");
+}
+
+TEST("the lagged velocity is refused where forces are evaluated more than once a step") {
+  Scene scene = moving_scene("rk4");
+  scene.simulation.printed.lagged_velocity = true;
+  CHECK_THROWS(plan_of(scene), "lagged_velocity needs");
+  scene.simulation.integrator = "feynman-newton";
+  CHECK(plan_of(scene).integrator->one_evaluation);
+}
+
+TEST("an unknown integrator is refused by name") {
+  CHECK_THROWS(plan_of(moving_scene("leapfrogg")), "unknown integrator \"leapfrogg\"");
+}
+
+TEST("what is skipped is said, with its reason, and nothing is skipped when asked not to") {
+  Scene scene = moving_scene("auto");
+  const std::vector<std::string> loaded = plan_of(scene).skipped;
+  CHECK(!mentions(loaded, "dampers") && !mentions(loaded, "gravity") && !mentions(loaded, "loads"));
+  scene.simulation.integrator = "implicit-midpoint";  // springs in a list
+  CHECK(mentions(plan_of(scene).skipped, "stepping of fixed nodes: 9"));
+  CHECK(mentions(plan_of(scene).skipped,
+                 "springs between fixed nodes: 20"));  // 12 edges, 8 diagonals of 3 x 3
+  scene.simulation.integrator = "auto";
+  scene.tissue.lattice.viscosity = 0.0;
+  scene.tissue.gravity.setZero();
+  scene.loads.clear();
+  const StepPlan bare = plan_of(scene);
+  CHECK(mentions(bare.skipped, "dampers: every spring has zero viscosity"));
+  CHECK(mentions(bare.skipped, "gravity: zero") &&
+        mentions(bare.skipped, "loads: the scene has none"));
+  CHECK(bare.kernel.starts_with("lattice-undamped-double-"));
+  CHECK(plan_of(scene, false).skipped.empty());
+  CHECK(plan_of(scene, false).kernel.starts_with("lattice-damped-double-"));
+}
+
+TEST("a list's kernel is named for its dampers, its precision and its instruction set") {
+  const auto name = [](const char* kind, const std::string& instruction_set) {
+    return std::string("springs-") + kind + "-" + instruction_set;
+  };
+  const std::string in_double = fan_kernels<double>().front().name;
+  const std::string in_float = fan_kernels<float>().front().name;
+  Scene scene = moving_scene("implicit-midpoint");
+  CHECK(plan_of(scene).kernel == name("damped-double", in_double));
+  scene.simulation.precision = Precision::single_precision;
+  CHECK(plan_of(scene).kernel == name("damped-float", in_float));
+  scene.tissue.lattice.viscosity = 0.0;
+  CHECK(plan_of(scene).kernel == name("undamped-float", in_float));
+  CHECK(plan_of(scene, false).kernel == name("damped-float", in_float));
+}
+
+TEST("a lattice leaves out what lies between rows of fixed nodes, and says no more") {
+  Scene scene = moving_scene("velocity-verlet");
+  scene.tissue.lattice.nodes = {8, 8, 4};  // rows along x: no axis wastes less
+  CHECK(mentions(plan_of(scene).skipped,
+                 "springs between fixed nodes: 210"));  // 2 * 56 edges, 2 * 49 diagonals
+  CHECK(!mentions(plan_of(scene).skipped, "stepping of fixed nodes"));
+  scene.tissue.fixed = std::vector<Face>{Face::x_min};  // one node of every row
+  CHECK(!mentions(plan_of(scene).skipped, "springs between fixed nodes"));
+}
+
+TEST("threads that cannot share the work are not taken, and that is said") {
+  Scene scene = moving_scene("euler-cromer");
+  scene.tissue.lattice.nodes = {20, 20, 9};  // rows of more than one register
+  scene.simulation.threads = 2;
+  CHECK(plan_of(scene).threads == 2 && plan_of(scene).kernel.ends_with("-2-threads"));
+  scene.simulation.threads = 9;
+  const StepPlan fewer = plan_of(scene);
+  CHECK(fewer.threads == 4);
+  CHECK(std::ranges::any_of(fewer.warnings,
+                            [](const std::string& w) { return w.starts_with("4 of 9 threads"); }));
+  scene.simulation.integrator = "implicit-midpoint";
+  CHECK(plan_of(scene).threads == 1 && plan_of(scene).warnings.size() == 1);
+}
+
+TEST("every registered integrator has its stable step in the plan") {
+  const StepPlan plan = plan_of(moving_scene("auto"));
+  CHECK(plan.stable_step.size() == integrators().size());
+  for (const IntegratorInfo* scheme : integrators()) {
+    CHECK(plan.stable_step.at(std::string(scheme->name)) == stable_step(*scheme, plan.bounds));
+  }
+}
+
+#ifndef PALPATE_SANITIZED  // of accuracy, not of code: half a minute there
+/// Fat around a body too stiff for explicit schemes at 1 kHz, pushed for 40 ms.
+Scene stiff_body_in_fat() {
+  Scene scene;
+  scene.simulation = {.duration = 0.06, .step = 1e-3};
+  scene.tissue.lattice = {.nodes = {5, 5, 5}, .spacing = 0.004, .material = "fat"};
+  scene.materials = {
+      {.name = "fat", .youngs_modulus = 2.4e3, .density = 950.0, .damping_ratio = 0.5},
+      {.name = "stiff", .youngs_modulus = 40e6, .density = 1130.0, .damping_ratio = 0.5}};
+  scene.tissue.inclusions = {{.shape = Inclusion::Shape::box,
+                              .centre = {0.0, 0.0, 0.008},
+                              .size = {0.009, 0.009, 0.009},
+                              .material = "stiff"}};
+  scene.loads = {
+      {.nodes = {12}, .force = {0.0, 0.0, 0.005}, .end = 0.04, .profile = Profile::half_sine}};
+  return scene;
+}
+
+/// Displacement of the first layer, ticks as columns [m].
+Eigen::MatrixXd motion_of(Scene scene, const std::string& integrator, int substeps) {
+  scene.simulation.integrator = integrator;
+  scene.simulation.substeps = substeps;
+  Simulation simulation(scene);
+  Eigen::VectorXd q(simulation.problem().dof());
+  Eigen::MatrixXd motion(75, simulation.tick_count());
+  simulation.coordinates(q);
+  const Eigen::VectorXd start = q;
+  for (long n = 0; n < simulation.tick_count(); ++n) {
+    CHECK(simulation.tick() == StepStatus::ok);
+    simulation.coordinates(q);
+    motion.col(n) = (q - start).head(75);
+  }
+  return motion;
+}
+
+TEST(
+    "around a stiff body soft tissue is nearer to the truth with what auto takes than with "
+    "implicit Euler") {
+  const Scene scene = stiff_body_in_fat();
+  CHECK(plan_of(scene).integrator->name == "implicit-midpoint");
+  const Eigen::MatrixXd truth = motion_of(scene, "velocity-verlet", 512);
+  const double peak = truth.cwiseAbs().maxCoeff();
+  const auto error = [&](const char* name) {
+    return (motion_of(scene, name, 1) - truth).cwiseAbs().maxCoeff() / peak;
+  };
+  const double midpoint = error("implicit-midpoint");
+  const double euler = error("implicit-euler");
+  std::printf("  midpoint %.1e, Euler %.1e of the peak\n", midpoint, euler);
+  CHECK(midpoint < 0.02);  // what auto promises
+  CHECK(midpoint < 0.5 * euler);
+}
+#endif
+
+TEST("an oscillator's stable steps are exact, for there is nothing to bound") {
+  Scene scene;
+  scene.tissue.source = Source::oscillator;
+  scene.tissue.oscillator = {.mass = 1.0, .stiffness = 1.0, .viscosity = 1.0};
+  scene.simulation.step = 0.1;
+  const StepPlan plan = plan_of(scene);
+  CHECK_NEAR(plan.stable_step.at("euler"), 1.0, 1e-9);                          // c / k
+  CHECK_NEAR(plan.stable_step.at("euler-cromer"), std::sqrt(5.0) - 1.0, 1e-9);  // S = 1/2
+}
+
+}  // namespace

@@ -1,0 +1,521 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/stepping/tool_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "model/kernels/network_system.hpp"
+#include "model/problem/problem.hpp"
+#include "model/stepping/integrator.hpp"
+#include "model/stepping/simulation.hpp"
+#include "model/stepping/tool_system.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "tests/check.hpp"
+#include "tests/model/sample_scenes.hpp"
+
+namespace {
+
+using namespace palpate;
+
+/// A run with what a test asks about every tick.
+struct Insertion {
+  explicit Insertion(const Scene& scene) : simulation(scene), row(simulation.columns().size()) {
+    read();
+  }
+  bool tick() {
+    const bool ok = simulation.tick() == StepStatus::ok;
+    read();
+    return ok;
+  }
+  void read() {
+    simulation.sample(row);
+    simulation.sample_text(words, events);
+    tool = simulation.tool();
+  }
+  template <class Body> void run(Body&& body) {
+    while (simulation.ticks() < simulation.tick_count()) {
+      if (!tick()) {
+        CHECK(!"diverged");
+        return;
+      }
+      body();
+    }
+  }
+  void run() {
+    run([] {});
+  }
+  [[nodiscard]] std::string names() const {
+    std::string all;
+    for (const Event& e : events) { all += (all.empty() ? "" : " ") + e.kind; }
+    return all;
+  }
+  [[nodiscard]] double time_of(const std::string& kind, const std::string& label) const {
+    const auto found = std::ranges::find_if(
+        events, [&](const Event& e) { return e.kind == kind && e.detail == label; });
+    return found == events.end() ? -1.0 : found->time;
+  }
+
+  Simulation simulation;
+  std::vector<double> row;
+  std::vector<std::string> words{"", ""};
+  std::vector<Event> events;
+  ToolReport tool;
+};
+
+/// Substeps: automatic unless given.
+Scene timed(Scene scene, double duration, double step,
+            const std::string& integrator = "velocity-verlet", std::optional<int> substeps = {}) {
+  scene.simulation = {
+      .duration = duration, .step = step, .substeps = substeps, .integrator = integrator};
+  return scene;
+}
+
+/// The whole way in a quarter of the time.
+Scene pushed_quickly(Scene scene) {
+  scene.drive->speed *= 4.0;
+  return scene;
+}
+
+TEST("a needle meets its layers in order and loses resistance in the epidural space") {
+  Insertion run(timed(layered_scene(), 0.75, 1e-3));
+  double peak = 0.0;
+  run.run([&] { peak = std::max(peak, run.tool.forces.total); });
+  CHECK(run.names() == "contact puncture puncture loss-of-resistance");
+  CHECK(run.events.front().time == 0.0);
+  CHECK(run.tool.forces.cutting == 0.0);
+  CHECK(run.tool.depth > 0.010);
+  // F_c of the ligament and the friction of the whole track.
+  CHECK(peak > 0.15 && peak < 0.15 + 2.0 * 0.004 + 5.0 * 0.006 + 1e-9);
+  CHECK(run.words[0] == "epidural space");
+}
+
+TEST("the parts add up to the total, and the total is what a prescribed drive applies") {
+  Insertion run(timed(layered_scene(), 0.5, 1e-3));
+  run.run([&] {
+    const ToolForces& f = run.tool.forces;
+    CHECK(f.total == f.cutting + f.friction + f.stiffness);
+    CHECK(f.applied == f.total);
+    CHECK(f.cutting == 0.0 || f.stiffness == 0.0);
+  });
+}
+
+#ifndef PALPATE_SANITIZED  // slow pushes go through the same code as quick ones, for two minutes
+TEST("before the first puncture the force is the stiffness of a chain times the depth") {
+  Scene scene = timed(chain_scene(), 1.9, 1e-3);
+  scene.drive->speed = 1e-3;  // 1.9 mm; the skin gives way at 2 mm
+  Insertion run(scene);
+  run.run([&] {  // after the jolt of the first contact
+    if (run.simulation.time() < 0.1) { return; }
+    CHECK_NEAR(run.tool.forces.stiffness, 50.0 * run.tool.place, 1e-4);
+  });
+  CHECK(run.names() == "contact");
+}
+
+TEST("the tip sticks until the cutting force and punctures there") {
+  Scene scene = timed(chain_scene(), 2.1, 1e-3);
+  scene.drive->speed = 1e-3;
+  Insertion run(scene);
+  run.run();
+  CHECK(run.names() == "contact puncture");
+  CHECK_NEAR(run.time_of("puncture", "skin"), 0.1 / 50.0 / 1e-3, 2e-3);
+  CHECK(run.tool.forces.cutting == 0.1);
+}
+#endif
+
+TEST("a needle drawn back and put in again cuts nothing on its old track, but rubs") {
+  Scene scene = timed(layered_scene(), 1.2, 1e-3);
+  scene.drive->depth = 0.006;
+  scene.drive->hold = 0.05;
+  scene.drive->withdraw_speed = 0.02;
+  Insertion run(scene);
+  double backwards = 0.0;
+  run.run([&] { backwards = std::min(backwards, run.tool.forces.friction); });
+  CHECK(run.names() == "contact puncture puncture withdrawn");
+  CHECK(backwards < 0.0);
+}
+
+TEST("what rests under less than its limit stays where it is") {
+  Scene scene = timed(chain_scene(), 100.0, 1e-3);
+  scene.drive =
+      Drive{.kind = Drive::Kind::force, .force = 0.08, .rise = 0.1, .hand_viscosity = 5.0};
+  Insertion run(scene);
+#ifdef PALPATE_SANITIZED  // the same code, and no time to see a creep
+  constexpr int watched = 2000;
+#else
+  constexpr int watched = 90000;
+#endif
+  constexpr int settling = 10000;
+  for (int n = 0; n < settling; ++n) { run.simulation.tick(); }
+  run.read();
+  const double place = run.tool.place;
+  for (int n = 0; n < watched; ++n) { run.simulation.tick(); }
+  run.read();
+  CHECK_NEAR(run.tool.place, place, 1e-12);
+  CHECK_NEAR(run.tool.forces.stiffness, 0.08, 1e-9);
+}
+
+TEST("the hand's force, the tissue's and inertia balance") {
+  Scene scene = timed(layered_scene(), 0.5, 1e-4);
+  scene.drive = Drive{.kind = Drive::Kind::force, .force = 0.25, .rise = 0.4};
+  Insertion run(scene);
+  double before = run.tool.velocity;
+  double force = run.tool.forces.applied - run.tool.forces.total;
+  double momentum = 0.0;
+  run.run([&] {
+    const double now = run.tool.forces.applied - run.tool.forces.total;
+    momentum += 0.5 * 1e-4 * (force + now);
+    force = now;
+  });
+  // Impulses of plastic impacts come on top of the forces; they are a thousandth here.
+  CHECK_NEAR(momentum, run.tool.mass * (run.tool.velocity - before), 2e-3 * run.tool.mass * 0.1);
+}
+
+TEST("a hundred newtons do not move a tip into bone") {
+  Scene scene = timed(layered_scene(), 2.0, 1e-3);
+  scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
+  scene.tissue.layers[1] = {"lamina", "bone", 0.006};
+  scene.drive = Drive{.kind = Drive::Kind::force, .force = 100.0, .rise = 1.0};
+  Insertion run(scene);
+  double deepest = 0.0;
+  run.run([&] { deepest = std::max(deepest, run.tool.place); });
+  CHECK(deepest <= 0.004);
+  CHECK_NEAR(run.tool.place, 0.004, 1e-15);
+  CHECK(run.names() == "contact puncture bone");
+  CHECK_NEAR(run.tool.forces.total, run.tool.forces.applied, 1e-9);
+}
+
+TEST("a prescribed trajectory into bone goes on without the tool") {
+  Scene scene = timed(layered_scene(), 0.5, 1e-3);
+  scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
+  scene.tissue.layers[1] = {"lamina", "bone", 0.006};
+  Insertion run(scene);
+  run.run();
+  CHECK_NEAR(run.tool.place, 0.004, 1e-15);
+  CHECK_NEAR(run.tool.forces.stiffness, 5000.0 * (0.02 * 0.5 - 0.004), 0.5);
+}
+
+TEST("a probe cuts nothing and rubs nothing") {
+  Scene scene = timed(layered_scene(), 0.3, 1e-3);
+  scene.needle.reset();
+  scene.probe = Probe{.size = {0.004, 0.004}};
+  Insertion run(scene);
+  run.run([&] {
+    CHECK(run.tool.forces.cutting == 0.0 && run.tool.forces.friction == 0.0);
+    CHECK(run.tool.forces.lateral == 0.0);
+  });
+  CHECK(run.tool.forces.stiffness > 0.0);
+  CHECK(run.names() == "contact");
+}
+
+TEST("work of the hand is stored, lost in dampers, cutting, friction and impacts, or moves") {
+  const double h = 1e-5;
+  Scene scene = timed(pushed_quickly(layered_scene()), 0.15, h, "rk4", 1);
+  scene.output.audit = true;
+  Insertion run(scene);
+  const double initial = run.simulation.energy();
+  run.run();
+  const ToolLosses& lost = run.tool.losses;
+  const double hand = lost.hand + lost.jerk;
+  const double rest = hand - (run.simulation.energy() - initial) - lost.damping - lost.cutting -
+                      lost.friction - lost.impact;
+  CHECK(run.names() == "contact puncture puncture loss-of-resistance");
+  CHECK(hand > 1e-3);
+  CHECK_NEAR(rest / hand, 0.0, 1e-6);
+}
+
+TEST("slanting needles press sideways, straight ones do not") {
+  Scene straight = timed(layered_scene(), 0.4, 1e-3);
+  Insertion along(straight);
+  along.run([&] { CHECK(along.tool.forces.lateral < 1e-9); });
+  Scene slanting = straight;
+  slanting.needle->direction = {std::tan(0.26), 0.0, 1.0};
+  Insertion aside(slanting);
+  aside.run();
+  CHECK(aside.tool.forces.lateral > 1e-3);
+}
+
+TEST("every scheme that may carry a tool gives the same force, to its order") {
+  const auto scene = [](const char* name, int substeps) {
+    return timed(pushed_quickly(layered_scene()), 0.1, 1e-3, name, substeps);
+  };
+  Insertion best(scene("rk4", 200));
+  best.run();
+  for (const char* name : {"euler-cromer", "velocity-verlet", "implicit-midpoint", "implicit-euler",
+                           "feynman-newton-printed"}) {
+    Insertion run(scene(name, 50));
+    run.run();
+    CHECK_NEAR(run.tool.forces.total, best.tool.forces.total, 5e-3);
+    CHECK_NEAR(run.tool.depth, best.tool.depth, 5e-5);
+    CHECK(run.names() == "contact puncture puncture");
+  }
+}
+
+TEST("in single precision a needle does what it does in double") {
+  Scene scene = timed(layered_scene(), 0.4, 1e-3);
+  Insertion exact(scene);
+  scene.simulation.precision = Precision::single_precision;
+  Insertion single(scene);
+  exact.run();
+  single.run();
+  CHECK_NEAR(single.tool.forces.total, exact.tool.forces.total, 2e-2);
+  CHECK(single.names() == exact.names());
+}
+
+}  // namespace
+
+// A free tool in stiff tissue with ticks far longer than its motion against it takes: tip and shaft
+// keep to their laws within each implicit step.
+
+namespace {
+
+using namespace palpate;
+
+/// A hand with 20 N s/m pushes 20 g into ligaments of 15 MPa: 1 ms is the time that hand and tool
+/// take, and ten times that of tool on tissue.
+Scene stiff_scene(double step) {
+  Scene scene = layered_scene();
+  for (Material& m : scene.materials) {
+    m.youngs_modulus = 15e6;
+    m.cutting_force *= 30.0;
+    m.friction *= 30.0;
+  }
+  scene.drive = Drive{
+      .kind = Drive::Kind::force, .from = 0.0, .force = 8.0, .rise = 0.5, .hand_viscosity = 20.0};
+  scene.simulation = {.duration = 0.5, .step = step, .integrator = "implicit-euler"};
+  return scene;
+}
+
+struct Sample {
+  double place, velocity, slip, cutting, friction, stiffness;
+};
+
+std::vector<Sample> run(const Scene& scene) {
+  Simulation simulation(scene);
+  std::vector<Sample> samples;
+  const auto every = static_cast<long>(std::lround(1e-3 / scene.simulation.step));
+  while (simulation.ticks() < simulation.tick_count()) {
+    if (simulation.tick() != StepStatus::ok) {
+      CHECK(!"diverged");
+      break;
+    }
+    if (simulation.ticks() % every != 0) { continue; }
+    const ToolReport tool = simulation.tool();
+    samples.push_back({tool.place, tool.velocity, tool.slip, tool.forces.cutting,
+                       tool.forces.friction, tool.forces.stiffness});
+  }
+  return samples;
+}
+
+/// Times that a quantity turned round.
+template <class Of> int turns(const std::vector<Sample>& samples, Of of) {
+  int count = 0;
+  for (std::size_t n = 2; n < samples.size(); ++n) {
+    const double before = of(samples[n - 1]) - of(samples[n - 2]);
+    const double after = of(samples[n]) - of(samples[n - 1]);
+    count += before * after < 0.0 && std::abs(before) + std::abs(after) > 0.2 ? 1 : 0;
+  }
+  return count;
+}
+
+TEST("under a rising push the tool never moves back, and friction opposes what slips") {
+  const std::vector<Sample> samples = run(stiff_scene(1e-3));
+  for (std::size_t n = 1; n < samples.size(); ++n) {
+    CHECK(samples[n].place >= samples[n - 1].place - 1e-9);
+    // Below 1 mN tip and shaft still share their nodes, and their forces cannot be told apart.
+    CHECK(samples[n].friction * samples[n].slip >= 0.0 || std::abs(samples[n].slip) < 1e-9 ||
+          std::abs(samples[n].friction) < 1e-3);
+  }
+}
+
+TEST("long ticks do not make the force chatter") {
+  const auto force = [](const Sample& s) { return s.cutting + s.friction + s.stiffness; };
+  const std::vector<Sample> coarse = run(stiff_scene(1e-3));
+  const std::vector<Sample> fine = run(stiff_scene(1e-3 / 16.0));
+  CHECK(turns(coarse, force) <= turns(fine, force) + 2);
+}
+
+/// Most that tip and shaft can resist with at a depth of the stiff scene [N]: F_c of the deepest
+/// layer reached and what rubs on the way.
+double most_resistance(const Scene& scene, double depth) {
+  double cutting = 0.0;
+  double rubbing = 0.0;
+  double top = 0.0;
+  for (const Layer& layer : scene.tissue.layers) {
+    const auto material = std::ranges::find(scene.materials, layer.material, &Material::name);
+    if (depth < top) { break; }
+    cutting = std::max(cutting, material->cutting_force);
+    rubbing += material->friction * std::min(layer.thickness, depth - top);
+    top += layer.thickness;
+  }
+  return cutting + rubbing;
+}
+
+TEST("in no step do tip and shaft take more from the tool than cutting and friction allow") {
+  Scene scene = stiff_scene(1e-3);
+  scene.drive->rise = 0.02;  // sticking ends within a tick, with force to spare
+  Simulation simulation(scene);
+  const double strongest_friction =
+      std::ranges::max(scene.materials, {}, &Material::friction).friction;
+  double before = 0.0;
+  double depth = 0.0;
+  double way = 0.0;
+  double worst = 0.0;
+  while (simulation.ticks() < simulation.tick_count()) {
+    CHECK(simulation.tick() == StepStatus::ok);
+    const ToolReport tool = simulation.tool();
+    const double taken = tool.forces.applied - tool.mass * (tool.velocity - before) / 1e-3;
+    // A step's depth is led on at the rate of the step before: L is off by the change of the way.
+    const double led_on = strongest_friction * std::abs(tool.depth - depth - way);
+    before = tool.velocity;
+    way = tool.depth - depth;
+    depth = tool.depth;
+    worst = std::max(worst, taken - most_resistance(scene, tool.depth) - led_on);
+  }
+  CHECK(worst <= 1e-6);  // of 8 N: what the solver leaves
+}
+
+TEST("where long and short ticks both see the tool, it is at the same place") {
+  const std::vector<Sample> coarse = run(stiff_scene(1e-3));
+  const std::vector<Sample> fine = run(stiff_scene(1e-3 / 16.0));
+  double worst = 0.0;
+  for (std::size_t n = 0; n < std::min(coarse.size(), fine.size()); ++n) {
+    worst = std::max(worst, std::abs(coarse[n].place - fine[n].place));
+  }
+  // Events are found to a tick, in which the tool moves at most as fast as the hand lets it.
+  double fastest = 0.0;
+  for (const Sample& s : fine) { fastest = std::max(fastest, std::abs(s.velocity)); }
+  CHECK(worst <= 1e-3 * fastest);
+}
+
+TEST("a solver that is asked for less leaves as little more as it is asked for") {
+  Scene scene = stiff_scene(1e-3);
+  scene.drive->from = -0.002;  // in air the first correction is exact, and says nothing of tissue
+  const std::vector<Sample> all = run(scene);
+  scene.simulation.solver_tolerance = 1e-6;
+  const std::vector<Sample> less = run(scene);
+  double fastest = 0.0;
+  for (const Sample& s : all) { fastest = std::max(fastest, std::abs(s.velocity)); }
+  for (std::size_t n = 0; n < all.size(); ++n) {
+    CHECK_NEAR(less[n].place, all[n].place, 1e-6 * fastest * 0.5);  // of every step's way, added up
+  }
+  // And it does leave more: one correction is not all there is.
+  CHECK(std::ranges::any_of(all, [&](const Sample& s) {
+    return s.place != less[static_cast<std::size_t>(&s - all.data())].place;
+  }));
+}
+
+TEST("a tolerance of a hundredth leaves the force of every tick within 1 % of its peak") {
+  Scene scene = stiff_scene(1e-3);
+  const auto force = [](const Sample& s) { return s.cutting + s.friction + s.stiffness; };
+  const std::vector<Sample> all = run(scene);
+  scene.simulation.solver_tolerance = 1e-2;
+  const std::vector<Sample> less = run(scene);
+  const double peak = force(*std::ranges::max_element(all, {}, force));
+  CHECK(peak > 1.0);
+  for (std::size_t n = 0; n < all.size(); ++n) {
+    CHECK_NEAR(force(less[n]), force(all[n]), 0.01 * peak);
+  }
+}
+
+}  // namespace
+
+// A network with a tool in it remembers forces that were looked at; no scheme may be able to tell.
+
+namespace {
+
+using namespace palpate;
+
+constexpr double h = 2e-5;
+
+/// A scene's tissue, tool and scheme, stepped by hand.
+class Stage {
+ public:
+  Stage(const Scene& scene, const IntegratorInfo& scheme)
+      : scheme_(scheme),
+        problem_(make_problem(scene)),
+        network_(
+            make_network_system<double>(network_problem(), {.h = h, .matrices = scheme.implicit})),
+        contact_(scene, network_problem(), network_->layout()),
+        system_(*network_, contact_),
+        integrator_(scheme.make<double>()) {
+    const Eigen::Index dof = system_.dof();
+    state_ = {Vector<double>::Zero(dof), Vector<double>::Zero(dof)};
+    state_.position.head(network_->dof()) = network_->initial_position();
+    if (contact_.is_coordinate()) { state_.position(dof - 1) = contact_.initial_place(); }
+    contact_.begin(state_);
+    integrator_->prepare(system_, state_, h);
+    scratch_.setZero(dof);
+  }
+  void look() {
+    const Vector<double>& v = t_ == 0.0 ? state_.velocity : integrator_->velocity_at(state_);
+    energy_ = system_.measure(t_, load_gate(t_, h), state_.position, v, scratch_);
+  }
+  void step() {
+    if (t_ == 0.0) { integrator_->start(system_, state_, 0.0, h); }
+    if (contact_.begin_step(t_, h, state_, scheme_.implicit)) {
+      system_.forget();
+      ++jumps_;
+    }
+    integrator_->step(system_, state_, t_, h);
+    t_ += h;
+    contact_.end_step(t_, state_);
+  }
+  [[nodiscard]] const State<double>& state() const { return state_; }
+  [[nodiscard]] int jumps() const { return jumps_; }
+  /// Of the springs, as the look told and as the network tells [J].
+  [[nodiscard]] double energy() const { return energy_; }
+  [[nodiscard]] double energy_asked() const {
+    return network_->energy(state_.position, Vector<double>::Zero(system_.dof()));
+  }
+
+ private:
+  const NetworkProblem& network_problem() const {
+    return dynamic_cast<const NetworkProblem&>(*problem_);
+  }
+
+  const IntegratorInfo& scheme_;
+  std::unique_ptr<Problem> problem_;
+  std::unique_ptr<NetworkSystem<double>> network_;
+  ToolContact<double> contact_;
+  ToolSystem<double> system_;
+  std::unique_ptr<Integrator<double>> integrator_;
+  State<double> state_;
+  Vector<double> scratch_;
+  double t_ = 0.0;
+  double energy_ = 0.0;
+  int jumps_ = 0;
+};
+
+void compare(const Scene& scene, int steps, int least_jumps) {
+  for (const IntegratorInfo* scheme : integrators()) {
+    Stage seen(scene, *scheme);
+    Stage unseen(scene, *scheme);
+    for (int n = 0; n < steps; ++n) {
+      seen.look();
+      CHECK_NEAR(seen.energy(), seen.energy_asked(), 1e-12 * seen.energy());
+      seen.step();
+      unseen.step();
+    }
+    CHECK(seen.state().position == unseen.state().position);
+    CHECK(seen.state().velocity == unseen.state().velocity);
+    CHECK(seen.energy() > 0.0);
+    CHECK(seen.jumps() >= least_jumps);
+  }
+}
+
+TEST("a look at the forces between steps changes no bit of what follows: a tool on a path") {
+  Scene scene = layered_scene();
+  scene.drive = Drive{
+      .technique = Drive::Technique::intermittent, .speed = 0.02, .advance = 1e-4, .pause = 1e-3};
+  compare(scene, 500, 3);
+}
+
+TEST("a look at the forces between steps changes no bit of what follows: a pushed tool") {
+  Scene scene = layered_scene();
+  scene.drive = Drive{.kind = Drive::Kind::force, .from = 0.0, .force = 2.0, .rise = 0.005};
+  compare(scene, 500, 0);
+}
+
+}  // namespace

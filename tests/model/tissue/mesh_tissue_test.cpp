@@ -1,0 +1,479 @@
+// SPDX-License-Identifier: MIT
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <numbers>
+
+#include "model/tissue/lattice.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "model/tissue/triangle_surface.hpp"
+#include "model/tissue/voxel_tissue.hpp"
+#include "reference/solids.hpp"
+#include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate;
+using Eigen::Vector3d;
+using reference::box_surface;
+using reference::ring_surface;
+using reference::sphere_surface;
+
+bool contains(const std::optional<std::string>& text, std::string_view part) {
+  return text && text->find(part) != std::string::npos;
+}
+
+TEST("a box has its volume, centroid and inertia, wherever it lies") {
+  const Vector3d edges(0.02, 0.03, 0.05);
+  const Vector3d low(1.0, -2.0, 0.5);
+  const SolidMoments solid = moments_of(box_surface(low, low + edges));
+  const double volume = edges.prod();
+  // Rounding of coordinates near 2 m against edges of 0.02 m: 1e-14 relative.
+  CHECK_NEAR(solid.volume, volume, 1e-13 * volume);
+  CHECK_NEAR(solid.centroid, Vector3d(low + 0.5 * edges), 1e-14);
+  const double xx = volume / 12.0 * (edges.y() * edges.y() + edges.z() * edges.z());
+  CHECK_NEAR(solid.inertia(0, 0), xx, 1e-12 * xx);
+  CHECK_NEAR(solid.inertia(0, 1), 0.0, 1e-12 * xx);
+}
+
+TEST("spheres and rings come to their volumes at second order of their faces") {
+  const double sphere = 4.0 / 3.0 * std::numbers::pi;
+  const double coarse =
+      std::abs(moments_of(sphere_surface(Vector3d::Zero(), 1.0, 20)).volume - sphere);
+  const double fine =
+      std::abs(moments_of(sphere_surface(Vector3d::Zero(), 1.0, 40)).volume - sphere);
+  CHECK_NEAR(std::log2(coarse / fine), 2.0, 0.05);
+  // A wedge between two planes through z holds the integral of r dA over the polygon times
+  // sin(step): the polygon's area times its centroid's radius, 1.
+  const int steps = 24;
+  const int around = 16;
+  const double angle = 1.5 * std::numbers::pi;
+  const double area = 0.5 * around * 0.3 * 0.3 * std::sin(2.0 * std::numbers::pi / around);
+  const double exact = steps * std::sin(angle / steps) * area;
+  CHECK_NEAR(moments_of(ring_surface(1.0, 0.3, angle, steps, around)).volume, exact, 1e-12 * exact);
+}
+
+TEST("sound surfaces have no defect") {
+  CHECK(!surface_defect(box_surface(Vector3d::Zero(), Vector3d::Ones())));
+  CHECK(!surface_defect(sphere_surface(Vector3d::Zero(), 1.0, 12)));
+  CHECK(!surface_defect(ring_surface(1.0, 0.3, 2.0 * std::numbers::pi, 40, 20)));
+  CHECK(!surface_defect(ring_surface(1.0, 0.3, 4.5, 40, 20)));
+}
+
+TEST("a missing face is an open edge, named with its face") {
+  TriangleSurface box = box_surface(Vector3d::Zero(), Vector3d::Ones());
+  box.triangle.pop_back();
+  CHECK(contains(surface_defect(box), "open: edge ("));
+  CHECK(contains(surface_defect(box), "has no face on its other side"));
+}
+
+TEST("a turned face is named, and a surface inside out too") {
+  TriangleSurface box = box_surface(Vector3d::Zero(), Vector3d::Ones());
+  std::swap(box.triangle[5][0], box.triangle[5][1]);
+  CHECK(contains(surface_defect(box), "turned against each other"));
+  CHECK(contains(surface_defect(box), "5"));
+  TriangleSurface inverted = box_surface(Vector3d::Zero(), Vector3d::Ones());
+  for (auto& face : inverted.triangle) { std::swap(face[0], face[1]); }
+  CHECK(contains(surface_defect(inverted), "inside out: its volume is -1 m^3"));
+}
+
+TEST("a surface that goes through itself is named with both faces") {
+  TriangleSurface two = box_surface(Vector3d::Zero(), Vector3d::Ones());
+  const TriangleSurface other = box_surface(Vector3d::Constant(0.5), Vector3d::Constant(1.4));
+  const int first = static_cast<int>(two.vertex.cols());
+  two.vertex.conservativeResize(3, first + other.vertex.cols());
+  two.vertex.rightCols(other.vertex.cols()) = other.vertex;
+  for (const auto& t : other.triangle) {
+    two.triangle.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  CHECK(contains(surface_defect(two), "cross each other"));
+  // Without a common point there is nothing to name: two bodies in one file.
+  two.vertex.rightCols(other.vertex.cols()).array() += 2.0;
+  CHECK(!surface_defect(two));
+}
+
+TEST("coordinates that are no numbers and vertices that do not exist are named") {
+  TriangleSurface box = box_surface(Vector3d::Zero(), Vector3d::Ones());
+  box.vertex(1, 3) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(contains(surface_defect(box), "vertex 3 has a coordinate that is not finite"));
+  TriangleSurface other = box_surface(Vector3d::Zero(), Vector3d::Ones());
+  other.triangle[2][1] = 8;
+  CHECK(contains(surface_defect(other), "face 2 names vertex 8; 0 to 7"));
+}
+
+TEST("welding joins a soup of faces and drops those without area") {
+  const TriangleSurface box = box_surface(Vector3d::Zero(), Vector3d::Ones());
+  TriangleSurface soup;
+  soup.vertex.resize(3, 3 * 12 + 3);
+  for (int f = 0; f < 12; ++f) {
+    for (int n = 0; n < 3; ++n) { soup.vertex.col(3 * f + n) = box.corner(f, n); }
+    soup.triangle.push_back({3 * f, 3 * f + 1, 3 * f + 2});
+  }
+  soup.vertex.rightCols(3).setZero();
+  soup.triangle.push_back({36, 37, 38});
+  CHECK(contains(surface_defect(soup), "open"));
+  weld(soup);
+  CHECK(!surface_defect(soup));
+  CHECK_NEAR(double(soup.triangle.size()), 12.0, 0.0);
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using Eigen::Vector3d;
+using reference::box_surface;
+using reference::ring_surface;
+using reference::sphere_surface;
+
+BoxGrid grid_of(const TriangleSurface& surface, double edge) {
+  return cubes_around(surface.vertex.rowwise().minCoeff(), surface.vertex.rowwise().maxCoeff(),
+                      edge);
+}
+
+/// Centre of a cell.
+Vector3d centre(const BoxGrid& grid, int i, int j, int l) {
+  return grid.low + grid.size.cwiseProduct(Vector3d(i + 0.5, j + 0.5, l + 0.5));
+}
+
+/// Winding number of a closed surface about a point: sum of the faces' solid angles over 4 pi.
+double winding(const TriangleSurface& surface, const Vector3d& at) {
+  double sum = 0.0;
+  for (int f = 0; f < static_cast<int>(surface.triangle.size()); ++f) {
+    const Vector3d a = surface.corner(f, 0) - at;
+    const Vector3d b = surface.corner(f, 1) - at;
+    const Vector3d c = surface.corner(f, 2) - at;
+    const double below = a.norm() * b.norm() * c.norm() + a.dot(b) * c.norm() +
+                         b.dot(c) * a.norm() + c.dot(a) * b.norm();
+    sum += 2.0 * std::atan2(a.dot(b.cross(c)), below);
+  }
+  return sum / (4.0 * std::numbers::pi);
+}
+
+double area(const TriangleSurface& surface) {
+  double sum = 0.0;
+  for (int f = 0; f < static_cast<int>(surface.triangle.size()); ++f) {
+    const Vector3d a = surface.corner(f, 0);
+    sum += 0.5 * (surface.corner(f, 1) - a).cross(surface.corner(f, 2) - a).norm();
+  }
+  return sum;
+}
+
+TEST("a box that ends on walls of cells is filled to the last cell, wherever it lies") {
+  for (const Vector3d& at :
+       {Vector3d(0.0, 0.0, 0.0), Vector3d(-0.008, 0.012, 0.1), Vector3d(-1.0, -1.0, -1.0)}) {
+    const TriangleSurface box = box_surface(at, at + Vector3d(0.01, 0.02, 0.03));
+    const BoxGrid grid =
+        cubes_around(at - Vector3d::Constant(0.004), at + Vector3d::Constant(0.04), 0.002);
+    const VoxelBody body = voxelise(box, grid);
+    CHECK_NEAR(double(body.voxel_count), 5.0 * 10.0 * 15.0, 0.0);
+    CHECK_NEAR(double(body.parts), 1.0, 0.0);
+  }
+}
+
+TEST("every cell agrees with the winding number of the surface about its centre") {
+  const TriangleSurface shapes[] = {sphere_surface({0.001, 0.002, 0.003}, 0.02, 6),
+                                    ring_surface(0.02, 0.006, 2.0 * std::numbers::pi, 16, 9),
+                                    ring_surface(0.02, 0.006, 4.5, 16, 9)};
+  for (const TriangleSurface& shape : shapes) {
+    const BoxGrid grid = grid_of(shape, 0.0017);
+    const VoxelBody body = voxelise(shape, grid);
+    int wrong = 0;
+    int inside = 0;
+    for (int l = 0; l < grid.count[2]; ++l) {
+      for (int j = 0; j < grid.count[1]; ++j) {
+        for (int i = 0; i < grid.count[0]; ++i) {
+          const bool truth = winding(shape, centre(grid, i, j, l)) > 0.5;
+          inside += truth ? 1 : 0;
+          wrong += truth != (body.inside[grid.index(i, j, l)] != 0) ? 1 : 0;
+        }
+      }
+    }
+    CHECK_NEAR(double(wrong), 0.0, 0.0);
+    CHECK(inside > 100);
+  }
+}
+
+TEST("rows through vertices and along edges count them once") {
+  // An octahedron whose tips and edges lie exactly on rows of centres.
+  const double h = 0.001;
+  const TriangleSurface shape = sphere_surface(Vector3d::Constant(0.5 * h), 10.0 * h, 1);
+  const BoxGrid grid = cubes_around(Vector3d::Constant(-12.0 * h), Vector3d::Constant(12.0 * h), h);
+  const VoxelBody body = voxelise(shape, grid);
+  int wrong = 0;
+  for (int l = 0; l < grid.count[2]; ++l) {
+    for (int j = 0; j < grid.count[1]; ++j) {
+      for (int i = 0; i < grid.count[0]; ++i) {
+        const double sum = (centre(grid, i, j, l) - Vector3d::Constant(0.5 * h)).lpNorm<1>() / h;
+        const bool filled = body.inside[grid.index(i, j, l)] != 0;
+        wrong += (sum < 9.5 && !filled) || (sum > 10.5 && filled)
+                     ? 1
+                     : 0;  // on the surface either is right
+      }
+    }
+  }
+  CHECK_NEAR(double(wrong), 0.0, 0.0);
+  // Faces own their cells half and half: of the 402 centres on the surface (4 n^2 + 2) some are in,
+  // some out.
+  CHECK(body.voxel_count > 1000 && body.voxel_count < 1600);
+}
+
+TEST("a letter C, whose centroid is outside, is grown from a seed inside") {
+  const TriangleSurface c = ring_surface(0.02, 0.004, 5.0, 60, 24);
+  const SolidMoments solid = moments_of(c);
+  CHECK(winding(c, solid.centroid) < 0.5);
+  const VoxelBody body = voxelise(c, grid_of(c, 0.001));
+  CHECK_NEAR(double(body.parts), 1.0, 0.0);
+  CHECK_NEAR(body.volume, solid.volume, 0.02 * solid.volume);
+}
+
+TEST("a neck narrower than a voxel leaves two parts, and both are kept") {
+  TriangleSurface two = box_surface(Vector3d::Zero(), Vector3d::Constant(0.01));
+  const TriangleSurface other = box_surface({0.0, 0.0, 0.0115}, {0.01, 0.01, 0.02});
+  const int first = static_cast<int>(two.vertex.cols());
+  two.vertex.conservativeResize(3, first + other.vertex.cols());
+  two.vertex.rightCols(other.vertex.cols()) = other.vertex;
+  for (const auto& t : other.triangle) {
+    two.triangle.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  const VoxelBody body = voxelise(two, grid_of(two, 0.0005));
+  CHECK_NEAR(double(body.parts), 2.0, 0.0);
+  CHECK_NEAR(body.volume, 1e-6 * (1.0 + 0.85), 1e-15);
+}
+
+TEST("volume, centroid and inertia come to those of the surface at first order") {
+  const TriangleSurface shapes[] = {
+      sphere_surface({0.0013, 0.0007, 0.0021}, 0.02, 24),
+      ring_surface(0.02, 0.006, 2.0 * std::numbers::pi, 60, 30),
+      ring_surface(0.02, 0.006, 4.5, 60, 30),
+      box_surface({0.0003, 0.0002, 0.0001}, {0.0403, 0.0302, 0.0046})};
+  for (const TriangleSurface& shape : shapes) {
+    const SolidMoments exact = moments_of(shape);
+    const double surface = area(shape);
+    for (const double h : {0.004, 0.002, 0.001, 0.0005}) {
+      const BoxGrid grid = grid_of(shape, h);
+      const SolidMoments voxels = moments_of(voxelise(shape, grid), grid);
+      // A cell that is wrong in part lies within half its diagonal of the surface: at most all of
+      // that shell.
+      const double shell = surface * h * std::sqrt(3.0);
+      const double reach =
+          (shape.vertex.colwise() - exact.centroid).colwise().norm().maxCoeff() + h;
+      CHECK_NEAR(voxels.volume, exact.volume, 0.5 * shell);
+      CHECK_NEAR(voxels.centroid, exact.centroid, shell * reach / exact.volume);
+      CHECK_NEAR(voxels.inertia, exact.inertia, shell * reach * reach);
+    }
+  }
+}
+
+TEST("voxelising twice gives the same bytes") {
+  const TriangleSurface shape = ring_surface(0.02, 0.006, 4.5, 60, 30);
+  const BoxGrid grid = grid_of(shape, 0.0007);
+  CHECK(voxelise(shape, grid).inside == voxelise(shape, grid).inside);
+}
+
+TEST("two million voxels of 200,000 faces take less than ten seconds, its check included") {
+  const TriangleSurface sphere = sphere_surface(Vector3d::Zero(), 0.08, 158);
+  CHECK(sphere.triangle.size() >= 199000);
+  const std::clock_t begin = std::clock();  // of this process: the machine may be busy with others
+  CHECK(!surface_defect(sphere));
+  const BoxGrid grid = grid_of(sphere, 0.001);
+  const VoxelBody body = voxelise(sphere, grid);
+  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  std::printf("  %zu voxels of %zu faces in %.2f s\n", body.voxel_count, sphere.triangle.size(),
+              seconds);
+  CHECK(body.voxel_count > 2000000);
+#ifndef PALPATE_SANITIZED
+  CHECK(seconds < 10.0);
+#endif
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using Eigen::Vector3d;
+using reference::box_surface;
+
+const std::vector<Material> materials{
+    {.name = "soft", .youngs_modulus = 5e3, .density = 1000.0, .damping_ratio = 0.4},
+    {.name = "stiff", .youngs_modulus = 5e4, .density = 1200.0, .damping_ratio = 0.2},
+    {.name = "bone", .youngs_modulus = 1e9, .density = 1900.0}};
+
+MeshBody body(TriangleSurface surface, std::string material, int priority = 0) {
+  return {.name = material + ".stl",
+          .key = "tissue.mesh.files[0]",
+          .surface = std::move(surface),
+          .material = std::move(material),
+          .priority = priority};
+}
+
+VoxelTissue build(const std::vector<MeshBody>& bodies, const MeshSettings& settings) {
+  std::vector<Violation> broken;
+  VoxelTissue tissue = mesh_tissue(bodies, settings, materials, broken);
+  CHECK(broken.empty());
+  return tissue;
+}
+
+std::string refusal(const std::vector<MeshBody>& bodies, const MeshSettings& settings) {
+  std::vector<Violation> broken;
+  mesh_tissue(bodies, settings, materials, broken);
+  return broken.empty() ? "" : broken.front().key + ": " + broken.front().message;
+}
+
+bool has(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST("a cube of voxels is the lattice of its size, spring by spring") {
+  const double edge = 0.02;
+  for (const int connectivity : {6, 18, 26}) {
+    const MeshSettings settings{.voxel = 0.004, .connectivity = connectivity};
+    const Vector3d low(-0.5 * edge, -0.5 * edge, 0.0);
+    // Walls of cells at multiples of the voxel: 0.01 is 2.5 of them, so the box is moved by half a
+    // voxel.
+    const Vector3d shift(0.002, 0.002, 0.0);
+    const VoxelTissue tissue = build(
+        {body(box_surface(low + shift, low + shift + Vector3d::Constant(edge)), "soft")}, settings);
+    const SpringNetwork lattice = cell_lattice({{6, 6, 6}, 0.004, connectivity}, [](int, int, int) {
+      return CellMaterial{5e3, 1000.0, 0.4, {}};
+    });
+    CHECK_NEAR(double(tissue.network.springs.size()), double(lattice.springs.size()), 0.0);
+    CHECK_NEAR(tissue.network.mass, lattice.mass, 0.0);
+    double apart = 0.0;
+    for (std::size_t s = 0; s < lattice.springs.size(); ++s) {
+      const Spring& mine = tissue.network.springs[s];
+      const Spring& its = lattice.springs[s];
+      CHECK(mine.a == its.a && mine.b == its.b);
+      apart = std::max({apart, std::abs(mine.stiffness / its.stiffness - 1.0),
+                        std::abs(mine.viscosity / its.viscosity - 1.0)});
+    }
+    CHECK_NEAR(apart, 0.0, 1e-15);  // E a / 3.75 against (a / 3.75) E: four roundings
+  }
+}
+
+TEST("mass is density times the volume of the voxels") {
+  const VoxelTissue tissue =
+      build({body(reference::ring_surface(0.02, 0.006, 4.5, 60, 30), "stiff")}, {.voxel = 0.001});
+  CHECK_NEAR(tissue.network.mass.sum(), 1200.0 * tissue.bodies[0].voxel_volume, 1e-15);
+  CHECK(tissue.network.mass.minCoeff() > 0.0);
+}
+
+TEST("bodies that touch share the nodes between them; a gap keeps them apart") {
+  const auto springs_across = [](double gap) {
+    const VoxelTissue tissue =
+        build({body(box_surface({0.0, 0.0, 0.0}, {0.01, 0.01, 0.01}), "soft"),
+               body(box_surface({0.0, 0.0, 0.01 + gap}, {0.01, 0.01, 0.02 + gap}), "stiff")},
+              {.voxel = 0.002});
+    int across = 0;
+    for (const Spring& s : tissue.network.springs) {
+      const double a = tissue.network.rest_position(2, s.a) - 0.01 - 0.5 * gap;
+      const double b = tissue.network.rest_position(2, s.b) - 0.01 - 0.5 * gap;
+      across += a * b < -1e-12 ? 1 : 0;
+    }
+    return std::pair(tissue.network.node_count(), across);
+  };
+  const auto [joined, over_wall] = springs_across(0.0);
+  CHECK_NEAR(double(joined), 6.0 * 6.0 * 11.0, 0.0);  // one plane of nodes for both
+  CHECK_NEAR(double(over_wall), 0.0, 0.0);            // through its nodes, not past them
+  const auto [apart, over_gap] = springs_across(0.002);
+  CHECK_NEAR(double(apart), 2.0 * 6.0 * 6.0 * 6.0, 0.0);
+  CHECK_NEAR(double(over_gap), 0.0, 0.0);
+}
+
+TEST("of two bodies in one place the one of higher priority has it, of equals the last") {
+  const TriangleSurface large = box_surface({0.0, 0.0, 0.0}, {0.01, 0.01, 0.01});
+  const TriangleSurface small = box_surface({0.002, 0.002, 0.002}, {0.006, 0.006, 0.006});
+  const auto kept = [&](int first, int second) {
+    const VoxelTissue t =
+        build({body(large, "soft", first), body(small, "stiff", second)}, {.voxel = 0.002});
+    return std::pair(t.bodies[0].kept_cells, t.bodies[1].kept_cells);
+  };
+  CHECK(kept(0, 0) == std::pair(std::size_t{117}, std::size_t{8}));
+  CHECK(kept(1, 0) == std::pair(std::size_t{125}, std::size_t{0}));
+}
+
+TEST("what surrounds bodies fills the rest of its box, and nodes of bone never move") {
+  const MeshSettings settings{.voxel = 0.002,
+                              .surround = Surround{"soft", {0.0, 0.0, 0.0}, {0.01, 0.01, 0.01}}};
+  const VoxelTissue tissue =
+      build({body(box_surface({0.004, 0.004, 0.004}, {0.006, 0.006, 0.006}), "bone")}, settings);
+  CHECK_NEAR(double(tissue.network.node_count()), 216.0, 0.0);
+  CHECK_NEAR(double(std::ranges::count(tissue.network.fixed, 1)), 8.0, 0.0);
+}
+
+TEST("the file's axis that points inwards becomes z, and its origin zero") {
+  TriangleSurface box = box_surface({10.0, 20.0, 30.0}, {11.0, 22.0, 33.0});
+  place_in_tissue(box, 0.001, FileAxis::x_minus, {0.011, 0.02, 0.03});
+  const Vector3d low = box.vertex.rowwise().minCoeff();
+  const Vector3d high = box.vertex.rowwise().maxCoeff();
+  CHECK_NEAR(low, Vector3d(-0.002, 0.0, 0.0), 1e-15);
+  CHECK_NEAR(high, Vector3d(0.0, 0.003, 0.001), 1e-15);
+  CHECK(moments_of(box).volume > 0.0);  // turned, not mirrored
+}
+
+TEST("what cannot become voxels is refused with its key") {
+  const TriangleSurface box = box_surface(Vector3d::Zero(), Vector3d::Constant(0.01));
+  CHECK(has(refusal({}, {}), "tissue.mesh.files: is missing"));
+  CHECK(
+      has(refusal({body(box, "wood")}, {}),
+          "tissue.mesh.files[0].material: unknown material \"wood\"; known are soft, stiff, bone"));
+  CHECK(has(refusal({body(box, "soft")}, {.voxel = 1e-6}),
+            "1e+12 voxels around the bodies of 0.01 m; at most 1e8"));
+  const TriangleSurface plate = box_surface({0.0, 0.0, 0.0001}, {0.01, 0.01, 0.0005});
+  CHECK(has(refusal({body(plate, "soft")}, {}),
+            "no voxel's centre is inside soft.stl, which is thinner"));
+  TriangleSurface open = box;
+  open.triangle.pop_back();
+  CHECK(has(refusal({body(open, "soft")}, {}), "tissue.mesh.files[0].path: soft.stl: open: edge"));
+}
+
+TEST("a needle meets the bodies on its line, and gaps between them") {
+  Scene scene;
+  scene.materials = materials;
+  scene.tissue.source = Source::mesh;
+  scene.tissue.voxels = std::make_shared<const VoxelTissue>(
+      build({body(box_surface({-0.01, -0.01, 0.0}, {0.01, 0.01, 0.01}), "soft"),
+             body(box_surface({-0.01, -0.01, 0.014}, {0.01, 0.01, 0.02}), "stiff"),
+             body(box_surface({-0.01, -0.01, 0.02}, {0.01, 0.01, 0.03}), "bone")},
+            {.voxel = 0.002}));
+  scene.needle = Needle{};
+  const NeedlePath path = tool_path(scene, build_network(scene));
+  CHECK_NEAR(double(path.intervals().size()), 4.0, 0.0);
+  const std::vector<std::string> labels{"soft", "gap", "stiff", "bone"};
+  const std::vector<double> ends{0.01, 0.014, 0.02};
+  for (std::size_t n = 0; n < labels.size(); ++n) { CHECK(path.intervals()[n].label == labels[n]); }
+  for (std::size_t n = 0; n < ends.size(); ++n) {
+    CHECK_NEAR(path.intervals()[n].end, ends[n], 1e-12);
+  }
+  CHECK_NEAR(path.bone(), 0.02, 1e-12);
+  CHECK_NEAR(double(path.knots().size()), 6.0 + 9.0, 0.0);  // planes of nodes; none in the gap
+  scene.needle->direction = {std::tan(0.3), 0.0, 1.0};
+  const NeedlePath slanted = tool_path(scene, build_network(scene));
+  CHECK_NEAR(slanted.intervals()[0].end, 0.01 / std::cos(0.3), 1e-12);
+  CHECK_NEAR(slanted.bone(), 0.02 / std::cos(0.3), 1e-12);
+}
+
+TEST(
+    "where the skin is steep a short gap before the line's own voxels is theirs, a long one stays "
+    "a gap") {
+  for (const double low : {0.004, 0.006}) {  // of the body on the line: two voxels and three
+    Scene scene;
+    scene.materials = materials;
+    scene.tissue.source = Source::mesh;
+    scene.tissue.voxels = std::make_shared<const VoxelTissue>(
+        build({body(box_surface({-0.01, -0.01, 0.0}, {0.0, 0.01, 0.02}), "stiff"),
+               body(box_surface({0.0, -0.01, low}, {0.01, 0.01, 0.02}), "soft")},
+              {.voxel = 0.002}));
+    const auto line = intervals_along(scene, {0.0005, 0.0, 0.0}, Vector3d::UnitZ(), 0.0);
+    const bool joined = low < 0.005;
+    CHECK(line.front().label == (joined ? "soft" : "gap"));
+    CHECK_NEAR(line.front().begin, 0.0, 0.0);
+    CHECK_NEAR(double(line.size()), joined ? 1.0 : 2.0, 0.0);
+  }
+}
+
+}  // namespace

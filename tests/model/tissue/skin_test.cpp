@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/tissue/skin.hpp"
+
+#include <cmath>
+
+#include "model/problem/needle_path.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "model/tissue/scene_check.hpp"
+#include "model/tissue/tissue_grid.hpp"
+#include "reference/solids.hpp"
+#include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate;
+using Eigen::Vector3d;
+using reference::box_surface;
+using reference::patch_surface;
+
+Scene layered(std::shared_ptr<const Skin> skin) {
+  Scene scene;
+  scene.tissue.source = Source::layers;
+  scene.tissue.block = {.nodes = {7, 6}, .spacing = 0.004};
+  scene.tissue.layers = {{"skin", "stiff", 0.002}, {"fat", "soft", 0.011}, {"", "bone", 0.008}};
+  scene.tissue.skin = std::move(skin);
+  scene.materials = {
+      {.name = "soft", .youngs_modulus = 5e3, .density = 950.0, .damping_ratio = 0.4},
+      {.name = "stiff", .youngs_modulus = 5e4, .density = 1100.0, .viscosity = 0.1},
+      {.name = "bone", .youngs_modulus = 1e9, .density = 1900.0}};
+  return scene;
+}
+
+std::shared_ptr<const Skin> patch(const std::function<double(double, double)>& height,
+                                  bool shapes = true) {
+  return std::make_shared<const Skin>(patch_surface({0.03, 0.03}, 40, height), shapes);
+}
+
+std::string refusal(const Scene& scene) {
+  std::string all;
+  for (const Violation& broken : check_scene(scene)) {
+    all += broken.key + ": " + broken.message + "\n";
+  }
+  return all;
+}
+
+bool has(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST("depth beneath a box: to the nearest of its sides, negative above and beside it") {
+  const Skin skin(box_surface({-0.02, -0.01, 0.005}, {0.02, 0.01, 0.045}), true);
+  CHECK_NEAR(skin.beneath(0.003, 0.004)->top, 0.005, 1e-15);
+  CHECK_NEAR(skin.beneath(0.003, 0.004)->bottom, 0.045, 1e-15);
+  CHECK_NEAR(skin.beneath(0.0, 0.0)->bottom, 0.045, 1e-15);  // on the edge that two faces share
+  CHECK(!skin.beneath(0.0201, 0.0));
+  CHECK_NEAR(skin.depth({0.001, 0.002, 0.009}), 0.004, 1e-15);
+  CHECK_NEAR(skin.depth({0.001, 0.009, 0.025}), 0.001, 1e-15);
+  CHECK_NEAR(skin.depth({0.001, 0.002, 0.0}), -0.005, 1e-15);
+  CHECK_NEAR(skin.depth({0.001, 0.002, 0.048}), -0.003, 1e-15);  // below the body
+  CHECK_NEAR(skin.depth({0.023, 0.0, 0.001}), -0.005, 1e-15);  // 3 mm beside and 4 mm above an edge
+}
+
+TEST("the nearest of many faces is that of a search through all of them") {
+  const Skin skin(patch_surface({0.03, 0.02}, 30,
+                                [](double x, double y) { return 20.0 * x * y + 4.0 * y * y; }),
+                  true);
+  const TriangleSurface& surface = skin.surface();
+  for (int n = 0; n < 40; ++n) {
+    const Vector3d p(0.04 * std::sin(1.7 * n), 0.03 * std::cos(2.3 * n), 0.01 * std::sin(0.9 * n));
+    double least = 1.0;
+    constexpr int parts = 24;  // of each face's edges: some 0.08 mm
+    for (int f = 0; f < static_cast<int>(surface.triangle.size()); ++f) {
+      for (int i = 0; i <= parts; ++i) {
+        for (int j = 0; i + j <= parts; ++j) {
+          const Vector3d at = (i * surface.corner(f, 0) + j * surface.corner(f, 1) +
+                               (parts - i - j) * surface.corner(f, 2)) /
+                              parts;
+          least = std::min(least, (at - p).norm());
+        }
+      }
+    }
+    CHECK(skin.distance(p) <= least + 1e-15);
+    CHECK_NEAR(skin.distance(p), least, 1e-4);
+  }
+}
+
+TEST("under a flat skin lies the block that is there without one") {
+  const Scene flat = layered(nullptr);
+  const Scene beneath = layered(patch([](double, double) { return 0.0; }));
+  const SpringNetwork expected = build_network(flat);
+  const SpringNetwork network = build_network(beneath);
+  CHECK(layered_node_count(beneath) == layered_node_count(flat));
+  CHECK_NEAR(network.rest_position, expected.rest_position, 1e-15);
+  CHECK_NEAR(network.mass, expected.mass, 1e-14);
+  CHECK(network.fixed == expected.fixed && network.springs.size() == expected.springs.size());
+  for (std::size_t s = 0; s < network.springs.size(); ++s) {
+    const Spring& one = network.springs[s];
+    const Spring& other = expected.springs[s];
+    CHECK(one.a == other.a && one.b == other.b);
+    CHECK_NEAR(one.stiffness / other.stiffness, 1.0, 1e-10);
+    CHECK_NEAR(one.viscosity, other.viscosity, 1e-10 * other.viscosity);
+  }
+}
+
+TEST("a skin that only follows leaves the layers flat") {
+  const auto raised = [](double, double) { return -0.012; };
+  CHECK(build_network(layered(patch(raised, false))).node_count() ==
+        build_network(layered(nullptr)).node_count());
+  CHECK(build_network(layered(patch(raised))).node_count() ==
+        build_network(layered(nullptr)).node_count() + 3 * 42);
+}
+
+TEST("layers stay as thick as they are, across the skin, on a slope") {
+  const double slope = 0.5;
+  const Scene scene = layered(patch([=](double x, double) { return slope * x; }));
+  const double lean = std::sqrt(1.0 + slope * slope);
+  const auto line = intervals_along(scene, {0.001, 0.0, 0.0}, Vector3d::UnitZ(), 0.001);
+  CHECK(line.size() == 3 && line[0].label == "skin" && line[1].label == "fat" &&
+        line[2].label == "bone");
+  // Counted from where the nodes begin, here half a millimetre below the skin.
+  CHECK_NEAR(line[0].end, 0.001 + 0.002 * lean, 1e-8);
+  CHECK_NEAR(line[1].end, 0.001 + 0.013 * lean, 1e-8);
+  CHECK(label_at(scene, {0.001, 0.0, slope * 0.001 + 0.012 * lean}, 0.0) == "fat");
+  const Vector3d straight = Vector3d(-slope, 0.0, 1.0).normalized();
+  const auto across = intervals_along(scene, {0.0, 0.0, 0.0}, straight, 0.0);
+  CHECK_NEAR(across[0].end, 0.002, 1e-8);
+  CHECK_NEAR(across[1].end, 0.013, 1e-8);
+}
+
+TEST("a layer however thin is met, and where the line leaves the body there is a gap") {
+  Scene scene = layered(
+      std::make_shared<const Skin>(box_surface({-0.012, -0.03, 0.0}, {0.008, 0.03, 0.05}), true));
+  scene.tissue.layers[0].thickness = 1e-7;
+  const auto line =
+      intervals_along(scene, {0.0, 0.0, 0.0}, Vector3d(1.0, 0.0, 1.0).normalized(), 0.0);
+  CHECK(line.size() == 4 && line[0].label == "skin" && line[1].label == "fat" &&
+        line[2].label == "skin");
+  CHECK_NEAR(line[0].end, 1e-7 * std::sqrt(2.0), 3e-9);
+  CHECK(line[3].label == "gap" && line[3].friction == 0.0);
+  CHECK_NEAR(line[3].begin, 0.008 * std::sqrt(2.0), 3e-9);
+}
+
+TEST("a closed body ends where its surface is met again") {
+  const Scene scene = layered(
+      std::make_shared<const Skin>(box_surface({-0.03, -0.03, 0.0}, {0.03, 0.03, 0.012}), true));
+  CHECK_NEAR(build_network(scene).rest_position.row(2).maxCoeff(), 0.012, 1e-15);
+  CHECK_NEAR(block_beneath_skin(scene).covered(), 1.0, 0.0);
+}
+
+TEST("nodes in bone beneath a curved skin are held, and no others but those of the face") {
+  Scene scene = layered(patch([](double x, double) { return 20.0 * x * x; }));
+  scene.tissue.fixed = std::vector<Face>{};
+  const SpringNetwork network = build_network(scene);
+  bool any = false;
+  for (Eigen::Index i = 0; i < network.node_count(); ++i) {
+    const double depth = scene.tissue.skin->depth(network.rest_position.col(i));
+    CHECK(network.is_fixed(static_cast<int>(i)) == (depth >= 0.013 - 1e-9));
+    any = any || network.is_fixed(static_cast<int>(i));
+  }
+  CHECK(any);
+}
+
+TEST("a pit of one cell stays open though all its corners exist") {
+  const auto pit = [](double x, double y) {
+    return std::max(std::abs(x), std::abs(y)) < 0.0015 ? 0.0041 : 0.0;
+  };
+  Scene scene = layered(std::make_shared<const Skin>(patch_surface({0.03, 0.03}, 120, pit), true));
+  scene.tissue.block.nodes = {8, 8};  // a column of cells about x = 0 and y = 0
+  const BlockBeneathSkin block = block_beneath_skin(scene);
+  CHECK(!block.holds(3, 3, 0) && block.holds(3, 3, 1) && block.holds(2, 3, 0));
+  const SpringNetwork network = build_network(scene);
+  Scene whole = scene;
+  whole.tissue.skin = nullptr;
+  CHECK(network.node_count() == build_network(whole).node_count());
+  // Four diagonals of the body and two of its top are gone; those of its sides belong to neighbours
+  // too.
+  CHECK(build_network(whole).springs.size() - network.springs.size() == 6);
+}
+
+TEST("scenes that a skin makes impossible are refused by name") {
+  CHECK(has(refusal(layered(patch([](double, double) { return 0.5; }))),
+            "tissue.skin.path: no cell of the block"));
+  CHECK(has(refusal(layered(patch([](double, double) { return 0.0195; }))),
+            "from z = 0.0195 to 0.0195 m"));
+  CHECK(has(refusal(layered(patch([](double, double) { return -1e5; }))),
+            "tissue.skin.path: its highest place"));
+  Scene bare = layered(patch([](double, double) { return 0.0; }));
+  bare.tissue.source = Source::oscillator;
+  CHECK(has(refusal(bare), "tissue.skin: given"));
+  Scene needle = layered(patch([](double, double) { return -0.012; }));
+  needle.needle = Needle{};
+  CHECK(has(refusal(needle), "needle.entry"));
+  Scene probe = layered(patch([](double x, double) { return 3.0 * std::max(x - 0.004, 0.0); }));
+  probe.probe = Probe{.size = {0.01, 0.01}, .entry = {0.006, 0.0}};
+  probe.drive = Drive{};
+  CHECK(refusal(probe).empty());
+  probe.probe->entry.x() = 0.009;
+  CHECK(has(refusal(probe), "probe.entry: [0.009, 0] m; no tissue lies beneath at its side"));
+  probe.probe->entry.x() = 0.0;
+  probe.probe->map = PalpationGrid{.sites = {3, 1}, .spacing = 0.009};
+  CHECK(has(refusal(probe),
+            "probe.map: its site at [-0.009, 0] m: no tissue lies beneath at its side"));
+  CHECK(has(skin_defect(box_surface({0, 0, 0}, {1, 1, 150})).value_or(""), "must lie within 10 m"));
+  TriangleSurface broken = box_surface({0, 0, 0}, {1, 1, 1});
+  broken.vertex(1, 3) = std::nan("");
+  CHECK(has(skin_defect(broken).value_or(""), "vertex 3"));
+  CHECK(has(skin_defect(TriangleSurface{}).value_or(""), "no faces"));
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using Eigen::Vector3d;
+
+Scene block() {
+  Scene scene;
+  scene.tissue.lattice = {.nodes = {5, 4, 6}, .spacing = 0.01, .weights = LatticeWeights::uniform};
+  return scene;
+}
+
+NodeVectors places(int count, double reach) {
+  NodeVectors points(3, count);
+  for (int n = 0; n < count; ++n) {
+    points.col(n) = Vector3d(0.02 * std::sin(1.3 * n), 0.015 * std::cos(2.1 * n),
+                             0.025 + 0.025 * std::sin(0.7 * n));
+  }
+  return reach * points;
+}
+
+TEST("points inside follow every affine movement exactly") {
+  const Scene scene = block();
+  const NodeVectors rest = build_network(scene).rest_position;
+  const NodeVectors points = places(60, 1.0);
+  const auto embedded = embed(points, *tissue_grid(scene));
+  Eigen::Matrix3d map;
+  map << 1.1, 0.2, -0.1, 0.05, 0.9, 0.3, -0.2, 0.1, 1.3;
+  const Vector3d shift(0.01, -0.02, 0.03);
+  CHECK_NEAR(carried(points, embedded, rest, (map * rest).colwise() + shift),
+             (map * points).colwise() + shift, 1e-15);
+  for (const EmbeddedPoint& point : embedded) {
+    double sum = 0.0;
+    for (const double weight : point.weight) {
+      CHECK(weight >= 0.0);
+      sum += weight;
+    }
+    CHECK_NEAR(sum, 1.0, 1e-15);
+  }
+}
+
+TEST("a point on a node is that node's") {
+  const Scene scene = block();
+  const NodeVectors rest = build_network(scene).rest_position;
+  const auto embedded = embed(rest, *tissue_grid(scene));
+  for (Eigen::Index i = 0; i < rest.cols(); ++i) {
+    const EmbeddedPoint& point = embedded[static_cast<std::size_t>(i)];
+    double own = 0.0;
+    for (std::size_t n = 0; n < 4; ++n) { own += point.node[n] == i ? point.weight[n] : 0.0; }
+    CHECK_NEAR(own, 1.0, 1e-12);
+  }
+}
+
+TEST("a point outside goes with the nearest place of a cell, and one far off stays") {
+  const Scene scene = block();
+  const NodeVectors rest = build_network(scene).rest_position;
+  NodeVectors points(3, 5);
+  points.col(0) = Vector3d(0.0, 0.0, -0.004);   // above the skin
+  points.col(1) = Vector3d(0.026, 0.0, 0.013);  // beside it
+  points.col(2) = Vector3d(0.0, 0.0, -0.0199);  // two spacings, not quite
+  points.col(3) = Vector3d(0.0, 0.0, -0.0201);  // two spacings and more
+  points.col(4) = Vector3d(0.0, 1e6, std::nan(""));
+  const auto embedded = embed(points, *tissue_grid(scene));
+  CHECK(embedded[0].follows() && embedded[1].follows() && embedded[2].follows());
+  CHECK(!embedded[3].follows() && !embedded[4].follows());
+  NodeVectors position = rest;
+  position.row(2) += 0.1 * rest.row(2) + 0.2 * rest.row(0);  // shear and stretch
+  const NodeVectors moved = carried(points, embedded, rest, position);
+  CHECK_NEAR(moved(2, 0) - points(2, 0), 0.0, 1e-15);                       // as at z = 0
+  CHECK_NEAR(moved(2, 1) - points(2, 1), 0.1 * 0.013 + 0.2 * 0.02, 1e-15);  // as at x = 0.02
+  CHECK_NEAR(moved(2, 3), points(2, 3), 0.0);
+}
+
+TEST("cells that lack a corner carry nothing") {
+  NodeGrid grid = *tissue_grid(block());
+  grid.node[grid.index(2, 1, 0)] = -1;
+  NodeVectors point(3, 1);
+  point.col(0) = grid.first +
+                 Vector3d(0.0145, 0.005, 0.005);  // in cell (1, 0, 0), nearest whole cell (0, 0, 0)
+  const EmbeddedPoint found = embed(point, grid).front();
+  CHECK(found.follows());
+  for (std::size_t n = 0; n < 4; ++n) { CHECK(found.weight[n] == 0.0 || found.node[n] % 5 <= 1); }
+}
+
+}  // namespace

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: MIT
+
+#include <limits>
+
+#include "reference/exact_problems.hpp"
+#include "reference/solver_cross_check.hpp"
+#include "reference/solvers.hpp"
+#include "tests/check.hpp"
+#include "tests/reference/sample_problems.hpp"
+
+using Eigen::MatrixXd;
+using namespace palpate::reference;
+
+namespace {
+MatrixXd ramp() {  // two coordinates, three instants; moves by at most 4
+  MatrixXd q(2, 3);
+  q << 1.0, 2.0, 5.0, -1.0, -1.0, -2.0;
+  return q;
+}
+}  // namespace
+
+TEST("the peak is measured from the first instant, not from the origin") {
+  CHECK(peak_displacement(ramp()) == 4.0);
+  CHECK(peak_speed(ramp()) == 5.0);
+}
+
+TEST("the error is the worst coordinate at the worst instant over the scale") {
+  MatrixXd candidate = ramp();
+  candidate(1, 1) += 0.4;
+  candidate(0, 2) -= 0.2;
+  CHECK_NEAR(trajectory_error(candidate, ramp(), 4.0), 0.1, 1e-15);
+  CHECK_NEAR(instant_errors(candidate, ramp(), 4.0)[2], 0.05, 1e-15);
+}
+
+TEST("a NaN or an infinity anywhere makes the error infinite") {
+  for (const double poison : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    for (Eigen::Index i = 0; i < 2; ++i) {
+      MatrixXd candidate = ramp();
+      candidate(i, 1) = poison;
+      CHECK(std::isinf(trajectory_error(candidate, ramp(), 4.0)));
+      CHECK(std::isinf(trajectory_error(ramp(), candidate, peak_displacement(candidate))));
+      CHECK(digits(trajectory_error(candidate, ramp(), 4.0)) == 0.0);
+    }
+    MatrixXd candidate = ramp();
+    candidate(0, 2) = poison;
+    CHECK(mixed_error_digits(candidate, ramp(), 1.0) == 0.0);
+  }
+}
+
+TEST("where nothing moves equal is zero and different is infinite") {
+  const MatrixXd still = MatrixXd::Ones(2, 3);
+  MatrixXd moved = still;
+  moved(0, 1) = 1.5;
+  CHECK(trajectory_error(still, still, peak_displacement(still)) == 0.0);
+  CHECK(std::isinf(trajectory_error(moved, still, peak_displacement(still))));
+}
+
+TEST("trajectories of different size are refused") {
+  CHECK_THROWS(trajectory_error(MatrixXd::Zero(2, 2), ramp(), 1.0), "different size");
+  CHECK_THROWS(trajectory_error(MatrixXd(), MatrixXd(), 1.0), "different size");
+}
+
+TEST("digits are the negative logarithm, between 0 and 17") {
+  CHECK_NEAR(digits(1e-9), 9.0, 1e-12);
+  CHECK(digits(0.0) == 17.0);
+  CHECK(digits(3.0) == 0.0);
+  CHECK(digits(std::nan("")) == 0.0);
+}
+
+TEST("mixed-error digits weigh each coordinate by its own motion") {
+  MatrixXd candidate = ramp();
+  candidate(1, 2) += 2e-3;  // that coordinate has moved by 1; the scale adds 1
+  CHECK_NEAR(mixed_error_digits(candidate, ramp(), 1.0), 3.0, 1e-10);
+}
+
+using palpate::NetworkProblem;
+using palpate::Problem;
+using namespace palpate::reference;
+
+namespace {
+
+const std::vector<double> times = sample::instants(0.04, 20);
+constexpr Tolerance finest_tolerance{.relative = 1e-12};
+
+std::vector<NamedSolver> explicit_and_adams() {
+  return {solver_named("arkode-fehlberg-7-8"), solver_named("cvode-adams")};
+}
+
+NetworkProblem pulsed(int nodes) {
+  return NetworkProblem(sample::block({.nodes = nodes}), {sample::pulse(0.5)});
+}
+
+/// A solver that steps over every load.
+Solution solve_blindly(const Problem& problem, const std::vector<double>& at,
+                       const Tolerance& tolerance) {
+  const auto& network = dynamic_cast<const NetworkProblem&>(problem);
+  return solve_cvode_adams(NetworkProblem(network.network()), at, tolerance);
+}
+
+Solution solve_with_a_nan(const Problem& problem, const std::vector<double>& at,
+                          const Tolerance& tolerance) {
+  Solution solution = solve_cvode_adams(problem, at, tolerance);
+  solution.position(3, 7) = std::numeric_limits<double>::quiet_NaN();
+  return solution;
+}
+
+Solution solve_never(const Problem&, const std::vector<double>&, const Tolerance&) {
+  throw SolverError("planted failure");
+}
+
+/// Good only at the coarsest tolerance: its ladder leads away from the answer.
+Solution solve_worse_when_tighter(const Problem& problem, const std::vector<double>& at,
+                                  const Tolerance& tolerance) {
+  Solution solution = solve_arkode_explicit(problem, at, finest_tolerance);
+  if (tolerance.relative > finest_tolerance.relative) {
+    solution.position.rightCols(1).array() += 1e-9 / std::sqrt(tolerance.relative);
+  }
+  return solution;
+}
+
+}  // namespace
+
+TEST("two families agree to nine digits on a nonlinear lattice under a load of 10 ms") {
+  const NetworkProblem problem = pulsed(4);
+  const Reference reference =
+      establish(problem, times, finest_tolerance, explicit_and_adams(), {.permute_springs = true});
+  std::printf("  agreed %.1f and %.1f digits, permuted %.1f\n", reference.agreed_digits,
+              reference.agreed_velocity_digits, reference.conditioning_digits.value_or(0.0));
+  CHECK(reference.trustworthy);
+  CHECK(reference.reason.empty());
+  CHECK(reference.agreed_digits >= 9.0);
+  CHECK(reference.agreed_velocity_digits >= 9.0);
+  CHECK(reference.ladder_is_monotone);
+  CHECK(reference.ladder.size() == 3);
+  CHECK(reference.solution.steps >= 2 + 10);
+  CHECK(reference.position_floor.size() == times.size());
+  CHECK(reference.position_floor.front() == 0.0);
+  CHECK(reference.conditioning_digits.value_or(0.0) >= 11.0);
+  CHECK(reference.notes.empty());
+  CHECK(!reference.energy_digits);  // damped and loaded
+}
+
+TEST("the implicit pair agrees on a lattice with stiff damping") {
+  const NetworkProblem problem(sample::block({.nodes = 3, .viscosity = 5.0}), {sample::pulse(0.5)});
+  const Reference reference = establish(
+      problem, times, {.relative = 1e-11},
+      {solver_named("arkode-esdirk-5-4"), solver_named("cvode-bdf")}, {.demanded_digits = 7.0});
+  std::printf("  agreed %.1f digits\n", reference.agreed_digits);
+  CHECK(reference.trustworthy);
+}
+
+TEST("a second solver that skips the load is found") {
+  auto families = explicit_and_adams();
+  families[1].solve = solve_blindly;
+  const Reference reference = establish(pulsed(3), times, finest_tolerance, families, {.rungs = 1});
+  CHECK(!reference.trustworthy);
+  CHECK(reference.agreed_digits < 1.0);
+  CHECK(reference.reason.find("are demanded") != std::string::npos);
+}
+
+TEST("a NaN at one coordinate and instant of either solver is found") {
+  for (const std::size_t which : {0U, 1U}) {
+    auto families = explicit_and_adams();
+    families[which].solve = solve_with_a_nan;
+    const Reference reference =
+        establish(pulsed(3), times, finest_tolerance, families, {.rungs = 1});
+    CHECK(!reference.trustworthy);
+    CHECK(reference.agreed_digits == 0.0);
+  }
+}
+
+TEST("a second opinion that fails is a reason and not a crash") {
+  auto families = explicit_and_adams();
+  families[1].solve = solve_never;
+  const Reference reference = establish(pulsed(3), times, finest_tolerance, families, {.rungs = 1});
+  CHECK(!reference.trustworthy);
+  CHECK(reference.reason.find("planted failure") != std::string::npos);
+}
+
+TEST("a ladder that leads away is found") {
+  auto families = explicit_and_adams();
+  families[0].solve = solve_worse_when_tighter;
+  const Reference reference = establish(pulsed(3), times, finest_tolerance, families);
+  CHECK(!reference.ladder_is_monotone);
+  CHECK(!reference.trustworthy);
+}
+
+TEST("a ladder of fewer than four tolerances is noted") {
+  const Reference reference =
+      establish(pulsed(3), times, finest_tolerance, explicit_and_adams(), {.rungs = 2});
+  CHECK(reference.trustworthy);
+  CHECK(reference.notes.size() == 1);
+}
+
+TEST("two solvers of one family do not make a reference") {
+  CHECK_THROWS(establish(pulsed(2), times, finest_tolerance,
+                         {solver_named("arkode-fehlberg-7-8"), solver_named("gsl-rk8pd")}),
+               "two families");
+  CHECK_THROWS(establish(pulsed(2), times, finest_tolerance, {solver_named("cvode-adams")}),
+               "two families");
+}
+
+TEST("energy of an undamped, unloaded lattice balances to ten digits, weight included") {
+  auto network = sample::block({.nodes = 3, .viscosity = 0.0});
+  network.initial_velocity = palpate::NodeVectors::Zero(3, network.node_count());
+  network.initial_velocity.col(0) << 0.3, 0.1, 0.5;
+  const NetworkProblem problem(network, {}, {0.0, 0.0, 9.81});
+  const Solution solution = solve_arkode_explicit(problem, times, finest_tolerance);
+  std::printf("  %.1f digits\n", energy_digits(problem, solution).value_or(0.0));
+  CHECK(energy_digits(problem, solution).value_or(0.0) >= 10.0);
+  const LinearProblem linear(problem);
+  const Solution straight = solve_arkode_explicit(linear, times, finest_tolerance);
+  CHECK(energy_digits(linear, straight).value_or(0.0) >= 10.0);
+  Solution poisoned = solution;
+  poisoned.velocity(0, 3) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(energy_digits(problem, poisoned).value_or(9.0) == 0.0);
+}
+
+TEST("printed forms are not permuted in silence") {
+  const NetworkProblem printed(sample::block({.nodes = 3}), {sample::pulse(0.1)}, {0.0, 0.0, 0.0},
+                               {.half_force = true});
+  const Reference reference = establish(printed, times, finest_tolerance, explicit_and_adams(),
+                                        {.rungs = 4, .permute_springs = true});
+  CHECK(!reference.conditioning_digits);
+  CHECK(reference.notes.size() == 1);
+}
+
+using palpate::Load;
+using palpate::NetworkProblem;
+using palpate::PrintedForm;
+using palpate::Problem;
+using palpate::Profile;
+using palpate::reference::peak_displacement;
+using palpate::reference::Solution;
+using palpate::reference::solve_arkode_explicit;
+using palpate::reference::solve_long_double;
+using palpate::reference::trajectory_error;
+
+namespace {
+
+const std::vector<double> load_times = sample::instants(0.03, 6);
+
+palpate::SpringNetwork moving_block() {
+  auto network = sample::block({.nodes = 3});
+  const Eigen::Index n = network.node_count();
+  network.initial_displacement = palpate::NodeVectors::Zero(3, n);
+  network.initial_velocity = palpate::NodeVectors::Zero(3, n);
+  network.initial_displacement.col(4) << 2e-4, -1e-4, 3e-4;
+  network.initial_velocity.col(13) << 0.1, 0.05, -0.2;
+  return network;
+}
+
+std::vector<Load> all_loads() {
+  const Load step{.nodes = {3, 5}, .force = {0.0, 0.2, 0.0}, .start = 0.0, .end = 8e-3};
+  const Load ramp{.nodes = {7},
+                  .force = {0.1, 0.0, 0.2},
+                  .start = 2e-3,
+                  .end = 12e-3,
+                  .profile = Profile::ramp};
+  return {sample::pulse(0.5), step, ramp};
+}
+
+double disagreement(const Problem& specification, const NetworkProblem& truth) {
+  const Solution a = solve_arkode_explicit(specification, load_times, {.relative = 1e-12});
+  const Solution b = solve_long_double(truth, load_times, {.relative = 1e-14});
+  return trajectory_error(a.position, b.position, peak_displacement(b.position));
+}
+
+}  // namespace
+
+TEST("the specification and the equations written afresh agree, all terms at work") {
+  const NetworkProblem problem(moving_block(), all_loads(), {1.0, -2.0, 9.81});
+  const double error = disagreement(problem, problem);
+  std::printf("  %.1e\n", error);
+  CHECK_NEAR(error, 0.0, 3e-12);  // tolerance 1e-12; positions of 1e-2 m for motions of 5e-4 m
+}
+
+TEST("a stiffness that is 1.0001 times too large in the specification shows") {
+  auto stiffer = moving_block();
+  stiffer.springs.change_each([&](palpate::Spring& spring) { spring.stiffness *= 1.0001; });
+  const NetworkProblem truth(moving_block(), all_loads());
+  const NetworkProblem wrong(stiffer, all_loads());
+  const double error = disagreement(wrong, truth);
+  std::printf("  %.1e\n", error);
+  CHECK(error > 1e-6);
+}
+
+TEST("one spring missing, a load switched late and half the damping show") {
+  const NetworkProblem truth(moving_block(), all_loads());
+  auto one_less = moving_block();
+  one_less.springs.edit([&](std::vector<palpate::Spring>& all) { all.erase(all.begin()); });
+  CHECK(disagreement(NetworkProblem(one_less, all_loads()), truth) > 1e-6);
+  auto late = all_loads();
+  late[1].start = 1e-5;
+  CHECK(disagreement(NetworkProblem(moving_block(), late), truth) > 1e-6);
+  auto slippery = moving_block();
+  slippery.springs.change_each([&](palpate::Spring& spring) { spring.viscosity *= 0.5; });
+  CHECK(disagreement(NetworkProblem(slippery, all_loads()), truth) > 1e-6);
+}
+
+TEST("the printed forms of the force law show") {
+  const NetworkProblem truth(moving_block(), all_loads());
+  for (const PrintedForm& form :
+       {PrintedForm{.direction = true}, PrintedForm{.half_force = true}}) {
+    CHECK(disagreement(NetworkProblem(moving_block(), all_loads(), {0.0, 0.0, 0.0}, form), truth) >
+          1e-3);
+  }
+}
+
+TEST("tightening the tolerance goes on improving where double has stopped") {
+  const NetworkProblem problem(moving_block(), all_loads());
+  const Solution finest = solve_long_double(problem, load_times, {.relative = 1e-17});
+  const double peak = peak_displacement(finest.position);
+  double before = 1.0;
+  for (const double relative : {1e-8, 1e-10, 1e-12, 1e-14}) {
+    const Solution s = solve_long_double(problem, load_times, {.relative = relative});
+    const double error = trajectory_error(s.position, finest.position, peak);
+    std::printf("  %.0e: %.1e\n", relative, error);
+    CHECK(error < 0.2 * before);
+    before = error;
+  }
+  CHECK(before < 1e-14);
+}
+
+TEST("an unknown kind of problem is refused") {
+  const NetworkProblem problem(moving_block());
+  const sample::Wrapped unknown(problem);
+  CHECK_THROWS(solve_long_double(unknown, load_times, {}), "only networks and the oscillator");
+}

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: MIT
+
+#include <algorithm>
+#include <cmath>
+
+#include "reports/plot/axis_range.hpp"
+#include "reports/plot/thinning.hpp"
+#include "reports/plot/zone_labels.hpp"
+#include "tests/check.hpp"
+#include "tests/reports/sample_results.hpp"
+
+using namespace palpate;
+
+namespace {
+
+int labelled(const std::vector<Tick>& ticks) {
+  return static_cast<int>(
+      std::ranges::count_if(ticks, [](const Tick& t) { return !t.label.empty(); }));
+}
+
+}  // namespace
+
+TEST("a logarithmic axis has two to ten labels inside its range, whatever it spans") {
+  for (const double low : {1e-300, 3e-17, 0.04, 0.97, 1.0, 7.0, 123.0}) {
+    for (const double ratio : {1.02, 1.5, 3.0, 12.0, 90.0, 1e3, 1e7, 1e20, 1e290}) {
+      const Range range{low, low * ratio, false};
+      const std::vector<Tick> ticks = logarithmic_ticks(range);
+      CHECK(labelled(ticks) >= 2 && labelled(ticks) <= 10);
+      for (const Tick& tick : ticks) { CHECK(tick.value >= range.low && tick.value <= range.high); }
+    }
+  }
+}
+
+TEST("values that cannot be drawn do not widen an axis") {
+  Figure figure = sample::curve();
+  figure.series[0].y[0] = -5.0;
+  figure.series[0].y[1] = unbounded;
+  const Range range = y_range(figure);
+  CHECK(range.low > 0.0 && range.high < 10.0);
+}
+
+TEST("an axis without a value is empty") {
+  CHECK(x_range(Figure{}).empty);
+  CHECK(y_range(Figure{.series = {{.x = {1.0}, .y = {std::nan("")}}}}).empty);
+}
+
+TEST("the cells of a heat map are whole") {
+  const Figure figure = sample::map();             // centres from 0 to 2.75 in steps of 0.25
+  CHECK_NEAR(x_range(figure).low, -0.125, 1e-12);  // rounding of a sum
+  CHECK_NEAR(x_range(figure).high, 2.875, 1e-12);
+}
+
+using namespace palpate;
+
+namespace {
+
+Figure with_y(const std::string& label, double largest) {
+  return {.x = {.label = "time (s)"},
+          .y = {.label = label},
+          .series = {{.x = {0.0, 1.0}, .y = {0.0, largest}}}};
+}
+
+}  // namespace
+
+TEST("a displacement of a millimetre is drawn in millimetres and means the same") {
+  const Figure figure = in_field_units(with_y("displacement (m)", 9e-4));
+  CHECK(figure.y.label == "displacement (mm)");
+  CHECK_NEAR(figure.series[0].y[1], 0.9, 1e-15);  // one rounding
+  CHECK(figure.x.label == "time (s)" && figure.series[0].x[1] == 1.0);
+}
+
+TEST("each size has its prefix, and unknown or logarithmic axes have none") {
+  CHECK(in_field_units(with_y("p (Pa)", 2.5e4)).y.label == "p (kPa)");
+  CHECK(in_field_units(with_y("p (Pa)", 2.5e3)).y.label == "p (Pa)");
+  CHECK(in_field_units(with_y("f (N)", 3e-7)).y.label == "f (µN)");
+  CHECK(in_field_units(with_y("t (s)", 1e5)).y.label == "t (s)");
+  CHECK(in_field_units(with_y("n (1)", 1e-5)).y.label == "n (1)");
+  CHECK(in_field_units(with_y("x", 1e-5)).y.label == "x");
+  Figure logarithmic = with_y("e (m)", 1e-5);
+  logarithmic.y.logarithmic = true;
+  CHECK(in_field_units(logarithmic).y.label == "e (m)");
+}
+
+TEST("equal scales stay equal") {
+  Figure figure{.x = {.label = "x (m)"},
+                .y = {.label = "z (m)"},
+                .series = {{.x = {0.0, 0.005}, .y = {0.0, 5e-6}}},
+                .square = true};
+  figure = in_field_units(figure);
+  CHECK(figure.x.label == "x (mm)" && figure.y.label == "z (mm)");
+}
+
+using namespace palpate;
+
+namespace {
+
+const Projection plain = [](double x, double y) { return Pixel{x, y}; };
+
+bool has(const std::vector<std::size_t>& kept, std::size_t index) {
+  return std::ranges::find(kept, index) != kept.end();
+}
+
+}  // namespace
+
+TEST("a rising curve keeps every extreme and at most four samples of a pixel column") {
+  Series series;
+  for (int n = 0; n < 100000; ++n) {
+    series.x.push_back(n / 1000.0);
+    series.y.push_back(std::sin(0.37 * n) + (n == 77777 ? 50.0 : 0.0) - (n == 33333 ? 50.0 : 0.0));
+  }
+  const std::vector<std::size_t> kept = thinned(series, plain);
+  CHECK(has(kept, 77777) && has(kept, 33333) && has(kept, 0) && has(kept, 99999));
+  CHECK(kept.size() <= 400 && kept.size() >= 300);
+  CHECK(std::ranges::is_sorted(kept));
+}
+
+TEST("a band keeps the extremes of both edges") {
+  Series band{.style = Series::Style::band};
+  for (int n = 0; n < 5000; ++n) {
+    band.x.push_back(n / 1000.0);
+    band.y.push_back(n == 1234 ? -9.0 : 0.0);
+    band.y2.push_back(n == 4321 ? 9.0 : 1.0);
+  }
+  const std::vector<std::size_t> kept = thinned(band, plain);
+  CHECK(has(kept, 1234) && has(kept, 4321) && kept.size() < 30);
+}
+
+TEST("a loop is kept to half a pixel") {
+  Series loop;
+  for (int n = 0; n <= 100000; ++n) {
+    loop.x.push_back(100.0 * std::cos(1e-3 * n));
+    loop.y.push_back(100.0 * std::sin(1e-3 * n));
+  }
+  const std::vector<std::size_t> kept = thinned(loop, plain);
+  CHECK(kept.size() > 1000 && kept.size() < 30000 && kept.back() == 100000);
+  double widest = 0.0;
+  for (std::size_t n = 1; n < kept.size(); ++n) {
+    widest = std::max(widest, std::hypot(loop.x[kept[n]] - loop.x[kept[n - 1]],
+                                         loop.y[kept[n]] - loop.y[kept[n - 1]]));
+  }
+  CHECK_NEAR(widest, 0.5, 0.2);  // half a pixel, and a sample is a tenth of one
+}
+
+TEST("a gap stays a gap, once") {
+  const double gap = std::nan("");
+  const Series series{.x = {0.0, 1.0, 2.0, 3.0, 4.0}, .y = {0.0, gap, gap, 1.0, 2.0}};
+  const std::vector<std::size_t> expected{0, 1, 3, 4};
+  CHECK(thinned(series, plain) == expected);
+}
+
+TEST("points that cover each other are drawn once") {
+  Series points{.style = Series::Style::points};
+  for (int n = 0; n < 10000; ++n) {
+    points.x.push_back(n % 7);
+    points.y.push_back(1.0);
+  }
+  CHECK(thinned(points, plain).size() == 7);
+}
+
+using namespace palpate;
+
+namespace {
+
+const ZoneLabel* find(const std::vector<ZoneLabel>& labels, const std::string& first_line) {
+  const auto found = std::ranges::find_if(
+      labels, [&](const ZoneLabel& label) { return label.lines.front() == first_line; });
+  return found == labels.end() ? nullptr : &*found;
+}
+
+bool overlap(const std::vector<ZoneLabel>& labels) {
+  for (std::size_t a = 0; a < labels.size(); ++a) {
+    for (std::size_t b = a + 1; b < labels.size(); ++b) {
+      const double apart = std::abs(labels[a].middle - labels[b].middle);
+      if (apart < 0.5 * (labels[a].width + labels[b].width)) { return true; }
+    }
+  }
+  return false;
+}
+
+/// The seven layers in front of the spinal canal, 46 mm on 400 pixels.
+std::vector<ZoneSpan> spine() {
+  return {{"skin", 0.0, 17.0},
+          {"subcutaneous fat", 17.0, 59.0},
+          {"supraspinous ligament", 59.0, 85.0},
+          {"interspinous ligament", 85.0, 312.0},
+          {"ligamentum flavum", 312.0, 341.0},
+          {"epidural space", 341.0, 394.0},
+          {"dura", 394.0, 400.0}};
+}
+
+}  // namespace
+
+TEST("wide zones are labelled along, narrow ones upright or in two lines, and none is lost") {
+  const std::vector<ZoneLabel> labels = place_zone_labels(spine(), 400.0, 120.0);
+  CHECK(labels.size() == 7);
+  const ZoneLabel* wide = find(labels, "interspinous ligament");
+  CHECK(wide != nullptr && !wide->upright);
+  const ZoneLabel* narrow = find(labels, "supraspinous");
+  CHECK(narrow != nullptr && narrow->upright && narrow->lines.size() == 2);
+  const ZoneLabel* thinnest = find(labels, "dura");
+  CHECK(thinnest != nullptr && thinnest->upright);
+}
+
+TEST("no two labels overlap and none leaves the plot") {
+  std::vector<ZoneSpan> crowd;
+  for (int n = 0; n < 120; ++n) {
+    crowd.push_back({"layer with a long name", 3.4 * n, 3.4 * (n + 1)});
+  }
+  for (const std::vector<ZoneSpan>& zones : {spine(), crowd}) {
+    const std::vector<ZoneLabel> labels = place_zone_labels(zones, 400.0, 120.0);
+    CHECK(!labels.empty() && !overlap(labels));
+    for (const ZoneLabel& label : labels) {
+      CHECK(label.middle - 0.5 * label.width >= -1e-9 && label.height <= 120.0);
+      CHECK(label.middle + 0.5 * label.width <= 400.0 + 8.0 + 1e-9);
+    }
+  }
+}
+
+TEST("a label too long for the plot is shortened between characters") {
+  const std::vector<ZoneLabel> labels =
+      place_zone_labels({{"äääääääääääääääääääää", 0.0, 20.0}}, 400.0, 50.0);
+  CHECK(labels.size() == 1);
+  const std::string& text = labels.front().lines.front();
+  CHECK(text.ends_with("…") && text_width(text) <= 50.0);
+  CHECK((text.size() - std::string("…").size()) % 2 == 0);  // ä has two bytes
+}
+
+TEST("a zone without a label or without width has none") {
+  CHECK(place_zone_labels({{"", 0.0, 100.0}}, 400.0, 100.0).empty());
+  CHECK(place_zone_labels({ZoneSpan{}}, 400.0, 100.0).empty());
+}

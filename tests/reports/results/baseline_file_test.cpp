@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+
+#include "reports/results/baseline_file.hpp"
+
+#include <cstdio>
+
+#include "fixtures/io/file_bytes.hpp"
+#include "reports/gate_report.hpp"
+#include "tests/check.hpp"
+#include "tests/fixtures/scratch_folder.hpp"
+#include "tests/reports/sample_results.hpp"
+#include "validation/gate/baseline.hpp"
+
+namespace {
+
+using namespace palpate;
+
+gate::Baseline sample_baseline() {
+  gate::Acceptance acceptance{.command = "palpate validate",
+                              .provenance = {{"commit", "abc"}},
+                              .date = "2026-01-01T00:00:00Z",
+                              .reason = "first",
+                              .outcomes = {sample::results().outcomes.front()}};
+  acceptance.variants = {acceptance.outcomes};
+  return gate::accept({}, acceptance);
+}
+
+TEST("a baseline is read as it was written, curves and all") {
+  const scratch::Folder folder;
+  const gate::Baseline written = sample_baseline();
+  write_baseline(folder / "a.json", written);
+  const gate::Baseline read = read_baseline(folder / "a.json");
+  const gate::Candidate candidate{.command = written.command,
+                                  .outcomes = {written.cases[0].outcome}};
+  CHECK(gate::judge(read, candidate).tally().identical == 1);
+  CHECK(read.ledger.size() == 1 && read.ledger[0].reason == "first" &&
+        read.ledger[0].commit == "abc");
+  CHECK(read.cases[0].spread.runs == 1);
+}
+
+TEST("the same baseline gives the same bytes") {
+  const scratch::Folder folder;
+  write_baseline(folder / "b.json", sample_baseline());
+  write_baseline(folder / "c.json", sample_baseline());
+  CHECK(io::read_bytes(folder / "b.h5", 1U << 24U) == io::read_bytes(folder / "c.h5", 1U << 24U));
+  CHECK(io::read_bytes(folder / "b.json", 1U << 24U) ==
+        io::read_bytes(folder / "c.json", 1U << 24U));
+}
+
+TEST("no damage to its files goes unseen") {
+  const auto tried = try_damaged_files();
+  CHECK(tried.size() >= 15);
+  for (const auto& [damage, refusal] : tried) {
+    if (refusal.empty()) { std::printf("  %s: taken for sound\n", damage.c_str()); }
+    CHECK(!refusal.empty());
+  }
+}
+
+TEST("curves do not go where the numbers are") {
+  const scratch::Folder folder;
+  CHECK_THROWS(write_baseline(folder / "d.h5", sample_baseline()), "another ending");
+}
+
+TEST("page, table and JUnit name what fell") {
+  GateReport report{.command = "palpate gate", .baseline = sample_baseline()};
+  report.candidate = {.command = "palpate validate",
+                      .outcomes = {report.baseline.cases[0].outcome}};
+  Figure& figure = report.candidate.outcomes[0].figures[0];
+  figure.series[0].y[2] *= 10.0;
+  report.verdict = gate::judge(report.baseline, report.candidate);
+  CHECK(verdict_text(report.verdict) == "FAIL: 1 of 1 cases fell");
+  CHECK(changes_text(report.verdict).find(figure.id) != std::string::npos);
+  CHECK(to_junit(report).find("<failure") != std::string::npos);
+  CHECK(to_json(report).find("\"verdict\": \"fail\"") != std::string::npos);
+  const std::string page = to_html(report);
+  CHECK(page.find("Curves that moved") != std::string::npos &&
+        page.find("<svg") != std::string::npos);
+}
+
+}  // namespace

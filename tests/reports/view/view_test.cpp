@@ -1,0 +1,495 @@
+// SPDX-License-Identifier: MIT
+
+#include "reports/view/view.hpp"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <zlib.h>
+
+#include "model/tissue/lattice.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "model/tissue/skin.hpp"
+#include "reference/solids.hpp"
+#include "reports/view/cell_grid.hpp"
+#include "reports/view/view_encoding.hpp"
+#include "reports/view/view_page.hpp"
+#include "tests/check.hpp"
+
+using namespace palpate;
+
+namespace {
+
+SpringNetwork block(std::array<int, 3> nodes) {
+  return uniform_lattice({.nodes = nodes, .spacing = 0.01, .connectivity = 26}, 10.0, 0.0, 1e-3);
+}
+
+bool everywhere(const GridPlace&) { return true; }
+
+/// By the divergence theorem; negative where sides point inwards.
+double enclosed_volume(const std::vector<GridFace>& faces, const NodeVectors& position) {
+  double volume = 0.0;
+  for (const GridFace& face : faces) {
+    const Eigen::Vector3d a = position.col(face.nodes[0]);
+    const Eigen::Vector3d b = position.col(face.nodes[1]);
+    const Eigen::Vector3d c = position.col(face.nodes[2]);
+    const Eigen::Vector3d d = position.col(face.nodes[3]);
+    volume += (a.dot(b.cross(c)) + a.dot(c.cross(d))) / 6.0;
+  }
+  return volume;
+}
+
+/// Without the nodes that `gone` holds, and without their springs.
+SpringNetwork without(const SpringNetwork& network,
+                      const std::function<bool(const Eigen::Vector3d&)>& gone) {
+  SpringNetwork rest;
+  std::vector<int> number(static_cast<std::size_t>(network.node_count()), -1);
+  std::vector<int> kept;
+  for (int n = 0; n < network.node_count(); ++n) {
+    if (gone(network.rest_position.col(n))) { continue; }
+    number[static_cast<std::size_t>(n)] = static_cast<int>(kept.size());
+    kept.push_back(n);
+  }
+  rest.rest_position = network.rest_position(Eigen::all, kept);
+  rest.mass = network.mass(kept);
+  rest.fixed.assign(kept.size(), 0);
+  for (Spring spring : network.springs) {
+    spring.a = number[static_cast<std::size_t>(spring.a)];
+    spring.b = number[static_cast<std::size_t>(spring.b)];
+    if (spring.a >= 0 && spring.b >= 0) { rest.springs.push_back(spring); }
+  }
+  return rest;
+}
+
+}  // namespace
+
+TEST("a lattice has a cell between every eight nodes, and its sides enclose its volume") {
+  const SpringNetwork network = block({4, 5, 6});
+  const auto grid = CellGrid::of(network);
+  CHECK(grid && grid->cells().size() == 3 * 4 * 5);
+  const std::vector<GridFace> faces = exposed_faces(*grid, everywhere);
+  CHECK(faces.size() == 2 * (3 * 4 + 4 * 5 + 3 * 5));
+  CHECK_NEAR(enclosed_volume(faces, network.rest_position), 0.03 * 0.04 * 0.05, 1e-18);  // rounding
+}
+
+TEST("a voxel body with a gap has no cells across it") {
+  // A U of two legs of 3 x 3 nodes on a base, the gap between them one cell wide.
+  const SpringNetwork network = without(block({8, 3, 6}), [](const Eigen::Vector3d& x) {
+    return std::abs(x.x()) < 0.01 && x.z() < 0.015;
+  });
+  const auto grid = CellGrid::of(network);
+  CHECK(grid.has_value());
+  const double base = 0.07 * 0.02 * 0.03;
+  const double legs = 2.0 * 0.02 * 0.02 * 0.02;
+  CHECK_NEAR(enclosed_volume(exposed_faces(*grid, everywhere), network.rest_position), base + legs,
+             1e-17);
+}
+
+TEST("a cell that lacks a spring along an edge is no tissue") {
+  SpringNetwork network = block({4, 3, 3});
+  network.springs.edit([](std::vector<Spring>& all) {
+    std::erase_if(all, [](const Spring& spring) { return spring.a == 1 && spring.b == 2; });
+  });
+  const auto grid = CellGrid::of(network);
+  CHECK(grid && grid->cells().size() == 3 * 2 * 2 - 1);
+}
+
+TEST("planes of nodes need not be equally far apart") {
+  SpringNetwork network = block({3, 3, 3});
+  for (auto node : network.rest_position.colwise()) { node.z() += 40.0 * node.z() * node.z(); }
+  const auto grid = CellGrid::of(network);
+  CHECK(grid && grid->cells().size() == 8);
+}
+
+TEST("nodes anywhere are on no grid") {
+  SpringNetwork network = block({5, 5, 5});
+  std::srand(3);
+  network.rest_position += 0.002 * NodeVectors::Random(3, 125);
+  network.springs.edit([](std::vector<Spring>& all) {
+    std::erase_if(all,
+                  [](const Spring& spring) { return spring.a == 62; });  // nor are they a lattice
+  });
+  CHECK(!CellGrid::of(network));
+}
+
+TEST("every second plane gives cells of twice the size where all small ones are") {
+  const SpringNetwork network = block({5, 5, 7});
+  const CellGrid coarse = CellGrid::of(network)->thinned(2);
+  CHECK(coarse.cells().size() == 2 * 2 * 3);
+  CHECK_NEAR(enclosed_volume(exposed_faces(coarse, everywhere), network.rest_position),
+             0.04 * 0.04 * 0.06, 1e-17);
+}
+
+using namespace palpate;
+
+namespace {
+
+/// Nodes in a row along `direction`, 1 m apart, the last one fixed.
+SpringNetwork row(const Eigen::Vector3d& direction, int nodes, double stiffness) {
+  SpringNetwork network;
+  network.rest_position.resize(3, nodes);
+  for (int n = 0; n < nodes; ++n) { network.rest_position.col(n) = n * direction; }
+  network.mass = Eigen::VectorXd::Ones(nodes);
+  network.fixed.assign(static_cast<std::size_t>(nodes), 0);
+  network.fixed.back() = 1;
+  for (int n = 0; n + 1 < nodes; ++n) {
+    network.springs.push_back({n, n + 1, stiffness, 7.0, 1.0});
+  }
+  return network;
+}
+
+}  // namespace
+
+TEST("inside a chain the principal force is the chain's tension, along the chain") {
+  const Eigen::Vector3d direction = Eigen::Vector3d(1.0, 2.0, 2.0) / 3.0;
+  const SpringNetwork network = row(direction, 4, 50.0);
+  for (const double stretch : {0.1, -0.1}) {
+    const NodeVectors position = (1.0 + stretch) * network.rest_position;
+    const ForceLines lines = force_lines(network, {}, position);
+    const double tension = 50.0 * stretch;
+    CHECK_NEAR(lines.line(3, 1), tension, 1e-5);        // single precision
+    CHECK_NEAR(lines.line(3, 0), 0.5 * tension, 1e-5);  // one spring only
+    CHECK_NEAR(std::abs(lines.line.col(2).head<3>().cast<double>().dot(direction)), 1.0, 1e-6);
+    CHECK_NEAR(lines.held, Eigen::Vector3d(-tension * direction), 1e-12);
+  }
+}
+
+TEST("the force furthest from zero is told where a node is pulled one way and pushed the other") {
+  SpringNetwork network = row(Eigen::Vector3d::UnitX(), 3, 10.0);
+  network.rest_position.col(2) << 1.0, 1.0, 0.0;
+  NodeVectors position = network.rest_position;
+  position(0, 0) -= 0.1;  // pulls along x
+  position(1, 2) -= 0.3;  // pushes along y
+  const ForceLines lines = force_lines(network, {}, position);
+  CHECK_NEAR(lines.line(3, 1), -1.5, 1e-6);
+  CHECK_NEAR(std::abs(lines.line(1, 1)), 1.0, 1e-6);
+}
+
+TEST("at rest, and with springs of no length, nothing pulls") {
+  SpringNetwork network = row(Eigen::Vector3d::UnitZ(), 3, 10.0);
+  CHECK(force_lines(network, {}, network.rest_position).line.isZero(0.0F));
+  NodeVectors position = NodeVectors::Zero(3, 3);
+  CHECK(force_lines(network, {}, position).line.isZero(0.0F));
+}
+
+TEST("the printed law with its wrong sign is shown as it was simulated") {
+  const SpringNetwork network = row(Eigen::Vector3d::UnitX(), 3, 10.0);
+  const NodeVectors position = 1.1 * network.rest_position;
+  const ForceLines lines = force_lines(network, SpringLaw::from({.sign = true}), position);
+  CHECK_NEAR(lines.line(3, 1), -1.0, 1e-6);
+}
+
+using namespace palpate;
+
+namespace {
+
+std::vector<std::uint8_t> inflated(const std::string& packed) {
+  std::vector<std::uint8_t> bytes(1U << 20U);
+  uLongf size = bytes.size();
+  const int code =
+      uncompress(bytes.data(), &size, reinterpret_cast<const Bytef*>(packed.data()), packed.size());
+  bytes.resize(code == Z_OK ? size : 0);
+  return bytes;
+}
+
+}  // namespace
+
+TEST("base64 is that of RFC 4648, section 10") {
+  const std::array<std::pair<const char*, const char*>, 7> vectors{{{"", ""},
+                                                                    {"f", "Zg=="},
+                                                                    {"fo", "Zm8="},
+                                                                    {"foo", "Zm9v"},
+                                                                    {"foob", "Zm9vYg=="},
+                                                                    {"fooba", "Zm9vYmE="},
+                                                                    {"foobar", "Zm9vYmFy"}}};
+  for (const auto& [plain, coded] : vectors) { CHECK(base64(plain) == coded); }
+  CHECK(base64(std::string("\xff\xfe\x00", 3)) == "//4A");
+}
+
+TEST("what is deflated comes back") {
+  std::string text;
+  for (int n = 0; n < 5000; ++n) { text += static_cast<char>(n * n % 251); }
+  const std::vector<std::uint8_t> back = inflated(deflate(text));
+  CHECK(std::string(back.begin(), back.end()) == text);
+}
+
+TEST("differences lie in planes of bytes, the lowest first, and may be negative") {
+  PackedBytes packed;
+  packed.add_differences(std::array<std::int64_t, 3>{258, 257, 600}, 16);
+  packed.add_differences(std::array<std::int64_t, 1>{0x01020304}, 32);
+  packed.add_changes(std::array<std::int16_t, 2>{-3, 5}, std::array<std::int16_t, 2>{-1, -300});
+  packed.add_bytes(std::array<std::uint8_t, 1>{9});
+  const std::vector<std::uint8_t> expected{2, 255, 87, 1, 255, 1, 4, 3, 2, 1, 254, 49, 255, 1, 9};
+  CHECK(inflated(packed.deflated()) == expected);
+}
+
+namespace palpate {
+
+// Lattices in made-up motion, for the tests of views.
+
+struct ViewSample {
+  Scene scene{};
+  std::unique_ptr<NetworkProblem> problem{};
+  Trace trace{};
+  Moments moments{};
+
+  [[nodiscard]] std::optional<View> view() const {
+    return make_view({scene, *problem, trace, moments});
+  }
+};
+
+/// A block that is pressed at its middle, deeper in every frame, by a load that grows.
+inline ViewSample pressed_block(std::array<int, 3> nodes, int frames) {
+  ViewSample sample;
+  sample.scene.tissue.lattice = {
+      .nodes = nodes, .spacing = 0.004, .weights = LatticeWeights::uniform, .node_mass = 1e-3};
+  sample.scene.loads = {{.nodes = {0}, .force = {0.0, 0.0, 2.0}, .profile = Profile::constant}};
+  const SpringNetwork network = build_network(sample.scene);
+  for (int n = 0; n < frames; ++n) {
+    NodeVectors position = network.rest_position;
+    for (Eigen::Index node = 0; node < position.cols(); ++node) {
+      if (network.is_fixed(static_cast<int>(node))) { continue; }
+      const Eigen::Vector3d x = network.rest_position.col(node);
+      position(2, node) +=
+          1e-3 * n / frames * std::exp(-1e4 * x.head<2>().squaredNorm()) * std::exp(-60.0 * x.z());
+      position(0, node) +=
+          1e-4 * n / frames * std::sin(900.0 * x.y() + 31.0 * static_cast<double>(node));
+    }
+    sample.trace.frame_time.push_back(0.01 * n);
+    sample.trace.frames.push_back(position);
+    sample.trace.time.push_back(0.01 * n);
+  }
+  sample.problem = std::make_unique<NetworkProblem>(network, resolve_loads(sample.scene, network));
+  return sample;
+}
+
+}  // namespace palpate
+
+using namespace palpate;
+
+namespace {
+
+bool contains(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Two layers with a body of another material in the lower one, along z.
+ViewSample layered_block() {
+  ViewSample sample;
+  sample.scene.tissue.source = Source::layers;
+  sample.scene.tissue.block = {.nodes = {5, 5}, .spacing = 0.002};
+  sample.scene.materials = {{.name = "a", .youngs_modulus = 1e3},
+                            {.name = "b", .youngs_modulus = 2e3}};
+  sample.scene.tissue.layers = {{"skin", "a", 0.004}, {"fat", "b", 0.008}};
+  sample.scene.tissue.inclusions = {
+      {Inclusion::Shape::box, {0.0, 0.0, 0.010}, {0.0041, 0.0041, 0.0041}, "a"}};
+  const SpringNetwork network = build_network(sample.scene);
+  sample.trace = {.time = {0.0}, .frame_time = {0.0}, .frames = {network.rest_position}};
+  sample.problem = std::make_unique<NetworkProblem>(network);
+  return sample;
+}
+
+}  // namespace
+
+TEST("a small network is shown whole, with its skin, springs, forces and largest reaction") {
+  const ViewSample sample = pressed_block({6, 6, 5}, 7);
+  const auto view = sample.view();
+  CHECK(view && view->rest == sample.problem->network().rest_position && view->notes.empty());
+  CHECK(view->springs.size() == sample.problem->network().springs.size());
+  CHECK(std::accumulate(view->cell.begin(), view->cell.end(), 0) == 5 * 5 * 4);
+  CHECK(view->surfaces.size() == 1 && view->surfaces[0].vertices.size() == 36 &&
+        view->surfaces[0].triangles.size() == 2 * 25);
+  CHECK(view->frames.size() == 7 && view->peak == 6);
+  CHECK_NEAR(view->frames[3].applied, 2.0, 1e-15);
+  CHECK_NEAR(view->frames[4].displacement, NodeVectors(sample.trace.frames[4] - view->rest), 1e-18);
+  CHECK(view->frames[6].reaction > view->frames[5].reaction && view->frames[5].reaction > 0.0);
+}
+
+TEST("cells and nodes are told by what fills them") {
+  const auto view = layered_block().view();
+  CHECK(view && view->labels == std::vector<std::string>({"skin", "fat", "a"}));
+  std::vector<int> cells(3, 0);
+  for (std::size_t n = 0; n < view->cell.size(); ++n) { cells[view->label[n]] += view->cell[n]; }
+  // 4 x 4 cells a plane, 2 planes of skin and 4 of fat; the body fills 2 x 2 x 2 of these.
+  CHECK(cells == std::vector<int>({32, 56, 8}));
+}
+
+TEST("frames of the trace are thinned to sixty, and moments come between them") {
+  ViewSample sample = pressed_block({3, 3, 3}, 200);
+  sample.moments.time = {0.0, 0.123};
+  sample.moments.positions = {sample.trace.frames[0], sample.trace.frames[12]};
+  const auto view = sample.view();
+  CHECK(view->frames.size() == 61);
+  CHECK(std::ranges::is_sorted(view->frames, {}, &ViewFrame::time));
+  CHECK(std::ranges::count(view->frames, 0.123, &ViewFrame::time) == 1);
+  CHECK(view->frames.front().time == 0.0 &&
+        view->frames.back().time == sample.trace.frame_time.back());
+}
+
+TEST("a state that is not finite is not shown, and without any there is no view") {
+  ViewSample sample = pressed_block({3, 3, 3}, 3);
+  sample.trace.frames[2](1, 4) = std::nan("");
+  CHECK(sample.view()->frames.size() == 2);
+  sample.trace.frames.clear();
+  CHECK(!sample.view());
+}
+
+TEST("a large block keeps its surface, its cut and what is near the tool, and says so") {
+  const ViewSample sample = pressed_block({40, 40, 40}, 1);
+  const SpringNetwork& network = sample.problem->network();
+  const ViewFocus focus{.end = {0.0, 0.0, 0.05}, .radius = 0.01};
+  const ShownNodes shown = shown_nodes(network, focus, {});
+  CHECK(shown.nodes.size() < static_cast<std::size_t>(most_nodes_shown) &&
+        contains(shown.note, "of 64"));
+  std::vector<std::uint8_t> is_shown(64000, 0);
+  for (const int node : shown.nodes) { is_shown[static_cast<std::size_t>(node)] = 1; }
+  for (int node = 0; node < 64000; ++node) {
+    const GridPlace& place = shown.grid->places()[static_cast<std::size_t>(node)];
+    const bool outer = std::ranges::any_of(place, [](int n) { return n == 0 || n == 39; });
+    const Eigen::Vector3d x = network.rest_position.col(node);
+    const bool near = x.head<2>().norm() < 0.006 && x.z() < 0.05;
+    if (outer || near || std::abs(x.y()) < 0.003) {
+      CHECK(is_shown[static_cast<std::size_t>(node)] == 1);
+    }
+  }
+}
+
+TEST("a block too large even for that is shown by every n-th plane") {
+  SpringNetwork network = uniform_lattice(
+      {.nodes = {150, 150, 60}, .spacing = 0.001, .connectivity = 6}, 1.0, 0.0, 1e-3);
+  const ShownNodes shown = shown_nodes(network, {.cut = 0.0}, {7});
+  CHECK(shown.nodes.size() <= static_cast<std::size_t>(most_nodes_shown) + 1 &&
+        contains(shown.note, "every 2nd plane"));
+  CHECK(std::ranges::find(shown.nodes, 7) != shown.nodes.end());
+}
+
+TEST("a surface of a person's own follows the nodes that it names, in place of the grid's skin") {
+  const ViewSample sample = pressed_block({3, 3, 3}, 2);
+  const ViewSurface torso{.label = "torso",
+                          .rest = NodeVectors::Zero(3, 3),
+                          .vertices = {{{0, 0.5}, {1, 0.5}}, {{5, 1.0}}, {{8, 1.0}}},
+                          .triangles = {{0, 1, 2}}};
+  const auto view =
+      make_view({sample.scene, *sample.problem, sample.trace, sample.moments, {torso}});
+  CHECK(view->surfaces.size() == 1 && view->surfaces[0].label == "torso" &&
+        view->surfaces[0].vertices[1][0].node == 5);
+}
+
+namespace {
+
+using namespace palpate;
+
+/// A patch of skin 4 mm above a block of 20 mm, four times as wide.
+ViewSample beneath_patch(int steps) {
+  ViewSample sample = pressed_block({6, 6, 6}, 3);
+  sample.scene.tissue.skin = std::make_shared<const Skin>(
+      reference::patch_surface({0.04, 0.04}, steps, [](double, double) { return -0.004; }), true);
+  return sample;
+}
+
+TEST("without a skin there is none to show") {
+  std::vector<std::string> notes;
+  CHECK(!view_of_skin(pressed_block({3, 3, 3}, 2).scene, notes) && notes.empty());
+}
+
+TEST("the skin around the tissue is shown, and what lies within two spacings of it follows") {
+  const ViewSample sample = beneath_patch(40);
+  std::vector<std::string> notes;
+  const auto skin = view_of_skin(sample.scene, notes);
+  // 20 mm to either side, and the squares that touch its rim.
+  CHECK(skin && !skin->of_cells && skin->triangles.size() >= 2 * 20 * 20 &&
+        skin->triangles.size() <= 2 * 22 * 22);
+  CHECK(notes.size() == 1 &&
+        notes[0].find(" of 3200 faces of the skin are shown") != std::string::npos);
+  for (std::size_t n = 0; n < skin->vertices.size(); ++n) {
+    const Eigen::Vector3d at = skin->rest.col(static_cast<Eigen::Index>(n));
+    const double beside = (at.head<2>().cwiseAbs().array() - 0.01).max(0.0).matrix().norm();
+    const bool near = std::hypot(beside, 0.004) <= 0.008 * (1.0 + 1e-9);
+    CHECK(skin->vertices[n].empty() != near);
+    double sum = 0.0;
+    for (const ViewSurface::Support& support : skin->vertices[n]) { sum += support.weight; }
+    CHECK_NEAR(sum, near ? 1.0 : 0.0, 1e-15);
+  }
+  const auto view =
+      make_view({sample.scene, *sample.problem, sample.trace, sample.moments, {*skin}});
+  CHECK(view && view->surfaces.size() == 1 &&
+        view->surfaces[0].vertices.size() == skin->vertices.size());
+  ViewSample bare = pressed_block({6, 6, 6}, 3);
+  CHECK(still_at_rest(*view).size() > still_at_rest(*bare.view()).size());
+}
+
+TEST("a skin of too many faces is left out, and a note says so") {
+  std::vector<std::string> notes;
+  CHECK(!view_of_skin(beneath_patch(400).scene, notes));
+  CHECK(notes.size() == 1 && notes[0].find("the skin is not shown: ") != std::string::npos);
+}
+
+}  // namespace
+
+using namespace palpate;
+
+namespace {
+
+std::size_t count_of(const std::string& text, std::string_view part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
+TEST(
+    "ten thousand nodes with their springs at sixty instants stay below 5 MB, library and pictures "
+    "included") {
+  const ViewSample sample = pressed_block({20, 20, 25}, 60);
+  const auto view = sample.view();
+  CHECK(view->rest.cols() == 10'000 && view->frames.size() == 60 && view->springs.size() > 100'000);
+  CHECK(html_view(*view).size() + view_script().size() < 5'000'000);
+}
+
+TEST("where numbers are too many they get coarser and then fewer, and the page says so") {
+  const auto view = pressed_block({8, 8, 8}, 40).view();
+  const EncodedView whole = encode(*view);
+  CHECK(whole.notes.empty());
+  const EncodedView coarser = encode(*view, whole.numbers.size() * 9 / 10);
+  CHECK(coarser.notes.size() == 1 && coarser.numbers.size() <= whole.numbers.size() * 9 / 10);
+  const EncodedView fewer = encode(*view, whole.numbers.size() / 3);
+  CHECK(fewer.notes.size() == 1 && fewer.notes[0].find("of 40 instants") != std::string::npos);
+  const auto header = nlohmann::json::parse(fewer.header);
+  CHECK(header["frames"].size() < 40 &&
+        header["frames"][header["peak"].get<std::size_t>()]["reaction"] ==
+            view->frames[view->peak].reaction);
+}
+
+TEST("nothing in the page asks the network or ends a script") {
+  ViewSample sample = pressed_block({3, 3, 3}, 2);
+  sample.scene.tissue.lattice.material = "a </script><b>";
+  const std::string html = html_view(*sample.view());
+  for (const char* request : {"src=", "url(", "@import", "a </script>", "<b>a"}) {
+    CHECK(html.find(request) == std::string::npos);
+  }
+  CHECK(html == html_view(*sample.view()));
+}
+
+TEST("a still picture paints what can be seen of the half behind the cut, and its key") {
+  const auto view = pressed_block({6, 7, 5}, 3).view();
+  const std::string rest = still_at_rest(*view);
+  // Cells: 5 x 6 x 4, of which the 5 x 3 x 4 behind y = 0 are kept; sides towards +x, +y and -z are
+  // seen.
+  const std::size_t sides = 3 * 4 + 5 * 4 + 5 * 3;
+  CHECK(count_of(rest, "<path") == sides + 1);
+  const std::string moved = still_at(*view, 2, 10.0);
+  CHECK(count_of(moved, "<path") == sides + 40 && moved.find("nan") == std::string::npos);
+  CHECK(moved.find("displacement") != std::string::npos);
+}
+
+TEST("of very many sides a still picture paints squares as one, and leaves none out") {
+  const auto view = pressed_block({151, 121, 3}, 1).view();
+  const std::string rest = still_at_rest(*view);
+  // The upper sides of 150 x 60 cells behind y = 0 and two rows each of front and flank, as squares
+  // of 2 x 2.
+  CHECK(count_of(rest, "<path") == (150 * 60 + 150 * 2 + 60 * 2) / 4 + 1);
+}

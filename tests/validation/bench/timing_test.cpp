@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+
+#include "validation/bench/timing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "tests/check.hpp"
+#include "validation/random.hpp"
+
+namespace {
+
+using namespace palpate::bench;
+
+/// Work that no optimiser removes, in proportion to `amount`.
+void work(long amount) {
+  volatile double x = 1.0;
+  for (long n = 0; n < amount; ++n) { x = std::sqrt(x + 1.0); }
+}
+
+TEST(
+    "eight times the work takes many times as long, and times stand in the order of the "
+    "contenders") {
+  const std::vector<Contender> contenders{{"heavy", [](long times) { work(8000 * times); }},
+                                          {"light", [](long times) { work(1000 * times); }}};
+  const std::vector<Timed> timed = time_interleaved(contenders, {.rounds = 5, .batch = 2e-3});
+  CHECK(timed.size() == 2);
+  CHECK(timed[0].name == "heavy" && timed[1].name == "light");
+  const double ratio = timed[0].least / timed[1].least;
+  std::printf("  ratio %.2f\n", ratio);
+  CHECK(ratio > 4.0 && ratio < 16.0);  // a factor of two for what else the processor does
+  for (const Timed& each : timed) { CHECK(each.least > 0.0 && each.least <= each.median); }
+}
+
+TEST("every contender has every round") {
+  std::vector<int> calls(3, 0);
+  std::vector<Contender> contenders;
+  for (std::size_t n = 0; n < calls.size(); ++n) {
+    contenders.push_back({"", [&calls, n](long times) {
+                            ++calls[n];
+                            work(1000 * times);
+                          }});
+  }
+  (void)time_interleaved(contenders, {.rounds = 4, .batch = 1e-4});
+  for (const int count : calls) {
+    CHECK(count >= 4 + 1);
+  }  // the rounds, and what found their length
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::timing;
+
+std::vector<double> one_to(int n) {
+  std::vector<double> values(static_cast<std::size_t>(n));
+  std::iota(values.begin(), values.end(), 1.0);
+  return values;
+}
+
+/// Pairs whose times have a heavy tail, as on a busy machine: every tenth batch of either build
+/// takes up to five times as long.
+std::vector<PairedStart> noisy_starts(double ratio, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<PairedStart> starts(12, PairedStart{.batch_deadline = 1.0});
+  for (PairedStart& start : starts) {
+    for (int n = 0; n < 40; ++n) {
+      const auto time = [&] {
+        const double slow = random(0.0, 1.0) < 0.1 ? random(1.0, 5.0) : 1.0;
+        return 1e-3 * slow * random(0.97, 1.03);
+      };
+      start.pairs.push_back({.base = time(), .head = ratio * time()});
+    }
+  }
+  return starts;
+}
+
+TEST("limits of the median are the order statistics of the binomial table") {
+  // Table of the sign test, one-sided 0.01: n = 7 gives the first, n = 20 the fifth, n = 40 the
+  // thirteenth value.
+  const auto limits = [](int n) { return median_limits(one_to(n), 0.99); };
+  CHECK_NEAR(limits(7).lower, 1.0, 0.0);
+  CHECK_NEAR(limits(20).lower, 5.0, 0.0);
+  CHECK_NEAR(limits(40).lower, 13.0, 0.0);
+  CHECK_NEAR(limits(40).upper, 28.0, 0.0);
+  CHECK_NEAR(limits(40).median, 20.5, 0.0);
+  CHECK_NEAR(limits(7).median, 4.0, 0.0);
+}
+
+TEST("six values support no limit with 99 %") {
+  const MedianLimits limits = median_limits(one_to(6), 0.99);
+  CHECK(std::isinf(limits.lower) && limits.lower < 0.0 && std::isinf(limits.upper));
+}
+
+TEST("the lower limit lies above the true median in one per cent of samples, whatever their law") {
+  Random random(3);
+  int above = 0;
+  constexpr int trials = 4000;
+  for (int trial = 0; trial < trials; ++trial) {
+    std::vector<double> values;
+    for (int n = 0; n < 40; ++n) {
+      values.push_back(std::pow(random(0.0, 1.0), 8.0));
+    }  // median 2^-8
+    above += median_limits(values, 0.99).lower > std::pow(2.0, -8.0) ? 1 : 0;
+  }
+  // P(Bin(40, 1/2) < 13) = 0.0083; three standard deviations of 4000 trials are 0.0043.
+  CHECK_NEAR(static_cast<double>(above) / trials, 0.0083, 0.0043);
+}
+
+TEST("equal builds are never called slower on a busy machine, and five per cent always are") {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    CHECK(!judge_pairs(noisy_starts(1.0, seed)).slower());
+    CHECK(judge_pairs(noisy_starts(1.05, seed)).slower());
+  }
+}
+
+TEST("who waits for others is late, and no slower") {
+  std::vector<PairedStart> starts = noisy_starts(1.0, 5);
+  for (PairedStart& start : starts) {
+    start.batch_deadline = 0.01;
+    for (Pair& pair : start.pairs) {
+      pair.base_wall = pair.base;
+      pair.head_wall = pair.head + 0.02;
+    }
+  }
+  const PairedVerdict verdict = judge_pairs(starts);
+  CHECK(!verdict.slower() && verdict.base_misses == 0 && verdict.head_misses == 480 &&
+        verdict.misses_rose());
+}
+
+TEST("the ratio is the median's") {
+  const PairedVerdict verdict = judge_pairs(noisy_starts(1.05, 7));
+  CHECK_NEAR(verdict.ratio, 1.05, 0.01);
+  CHECK(verdict.lower < verdict.ratio && verdict.ratio < verdict.upper && verdict.pairs == 480);
+}
+
+TEST("misses rise when chance would split them so unevenly once in a hundred times") {
+  const auto rose = [](long base, long head) {
+    return PairedVerdict{.base_misses = base, .head_misses = head}.misses_rose();
+  };
+  CHECK(!rose(0, 0) && !rose(0, 6) && !rose(5, 5) && !rose(9, 0));
+  CHECK(rose(0, 7));  // 2^-7 < 0.01
+  CHECK(rose(10, 30) && !rose(15, 25));
+}
+
+TEST("nothing measured is not passed") { CHECK(judge_pairs({}).slower()); }
+
+TEST("what decides nothing is measured on, and no further than that") {
+  // Limits of 480 pairs that scatter by this much lie a few per cent from the median: closer than
+  // 5, wider than 2.
+  const auto starts_for = [](double ratio, double scatter) {
+    return starts_until_decided(12, [&](int n) {
+      Random random(static_cast<std::uint64_t>(n) + 1);
+      PairedStart start{.batch_deadline = 1.0};
+      for (int pair = 0; pair < 40; ++pair) {
+        start.pairs.push_back(
+            {.base = 1e-3, .head = 1e-3 * ratio * random(1.0 - scatter, 1.0 + scatter)});
+      }
+      return start;
+    });
+  };
+  CHECK(starts_for(1.0, 0.03).size() == 12);   // below
+  CHECK(starts_for(1.05, 0.03).size() == 12);  // above
+  CHECK(starts_for(1.05, 0.2).size() > 12);
+  CHECK(judge_pairs(starts_for(1.05, 0.2)).slower());
+  CHECK(starts_for(1.03, 0.2).size() == 12 * most_looks);  // on the limit itself
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::timing;
+
+std::vector<double> noise(std::size_t n, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<double> values;
+  for (std::size_t k = 0; k < n; ++k) { values.push_back(random(0.99, 1.01)); }
+  return values;
+}
+
+bool creeps(std::vector<double> values, const std::string& unit = "instructions") {
+  std::vector<Trend> trends{{.name = "x", .unit = unit, .values = std::move(values)}};
+  find_creep(trends);
+  return trends.front().crept;
+}
+
+TEST("a step is found where it is, with the chance that Pettitt gives it") {
+  std::vector<double> values(20, 1.0);
+  for (std::size_t n = 12; n < 20; ++n) { values[n] = 2.0; }
+  const ChangePoint change = find_change(values).value();
+  CHECK(change.at == 12);
+  CHECK_NEAR(change.before, 1.0, 0.0);
+  CHECK_NEAR(change.after, 2.0, 0.0);
+  // K = 12 x 8: every value of the one level lies below every one of the other.
+  CHECK_NEAR(change.chance, 2.0 * std::exp(-6.0 * 96.0 * 96.0 / (8000.0 + 400.0)), 1e-15);
+}
+
+TEST(
+    "where nothing changes a false alarm comes once in a hundred times at most, for short and for "
+    "long series") {
+  for (const std::size_t n : {8U, 15U, 40U}) {
+    int alarms = 0;
+    constexpr int trials = 3000;
+    for (int trial = 0; trial < trials; ++trial) {
+      const auto change = find_change(noise(n, static_cast<std::uint64_t>(trial) + 1));
+      alarms += change->chance <= false_alarm_rate ? 1 : 0;
+    }
+    // Three standard deviations above 1 % are 0.0155.
+    CHECK(static_cast<double>(alarms) / trials <= 0.0155);
+  }
+}
+
+TEST("in many series together a false alarm is as seldom") {
+  int alarms = 0;
+  constexpr int trials = 500;
+  for (int trial = 0; trial < trials; ++trial) {
+    std::vector<Trend> trends;
+    for (std::uint64_t k = 0; k < 20; ++k) {
+      std::vector<double> values = noise(30, static_cast<std::uint64_t>(trial) * 20 + k + 1);
+      for (double& value : values) {
+        value *= value * value * value * value;
+      }  // 10 % up and down: no trifle
+      trends.push_back({.name = "x", .unit = "instructions", .values = std::move(values)});
+    }
+    find_creep(trends);
+    for (const Trend& trend : trends) { alarms += trend.crept ? 1 : 0; }
+  }
+  CHECK(static_cast<double>(alarms) / trials <= 0.0234);  // 1 % and three standard deviations
+}
+
+TEST("creep of a tenth of a per cent a run is found, though no two runs differ by one per cent") {
+  std::vector<double> values;
+  for (int n = 0; n < 40; ++n) { values.push_back(1e6 * std::pow(1.001, n)); }
+  CHECK(creeps(values));
+}
+
+TEST("what became better, or moved by a trifle, has not crept") {
+  std::vector<double> better, trifle;
+  for (int n = 0; n < 40; ++n) {
+    better.push_back(1e6 * std::pow(0.999, n));
+    trifle.push_back(1e6 * std::pow(1.0002, n));
+  }
+  CHECK(!creeps(better) && !creeps(trifle));
+  CHECK(find_change(trifle)->chance < 1e-3);  // and is told all the same
+}
+
+TEST("digits creep downwards") {
+  std::vector<double> falling, rising;
+  for (int n = 0; n < 40; ++n) {
+    falling.push_back(5.0 - 0.01 * n);
+    rising.push_back(5.0 + 0.01 * n);
+  }
+  CHECK(creeps(falling, "digits") && !creeps(rising, "digits"));
+}
+
+TEST("a constant series, one run or none tell nothing") {
+  CHECK(!creeps(std::vector<double>(50, 7.0)));
+  CHECK(!find_change(std::vector<double>{1.0}) && !find_change({}));
+  CHECK_NEAR(find_change(std::vector<double>(50, 7.0))->chance, 1.0, 0.0);
+}
+
+}  // namespace

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+
+#include "validation/bench/work_precision.hpp"
+
+#include <cmath>
+
+#include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::bench;
+
+/// Two coordinates at three ticks; the tool is the first.
+MethodRun run_of(double error) {
+  MethodRun run;
+  run.position.resize(2, 3);
+  run.position << 0.0, 1.0, 2.0, 5.0, 5.0, 1.0;
+  run.energy = Eigen::Vector3d(1.0, 1.0, 9.0);
+  run.position(0, 1) += error;
+  run.energy(2) += 8.0 * error;
+  run.tool = run.position.topRows(1);
+  return run;
+}
+
+Point point(Point::Kind kind, double seconds, double median, double error) {
+  return {.kind = kind, .seconds = seconds, .median = median, .errors = {.tool = error}};
+}
+
+TEST("errors are taken over what the truth goes through, not over where it ends or begins") {
+  const Truth truth = truth_of(run_of(0.0), run_of(1e-6));
+  CHECK_NEAR(truth.peak, 2.0, 1e-15);
+  CHECK_NEAR(truth.travel, 4.0, 1e-15);
+  CHECK_NEAR(truth.energy, 8.0, 1e-15);
+  CHECK_NEAR(truth.floor, 5e-7, 1e-15);
+  const Errors errors = errors_of(run_of(0.1), truth);
+  CHECK_NEAR(errors.tool, 0.05, 1e-15);
+  CHECK_NEAR(errors.tool_mean, 0.05 / std::sqrt(3.0), 1e-15);
+  CHECK_NEAR(errors.trajectory, 0.025, 1e-15);
+  CHECK_NEAR(errors.trajectory_mean, 0.025 / std::sqrt(6.0), 1e-15);
+  CHECK_NEAR(errors.energy, 0.1, 1e-14);
+  CHECK(errors.tool_at_end == 0.0);
+}
+
+TEST("a tick where the tool's signal jumps is left out there and counts elsewhere") {
+  const Truth truth = truth_of(run_of(0.0), run_of(0.0), {false, true, false});
+  const Errors errors = errors_of(run_of(0.1), truth);
+  CHECK(errors.tool == 0.0);
+  CHECK(errors.trajectory > 0.0);
+}
+
+TEST("a run that failed, that is short or that is not finite is infinitely far off") {
+  const Truth truth = truth_of(run_of(0.0), run_of(0.0));
+  MethodRun failed = run_of(0.0);
+  failed.failed = true;
+  CHECK(std::isinf(errors_of(failed, truth).tool));
+  CHECK(std::isinf(errors_of(run_of(std::nan("")), truth).trajectory));
+  MethodRun cut = run_of(0.0);
+  cut.tool.conservativeResize(1, 2);
+  CHECK(std::isinf(errors_of(cut, truth).tool));
+}
+
+TEST("the frontier is what nothing beats in both, in its own precision") {
+  using enum Point::Kind;
+  const std::vector<Point> points{
+      point(in_double, 1.0, 1.0, 1e-2), point(in_double, 2.0, 2.0, 1e-3),
+      point(in_double, 3.0, 3.0, 2e-3), point(in_float, 0.5, 0.5, 1e-5)};
+  CHECK(on_frontier(points, points[0]) && on_frontier(points, points[1]) &&
+        on_frontier(points, points[3]));
+  CHECK(!on_frontier(points, points[2]));
+  CHECK(cheapest(points, 1e-3, true) == &points[3]);
+  CHECK(cheapest(points, 1e-6, true) == nullptr && cheapest(points, 1.0, false) == nullptr);
+}
+
+TEST("auto off the frontier is seen, and noise is not taken for it") {
+  using enum Point::Kind;
+  const Point better = point(in_double, 1.0, 1.05, 1e-3);
+  CHECK_NEAR(automatic_over_best({better, point(automatic, 2.1, 2.2, 2e-3)}), 2.0, 1e-12);
+  CHECK(automatic_over_best({better, point(automatic, 1.03, 1.1, 2e-3)}) < 1.0);
+  CHECK(automatic_over_best({better, point(automatic, 2.1, 2.2, 5e-4)}) == 0.0);  // nearer than any
+  CHECK(std::isnan(automatic_over_best({better})));                               // it did not run
+}
+
+TEST("noise is that of nine in ten settings here, and never below a tenth") {
+  using enum Point::Kind;
+  std::vector<Point> points(10, point(in_double, 1.0, 1.02, 1e-3));
+  CHECK_NEAR(noise_of(points), 1.1, 1e-15);
+  points[3].median = 1.3;
+  CHECK_NEAR(noise_of(points), 1.3, 1e-15);
+  points.insert(points.end(), 10, point(elsewhere, 1.0, 9.0, 1e-3));
+  CHECK_NEAR(noise_of(points), 1.3, 1e-15);
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate::bench;
+
+/// A scheme of an order: error = scale / cost^order.
+void add_scheme(std::vector<Effort>& efforts, const char* name, double scale, double order) {
+  for (double cost = 100.0; cost <= 6400.0; cost *= 2.0) {
+    efforts.push_back({.method = name, .cost = cost, .error = scale / std::pow(cost, order)});
+  }
+}
+
+TEST("cost at an error is the scheme's own law, between its points too") {
+  std::vector<Effort> efforts;
+  add_scheme(efforts, "second", 1e2, 2.0);
+  CHECK_NEAR(cost_at(efforts, 1e-3) / std::sqrt(1e5), 1.0,
+             1e-12);  // on a straight line nothing is lost
+  CHECK_NEAR(digits_at(efforts, 3000.0), 2.0 * std::log10(3000.0) - 2.0, 1e-12);
+}
+
+TEST(
+    "the better scheme counts: the simple one for a coarse error, the higher order for a fine "
+    "one") {
+  std::vector<Effort> efforts;
+  add_scheme(efforts, "first", 10.0, 1.0);
+  add_scheme(efforts, "fourth", 1e9, 4.0);
+  CHECK_NEAR(cost_at(efforts, 0.05), 200.0, 1e-9);
+  CHECK_NEAR(cost_at(efforts, 1e-5) / std::pow(1e14, 0.25), 1.0, 1e-12);
+}
+
+TEST("nobody is cheaper than what was measured") {
+  std::vector<Effort> efforts;
+  add_scheme(efforts, "second", 1e2, 2.0);
+  CHECK_NEAR(cost_at(efforts, 0.5), 100.0, 1e-9);
+  CHECK_NEAR(digits_at(efforts, 1e9), -std::log10(1e2 / (6400.0 * 6400.0)), 1e-12);
+}
+
+TEST("an error that nobody reaches and a cost that nobody offers are no number") {
+  std::vector<Effort> efforts;
+  add_scheme(efforts, "second", 1e2, 2.0);
+  CHECK(std::isnan(cost_at(efforts, 1e-9)) && std::isnan(digits_at(efforts, 99.0)));
+  CHECK(std::isnan(cost_at({}, 1e-3)) && std::isnan(digits_at({}, 1e3)));
+}
+
+TEST("a scheme that lost an order costs more at a fine error, and has fewer digits") {
+  std::vector<Effort> good, damaged;
+  add_scheme(good, "x", 1.0, 2.0);
+  add_scheme(damaged, "x", 1.0 / 100.0, 1.0);  // as near at the first point
+  CHECK(cost_at(damaged, 1e-5) > 1.5 * cost_at(good, 1e-5));
+  CHECK(digits_at(damaged, 1600.0) < digits_at(good, 1600.0) - 1.0);
+}
+
+}  // namespace

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: MIT
+
+#include "validation/certificate/certificate.hpp"
+
+#include <cmath>
+#include <thread>
+
+#include "tests/check.hpp"
+#include "tests/model/sample_scenes.hpp"
+
+namespace {
+
+using palpate::certificate::miss_probability_upper;
+
+TEST("after no miss the limit is 1 - 0.05^(1/n), some 3/n") {
+  CHECK_NEAR(miss_probability_upper(0, 60000), 1.0 - std::pow(0.05, 1.0 / 60000.0), 1e-15);
+  CHECK_NEAR(60000.0 * miss_probability_upper(0, 60000), 3.0, 0.01);
+  CHECK_NEAR(miss_probability_upper(0, 1), 0.95, 1e-15);
+}
+
+TEST("one miss of two has its limit where both missing has the chance 0.95") {
+  // P(X <= 1) = 1 - p^2 = 0.05
+  CHECK_NEAR(miss_probability_upper(1, 2), std::sqrt(0.95), 1e-12);
+}
+
+TEST("more misses mean a higher limit, more ticks a lower one") {
+  for (long misses = 0; misses < 50; ++misses) {
+    CHECK(miss_probability_upper(misses, 1000) < miss_probability_upper(misses + 1, 1000));
+    CHECK(miss_probability_upper(misses, 2000) < miss_probability_upper(misses, 1000));
+  }
+}
+
+TEST("the limit lies above the share that was seen, for a day at 1 kHz too") {
+  for (const long misses : {1L, 10L, 1000L, 1000000L, 86399999L}) {
+    const double limit = miss_probability_upper(misses, 86400000);
+    CHECK(limit > static_cast<double>(misses) / 86400000.0 && limit <= 1.0);
+  }
+}
+
+TEST("where all missed, or nothing ran, nothing contradicts a probability of one") {
+  CHECK_NEAR(miss_probability_upper(3, 3), 1.0, 0.0);
+  CHECK_NEAR(miss_probability_upper(0, 0), 1.0, 0.0);
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate::certificate;
+
+constexpr double deadline = 1e-3;
+
+void fill(Phase& phase, long ticks, long misses) {
+  for (long n = 0; n < ticks; ++n) {
+    const double due = 1e-3 * static_cast<double>(n);
+    phase.record.add({.due = due, .begin = due, .end = due + (n < misses ? 2.0 : 0.5) * deadline},
+                     {});
+  }
+}
+
+Certificate clean(long control_misses = 0, long scene_misses = 0) {
+  Certificate all;
+  all.claim = {.rate = 1000.0, .deadline = deadline, .duration = 1.0};
+  all.budget.provocations = {{.name = "first tick", .processor = 0.4 * deadline}};
+  LoadResult& load = all.loads.emplace_back("idle", deadline);
+  fill(load.control, 1000, control_misses);
+  fill(load.scene, 1000, scene_misses);
+  return all;
+}
+
+TEST("no miss at all is certified, with the limit that so many ticks support") {
+  const Judgement judgement = judge(clean());
+  CHECK(judgement.verdict == Verdict::certified);
+  CHECK(judgement.reason.find("No tick of 1000 missed") != std::string::npos);
+  CHECK_NEAR(clean().worst()->miss_probability_upper(), 1.0 - std::pow(0.05, 1e-3), 1e-15);
+}
+
+TEST("a single miss of the scene is not certified") {
+  const Judgement judgement = judge(clean(0, 1));
+  CHECK(judgement.verdict == Verdict::not_certified);
+  CHECK(judgement.reason.find("1 of 1000 deadlines") != std::string::npos);
+}
+
+TEST("where the empty loop missed, nothing is said against the scene, whatever it did") {
+  CHECK(judge(clean(1, 0)).verdict == Verdict::not_qualified);
+  CHECK(judge(clean(1, 500)).verdict == Verdict::not_qualified);
+}
+
+TEST("without the rights nothing is certified, however well it went") {
+  Certificate all = clean();
+  all.rights.fifo = "Operation not permitted";
+  CHECK(judge(all).verdict == Verdict::not_qualified);
+  CHECK(judge(all).reason.find("SCHED_FIFO (Operation not permitted)") != std::string::npos);
+  all.rights = {.memory = "Cannot allocate memory"};
+  CHECK(judge(all).verdict == Verdict::not_qualified);
+}
+
+TEST("a provoked tick beyond the deadline is enough, though none was met while the loop ran") {
+  Certificate all = clean();
+  all.budget.provocations = {{.name = "cold caches", .processor = 1.01 * deadline}};
+  CHECK(judge(all).verdict == Verdict::not_certified);
+  CHECK(judge(all).reason.find("cold caches") != std::string::npos);
+  all.budget.provocations.front().processor = std::nan("");
+  CHECK(judge(all).verdict == Verdict::not_certified);
+}
+
+TEST("one load that fails is enough, and it is the one that is shown") {
+  Certificate all = clean();
+  LoadResult& load = all.loads.emplace_back("memory", deadline);
+  fill(load.control, 1000, 0);
+  fill(load.scene, 1000, 2);
+  CHECK(judge(all).verdict == Verdict::not_certified);
+  CHECK(all.worst()->load == "memory");
+}
+
+TEST("a loop that was given up is no good one, even if it counted no miss") {
+  Certificate all = clean();
+  all.loads.front().scene.hopeless = true;
+  CHECK(judge(all).verdict == Verdict::not_certified);
+  all.loads.front().control.hopeless = true;
+  CHECK(judge(all).verdict == Verdict::not_qualified);
+}
+
+TEST("a scene that diverges is not certified anywhere") {
+  Certificate all = clean(5, 5);
+  all.budget.diverged_at = 0.25;
+  CHECK(judge(all).verdict == Verdict::not_certified);
+}
+
+TEST("interrupted before the scene ran: nothing is known") {
+  Certificate all = clean();
+  all.loads.clear();
+  CHECK(judge(all).verdict == Verdict::not_qualified);
+  fill(all.loads.emplace_back("idle", deadline).control, 10, 0);
+  CHECK(judge(all).verdict == Verdict::not_qualified);
+}
+
+TEST("who stole the time is named by what was counted") {
+  Phase phase(deadline);
+  CHECK(suspects(phase).empty());
+  phase.times.stolen = 0.25;
+  phase.counts.involuntary_switches = 3;
+  CHECK(suspects(phase).find("hypervisor took") != std::string::npos);
+  CHECK(suspects(phase).find("3 times") != std::string::npos);
+}
+
+TEST("the computation is told whatever the environment") {
+  CHECK(budget_words(clean(1000, 0)).find("40 % of the deadline") != std::string::npos);
+}
+
+}  // namespace
+
+namespace {
+
+using namespace palpate;
+using namespace palpate::certificate;
+
+Scene short_scene() {
+  Scene scene = layered_scene();
+  scene.simulation = {.duration = 0.05, .step = 1e-3};
+  return scene;
+}
+
+/// On a thread of its own, as the procedure asks for.
+Certificate certified(const Scene& scene, const CertifyPlan& plan) {
+  Certificate result;
+  std::thread([&] { result = certify(scene, plan); }).join();
+  return result;
+}
+
+TEST(
+    "every load has its empty loop and its scene, for the same number of ticks; a short scene "
+    "begins again") {
+  const Certificate all =
+      certified(short_scene(),
+                {.claim = {.duration = 0.12}, .loads = {"idle", "cpu"}, .cache_bytes = 1U << 20U});
+  CHECK(all.loads.size() == 2);
+  for (const LoadResult& load : all.loads) {
+    CHECK(load.control.record.ticks() == 120 && load.scene.record.ticks() == 120);
+    CHECK(load.scene.restarts == 2 && load.control.restarts == 0);
+    CHECK(load.tail.refusal.find("too few ticks") != std::string::npos);
+  }
+  CHECK(!all.interrupted && all.notes.empty());
+}
+
+TEST("without asking for the rights nothing is certified") {
+  const Certificate all =
+      certified(short_scene(),
+                {.claim = {.duration = 0.05}, .cache_bytes = 1U << 20U, .ask_for_rights = false});
+  CHECK(!all.rights.all());
+  CHECK(judge(all).verdict == Verdict::not_qualified);
+}
+
+TEST("a scene that is longer than the loop is noted") {
+  const Certificate all =
+      certified(short_scene(), {.claim = {.duration = 0.02}, .cache_bytes = 1U << 20U});
+  CHECK(all.notes.size() == 1 &&
+        all.notes.front().find("first 20 of the scene's 50 ticks") != std::string::npos);
+}
+
+TEST("Ctrl-C leaves a certificate for what ran") {
+  const std::atomic<bool> stop{true};
+  const Certificate all = certified(short_scene(), {.stop = &stop});
+  CHECK(all.interrupted && all.loads.empty());
+  CHECK(judge(all).verdict == Verdict::not_qualified);
+}
+
+TEST("a tool without a device has the bound of the tissue's stiffness") {
+  Scene scene = short_scene();
+  const Certificate all = certified(
+      scene, {.claim = {.duration = 0.02}, .cache_bytes = 1U << 20U, .tissue_stiffness = 1500.0});
+  CHECK(all.missed_tick && !all.missed_tick->measured);
+  CHECK_NEAR(all.missed_tick->bound, 0.5 * 1500.0 * 0.02 * 0.02 * 1e-6, 1e-12);  // 20 mm/s for 1 ms
+}
+
+TEST("the system's own counters are asked before and after each loop") {
+  int asked = 0;
+  const Certificate all = certified(
+      short_scene(),
+      {.claim = {.duration = 0.02}, .cache_bytes = 1U << 20U, .processor_times = [&](int) {
+         return ProcessorTimes{.stolen = 1.0 * ++asked};
+       }});
+  CHECK(asked == 4);
+  CHECK_NEAR(all.loads.front().scene.times.stolen, 1.0, 0.0);
+}
+
+}  // namespace

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+
+#include "validation/statistics.hpp"
+
+#include <vector>
+
+#include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate::comparison;
+
+TEST("none of n leaves what the law of chance leaves") {
+  // (1 - p)^n = 0.025 at the upper end.
+  const Interval none = share_interval(0, 60);
+  CHECK(none.lower == 0.0);
+  CHECK_NEAR(none.upper, 1.0 - std::pow(0.025, 1.0 / 60.0), 1e-12);
+  const Interval all = share_interval(60, 60);
+  CHECK(all.upper == 1.0);
+  CHECK_NEAR(all.lower, std::pow(0.025, 1.0 / 60.0), 1e-12);
+}
+
+TEST("five of ten have the interval of Clopper and Pearson") {
+  const Interval half = share_interval(5, 10);  // tabulated: 0.1871 to 0.8129
+  CHECK_NEAR(half.lower, 0.1871, 5e-5);
+  CHECK_NEAR(half.upper, 0.8129, 5e-5);
+}
+
+TEST("intervals of a thousand trials are found from end to end") {
+  for (const std::size_t hits : {0UL, 1UL, 500UL, 999UL, 1000UL}) {
+    const Interval interval = share_interval(hits, 1000);
+    const double share = static_cast<double>(hits) / 1000.0;
+    CHECK(interval.holds(share));
+    // Normal approximation 1.96 sqrt(p (1 - p) / n), at most 0.031, and 3.7 / n at the ends.
+    CHECK(interval.upper - interval.lower < 0.064);
+  }
+}
+
+TEST("a factor and its share undo each other") {
+  CHECK_NEAR(student_share(student_factor(0.9, 7), 7), 0.9, 1e-12);
+  // What a bootstrap of five covers, as statistics.hpp has it. Student's t of four degrees of
+  // freedom lies within +-t with sqrt(c) (1 + (1 - c) / 2), c = t^2 / (4 + t^2).
+  const double c = 1.959964 * 1.959964 * 0.8 / (4.0 + 1.959964 * 1.959964 * 0.8);
+  CHECK_NEAR(student_share(1.959964 * std::sqrt(0.8), 4), std::sqrt(c) * (1.0 + 0.5 * (1.0 - c)),
+             1e-12);
+  CHECK_NEAR(student_share(1.959964 * std::sqrt(0.8), 4), 0.846, 5e-4);
+  CHECK_NEAR(normal_above(1.959963985), 0.025, 1e-10);
+  CHECK_NEAR(normal_above(0.0), 0.5, 1e-15);
+}
+
+TEST("counts outside an expected share are rare") {
+  // Of 10 fair coins 0 or 10 heads come up with 2/1024 = 0.00195, more than 0.001; 1 more must be
+  // allowed.
+  CHECK_NEAR(expected_share(0.5, 10, 0.999).lower, 0.0, 0.0);
+  CHECK_NEAR(expected_share(0.5, 10, 0.99).lower, 0.1, 1e-15);
+  CHECK_NEAR(expected_share(0.5, 10, 0.99).upper, 0.9, 1e-15);
+}
+
+TEST("Student's factor of two degrees of freedom is the table's") {
+  CHECK_NEAR(student_factor(0.95, 2), 4.302653, 5e-7);
+  CHECK_NEAR(student_factor(0.95, 9), 2.262157, 5e-7);
+}
+
+TEST("mean and standard deviation by hand") {
+  const std::vector<double> value{2.0, 4.0, 9.0};
+  CHECK_NEAR(mean_of(value), 5.0, 1e-15);
+  CHECK_NEAR(deviation_of(value), std::sqrt(13.0), 1e-14);
+  CHECK(std::isnan(deviation_of(std::vector<double>{1.0})));
+}
+
+TEST("a bootstrap is the same for one seed, lies within the values and is refused for two") {
+  const std::vector<double> value{1.0, 2.13, 3.37, 3.71, 4.94, 5.59, 6.07, 8.11};
+  const auto one = bootstrap_mean(value, {.seed = 4});
+  const auto again = bootstrap_mean(value, {.seed = 4});
+  const auto other = bootstrap_mean(value, {.seed = 5});
+  CHECK(one && again && one->lower == again->lower && one->upper == again->upper);
+  CHECK(other && (other->lower != one->lower || other->upper != one->upper));
+  CHECK(one->lower >= 1.0 && one->upper <= 10.0 && one->holds(4.0));
+  CHECK(!bootstrap_mean(std::vector<double>{1.0, 2.0}));
+}
+
+TEST("subjects who are all the same leave no interval but their value") {
+  const auto interval = bootstrap_mean(std::vector<double>{7.0, 7.0, 7.0});
+  CHECK(interval && std::abs(interval->lower - 7.0) < 1e-12 &&
+        std::abs(interval->upper - 7.0) < 1e-12);
+}
+
+}  // namespace

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+
+#include "validation/subject/falcon_loop.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "device/falcon/wire_recording.hpp"
+#include "tests/check.hpp"
+#include "validation/claims/tool_fixture.hpp"
+#include "validation/roll_out.hpp"
+
+using namespace palpate;
+
+namespace {
+
+Scene held_scene() {
+  Scene scene = tools::seven_soft_layers(0.006, 4);
+  scene.drive = Drive{.kind = Drive::Kind::falcon, .from = -0.002, .speed = 0.03};
+  scene.falcon = FalconDrive{.hand = FalconDrive::Hand::firm, .seed = 5};
+  scene.simulation = {.duration = 1.2, .step = 1e-3};
+  return scene;
+}
+
+struct Held {
+  Run run{};
+  FalconFacts facts{};
+};
+
+Held hold(const Scene& scene, const FalconLoopOptions& options = {}) {
+  Simulation simulation(scene);
+  FalconLoop loop(scene, simulation, options);
+  Held held;
+  held.run = roll_out(simulation, {.falcon = &loop});
+  held.facts = loop.facts();
+  return held;
+}
+
+}  // namespace
+
+TEST("the tool follows the hand through the layers, and the hand feels them") {
+  const Held held = hold(held_scene());
+  CHECK(!held.run.diverged);
+  CHECK(held.facts.lost_resistance_at.has_value());
+  CHECK(held.facts.ticks == 1200);
+  CHECK(held.facts.unanswered == 0);
+  CHECK(held.facts.largest_requested > 1.0);
+  // The motors lag by half a millisecond and words are whole: never more than was asked for, but
+  // for two words of each motor, 0.0026 N each, seen from the weakest direction.
+  CHECK(held.facts.largest_delivered <= held.facts.largest_requested + 0.02);
+}
+
+TEST("two runs are the same to the bit") {
+  Scene scene = held_scene();
+  scene.simulation.duration = 0.5;  // some layers deep
+  const Held first = hold(scene);
+  const Held second = hold(scene);
+  CHECK(first.run.trace.columns.size() == second.run.trace.columns.size());
+  for (std::size_t n = 0; n < first.run.trace.columns.size(); ++n) {
+    CHECK(first.run.trace.columns[n].values == second.run.trace.columns[n].values);
+  }
+}
+
+TEST("one tick of delay more shows in the force on the hand") {
+  Scene scene = held_scene();
+  scene.falcon->quantised = false;
+  scene.simulation.duration = 0.3;
+  const auto first_force = [&](int extra) {
+    const Trace trace = hold(scene, {.extra_delay = extra}).run.trace;
+    const std::vector<double>& force = trace.find("device.requested_n")->values;
+    const auto found = std::ranges::find_if(force, [](double f) { return f > 0.0; });
+    CHECK(found != force.end());
+    return found - force.begin();
+  };
+  const auto prompt = first_force(0);
+  CHECK(first_force(1) == prompt + 1);
+  CHECK(first_force(3) == prompt + 3);
+}
+
+TEST("a quicker hand overshoots less") {
+  Scene scene = held_scene();
+  scene.falcon->reaction_delay = 0.0;
+  const double quick = hold(scene).facts.overshoot;
+  scene.falcon->reaction_delay = 0.15;
+  const double slow = hold(scene).facts.overshoot;
+  // The intent goes on at 30 mm/s for 0.15 s more; layers behind may take some of it up.
+  CHECK(slow > quick + 0.5 * 0.03 * 0.15);
+}
+
+TEST("tissue that is slower than the loop is held or led on") {
+  Scene scene = held_scene();
+  scene.falcon->rate = 2000.0;
+  scene.simulation.duration = 0.5;
+  CHECK(hold(scene).facts.ticks == 1000);
+  scene.falcon->between = FalconDrive::Between::extrapolate;
+  CHECK(!hold(scene).run.diverged);
+}
+
+TEST("waiting for the wall clock changes when a tick is computed and nothing else") {
+  Scene scene = held_scene();
+  scene.simulation.duration = 0.2;
+  Simulation simulation(scene);
+  FalconLoop loop(scene, simulation);
+  device::DeadlineClock clock(1.0 / scene.falcon->rate);
+  const auto begin = std::chrono::steady_clock::now();
+  const Run paced = roll_out(simulation, {.clock = &clock, .falcon = &loop});
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  const Run free = hold(scene).run;
+  CHECK(paced.real_time && paced.real_time->ticks == 200);
+  CHECK(took.count() >= 0.199);  // tick 199 is due then
+  for (std::size_t n = 0; n < free.trace.columns.size(); ++n) {
+    CHECK(paced.trace.columns[n].values == free.trace.columns[n].values);
+  }
+}
+
+TEST("packets of a run, played again to another device, bring the same replies to the bit") {
+  Scene scene = held_scene();
+  scene.simulation.duration = 0.5;  // resistance is not lost yet: nobody tells the hand anything
+  Simulation simulation(scene);
+  FalconLoop loop(scene, simulation);
+  device::falcon::WireRecording recording(4000);
+  loop.observe(&recording);
+  const Run run = roll_out(simulation, {.falcon = &loop});
+  CHECK(!run.falcon->lost_resistance_at);
+  CHECK(recording.records().size() == 2000);  // two exchanges a tick
+  device::falcon::PlantBody body(falcon_options(scene).body, hand_of(scene));
+  device::falcon::Emulator emulator(body, {.loaded = true});
+  const device::falcon::ReplayResult again = device::falcon::replay(recording, emulator);
+  CHECK(again.requests == 1000);
+  CHECK(again.different_replies == 0);
+}
+
+TEST("a fault on the line is felt in the loop") {
+  Scene scene = held_scene();
+  const auto faulty = [&](device::falcon::LinkFault fault) {
+    return hold(scene, {.faults = {.seed = 3, .faults = {fault}}});
+  };
+  using Kind = device::falcon::LinkFault::Kind;
+  const Held sound = hold(scene);
+  // 16 bytes survive with 0.99^16 each way: 72.5 % of exchanges bring a reply.
+  const Held lossy = faulty({.kind = Kind::drop, .probability = 0.01});
+  CHECK(lossy.facts.unanswered > 200 && lossy.facts.unanswered < 460);
+  CHECK(!lossy.run.diverged);
+  // Latency is a delay of what is read and of what is sent; the loop keeps its rate. One
+  // millisecond each way: the first force is two ticks late.
+  const auto first_force = [](const Held& held) {
+    const std::vector<double>& force = held.run.trace.find("device.delivered_n")->values;
+    return std::ranges::find_if(force, [](double f) { return f > 0.05; }) - force.begin();
+  };
+  const Held late = faulty({.kind = Kind::latency, .latency = 1e-3});
+  CHECK(late.facts.ticks == sound.facts.ticks);
+  CHECK(late.facts.unanswered < 60);  // of 1200: a reply at the edge of a tick falls to either side
+  CHECK(first_force(late) >= first_force(sound) + 2 && first_force(late) <= first_force(sound) + 4);
+  // Without the line for 100 ms the watchdog lets go: nothing is delivered though more is asked.
+  const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
+  const std::size_t tick = 660;
+  CHECK(sound.run.trace.find("device.delivered_n")->values[tick] > 0.1);
+  CHECK_NEAR(unplugged.run.trace.find("device.delivered_n")->values[tick], 0.0, 1e-6);
+}
+
+TEST("a device that lost its zero is neither believed nor pulled with") {
+  using Kind = device::falcon::LinkFault::Kind;
+  const Held sound = hold(held_scene());
+  CHECK(sound.facts.unhomed == 0);
+  const Held lost = hold(
+      held_scene(),
+      {.faults = {.seed = 3, .faults = {{.kind = Kind::power_loss, .start = 0.6, .end = 0.65}}}});
+  CHECK(!lost.run.diverged);
+  CHECK(lost.facts.unhomed > 500);  // of the 550 ticks after power came back
+  CHECK(lost.facts.largest_requested <= sound.facts.largest_requested);
+  const auto last = [](const Held& held, const char* name) {
+    return held.run.trace.find(name)->values.back();
+  };
+  CHECK(last(sound, "device.requested_n") > 0.0);
+  CHECK(last(lost, "device.requested_n") == 0.0);
+  // A lost reply on top of that brings no old garbage back.
+  const Held lossy =
+      hold(held_scene(),
+           {.faults = {.seed = 3,
+                       .faults = {{.kind = Kind::power_loss, .start = 0.6, .end = 0.65},
+                                  {.kind = Kind::drop, .probability = 0.01, .start = 0.65}}}});
+  CHECK(lossy.facts.unanswered > 50);
+  CHECK(lossy.facts.largest_requested <= sound.facts.largest_requested);
+  CHECK(last(lossy, "device.requested_n") == 0.0);
+  // Nothing moves the handle any more: the needle stays where it last was.
+  const std::vector<double>& place = lost.run.trace.find("tool.insertion_m")->values;
+  CHECK_NEAR(place.back(), place[place.size() - 100], 1e-5);
+}

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: MIT
+
+#include "validation/certificate/worst_case_probe.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "model/tissue/network_builder.hpp"
+#include "validation/bench/timing.hpp"
+#include "validation/subject/falcon_loop.hpp"
+
+namespace palpate::certificate {
+
+namespace {
+
+/// A run up to some tick, with an observer at the grip of the device itself, not at its counts.
+class ObservedRun {
+ public:
+  explicit ObservedRun(const Scene& scene) : simulation_(scene), loop_(scene, simulation_) {
+    observer_.observe(0.0, place(), Eigen::Vector3d::Zero());
+  }
+  StepStatus tick(bool missed) {
+    const StepStatus status = missed ? loop_.missed_device_tick() : loop_.device_tick();
+    observer_.observe(loop_.falcon().time(), place(), loop_.force_sent());
+    return status;
+  }
+  [[nodiscard]] bool over() const { return simulation_.ticks() >= simulation_.tick_count(); }
+  [[nodiscard]] Eigen::Vector3d place() const { return loop_.falcon().body().plant().position(); }
+  [[nodiscard]] const Eigen::Vector3d& force() const { return loop_.force_sent(); }
+  [[nodiscard]] double energy() const { return observer_.energy(); }
+  [[nodiscard]] double time() const { return loop_.falcon().time(); }
+  Simulation& simulation() { return simulation_; }
+
+ private:
+  Simulation simulation_;
+  FalconLoop loop_;
+  device::PassivityObserver observer_{};
+};
+
+struct Worst {
+  long tick = -1;
+  double given = 0.0;  ///< foretold from the kept run [J]
+  double speed = 0.0;  ///< [m/s]
+};
+
+/// The force of the tick before instead of this one's, over the way of the grip in it.
+Worst worst_tick(const Scene& scene, double period, const std::atomic<bool>* stop) {
+  Worst worst;
+  ObservedRun run(scene);
+  Eigen::Vector3d place = run.place();
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (long n = 0; !run.over() && !(stop != nullptr && stop->load()); ++n) {
+    run.simulation().forget_tool_happenings();
+    if (run.tick(false) == StepStatus::diverged) { break; }
+    const Eigen::Vector3d way = run.place() - place;
+    const double given = (force - run.force()).dot(way);
+    worst.speed = std::max(
+        {worst.speed, way.norm() / period, std::abs(run.simulation().tool_motion().velocity)});
+    if (n > 0 && given > worst.given) {
+      worst.tick = n;
+      worst.given = given;
+    }
+    place = run.place();
+    force = run.force();
+  }
+  return worst;
+}
+
+}  // namespace
+
+MissedTick bounded_missed_tick(double stiffness, double speed, double period) {
+  const double way = speed * period;
+  const double energy = stiffness * way * way;
+  return {.stiffness = stiffness, .speed = speed, .bound = 0.5 * energy, .sampled_bound = energy};
+}
+
+MissedTick measure_missed_tick(const Scene& scene, const std::atomic<bool>* stop) {
+  const FalconDrive settings = scene.falcon.value_or(FalconDrive{});
+  const double period = 1.0 / settings.rate;
+  const Worst worst = worst_tick(scene, period, stop);
+  MissedTick result = bounded_missed_tick(settings.coupling_stiffness, worst.speed, period);
+  result.measured = 0.0;
+  if (worst.tick < 0) { return result; }  // no force ever changed against the way of the grip
+  ObservedRun kept(scene);
+  ObservedRun missed(scene);
+  for (long n = 0; n <= worst.tick; ++n) {
+    kept.simulation().forget_tool_happenings();
+    missed.simulation().forget_tool_happenings();
+    (void)kept.tick(false);
+    (void)missed.tick(n == worst.tick);
+  }
+  result.measured = kept.energy() - missed.energy();
+  result.measured_at = kept.time();
+  return result;
+}
+
+namespace {
+
+using bench::Clock;
+using bench::seconds_on;
+
+bool is_stopped(const ProvocationPlan& plan) {
+  return plan.stop != nullptr && plan.stop->load(std::memory_order_relaxed);
+}
+
+TimedTick time_tick(SceneLoop& loop, StepStatus& status) {
+  const double wall = seconds_on(Clock::wall);
+  const double processor = seconds_on(Clock::processor);
+  status = loop.tick();
+  const double processor_after = seconds_on(Clock::processor);
+  return {.processor = processor_after - processor, .wall = seconds_on(Clock::wall) - wall};
+}
+
+/// One pass from the start; fewer ticks than it should have where it was stopped or diverged.
+TimedPasses one_pass(const PassSetting& setting, const ProvocationPlan& plan) {
+  const std::unique_ptr<SceneLoop> loop = setting.make();
+  TimedPasses pass;
+  auto count = static_cast<std::size_t>(loop->tick_count());
+  if (setting.most_ticks > 0) { count = std::min(count, setting.most_ticks); }
+  pass.ticks.reserve(count);
+  while (pass.ticks.size() < count && !is_stopped(plan)) {
+    if (setting.before) { setting.before(pass.ticks.size()); }
+    StepStatus status = StepStatus::ok;
+    pass.ticks.push_back(time_tick(*loop, status));
+    if (status == StepStatus::diverged) {
+      pass.diverged_at = loop->simulation().time();
+      return pass;
+    }
+    for (const ToolHappening& each : loop->happenings()) {
+      pass.happenings.push_back({pass.ticks.size() - 1, each});
+    }
+    pass.largest_speed =
+        std::max(pass.largest_speed, std::abs(loop->simulation().tool_motion().velocity));
+  }
+  pass.passes = pass.ticks.size() == count ? 1 : 0;
+  return pass;
+}
+
+/// Of what a tick takes, by which it may still fall from one pass to the next when it is taken as
+/// its cost: on a virtual machine the thread's clock goes on while the hypervisor has the
+/// processor.
+constexpr double same = 0.95;
+
+void keep_least(TimedPasses& least, TimedPasses pass) {
+  if (least.passes == 0) {
+    least = std::move(pass);
+    return;
+  }
+  ++least.passes;
+  for (std::size_t k = 0; k < least.ticks.size(); ++k) {
+    least.ticks[k].processor = std::min(least.ticks[k].processor, pass.ticks[k].processor);
+    least.ticks[k].wall = std::min(least.ticks[k].wall, pass.ticks[k].wall);
+  }
+}
+
+}  // namespace
+
+double TimedPasses::worst() const { return ticks[costliest(0, ticks.size())].processor; }
+
+std::size_t TimedPasses::costliest(std::size_t begin, std::size_t end) const {
+  const auto first = ticks.begin();
+  const auto worst =
+      std::ranges::max_element(first + static_cast<std::ptrdiff_t>(begin),
+                               first + static_cast<std::ptrdiff_t>(end), {}, &TimedTick::processor);
+  return static_cast<std::size_t>(worst - first);
+}
+
+std::size_t TimedPasses::costliest(const std::vector<std::size_t>& of) const {
+  return *std::ranges::max_element(of, {}, [this](std::size_t n) { return ticks[n].processor; });
+}
+
+TimedPasses time_passes(const PassSetting& setting, const ProvocationPlan& plan) {
+  const double begin = seconds_on(Clock::wall);
+  TimedPasses least;
+  bool settled = false;
+  for (int n = 0; n < plan.most_repetitions; ++n) {
+    if (settled && n >= plan.least_repetitions && seconds_on(Clock::wall) - begin > plan.enough) {
+      break;
+    }
+    TimedPasses pass = one_pass(setting, plan);
+    if (pass.diverged_at) { return pass; }
+    if (pass.passes == 0) { break; }
+    const double before = least.passes > 0 ? least.worst() : 0.0;
+    keep_least(least, std::move(pass));
+    settled = least.worst() >= same * before;
+  }
+  return least;
+}
+
+namespace {
+
+using Make = std::function<std::unique_ptr<SceneLoop>()>;
+
+/// Ticks of a provocation that looks at the beginning of a scene alone.
+constexpr std::size_t beginning = 200;
+
+class Provoker {
+ public:
+  Provoker(const Scene& scene, const ProvocationPlan& plan) : scene_(scene), plan_(plan) {}
+
+  ComputeBudget run() {
+    whole_ = time({.make = loop_with({})}, "the scene as fast as it goes");
+    budget_.diverged_at = whole_.diverged_at;
+    budget_.largest_speed = whole_.largest_speed;
+    if (whole_.passes > 0) {
+      add_scene();
+      add_beginning("nothing skipped",
+                    "everything awake: what the scene does not need is computed too",
+                    loop_with({.skip = false}));
+      add_denormals();
+      if (scene_.syringe || (scene_.drive && scene_.drive->kind == Drive::Kind::falcon)) {
+        add_faults();
+      }
+      add_cold_caches();
+    }
+    std::ranges::stable_sort(budget_.provocations, std::ranges::greater{}, &Provocation::processor);
+    return std::move(budget_);
+  }
+
+ private:
+  Make loop_with(const SceneLoopOptions& options) const {
+    return [this, options] { return std::make_unique<SceneLoop>(scene_, plan_.rate, options); };
+  }
+  TimedPasses time(const PassSetting& setting, const std::string& stage) const {
+    if (plan_.tell) { plan_.tell(stage); }
+    return time_passes(setting, plan_);
+  }
+  void add(const std::string& name, const std::string& what, const TimedPasses& passes,
+           std::size_t tick, std::size_t tried) {
+    const TimedTick& worst = passes.ticks[tick];
+    budget_.provocations.push_back({.name = name,
+                                    .what = what,
+                                    .scene_time = static_cast<double>(tick) / plan_.rate,
+                                    .processor = worst.processor,
+                                    .wall = worst.wall,
+                                    .repetitions = passes.passes,
+                                    .ticks = static_cast<long>(tried)});
+  }
+  void add_scene() {
+    add("first tick", "the first after a start", whole_, 0, 1);
+    add("costliest tick", "any tick of the scene", whole_, whole_.costliest(0, whole_.ticks.size()),
+        whole_.ticks.size());
+    const HappeningNames names(scene_);
+    std::map<std::string, std::vector<std::size_t>> ticks;
+    for (const Happened& each : whole_.happenings) {
+      ticks[names.of(each.happening)].push_back(each.tick);
+    }
+    for (const auto& [name, all] : ticks) {
+      add(name, "as the scene has it", whole_, whole_.costliest(all), all.size());
+    }
+  }
+  void add_beginning(const std::string& name, const std::string& what, const Make& make) {
+    const TimedPasses passes = time({.make = make, .most_ticks = beginning}, name);
+    if (passes.passes == 0) { return; }
+    add(name, what, passes, passes.costliest(0, passes.ticks.size()), passes.ticks.size());
+  }
+  /// Velocities that no longer have all their digits, as where a motion dies away.
+  void add_denormals() {
+    constexpr double denormal = 1e-310;
+    const std::string name = "denormal numbers";
+    const std::string what = "all velocities or displacements 1e-310 at the start";
+    if (scene_.tissue.source == Source::oscillator) {
+      Scene still = scene_;
+      still.tissue.oscillator.displacement = denormal;
+      still.tissue.oscillator.velocity = denormal;
+      still.tissue.oscillator.drive_amplitude = 0.0;
+      add_beginning(name, what, [&] { return std::make_unique<SceneLoop>(still, plan_.rate); });
+      return;
+    }
+    SpringNetwork network = build_network(scene_);
+    network.initial_velocity = NodeVectors::Zero(3, network.node_count());
+    for (int node = 0; node < network.node_count(); ++node) {
+      if (!network.is_fixed(node)) { network.initial_velocity.col(node).setConstant(denormal); }
+    }
+    add_beginning(name, what, loop_with({.network = &network}));
+  }
+  void add_faults() {
+    const TimedPasses passes = time({.make = loop_with({.faults = true})}, "faults on the lines");
+    if (passes.passes == 0) { return; }
+    add("faults on the lines",
+        "bytes lost, doubled and changed on every line of the scene, power lost once", passes,
+        passes.costliest(0, passes.ticks.size()), passes.ticks.size());
+  }
+  /// Before its most telling ticks every cache is filled with something else.
+  void add_cold_caches() {
+    std::vector<std::size_t> chosen{0, whole_.costliest(0, whole_.ticks.size())};
+    for (const Happened& each : whole_.happenings) { chosen.push_back(each.tick); }
+    for (std::size_t n = 1; n < spread; ++n) { chosen.push_back(n * whole_.ticks.size() / spread); }
+    std::ranges::sort(chosen);
+    chosen.erase(std::ranges::unique(chosen).begin(), chosen.end());
+    std::vector<double> other(2 * plan_.cache_bytes / sizeof(double), 1.0);
+    const auto walk = [&](std::size_t tick) {
+      if (!std::ranges::binary_search(chosen, tick)) { return; }
+      for (double& number : other) { number += 1.0; }
+    };
+    const TimedPasses passes = time({.make = loop_with({}), .before = walk}, "cold caches");
+    if (passes.passes == 0) { return; }
+    add("cold caches",
+        "a walk through twice the largest cache before first, costliest and eventful ticks", passes,
+        passes.costliest(chosen), chosen.size());
+  }
+
+  static constexpr std::size_t spread = 16;  ///< further ticks, evenly over the scene
+  const Scene& scene_;
+  const ProvocationPlan& plan_;
+  TimedPasses whole_{};
+  ComputeBudget budget_{};
+};
+
+}  // namespace
+
+ComputeBudget provoke(const Scene& scene, const ProvocationPlan& plan) {
+  return Provoker(scene, plan).run();
+}
+
+}  // namespace palpate::certificate

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: MIT
+/// A recording against copies of itself with one fault each: what every measure sees of it, and the
+/// verdict.
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "device/pressure_link/frame.hpp"
+#include "model/problem/recording.hpp"
+#include "validation/claims/clinical_fixture.hpp"
+#include "validation/claims/tool_fixture.hpp"
+#include "validation/comparison/comparison.hpp"
+#include "validation/comparison/group_comparison.hpp"
+#include "validation/comparison/link_recording.hpp"
+#include "validation/roll_out.hpp"
+
+namespace palpate::clinical {
+
+namespace {
+
+using namespace comparison;
+
+struct Trial {
+  std::string name{};
+  std::vector<double> simulated{};
+  ComparisonOptions options{};
+  std::vector<Verdict> right{};
+  std::string why{};
+};
+
+std::vector<double> scaled(std::vector<double> values, double gain, double offset) {
+  for (double& v : values) { v = gain * v + offset; }
+  return values;
+}
+
+/// Faults of size: the tolerance of the peak is 10.2 %, that of the plateau 7 mmHg.
+std::vector<Trial> faults_of_size(const std::vector<double>& same) {
+  using enum Verdict;
+  const std::vector<Verdict> fine{agrees, not_distinguishable};
+  const std::string peak = "tolerance of the peak 10.2 %";
+  const std::string plateau = "tolerance of the plateau 7 mmHg";
+  return {{"unchanged", same, {}, fine, "the same law, and the recording's noise"},
+          {"gain +5 %", scaled(same, 1.05, 0.0), {}, fine, peak},
+          {"gain +20 %", scaled(same, 1.2, 0.0), {}, {differs}, peak},
+          {"offset +2 mmHg", scaled(same, 1.0, 2.0 * pascals_per_mmhg), {}, fine, plateau},
+          {"offset +12 mmHg", scaled(same, 1.0, 12.0 * pascals_per_mmhg), {}, {differs}, plateau}};
+}
+
+std::vector<Trial> faults_of_the_event(const std::vector<double>& time) {
+  using enum Verdict;
+  const PressureLaw law;
+  const std::vector<double> late = pressures({.delay = 1.0}, time);
+  ComparisonOptions by_start;
+  by_start.alignment = AlignmentRule::start;
+  return {
+      {"delay 1 s, clocks shared", late, by_start, {differs}, "tolerance of times 0.5 s"},
+      {"delay 1 s, clocks apart",
+       late,
+       {},
+       {agrees, not_distinguishable},
+       "aligned by the event; the lag is reported"},
+      {"drop 5x slower",
+       pressures({.fall_constant = 5.0 * law.fall_constant}, time),
+       {},
+       {differs},
+       "tolerance of the drop time: a factor of 2"},
+      {"no loss of resistance", pressures({.plateau = law.peak}, time), {}, {differs}, "no event"},
+      {"false loss, 33 %",
+       pressures({.plateau = 0.67 * law.peak}, time),
+       {},
+       {differs},
+       "no drop of 40 %"}};
+}
+
+std::vector<Trial> trials(const std::vector<double>& time) {
+  const std::vector<double> same = pressures({}, time);
+  ComparisonOptions pump;
+  pump.simulated_regime = Recording::Regime::pump;
+  std::vector<Trial> all = faults_of_size(same);
+  std::ranges::move(faults_of_the_event(time), std::back_inserter(all));
+  const std::vector<double> constant(time.size(), 30.0 * pascals_per_mmhg);
+  all.push_back({"constant", constant, {}, {Verdict::not_comparable}, "nothing happens in it"});
+  all.push_back({"pump instead of thumb",
+                 same,
+                 pump,
+                 {Verdict::not_comparable},
+                 "two regimes of pressure are never compared"});
+  return all;
+}
+
+Figure figure_of(const std::vector<double>& time, const std::vector<double>& recorded) {
+  Figure figure{.id = "traces",
+                .title = "A recording and faults of a simulation",
+                .caption = "Recorded with noise of 1 mmHg; each copy has one fault.",
+                .x = {.label = "time (s)"},
+                .y = {.label = "pressure (mmHg)"}};
+  const auto add = [&](const std::string& label, const std::vector<double>& pressure) {
+    figure.series.push_back(
+        {.label = label, .x = time, .y = scaled(pressure, 1.0 / pascals_per_mmhg, 0.0)});
+  };
+  add("recorded", recorded);
+  for (const Trial& trial : faults_of_the_event(time)) {
+    if (trial.name != "delay 1 s, clocks apart") { add(trial.name, trial.simulated); }
+  }
+  return figure;
+}
+
+std::vector<Cell> row_of(const Trial& trial, const Comparison& c) {
+  const double none = not_measured;
+  return {trial.name,
+          c.errors.samples > 0 ? c.errors.nrmse : none,
+          c.errors.samples > 0 ? c.errors.magnitude : none,
+          c.errors.samples > 0 ? c.errors.phase : none,
+          c.rating ? c.rating->overall : none,
+          c.alignment.lag,
+          std::string(name_of(c.verdict)),
+          c.reasons.empty() ? std::string() : c.reasons.front()};
+}
+
+void measure_verdicts(const CaseContext& context, Outcome& outcome) {
+  const std::vector<double> time = instants(14.0, 120.0);
+  std::vector<double> noisy = pressures({}, time);
+  device::Seeded seeded(20);
+  add_noise(noisy, pascals_per_mmhg, seeded);
+  const Recording recording = recording_of(time, noisy);
+  Table table{
+      .id = "verdicts",
+      .title = "One fault at a time",
+      .caption =
+          "Ratings follow the whole trace, the verdict follows features with tolerances. Noise of "
+          "1 mmHg on the recording.",
+      .columns = {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO rating", "lag (s)",
+                  "verdict", "first reason"}};
+  for (Trial& trial : trials(time)) {
+    damage(context, trial.simulated);
+    const Comparison found = compare(recording, trace_of(time, trial.simulated), trial.options);
+    table.rows.push_back(row_of(trial, found));
+    const bool right = std::ranges::find(trial.right, found.verdict) != trial.right.end();
+    outcome.judge({.name = "right_verdict: " + trial.name,
+                   .value = right ? 1.0 : 0.0,
+                   .lower = 1.0,
+                   .upper = 1.0,
+                   .bound_from = trial.why});
+  }
+  outcome.figures.push_back(figure_of(time, noisy));
+  outcome.tables.push_back(std::move(table));
+}
+
+/// A gate on a rating would let these through.
+void measure_blindness(const CaseContext& context, Outcome& outcome) {
+  const std::vector<double> time = instants(14.0, 120.0);
+  const PressureLaw law;
+  const std::vector<double> same = pressures(law, time);
+  const auto against = [&](std::vector<double> simulated) {
+    damage(context, simulated);
+    return compare(recording_of(time, same), trace_of(time, std::move(simulated)));
+  };
+  const Comparison slow = against(pressures({.fall_constant = 5.0 * law.fall_constant}, time));
+  outcome.judge({.name = "iso_rating_of_a_drop_5x_slower",
+                 .value = slow.rating ? slow.rating->overall : not_measured,
+                 .lower = 0.80,
+                 .bound_from = "ISO/TS 18571 calls more than 0.80 good: blind to the event"});
+  const Tolerance peak = tolerance_of(Feature::peak, {});
+  outcome.judge({.name = "sprague_geers_of_a_drop_5x_slower",
+                 .value = slow.errors.combined,
+                 .upper = peak.relative,
+                 .bound_from =
+                     "the tolerance of the peak, 10.2 %: a gate of that width on the measure would "
+                     "let it pass"});
+  const Comparison loud = against(scaled(same, 1.2, 0.0));
+  outcome.judge({.name = "sprague_geers_phase_of_a_gain",
+                 .value = loud.errors.phase,
+                 .upper = 1e-7,
+                 .bound_from = "theory: a factor has no phase (arc cosine of 1 to rounding)"});
+  const Comparison late = against(pressures({.delay = 1.0}, time));
+  outcome.judge({.name = "reported_lag_of_a_delay",
+                 .value = late.alignment.lag,
+                 .unit = "s",
+                 .lower = -1.0 - 1.0 / 120.0,
+                 .upper = -1.0 + 1.0 / 120.0,
+                 .bound_from = "the delay that was put in, to one sample"});
+}
+
+}  // namespace
+
+std::vector<Case> verdict_cases() {
+  return {{.name = "clinical/verdicts",
+           .suite = "clinical",
+           .claim = "Every fault beyond its tolerance is called a difference, noise and small ones "
+                    "are not, and what "
+                    "cannot be compared is not.",
+           .measure = measure_verdicts,
+           .weight = 0.3},
+          {.name = "clinical/blind-spots",
+           .suite = "clinical",
+           .claim = "Measures of whole traces call a fall that is five times too slow good; they "
+                    "may not judge.",
+           .measure = measure_blindness,
+           .weight = 0.1}};
+}
+
+// Corridor and bootstrap over subjects who differ by a factor of their own.
+
+namespace {
+
+using namespace comparison;
+
+Samples subject(const std::vector<double>& time, double factor) {
+  Samples samples{.step = time[1] - time[0], .value = pressures({}, time)};
+  for (double& v : samples.value) { v *= factor; }
+  return samples;
+}
+
+double drawn_factor(device::Seeded& seeded) { return 1.0 + 0.1 * seeded.normal(); }
+
+/// A further subject lies in the corridor of the others with the probability it was made for.
+void measure_corridor(const CaseContext& context, Outcome& outcome) {
+  const std::vector<double> time = instants(10.0, 10.0);
+  constexpr std::size_t trials = 1000;
+  for (const std::size_t count : {3UL, 8UL}) {
+    device::Seeded seeded(count);
+    std::size_t inside = 0;
+    for (std::size_t n = 0; n < trials; ++n) {
+      std::vector<Samples> subjects;
+      for (std::size_t m = 0; m < count; ++m) {
+        subjects.push_back(subject(time, drawn_factor(seeded)));
+      }
+      Samples further = subject(time, drawn_factor(seeded));
+      damage(context, further.value);
+      const CorridorBuilt built = build_corridor(subjects);
+      inside += built.corridor && coverage(*built.corridor, further).holds ? 1 : 0;
+    }
+    const Interval expected = expected_share(0.95, trials);
+    outcome.judge({.name = "further_subjects_inside_of_" + std::to_string(count),
+                   .value = static_cast<double>(inside) / trials,
+                   .lower = expected.lower,
+                   .upper = expected.upper,
+                   .bound_from = "Student: 0.95 of further subjects; binomial, 0.999"});
+  }
+  const std::vector<Samples> one{subject(time, 1.0)};
+  outcome.judge({.name = "corridors_of_one_subject",
+                 .value = build_corridor(one).corridor ? 1.0 : 0.0,
+                 .upper = 0.0,
+                 .bound_from = "one subject has no spread: refused"});
+}
+
+/// Ten subjects; the bootstrap of their mean covers less than it says, by what theory tells.
+void measure_bootstrap(const CaseContext& context, Outcome& outcome) {
+  constexpr std::size_t trials = 400;
+  constexpr std::size_t count = 10;
+  device::Seeded seeded(77);
+  std::size_t covered = 0;
+  for (std::size_t n = 0; n < trials; ++n) {
+    std::vector<double> values;
+    for (std::size_t m = 0; m < count; ++m) { values.push_back(drawn_factor(seeded)); }
+    damage(context, values);
+    const auto interval = bootstrap_mean(values, {.draws = 500, .seed = n + 1});
+    covered += interval && interval->holds(1.0) ? 1 : 0;
+  }
+  constexpr double normal_factor = 1.959964;  // 0.95 of a normal distribution
+  const double theory = student_share(normal_factor * std::sqrt((count - 1.0) / count), count - 1);
+  const Interval expected = expected_share(theory, trials);
+  outcome.judge(
+      {.name = "share_of_bootstrap_intervals_that_hold_the_mean",
+       .value = static_cast<double>(covered) / trials,
+       .lower = expected.lower,
+       .upper = expected.upper,
+       .bound_from =
+           "theory: Student's t at 1.96 sqrt(9/10), 0.90 instead of 0.95; binomial, 0.999"});
+}
+
+}  // namespace
+
+std::vector<Case> subject_cases() {
+  return {{.name = "clinical/subjects/corridor",
+           .suite = "clinical",
+           .claim = "The corridor of a few subjects holds a further one as often as it says; of "
+                    "one there is none.",
+           .measure = measure_corridor,
+           .weight = 0.2},
+          {.name = "clinical/subjects/bootstrap",
+           .suite = "clinical",
+           .claim = "Bootstrap intervals over subjects are as narrow as is known of them, and are "
+                    "said to be.",
+           .measure = measure_bootstrap,
+           .weight = 0.2}};
+}
+
+// A simulated insertion recorded through the pressure link, and compared with itself.
+
+namespace {
+
+using namespace comparison;
+
+constexpr double quantum = 0.1 * pascals_per_mmhg;  // [Pa] of the link
+
+/// A needle that advances into the epidural space and rests there for as long as the rule asks.
+Scene resting_insertion() {
+  Scene scene = tools::seven_soft_layers();
+  scene.simulation = {.duration = 8.5, .step = 1e-3, .integrator = "velocity-verlet"};
+  scene.drive = Drive{.speed = 0.01, .depth = 0.0215};
+  scene.syringe = Syringe{};
+  return scene;
+}
+
+Recording through_the_link(const Insertion& run) {
+  const std::vector<std::uint8_t> bytes =
+      link_bytes(link_frames(recording_of(run.time, run.pressure)));
+  return recording_of_link(bytes, run.time.size()).recording;
+}
+
+/// Largest rise of the pressure over one frame period [Pa]: what sampling may take from a peak.
+double largest_rise(const Recording& recording) {
+  double largest = 0.0;
+  for (std::size_t n = 1; n < recording.pressure.size(); ++n) {
+    largest = std::max(largest, recording.pressure[n] - recording.pressure[n - 1]);
+  }
+  return largest;
+}
+
+void judge_samples(const Comparison& found, Outcome& outcome) {
+  outcome.judge({.name = "largest_difference_of_samples",
+                 .value = largest_difference(found.recorded_raw.value, found.simulated_raw.value) /
+                          pascals_per_mmhg,
+                 .unit = "mmHg",
+                 .upper = 0.5 * (1.0 + 1e-6) * quantum / pascals_per_mmhg,
+                 .bound_from = "the link rounds to 0.1 mmHg: half of that, and rounding"});
+  outcome.judge({.name = "verdict_agrees",
+                 .value = found.verdict == Verdict::agrees ? 1.0 : 0.0,
+                 .lower = 1.0,
+                 .bound_from = "a recording of the simulation is the simulation"});
+}
+
+/// Without a filter, which makes a little less of a corner at 120 Hz than at 1 kHz. Clocks are laid
+/// over each other by the event, which either trace places to within its own sampling.
+void judge_event(const Comparison& found, const Recording& recording, Outcome& outcome) {
+  const double period = 1.0 / recording.sample_rate;
+  outcome.judge({.name = "lag_by_the_event",
+                 .value = std::abs(found.alignment.lag) / period,
+                 .unit = "1",
+                 .upper = 1.0,
+                 .bound_from = "sampling: an event is placed to within a frame period, 1/120 s"});
+  const FeatureVerdict& peak = found.features.at(static_cast<std::size_t>(Feature::peak));
+  outcome.judge(
+      {.name = "error_of_the_peak",
+       .value = std::abs(peak.error) / pascals_per_mmhg,
+       .unit = "mmHg",
+       .upper = (0.5 * quantum + largest_rise(recording)) / pascals_per_mmhg,
+       .bound_from = "half of 0.1 mmHg, and what the pressure rises between two samples"});
+}
+
+void measure_round_trip(const CaseContext& context, Outcome& outcome) {
+  const Insertion run = insert_tool(context, resting_insertion());
+  const Recording recording = through_the_link(run);
+  std::vector<double> pressure = run.pressure;
+  damage(context, pressure);
+  const Trace simulated = trace_of(run.time, pressure);
+  outcome.judge(
+      {.name = "missing_samples",
+       .value = static_cast<double>(recording.defects.missing + recording.defects.bad_frames),
+       .upper = 0.0,
+       .bound_from = "an undamaged line loses nothing"});
+  const Comparison found = compare(recording, simulated, {.alignment = AlignmentRule::start});
+  judge_samples(found, outcome);
+  const Comparison by_event =
+      compare(recording, simulated, {.alignment = AlignmentRule::event, .cutoff = 0.0});
+  if (by_event.features.empty()) {
+    outcome.judge({.name = "lag_by_the_event",
+                   .value = not_measured,
+                   .upper = 1.0,
+                   .bound_from = "sampling"});
+  } else {
+    judge_event(by_event, recording, outcome);
+  }
+  outcome.notes = found.reasons;
+}
+
+}  // namespace
+
+std::vector<Case> round_trip_cases() {
+  return {{.name = "clinical/round-trip",
+           .suite = "clinical",
+           .claim = "A simulated insertion that is recorded through the pressure link agrees with "
+                    "itself, to "
+                    "within what the link rounds and samples.",
+           .measure = measure_round_trip,
+           .weight = 0.5}};
+}
+
+}  // namespace palpate::clinical

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A device of one mass on a rail, whose motion between ticks is known exactly: what loops are
+/// measured with where theory speaks of such a mass.
+
+#include <cmath>
+
+#include "device/haptic_device.hpp"
+#include "validation/case.hpp"
+
+namespace palpate::haptics {
+
+/// m x'' + b x' = F along the rail (x of the device), F held; optionally read through an encoder
+/// and rubbed by Coulomb friction.
+class Rail final : public device::HapticDevice {
+ public:
+  struct Settings {
+    double mass = 0.1;              ///< [kg]
+    double viscosity = 0.5;         ///< [N s/m]
+    double period = 1e-3;           ///< [s]
+    double encoder_step = 0.0;      ///< [m]; 0: exact
+    double coulomb_friction = 0.0;  ///< [N]
+  };
+
+  explicit Rail(const Settings& settings);
+
+  void put(double place, double velocity) {
+    place_ = place;
+    velocity_ = velocity;
+  }
+  device::DeviceSample exchange(const Eigen::Vector3d& force) noexcept override;
+  void advance() noexcept;  ///< by one period
+
+  [[nodiscard]] double place() const { return place_; }        ///< [m]
+  [[nodiscard]] double velocity() const { return velocity_; }  ///< [m/s]
+  [[nodiscard]] double read() const;                           ///< through the encoder [m]
+
+ private:
+  void glide(double force, double time) noexcept;
+
+  Settings settings_;
+  double force_ = 0.0;
+  double place_ = 0.0;
+  double velocity_ = 0.0;
+};
+
+/// A two-sided wall at 0 with a backward difference.
+class Wall {
+ public:
+  Wall(double stiffness, double damping, double period)
+      : stiffness_(stiffness), damping_(damping / period) {}
+  [[nodiscard]] Eigen::Vector3d force(const device::DeviceSample& sample) noexcept {
+    const double place = sample.position.x();
+    const double pull = stiffness_ * place + damping_ * (place - last_);
+    last_ = place;
+    return {-pull, 0.0, 0.0};
+  }
+  void touch(double place) { last_ = place; }
+
+ private:
+  double stiffness_;
+  double damping_;
+  double last_ = 0.0;
+};
+
+/// Ticks that a mutation of the loop adds to its delay.
+int extra_delay(const CaseContext& context);
+
+std::vector<Case> falcon_cases();   ///< hand, emulated Falcon and tissue in one loop
+std::vector<Case> profile_cases();  ///< what drivers make of forces
+std::vector<Case> wall_cases();     ///< virtual walls against the theory of sampled loops
+
+}  // namespace palpate::haptics

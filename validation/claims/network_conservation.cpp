@@ -1,0 +1,671 @@
+// SPDX-License-Identifier: MIT
+/// A free network can neither make nor lose momentum.
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "model/kernels/list_network.hpp"
+#include "model/stepping/integrator.hpp"
+#include "validation/claims/network_fixture.hpp"
+#include "validation/renumbering.hpp"
+
+namespace palpate::networks {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+using Columns = Eigen::Map<const NodeVectors>;
+
+/// Flying, spinning and shaking: random velocities about a mean, nothing held.
+SpringNetwork free_flight(double relaxation) {
+  const Block block{.nodes = {4, 4, 4}, .relaxation = relaxation};
+  SpringNetwork network = block_network(block);
+  displace(network, 0.1 * block.spacing, 3);
+  Random random(4);
+  network.initial_velocity = NodeVectors(3, network.node_count());
+  for (Index i = 0; i < network.node_count(); ++i) {
+    network.initial_velocity.col(i) = Vector3d(0.3, -0.2, 0.1) + Vector3d(random.vector(3, 0.1));
+  }
+  return network;
+}
+
+Vector3d momentum(const Eigen::VectorXd& mass, const Eigen::Ref<const Eigen::VectorXd>& v) {
+  return Columns(v.data(), 3, v.size() / 3) * mass;
+}
+
+Vector3d angular_momentum(const Eigen::VectorXd& mass, const Eigen::Ref<const Eigen::VectorXd>& q,
+                          const Eigen::Ref<const Eigen::VectorXd>& v) {
+  Vector3d sum = Vector3d::Zero();
+  for (Index i = 0; i < mass.size(); ++i) {
+    sum += mass(i) * Vector3d(q.segment<3>(3 * i)).cross(Vector3d(v.segment<3>(3 * i)));
+  }
+  return sum;
+}
+
+struct Drift {
+  double linear = 0.0;   ///< largest change over sum m |v|
+  double angular = 0.0;  ///< over sum m |x| |v|
+};
+
+Drift drift_of(const SpringNetwork& network, const Motion& motion) {
+  const auto& mass = network.mass;
+  const double scale = mass.dot(network.initial_velocity.colwise().norm().transpose());
+  const double reach = network.initial_position().colwise().norm().maxCoeff();
+  const Vector3d p0 = momentum(mass, motion.velocity.col(0));
+  const Vector3d l0 = angular_momentum(mass, motion.position.col(0), motion.velocity.col(0));
+  Drift drift;
+  for (Index n = 0; n < motion.velocity.cols(); ++n) {
+    const auto q = motion.position.col(n);
+    const auto v = motion.velocity.col(n);
+    drift.linear = worse(drift.linear, (momentum(mass, v) - p0).norm() / scale);
+    drift.angular =
+        worse(drift.angular, (angular_momentum(mass, q, v) - l0).norm() / (scale * reach));
+  }
+  if (motion.diverged) { drift.linear = drift.angular = std::nan(""); }
+  return drift;
+}
+
+void judge_momentum(const CaseContext& context, Outcome& outcome) {
+  const SpringNetwork network = free_flight(1e-3);
+  const double steps = context.quick ? 400.0 : 2000.0;
+  const double h = 2e-5;
+  Table table{.id = "momentum",
+              .title = "Momentum of a free, damped network",
+              .caption = "Largest change of linear and angular momentum over " + text(steps) +
+                         " steps, over the sum of all nodes' shares.",
+              .columns = {"scheme", "linear (1)", "angular (1)"}};
+  for (const IntegratorInfo* scheme : integrators()) {
+    const std::string name(scheme->name);
+    const double taken = scheme->implicit ? steps / 10.0 : steps;
+    const Motion motion =
+        simulate(context, scene_of(name, h, taken * h), &network, {.velocity = true});
+    const Drift drift = drift_of(network, motion);
+    // An implicit step ends when Newton's correction is below 64 epsilon of the velocity.
+    const double per_step = (scheme->implicit ? 64.0 : 4.0) * epsilon;
+    outcome.judge({.name = "momentum_drift_" + name,
+                   .value = drift.linear,
+                   .upper = taken * per_step,
+                   .bound_from = scheme->implicit ? "64 epsilon a step: where its Newton stops"
+                                                  : "4 roundings of the velocity a step"});
+    const bool keeps_spin =
+        name == "euler-cromer" || name == "feynman-newton-printed" || name == "implicit-midpoint";
+    if (keeps_spin) {
+      outcome.judge({.name = "angular_drift_" + name,
+                     .value = drift.angular,
+                     .upper = 4.0 * taken * per_step,
+                     .bound_from = "theory: x' x m v' = x x m v exactly; 4 products a step"});
+    }
+    table.rows.push_back({name, drift.linear, drift.angular});
+  }
+  outcome.tables.push_back(std::move(table));
+}
+
+/// The kernels' forces in random states.
+void judge_balance(const CaseContext& context, Outcome& outcome) {
+  const SpringNetwork network = candidate(context, free_flight(1e-3));
+  const NetworkProblem problem(network);
+  ListNetwork<double> system(problem, {}, 1e-4, true);
+  Random random(5);
+  double force = 0.0;
+  double torque = 0.0;
+  for (int state = 0; state < 20; ++state) {
+    const Vector<double> q = problem.initial_position() + random.vector(problem.dof(), 1e-3);
+    const Vector<double> v = random.vector(problem.dof(), 0.1);
+    Vector<double> f(problem.dof());
+    system.force(0.0, 0.0, q, v, f);
+    const Columns forces(f.data(), 3, f.size() / 3);
+    const double size = forces.colwise().norm().sum();
+    force = worse(force, forces.rowwise().sum().norm() / size);
+    const Vector3d about = angular_momentum(Eigen::VectorXd::Ones(f.size() / 3), q, f);
+    torque = worse(torque, about.norm() / (size * q.lpNorm<Eigen::Infinity>()));
+  }
+  // Each of up to 26 springs of a node rounds its share once more.
+  outcome.judge({.name = "internal_force_sum",
+                 .value = force,
+                 .upper = 26.0 * epsilon,
+                 .bound_from = "Newton's third law; one rounding per spring and node"});
+  outcome.judge({.name = "internal_torque_sum",
+                 .value = torque,
+                 .upper = 4.0 * 26.0 * epsilon,
+                 .bound_from = "central forces; a few roundings per spring and node"});
+}
+
+void measure_momentum(const CaseContext& context, Outcome& outcome) {
+  judge_momentum(context, outcome);
+  judge_balance(context, outcome);
+}
+
+}  // namespace
+
+std::vector<Case> momentum_cases() {
+  return {{.name = "network/conservation/momentum",
+           .suite = "accuracy",
+           .claim = "A free network keeps its momentum to rounding, and its internal forces and "
+                    "torques cancel.",
+           .measure = measure_momentum,
+           .weight = 0.3}};
+}
+
+// Energy where nothing drives a network: kept in the band of each scheme's theory without damping,
+// only ever lost with it.
+
+namespace {
+
+using Eigen::Index;
+
+/// Energy over its initial value at half the stable step of velocity Verlet.
+struct EnergyRun {
+  double lowest = 0.0;
+  double highest = 0.0;
+  std::vector<double> time{};
+  std::vector<double> ratio{};
+};
+
+EnergyRun run_energy(const CaseContext& context, const SpringNetwork& network,
+                     const std::string& scheme, double h, long steps) {
+  const Motion motion = simulate(context, scene_of(scheme, h, static_cast<double>(steps) * h),
+                                 &network, {.energy = true});
+  EnergyRun run{.lowest = 1.0};
+  for (std::size_t n = 0; n < motion.energy.size(); ++n) {
+    const double ratio = motion.energy[n] / motion.energy.front();
+    run.lowest = std::isnan(ratio) ? ratio : std::min(run.lowest, ratio);
+    run.highest = worse(run.highest, ratio);
+    run.time.push_back(motion.time[n]);
+    run.ratio.push_back(ratio);
+  }
+  if (motion.diverged) { run.highest = unbounded; }
+  return run;
+}
+
+/// Every step of these conserves a quadratic form near the energy, so z = omega h bounds what the
+/// energy of a linear oscillator can do (z = 0: it is conserved).
+struct Band {
+  const char* scheme;
+  double (*lowest)(double z);
+  double (*highest)(double z);
+};
+
+double kick_low(double z) { return (1.0 - z / 2.0) / (1.0 + z / 2.0); }
+double kick_high(double z) { return (1.0 + z / 2.0) / (1.0 - z / 2.0); }
+double verlet_low(double z) { return 1.0 - z * z / 4.0; }
+double verlet_high(double z) { return 1.0 / (1.0 - z * z / 4.0); }
+double flat(double) { return 1.0; }
+
+constexpr std::array bands{Band{"euler-cromer", kick_low, kick_high},
+                           Band{"feynman-newton-printed", kick_low, kick_high},
+                           Band{"feynman-newton", verlet_low, verlet_high},
+                           Band{"leapfrog", verlet_low, verlet_high},
+                           Band{"velocity-verlet", verlet_low, verlet_high},
+                           Band{"implicit-midpoint", flat, flat}};
+
+/// Undamped, held, shaking a little: strains of 1e-4, so all but linear.
+SpringNetwork shaking(double amplitude, double relaxation) {
+  const Block block{.nodes = {4, 4, 4}, .relaxation = relaxation};
+  SpringNetwork network = block_network(block);
+  hold(network, Face::z_max);
+  displace(network, amplitude * block.spacing, 6);
+  return network;
+}
+
+void judge_undamped(const CaseContext& context, Outcome& outcome) {
+  const SpringNetwork network = shaking(1e-4, 0.0);
+  const double z = 0.5;
+  SpringNetwork still = network;
+  still.initial_displacement.resize(3, 0);
+  const double h = z / highest_frequency(NetworkProblem(still));
+  Figure figure{.id = "energy-undamped",
+                .title = "Energy of an undamped network",
+                .caption =
+                    "Symplectic schemes keep the energy in the band of their theory for ever "
+                    "(omega_max h = 0.5).",
+                .x = {.label = "time (s)"},
+                .y = {.label = "energy / initial energy"}};
+  const double nonlinear = 1e-3;  // ten times the strain: the elastic energy's cubic term
+  for (const Band& band : bands) {
+    const std::string name = band.scheme;
+    const long steps =
+        name == "implicit-midpoint" ? (context.quick ? 200 : 1000) : (context.quick ? 4000 : 40000);
+    const EnergyRun run = run_energy(context, network, name, h, steps);
+    const std::string why =
+        "theory: conserved quadratic form at omega_max h = 0.5, and ten times "
+        "the strain of 1e-4 for the cubic term";
+    outcome.judge({.name = "lowest_energy_" + name,
+                   .value = run.lowest,
+                   .lower = band.lowest(z) - nonlinear,
+                   .bound_from = why});
+    outcome.judge({.name = "highest_energy_" + name,
+                   .value = run.highest,
+                   .upper = band.highest(z) + nonlinear,
+                   .bound_from = why});
+    const std::size_t shown = std::min<std::size_t>(run.time.size(), 300);
+    const auto cut = static_cast<std::ptrdiff_t>(shown);
+    figure.series.push_back(line(name, {run.time.begin(), run.time.begin() + cut},
+                                 {run.ratio.begin(), run.ratio.begin() + cut}));
+  }
+  outcome.figures.push_back(std::move(figure));
+}
+
+/// Largest rise of the energy from one sample to any later one, over the initial energy.
+double largest_rise(const std::vector<double>& ratio) {
+  double lowest = unbounded;
+  double rise = 0.0;
+  for (const double value : ratio) {
+    rise = worse(rise, value - lowest);
+    lowest = std::min(lowest, value);
+  }
+  return rise;
+}
+
+void judge_damped(const CaseContext& context, Outcome& outcome) {
+  const SpringNetwork network = shaking(0.1, 4e-4);
+  const NetworkProblem problem(network);
+  const TruthSettings settings{.tolerance = {.relative = 1e-11}};
+  const Truth truth = find_truth(context, problem, instants(2e-4, 200), settings);
+  judge_truth(truth, settings, outcome);
+  std::vector<double> exact;
+  for (Index n = 0; n < truth.solution.position.cols(); ++n) {
+    exact.push_back(problem.energy(truth.solution.position.col(n), truth.solution.velocity.col(n)));
+  }
+  const double initial = exact.front();
+  for (double& value : exact) { value /= initial; }
+  outcome.judge({.name = "largest_rise_reference",
+                 .value = largest_rise(exact),
+                 .upper = 1e-10,
+                 .bound_from = "theory: dampers only take energy; ten times the tolerance"});
+  Figure figure{.id = "energy-damped",
+                .title = "Energy of a damped network",
+                .caption = "Without loads the energy of a damped network only falls.",
+                .x = {.label = "time (s)"},
+                .y = {.label = "energy / initial energy", .logarithmic = true}};
+  figure.series.push_back(line("reference", truth.solution.time, exact, Series::Style::dashed));
+  const double h = 1e-5;
+  const double z = h * highest_frequency(problem);
+  for (const IntegratorInfo* scheme : integrators()) {
+    const std::string name(scheme->name);
+    const EnergyRun run = run_energy(context, network, name, h,
+                                     scheme->implicit ? (context.quick ? 100 : 500) : 4000);
+    // What a scheme reports is its modified energy to within z/2 of itself at first order.
+    const bool monotone = name == "implicit-euler" || name == "rk4";
+    outcome.judge({.name = "largest_rise_" + name,
+                   .value = largest_rise(run.ratio),
+                   .upper = monotone ? 1e-14 : z / 2.0,
+                   .bound_from = monotone ? "theory: it damps every mode; rounding"
+                                          : "theory: the modified energy falls, and is within "
+                                            "omega_max h / 2 of the energy"});
+    if (!scheme->implicit) { figure.series.push_back(line(name, run.time, run.ratio)); }
+  }
+  outcome.figures.push_back(std::move(figure));
+}
+
+void measure_energy(const CaseContext& context, Outcome& outcome) {
+  judge_undamped(context, outcome);
+  judge_damped(context, outcome);
+}
+
+}  // namespace
+
+std::vector<Case> energy_cases() {
+  return {{.name = "network/conservation/energy",
+           .suite = "accuracy",
+           .claim = "Undamped energy stays in the band of each symplectic scheme's theory; damped "
+                    "and unforced it never grows.",
+           .measure = measure_energy,
+           .weight = 1.0}};
+}
+
+// Work of the loads = change of energy + what the dampers took, for the reference exactly and for
+// each scheme to its order.
+
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double duration = 0.02;  ///< [s]
+
+SpringNetwork loaded_network() {
+  const Block block{.nodes = {3, 3, 4}, .relaxation = 5e-4};
+  SpringNetwork network = block_network(block);
+  hold(network, Face::z_max);
+  return network;
+}
+
+Scene loaded_scene(const std::string& scheme, long ticks, int substeps) {
+  Scene scene = scene_of(scheme, duration / static_cast<double>(ticks), duration, substeps);
+  scene.loads = {{.face = Face::z_min,
+                  .force = {4e-3, -2e-3, 8e-3},
+                  .end = duration,
+                  .profile = Profile::half_sine}};
+  return scene;
+}
+
+/// Power of the loads less that of the dampers [W].
+double power(const NetworkProblem& problem, double t, const VectorXd& q, const VectorXd& v) {
+  double sum = 0.0;
+  for (const Load& load : problem.loads()) {
+    for (const int node : load.nodes) {
+      sum += load_factor(load, t, 0.5 * duration) *
+             load.force.dot(v.segment<3>(problem.coordinate(node)));
+    }
+  }
+  const NodeVectors held = problem.network().initial_position();
+  for (const Spring& s : problem.network().springs) {
+    const Index a = problem.coordinate(s.a);
+    const Index b = problem.coordinate(s.b);
+    const auto place = [&](Index c, int node) -> Eigen::Vector3d {
+      return c < 0 ? Eigen::Vector3d(held.col(node)) : Eigen::Vector3d(q.segment<3>(c));
+    };
+    const auto speed = [&](Index c) -> Eigen::Vector3d {
+      return c < 0 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(v.segment<3>(c));
+    };
+    const double rate = (speed(b) - speed(a)).dot((place(b, s.b) - place(a, s.a)).normalized());
+    sum -= s.viscosity * rate * rate;
+  }
+  return sum;
+}
+
+/// Composite Boole's rule: error O(h^6).
+double integral(const std::vector<double>& values, double h) {
+  constexpr std::array weight{7.0, 32.0, 12.0, 32.0};
+  double sum = -7.0 * (values.front() + values.back());
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    sum += (n % 4 == 0 ? 14.0 : weight[n % 4]) * values[n];
+  }
+  return sum * 2.0 * h / 45.0;
+}
+
+/// |energy change + dissipation - work| over the largest energy.
+double imbalance(const NetworkProblem& problem, const Eigen::MatrixXd& position,
+                 const Eigen::MatrixXd& velocity) {
+  const auto samples = position.cols();
+  if (samples % 4 != 1 || velocity.cols() != samples) { return std::nan(""); }
+  const double h = duration / static_cast<double>(samples - 1);
+  std::vector<double> powers;
+  double peak = 0.0;
+  for (Index n = 0; n < samples; ++n) {
+    const VectorXd q = position.col(n);
+    const VectorXd v = velocity.col(n);
+    powers.push_back(power(problem, static_cast<double>(n) * h, q, v));
+    peak = worse(peak, problem.energy(q, v));
+  }
+  const double change = problem.energy(position.rightCols<1>(), velocity.rightCols<1>()) -
+                        problem.energy(position.col(0), velocity.col(0));
+  return std::abs(change - integral(powers, h)) / peak;
+}
+
+void judge_scheme(const CaseContext& context, const NetworkProblem& problem,
+                  const IntegratorInfo& scheme, Figure& figure, Outcome& outcome) {
+  std::vector<double> steps;
+  std::vector<double> errors;
+  const SpringNetwork& network = problem.network();
+  for (const long ticks : {128L, 256L, 512L, 1024L, 2048L}) {
+    const Motion motion = simulate(context, loaded_scene(std::string(scheme.name), ticks, 1),
+                                   &network, {.velocity = true});
+    steps.push_back(motion.h);
+    errors.push_back(motion.diverged ? std::nan("")
+                                     : imbalance(problem, motion.position, motion.velocity));
+  }
+  const ObservedOrder order = observed_order(steps, errors, 1e-12, 1.0);
+  outcome.judge(
+      {.name = "order_" + std::string(scheme.name),
+       .value = order.slope,
+       .lower = scheme.order_damped - 0.15,
+       .bound_from = "theory: the balance closes at least as fast as the motion converges"});
+  outcome.quantities.push_back(
+      {.name = "imbalance_" + std::string(scheme.name), .value = errors.back()});
+  figure.series.push_back(
+      line(std::string(scheme.name), steps, errors, Series::Style::line_and_points));
+}
+
+void measure_work(const CaseContext& context, Outcome& outcome) {
+  const SpringNetwork network = loaded_network();
+  const NetworkProblem problem = problem_of(loaded_scene("rk4", 64, 1), network);
+  constexpr long samples = 512;
+  const TruthSettings settings{.tolerance = {.relative = 1e-12}};
+  const Truth truth = find_truth(context, problem, instants(duration / samples, samples), settings);
+  judge_truth(truth, settings, outcome);
+  const double reference = imbalance(problem, truth.solution.position, truth.solution.velocity);
+  outcome.judge({.name = "imbalance_reference",
+                 .value = reference,
+                 .upper = 1e-9,
+                 .bound_from = "theory; 512 samples of Boole's rule at (omega h)^6 and the "
+                               "reference's own tolerance"});
+  Figure figure{.id = "imbalance",
+                .title = "Energy balance under load",
+                .caption =
+                    "What is missing between the work of the loads, the change of energy and "
+                    "the dissipation, over the largest energy; the reference is dashed.",
+                .x = {.label = "step (s)", .logarithmic = true},
+                .y = {.label = "imbalance (1)", .logarithmic = true}};
+  for (const IntegratorInfo* scheme : integrators()) {
+    if (scheme->implicit && context.quick) { continue; }
+    judge_scheme(context, problem, *scheme, figure, outcome);
+  }
+  figure.series.push_back(line("reference", {duration / 2048, duration / 128},
+                               {reference, reference}, Series::Style::dashed));
+  outcome.figures.push_back(std::move(figure));
+}
+
+}  // namespace
+
+std::vector<Case> work_cases() {
+  return {{.name = "network/conservation/work",
+           .suite = "accuracy",
+           .claim = "The work of the loads is the change of energy plus the dissipation, for the "
+                    "reference at once and for every scheme as its step falls.",
+           .measure = measure_work,
+           .weight = 1.5}};
+}
+
+// What a motion must not depend on: place, orientation and handedness of the frame, numbering,
+// units, and the instant at which a resting body is first loaded.
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// A scene with its network, and how its motion maps back to that of the base.
+struct Changed {
+  Scene scene{};
+  SpringNetwork network{};
+  std::function<Vector3d(const Vector3d&)> back{};
+  std::vector<int> node_of{};  ///< base node -> node here; empty: the same
+  bool exact = false;          ///< every operation maps to itself, so no rounding differs
+  double reach = 0.0;          ///< largest coordinate, in units of the base [m]
+};
+
+constexpr double step = 2e-4;  ///< [s]
+constexpr long steps = 200;
+
+Changed base_case() {
+  const Block block{.nodes = {4, 4, 4}};
+  Changed base{.network = block_network(block)};
+  hold(base.network, Face::z_max);
+  displace(base.network, 0.1 * block.spacing, 11);
+  Random random(12);
+  base.network.springs.change_each([&](Spring& s) {
+    s.stiffness *= random(0.5, 2.0);
+    s.viscosity = 1e-3 * s.stiffness;
+  });
+  base.scene = scene_of("velocity-verlet", step, steps * step);
+  base.scene.tissue.gravity = {0.5, -0.25, 9.0};
+  base.scene.loads = {{.nodes = {5, 6},
+                       .force = {3e-3, 2e-3, 5e-3},
+                       .start = 10 * step,
+                       .end = 90 * step,
+                       .profile = Profile::half_sine}};
+  base.back = [](const Vector3d& x) { return x; };
+  base.reach = base.network.initial_position().cwiseAbs().maxCoeff();
+  return base;
+}
+
+void map_vectors(Changed& changed, const Matrix3d& linear, const Vector3d& shift) {
+  NodeVectors& rest = changed.network.rest_position;
+  rest = (linear * rest).colwise() + shift;
+  changed.network.initial_displacement = linear * changed.network.initial_displacement;
+  changed.scene.tissue.gravity = linear * changed.scene.tissue.gravity;
+  for (Load& load : changed.scene.loads) { load.force = linear * load.force; }
+  changed.reach = changed.network.initial_position().cwiseAbs().maxCoeff();
+}
+
+Changed translated() {
+  Changed changed = base_case();
+  const Vector3d shift(0.7, -1.1, 0.4);
+  map_vectors(changed, Matrix3d::Identity(), shift);
+  changed.back = [shift](const Vector3d& x) { return Vector3d(x - shift); };
+  return changed;
+}
+
+Changed turned() {
+  Changed changed = base_case();
+  const Matrix3d rotation =
+      Eigen::AngleAxisd(1.1, Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
+  const Vector3d shift(0.02, 0.03, -0.01);
+  map_vectors(changed, rotation, shift);
+  changed.back = [rotation, shift](const Vector3d& x) {
+    return Vector3d(rotation.transpose() * (x - shift));
+  };
+  return changed;
+}
+
+Changed mirrored() {
+  Changed changed = base_case();
+  const Matrix3d mirror = Vector3d(-1.0, 1.0, 1.0).asDiagonal();
+  map_vectors(changed, mirror, Vector3d::Zero());
+  changed.back = [](const Vector3d& x) { return Vector3d(-x.x(), x.y(), x.z()); };
+  changed.exact = true;
+  return changed;
+}
+
+Changed renumbered() {
+  Changed changed = base_case();
+  constexpr std::uint64_t seed = 13;
+  changed.node_of = renumber(changed.network, changed.scene, seed);
+  return changed;
+}
+
+/// Units of length, mass and time that are `length`, `mass` and `time` times smaller.
+Changed in_units(double length, double mass, double time, bool exact) {
+  Changed changed = base_case();
+  changed.exact = exact;
+  SpringNetwork& network = changed.network;
+  network.rest_position *= length;
+  network.initial_displacement *= length;
+  network.mass *= mass;
+  network.springs.change_each([&](Spring& s) {
+    s.stiffness *= mass / (time * time);
+    s.viscosity *= mass / time;
+    s.rest_length *= length;
+  });
+  changed.scene.tissue.gravity *= length / (time * time);
+  for (Load& load : changed.scene.loads) {
+    load.force *= mass * length / (time * time);
+    load.start *= time;
+    load.end *= time;
+  }
+  changed.scene.simulation.step *= time;
+  changed.scene.simulation.duration *= time;
+  changed.back = [length](const Vector3d& x) { return Vector3d(x / length); };
+  return changed;
+}
+
+/// A body at rest, loaded `delay` steps later.
+Changed delayed(long delay) {
+  Changed changed = base_case();
+  changed.network.initial_displacement.resize(3, 0);
+  changed.scene.tissue.gravity.setZero();
+  changed.scene.simulation.duration = static_cast<double>(steps + delay) * step;
+  for (Load& load : changed.scene.loads) {
+    load.start = static_cast<double>(10 + delay) * step;
+    load.end = static_cast<double>(90 + delay) * step;
+  }
+  return changed;
+}
+
+/// Largest distance of the two motions over the base's peak.
+double largest_difference(const Changed& base, const Motion& base_motion, const Changed& changed,
+                          const Motion& motion, Index delay) {
+  const NetworkProblem base_problem(base.network);
+  const NetworkProblem problem(changed.network);
+  if (motion.position.cols() != base_motion.position.cols() + delay) { return std::nan(""); }
+  double largest = 0.0;
+  for (const int node : base_problem.free_nodes()) {
+    const int there =
+        changed.node_of.empty() ? node : changed.node_of[static_cast<std::size_t>(node)];
+    const Index from = base_problem.coordinate(node);
+    const Index to = problem.coordinate(there);
+    for (Index n = 0; n < base_motion.position.cols(); ++n) {
+      const Vector3d mapped = changed.back(motion.position.col(n + delay).segment<3>(to));
+      const Vector3d difference = mapped - base_motion.position.col(n).segment<3>(from);
+      largest = worse(largest, largest_of(difference));
+    }
+  }
+  const auto start = base_motion.position.col(0);
+  return largest / largest_of(base_motion.position.colwise() - start);
+}
+
+/// Every step rounds the positions by half a unit of `reach`; through the stiffest mode that is an
+/// impulse h omega_max^2 epsilon reach / 2, which moves the slowest mode by that over omega_min.
+double rounding_bound(const Changed& changed, double reach, double peak) {
+  const NetworkProblem problem(changed.network);
+  const double fastest = highest_frequency(problem);
+  constexpr double slowest = 100.0;  // [rad/s], below the first bending mode of the block
+  return steps * epsilon * reach * (1.0 + step * fastest * fastest / slowest) / peak;
+}
+
+void judge(const CaseContext& context, const std::string& name, const Changed& base,
+           const Changed& changed, long delay, Table& table, Outcome& outcome) {
+  const Motion base_motion = simulate(context, base.scene, &base.network);
+  const Motion motion = simulate(context, changed.scene, &changed.network);
+  const double difference = largest_difference(base, base_motion, changed, motion, delay);
+  const double peak = largest_of(base_motion.position.colwise() - base_motion.position.col(0));
+  const double reach = std::max(base.reach, changed.reach);
+  const double bound = changed.exact ? 0.0 : rounding_bound(base, reach, peak);
+  outcome.judge({.name = name,
+                 .value = difference,
+                 .upper = bound,
+                 .bound_from = changed.exact
+                                   ? "every operation maps to itself: the same bits"
+                                   : "rounding of positions each step, through the stiffest mode "
+                                     "into the slowest, added up"});
+  table.rows.push_back({name, difference, bound});
+}
+
+void measure_invariance(const CaseContext& context, Outcome& outcome) {
+  Table table{.id = "invariance",
+              .title = "Motions that must be equal",
+              .caption =
+                  "Largest difference over the peak displacement after mapping back, and the "
+                  "growth that rounding allows.",
+              .columns = {"change", "difference (1)", "bound (1)"}};
+  const Changed base = base_case();
+  judge(context, "translated", base, translated(), 0, table, outcome);
+  judge(context, "rotated_and_translated", base, turned(), 0, table, outcome);
+  judge(context, "renumbered", base, renumbered(), 0, table, outcome);
+  judge(context, "mirrored", base, mirrored(), 0, table, outcome);
+  judge(context, "units_mm_g_ms", base, in_units(1e3, 1e3, 1e3, false), 0, table, outcome);
+  judge(context, "units_powers_of_two", base, in_units(1024.0, 512.0, 2048.0, true), 0, table,
+        outcome);
+  judge(context, "later_by_17_steps", delayed(0), delayed(17), 17, table, outcome);
+  outcome.tables.push_back(std::move(table));
+}
+
+}  // namespace
+
+std::vector<Case> invariance_cases() {
+  return {{.name = "network/invariance",
+           .suite = "accuracy",
+           .claim = "A motion does not depend on the frame, the numbering, the units or the clock: "
+                    "to the bit where arithmetic maps to itself, else to rounding.",
+           .measure = measure_invariance,
+           .weight = 0.3}};
+}
+
+}  // namespace palpate::networks

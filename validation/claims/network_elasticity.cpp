@@ -1,0 +1,675 @@
+// SPDX-License-Identifier: MIT
+/// The lattice at rest is a cubic elastic solid: its assembled stiffness under uniform traction and
+/// under affine boundary displacement, against the homogenised moduli.
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <numbers>
+
+#include "model/tissue/network_builder.hpp"
+#include "reference/modal.hpp"
+#include "validation/claims/network_fixture.hpp"
+
+namespace palpate::networks {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct CubicModuli {
+  double c11 = 0.0;  ///< [Pa]
+  double c12 = 0.0;
+  double c44 = 0.0;
+
+  [[nodiscard]] double youngs() const { return (c11 - c12) * (c11 + 2.0 * c12) / (c11 + c12); }
+  [[nodiscard]] double poisson() const { return c12 / (c11 + c12); }
+};
+
+/// How many axes a spring of a lattice spans: 1 edge, 2 face diagonal, 3 body diagonal.
+int kind_of(const SpringNetwork& network, const Spring& spring, double spacing) {
+  const Eigen::Vector3d d =
+      network.rest_position.col(spring.b) - network.rest_position.col(spring.a);
+  return static_cast<int>((d.array().abs() > 0.5 * spacing).count());
+}
+
+CubicModuli formula(const BondStiffness& k, double spacing) {
+  const double shear = (k.face_diagonal + 4.0 / 3.0 * k.body_diagonal) / spacing;
+  return {(k.edge + 2.0 * k.face_diagonal + 4.0 / 3.0 * k.body_diagonal) / spacing, shear, shear};
+}
+
+/// K u = f with some coordinates prescribed; `displacement` holds those and receives the rest.
+void solve_static(const MatrixXd& stiffness, const VectorXd& force, const std::vector<bool>& held,
+                  VectorXd& displacement) {
+  std::vector<Index> free;
+  std::vector<Index> fixed;
+  for (Index i = 0; i < displacement.size(); ++i) {
+    (held[static_cast<std::size_t>(i)] ? fixed : free).push_back(i);
+  }
+  const MatrixXd among_free = stiffness(free, free);
+  const VectorXd right = force(free) - stiffness(free, fixed) * displacement(fixed);
+  const Eigen::LDLT<MatrixXd> factor(among_free);
+  VectorXd solution = factor.solve(right);
+  solution += factor.solve(right - among_free * solution);
+  displacement(free) = solution;
+}
+
+struct Measured {
+  double youngs = 0.0;
+  double poisson = 0.0;
+  double not_affine = 0.0;  ///< largest distance from a homogeneous strain over the largest motion
+  CubicModuli moduli{};
+  VectorXd traction_displacement{};
+};
+
+/// Uniform traction along z on rollers; nodal shares of a face are 1, 1/2 and 1/4.
+void pull_on_rollers(const Block& block, const MatrixXd& stiffness, const NodeVectors& rest,
+                     Measured& measured) {
+  const LatticeShape shape = block.shape();
+  constexpr double traction = 1.0;  // [Pa]
+  VectorXd force = VectorXd::Zero(stiffness.rows());
+  std::vector<bool> held(static_cast<std::size_t>(stiffness.rows()), false);
+  for (int l = 0; l < shape.nodes[2]; ++l) {
+    for (int j = 0; j < shape.nodes[1]; ++j) {
+      for (int i = 0; i < shape.nodes[0]; ++i) {
+        const auto first = static_cast<std::size_t>(3 * shape.index(i, j, l));
+        held[first] = i == 0;
+        held[first + 1] = j == 0;
+        held[first + 2] = l == 0;
+        const bool edge_x = i == 0 || i + 1 == shape.nodes[0];
+        const bool edge_y = j == 0 || j + 1 == shape.nodes[1];
+        if (l + 1 != shape.nodes[2]) { continue; }
+        force(static_cast<Index>(first + 2)) =
+            traction * shape.spacing * shape.spacing * (edge_x ? 0.5 : 1.0) * (edge_y ? 0.5 : 1.0);
+      }
+    }
+  }
+  VectorXd u = VectorXd::Zero(stiffness.rows());
+  solve_static(stiffness, force, held, u);
+  // The far corner tells the homogeneous strain; every other node is held to it.
+  const Eigen::Vector3d extent = rest.rightCols<1>() - rest.col(0);
+  const Eigen::Vector3d strain = u.tail<3>().cwiseQuotient(extent);
+  measured.youngs = traction / strain.z();
+  measured.poisson = -0.5 * (strain.x() + strain.y()) / strain.z();
+  NodeVectors affine = strain.asDiagonal() * (rest.colwise() - rest.col(0));
+  const double away = largest_of(u - affine.reshaped());
+  measured.not_affine = away / largest_of(u);
+  measured.traction_displacement = u;
+}
+
+/// Mean stress of a body whose boundary moves by x -> strain x: sum of x (outer) reaction / volume.
+Matrix3d mean_stress(const Block& block, const MatrixXd& stiffness, const NodeVectors& rest,
+                     const Matrix3d& strain) {
+  const LatticeShape shape = block.shape();
+  const NodeVectors target = strain * rest;
+  VectorXd u = target.reshaped();
+  std::vector<bool> held(static_cast<std::size_t>(u.size()), true);
+  for (int l = 1; l + 1 < shape.nodes[2]; ++l) {
+    for (int j = 1; j + 1 < shape.nodes[1]; ++j) {
+      for (int i = 1; i + 1 < shape.nodes[0]; ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+          held[static_cast<std::size_t>(3 * shape.index(i, j, l) + axis)] = false;
+        }
+      }
+    }
+  }
+  solve_static(stiffness, VectorXd::Zero(u.size()), held, u);
+  const VectorXd reaction = stiffness * u;
+  const double volume = std::pow(shape.spacing, 3) * (shape.nodes[0] - 1) * (shape.nodes[1] - 1) *
+                        (shape.nodes[2] - 1);
+  return rest * reaction.reshaped(3, rest.cols()).transpose() / volume;
+}
+
+Measured measure_moduli(const Block& block, const SpringNetwork& network) {
+  const NetworkProblem problem(network);
+  const MatrixXd stiffness = stiffness_of(problem);
+  Measured measured;
+  pull_on_rollers(block, stiffness, network.rest_position, measured);
+  Matrix3d strain = Matrix3d::Zero();
+  strain(0, 0) = 1.0;
+  const Matrix3d stretched = mean_stress(block, stiffness, network.rest_position, strain);
+  strain(0, 0) = 0.0;
+  strain(0, 1) = 1.0;
+  const Matrix3d sheared = mean_stress(block, stiffness, network.rest_position, strain);
+  measured.moduli = {stretched(0, 0), stretched(1, 1), sheared(0, 1)};
+  return measured;
+}
+
+void judge_error(Outcome& outcome, const std::string& name, double error, double tolerance,
+                 const std::string& why) {
+  outcome.judge({.name = name, .value = std::abs(error), .upper = tolerance, .bound_from = why});
+}
+
+/// Rounding of one solve with a condition number below 1e4, refined once.
+constexpr double rounding = 1e-12;
+
+void patch(const CaseContext& context, int connectivity, Outcome& outcome, Table& table,
+           Figure& figure) {
+  const std::string tag = std::to_string(connectivity);
+  const Block block{.nodes = {5, 4, 6}, .connectivity = connectivity};
+  const SpringNetwork network = candidate(context, block_network(block));
+  const BondStiffness bonds = bond_stiffness(block.youngs_modulus, block.spacing, connectivity);
+  const CubicModuli expected = formula(bonds, block.spacing);
+  const Measured measured = measure_moduli(block, network);
+  const double scale = block.youngs_modulus;
+  const std::string theory = "homogenised lattice; rounding of a refined solve";
+  const auto judge = [&](const std::string& name, double error) {
+    judge_error(outcome, name + "_" + tag, error, rounding, theory);
+  };
+  judge("youngs_error", measured.youngs / scale - 1.0);
+  judge("poisson_error", measured.poisson - (connectivity == 6 ? 0.0 : 0.25));
+  judge("c11_error", (measured.moduli.c11 - expected.c11) / scale);
+  judge("c12_error", (measured.moduli.c12 - expected.c12) / scale);
+  judge("c44_error", (measured.moduli.c44 - expected.c44) / scale);
+  judge("not_affine", measured.not_affine);
+  table.rows.push_back({tag, measured.youngs, measured.poisson, measured.moduli.c11,
+                        measured.moduli.c12, measured.moduli.c44, expected.c11, expected.c12,
+                        expected.c44});
+  Series nodes{.label = tag + " neighbours", .style = Series::Style::points};
+  for (Index i = 0; i < network.node_count(); ++i) {
+    nodes.x.push_back(1e3 * network.rest_position(2, i));
+    nodes.y.push_back(1e6 * measured.traction_displacement(3 * i + 2));
+  }
+  figure.series.push_back(std::move(nodes));
+}
+
+/// Edges, face and body diagonals scaled apart, so that no term of a formula hides behind another.
+void anisotropic(const CaseContext& context, Outcome& outcome) {
+  const Block block{.nodes = {4, 5, 4}};
+  SpringNetwork network = block_network(block);
+  constexpr std::array factor{1.7, 0.6, 2.3};
+  network.springs.change_each([&](Spring& s) {
+    s.stiffness *= factor[static_cast<std::size_t>(kind_of(network, s, block.spacing) - 1)];
+  });
+  BondStiffness bonds = bond_stiffness(block.youngs_modulus, block.spacing, 26);
+  bonds = {bonds.edge * factor[0], bonds.face_diagonal * factor[1],
+           bonds.body_diagonal * factor[2]};
+  const CubicModuli expected = formula(bonds, block.spacing);
+  const Measured measured = measure_moduli(block, candidate(context, network));
+  const auto judge = [&](const std::string& name, double error) {
+    judge_error(outcome, "anisotropic_" + name, error, rounding,
+                "homogenised cubic lattice; rounding of a refined solve");
+  };
+  judge("c11_error", measured.moduli.c11 / expected.c11 - 1.0);
+  judge("c12_error", measured.moduli.c12 / expected.c12 - 1.0);
+  judge("c44_error", measured.moduli.c44 / expected.c44 - 1.0);
+  judge("youngs_error", measured.youngs / expected.youngs() - 1.0);
+  judge("poisson_error", measured.poisson - expected.poisson());
+}
+
+void masses(const CaseContext& context, Outcome& outcome) {
+  const Block block{.nodes = {5, 4, 6}};
+  const SpringNetwork network = candidate(context, block_network(block));
+  const double volume = 4.0 * 3.0 * 5.0 * std::pow(block.spacing, 3);
+  judge_error(outcome, "mass_error", network.mass.sum() / (block.density * volume) - 1.0,
+              60.0 * 8.0 * epsilon, "60 cells of eight shares each, one rounding each");
+  const BondStiffness k = bond_stiffness(1.0, 1.0, 26);
+  judge_error(outcome, "isotropy_error", k.edge - k.face_diagonal - 8.0 / 3.0 * k.body_diagonal,
+              4.0 * epsilon, "isotropic iff k1 = k2 + 8/3 k3");
+  judge_error(outcome, "bond_error", k.face_diagonal - 1.0 / 3.75, 4.0 * epsilon,
+              "k2 = E a / 3.75");
+}
+
+void measure_patch_test(const CaseContext& context, Outcome& outcome) {
+  Table table{.id = "moduli",
+              .title = "Homogenised moduli",
+              .caption =
+                  "Moduli measured on a block of 5 x 4 x 6 nodes under uniform traction on "
+                  "rollers and under affine boundary displacement, beside their formulas.",
+              .columns = {"neighbours", "E (Pa)", "Poisson's ratio", "C11 (Pa)", "C12 (Pa)",
+                          "C44 (Pa)", "C11 formula (Pa)", "C12 formula (Pa)", "C44 formula (Pa)"}};
+  Figure figure{.id = "traction",
+                .title = "Displacement under uniform traction",
+                .caption =
+                    "Every node of a block pulled by 1 Pa lies on the straight line of a "
+                    "homogeneous solid, whatever its neighbours.",
+                .x = {.label = "distance from the roller (mm)"},
+                .y = {.label = "displacement along the pull (µm)"}};
+  for (const int connectivity : {6, 18, 26}) {
+    patch(context, connectivity, outcome, table, figure);
+  }
+  const Block block;
+  figure.series.push_back(line("t z / E", {0.0, 1e3 * 5.0 * block.spacing},
+                               {0.0, 1e6 * 5.0 * block.spacing / block.youngs_modulus},
+                               Series::Style::dashed));
+  outcome.tables.push_back(std::move(table));
+  outcome.figures.push_back(std::move(figure));
+  anisotropic(context, outcome);
+  masses(context, outcome);
+}
+
+}  // namespace
+
+std::vector<Case> elasticity_cases() {
+  return {{.name = "network/patch-test",
+           .suite = "accuracy",
+           .claim = "A cell-built lattice under uniform traction has the Young's modulus it was "
+                    "given, Poisson's ratio 1/4 (0 and no shear stiffness with 6 neighbours), and "
+                    "its homogenised moduli.",
+           .measure = measure_patch_test,
+           .weight = 0.3}};
+}
+
+// The paper's Fig. 12: a block is sheared and let go. What of the shear is left once it has come
+// to rest tells whether the lattice resists shear at all.
+
+namespace {
+
+using Eigen::Index;
+
+constexpr double shear = 0.1;  ///< initial, tan of the angle
+
+Block skewed_block(const CaseContext& context, int connectivity) {
+  const int n = context.quick ? 5 : 7;
+  // Slow modes overdamped: columns must not be pushed together, where they would buckle.
+  return {.nodes = {n, n, n}, .connectivity = connectivity, .relaxation = 0.02};
+}
+
+/// Held at z-max, sheared along x by a straight line in depth.
+SpringNetwork skewed_network(const Block& block) {
+  SpringNetwork network = block_network(block);
+  hold(network, Face::z_max);
+  const double height = block.spacing * (block.nodes[2] - 1);
+  network.initial_displacement = NodeVectors::Zero(3, network.node_count());
+  network.initial_displacement.row(0) =
+      shear * (height - network.rest_position.row(2).array()).matrix();
+  return network;
+}
+
+/// Mean displacement along x of the released face over the height.
+std::vector<double> shear_over_time(const Block& block, const SpringNetwork& network,
+                                    const Motion& motion) {
+  const NetworkProblem problem(network);
+  const int face = block.nodes[0] * block.nodes[1];
+  const double height = block.spacing * (block.nodes[2] - 1);
+  std::vector<double> values;
+  for (Index n = 0; n < motion.position.cols(); ++n) {
+    double sum = 0.0;
+    for (int node = 0; node < face; ++node) {
+      sum += motion.position(problem.coordinate(node), n) - network.rest_position(0, node);
+    }
+    values.push_back(sum / (face * height));
+  }
+  return values;
+}
+
+/// Nodes of the middle slice in the plane of the shear, at one sample.
+Series slice(const Block& block, const SpringNetwork& network, const Motion& motion, Index sample,
+             const std::string& label) {
+  const NetworkProblem problem(network);
+  Series points{.label = label, .style = Series::Style::points};
+  for (int l = 0; l < block.nodes[2]; ++l) {
+    for (int i = 0; i < block.nodes[0]; ++i) {
+      const int node = block.shape().index(i, block.nodes[1] / 2, l);
+      const Index c = problem.coordinate(node);
+      const NodeVectors start = network.initial_position();
+      points.x.push_back(1e3 * (c < 0 ? start(0, node) : motion.position(c, sample)));
+      points.y.push_back(1e3 * (c < 0 ? start(2, node) : motion.position(c + 2, sample)));
+    }
+  }
+  return points;
+}
+
+/// Where theory says that the block comes to rest. Without shear stiffness each column keeps the
+/// direction that it was given and shortens to its rest length along it.
+Eigen::VectorXd final_position(const Block& block, const SpringNetwork& network) {
+  const NetworkProblem problem(network);
+  const double height = block.spacing * (block.nodes[2] - 1);
+  const double shorter = 1.0 / std::sqrt(1.0 + shear * shear);
+  Eigen::VectorXd place(problem.dof());
+  for (const int node : problem.free_nodes()) {
+    Eigen::Vector3d x = network.rest_position.col(node);
+    if (block.connectivity == 6) {
+      const double above = height - x.z();
+      x += Eigen::Vector3d(shear * shorter * above, 0.0, (1.0 - shorter) * above);
+    }
+    place.segment<3>(problem.coordinate(node)) = x;
+  }
+  return place;
+}
+
+void judge_residual(int connectivity, double residual, double away, Outcome& outcome) {
+  const double expected = connectivity == 6 ? 1.0 / std::sqrt(1.0 + shear * shear) : 0.0;
+  outcome.judge({.name = "residual_over_initial_shear",
+                 .value = residual,
+                 .lower = expected - 1e-6,
+                 .upper = expected + 1e-6,
+                 .bound_from = connectivity == 6
+                                   ? "theory: columns shorten to their rest length along the "
+                                     "direction they were given, so 1/sqrt(1 + shear^2) stays"
+                                   : "theory: C44 > 0, so every mode decays; 40 relaxation times"});
+  outcome.judge({.name = "furthest_node_from_theory",
+                 .value = away,
+                 .unit = "m",
+                 .upper = 2e-9,
+                 .bound_from = "1e-6 of the smallest block's initial displacement of 2 mm"});
+}
+
+void measure(const CaseContext& context, int connectivity, Outcome& outcome) {
+  const Block block = skewed_block(context, connectivity);
+  const SpringNetwork network = skewed_network(block);
+  Scene scene = scene_of("velocity-verlet", 5e-3, context.quick ? 0.8 : 1.6);
+  scene.simulation.substeps.reset();
+  const Motion motion = simulate(context, scene, &network);
+  const std::vector<double> values = shear_over_time(block, network, motion);
+  const double away = largest_of(motion.position.rightCols<1>() - final_position(block, network));
+  judge_residual(connectivity, values.back() / shear, away, outcome);
+  outcome.judge({.name = "diverged",
+                 .value = motion.diverged ? 1.0 : 0.0,
+                 .upper = 0.0,
+                 .bound_from = "steps below the stability limit"});
+  Figure figure{
+      .id = "shear",
+      .title = "Shear of a released block, " + std::to_string(connectivity) + " neighbours",
+      .caption = connectivity == 6
+                     ? "Lattices of 6 neighbours have no shear stiffness: the skewed block "
+                       "stays skewed."
+                     : "The released block comes back to its shape.",
+      .x = {.label = "time (s)"},
+      .y = {.label = "shear (1)"}};
+  figure.series.push_back(line("mean shear of the released face", motion.time, values));
+  figure.series.push_back(
+      line("initial", {0.0, motion.time.back()}, {shear, shear}, Series::Style::dashed));
+  outcome.figures.push_back(std::move(figure));
+  Figure shape{.id = "slice",
+               .title = "Middle slice before and after",
+               .caption = "Nodes of the middle slice when the block is let go and when it rests.",
+               .x = {.label = "x (mm)"},
+               .y = {.label = "z (mm)"},
+               .square = true};
+  shape.series.push_back(slice(block, network, motion, 0, "let go"));
+  shape.series.push_back(slice(block, network, motion, motion.position.cols() - 1, "at rest"));
+  outcome.figures.push_back(std::move(shape));
+}
+
+Case skew_case(int connectivity) {
+  const std::string neighbours = std::to_string(connectivity);
+  return {
+      .name = "network/skew/" + neighbours,
+      .suite = "accuracy",
+      .claim = connectivity == 6
+                   ? "A sheared block of 6-neighbour springs keeps its shear: 6 neighbours have "
+                     "no shear stiffness."
+                   : "A sheared block of " + neighbours +
+                         "-neighbour springs comes back to its "
+                         "shape.",
+      .measure = [connectivity](const CaseContext& context,
+                                Outcome& outcome) { measure(context, connectivity, outcome); },
+      .weight = 1.0};
+}
+
+}  // namespace
+
+std::vector<Case> skew_cases() { return {skew_case(6), skew_case(18), skew_case(26)}; }
+
+// Frequencies of chains and bars against closed forms: of the assembled matrices, and measured
+// from motions.
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double pi = std::numbers::pi;
+
+/// omega of a sampled undamped mode: least squares of x(n+1) + x(n-1) = 2 cos(omega dt) x(n).
+double identify_frequency(const VectorXd& x, double dt) {
+  const Index n = x.size() - 2;
+  if (n < 1 || !x.allFinite()) { return std::nan(""); }
+  const VectorXd middle = x.segment(1, n);
+  const VectorXd sides = x.head(n) + x.tail(n);
+  return std::acos(0.5 * middle.dot(sides) / middle.squaredNorm()) / dt;
+}
+
+/// What classical RK4 makes of omega: the argument of its amplification factor.
+double rk4_frequency(double omega, double h) {
+  const std::complex<double> z(0.0, omega * h);
+  return std::arg(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))) / h;
+}
+
+/// One mode started alone: `shape` [m] on the z coordinates, followed by RK4 over ten radians.
+struct ModeRun {
+  double measured = 0.0;  ///< [rad/s]
+  double expected = 0.0;  ///< of RK4 with its h [rad/s]
+};
+
+ModeRun run_mode(const CaseContext& context, SpringNetwork network, const VectorXd& shape,
+                 double omega) {
+  constexpr double phase_per_sample = 0.25;
+  const double sample = phase_per_sample / omega;
+  // Fine enough for RK4 to lose no amplitude that the fit would see.
+  constexpr int substeps = 25;
+  network.initial_displacement = NodeVectors::Zero(3, network.node_count());
+  network.initial_displacement.row(2) = shape.transpose();
+  const Motion motion =
+      simulate(context, scene_of("rk4", sample, 40.0 * sample, substeps), &network);
+  const NetworkProblem problem(network);
+  VectorXd weights = VectorXd::Zero(problem.dof());
+  for (const int node : problem.free_nodes()) {
+    weights(problem.coordinate(node) + 2) = shape(node) * network.mass(node);
+  }
+  VectorXd rest(problem.dof());
+  for (const int node : problem.free_nodes()) {
+    rest.segment<3>(problem.coordinate(node)) = network.rest_position.col(node);
+  }
+  const VectorXd x = (motion.position.colwise() - rest).transpose() * weights;
+  return {identify_frequency(x, sample), rk4_frequency(omega, sample / substeps)};
+}
+
+SpringNetwork chain_of(int masses, double stiffness, double mass, double spacing) {
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, masses + 1);
+  for (int i = 0; i <= masses; ++i) { network.rest_position(2, i) = spacing * i; }
+  network.mass = VectorXd::Constant(masses + 1, mass);
+  network.fixed.assign(static_cast<std::size_t>(masses) + 1, 0);
+  network.fixed.front() = 1;
+  for (int i = 0; i < masses; ++i) {
+    network.springs.push_back({i, i + 1, stiffness, 0.0, spacing});
+  }
+  return network;
+}
+
+double chain_frequency(int j, int masses, double stiffness, double mass) {
+  return 2.0 * std::sqrt(stiffness / mass) *
+         std::sin((2.0 * j - 1.0) * pi / (2.0 * (2.0 * masses + 1.0)));
+}
+
+/// Eigenfrequencies of the coordinates along z alone, ascending [rad/s].
+VectorXd frequencies_along_z(const NetworkProblem& problem) {
+  std::vector<Index> along;
+  for (Index i = 2; i < problem.dof(); i += 3) { along.push_back(i); }
+  const MatrixXd stiffness = MatrixXd(stiffness_of(problem))(along, along);
+  const VectorXd scale = VectorXd(problem.mass()(along)).cwiseSqrt().cwiseInverse();
+  const MatrixXd scaled = scale.asDiagonal() * stiffness * scale.asDiagonal();
+  return reference::symmetric_eigenvalues(scaled).cwiseMax(0.0).cwiseSqrt();
+}
+
+struct ChainErrors {
+  double matrix = 0.0;  ///< of the assembled frequencies
+  double motion = 0.0;  ///< of those measured from motions
+  double scheme = 0.0;  ///< of those against RK4's own
+};
+
+constexpr int chain_masses = 20;
+
+ChainErrors compare_chain(const CaseContext& context, Series& formula, Series& points) {
+  constexpr double stiffness = 80.0;  // [N/m]
+  constexpr double mass = 2e-3;       // [kg]
+  constexpr double spacing = 0.01;    // [m]
+  const SpringNetwork network = chain_of(chain_masses, stiffness, mass, spacing);
+  const VectorXd assembled = frequencies_along_z(NetworkProblem(candidate(context, network)));
+  ChainErrors errors;
+  for (int j = 1; j <= chain_masses; ++j) {
+    const double omega = chain_frequency(j, chain_masses, stiffness, mass);
+    VectorXd shape(chain_masses + 1);
+    for (int i = 0; i <= chain_masses; ++i) {
+      shape(i) = 1e-4 * std::sin((2.0 * j - 1.0) * pi * i / (2.0 * chain_masses + 1.0));
+    }
+    const ModeRun run = run_mode(context, network, shape, omega);
+    errors.matrix = worse(errors.matrix, std::abs(assembled(j - 1) / omega - 1.0));
+    errors.scheme = worse(errors.scheme, std::abs(run.measured / run.expected - 1.0));
+    errors.motion = worse(errors.motion, std::abs(run.measured / omega - 1.0));
+    formula.x.push_back(j);
+    formula.y.push_back(omega);
+    points.x.push_back(j);
+    points.y.push_back(run.measured);
+  }
+  return errors;
+}
+
+void measure_chain(const CaseContext& context, Outcome& outcome) {
+  Series formula{.label = "2 sqrt(k/m) sin((2j-1) pi / (2(2N+1)))"};
+  Series points{.label = "measured from motion", .style = Series::Style::points};
+  const ChainErrors errors = compare_chain(context, formula, points);
+  outcome.judge({.name = "assembled_frequency_error",
+                 .value = errors.matrix,
+                 .upper = 1e-12,
+                 .bound_from = "theory; rounding of the eigenvalues times their spread of 700"});
+  outcome.judge({.name = "measured_frequency_error",
+                 .value = errors.motion,
+                 .upper = 1.01 * 1e-8 / 120.0 + 1e-11,
+                 .bound_from = "theory: (omega h)^4 / 120 of RK4, and the rounding of the fit"});
+  outcome.judge({.name = "measured_minus_rk4_frequency",
+                 .value = errors.scheme,
+                 .upper = 1e-11,
+                 .bound_from = "discrete theory of RK4; rounding of positions over displacements, "
+                               "3e-13 a sample, over the squared phase between samples"});
+  outcome.figures.push_back({.id = "frequencies",
+                             .title = "Natural frequencies of a fixed-free chain of 20 masses",
+                             .caption = "Frequencies measured from single modes followed by RK4 "
+                                        "lie on the closed form of the chain.",
+                             .x = {.label = "mode j"},
+                             .y = {.label = "angular frequency (rad/s)"},
+                             .series = {std::move(formula), std::move(points)}});
+}
+
+/// Modes that move whole planes of a bar along it, sides held on rollers: free-free with half
+/// masses at both ends, so q a = j pi / cells exactly.
+struct Bar {
+  Block block{};
+  double speed = 0.0;  ///< sqrt(C11 / density) [m/s]
+  int cells = 0;
+
+  [[nodiscard]] double wave_number(int j) const { return j * pi / (cells * block.spacing); }
+  [[nodiscard]] double omega(int j) const {
+    return 2.0 / block.spacing * speed * std::sin(0.5 * wave_number(j) * block.spacing);
+  }
+};
+
+Bar bar_of(int connectivity, int cells) {
+  Bar bar{.block = {.nodes = {3, 3, cells + 1}, .connectivity = connectivity}, .cells = cells};
+  const BondStiffness k = bond_stiffness(bar.block.youngs_modulus, bar.block.spacing, connectivity);
+  const double c11 =
+      (k.edge + 2.0 * k.face_diagonal + 4.0 / 3.0 * k.body_diagonal) / bar.block.spacing;
+  bar.speed = std::sqrt(c11 / bar.block.density);
+  return bar;
+}
+
+VectorXd plane_wave(const Bar& bar, const SpringNetwork& network, int j, double amplitude) {
+  return amplitude * (bar.wave_number(j) * network.rest_position.row(2).array()).cos();
+}
+
+/// Rayleigh quotient and residual of the plane wave in the assembled matrices.
+double assembled_error(const Bar& bar, const SpringNetwork& network, int j, Series& points) {
+  const NetworkProblem problem(network);
+  const VectorXd shape = plane_wave(bar, network, j, 1.0);
+  VectorXd u = VectorXd::Zero(problem.dof());
+  for (Index i = 0; i < shape.size(); ++i) { u(3 * i + 2) = shape(i); }
+  VectorXd force = stiffness_of(problem) * u;
+  VectorXd along(shape.size());
+  for (Index i = 0; i < shape.size(); ++i) { along(i) = force(3 * i + 2); }
+  const VectorXd inertia = network.mass.cwiseProduct(shape);
+  const double omega = std::sqrt(shape.dot(along) / shape.dot(inertia));
+  points.x.push_back(bar.wave_number(j) * bar.block.spacing / pi);
+  points.y.push_back(omega * bar.block.spacing / bar.speed);
+  const double residual =
+      largest_of(along - omega * omega * inertia) / largest_of(omega * omega * inertia);
+  return worse(std::abs(omega / bar.omega(j) - 1.0), residual);
+}
+
+constexpr int bar_cells = 24;
+
+void judge_assembled(const CaseContext& context, int connectivity, Figure& figure,
+                     Outcome& outcome) {
+  const Bar bar = bar_of(connectivity, bar_cells);
+  const SpringNetwork network = candidate(context, block_network(bar.block));
+  Series points{.label = std::to_string(connectivity) + " neighbours, assembled",
+                .style = Series::Style::points};
+  double error = 0.0;
+  for (int j = 1; j <= bar_cells; ++j) {
+    error = worse(error, assembled_error(bar, network, j, points));
+  }
+  outcome.judge({.name = "assembled_error_" + std::to_string(connectivity),
+                 .value = error,
+                 .upper = 1e-11,
+                 .bound_from = "theory; rounding of forces that cancel by (q a)^2 = 0.02"});
+  figure.series.push_back(std::move(points));
+}
+
+/// With 6 neighbours a plane wave needs no rollers: it can be followed in motion.
+void judge_motion(const CaseContext& context, Figure& figure, Outcome& outcome) {
+  const Bar bar = bar_of(6, bar_cells);
+  const SpringNetwork network = block_network(bar.block);
+  Series measured{.label = "6 neighbours, from motion", .style = Series::Style::points};
+  double error = 0.0;
+  for (int j = 1; j <= bar_cells; j += context.quick ? 6 : 3) {
+    const VectorXd shape = plane_wave(bar, network, j, 1e-3 * bar.block.spacing);
+    const ModeRun run = run_mode(context, network, shape, bar.omega(j));
+    error = worse(error, std::abs(run.measured / run.expected - 1.0));
+    measured.x.push_back(bar.wave_number(j) * bar.block.spacing / pi);
+    measured.y.push_back(run.measured * bar.block.spacing / bar.speed);
+  }
+  outcome.judge({.name = "motion_error_6",
+                 .value = error,
+                 .upper = 1e-10,
+                 .bound_from = "discrete theory of RK4; rounding of positions over displacements, "
+                               "1e-12 a sample, over the squared phase between samples"});
+  figure.series.push_back(std::move(measured));
+}
+
+void measure_dispersion(const CaseContext& context, Outcome& outcome) {
+  Figure figure{.id = "dispersion",
+                .title = "Longitudinal waves along an axis of the lattice",
+                .caption =
+                    "Frequencies of plane waves, from the assembled matrices (sides on "
+                    "rollers) and from motions, on the lattice dispersion; the dashed line "
+                    "is the continuum.",
+                .x = {.label = "q a / pi"},
+                .y = {.label = "omega a / c"}};
+  Series curve{.label = "2 sin(q a / 2)"};
+  for (int n = 0; n <= 60; ++n) {
+    curve.x.push_back(n / 60.0);
+    curve.y.push_back(2.0 * std::sin(n * pi / 120.0));
+  }
+  figure.series.push_back(std::move(curve));
+  figure.series.push_back(line("continuum", {0.0, 0.7}, {0.0, 0.7 * pi}, Series::Style::dashed));
+  for (const int connectivity : {6, 18, 26}) {
+    judge_assembled(context, connectivity, figure, outcome);
+  }
+  judge_motion(context, figure, outcome);
+  outcome.figures.push_back(std::move(figure));
+}
+
+}  // namespace
+
+std::vector<Case> wave_cases() {
+  return {{.name = "network/chain-frequencies",
+           .suite = "accuracy",
+           .claim = "A fixed-free chain of equal masses has its closed-form frequencies, in its "
+                    "assembled stiffness and in its motion.",
+           .measure = measure_chain,
+           .weight = 0.3},
+          {.name = "network/dispersion",
+           .suite = "accuracy",
+           .claim = "Plane longitudinal waves along an axis follow omega = (2/a) sqrt(C11/rho) "
+                    "sin(q a / 2).",
+           .measure = measure_dispersion,
+           .weight = 0.5}};
+}
+
+}  // namespace palpate::networks

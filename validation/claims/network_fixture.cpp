@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+
+#include "validation/claims/network_fixture.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+
+#include "model/tissue/network_builder.hpp"
+#include "reference/modal.hpp"
+#include "reference/solver_cross_check.hpp"
+#include "reference/solvers.hpp"
+#include "validation/claims/groups.hpp"
+
+namespace palpate::networks {
+
+using Eigen::Index;
+
+SpringNetwork block_network(const Block& block) {
+  const CellMaterial material{.youngs_modulus = block.youngs_modulus, .density = block.density};
+  SpringNetwork network = cell_lattice(block.shape(), [&](int, int, int) { return material; });
+  network.springs.change_each(
+      [&](Spring& spring) { spring.viscosity = block.relaxation * spring.stiffness; });
+  return network;
+}
+
+void hold(SpringNetwork& network, Face face) {
+  for (const int node : face_nodes(network.rest_position, face)) {
+    network.fixed[static_cast<std::size_t>(node)] = 1;
+  }
+}
+
+void displace(SpringNetwork& network, double amplitude, std::uint64_t seed) {
+  Random random(seed);
+  network.initial_displacement = NodeVectors::Zero(3, network.node_count());
+  for (int i = 0; i < network.node_count(); ++i) {
+    if (network.is_fixed(i)) { continue; }
+    network.initial_displacement.col(i) = random.vector(3, amplitude);
+  }
+}
+
+SpringNetwork candidate(const CaseContext& context, SpringNetwork network) {
+  if (context.mutation != nullptr && context.mutation->model) {
+    Scene scene;
+    context.mutation->model(scene, network);
+  }
+  return network;
+}
+
+NetworkProblem problem_of(const Scene& scene, const SpringNetwork& network) {
+  return NetworkProblem(network, resolve_loads(scene, network), scene.tissue.gravity,
+                        scene.simulation.printed);
+}
+
+Eigen::SparseMatrix<double> stiffness_of(const Problem& problem) {
+  Eigen::SparseMatrix<double> stiffness;
+  Eigen::SparseMatrix<double> damping;
+  problem.jacobian(problem.initial_position(), Eigen::VectorXd::Zero(problem.dof()), stiffness,
+                   damping);
+  return stiffness;
+}
+
+double highest_frequency(const Problem& problem) {
+  const Eigen::VectorXd scale = problem.mass().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled =
+      scale.asDiagonal() * Eigen::MatrixXd(stiffness_of(problem)) * scale.asDiagonal();
+  return std::sqrt(reference::symmetric_eigenvalues(scaled).maxCoeff());
+}
+
+std::vector<double> instants(double step, long count) {
+  std::vector<double> times;
+  for (long n = 0; n <= count; ++n) { times.push_back(static_cast<double>(n) * step); }
+  return times;
+}
+
+Truth find_truth(const CaseContext& context, const Problem& problem,
+                 const std::vector<double>& times, const TruthSettings& settings) {
+  using reference::solver_named;
+  reference::Reference found =
+      reference::establish(problem, times, settings.tolerance,
+                           {solver_named(settings.solvers[0]), solver_named(settings.solvers[1])},
+                           {.rungs = settings.rungs,
+                            .demanded_digits = settings.demanded_digits,
+                            .cache = context.cache});
+  Truth truth{.agreed_digits = found.agreed_digits,
+              .trustworthy = found.trustworthy,
+              .reason = std::move(found.reason)};
+  if (!found.second_opinions.empty()) {
+    const Eigen::MatrixXd& q = found.solution.position;
+    truth.worst_floor = std::ranges::max(found.position_floor);
+    truth.l2_floor = trajectory_error(found.second_opinions.front().position, q, q.col(0)).l2;
+  }
+  truth.solution = std::move(found.solution);
+  return truth;
+}
+
+void judge_truth(const Truth& truth, const TruthSettings& settings, Outcome& outcome) {
+  outcome.judge({.name = "reference_agreed_digits",
+                 .value = truth.agreed_digits,
+                 .lower = settings.demanded_digits,
+                 .bound_from = "two families must agree at every stored instant"});
+  outcome.judge({.name = "reference_trustworthy",
+                 .value = truth.trustworthy ? 1.0 : 0.0,
+                 .lower = 1.0,
+                 .bound_from = "agreement, steps taken, and a ladder of " +
+                               std::to_string(settings.rungs) + " tolerances"});
+  if (!truth.reason.empty()) { outcome.notes.push_back("Reference: " + truth.reason + "."); }
+  outcome.notes.push_back("Reference: " + settings.solvers[0] + " (" + truth.solution.version +
+                          ", relative tolerance " + text(settings.tolerance.relative) +
+                          ") against " + settings.solvers[1] + ".");
+}
+
+TrajectoryError distance(const Motion& motion, const reference::Solution& truth) {
+  return trajectory_error(motion.position, truth.position, truth.position.col(0));
+}
+
+std::string text(double value) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
+  return buffer.data();
+}
+
+Series line(std::string label, std::vector<double> x, std::vector<double> y, Series::Style style) {
+  return {.label = std::move(label), .style = style, .x = std::move(x), .y = std::move(y)};
+}
+
+std::vector<double> row(const Eigen::MatrixXd& matrix, Index index) {
+  std::vector<double> values;
+  for (Index n = 0; n < matrix.cols(); ++n) { values.push_back(matrix(index, n)); }
+  return values;
+}
+
+double worse(double a, double b) {
+  return std::isnan(a) || std::isnan(b) ? std::numeric_limits<double>::quiet_NaN() : std::max(a, b);
+}
+
+double largest_of(const Eigen::Ref<const Eigen::MatrixXd>& values) {
+  return values.allFinite() ? values.cwiseAbs().maxCoeff()
+                            : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace palpate::networks
+
+namespace palpate {
+
+std::vector<Case> network_cases() {
+  using namespace networks;
+  std::vector<Case> cases;
+  for (const auto part : {elasticity_cases, wave_cases, skew_cases, momentum_cases, energy_cases,
+                          work_cases, invariance_cases, block_cases, order_cases, load_cases,
+                          kernel_cases, manufactured_cases, approximation_cases}) {
+    std::ranges::move(part(), std::back_inserter(cases));
+  }
+  return cases;
+}
+
+}  // namespace palpate

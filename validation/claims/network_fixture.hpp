@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What the cases of groups "network" and "patient" share: small lattices, deterministic random
+/// numbers, references of two families, and how errors are drawn.
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "model/problem/problem.hpp"
+#include "model/tissue/lattice.hpp"
+#include "reference/solution.hpp"
+#include "validation/case.hpp"
+#include "validation/random.hpp"
+#include "validation/signal.hpp"
+
+namespace palpate::networks {
+
+inline constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// A block of one material, built cell by cell and free on all sides.
+struct Block {
+  std::array<int, 3> nodes{4, 4, 4};
+  double spacing = 5e-3;  ///< [m]
+  int connectivity = 26;
+  double youngs_modulus = 5e3;  ///< [Pa]
+  double density = 1000.0;      ///< [kg/m^3]
+  double relaxation = 0.0;      ///< c / k of every spring [s]: damping proportional to stiffness
+
+  [[nodiscard]] LatticeShape shape() const { return {nodes, spacing, connectivity}; }
+};
+SpringNetwork block_network(const Block& block);
+
+void hold(SpringNetwork& network, Face face);
+/// Gives every free node a random displacement of up to `amplitude` [m] along each axis.
+void displace(SpringNetwork& network, double amplitude, std::uint64_t seed);
+
+/// The network with the planted fault, for claims about a network that does not move.
+SpringNetwork candidate(const CaseContext& context, SpringNetwork network);
+
+/// The equation of motion of a scene around a network.
+NetworkProblem problem_of(const Scene& scene, const SpringNetwork& network);
+
+/// K = -df/dq at the initial state.
+Eigen::SparseMatrix<double> stiffness_of(const Problem& problem);
+/// Largest natural angular frequency of a network about its initial state [rad/s], from a dense
+/// eigensolution: small networks only.
+double highest_frequency(const Problem& problem);
+
+/// 0, step, ... count * step, as the model counts them.
+std::vector<double> instants(double step, long count);
+
+/// A reference on which two families of solvers agree.
+struct Truth {
+  reference::Solution solution{};
+  double worst_floor = 0.0;  ///< largest disagreement of the families over the peak [1]
+  double l2_floor = 0.0;     ///< their disagreement in the root mean square [1]
+  double agreed_digits = 0.0;
+  bool trustworthy = false;  ///< every check of reference::establish
+  std::string reason{};      ///< why not
+};
+struct TruthSettings {
+  std::array<std::string, 2> solvers{"arkode-fehlberg-7-8", "cvode-adams"};
+  reference::Tolerance tolerance{};
+  int rungs = 2;  ///< of the ladder of tolerances, a hundredfold apart
+  double demanded_digits = 9.0;
+};
+Truth find_truth(const CaseContext& context, const Problem& problem,
+                 const std::vector<double>& times, const TruthSettings& settings);
+/// Judges agreement and ladder, and puts into words what was compared.
+void judge_truth(const Truth& truth, const TruthSettings& settings, Outcome& outcome);
+
+/// Distance of a motion from a truth sampled at the same instants; NaN when it stopped early.
+TrajectoryError distance(const Motion& motion, const reference::Solution& truth);
+
+std::string text(double value);  ///< "%.3g"
+Series line(std::string label, std::vector<double> x, std::vector<double> y,
+            Series::Style style = Series::Style::line);
+std::vector<double> row(const Eigen::MatrixXd& matrix, Eigen::Index index);
+/// The larger one, or NaN when either is NaN.
+double worse(double a, double b);
+/// Largest |value|, or NaN when one is not finite (Eigen's maxCoeff may pass one over).
+double largest_of(const Eigen::Ref<const Eigen::MatrixXd>& values);
+
+// The cases of group "network", by subject.
+
+std::vector<Case> elasticity_cases();     ///< the lattice as an elastic solid, at rest
+std::vector<Case> wave_cases();           ///< frequencies and dispersion against closed forms
+std::vector<Case> skew_cases();           ///< the paper's Fig. 12
+std::vector<Case> momentum_cases();       ///< nothing outside, nothing gained
+std::vector<Case> energy_cases();         ///< undamped: kept; damped: only lost
+std::vector<Case> work_cases();           ///< work of loads = energy change + dissipation
+std::vector<Case> invariance_cases();     ///< what must not depend on frame, numbering or unit
+std::vector<Case> block_cases();          ///< the paper's Figs. 13-15 against references
+std::vector<Case> order_cases();          ///< observed order on a nonlinear lattice
+std::vector<Case> load_cases();           ///< which steps a load acts on
+std::vector<Case> kernel_cases();         ///< fast kernels equal the specification
+std::vector<Case> manufactured_cases();   ///< chosen exact solutions
+std::vector<Case> approximation_cases();  ///< heavy nodes, single precision, skipped work
+
+}  // namespace palpate::networks

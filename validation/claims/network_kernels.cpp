@@ -1,0 +1,578 @@
+// SPDX-License-Identifier: MIT
+/// Every fast kernel computes what the specification says, in random states.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "model/kernels/lattice_network.hpp"
+#include "model/kernels/list_network.hpp"
+#include "model/stepping/integrator.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "validation/claims/network_fixture.hpp"
+
+namespace palpate::networks {
+
+namespace {
+
+/// What is asked of a kernel.
+struct Variant {
+  const char* name;
+  PrintedForm printed{};
+  bool damped = true;
+  bool held = true;    ///< one face fixed, so that some springs are anchors
+  bool loaded = true;  ///< loads and weight
+  bool skip = true;
+};
+
+std::vector<Variant> variants() {
+  PrintedForm everything = PrintedForm::all();
+  everything.no_time_step = false;  // these two are errata of the stepping, not of the force
+  everything.lagged_velocity = false;
+  return {{.name = "damped"},
+          {.name = "undamped", .damped = false},
+          {.name = "undamped_without_skipping", .damped = false, .skip = false},
+          {.name = "damped_without_skipping", .skip = false},
+          {.name = "free", .held = false, .loaded = false},
+          {.name = "printed_sign", .printed = {.sign = true}},
+          {.name = "printed_sign_reversed", .printed = {.sign = true, .reversed = true}},
+          {.name = "printed_direction", .printed = {.direction = true}},
+          {.name = "printed_half_force", .printed = {.half_force = true}},
+          {.name = "printed_together", .printed = everything}};
+}
+
+NetworkProblem problem_for(const CaseContext& context, const Variant& variant) {
+  const Block block{.nodes = {4, 5, 3}, .relaxation = variant.damped ? 1e-3 : 0.0};
+  SpringNetwork network = block_network(block);
+  Random random(21);
+  network.springs.change_each([&](Spring& s) {
+    s.stiffness *= random(0.2, 5.0);
+    s.viscosity *= random(0.2, 5.0);
+  });
+  if (variant.held) { hold(network, Face::z_max); }
+  std::vector<Load> loads;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+  if (variant.loaded) {
+    loads = {
+        {.nodes = {2, 7}, .force = {0.02, -0.01, 0.03}, .end = 0.1, .profile = Profile::half_sine},
+        {.nodes = {3},
+         .force = {-0.01, 0.0, 0.02},
+         .start = 0.02,
+         .end = 0.08,
+         .profile = Profile::ramp}};
+    gravity = {0.0, 1.0, 9.81};
+  }
+  return NetworkProblem(candidate(context, network), loads, gravity, variant.printed);
+}
+
+/// Largest |kernel - specification| over the largest |force|, over random states.
+template <class Real>
+double force_error(NetworkSystem<Real>& system, const NetworkProblem& specification, int states) {
+  const NodeLayout& layout = system.layout();
+  Random random(22);
+  double error = 0.0;
+  Vector<Real> q = system.initial_position();
+  Vector<Real> v = system.initial_velocity();
+  Vector<Real> f(layout.size);
+  Eigen::VectorXd q_there(specification.dof());
+  Eigen::VectorXd v_there(specification.dof());
+  Eigen::VectorXd computed(specification.dof());
+  for (int state = 0; state < states; ++state) {
+    scatter(specification.initial_position() + random.vector(specification.dof(), 1e-3), layout, q);
+    scatter(random.vector(specification.dof(), 0.2), layout, v);
+    const double t = random(0.0, 0.1);
+    system.force(t, t, q, v, f);
+    gather(q, layout, q_there);  // as the kernel saw them, rounded
+    gather(v, layout, v_there);
+    gather(f, layout, computed);
+    Eigen::VectorXd expected(specification.dof());
+    specification.force(t, t, q_there, v_there, expected);
+    const Eigen::VectorXd difference = computed - expected;
+    if (!difference.allFinite()) { return std::nan(""); }
+    error = worse(error, largest_of(difference) / largest_of(expected));
+  }
+  return error;
+}
+
+/// The same of A = M + d C + s K, against the specification's matrices.
+double jacobian_error(const NetworkProblem& kernel, const NetworkProblem& specification,
+                      const Variant& variant) {
+  ListNetwork<double> system(kernel, variant.printed, 1e-4, variant.skip);
+  Random random(23);
+  const Eigen::VectorXd q =
+      specification.initial_position() + random.vector(specification.dof(), 1e-3);
+  const Eigen::VectorXd v = random.vector(specification.dof(), 0.2);
+  Eigen::SparseMatrix<double> assembled;
+  system.pattern(assembled);
+  constexpr double on_damping = 0.3;
+  constexpr double on_stiffness = 0.7;
+  system.jacobian(q, v, on_damping, on_stiffness, assembled);
+  Eigen::SparseMatrix<double> stiffness;
+  Eigen::SparseMatrix<double> damping;
+  specification.jacobian(q, v, stiffness, damping);
+  Eigen::MatrixXd expected =
+      on_damping * Eigen::MatrixXd(damping) + on_stiffness * Eigen::MatrixXd(stiffness);
+  expected.diagonal() += specification.mass();
+  return largest_of(Eigen::MatrixXd(assembled) - expected) / largest_of(expected);
+}
+
+template <class Real>
+double list_error(const NetworkProblem& kernel, const NetworkProblem& specification,
+                  const Variant& variant, int states) {
+  double error = 0.0;
+  for (const bool quads : {false, true}) {
+    ListNetwork<Real> system(kernel, variant.printed, 1e-4, variant.skip, {.quads = quads});
+    error = worse(error, force_error<Real>(system, specification, states));
+  }
+  return error;
+}
+
+template <class Real>
+double lattice_error(const NetworkProblem& kernel, const NetworkProblem& specification,
+                     const Variant& variant, int states,
+                     const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front()) {
+  LatticeNetwork<Real> system(kernel, variant.skip, 1, kernels);
+  return force_error<Real>(system, specification, states);
+}
+
+/// Kernels of regular lattices, which know no printed form.
+void measure_lattice(const CaseContext& context, Outcome& outcome) {
+  Table table{
+      .id = "lattice-kernels",
+      .title = "Kernels of regular lattices against the specification",
+      .caption =
+          "Largest difference of forces over the largest force in seeded random states; with the "
+          "instructions of this processor, and with those that all of its kind have.",
+      .columns = {"variant", "double (1)", "float (1)", "double, baseline (1)"}};
+  const int states = context.quick ? 5 : 20;
+  for (const Variant& variant : variants()) {
+    if (variant.printed.any()) { continue; }
+    const NetworkProblem kernel = problem_for(context, variant);
+    const NetworkProblem specification = problem_for(CaseContext{}, variant);
+    const double in_double = lattice_error<double>(kernel, specification, variant, states);
+    const double in_float = lattice_error<float>(kernel, specification, variant, states);
+    const double baseline = lattice_error<double>(kernel, specification, variant, states,
+                                                  lattice::baseline_kernels<double>());
+    const std::string name = variant.name;
+    for (const auto& [kind, value] : {std::pair{"double_", in_double}, {"baseline_", baseline}}) {
+      outcome.judge(
+          {.name = kind + name,
+           .value = value,
+           .upper = 1e-13,
+           .bound_from = "26 springs of a node, each k L / f = 10 times a few roundings"});
+    }
+    outcome.judge({.name = "float_" + name,
+                   .value = in_float,
+                   .upper = 1e-5,
+                   .bound_from = "the same in single precision, inputs rounded alike"});
+    table.rows.push_back({name, in_double, in_float, baseline});
+  }
+  outcome.tables.push_back(std::move(table));
+}
+
+void measure_kernels(const CaseContext& context, Outcome& outcome) {
+  Table table{.id = "kernels",
+              .title = "Kernels against the specification",
+              .caption =
+                  "Largest difference of forces over the largest force in seeded random "
+                  "states, and of the Jacobian over its largest entry.",
+              .columns = {"variant", "double (1)", "float (1)", "Jacobian (1)"}};
+  const CaseContext unharmed{};
+  const int states = context.quick ? 5 : 20;
+  for (const Variant& variant : variants()) {
+    const NetworkProblem kernel = problem_for(context, variant);
+    const NetworkProblem specification = problem_for(unharmed, variant);
+    const double in_double = list_error<double>(kernel, specification, variant, states);
+    const double in_float = list_error<float>(kernel, specification, variant, states);
+    const double matrix = jacobian_error(kernel, specification, variant);
+    const std::string name = variant.name;
+    outcome.judge({.name = "double_" + name,
+                   .value = in_double,
+                   .upper = 1e-13,
+                   .bound_from = "26 springs of a node, each k L / f = 10 times a few roundings"});
+    outcome.judge({.name = "float_" + name,
+                   .value = in_float,
+                   .upper = 1e-5,
+                   .bound_from = "the same in single precision, inputs rounded alike"});
+    outcome.judge({.name = "jacobian_" + name,
+                   .value = matrix,
+                   .upper = 1e-13,
+                   .bound_from = "sums of 26 blocks, a few roundings each"});
+    table.rows.push_back({name, in_double, in_float, matrix});
+  }
+  outcome.tables.push_back(std::move(table));
+}
+
+}  // namespace
+
+std::vector<Case> kernel_cases() {
+  return {
+      {.name = "network/kernels",
+       .suite = "accuracy",
+       .claim = "Every kernel of the stepping computes the specification's forces and Jacobian "
+                "to rounding.",
+       .measure = measure_kernels,
+       .weight = 0.2},
+      {.name = "network/lattice-kernels",
+       .suite = "accuracy",
+       .claim =
+           "The kernels of regular lattices compute the specification's forces to rounding, with "
+           "every set of instructions that this processor has.",
+       .measure = measure_lattice,
+       .weight = 0.2}};
+}
+
+// Approximations that a scene may ask for, and work that it may save: heavy nodes instead of fixed
+// ones, single precision, skipping.
+
+namespace {
+
+using Eigen::Index;
+
+/// A cube pulled at the middle of its face, as a scene that builds its own network.
+Scene pulled_cube(int nodes, const std::string& scheme, double step, double duration) {
+  Scene scene = scene_of(scheme, step, duration);
+  scene.tissue.source = Source::lattice;
+  scene.tissue.fixed = std::vector{Face::z_min};
+  scene.tissue.lattice = {.nodes = {nodes, nodes, nodes},
+                          .spacing = 0.01,
+                          .weights = LatticeWeights::uniform,
+                          .stiffness = 50.0,
+                          .viscosity = 0.05,
+                          .node_mass = 1e-3};
+  scene.loads = {
+      {.nodes = {((nodes - 1) * nodes + nodes / 2) * nodes + nodes / 2}, .force = {0.0, 0.0, 0.1}}};
+  return scene;
+}
+
+/// Largest motion of the nodes of the held face [m].
+double face_drift(const Scene& scene, const Motion& motion) {
+  const SpringNetwork network = build_network(scene);
+  const NetworkProblem problem(network);
+  double drift = motion.diverged || !motion.position.allFinite() ? std::nan("") : 0.0;
+  for (const int node : face_nodes(network.rest_position, Face::z_min)) {
+    for (Index n = 0; n < motion.position.cols(); ++n) {
+      const Eigen::Vector3d away = motion.position.col(n).segment<3>(problem.coordinate(node)) -
+                                   network.rest_position.col(node);
+      drift = worse(drift, largest_of(away));
+    }
+  }
+  return drift;
+}
+
+/// |M (centre of mass - its start) - F t^2 / 2| over F t^2 / 2 at the end: a body held by mass is
+/// free, and Verlet is exact for a constant force.
+double centre_error(const Scene& scene, const Motion& motion, double& rounding) {
+  const SpringNetwork network = build_network(scene);
+  const Eigen::VectorXd mass = NetworkProblem(network).mass();
+  const Eigen::VectorXd moved = motion.position.rightCols<1>() - motion.position.col(0);
+  double along = 0.0;
+  for (Index i = 2; i < moved.size(); i += 3) { along += mass(i) * moved(i); }
+  const double time = scene.simulation.duration;
+  const double expected = 0.5 * scene.loads.front().force.z() * time * time;
+  rounding = static_cast<double>(motion.steps) * epsilon * network.mass.sum() *
+             network.rest_position.cwiseAbs().maxCoeff() / expected;
+  return std::abs(along / expected - 1.0);
+}
+
+void measure_heavy(const CaseContext& context, Outcome& outcome) {
+  std::vector<double> factors;
+  std::vector<double> drifts;
+  std::vector<double> inverse;
+  double excess = 0.0;
+  for (double factor = 1e2; factor < 2e8; factor *= 10.0) {
+    Scene scene = pulled_cube(5, "velocity-verlet", 1e-3, 0.05);
+    scene.tissue.hold_by_mass = true;
+    scene.tissue.heavy_mass_factor = factor;
+    const Motion motion = simulate(context, scene);
+    factors.push_back(factor);
+    inverse.push_back(1.0 / factor);
+    drifts.push_back(face_drift(scene, motion));
+    double rounding = 0.0;
+    const double error = centre_error(scene, motion, rounding);
+    excess = worse(excess, error / rounding);
+  }
+  const ObservedOrder slope = observed_order(inverse, drifts, 0.0, unbounded);
+  outcome.judge({.name = "slope_of_drift_over_factor",
+                 .value = -slope.slope,
+                 .lower = -1.02,
+                 .upper = -0.98,
+                 .bound_from = "theory: the same reaction on a heavier node; at the lightest of "
+                               "seven factors the neighbours' springs pull it back"});
+  outcome.judge({.name = "centre_of_mass_error_over_rounding",
+                 .value = excess,
+                 .upper = 1.0,
+                 .bound_from = "theory: the whole moves by F t^2 / (2 M); one rounding of every "
+                               "position a step"});
+  Figure figure{.id = "drift",
+                .title = "Drift of nodes that are held by mass",
+                .caption =
+                    "A heavy node is not a fixed one: its drift in 50 ms falls as one over "
+                    "its mass and never ends.",
+                .x = {.label = "mass factor (1)", .logarithmic = true},
+                .y = {.label = "largest drift (m)", .logarithmic = true}};
+  figure.series.push_back(line("held by mass", factors, drifts, Series::Style::line_and_points));
+  outcome.figures.push_back(std::move(figure));
+}
+
+void measure_float(const CaseContext& context, Outcome& outcome) {
+  constexpr double half_unit = 0x1p-24;
+  for (const char* scheme : {"euler-cromer", "velocity-verlet", "rk4"}) {
+    Scene scene = pulled_cube(10, scheme, 1e-3, context.quick ? 0.05 : 0.1);
+    scene.loads.front().nodes = {955};
+    const Motion in_double = simulate(context, scene);
+    scene.simulation.precision = Precision::single_precision;
+    const Motion in_float = simulate(context, scene);
+    const SpringNetwork network = build_network(scene);
+    const Eigen::VectorXd start = NetworkProblem(network).initial_position();
+    const TrajectoryError error = trajectory_error(in_float.position, in_double.position, start);
+    const double reach = network.rest_position.cwiseAbs().maxCoeff();
+    const auto steps = static_cast<double>(in_double.steps);
+    outcome.judge({.name = std::string("largest_error_") + scheme,
+                   .value = error.maximum,
+                   .upper = steps * half_unit * reach / error.peak,
+                   .bound_from = "every step rounds each position by at most 2^-24 of the cube's "
+                                 "extent, and damped motion does not amplify it"});
+    outcome.judge({.name = std::string("rms_error_") + scheme,
+                   .value = error.l2,
+                   .upper = steps * half_unit * reach / error.peak,
+                   .bound_from = "the same"});
+    outcome.quantities.push_back({.name = std::string("one_rounding_over_peak_") + scheme,
+                                  .value = half_unit * reach / error.peak});
+  }
+}
+
+/// Values that differ, or all of them when the shapes do.
+double differing_values(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  if (a.rows() != b.rows() || a.cols() != b.cols()) { return unbounded; }
+  return static_cast<double>((a.array() != b.array()).count());
+}
+
+struct SkipScene {
+  const char* name;
+  Scene scene;
+  SpringNetwork network;
+};
+
+std::vector<SkipScene> skip_scenes(bool quick) {
+  const auto made = [](const char* name, double relaxation, bool held, bool gravity) {
+    SkipScene one{.name = name,
+                  .scene = scene_of("auto", 2e-4, 8e-3),
+                  .network = block_network({.nodes = {4, 4, 5}, .relaxation = relaxation})};
+    if (held) { hold(one.network, Face::z_max); }
+    displace(one.network, 5e-4, 41);
+    if (gravity) { one.scene.tissue.gravity = {0.0, 0.0, 9.81}; }
+    one.scene.loads = {{.nodes = {0, 5}, .force = {1e-3, 0.0, 2e-3}, .end = 4e-3}};
+    return one;
+  };
+  std::vector<SkipScene> scenes{made("undamped", 0.0, true, false),
+                                made("damped_with_weight", 1e-3, true, true)};
+  if (!quick) {
+    scenes.push_back(made("damped", 1e-3, true, false));
+    scenes.push_back(made("free_and_undamped", 0.0, false, false));
+  }
+  return scenes;
+}
+
+void measure_skip(const CaseContext& context, Outcome& outcome) {
+  CaseContext skipping = context;
+  CaseContext computing = context;
+  skipping.skip = true;
+  computing.skip = false;
+  for (SkipScene& one : skip_scenes(context.quick)) {
+    double differing = 0.0;
+    for (const IntegratorInfo* scheme : integrators()) {
+      for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+        one.scene.simulation.integrator = std::string(scheme->name);
+        one.scene.simulation.precision = precision;
+        const Wanted wanted{.velocity = true, .energy = true};
+        const Motion a = simulate(skipping, one.scene, &one.network, wanted);
+        const Motion b = simulate(computing, one.scene, &one.network, wanted);
+        differing = worse(differing, differing_values(a.position, b.position));
+        differing = worse(differing, differing_values(a.velocity, b.velocity));
+        differing = worse(differing, a.diverged || b.diverged ? std::nan("") : 0.0);
+      }
+    }
+    outcome.judge({.name = std::string("differing_values_") + one.name,
+                   .value = differing,
+                   .upper = 0.0,
+                   .bound_from = "skipped work adds nothing: the same bits"});
+  }
+  outcome.notes.push_back("Every scheme, in both precisions, with and without skipping.");
+}
+
+}  // namespace
+
+std::vector<Case> approximation_cases() {
+  return {{.name = "network/heavy-nodes",
+           .suite = "accuracy",
+           .claim = "Nodes held by mass drift in inverse proportion to it.",
+           .measure = measure_heavy,
+           .weight = 0.3},
+          {.name = "network/float",
+           .suite = "accuracy",
+           .claim = "Single precision adds no more than the rounding of positions.",
+           .measure = measure_float,
+           .weight = 0.5},
+          {.name = "network/skip",
+           .suite = "accuracy",
+           .claim = "Skipping what a scene does not need changes no bit of its motion.",
+           .measure = measure_skip,
+           .weight = 0.5}};
+}
+
+// A load acts on the integrator steps that begin in [start, end): the impulse on a free node
+// counts them. Instants are whole numbers of a small unit here, so that the expected count is
+// exact.
+
+namespace {
+
+constexpr double force = 0.75;  ///< [N]
+constexpr double mass = 0.25;   ///< [kg]
+
+/// A tick, its substeps, and a load, in units of `unit` seconds.
+struct Timing {
+  const char* name;
+  double unit;  ///< [s]
+  long tick;
+  int substeps;
+  long ticks;
+  double start;  ///< [s] as a person would write or compute it
+  double end;
+  long start_units;
+  long end_units;
+};
+
+constexpr std::array timings{
+    Timing{"aligned", 1e-3, 1, 1, 50, 0.01, 0.03, 10, 30},
+    Timing{"from_the_beginning", 1e-3, 1, 1, 50, 0.0, 0.02, 0, 20},
+    Timing{"sum_of_tenths", 0.1, 1, 1, 12, 0.1 + 0.2, 0.7, 3, 7},
+    Timing{"product_of_tenths", 0.1, 1, 1, 12, 3 * 0.1, 7 * 0.1, 3, 7},
+    Timing{"below_a_tenth", 0.1, 1, 1, 12, 0.3, 0.1 + 0.2 + 0.4, 3, 7},
+    Timing{"between_steps", 1e-4, 10, 1, 50, 0.0103, 0.0297, 103, 297},
+    Timing{"end_between_steps", 1e-4, 10, 1, 50, 0.01, 0.0201, 100, 201},
+    Timing{"inside_one_step", 1e-4, 10, 1, 50, 0.0102, 0.0108, 102, 108},
+    Timing{"one_step", 1e-3, 1, 1, 50, 0.017, 0.018, 17, 18},
+    Timing{"on_substeps", 1e-4, 10, 10, 50, 0.0103, 0.0297, 103, 297},
+    Timing{"between_substeps", 1e-5, 100, 10, 50, 0.01033, 0.02971, 1033, 2971},
+    Timing{"thirds", 1.0 / 3000.0, 3, 3, 50, 7.0 / 3000.0, 0.031, 7, 93},
+    Timing{"past_the_end", 1e-3, 1, 1, 50, 0.04, 1.0, 40, 1000}};
+
+/// Steps n with start <= n h < end, in whole units.
+long expected_steps(const Timing& timing) {
+  const long total = timing.ticks * timing.substeps;
+  long count = 0;
+  for (long n = 0; n < total; ++n) {
+    const long begin = n * timing.tick;  // in units / substeps
+    if (begin >= timing.start_units * timing.substeps &&
+        begin < timing.end_units * timing.substeps) {
+      ++count;
+    }
+  }
+  return count;
+}
+
+SpringNetwork one_node() {
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, 1);
+  network.mass = Eigen::VectorXd::Constant(1, mass);
+  network.fixed = {0};
+  return network;
+}
+
+/// Velocity that a load leaves behind, over h force / mass: a number of steps.
+double impulse_in_steps(const CaseContext& context, const std::string& scheme, const Timing& timing,
+                        Profile profile) {
+  const double tick = timing.unit * static_cast<double>(timing.tick);
+  Scene scene = scene_of(scheme, tick, tick * static_cast<double>(timing.ticks), timing.substeps);
+  scene.loads = {{.nodes = {0},
+                  .force = {0.0, 0.0, force},
+                  .start = timing.start,
+                  .end = timing.end,
+                  .profile = profile}};
+  const SpringNetwork network = one_node();
+  const Motion motion = simulate(context, scene, &network, {.velocity = true});
+  return motion.velocity(2, motion.velocity.cols() - 1) * mass / (force * motion.h);
+}
+
+void judge_counts(const CaseContext& context, Outcome& outcome) {
+  Table table{
+      .id = "steps",
+      .title = "Steps on which a load acts",
+      .caption =
+          "Impulse of a constant load over h F under Euler-Cromer, beside the number "
+          "of steps that begin in [start, end).",
+      .columns = {"load", "start (s)", "end (s)", "h (s)", "impulse (steps)", "expected (steps)"}};
+  for (const Timing& timing : timings) {
+    const auto expected = static_cast<double>(expected_steps(timing));
+    const double steps = impulse_in_steps(context, "euler-cromer", timing, Profile::constant);
+    const double rounding = epsilon * (expected + 4.0) * expected;
+    outcome.judge({.name = std::string("impulse_error_") + timing.name,
+                   .value = std::abs(steps - expected),
+                   .unit = "steps",
+                   .upper = rounding,
+                   .bound_from = "an exact count; one rounding of the velocity per step"});
+    table.rows.push_back({timing.name, timing.start, timing.end,
+                          timing.unit * static_cast<double>(timing.tick) / timing.substeps, steps,
+                          expected});
+  }
+  outcome.tables.push_back(std::move(table));
+}
+
+/// Every scheme gives a constant load the same impulse. A staggered scheme's velocity at an instant
+/// is the mean of two, so only loads that have ended count.
+void judge_schemes(const CaseContext& context, Outcome& outcome) {
+  for (const IntegratorInfo* scheme : integrators()) {
+    double error = 0.0;
+    for (const Timing& timing : timings) {
+      if (timing.end_units > timing.ticks * timing.tick) { continue; }
+      const auto expected = static_cast<double>(expected_steps(timing));
+      const double steps =
+          impulse_in_steps(context, std::string(scheme->name), timing, Profile::constant);
+      error = worse(error, std::abs(steps - expected));
+    }
+    outcome.judge({.name = "largest_impulse_error_" + std::string(scheme->name),
+                   .value = error,
+                   .unit = "steps",
+                   .upper = 64.0 * epsilon * 200.0 * 200.0,
+                   .bound_from = "an exact count of at most 200 steps; 64 roundings a step"});
+  }
+}
+
+/// Sums of the other profiles over aligned steps have closed forms.
+void judge_profiles(const CaseContext& context, Outcome& outcome) {
+  const Timing& aligned = timings.front();
+  const double n = 20.0;
+  const double sine = 1.0 / std::tan(std::numbers::pi / (2.0 * n));  // sum of sin(pi k / n)
+  const double ramp = (n - 1.0) / 2.0;                               // sum of k / n
+  const auto judge = [&](const char* name, Profile profile, double expected) {
+    const double steps = impulse_in_steps(context, "euler-cromer", aligned, profile);
+    outcome.judge({.name = name,
+                   .value = std::abs(steps / expected - 1.0),
+                   .upper = 1e-14 * n,
+                   .bound_from = "closed sum over the steps; a few roundings each"});
+  };
+  judge("half_sine_impulse_error", Profile::half_sine, sine);
+  judge("ramp_impulse_error", Profile::ramp, ramp);
+}
+
+void measure_load_edges(const CaseContext& context, Outcome& outcome) {
+  judge_counts(context, outcome);
+  judge_schemes(context, outcome);
+  judge_profiles(context, outcome);
+}
+
+}  // namespace
+
+std::vector<Case> load_cases() {
+  return {{.name = "network/load-edges",
+           .suite = "accuracy",
+           .claim = "A load acts on exactly the integrator steps that begin in [start, end), "
+                    "whatever rounding does to the instants.",
+           .measure = measure_load_edges,
+           .weight = 0.1}};
+}
+
+}  // namespace palpate::networks

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+
+#include "validation/claims/oscillator_fixture.hpp"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+#include <limits>
+
+#include "reference/oscillator.hpp"
+#include "validation/claims/groups.hpp"
+
+namespace palpate::oscillator {
+
+namespace {
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+}
+
+Oscillator paper_oscillator(double viscosity) {
+  return {.mass = 1.0, .stiffness = 1.0, .viscosity = viscosity, .displacement = 1.0};
+}
+
+Oscillator driven_oscillator() {
+  Oscillator driven = paper_oscillator(0.7);
+  driven.drive_amplitude = 1.0;
+  driven.drive_frequency = 0.8;
+  return driven;
+}
+
+Motion run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
+           double h, long steps) {
+  Scene scene = scene_of(std::string(scheme), h, static_cast<double>(steps) * h);
+  scene.tissue.source = Source::oscillator;
+  scene.tissue.oscillator = oscillator;
+  return simulate(context, scene, nullptr, {.velocity = true});
+}
+
+Samples samples_of(const Motion& motion) {
+  Samples samples{.time = motion.time};
+  const auto copy = [](const Eigen::MatrixXd& from, std::vector<double>& to) {
+    to.assign(from.data(), from.data() + from.size());
+  };
+  copy(motion.position, samples.position);
+  copy(motion.velocity, samples.velocity);
+  return samples;
+}
+
+Samples exact_samples(const Oscillator& oscillator, const std::vector<double>& time) {
+  Samples samples{.time = time};
+  for (const double t : time) {
+    const OscillatorState state = exact_motion(oscillator, t);
+    samples.position.push_back(state.position);
+    samples.velocity.push_back(state.velocity);
+  }
+  return samples;
+}
+
+std::vector<double> equation_6_samples(const Oscillator& oscillator,
+                                       const std::vector<double>& time) {
+  std::vector<double> x;
+  for (const double t : time) {
+    x.push_back(equation_6_plotted(oscillator, oscillator.displacement, 0.0, t));
+  }
+  return x;
+}
+
+std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator,
+                                     double h, long steps) {
+  std::vector<double> x;
+  for (long n = 0; n <= steps; ++n) {
+    x.push_back(static_cast<double>(reference::discrete_state(scheme, oscillator, h, n)(0)));
+  }
+  return x;
+}
+
+std::vector<double> instants(double h, long steps) {
+  std::vector<double> time;
+  for (long n = 0; n <= steps; ++n) { time.push_back(static_cast<double>(n) * h); }
+  return time;
+}
+
+double rms_distance(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() != b.size() || a.empty()) { return nan; }
+  double sum = 0.0;
+  for (std::size_t n = 0; n < a.size(); ++n) { sum += (a[n] - b[n]) * (a[n] - b[n]); }
+  return std::isfinite(sum) ? std::sqrt(sum / static_cast<double>(a.size())) : nan;
+}
+
+double peak_distance(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() != b.size() || a.empty()) { return nan; }
+  double distance = 0.0;
+  double peak = 0.0;
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    distance = worse(distance, std::abs(a[n] - b[n]));
+    peak = worse(peak, std::abs(b[n]));
+  }
+  return distance / peak;
+}
+
+double worse(double a, double b) { return std::isnan(a) || std::isnan(b) ? nan : std::max(a, b); }
+
+double natural_frequency(const Oscillator& oscillator) {
+  return std::sqrt(oscillator.stiffness / oscillator.mass);
+}
+
+Recurrence identify_recurrence(const std::vector<double>& x) {
+  if (x.size() < 6) { return {nan, nan, nan}; }
+  // Rows (x(n), x(n-1)) differ little at small steps; sums and differences are better scaled.
+  const auto rows = static_cast<Eigen::Index>(x.size()) - 2;
+  Eigen::MatrixXd a(rows, 2);
+  Eigen::VectorXd b(rows);
+  for (Eigen::Index n = 0; n < rows; ++n) {
+    const auto i = static_cast<std::size_t>(n);
+    a.row(n) << 0.5 * (x[i + 1] + x[i]), x[i + 1] - x[i];
+    b(n) = x[i + 2];
+  }
+  if (!a.allFinite() || !b.allFinite()) { return {nan, nan, nan}; }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::Vector2d c = svd.solve(b);  // c0/2 + c1 = trace, c0/2 - c1 = -determinant
+  return {0.5 * c(0) + c(1), c(1) - 0.5 * c(0), svd.singularValues()(0) / svd.singularValues()(1)};
+}
+
+std::string text(double value) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%g", value);
+  return buffer.data();
+}
+
+std::string id_of(std::string_view words) {
+  std::string id;
+  for (const char c : words) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+    if (plain) {
+      id += c;
+    } else if (!id.empty() && id.back() != '-') {
+      id += '-';
+    }
+  }
+  return id;
+}
+
+}  // namespace palpate::oscillator
+
+namespace palpate {
+
+std::vector<Case> oscillator_cases() {
+  using namespace oscillator;
+  std::vector<Case> cases;
+  for (const auto part : {order_cases, discrete_cases, stability_limit_cases, regime_cases,
+                          figure_cases, phase_cases, comparison_cases, sweep_cases}) {
+    std::ranges::move(part(), std::back_inserter(cases));
+  }
+  return cases;
+}
+
+}  // namespace palpate

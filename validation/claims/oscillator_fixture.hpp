@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What the oscillator cases share: the paper's setting, runs of it, and how they are drawn.
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "reference/oscillator_motion.hpp"
+#include "validation/case.hpp"
+
+namespace palpate::oscillator {
+
+/// m = 1 kg, k = 1 N/m and these c [N s/m], over 25 s (paper, Figs. 6-10).
+inline constexpr std::array paper_viscosities{0.1, 0.3, 0.7, 1.0, 1.4, 1.8};
+inline constexpr std::array paper_steps{0.25, 0.1};  ///< h [s]
+inline constexpr double paper_duration = 25.0;       ///< [s]
+
+/// The paper's and 0, 2 (critical) and 3 (overdamped).
+inline constexpr std::array swept_viscosities{0.0, 0.1, 0.3, 0.7, 1.0, 1.4, 1.8, 2.0, 3.0};
+
+/// x0 = 1 m, v0 = 0.
+Oscillator paper_oscillator(double viscosity);
+/// Pushed by cos(0.8 t) N, c = 0.7 N s/m.
+Oscillator driven_oscillator();
+
+/// `steps` steps of h [s] by the model, with velocities.
+Motion run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
+           double h, long steps);
+
+struct Samples {
+  std::vector<double> time{};      ///< [s]
+  std::vector<double> position{};  ///< [m]
+  std::vector<double> velocity{};  ///< [m/s]
+};
+Samples samples_of(const Motion& motion);
+Samples exact_samples(const Oscillator& oscillator, const std::vector<double>& time);
+std::vector<double> equation_6_samples(const Oscillator& oscillator,
+                                       const std::vector<double>& time);
+/// Positions of a scheme's own closed form (reference/discrete.hpp).
+std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator,
+                                     double h, long steps);
+/// 0, h, ... steps h.
+std::vector<double> instants(double h, long steps);
+
+/// Root mean square of a - b; NaN when they differ in length or are not finite.
+double rms_distance(const std::vector<double>& a, const std::vector<double>& b);
+/// Largest |a - b| over the largest |b|; NaN likewise.
+double peak_distance(const std::vector<double>& a, const std::vector<double>& b);
+/// The larger one, or NaN when either is NaN.
+double worse(double a, double b);
+
+/// State space weighted so that k = m = 1: (x, v / omega0).
+double natural_frequency(const Oscillator& oscillator);
+
+/// x(n+1) = trace x(n) - determinant x(n-1): the two invariants of one step's matrix, read off a
+/// curve by least squares. `condition` is how much the fit magnifies rounding.
+struct Recurrence {
+  double trace = 0.0;
+  double determinant = 0.0;
+  double condition = 0.0;
+};
+Recurrence identify_recurrence(const std::vector<double>& x);
+
+std::string text(double value);             ///< "%g"
+std::string id_of(std::string_view words);  ///< an id from words
+
+// The parts of the oscillator group; oscillator.cpp joins them.
+
+std::vector<Case> order_cases();            ///< oscillator/order/<scheme>
+std::vector<Case> discrete_cases();         ///< oscillator/discrete/<scheme>
+std::vector<Case> stability_limit_cases();  ///< oscillator/stability-limit/<scheme>
+std::vector<Case> regime_cases();           ///< oscillator/regimes
+std::vector<Case> figure_cases();           ///< oscillator/figure-6 ... figure-9
+std::vector<Case> phase_cases();            ///< oscillator/figure-10
+std::vector<Case> comparison_cases();       ///< oscillator/who-is-closest
+std::vector<Case> sweep_cases();            ///< oscillator/sweep
+
+}  // namespace palpate::oscillator

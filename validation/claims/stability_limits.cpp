@@ -1,0 +1,678 @@
+// SPDX-License-Identifier: MIT
+/// The bounds from which automatic substeps are chosen, against exact spectra of random networks.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "model/problem/problem.hpp"
+#include "model/stepping/stability.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "reference/modal.hpp"
+#include "validation/claims/stability_fixture.hpp"
+#include "validation/signal.hpp"
+
+namespace palpate::stability {
+
+namespace {
+
+/// Masses, stiffness and viscosity over `decades`; some nodes fixed; rest lengths off by up to 60
+/// %.
+SpringNetwork random_network(std::uint64_t seed, double decades) {
+  Random random(seed);
+  constexpr int nodes = 16;
+  constexpr int springs = 60;
+  const auto spread = [&](double largest) {
+    return largest * std::pow(10.0, -random(0.0, decades));
+  };
+  SpringNetwork network;
+  network.rest_position = NodeVectors::NullaryExpr(3, nodes, [&] { return random(-0.01, 0.01); });
+  network.mass = Eigen::VectorXd::NullaryExpr(nodes, [&] { return spread(1e-2); });
+  network.fixed.assign(nodes, 0);
+  for (std::size_t n = 0; n < seed % 4; ++n) { network.fixed[5 * n] = 1; }
+  for (int n = 0; n < springs; ++n) {
+    const int b = n + 1 < nodes ? n + 1 : static_cast<int>(random(1.0, nodes));
+    const int a = static_cast<int>(random(0.0, b));
+    const double length = (network.rest_position.col(b) - network.rest_position.col(a)).norm();
+    network.springs.push_back({a, b, spread(1e4), spread(1.0), length * (1.0 + random(-0.6, 0.6))});
+  }
+  return network;
+}
+
+struct Ratios {
+  Series estimate{.label = "power iteration", .style = Series::Style::points};
+  Series upper{.label = "guaranteed bound, frequency", .style = Series::Style::points};
+  Series damping{.label = "guaranteed bound, damping", .style = Series::Style::points};
+};
+
+Ratios ratios_of(int networks) {
+  Ratios ratios;
+  for (int n = 0; n < networks; ++n) {
+    const double decades = 6.0 * n / (networks - 1);
+    const SpringNetwork network = random_network(static_cast<std::uint64_t>(n) + 1, decades);
+    const Spectrum truth = spectrum_of(network);
+    const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
+    const double omega = truth.omega.maxCoeff();
+    for (Series* series : {&ratios.estimate, &ratios.upper, &ratios.damping}) {
+      series->x.push_back(decades);
+    }
+    ratios.estimate.y.push_back(bounds.omega_estimate / omega);
+    ratios.upper.y.push_back(bounds.omega_upper / omega);
+    ratios.damping.y.push_back(bounds.damping_upper / truth.damping_maximum);
+  }
+  return ratios;
+}
+
+void draw(Ratios ratios, Outcome& outcome) {
+  Figure figure{.id = "ratios",
+                .title = "Bounds over exact values",
+                .caption =
+                    "Random networks of 16 nodes and 60 springs: the estimate must stay "
+                    "below 1 and the guaranteed bounds above it.",
+                .x = {.label = "spread of mass, stiffness and viscosity (decades)"},
+                .y = {.label = "bound / exact value (1)"}};
+  figure.series = {
+      std::move(ratios.estimate),
+      std::move(ratios.upper),
+      std::move(ratios.damping),
+      {.label = "exact", .style = Series::Style::dashed, .x = {0.0, 6.0}, .y = {1.0, 1.0}}};
+  outcome.figures.push_back(std::move(figure));
+}
+
+void measure_bounds(const CaseContext& context, Outcome& outcome) {
+  Ratios ratios = ratios_of(context.quick ? 60 : 400);
+  const auto [low_estimate, high_estimate] = std::ranges::minmax(ratios.estimate.y);
+  const auto [low_upper, high_upper] = std::ranges::minmax(ratios.upper.y);
+  const auto [low_damping, high_damping] = std::ranges::minmax(ratios.damping.y);
+  const char* exact = "exact eigenvalues of the assembled matrices";
+  outcome.judge({.name = "largest estimate over true frequency",
+                 .value = high_estimate,
+                 .upper = 1.0 + 1e-9,
+                 .bound_from = exact});
+  outcome.judge({.name = "smallest estimate over true frequency",
+                 .value = low_estimate,
+                 .lower = 0.95,
+                 .bound_from = "500 iterations from a start with every wave length"});
+  outcome.judge({.name = "smallest frequency bound over true",
+                 .value = low_upper,
+                 .lower = 1.0 - 1e-11,
+                 .bound_from = exact});
+  outcome.judge({.name = "largest frequency bound over true",
+                 .value = high_upper,
+                 .upper = 1.5,
+                 .bound_from = "looser, and automatic substeps would waste a third of the work"});
+  outcome.judge({.name = "smallest damping bound over true",
+                 .value = low_damping,
+                 .lower = 1.0 - 1e-11,
+                 .bound_from = exact});
+  outcome.judge({.name = "largest damping bound over true",
+                 .value = high_damping,
+                 .upper = 2.25,
+                 .bound_from = "as the bound of the frequency, which is its square root"});
+  draw(std::move(ratios), outcome);
+}
+
+}  // namespace
+
+void add_bound_cases(std::vector<Case>& cases) {
+  cases.push_back({.name = "stability/spectral-bounds",
+                   .suite = "stability",
+                   .claim = "the estimated and the guaranteed highest frequency of a network "
+                            "enclose the exact one",
+                   .measure = measure_bounds});
+}
+
+// The step at which a small lattice blows up, found by running it, against the limit that follows
+// from the exact eigenvalues of its assembled matrices. Schemes without a limit are run at a huge
+// step, schemes without a stable step at small ones.
+
+namespace {
+
+constexpr double tiny = 5e-12;       // [m] of 5 mm: strains of 1e-9, so linear theory holds
+constexpr double moderate = 1e-6;    // [m]
+constexpr double blown_up = 1e3;     // times the initial displacement
+constexpr double resolution = 1e-3;  // runs are long enough to show growth this far beyond
+constexpr double most_drawn = 1e3 * blown_up;  // beyond, rounding decides where a run overflows
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+/// Largest displacement in a run over the largest at its start.
+double growth_of_run(const CaseContext& context, const IntegratorInfo& scheme,
+                     const SpringNetwork& network, double h, long steps) {
+  const Scene scene = scene_of(std::string(scheme.name), h, h * static_cast<double>(steps));
+  const Motion motion =
+      simulate(context, scene, &network, Wanted{.every = std::max(1L, steps / 40)});
+  if (motion.diverged || !motion.position.allFinite()) { return infinite; }
+  const Eigen::VectorXd rest = rest_position(network);
+  const Eigen::VectorXd largest =
+      (motion.position.colwise() - rest).cwiseAbs().colwise().maxCoeff().transpose();
+  return largest.maxCoeff() / largest(0);
+}
+
+/// Steps after which `blown_up` is passed a hundredfold at `resolution` beyond the limit.
+long steps_needed(const IntegratorInfo& scheme, const NetworkLimit& limit) {
+  const double growth =
+      growth_per_step(scheme, limit.omega, limit.damping_ratio, limit.h * (1.0 + resolution));
+  return std::lround(std::clamp(std::log(100.0 * blown_up) / std::log(growth), 2e3, 3e5));
+}
+
+struct Run {
+  double h;
+  double growth;
+};
+
+/// Bisection between a run that stays and one that blows up, from 5 % around the expected limit;
+/// further out where that is not enough, and 0 or infinite where nothing is.
+double blow_up_step(double expected, const std::function<double(double)>& growth,
+                    std::vector<Run>& runs) {
+  const auto blows_up = [&](double h) {
+    runs.push_back({h, growth(h)});
+    return !(runs.back().growth < blown_up);
+  };
+  double low = 0.95 * expected;
+  double high = 1.05 * expected;
+  while (blows_up(low)) {
+    high = low;
+    low *= 0.5;
+    if (low < 0.01 * expected) { return 0.0; }
+  }
+  while (high >= 1.05 * expected && !blows_up(high)) {
+    low = high;
+    high *= 2.0;
+    if (high > 10.0 * expected) { return infinite; }
+  }
+  while (high - low > 0.5 * resolution * expected) {
+    const double middle = 0.5 * (low + high);
+    (blows_up(middle) ? high : low) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+struct Row {
+  double relaxation = 0.0;  ///< [s]
+  NetworkLimit limit{};
+  double measured = 0.0;    ///< [s]
+  double guaranteed = 0.0;  ///< [s]
+  double automatic = 0.0;   ///< [s] what substeps = "auto" takes
+};
+
+std::string text(const char* format, double value) {
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  return buffer;
+}
+
+void judge_row(const Row& row, Outcome& outcome) {
+  const std::string at = text(", c/k = %g ms", 1e3 * row.relaxation);
+  outcome.judge({.name = "blow-up step over theory" + at,
+                 .value = row.measured / row.limit.h,
+                 .lower = 0.998,
+                 .upper = 1.002,
+                 .bound_from = "exact eigenvalues; runs resolve 0.1 %, bisection 0.05 %"});
+  outcome.judge({.name = "guaranteed step over true limit" + at,
+                 .value = row.guaranteed / row.limit.h,
+                 .lower = 0.5,
+                 .upper = 1.0 + 1e-9,
+                 .bound_from = "a bound lies on the safe side, and within 6 dB to be of use"});
+  outcome.judge({.name = "margin of automatic substeps" + at,
+                 .value = margin_db(row.limit.h, row.automatic),
+                 .unit = "dB",
+                 .lower = 20.0 * std::log10(2.0) - 1e-9,
+                 .bound_from = "automatic substeps stay at half of the guaranteed step"});
+}
+
+/// The step that the plan takes by itself for a tick of ten times the limit.
+double automatic_step(const CaseContext& context, const IntegratorInfo& scheme,
+                      const SpringNetwork& network, double limit) {
+  Scene scene = scene_of(std::string(scheme.name), 10.0 * limit, 10.0 * limit);
+  scene.simulation.substeps.reset();
+  return simulate(context, scene, &network).h;
+}
+
+Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringNetwork network,
+               const Row& expected, std::vector<Series>& growth) {
+  Row row = expected;
+  row.guaranteed = stable_step(scheme, spectral_bounds(NetworkProblem(network)));
+  row.automatic = automatic_step(context, scheme, network, row.limit.h);
+  displace(network, tiny);
+  const long steps = steps_needed(scheme, row.limit);
+  std::vector<Run> runs;
+  row.measured = blow_up_step(
+      row.limit.h, [&](double h) { return growth_of_run(context, scheme, network, h, steps); },
+      runs);
+  Series points{.label = text("S = %.3g", row.limit.damping_ratio), .style = Series::Style::points};
+  for (const Run& run : runs) {
+    points.x.push_back(run.h / row.limit.h);
+    points.y.push_back(std::min(run.growth, most_drawn));
+  }
+  growth.push_back(std::move(points));
+  return row;
+}
+
+/// A scheme that no step amplifies: no mode may pass its own initial displacement, so all of them
+/// together at most the square root of their number times it.
+void judge_without_limit(const IntegratorInfo& scheme, const CaseContext& context,
+                         SpringNetwork network, const Row& row, double omega, Outcome& outcome) {
+  displace(network, moderate);
+  outcome.judge({.name = "growth over 200 steps of 1000 / omega_max" +
+                         text(", c/k = %g ms", 1e3 * row.relaxation),
+                 .value = growth_of_run(context, scheme, network, 1e3 / omega, 200),
+                 .upper = std::sqrt(static_cast<double>(NetworkProblem(network).dof())),
+                 .bound_from = "A-stability: no mode exceeds its initial amplitude"});
+}
+
+/// A scheme that every step amplifies: growth of the fastest mode per step against theory.
+void judge_always_unstable(const IntegratorInfo& scheme, const CaseContext& context,
+                           SpringNetwork network, double omega, Outcome& outcome) {
+  displace(network, tiny);
+  for (const double z : {0.02, 0.1, 0.5}) {
+    const double growth = growth_per_step(scheme, omega, 0.0, z / omega);
+    const long steps = std::lround(std::log(1e8) / std::log(growth));
+    const double early = growth_of_run(context, scheme, network, z / omega, steps / 2);
+    const double late = growth_of_run(context, scheme, network, z / omega, steps);
+    const double measured = std::log(late / early) / static_cast<double>(steps - steps / 2);
+    outcome.judge({.name = text("growth rate over theory at h omega_max = %g", z),
+                   .value = measured / std::log(growth),
+                   .lower = 0.75,
+                   .upper = 1.25,
+                   .bound_from = "ln|1 + i h omega|; slower modes and phase blur a finite run"});
+  }
+  outcome.judge({.name = "guaranteed step where none is stable",
+                 .value = stable_step(scheme, spectral_bounds(NetworkProblem(network))),
+                 .unit = "s",
+                 .upper = 0.0,
+                 .bound_from = "theory: every step amplifies an undamped oscillator"});
+}
+
+void tabulate(const std::vector<Row>& rows, Outcome& outcome) {
+  Table table{.id = "limits",
+              .title = "Steps at which the lattice blows up",
+              .caption = "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
+              .columns = {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
+                          "guaranteed (ms)", "automatic (ms)", "margin (dB)"}};
+  for (const Row& row : rows) {
+    table.rows.push_back({1e3 * row.relaxation, row.limit.omega, row.limit.damping_ratio,
+                          1e3 * row.limit.h, 1e3 * row.measured, 1e3 * row.guaranteed,
+                          1e3 * row.automatic, margin_db(row.limit.h, row.automatic)});
+  }
+  outcome.tables.push_back(std::move(table));
+}
+
+void draw(std::vector<Series> growth, Outcome& outcome) {
+  Figure figure{.id = "growth",
+                .title = "Growth around the stability limit",
+                .caption =
+                    "Largest displacement of a run over its initial one, for every step "
+                    "that the bisection tried; runs above the line count as blown up; all that "
+                    "grew a millionfold stand "
+                    "at a million.",
+                .x = {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
+                .y = {.label = "largest displacement / initial (1)", .logarithmic = true}};
+  figure.series = std::move(growth);
+  figure.series.push_back({.label = "counts as blown up",
+                           .style = Series::Style::dashed,
+                           .x = {0.94, 1.06},
+                           .y = {blown_up, blown_up}});
+  outcome.figures.push_back(std::move(figure));
+}
+
+void measure_blow_up(const IntegratorInfo& scheme, const CaseContext& context, Outcome& outcome) {
+  std::vector<double> relaxations{0.0, 1.5e-3};  // [s]
+  if (!context.quick) { relaxations = {0.0, 4e-4, 1.5e-3, 4e-3}; }
+  std::vector<Row> rows;
+  std::vector<Series> growth;
+  for (const double relaxation : relaxations) {
+    const SpringNetwork network = cube(3, relaxation);
+    const Spectrum spectrum = spectrum_of(network);
+    const Row row{.relaxation = relaxation, .limit = network_limit(scheme, spectrum, relaxation)};
+    const double fastest = spectrum.omega.maxCoeff();
+    if (row.limit.h == 0.0) {
+      judge_always_unstable(scheme, context, network, fastest, outcome);
+    } else if (std::isinf(row.limit.h)) {
+      judge_without_limit(scheme, context, network, row, fastest, outcome);
+    } else {
+      rows.push_back(find_limit(scheme, context, network, row, growth));
+      judge_row(rows.back(), outcome);
+    }
+  }
+  if (rows.empty()) { return; }
+  tabulate(rows, outcome);
+  draw(std::move(growth), outcome);
+}
+
+}  // namespace
+
+void add_blow_up_cases(std::vector<Case>& cases) {
+  for (const IntegratorInfo* scheme : integrators()) {
+    cases.push_back({.name = "stability/blow-up/" + std::string(scheme->name),
+                     .suite = "stability",
+                     .claim = scheme->implicit
+                                  ? "no step makes a lattice blow up"
+                                  : "a lattice blows up at the step that its exact spectrum "
+                                    "predicts, and the guaranteed step lies below it",
+                     .measure = [scheme](const CaseContext& context, Outcome& outcome) {
+                       measure_blow_up(*scheme, context, outcome);
+                     }});
+  }
+}
+
+// Growth per step of every scheme over step length and damping, measured by running it, with the
+// border of stability from theory and from bisection.
+
+namespace {
+
+constexpr double highest_step = 3.5;     // h omega0
+constexpr double highest_damping = 2.0;  // S
+
+/// x'' + 2 S x' + x = 0 under a scheme.
+Motion run(const CaseContext& context, const IntegratorInfo& scheme, double damping_ratio, double h,
+           long steps, long every) {
+  Scene scene = scene_of(std::string(scheme.name), h, h * static_cast<double>(steps));
+  scene.tissue.source = Source::oscillator;
+  scene.tissue.oscillator = {.mass = 1.0,
+                             .stiffness = 1.0,
+                             .viscosity = 2.0 * damping_ratio,
+                             .displacement = 1.0,
+                             .velocity = 0.3};
+  return simulate(context, scene, nullptr, {.velocity = true, .every = every});
+}
+
+double size_at(const Motion& motion, Eigen::Index n) {
+  return std::hypot(motion.position(0, n), motion.velocity(0, n));
+}
+
+/// log10 of the growth per step over the second half of a short run, within -1 and 1.
+double log_growth(const CaseContext& context, const IntegratorInfo& scheme, double s, double h) {
+  constexpr long steps = 60;
+  const Motion motion = run(context, scheme, s, h, steps, 1);
+  const Eigen::Index last = motion.position.cols() - 1;
+  const Eigen::Index middle = last / 2;
+  if (last < 4) { return 1.0; }  // out of bounds at once
+  const double ratio = size_at(motion, last) / size_at(motion, middle);
+  const double growth = std::log10(ratio) / static_cast<double>(last - middle);
+  return std::isnan(growth) ? growth : std::clamp(growth, -1.0, 1.0);
+}
+
+HeatMap heat_map(const CaseContext& context, const IntegratorInfo& scheme) {
+  const int columns = context.quick ? 21 : 41;
+  const int rows = context.quick ? 18 : 36;
+  HeatMap map{.label = "log10 of growth per step (1)"};
+  for (int i = 0; i < columns; ++i) { map.x.push_back(highest_damping * i / (columns - 1)); }
+  for (int j = 0; j < rows; ++j) { map.y.push_back(highest_step * (j + 1) / rows); }
+  for (const double h : map.y) {
+    for (const double s : map.x) { map.z.push_back(log_growth(context, scheme, s, h)); }
+  }
+  return map;
+}
+
+bool blows_up(const CaseContext& context, const IntegratorInfo& scheme, double s, double h,
+              long steps) {
+  const Motion motion = run(context, scheme, s, h, steps, std::max(1L, steps / 20));
+  return motion.diverged || !(size_at(motion, motion.position.cols() - 1) < blown_up);
+}
+
+/// Border by bisection of long runs; infinite when twice the expected step is still stable.
+double measured_border(const CaseContext& context, const IntegratorInfo& scheme, double s,
+                       double expected) {
+  const double growth = growth_per_step(scheme, 1.0, s, expected * (1.0 + resolution));
+  const double wanted = std::log(30.0 * blown_up) / std::log(growth);
+  const long steps = std::lround(std::clamp(wanted, 500.0, 2e6));
+  double low = 0.0;
+  double high = 2.0 * expected;
+  if (!blows_up(context, scheme, s, high, steps)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  double middle = expected;  // expected first: both sides of it are near then
+  while (high - low > 0.5 * resolution * expected) {
+    (blows_up(context, scheme, s, middle, steps) ? high : low) = middle;
+    const double gap = resolution * expected;
+    middle = low == expected    ? std::min(expected + gap, 0.5 * (low + high))
+             : high == expected ? std::max(expected - gap, 0.5 * (low + high))
+                                : 0.5 * (low + high);
+  }
+  return 0.5 * (low + high);
+}
+
+struct Borders {
+  Series theory{.label = "border, theory", .style = Series::Style::line};
+  Series measured{.label = "border, measured", .style = Series::Style::points};
+  double largest_distance = 0.0;
+};
+
+Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
+  Borders borders;
+  for (int n = 0; n <= 200; ++n) {
+    const double s = highest_damping * n / 200;
+    borders.theory.x.push_back(s);
+    borders.theory.y.push_back(scalar_limit(scheme, 1.0, s));
+  }
+  const int points = context.quick ? 5 : 11;
+  for (int n = 0; n < points; ++n) {
+    const double s = highest_damping * n / (points - 1);
+    const double expected = scalar_limit(scheme, 1.0, s);
+    if (expected == 0.0) { continue; }
+    const double measured = measured_border(context, scheme, s, expected);
+    borders.measured.x.push_back(s);
+    borders.measured.y.push_back(measured);
+    borders.largest_distance =
+        std::max(borders.largest_distance, std::abs(measured / expected - 1.0));
+  }
+  return borders;
+}
+
+void measure_map(const IntegratorInfo& scheme, const CaseContext& context, Outcome& outcome) {
+  Figure figure{.id = "map",
+                .title = "Growth per step of " + std::string(scheme.name),
+                .caption =
+                    "Growth of x'' + 2 S x' + x = 0 per step, measured over 60 steps; the "
+                    "points are the border found by bisection of long runs.",
+                .x = {.label = "damping ratio S (1)", .minimum = 0.0, .maximum = highest_damping},
+                .y = {.label = "h omega0 (1)", .minimum = 0.0, .maximum = highest_step}};
+  figure.heat_map = heat_map(context, scheme);
+  if (std::isinf(scalar_limit(scheme, 1.0, 0.5))) {
+    // The size of a state and its energy are the same here, and A-stable schemes keep that.
+    outcome.judge({.name = "largest log10 growth per step",
+                   .value = *std::ranges::max_element(figure.heat_map->z),
+                   .upper = 1e-9,
+                   .bound_from = "A-stability: no step amplifies, at any damping"});
+  } else {
+    Borders borders = borders_of(context, scheme);
+    outcome.judge({.name = "largest relative distance of the borders",
+                   .value = borders.largest_distance,
+                   .upper = 2e-3,
+                   .bound_from = "closed forms and exact 2 x 2 matrices; runs resolve 0.1 %"});
+    figure.series = {std::move(borders.theory), std::move(borders.measured)};
+    if (scalar_limit(scheme, 1.0, 0.0) == 0.0) {
+      outcome.notes.emplace_back(
+          "S = 0 has no border: every step amplifies, which is judged on a "
+          "lattice by stability/blow-up");
+    }
+  }
+  outcome.figures.push_back(std::move(figure));
+}
+
+}  // namespace
+
+void add_map_cases(std::vector<Case>& cases) {
+  for (const IntegratorInfo* scheme : integrators()) {
+    cases.push_back({.name = "stability/map/" + std::string(scheme->name),
+                     .suite = "stability",
+                     .claim = "the border between decay and growth lies where theory puts it, at "
+                              "every damping",
+                     .measure = [scheme](const CaseContext& context, Outcome& outcome) {
+                       measure_map(*scheme, context, outcome);
+                     }});
+  }
+}
+
+// Stiffness and mass over six decades within one network, stepped with automatic substeps.
+
+namespace {
+
+constexpr int side = 4;
+constexpr double tick = 1e-3;       // [s]
+constexpr double duration = 0.05;   // [s]
+constexpr double amplitude = 1e-8;  // [m] of 5 mm: linear theory holds to 1e-5
+
+enum class Varied { stiffness, mass };
+
+/// Nodes of the inner 2 x 2 x 2 block.
+bool is_inner(int node) {
+  const int i = node % side;
+  const int j = node / side % side;
+  const int l = node / (side * side);
+  return i % 3 != 0 && j % 3 != 0 && l % 3 != 0;
+}
+
+/// Undamped block with springs `ratio` times stiffer, or nodes `ratio` times lighter, inside.
+SpringNetwork block(Varied varied, double ratio) {
+  SpringNetwork network = cube(side, 0.0);
+  if (varied == Varied::stiffness) {
+    network.springs.change_each([&](Spring& s) {
+      if (is_inner(s.a) && is_inner(s.b)) { s.stiffness *= ratio; }
+    });
+    return network;
+  }
+  for (int i = 0; i < network.node_count(); ++i) {
+    if (is_inner(i)) { network.mass(i) /= ratio; }
+  }
+  return network;
+}
+
+struct Rung {
+  double ratio = 0.0;
+  double limit = 0.0;  ///< of the scheme that stepped, from the exact spectrum [s]
+  Motion motion{};
+  double energy_growth = 0.0;  ///< largest over initial
+  double energy_bound = 0.0;   ///< the same, from theory
+};
+
+Scene automatic_scene(const std::string& integrator) {
+  Scene scene = scene_of(integrator, tick, duration);
+  scene.simulation.substeps.reset();
+  return scene;
+}
+
+Rung climb(const CaseContext& context, const std::string& integrator, Varied varied, double ratio) {
+  SpringNetwork network = block(varied, ratio);
+  const Spectrum spectrum = spectrum_of(network);
+  displace(network, amplitude);
+  Rung rung{.ratio = ratio};
+  rung.motion = simulate(context, automatic_scene(integrator), &network, {.energy = true});
+  // "auto" leaves velocity Verlet for the implicit midpoint rule, which alone passes the limit.
+  const IntegratorInfo* scheme =
+      find_integrator(integrator == "auto" ? "velocity-verlet" : integrator);
+  rung.limit = network_limit(*scheme, spectrum, 0.0).h;
+  if (integrator == "auto" && rung.motion.h > rung.limit) {
+    scheme = find_integrator("implicit-midpoint");
+    rung.limit = unbounded;
+  }
+  const auto& energy = rung.motion.energy;
+  rung.energy_growth =
+      rung.motion.diverged ? std::nan("") : *std::ranges::max_element(energy) / energy.front();
+  rung.energy_bound = energy_ratio_bound(*scheme, spectrum.omega.maxCoeff() * rung.motion.h);
+  return rung;
+}
+
+void judge_ladder(const std::string& integrator, const std::vector<Rung>& ladder, Table& table,
+                  Outcome& outcome) {
+  double worst_growth = 0.0;
+  double least_margin = unbounded;
+  for (const Rung& rung : ladder) {
+    const double growth = rung.energy_growth / rung.energy_bound;
+    if (!(growth <= worst_growth)) { worst_growth = growth; }  // a NaN stays
+    const double margin = margin_db(rung.limit, rung.motion.h);
+    if (!(margin >= least_margin)) { least_margin = margin; }
+    table.rows.push_back({integrator, rung.ratio, static_cast<double>(rung.motion.substeps),
+                          1e6 * rung.motion.h, margin, rung.energy_growth, rung.energy_bound});
+  }
+  outcome.judge({.name = integrator + ": largest energy over initial, over theory",
+                 .value = worst_growth,
+                 .upper = 1.0 + 1e-4,
+                 .bound_from = "quadratic form that the scheme keeps exactly; strains of 1e-5"});
+  outcome.judge({.name = integrator + ": least margin over the decades",
+                 .value = least_margin,
+                 .unit = "dB",
+                 .lower = 20.0 * std::log10(2.0) - 1e-9,
+                 .bound_from = "automatic substeps stay at half of the guaranteed step"});
+}
+
+/// Error of a slow push at a modest contrast: the second-order phase error of the modes up to
+/// 500 rad/s, which carry the response to a 20 ms half sine.
+void judge_accuracy(const CaseContext& context, Varied varied, Outcome& outcome) {
+  const SpringNetwork network = block(varied, 100.0);
+  Scene scene = automatic_scene("velocity-verlet");
+  scene.loads = {{.face = Face::z_min,
+                  .force = {0.0, 0.0, 1e-6},
+                  .start = 0.0,
+                  .end = 0.02,
+                  .profile = Profile::half_sine}};
+  const Motion motion = simulate(context, scene, &network);
+  const NetworkProblem problem(network, resolve_loads(scene, network));
+  const reference::Solution exact = reference::modal_solution<double>(problem, motion.time);
+  constexpr double omega = 500.0;
+  outcome.judge(
+      {.name = "velocity-verlet: error of a slow push at ratio 100",
+       .value =
+           trajectory_error(motion.position, exact.position, problem.initial_position()).maximum,
+       .upper = std::pow(omega * motion.h, 2) / 24.0 * omega * duration,
+       .bound_from = "modal superposition; (h w)^2 / 24 w T at w = 500 rad/s"});
+}
+
+void measure_contrast(const CaseContext& context, Varied varied, Outcome& outcome) {
+  const char* what = varied == Varied::stiffness ? "stiffness contrast" : "mass ratio";
+  Table table{.id = "ladder",
+              .title = "Automatic substeps over six decades",
+              .caption =
+                  "Margin is 20 log10 of the true limit over the step taken; it is infinite "
+                  "where the implicit midpoint rule was chosen.",
+              .columns = {"integrator", std::string(what) + " (1)", "substeps (1)", "step (us)",
+                          "margin (dB)", "largest energy / initial (1)", "theory (1)"}};
+  Figure figure{.id = "step",
+                .title = std::string("Step over ") + what,
+                .caption =
+                    "Steps that automatic substeps take in a tick of 1 ms, and the limit "
+                    "from the exact spectrum.",
+                .x = {.label = std::string(what) + " (1)", .logarithmic = true},
+                .y = {.label = "step (s)", .logarithmic = true}};
+  for (const char* integrator : {"euler-cromer", "velocity-verlet", "auto"}) {
+    std::vector<Rung> ladder;
+    Series steps{.label = integrator, .style = Series::Style::line_and_points};
+    for (int decade = 0; decade <= 6; decade += context.quick ? 2 : 1) {
+      ladder.push_back(climb(context, integrator, varied, std::pow(10.0, decade)));
+      steps.x.push_back(ladder.back().ratio);
+      steps.y.push_back(ladder.back().motion.h);
+    }
+    judge_ladder(integrator, ladder, table, outcome);
+    if (figure.series.empty()) {
+      Series limit{.label = "true limit", .style = Series::Style::dashed, .x = steps.x};
+      for (const Rung& rung : ladder) { limit.y.push_back(rung.limit); }
+      figure.series.push_back(std::move(limit));
+    }
+    figure.series.push_back(std::move(steps));
+  }
+  judge_accuracy(context, varied, outcome);
+  outcome.tables.push_back(std::move(table));
+  outcome.figures.push_back(std::move(figure));
+}
+
+Case contrast_case(const char* name, Varied varied) {
+  return {.name = name,
+          .suite = "stability",
+          .claim = "automatic substeps keep a run bounded over six decades of " +
+                   std::string(varied == Varied::stiffness ? "stiffness" : "mass"),
+          .measure = [varied](const CaseContext& context,
+                              Outcome& outcome) { measure_contrast(context, varied, outcome); },
+          .weight = 2.0};
+}
+
+}  // namespace
+
+void add_contrast_cases(std::vector<Case>& cases) {
+  cases.push_back(contrast_case("stability/stiffness-contrast", Varied::stiffness));
+  cases.push_back(contrast_case("stability/mass-ratio", Varied::mass));
+}
+
+}  // namespace palpate::stability

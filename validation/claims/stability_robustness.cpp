@@ -1,0 +1,570 @@
+// SPDX-License-Identifier: MIT
+/// Inputs that no tissue gives: springs of zero length, inverted cells, enormous forces, NaN.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "model/kernels/list_network.hpp"
+#include "model/problem/problem.hpp"
+#include "validation/claims/stability_fixture.hpp"
+#include "validation/signal.hpp"
+
+namespace palpate::stability {
+
+namespace {
+
+Scene automatic_scene(const IntegratorInfo& scheme, double duration) {
+  Scene scene = scene_of(std::string(scheme.name), 1e-3, duration);
+  scene.simulation.substeps.reset();
+  return scene;
+}
+
+double largest_displacement(const Motion& motion) {
+  if (!motion.position.allFinite()) { return std::nan(""); }
+  return (motion.position.colwise() - motion.position.col(0)).cwiseAbs().maxCoeff();
+}
+
+/// Two equal masses `gap` apart, joined by one spring.
+SpringNetwork pair(double gap, double rest_length, double stiffness) {
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, 2);
+  network.rest_position(0, 1) = gap;
+  network.mass = Eigen::VectorXd::Constant(2, 1e-3);
+  network.fixed = {0, 0};
+  network.springs = {{0, 1, stiffness, 0.0, rest_length}};
+  return network;
+}
+
+/// Half the separation of a pair with rest length zero is x cos(w t) whatever the length passes.
+void judge_through_zero(const CaseContext& context, Outcome& outcome) {
+  constexpr double gap = 0.01;
+  const SpringNetwork network = pair(gap, 0.0, 50.0);
+  const double omega = std::sqrt(2.0 * 50.0 / 1e-3);
+  const double h = 0.02 / omega;
+  const Motion motion = simulate(context, scene_of("velocity-verlet", h, 1000.0 * h), &network);
+  Eigen::RowVectorXd separation = motion.position.row(3) - motion.position.row(0);
+  Eigen::RowVectorXd exact(separation.size());
+  const double discrete = std::acos(1.0 - 0.5 * omega * omega * h * h) / h;  // Verlet's frequency
+  for (Eigen::Index n = 0; n < exact.size(); ++n) {
+    exact(n) = gap * std::cos(discrete * motion.time[static_cast<std::size_t>(n)]);
+  }
+  outcome.judge(
+      {.name = "error of a spring that swings through zero length",
+       .value = trajectory_error(separation, exact, Eigen::VectorXd::Zero(1)).maximum,
+       .upper = 1e-10,
+       .bound_from = "velocity Verlet's own cosine; 1000 roundings, and no force below 1 pm"});
+}
+
+void measure_zero_length(const CaseContext& context, Outcome& outcome) {
+  for (const IntegratorInfo* scheme : integrators()) {
+    SpringNetwork network = pair(0.0, 5e-3, 50.0);
+    network.springs.change_each([](Spring& spring) { spring.viscosity = 0.01; });
+    Scene scene = scene_of(std::string(scheme->name), 1e-3, 0.1);
+    const Motion motion = simulate(context, scene, &network);
+    outcome.judge({.name = std::string(scheme->name) + ": motion of a pair at one place",
+                   .value = largest_displacement(motion),
+                   .unit = "m",
+                   .upper = 0.0,
+                   .bound_from = "a spring without direction exerts no force"});
+  }
+  judge_through_zero(context, outcome);
+}
+
+/// The middle of the surface pushed one and a half cells into a 3 x 3 x 3 block.
+SpringNetwork inverted_block(double relaxation) {
+  SpringNetwork network = cube(3, relaxation);
+  network.initial_displacement = NodeVectors::Zero(3, network.node_count());
+  network.initial_displacement(2, 4) = 7.5e-3;
+  return network;
+}
+
+/// The fastest mode changes as the block folds, so explicit schemes are taken at half their limit.
+double energy_bound(const IntegratorInfo& scheme, double z) {
+  return scheme.implicit ? 1.0 + z * z / 12.0 : energy_ratio_bound(scheme, 1.0);
+}
+
+void measure_inverted(const CaseContext& context, Outcome& outcome) {
+  Figure figure{.id = "energy",
+                .title = "Energy after a node was pushed through its cells",
+                .caption = "Undamped 3 x 3 x 3 block, energy at every tick over the initial one.",
+                .x = {.label = "time (s)"},
+                .y = {.label = "energy / initial (1)"}};
+  const double fastest = spectrum_of(inverted_block(0.0)).omega.maxCoeff();
+  for (const IntegratorInfo* scheme : integrators()) {
+    if (scheme->name == "euler") { continue; }  // gains energy from any undamped motion
+    const SpringNetwork network = inverted_block(0.0);
+    const Motion motion =
+        simulate(context, automatic_scene(*scheme, 0.2), &network, {.energy = true});
+    Series series{.label = std::string(scheme->name), .x = motion.time};
+    for (const double e : motion.energy) { series.y.push_back(e / motion.energy.front()); }
+    const double growth = motion.diverged ? std::nan("") : *std::ranges::max_element(series.y);
+    outcome.judge(
+        {.name = std::string(scheme->name) + ": largest energy over initial",
+         .value = growth,
+         .upper = energy_bound(*scheme, fastest * motion.h),
+         .bound_from = scheme->implicit
+                           ? "modified energy of the scheme: (h w)^2 / 12 on the fastest mode"
+                           : "quadratic form kept on the fastest mode at half the limit"});
+    figure.series.push_back(std::move(series));
+  }
+  for (const IntegratorInfo* scheme : integrators()) {
+    const SpringNetwork network = inverted_block(2e-3);
+    const Motion motion =
+        simulate(context, automatic_scene(*scheme, 0.5), &network, {.energy = true});
+    outcome.judge(
+        {.name = std::string(scheme->name) + ": final energy over initial, damped",
+         .value = motion.diverged ? std::nan("") : motion.energy.back() / motion.energy.front(),
+         .upper = 1.0,
+         .bound_from = "dampers only take energy"});
+  }
+  outcome.figures.push_back(std::move(figure));
+}
+
+void measure_huge_force(const CaseContext& context, Outcome& outcome) {
+  const SpringNetwork network = cube(3, 4e-4);
+  Table table{.id = "verdicts",
+              .title = "A force of 1 MN on a node of 1 g",
+              .columns = {"integrator", "verdict", "at (s)", "largest displacement seen (m)"}};
+  int unclear = 0;
+  for (const IntegratorInfo* scheme : integrators()) {
+    Scene scene = automatic_scene(*scheme, 0.1);
+    scene.loads = {{.nodes = {4}, .force = {0.0, 0.0, 1e6}}};
+    const Motion motion = simulate(context, scene, &network);
+    const bool timed = motion.diverged_at > 0.0 && motion.diverged_at <= 0.1 + 1e-12;
+    const bool clear = motion.position.allFinite() && (!motion.diverged || timed);
+    unclear += clear ? 0 : 1;
+    table.rows.push_back({std::string(scheme->name), motion.diverged ? "diverged" : "finite",
+                          motion.diverged ? motion.diverged_at : 0.1,
+                          largest_displacement(motion)});
+  }
+  outcome.judge({.name = "schemes without a clear verdict",
+                 .value = static_cast<double>(unclear),
+                 .upper = 0.0,
+                 .bound_from = "every sample that is kept is finite, and divergence has its time"});
+  outcome.tables.push_back(std::move(table));
+}
+
+enum class Place { displacement, velocity, mass, stiffness };
+
+SpringNetwork spoiled(Place place, double value) {
+  SpringNetwork network = cube(3, 4e-4);
+  network.initial_displacement = NodeVectors::Zero(3, network.node_count());
+  network.initial_velocity = network.initial_displacement;
+  switch (place) {
+    case Place::displacement: network.initial_displacement(1, 4) = value; break;
+    case Place::velocity: network.initial_velocity(1, 4) = value; break;
+    case Place::mass: network.mass(4) = value; break;
+    case Place::stiffness:
+      network.springs.edit([&](std::vector<Spring>& all) { all[7].stiffness = value; });
+      break;
+  }
+  return network;
+}
+
+void measure_nan(const CaseContext& context, Outcome& outcome) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  int runs = 0;
+  int seen_at_once = 0;
+  for (const IntegratorInfo* scheme : integrators()) {
+    for (const Place place :
+         {Place::displacement, Place::velocity, Place::mass, Place::stiffness}) {
+      for (const double value : {nan, infinite}) {
+        if (place == Place::mass && value == infinite) { continue; }  // just never moves
+        for (const Precision precision :
+             {Precision::double_precision, Precision::single_precision}) {
+          const SpringNetwork network = spoiled(place, value);
+          Scene scene = scene_of(std::string(scheme->name), 1e-3, 0.01, 1);
+          scene.simulation.precision = precision;
+          const Motion motion = simulate(context, scene, &network);
+          ++runs;
+          seen_at_once += motion.diverged && motion.diverged_at == 1e-3 ? 1 : 0;
+        }
+      }
+    }
+  }
+  outcome.judge({.name = "runs reported as diverged at the first tick, of " + std::to_string(runs),
+                 .value = static_cast<double>(seen_at_once),
+                 .lower = static_cast<double>(runs),
+                 .upper = static_cast<double>(runs),
+                 .bound_from = "a state that is not finite is divergence"});
+}
+
+Case abuse(const char* name, const char* claim, void (*measure)(const CaseContext&, Outcome&)) {
+  return {.name = name, .suite = "stability", .claim = claim, .measure = measure};
+}
+
+}  // namespace
+
+void add_abuse_cases(std::vector<Case>& cases) {
+  cases.push_back(abuse("stability/zero-length",
+                        "a spring of zero length exerts no force, makes no NaN, and may be passed",
+                        measure_zero_length));
+  cases.push_back(abuse("stability/inverted", "a node pushed through its cells gains no energy",
+                        measure_inverted));
+  cases.push_back(abuse("stability/huge-force",
+                        "a force of 1 MN ends in a finite state or in divergence with its time",
+                        measure_huge_force));
+  cases.push_back(abuse("stability/nan-injection",
+                        "a value that is not finite is reported as divergence at the first tick",
+                        measure_nan));
+}
+
+// Amplitudes below the normal range of double: nothing becomes NaN, and little becomes slow.
+
+namespace {
+
+constexpr double denormal = 1e-310;  // [m]
+constexpr double ordinary = 1e-3;    // [m]
+
+/// A straight chain in tension, held at both ends, its free nodes moved sideways.
+SpringNetwork chain(double amplitude) {
+  constexpr int nodes = 40;
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, nodes);
+  network.initial_displacement = NodeVectors::Zero(3, nodes);
+  network.mass = Eigen::VectorXd::Constant(nodes, 1e-3);
+  network.fixed.assign(nodes, 0);
+  network.fixed.front() = network.fixed.back() = 1;
+  Random random(1);
+  for (int i = 0; i < nodes; ++i) {
+    network.rest_position(0, i) = 0.005 * i;
+    if (i > 0) { network.springs.push_back({i - 1, i, 50.0, 0.01, 0.004}); }
+    if (network.is_fixed(i)) { continue; }
+    for (const int axis : {1, 2}) {
+      network.initial_displacement(axis, i) = random(-amplitude, amplitude);
+    }
+  }
+  return network;
+}
+
+struct Pass {
+  double growth = 0.0;   ///< largest sideways displacement over the initial one
+  double seconds = 0.0;  ///< fastest of three
+};
+
+Pass run(const CaseContext& context, const std::string& scheme, double amplitude) {
+  const SpringNetwork network = chain(amplitude);
+  const double h = 1e-3;
+  const long steps = context.quick ? 400 : 2000;
+  Pass pass{.seconds = unbounded};
+  for (int n = 0; n < 3; ++n) {
+    const Motion motion = simulate(context, scene_of(scheme, h, h * static_cast<double>(steps)),
+                                   &network, {.every = 20});
+    pass.seconds = std::min(pass.seconds, motion.seconds);
+    double first = 0.0;
+    double largest = 0.0;
+    for (Eigen::Index row = 0; row < motion.position.rows(); ++row) {
+      if (row % 3 == 0) { continue; }  // along the chain
+      first = std::max(first, std::abs(motion.position(row, 0)));
+      largest = std::max(largest, motion.position.row(row).cwiseAbs().maxCoeff());
+    }
+    const bool sane = !motion.diverged && motion.position.allFinite();
+    pass.growth = sane ? largest / first : std::nan("");
+  }
+  return pass;
+}
+
+void measure_denormals(const CaseContext& context, Outcome& outcome) {
+  Table table{.id = "cost",
+              .title = "Run time at denormal amplitudes",
+              .columns = {"integrator", "1e-3 m (s)", "1e-310 m (s)", "slowdown (1)"},
+              .timing = true};
+  constexpr double slowdown_allowed = 10.0;
+  double slowest = 0.0;
+  for (const IntegratorInfo* scheme : integrators()) {
+    const std::string name(scheme->name);
+    if (name == "euler") { continue; }  // gains energy: sideways motion in tension is not damped
+    const Pass normal = run(context, name, ordinary);
+    const Pass small = run(context, name, denormal);
+    const double slowdown = small.seconds / normal.seconds;
+    slowest = std::max(slowest, slowdown);
+    table.rows.push_back({name, normal.seconds, small.seconds, slowdown});
+    outcome.judge(
+        {.name = name + ": largest displacement over initial at 1e-310 m",
+         .value = small.growth,
+         .upper = 9.0,
+         .bound_from = "no mode exceeds its initial amplitude; 76 modes at worst in phase"});
+  }
+  outcome.judge({.name = "some scheme is slowed down more than tenfold (0 or 1)",
+                 .value = slowest > slowdown_allowed ? 1.0 : 0.0,
+                 .upper = 0.0,
+                 .bound_from = "design: no scene may miss its deadline by coming to rest"});
+  outcome.timings.push_back(
+      {.name = "largest slowdown by denormals", .value = slowest, .unit = "1"});
+  outcome.tables.push_back(std::move(table));
+}
+
+}  // namespace
+
+void add_denormal_cases(std::vector<Case>& cases) {
+  cases.push_back({.name = "stability/denormals",
+                   .suite = "stability",
+                   .claim = "motion below the normal range of numbers stays bounded, without NaN",
+                   .measure = measure_denormals});
+}
+
+// Steps of random length and of no length, driven through the integrator's own interface.
+
+namespace {
+
+constexpr double amplitude = 1e-6;   // [m]
+constexpr double relaxation = 4e-4;  // [s]
+
+/// A lattice, its system, and a scheme at its start.
+struct Stage {
+  NetworkProblem problem;
+  ListNetwork<double> system;
+  State<double> state;
+  std::unique_ptr<Integrator<double>> integrator;
+
+  Stage(const IntegratorInfo& scheme, const SpringNetwork& network, double h)
+      : problem(network),
+        system(problem, {}, h, true),
+        state{problem.initial_position(), problem.initial_velocity()},
+        integrator(scheme.make<double>()) {
+    integrator->prepare(system, state, h);
+    integrator->start(system, state, 0.0, h);
+  }
+  double energy() { return system.energy(state.position, integrator->velocity_at(state)); }
+};
+
+struct Jittered {
+  double growth = 0.0;  ///< largest energy over initial
+  double final = 0.0;   ///< last energy over initial
+};
+
+/// Steps uniform in [0, longest).
+Jittered jittered_run(const IntegratorInfo& scheme, const SpringNetwork& network, double longest,
+                      int steps, std::uint64_t seed) {
+  Stage stage(scheme, network, longest);
+  const double initial =
+      stage.system.energy(stage.state.position, stage.problem.initial_velocity());
+  Random random(seed);
+  Jittered result;
+  double t = 0.0;
+  for (int n = 0; n < steps; ++n) {
+    const double h = random(0.0, longest);
+    stage.integrator->step(stage.system, stage.state, t, h);
+    t += h;
+    result.final = stage.energy() / initial;
+    if (!(result.final <= result.growth)) { result.growth = result.final; }
+  }
+  return result;
+}
+
+void measure_jitter(const CaseContext& context, Outcome& outcome) {
+  SpringNetwork network = cube(3, relaxation);
+  const Spectrum spectrum = spectrum_of(network);
+  displace(network, amplitude);
+  Table table{.id = "jitter",
+              .title = "Random steps up to half of the stability limit",
+              .columns = {"integrator", "longest step (ms)", "largest energy / initial (1)",
+                          "final energy / initial (1)"}};
+  for (const IntegratorInfo* scheme : integrators()) {
+    const double limit = network_limit(*scheme, spectrum, relaxation).h;
+    const double fastest = spectrum.omega.maxCoeff();
+    const double longest = std::isfinite(limit) ? 0.5 * limit : 10.0 / fastest;
+    Jittered worst;
+    for (std::uint64_t seed = 1; seed <= (context.quick ? 2U : 8U); ++seed) {
+      const Jittered one = jittered_run(*scheme, network, longest, 4000, seed);
+      worst.growth = std::max(worst.growth, one.growth);
+      worst.final = std::max(worst.final, one.final);
+    }
+    const std::string name(scheme->name);
+    const double z = longest * fastest;
+    const bool gains = scheme->name == "euler";
+    outcome.judge({.name = name + ": largest energy over initial",
+                   .value = worst.growth,
+                   .upper = gains ? 1.0 + z : std::max(1.0 + 1e-6, energy_ratio_bound(*scheme, z)),
+                   .bound_from = gains
+                                     ? "potential energy gains (h w)^2 a step for a quarter period"
+                                     : "what constant steps of the longest may gain on a mode; "
+                                       "the dampers take what the jitter adds"});
+    outcome.judge({.name = name + ": final energy over initial",
+                   .value = worst.final,
+                   .upper = 1.0,
+                   .bound_from = "dampers only take energy"});
+    table.rows.push_back({name, 1e3 * longest, worst.growth, worst.final});
+  }
+  outcome.tables.push_back(std::move(table));
+}
+
+void measure_zero_step(const CaseContext& /*context*/, Outcome& outcome) {
+  SpringNetwork network = cube(3, relaxation);
+  displace(network, 1e-3);
+  for (const IntegratorInfo* scheme : integrators()) {
+    Stage stage(*scheme, network, 1e-4);
+    for (int n = 0; n < 10; ++n) {
+      stage.integrator->step(stage.system, stage.state, n * 1e-4, 1e-4);
+    }
+    const State<double> before = stage.state;
+    for (int n = 0; n < 5; ++n) { stage.integrator->step(stage.system, stage.state, 1e-3, 0.0); }
+    const double change =
+        std::max((stage.state.position - before.position).norm() / before.position.norm(),
+                 (stage.state.velocity - before.velocity).norm() / before.velocity.norm());
+    const std::string name(scheme->name);
+    outcome.judge({.name = name + ": relative change of the state by steps of length zero",
+                   .value = change,
+                   .upper = scheme->implicit ? 1e-13 : 0.0,
+                   .bound_from = scheme->implicit ? "Newton's method ends at 64 roundings a step"
+                                                  : "a step of length zero is no step"});
+  }
+}
+
+}  // namespace
+
+void add_step_cases(std::vector<Case>& cases) {
+  cases.push_back({.name = "stability/step-jitter",
+                   .suite = "stability",
+                   .claim = "steps of random length below the limit feed no energy in",
+                   .measure = measure_jitter});
+  cases.push_back({.name = "stability/zero-step",
+                   .suite = "stability",
+                   .claim = "a step of length zero changes the state by no more than rounding",
+                   .measure = measure_zero_step});
+}
+
+// Ten million undamped steps: a symplectic scheme's energy swings within a band that theory gives,
+// and what it conserves exactly moves by no more than accumulated rounding.
+
+namespace {
+
+constexpr double z = 0.1;  // h omega
+constexpr double epsilon = 2.2e-16;
+
+Motion oscillate(const CaseContext& context, const std::string& scheme, long ticks, int substeps) {
+  const double tick = z * substeps;
+  Scene scene = scene_of(scheme, tick, tick * static_cast<double>(ticks), substeps);
+  scene.tissue.source = Source::oscillator;
+  scene.tissue.oscillator = {
+      .mass = 1.0, .stiffness = 1.0, .viscosity = 0.0, .displacement = 1.0, .velocity = 0.0};
+  return simulate(context, scene, nullptr, {.velocity = true, .energy = true});
+}
+
+/// Slope of y by least squares, times the length of the run, over the first value.
+double trend(const Eigen::VectorXd& y) {
+  const auto n = static_cast<double>(y.size());
+  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(y.size(), -0.5, 0.5);
+  return x.dot(y.array().matrix() - Eigen::VectorXd::Constant(y.size(), y.mean())) /
+         (n * x.squaredNorm() / n) / y(0);
+}
+
+struct Drift {
+  double lowest = 0.0;  ///< energy over initial
+  double highest = 0.0;
+  Eigen::VectorXd kept{};  ///< the invariant form at every sample, over its initial value
+};
+
+Drift drift_of(const IntegratorInfo& scheme, const Motion& motion) {
+  const auto [low, high] = std::ranges::minmax(motion.energy);
+  const Eigen::Matrix2d form = invariant_form(scheme, z);
+  Drift drift{low / motion.energy.front(), high / motion.energy.front(),
+              Eigen::VectorXd(motion.position.cols())};
+  for (Eigen::Index n = 0; n < motion.position.cols(); ++n) {
+    const Eigen::Vector2d state(motion.position(0, n), motion.velocity(0, n));
+    drift.kept(n) = state.dot(form * state);
+  }
+  drift.kept /= drift.kept(0);
+  return drift;
+}
+
+void judge(const IntegratorInfo& scheme, const Motion& motion, const Drift& drift,
+           Outcome& outcome) {
+  const std::string name(scheme.name);
+  // From (1, 0) the state runs over the ellipse of the form; its axes bound the energy.
+  const double bound = energy_ratio_bound(scheme, z);
+  const double steps = static_cast<double>(motion.steps);
+  const double random_walk = epsilon * std::sqrt(steps);
+  const bool complete = !motion.diverged;
+  outcome.judge({.name = name + ": highest energy over initial",
+                 .value = complete ? drift.highest : std::nan(""),
+                 .upper = bound * (1.0 + 1e-9),
+                 .bound_from = "axes of the quadratic form that the scheme keeps exactly"});
+  outcome.judge({.name = name + ": lowest energy over initial",
+                 .value = complete ? drift.lowest : std::nan(""),
+                 .lower = (1.0 - 1e-9) / bound,
+                 .bound_from = "axes of the quadratic form that the scheme keeps exactly"});
+  outcome.judge({.name = name + ": trend of what it keeps, over a random walk of rounding",
+                 .value = std::abs(trend(drift.kept)) / random_walk,
+                 .upper = 10.0,
+                 .bound_from = "ten roundings a step, added at random: secular drift would be " +
+                               std::to_string(static_cast<int>(std::sqrt(steps))) + " times more"});
+}
+
+void measure_drift(const CaseContext& context, Outcome& outcome) {
+  Figure figure{.id = "kept",
+                .title = "Change of the invariant over the run",
+                .caption =
+                    "Relative change of the quadratic form that each scheme keeps exactly, "
+                    "in units of accumulated random rounding.",
+                .x = {.label = "steps (1)"},
+                .y = {.label = "change / (eps sqrt(steps)) (1)"}};
+  for (const char* name : {"euler-cromer", "feynman-newton", "feynman-newton-printed", "leapfrog",
+                           "velocity-verlet", "implicit-midpoint"}) {
+    const IntegratorInfo& scheme = *find_integrator(name);
+    const long steps = (context.quick ? 500'000L : 10'000'000L) / (scheme.implicit ? 20 : 1);
+    const int substeps = static_cast<int>(steps / 5000);
+    const Motion motion = oscillate(context, name, 5000, substeps);
+    const Drift drift = drift_of(scheme, motion);
+    judge(scheme, motion, drift, outcome);
+    Series series{.label = name};
+    for (Eigen::Index n = 0; n < drift.kept.size(); n += 50) {
+      series.x.push_back(static_cast<double>(n) * substeps);
+      series.y.push_back((drift.kept(n) - 1.0) / (epsilon * std::sqrt(static_cast<double>(steps))));
+    }
+    figure.series.push_back(std::move(series));
+  }
+  outcome.notes.emplace_back(
+      "velocity-verlet: h^2 / 2 is rounded apart from h, which shrinks the "
+      "state by some 1e-19 a step; after 1e7 steps that is still less than "
+      "accumulated rounding is allowed to be");
+  outcome.figures.push_back(std::move(figure));
+}
+
+/// The same for a lattice, whose modes all run at once.
+void measure_network(const CaseContext& context, Outcome& outcome) {
+  SpringNetwork network = cube(2, 0.0);
+  const double fastest = spectrum_of(network).omega.maxCoeff();
+  displace(network, 1e-7);
+  const int substeps = context.quick ? 250 : 5000;
+  const double tick = 0.5 / fastest * substeps;
+  const Motion motion =
+      simulate(context, scene_of("velocity-verlet", tick, 2000.0 * tick, substeps), &network,
+               {.energy = true});
+  const Eigen::VectorXd energy =
+      Eigen::Map<const Eigen::VectorXd>(motion.energy.data(), std::ssize(motion.energy)) /
+      motion.energy.front();
+  const double bound = energy_ratio_bound(*find_integrator("velocity-verlet"), 0.5);
+  outcome.judge(
+      {.name = "highest energy over initial",
+       .value = motion.diverged ? std::nan("") : energy.maxCoeff(),
+       .upper = bound * (1.0 + 1e-4),
+       .bound_from = "form kept by velocity Verlet on the fastest mode; strains of 2e-5"});
+  const double swing = std::sqrt((energy.array() - energy.mean()).square().mean());
+  outcome.judge({.name = "trend of the energy over its swing",
+                 .value = std::abs(trend(energy)) / swing,
+                 .upper = 5.0 * std::sqrt(12.0 / static_cast<double>(energy.size())),
+                 .bound_from = "five standard errors of a slope through samples without trend"});
+}
+
+}  // namespace
+
+void add_drift_cases(std::vector<Case>& cases) {
+  cases.push_back({.name = "stability/drift/oscillator",
+                   .suite = "stability",
+                   .claim =
+                       "ten million undamped steps change what a symplectic scheme keeps by no "
+                       "more than rounding",
+                   .measure = measure_drift,
+                   .weight = 4.0});
+  cases.push_back({.name = "stability/drift/network",
+                   .suite = "stability",
+                   .claim = "the energy of an undamped lattice has no trend over ten million steps",
+                   .measure = measure_network,
+                   .weight = 2.0});
+}
+
+}  // namespace palpate::stability

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+
+#include "validation/claims/tool_fixture.hpp"
+
+#include <cmath>
+
+#include "validation/claims/groups.hpp"
+
+namespace palpate {
+
+std::vector<Case> tool_cases() {
+  std::vector<Case> cases;
+  for (const auto part : {tools::chain_cases, tools::static_cases, tools::balance_cases,
+                          tools::friction_cases, tools::passage_cases, tools::reference_cases,
+                          tools::stress_cases, tools::probe_cases, tools::moduli_cases}) {
+    for (Case& one : part()) { cases.push_back(std::move(one)); }
+  }
+  return cases;
+}
+
+}  // namespace palpate
+
+namespace palpate::tools {
+
+Material tissue_of(const std::string& name, double youngs_modulus, double cutting_force,
+                   double friction, TissueRole role) {
+  return {.name = name,
+          .youngs_modulus = youngs_modulus,
+          .density = 1000.0,
+          .damping_ratio = 0.5,
+          .cutting_force = cutting_force,
+          .friction = friction,
+          .role = role};
+}
+
+Scene seven_soft_layers(double spacing, int across) {
+  Scene scene;
+  scene.tissue.source = Source::layers;
+  scene.tissue.block = {.nodes = {across, across}, .spacing = spacing, .connectivity = 26};
+  scene.tissue.fixed = {Face::z_max, Face::x_min, Face::x_max, Face::y_min, Face::y_max};
+  scene.materials = {tissue_of("skin", 200e3, 0.5, 5.0),
+                     tissue_of("fat", 40e3, 0.1, 2.0),
+                     tissue_of("supraspinous", 300e3, 0.6, 20.0),
+                     tissue_of("interspinous", 300e3, 0.8, 10.0),
+                     tissue_of("flavum", 500e3, 1.2, 40.0),
+                     tissue_of("epidural", 40e3, 0.0, 0.0, TissueRole::epidural_space),
+                     tissue_of("dura", 400e3, 0.4, 0.0, TissueRole::dura)};
+  scene.tissue.layers = {{"skin", "skin", 0.002},
+                         {"fat", "fat", 0.0048},
+                         {"supraspinous ligament", "supraspinous", 0.003},
+                         {"interspinous ligament", "interspinous", 0.006},
+                         {"ligamentum flavum", "flavum", 0.0034},
+                         {"epidural space", "epidural", 0.004},
+                         {"dura", "dura", 0.0008}};
+  scene.needle = Needle{};
+  scene.drive = Drive{.speed = 0.02};
+  return scene;
+}
+
+Scene seven_published_layers(int across) {
+  Scene scene = seven_soft_layers(0.005, across);
+  scene.materials = {tissue_of("skin", 755e3, 3.68, 91.0),
+                     tissue_of("fat", 9.1e3, 0.2, 20.0),
+                     tissue_of("supraspinous", 8e6, 2.65, 320.0),
+                     tissue_of("interspinous", 10e6, 4.56, 74.0),
+                     tissue_of("flavum", 15e6, 7.40, 354.0),
+                     tissue_of("epidural", 2.4e3, 0.0, 0.0, TissueRole::epidural_space),
+                     tissue_of("dura", 12.2e6, 2.0, 0.0, TissueRole::dura)};
+  scene.tissue.layers[3].thickness = 0.0261;
+  scene.tissue.layers[5].thickness = 0.006;
+  scene.tissue.layers[6].thickness = 0.0007;
+  return scene;
+}
+
+Scene chain_scene(const Chain& chain) {
+  Scene scene;
+  scene.tissue.source = Source::network;
+  const int nodes = chain.springs + 1;
+  SpringNetwork& network = scene.tissue.network;
+  network.rest_position.setZero(3, nodes);
+  network.mass.setConstant(nodes, chain.node_mass);
+  network.fixed.assign(static_cast<std::size_t>(nodes), 0);
+  network.fixed.back() = 1;
+  const double viscosity = std::sqrt(2.0 * chain.stiffness * chain.node_mass);  // ratio 1
+  for (int i = 0; i < nodes; ++i) {
+    network.rest_position(2, i) = i * chain.spacing;
+    if (i > 0) { network.springs.push_back({i - 1, i, chain.stiffness, viscosity, chain.spacing}); }
+  }
+  scene.needle = Needle{};
+  scene.drive = Drive{.speed = 0.02};
+  return scene;
+}
+
+std::vector<double> over_samples(const Insertion& run, double (*value)(const ToolReport&)) {
+  std::vector<double> values;
+  values.reserve(run.tool.size());
+  for (const ToolReport& tool : run.tool) { values.push_back(value(tool)); }
+  return values;
+}
+
+Series curve(const std::string& label, std::vector<double> x, std::vector<double> y,
+             Series::Style style) {
+  return {.label = label, .style = style, .x = std::move(x), .y = std::move(y)};
+}
+
+}  // namespace palpate::tools

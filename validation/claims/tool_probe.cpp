@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+/// Palpation: a blunt probe spreads its force, cuts nothing, and finds bone under fat.
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/problem/needle_path.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "validation/claims/tool_fixture.hpp"
+#include "validation/palpation_map.hpp"
+
+namespace palpate::tools {
+
+namespace {
+
+/// Fat over a spinous process: a box of bone 8 mm wide whose top lies 10 mm under the skin.
+Scene palpated_scene() {
+  Scene scene;
+  scene.tissue.source = Source::lattice;
+  scene.tissue.lattice = {.nodes = {17, 13, 7}, .spacing = 0.004, .material = "fat"};
+  scene.materials = {tissue_of("fat", 9.1e3, 2.0, 20.0),
+                     tissue_of("bone", 1e6, 0.0, 0.0, TissueRole::bone)};
+  scene.tissue.inclusions = {{.shape = Inclusion::Shape::box,
+                              .centre = {0.0, 0.0, 0.018},
+                              .size = {0.008, 0.024, 0.016},
+                              .material = "bone"}};
+  scene.probe = Probe{.size = {0.010, 0.010}};
+  scene.drive = Drive{.speed = 0.01, .depth = 0.002};
+  return scene;
+}
+
+void measure_probe(const CaseContext& context, Outcome& outcome) {
+  Scene scene = palpated_scene();
+  scene.simulation = {.duration = 1.0, .step = 1e-3};
+  const Insertion run = insert_tool(context, scene);
+  double cutting = 0.0;
+  double friction = 0.0;
+  for (const ToolReport& t : run.tool) {
+    cutting = std::fmax(cutting, std::abs(t.forces.cutting));
+    friction = std::fmax(friction, std::abs(t.forces.friction));
+  }
+  const std::string law = "law: a probe only presses";
+  outcome.judge(
+      {.name = "cutting", .value = cutting, .unit = "N", .upper = 0.0, .bound_from = law});
+  outcome.judge(
+      {.name = "friction", .value = friction, .unit = "N", .upper = 0.0, .bound_from = law});
+  const NeedlePath path = tool_path(scene, build_network(scene));
+  double sum = 0.0;
+  for (const auto& s : path.supports(path.knots().front())) { sum += s.weight; }
+  outcome.judge({.name = "sum_of_the_shares",
+                 .value = sum,
+                 .lower = 1.0 - 1e-14,
+                 .upper = 1.0 + 1e-14,
+                 .bound_from = "the footprint shares out the whole force"});
+}
+
+void measure_map(const CaseContext& context, Outcome& outcome) {
+  Scene scene = palpated_scene();
+  const NetworkProblem problem(build_network(scene));
+  const PalpationGrid grid = context.quick ? PalpationGrid{.sites = {7, 5}, .spacing = 0.008}
+                                           : PalpationGrid{.sites = {13, 9}, .spacing = 0.004};
+  const auto [columns, rows] = grid.sites;
+  Figure figure{.id = "palpation-map",
+                .title = "Palpation map over a spinous process",
+                .caption =
+                    "Stiffness under a fingertip 10 mm wide: the process, 8 mm x 24 mm of "
+                    "bone 10 mm under the skin, is felt through the fat.",
+                .x = {.label = "x (mm)"},
+                .y = {.label = "y (mm)"},
+                .heat_map = palpation_map(scene, problem, grid),
+                .square = true};
+  const HeatMap& map = *figure.heat_map;
+  const auto z = [&, n = columns](int i, int j) {
+    return map.z[static_cast<std::size_t>(j * n + i)];
+  };
+  const double over = z(columns / 2, rows / 2);
+  const double beside = z(0, rows / 2);
+  outcome.judge({.name = "stiffness_over_bone_to_beside_it",
+                 .value = over / beside,
+                 .lower = 1.2,
+                 .bound_from = "a finger tells a tenth to a fifth of stiffness apart (Weber share "
+                               "of compliance, about 0.2)"});
+  double skew = 0.0;
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      skew = std::fmax(skew, std::abs(z(i, j) - z(columns - 1 - i, rows - 1 - j)) / over);
+    }
+  }
+  outcome.judge({.name = "asymmetry_of_the_map",
+                 .value = skew,
+                 .upper = 1e-9,
+                 .bound_from = "the scene is symmetric; condition of the solve"});
+
+  outcome.figures.push_back(std::move(figure));
+
+  // One site pressed in time must agree with its solve.
+  scene.probe->entry = {0.0, 0.0};
+  scene.drive = Drive{.speed = 1e-3, .depth = 1e-5};
+  scene.simulation = {.duration = 1.0, .step = 1e-3};
+  const Insertion run = insert_tool(context, scene, {.every = 1000});
+  outcome.judge({.name = "pressed_stiffness_over_solved",
+                 .value = run.tool.back().forces.total / 1e-5 / (1e3 * over),
+                 .lower = 1.0 - 2e-3,
+                 .upper = 1.0 + 2e-3,
+                 .bound_from = "theory: the same springs; 10 um deep, strains of 1e-3"});
+}
+
+}  // namespace
+
+std::vector<Case> probe_cases() {
+  return {{.name = "probe/spread",
+           .suite = "accuracy",
+           .claim = "A probe cuts nothing, rubs nothing and spreads its whole force.",
+           .measure = measure_probe,
+           .weight = 1.0},
+          {.name = "probe/palpation-map",
+           .suite = "accuracy",
+           .claim = "Bone under fat is felt from the skin: it is stiffer over the process than "
+                    "beside it.",
+           .measure = measure_map,
+           .weight = 4.0}};
+}
+
+}  // namespace palpate::tools
