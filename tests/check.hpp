@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: MIT
 #pragma once
+/// Test vocabulary:
+///   TEST("a spring at rest exerts no force") { CHECK_NEAR(force.norm(), 0.0, 1e-15); }
+/// An executable runs all its cases, those of one file (--file tests/model/load_test.cpp), or those
+/// whose name contains an argument.
 
 #include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace scratch {
 
-/// The project's root, where shipped scenes and recordings lie.
+/// Root of the project, where shipped scenes and recordings lie.
 std::filesystem::path source_folder();
 
 }  // namespace scratch
 
 namespace check {
 
-// Smallest test vocabulary that says what we need:
-//   TEST("a spring at rest exerts no force") { CHECK_NEAR(force.norm(), 0.0, 1e-15); }
-// An executable runs all its cases, those of one file (--file tests/model/load_test.cpp), or those
-// whose name contains an argument.
-
-/// Under sanitizers the same code is gone through in fewer steps; what it proves there is not
-/// accuracy.
+/// Sanitized builds take fewer steps through the same code; they do not test accuracy.
 #ifdef PALPATE_SANITIZED
 inline constexpr bool sanitized = true;
 #else
@@ -37,9 +37,12 @@ struct Case {
   std::string_view file;
 };
 
+/// Thrown by a failed REQUIRE and by skip(): ends the case.
+struct Abandoned {};
+
 inline std::vector<Case> cases;
-inline int checks = 0, failures = 0;
-inline double worst_margin = 0.0;  // largest error / tolerance seen so far
+inline int checks = 0, failures = 0, skips = 0;
+inline double worst_margin = 0.0;  // largest error / tolerance so far
 
 inline bool add(std::string_view name, void (*body)(), std::string_view file) {
   cases.push_back({name, body, file});
@@ -49,6 +52,93 @@ inline bool add(std::string_view name, void (*body)(), std::string_view file) {
 inline void fail(const char* file, int line, const char* what) {
   ++failures;
   std::printf("%s:%d: %s\n", file, line, what);
+}
+
+/// Ends the case without a failure. The executable exits with 77 if all its cases were skipped.
+[[noreturn]] inline void skip(const char* reason) {
+  ++skips;
+  std::printf("skipped: %s\n", reason);
+  throw Abandoned{};
+}
+
+template <class T> std::string shown(const T& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    return value ? "true" : "false";
+  } else if constexpr (std::is_arithmetic_v<T>) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.17g", static_cast<double>(value));
+    return text;
+  } else if constexpr (std::is_same_v<T, std::nullptr_t>) {
+    return "nullptr";
+  } else if constexpr (std::is_convertible_v<const T&, std::string_view>) {
+    return "\"" + std::string(std::string_view(value)) + "\"";
+  } else if constexpr (std::is_enum_v<T>) {
+    return "enumerator " + std::to_string(static_cast<long long>(value));
+  } else if constexpr (std::is_pointer_v<T>) {
+    return value == nullptr ? "nullptr" : "a pointer";
+  } else {
+    return "a value that has no text";
+  }
+}
+
+/// Outcome of one comparison, with its operands for the message.
+template <class A, class B> struct Comparison {
+  bool holds;
+  const A& left;
+  const B& right;
+
+  explicit operator bool() const { return holds; }
+  void print() const {
+    std::printf("  left %s, right %s", shown(left).c_str(), shown(right).c_str());
+    if constexpr (std::is_arithmetic_v<A> && std::is_arithmetic_v<B>) {
+      std::printf(", ratio %.3g", static_cast<double>(left) / static_cast<double>(right));
+    }
+    std::printf("\n");
+  }
+};
+
+/// Integers of different signedness compare by value.
+template <class A, class B>
+inline constexpr bool are_integers =
+    std::is_integral_v<A>&& std::is_integral_v<B> && !std::is_same_v<A, bool> &&
+    !std::is_same_v<B, bool> && !std::is_same_v<A, char> && !std::is_same_v<B, char>;
+
+/// Left operand of a CHECK. `a && b` and `a || b` do not compile: one CHECK, one condition.
+template <class A> struct Left {
+  const A& value;
+
+  explicit operator bool() const { return static_cast<bool>(value); }
+  void print() const { std::printf("  value %s\n", shown(value).c_str()); }
+  template <class B> void operator&&(const B&) const = delete;
+  template <class B> void operator||(const B&) const = delete;
+#define CHECK_COMPARE(op, by_value)                                   \
+  template <class B> Comparison<A, B> operator op(const B& b) const { \
+    if constexpr (are_integers<A, B>) {                               \
+      return {by_value(value, b), value, b};                          \
+    } else {                                                          \
+      return {static_cast<bool>(value op b), value, b};               \
+    }                                                                 \
+  }
+  CHECK_COMPARE(==, std::cmp_equal)
+  CHECK_COMPARE(!=, std::cmp_not_equal)
+  CHECK_COMPARE(<, std::cmp_less)
+  CHECK_COMPARE(<=, std::cmp_less_equal)
+  CHECK_COMPARE(>, std::cmp_greater)
+  CHECK_COMPARE(>=, std::cmp_greater_equal)
+#undef CHECK_COMPARE
+};
+
+struct Capture {
+  template <class A> Left<A> operator<<(const A& value) const { return {value}; }
+};
+
+template <class Expression>
+bool judge(const Expression& expression, const char* text, const char* file, int line) {
+  ++checks;
+  if (static_cast<bool>(expression)) { return true; }
+  fail(file, line, text);
+  expression.print();
+  return false;
 }
 
 inline double distance(double a, double b) { return std::abs(a - b); }
@@ -73,19 +163,21 @@ void near(const A& actual, const B& expected, double tolerance, const char* text
               error / tolerance);
 }
 
-/// File and name: the end of the one and a part of the other.
+/// Runs the cases whose file ends with `file` and whose name contains `name`. Exit code.
 inline int run(std::string_view file, std::string_view name) {
   for (const Case& test : cases) {
     if (!test.file.ends_with(file) || test.name.find(name) == std::string_view::npos) { continue; }
     const int before = failures;
     try {
       test.body();
+    } catch (const Abandoned&) {
     } catch (const std::exception& e) { fail("uncaught exception", 0, e.what()); }
     std::printf("%s  %.*s\n", failures == before ? "pass" : "FAIL",
                 static_cast<int>(test.name.size()), test.name.data());
   }
   std::printf("%d checks, %d failures, worst error %.2g of its tolerance\n", checks, failures,
               worst_margin);
+  if (failures == 0 && checks == 0 && skips > 0) { return 77; }
   return failures == 0 && checks > 0 ? 0 : 1;
 }
 
@@ -98,10 +190,14 @@ inline int run(std::string_view file, std::string_view name) {
   static const bool CHECK_JOIN(added_, __LINE__) =             \
       check::add(name, CHECK_JOIN(test_, __LINE__), __FILE__); \
   static void CHECK_JOIN(test_, __LINE__)()
-#define CHECK(condition)                                               \
-  do {                                                                 \
-    ++check::checks;                                                   \
-    if (!(condition)) { check::fail(__FILE__, __LINE__, #condition); } \
+#define CHECK(condition) \
+  (void)check::judge(check::Capture{} << condition, #condition, __FILE__, __LINE__)
+/// Ends the case where it fails: for what the next lines rely on.
+#define REQUIRE(condition)                                                              \
+  do {                                                                                  \
+    if (!check::judge(check::Capture{} << condition, #condition, __FILE__, __LINE__)) { \
+      throw check::Abandoned{};                                                         \
+    }                                                                                   \
   } while (false)
 #define CHECK_NEAR(actual, expected, tolerance) \
   check::near(actual, expected, tolerance, #actual " == " #expected, __FILE__, __LINE__)

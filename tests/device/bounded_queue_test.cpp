@@ -28,8 +28,10 @@ TEST("a queue is first in, first out, and refuses what has no room") {
   for (int n = 0; n < 4; ++n) { CHECK(queue.pop() == n); }
   CHECK(!queue.pop().has_value());
   for (int n = 0; n < 1000; ++n) {
-    CHECK(queue.push(n) && queue.push(-n));
-    CHECK(queue.pop() == n && queue.pop() == -n);
+    CHECK(queue.push(n));
+    CHECK(queue.push(-n));
+    CHECK(queue.pop() == n);
+    CHECK(queue.pop() == -n);
   }
 }
 
@@ -58,10 +60,14 @@ TEST("between two threads nothing is lost, doubled, torn or out of order") {
 
 TEST("the latest value is the default, then what was set last, as often as it is asked for") {
   LatestValue<int> latest;
-  CHECK(latest.get() == 0 && latest.get() == 0);
+  CHECK(latest.get() == 0);
+  CHECK(latest.get() == 0);
   for (int n = 1; n < 100; ++n) {
     latest.set(n);
-    if (n % 3 == 0) { CHECK(latest.get() == n && latest.get() == n); }
+    if (n % 3 == 0) {
+      CHECK(latest.get() == n);
+      CHECK(latest.get() == n);
+    }
   }
   CHECK(latest.get() == 99);
 }

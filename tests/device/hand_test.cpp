@@ -71,19 +71,27 @@ TEST("intermittent motion goes in steps of its range with rests of its range") {
     if (!moving && moved) {
       begin = time;
       const double step = along(intent, time) - from;
-      if (along(intent, time) < 0.0199) { CHECK(step > 0.99e-3 && step < 3.01e-3); }
+      if (along(intent, time) < 0.0199) {
+        CHECK(step > 0.99e-3);
+        CHECK(step < 3.01e-3);
+      }
       ++step_count;
     }
     moved = moving;
   }
-  CHECK(step_count >= 7 && step_count <= 20);
-  for (const double rest : rests) { CHECK(rest > 0.299 && rest < 1.02); }
+  CHECK(step_count >= 7);
+  CHECK(step_count <= 20);
+  for (const double rest : rests) {
+    CHECK(rest > 0.299);
+    CHECK(rest < 1.02);
+  }
   CHECK_NEAR(along(intent, intent.end()), 0.02, 1e-15);
 }
 
 TEST("a push rises at its rate, stays, and frees the spring along the axis") {
   const Intent intent({.actions = {Hold{1.0}, Push{.force = 4.0, .rise = 2.0, .duration = 5.0}}});
-  CHECK(!intent.at(0.5).pushing && intent.at(1.5).pushing);
+  CHECK(!intent.at(0.5).pushing);
+  CHECK(intent.at(1.5).pushing);
   CHECK_NEAR(intent.at(2.0).push, 2.0, 1e-12);
   CHECK_NEAR(intent.at(9.0).push, 4.0, 1e-12);
 }
@@ -92,7 +100,8 @@ TEST("after a loss of resistance the intent goes on for the reaction time, then 
   IntentScript script{.actions = {Advance{0.05, 0.01, 0.2}}, .seed = 3};
   Intent intent(script);
   const Intent unaware(script);
-  CHECK(intent.reaction() >= 0.15 && intent.reaction() <= 0.20);
+  CHECK(intent.reaction() >= 0.15);
+  CHECK(intent.reaction() <= 0.20);
   intent.loss_of_resistance(1.0);
   intent.loss_of_resistance(1.1);  // only the first counts
   const double stop = 1.0 + intent.reaction();
@@ -136,7 +145,10 @@ TEST("tremor has its amplitude, its band and the seed's phases") {
     before = x;
   }
   CHECK_NEAR(std::sqrt(2.0 * squares / samples), 5e-5, 5e-6);  // five sines over a minute
-  CHECK(crossings > 7 * 60 && crossings < 13 * 60);
+  {
+    CHECK(crossings > 7 * 60);
+    CHECK(crossings < 13 * 60);
+  }
   CHECK(intent.at(0.3).position == same.at(0.3).position);
   CHECK(intent.at(0.3).position != other.at(0.3).position);
 }
@@ -160,10 +172,18 @@ const Vector grip(0.001, 0.0, 0.102);
 const Vector velocity(0.0, 0.0, 0.03);
 
 TEST("the presets are the documented ones, from light to firm") {
-  CHECK(light_hand.mass == 0.10 && light_hand.viscosity == 3.0 && light_hand.stiffness == 150.0);
-  CHECK(medium_hand.mass == 0.15 && medium_hand.viscosity == 6.0 && medium_hand.stiffness == 400.0);
-  CHECK(firm_hand.mass == 0.25 && firm_hand.viscosity == 12.0 && firm_hand.stiffness == 1000.0);
-  CHECK(arm_stage.mass == 0.55 && arm_stage.viscosity == 6.5 && arm_stage.stiffness == 135.0);
+  CHECK(light_hand.mass == 0.10);
+  CHECK(light_hand.viscosity == 3.0);
+  CHECK(light_hand.stiffness == 150.0);
+  CHECK(medium_hand.mass == 0.15);
+  CHECK(medium_hand.viscosity == 6.0);
+  CHECK(medium_hand.stiffness == 400.0);
+  CHECK(firm_hand.mass == 0.25);
+  CHECK(firm_hand.viscosity == 12.0);
+  CHECK(firm_hand.stiffness == 1000.0);
+  CHECK(arm_stage.mass == 0.55);
+  CHECK(arm_stage.viscosity == 6.5);
+  CHECK(arm_stage.stiffness == 135.0);
 }
 
 TEST("the hand pulls with its spring and its damper toward the intent") {

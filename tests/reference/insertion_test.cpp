@@ -155,7 +155,7 @@ TEST("layers along an oblique needle are longer, and the last one goes on") {
   Scene scene = sample::block_scene(5, {{0.01, 0.1, 1.0}, {0.01, 0.2, 2.0}}, {});
   scene.needle->direction = {0.6, 0.0, 0.8};
   const NeedleTrack track = track_of(scene);
-  CHECK(track.intervals.size() == 2);
+  REQUIRE(track.intervals.size() == 2);
   CHECK_NEAR(track.intervals[0].end, 0.0125, 1e-16);
   CHECK(std::isinf(track.intervals[1].end));
 }
@@ -170,7 +170,7 @@ TEST("the last inclusion that holds a point wins, by its exact shape") {
   const NeedleTrack track = track_of(scene);
   const std::vector<double> begins{0.0, 0.006, 0.012, 0.016};
   const std::vector<std::string> labels{"layer 0", "cyst", "bone", "layer 0"};
-  CHECK(track.intervals.size() == begins.size());
+  REQUIRE(track.intervals.size() == begins.size());
   for (std::size_t n = 0; n < std::min(begins.size(), track.intervals.size()); ++n) {
     CHECK_NEAR(track.intervals[n].begin, begins[n], 1e-16);
     CHECK(track.intervals[n].label == labels[n]);
@@ -201,7 +201,7 @@ TEST("a round probe loads nodes by the area of its footprint in their cells") {
   scene.needle.reset();
   scene.probe = Probe{.size = {0.01, 0.01}};
   const NeedleTrack track = track_of(scene);
-  CHECK(track.knots.size() == 1);
+  REQUIRE(track.knots.size() == 1);
   double centre = 0.0;
   double sum = 0.0;
   for (const TrackSupport& support : track.knots[0].supports) {
@@ -273,8 +273,9 @@ TEST("a chain resists with k_eff s + c_eff v, is punctured at F_c and then resis
   }
   const auto* contact = sample::first_of(run, Kind::contact);
   const auto* puncture = sample::first_of(run, Kind::puncture);
-  CHECK(contact != nullptr && contact->time == 0.0);
-  CHECK(puncture != nullptr);
+  REQUIRE(contact != nullptr);
+  CHECK(contact->time == 0.0);
+  REQUIRE(puncture != nullptr);
   if (puncture == nullptr) { return; }
   CHECK_NEAR(puncture->time, (0.2 - viscosity * v) / (stiffness * v), 1e-9);
   CHECK_NEAR(puncture->depth, 0.0, 0.0);
@@ -285,7 +286,7 @@ TEST("the tip reaches the skin when its trajectory does, and rests before its st
                                            {.start = 0.1, .from = -0.004, .speed = 0.02});
   const Insertion run = sample::solve(scene, 0.4, 40);
   const auto* contact = sample::first_of(run, Kind::contact);
-  CHECK(contact != nullptr);
+  REQUIRE(contact != nullptr);
   if (contact != nullptr) { CHECK_NEAR(contact->time, 0.3, 1e-9); }
   for (const InsertionInstant& now : run.instants) {
     if (now.time < 0.1) { CHECK_NEAR(now.place, -0.004, 0.0); }
@@ -338,7 +339,8 @@ TEST("the epidural space is a loss of resistance and dura is a dural puncture") 
   const Insertion run = sample::solve(scene, 1.5, 10);
   const auto* loss = sample::first_of(run, Kind::loss_of_resistance);
   const auto* dura = sample::first_of(run, Kind::dural_puncture);
-  CHECK(loss != nullptr && dura != nullptr);
+  REQUIRE(loss != nullptr);
+  REQUIRE(dura != nullptr);
   if (loss != nullptr) { CHECK_NEAR(loss->depth, 0.01, 1e-11); }
   if (dura != nullptr) { CHECK_NEAR(dura->depth, 0.015, 1e-11); }
 }
@@ -400,7 +402,8 @@ TEST("bone stops the tip exactly and the hand pulls it by the grip") {
   const Insertion run = sample::solve(scene, 1.5, 150, 1e-9, sample::with_energy);
   const auto* bone = sample::first_of(run, Kind::bone_contact);
   const auto* left = sample::first_of(run, Kind::bone_left);
-  CHECK(bone != nullptr && left != nullptr);
+  REQUIRE(bone != nullptr);
+  REQUIRE(left != nullptr);
   if (bone == nullptr || left == nullptr) { return; }
   CHECK_NEAR(bone->time, 1.0, 1e-9);
   CHECK_NEAR(left->time, 1.4, 1e-9);
@@ -533,7 +536,7 @@ TEST("what the hand gives is stored or lost, in a chain and in a block, there an
     CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * hand);
     CHECK_NEAR(run.largest_drift, 0.0, 1e-11);
     CHECK_NEAR(run.largest_slip, 0.0, 1e-10);  // the tolerance of velocities
-    CHECK(check::sanitized || run.seconds < 20.0);
+    CHECK((check::sanitized || run.seconds < 20.0));
   }
 }
 
@@ -555,7 +558,7 @@ TEST("forces and instants of events converge with the tolerance") {
   const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
   const Insertion coarse = sample::solve(scene, 1.2, 12, 1e-8);
   const Insertion fine = sample::solve(scene, 1.2, 12, 1e-10);
-  CHECK(coarse.events.size() == fine.events.size());
+  REQUIRE(coarse.events.size() == fine.events.size());
   for (std::size_t n = 0; n < std::min(coarse.events.size(), fine.events.size()); ++n) {
     CHECK(coarse.events[n].kind == fine.events[n].kind);
     CHECK_NEAR(coarse.events[n].time, fine.events[n].time, 2e-8);
@@ -629,7 +632,7 @@ TEST("the force-depth curve sticks, cuts, sticks at more and drops at less") {
                                                {0.022 + chain_compliance(0.022) * 0.5, 0.5},
                                                {0.022 + chain_compliance(0.022) * 0.5, 0.1},
                                                {0.04, 0.1}};
-  CHECK(curve.size() == expected.size());
+  REQUIRE(curve.size() == expected.size());
   for (std::size_t n = 0; n < std::min(curve.size(), expected.size()); ++n) {
     CHECK_NEAR(curve[n].place, expected[n].place, 1e-15);
     CHECK_NEAR(curve[n].force, expected[n].force, 0.0);

@@ -122,10 +122,13 @@ TEST("the paper's c = 0.7 and c = 1.8 are underdamped and critical is c = 2") {
     o.viscosity = c;
     return std::string_view(damping_class(o));
   };
-  CHECK(class_of(0.7) == "underdamped" && class_of(1.8) == "underdamped");
+  CHECK(class_of(0.7) == "underdamped");
+  CHECK(class_of(1.8) == "underdamped");
   CHECK_NEAR(damping_ratio(o), 0.9, 1e-15);
-  CHECK(class_of(2.0) == "critically damped" && class_of(2.1) == "overdamped");
-  CHECK(class_of(0.0) == "undamped" && class_of(-0.1) == "negatively damped");
+  CHECK(class_of(2.0) == "critically damped");
+  CHECK(class_of(2.1) == "overdamped");
+  CHECK(class_of(0.0) == "undamped");
+  CHECK(class_of(-0.1) == "negatively damped");
   o.drive_amplitude = 1.0;
   CHECK(class_of(0.7) == "driven");
 }

@@ -21,12 +21,13 @@ const NetworkProblem pulsed(sample::block({.nodes = 2}), {sample::pulse(0.1)});
 
 TEST("segments begin and end at breaks and gates lie inside them") {
   const auto segments = segments_of(pulsed, {0.0, 0.01, 0.05});
-  CHECK(segments.size() == 3);
+  REQUIRE(segments.size() == 3);
   const double ends[] = {0.0, 5e-3, 15e-3, 0.05};
   for (std::size_t n = 0; n < segments.size(); ++n) {
     CHECK(segments[n].start == ends[n]);
     CHECK(segments[n].end == ends[n + 1]);
-    CHECK(segments[n].gate > segments[n].start && segments[n].gate < segments[n].end);
+    CHECK(segments[n].gate > segments[n].start);
+    CHECK(segments[n].gate < segments[n].end);
     CHECK(segments[n].stops.back().time == segments[n].end);
   }
 }
@@ -55,7 +56,7 @@ TEST("every requested time is a stop exactly once") {
 TEST("a requested time within rounding of a break is the break") {
   const double just_before = std::nextafter(15e-3, 0.0);
   const auto segments = segments_of(pulsed, {0.0, just_before, 0.05});
-  CHECK(segments.size() == 3);
+  REQUIRE(segments.size() == 3);
   CHECK(segments[1].stops.size() == 1);
   CHECK(segments[1].stops[0].output == 1U);
 }
@@ -220,7 +221,7 @@ void compare(const Oscillator& oscillator, sample::Motion (*exact)(const Oscilla
     std::printf("  %-26s %.1e\n", solver.name.c_str(), error);
     CHECK_NEAR(error, 0.0, expected_error(solver));
     CHECK(solution.solver == solver.name);
-    CHECK(solution.steps >= 10 || solver.family == "modal");
+    CHECK((solution.steps >= 10 || solver.family == "modal"));
   }
 }
 

@@ -228,7 +228,8 @@ TEST(
     erk.advance(1.0, 50);
     ARKodeButcherTable chosen = nullptr;
     CHECK(ERKStepGetCurrentButcherTable(erk.memory.get(), &chosen) == 0);
-    CHECK(chosen != nullptr && chosen->q == order);
+    REQUIRE(chosen != nullptr);
+    CHECK(chosen->q == order);
     CHECK(guarded::reuses_no_stale_stage(*chosen) == (order != 2));
     if (order == 2) {
       CHECK_THROWS(guarded::refuse_stale_stage(chosen, "erk"), "erk: SUNDIALS chose");

@@ -49,9 +49,13 @@ CalibrationReport sample(Recording::Kind kind) {
 TEST("calibration.json says what was told, what was not, and to which recordings") {
   const CalibrationReport report = sample(Recording::Kind::measured);
   const auto json = nlohmann::json::parse(to_json(report));
-  CHECK(json["schema"] == 1 && json["held"] == true && json["parameters"].size() == 11);
-  CHECK(json["parameters"][0]["status"] == "insensitive" && json["recordings"][0]["hash"] == "f00");
-  CHECK(json["leave_one_group_out"].size() == 2 && json["leave_one_group_out"][1]["group"] == "b");
+  CHECK(json["schema"] == 1);
+  CHECK(json["held"] == true);
+  CHECK(json["parameters"].size() == 11);
+  CHECK(json["parameters"][0]["status"] == "insensitive");
+  CHECK(json["recordings"][0]["hash"] == "f00");
+  CHECK(json["leave_one_group_out"].size() == 2);
+  CHECK(json["leave_one_group_out"][1]["group"] == "b");
   CHECK(json["correlation"]["matrix"].size() == json["correlation"]["parameters"].size());
   CHECK(json["profile"]["value"].size() == json["profile"]["growth"].size());
   CHECK(to_json(report) == to_json(sample(Recording::Kind::measured)));
@@ -61,8 +65,10 @@ TEST("the page begins with the verdict, escapes names and names what is left") {
   const CalibrationReport report = sample(Recording::Kind::measured);
   const std::string page = to_html(report);
   CHECK(page.find(calibration_verdict(report)) < page.find("<table"));
-  CHECK(contains(page, "&lt;scene&gt;.toml") && !contains(page, "<scene>"));
-  CHECK(warns(report, "material.ligament.friction") && contains(page, "palpate calibrate a.h5"));
+  CHECK(contains(page, "&lt;scene&gt;.toml"));
+  CHECK(!contains(page, "<scene>"));
+  CHECK(warns(report, "material.ligament.friction"));
+  CHECK(contains(page, "palpate calibrate a.h5"));
 }
 
 TEST("reconstructed recordings are never taken for measured ones") {
@@ -74,7 +80,8 @@ TEST("reconstructed recordings are never taken for measured ones") {
 
 TEST("what nobody reads in a verdict is said: another plunger, no BMI, a search that failed, NaN") {
   CalibrationReport report = sample(Recording::Kind::measured);
-  CHECK(!warns(report, "plunger of another area") && !warns(report, "Without b"));
+  CHECK(!warns(report, "plunger of another area"));
+  CHECK(!warns(report, "Without b"));
   CHECK(!warns(report, "no BMI"));
   report.recordings[2].subject.plunger_area *= 0.5;
   report.result.held_out[1].converged = false;
@@ -86,7 +93,8 @@ TEST("what nobody reads in a verdict is said: another plunger, no BMI, a search 
   for (CalibratedRecording& each : report.recordings) { each.subject.body_mass_index = 30.0; }
   CHECK(!warns(report, "no BMI"));
   report.result.whole[0] = std::nan("");
-  CHECK(!report.result.held() && warns(report, "too coarse"));
+  CHECK(!report.result.held());
+  CHECK(warns(report, "too coarse"));
 }
 
 TEST("a parameter that moves what was seen by half its uncertainty is not said to move nothing") {
@@ -98,7 +106,8 @@ TEST("a parameter that moves what was seen by half its uncertainty is not said t
 TEST("a fit that does not hold says so first") {
   CalibrationReport report = sample(Recording::Kind::measured);
   report.result.fit.converged = false;
-  CHECK(calibration_verdict(report).starts_with("Fell short") && warns(report, "did not converge"));
+  CHECK(calibration_verdict(report).starts_with("Fell short"));
+  CHECK(warns(report, "did not converge"));
   report.result.fit.told.clear();
   CHECK(calibration_verdict(report).starts_with("Nothing fitted"));
 }

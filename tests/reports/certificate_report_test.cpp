@@ -47,7 +47,9 @@ TEST("the keys that others read are there, with their units") {
   CHECK(json["verdict"] == "certified");
   CHECK_NEAR(json["rate_hz"].get<double>(), 1000.0, 0.0);
   CHECK_NEAR(json["deadline_us"].get<double>(), 1000.0, 1e-9);
-  CHECK(json["ticks"] == 2000 && json["misses"] == 0 && json["longest_miss_run"] == 0);
+  CHECK(json["ticks"] == 2000);
+  CHECK(json["misses"] == 0);
+  CHECK(json["longest_miss_run"] == 0);
   CHECK_NEAR(json["miss_probability_upper_95"].get<double>(), 1.0 - std::pow(0.05, 1.0 / 2000.0),
              1e-15);
   CHECK_NEAR(json["response_us"]["p50"].get<double>(), 300.2,
@@ -63,14 +65,16 @@ TEST("the keys that others read are there, with their units") {
   CertificateReport counted = sample(0);
   counted.result.budget.worst_instructions = 1234567;
   const Json budget = Json::parse(to_json(counted))["compute_budget"];
-  CHECK(budget["worst_instructions"] == 1234567 && budget["not_counted"].is_null());
+  CHECK(budget["worst_instructions"] == 1234567);
+  CHECK(budget["not_counted"].is_null());
   CHECK(json["missed_tick"].is_null());
 }
 
 TEST("what the system does not say is null, and what it says has its type") {
   const Json environment = Json::parse(to_json(sample(0)))["environment"];
-  CHECK(environment["kernel"] == "6.1" && environment["smt"] == false &&
-        environment["turbo"].is_null());
+  CHECK(environment["kernel"] == "6.1");
+  CHECK(environment["smt"] == false);
+  CHECK(environment["turbo"].is_null());
   CHECK_NEAR(environment["clock_resolution_ns"].get<double>(), 1.0, 0.0);
 }
 
@@ -83,14 +87,14 @@ TEST("bins without any tick are left out, and each column counts every tick") {
 
 TEST("the page begins with the verdict, says why, and shows what a manager needs") {
   const std::string good = to_html(sample(0));
-  CHECK(good.find("verdict pass") != std::string::npos &&
-        good.find("<strong>Certified") != std::string::npos);
+  CHECK(good.find("verdict pass") != std::string::npos);
+  CHECK(good.find("<strong>Certified") != std::string::npos);
   CHECK(good.find("Extrapolation refused: too few ticks") != std::string::npos);
   CHECK(good.find("A scene &lt;with&gt; signs") != std::string::npos);
   CHECK(good.find("not counted (valgrind is not installed)") != std::string::npos);
   const std::string bad = to_html(sample(3));
-  CHECK(bad.find("verdict fail") != std::string::npos &&
-        bad.find("Not certified") != std::string::npos);
+  CHECK(bad.find("verdict fail") != std::string::npos);
+  CHECK(bad.find("Not certified") != std::string::npos);
   CertificateReport open = sample(3);
   open.result.rights.fifo = "Operation not permitted";
   CHECK(to_html(open).find("verdict open") != std::string::npos);
@@ -101,8 +105,9 @@ TEST("a certificate of nothing is whole too") {
   report.result.loads.clear();
   report.result.budget.provocations.clear();
   const Json json = Json::parse(to_json(report));
-  CHECK(json["ticks"] == 0 && json["response_us"].is_null() &&
-        json["verdict"] == "environment not qualified");
+  CHECK(json["ticks"] == 0);
+  CHECK(json["response_us"].is_null());
+  CHECK(json["verdict"] == "environment not qualified");
   CHECK(to_csv(report) == "bin_start_us,wakeup,compute,response,control\n");
   CHECK(to_html(report).find("It did not run") != std::string::npos);
 }

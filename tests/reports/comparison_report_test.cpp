@@ -72,7 +72,8 @@ using comparison::Tolerance;
 
 TEST("a width is a share, a number with its unit, their sum or a factor") {
   const Tolerance share = tolerance_from("peak=15%", QuantityKind::pressure);
-  CHECK(share.feature == Feature::peak && share.absolute == 0.0);
+  CHECK(share.feature == Feature::peak);
+  CHECK(share.absolute == 0.0);
   CHECK_NEAR(share.relative, 0.15, 1e-15);
   CHECK_NEAR(tolerance_from("plateau=7mmHg", QuantityKind::pressure).absolute,
              7.0 * pascals_per_mmhg, 1e-9);
@@ -173,7 +174,8 @@ TEST("comparison.json has the documented keys") {
     CHECK(one.contains(key));
   }
   CHECK(one["features"].size() == comparison::feature_count);
-  CHECK(one["kind"] == "reconstructed" && json["recordings"][2]["kind"] == "measured");
+  CHECK(one["kind"] == "reconstructed");
+  CHECK(json["recordings"][2]["kind"] == "measured");
 }
 
 TEST("numbers are those of the comparison, in SI") {
@@ -181,28 +183,39 @@ TEST("numbers are those of the comparison, in SI") {
   const Json json = json_of(report);
   const comparison::Comparison& one = report.found.recordings[1];
   const Json& peak = json["recordings"][1]["features"][1];
-  CHECK(peak["name"] == "peak" && peak["unit"] == "Pa");
+  CHECK(peak["name"] == "peak");
+  CHECK(peak["unit"] == "Pa");
   CHECK(peak["recorded"].get<double>() == *one.features[1].recorded.value);
   CHECK(peak["u_val"].get<double>() == one.features[1].uncertainty.total());
   CHECK(json["recordings"][1]["rating"]["overall"].get<double>() == one.rating->overall);
   CHECK(json["recordings"][1]["alignment"]["lag_s"].get<double>() == one.alignment.lag);
   const Json& group = json["groups"][0];
-  CHECK(group["recordings"] == 3 && group["measured"] == 1 && group["reconstructed"] == 2);
-  CHECK(group["corridor"]["recordings"] == 3 && group["corridor"]["subjects"] == 3);
-  CHECK(group["subjects"] == 3 && group["subjects_agree"] == 3);
+  CHECK(group["recordings"] == 3);
+  CHECK(group["measured"] == 1);
+  CHECK(group["reconstructed"] == 2);
+  CHECK(group["corridor"]["recordings"] == 3);
+  CHECK(group["corridor"]["subjects"] == 3);
+  CHECK(group["subjects"] == 3);
+  CHECK(group["subjects_agree"] == 3);
   CHECK_NEAR(group["corridor"]["half_width_sd"].get<double>(), 4.968,
              1e-3);  // t(0.975, 2) sqrt(4/3), four digits
-  CHECK(json["verdict"] == "agrees" && json["holds"] == true);
+  {
+    CHECK(json["verdict"] == "agrees");
+    CHECK(json["holds"] == true);
+  }
 }
 
 TEST("what cannot be compared has a reason and no numbers") {
   const Json json = json_of(sample::compared({sample::compared_recording("flat", 0.0)}));
   const Json& one = json["recordings"][0];
-  CHECK(json["verdict"] == "not comparable" && json["holds"] == false);
-  CHECK(one["verdict"] == "not comparable" && !one["reasons"].empty() && !one.contains("features"));
+  CHECK(json["verdict"] == "not comparable");
+  CHECK(json["holds"] == false);
+  CHECK(one["verdict"] == "not comparable");
+  CHECK(!one["reasons"].empty());
+  CHECK(!one.contains("features"));
   CHECK(json["groups"][0]["corridor"].contains("refused"));
-  CHECK(json["groups"][0]["agree_share"] == "nan" &&
-        json["groups"][0]["agree_interval_95"].is_null());
+  CHECK(json["groups"][0]["agree_share"] == "nan");
+  CHECK(json["groups"][0]["agree_interval_95"].is_null());
 }
 
 using namespace palpate;
@@ -231,7 +244,8 @@ TEST("only what agrees and could all be compared holds") {
   std::vector<ComparedRecording> with_a_constant = subjects(1);
   with_a_constant.push_back(sample::compared_recording("flat", 0.0));
   const ComparisonReport mixed = sample::compared(with_a_constant);
-  CHECK(mixed.found.verdict == comparison::Verdict::agrees && !holds(mixed));
+  CHECK(mixed.found.verdict == comparison::Verdict::agrees);
+  CHECK(!holds(mixed));
   CHECK(verdict_text(mixed) == "Agrees, but 1 recording cannot be compared");
   CHECK(!holds(sample::compared({})));
 }
@@ -239,12 +253,15 @@ TEST("only what agrees and could all be compared holds") {
 TEST("the figures of a recording show both over time and depth, with layers, and the residual") {
   const ComparisonReport report = sample::compared(subjects(1));
   const std::vector<Figure> figures = recording_figures(report, 0);
-  CHECK(figures.size() == 5);
+  REQUIRE(figures.size() == 5);
   for (const Figure& figure : figures) {
-    CHECK(figure.zones.size() == 2 && figure.marks.size() == 1);
+    CHECK(figure.zones.size() == 2);
+    CHECK(figure.marks.size() == 1);
   }
-  CHECK(figures[0].id == "pressure-over-time" && figures[2].id == "pressure-over-depth");
-  CHECK(figures[0].series[0].label == "recorded" && figures[0].series[1].label == "simulated");
+  CHECK(figures[0].id == "pressure-over-time");
+  CHECK(figures[2].id == "pressure-over-depth");
+  CHECK(figures[0].series[0].label == "recorded");
+  CHECK(figures[0].series[1].label == "simulated");
   const double peak_mmhg = 60.0 * pascals_per_mmhg / pascals_per_mmhg;  // of the law
   CHECK_NEAR(figures[0].series[1].y[6000], peak_mmhg, 1e-6);
   CHECK_NEAR(figures[2].series[0].x.back(), 5.0 * 14.0, 1e-9);  // mm
@@ -273,7 +290,8 @@ TEST("every figure that shows a reconstructed recording says so, and none of a m
 TEST("the corridor is the mean and its factor of deviations either way") {
   const ComparisonReport report = sample::compared(subjects(3));
   const std::vector<Figure> figures = group_figures(report, 0);
-  CHECK(figures.size() == 2 && figures[0].series.size() == 3);
+  REQUIRE(figures.size() == 2);
+  CHECK(figures[0].series.size() == 3);
   const Series& band = figures[0].series[0];
   const Series& mean = figures[0].series[1];
   // Three subjects with factors 0.98, 1, 1.02: SD 2 %; t(0.975, 2) sqrt(4/3) = 4.303 x 1.1547
@@ -304,7 +322,8 @@ TEST(
         "Every recording", "Ratings and distances", "What was found wrong", "Tolerances in force",
         "Credibility factors", "To see it again"}) {
     const std::size_t at = html.find(heading);
-    CHECK(at != std::string::npos && at > last);
+    CHECK(at != std::string::npos);
+    CHECK(at > last);
     last = at;
   }
   for (const char* request : {"src=\"http", "href=\"http", "url(http", "@import", "BMI <18>",
@@ -320,13 +339,14 @@ TEST("the page tells recordings from subjects") {
   const std::string html = to_html(sample::compared(all));
   CHECK(contains(html, "6 recordings reconstructed"));
   CHECK(contains(html, "3 subjects (6 recordings)"));
-  CHECK(contains(html, "data-label=\"subjects\">3<") &&
-        contains(html, "data-label=\"recordings\">6<"));
+  CHECK(contains(html, "data-label=\"subjects\">3<"));
+  CHECK(contains(html, "data-label=\"recordings\">6<"));
 }
 
 TEST("what cannot be compared still has a page, which says why") {
   const std::string html = to_html(sample::compared({sample::compared_recording("flat", 0.0)}));
-  CHECK(contains(html, "class=\"verdict fail\"") && contains(html, "Not comparable"));
+  CHECK(contains(html, "class=\"verdict fail\""));
+  CHECK(contains(html, "Not comparable"));
   CHECK(contains(html, "constant"));
 }
 

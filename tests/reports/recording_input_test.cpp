@@ -65,10 +65,11 @@ TEST("of the damaged stream exactly the hit frames are lost, and every other sam
   for (const Damage& each : stored_damage()) { hit.insert(each.offset / 8); }
   const InputRecording clean = read_any_recording(recordings / "link-clean.bin");
   const InputRecording damaged = read_any_recording(recordings / "link-damaged.bin");
-  CHECK(clean.format == RecordingFormat::raw && damaged.format == RecordingFormat::raw);
+  CHECK(clean.format == RecordingFormat::raw);
+  CHECK(damaged.format == RecordingFormat::raw);
   const std::size_t sent = clean.recording.time.size();
   CHECK(hit.size() == 43);
-  CHECK(damaged.recording.time.size() == sent - hit.size());
+  REQUIRE(damaged.recording.time.size() == sent - hit.size());
   CHECK(damaged.frames->missing == static_cast<std::int64_t>(hit.size()));
   CHECK(damaged.recording.defects.missing == hit.size());
   bool same = true;
@@ -141,7 +142,8 @@ TEST("constant pressure is a recording, with a warning") {
   const InputRecording read =
       read_any_recording(folder.file("c", std::string(bytes.begin(), bytes.end())));
   CHECK(read.recording.time.size() == 300);
-  CHECK(read.warnings.size() == 1 && read.warnings[0].starts_with("pressure is constant"));
+  REQUIRE(read.warnings.size() == 1);
+  CHECK(read.warnings[0].starts_with("pressure is constant"));
 }
 
 }  // namespace

@@ -39,18 +39,26 @@ Trace moving_block() {
 
 TEST("columns of one record and unit share a figure, and positions start at zero") {
   const std::vector<Figure> figures = figures_over_time(moving_block());
-  CHECK(figures.size() == 2);
-  CHECK(figures[0].series.size() == 2 && figures[0].series[0].y[0] == 0.0);
+  REQUIRE(figures.size() == 2);
+  CHECK(figures[0].series.size() == 2);
+  CHECK(figures[0].series[0].y[0] == 0.0);
   CHECK_NEAR(figures[0].series[0].y[1], 0.1, 1e-15);  // rounding of a difference near one
-  CHECK(figures[0].series[1].label == "y" && figures[1].series[0].label == "fx");
+  {
+    CHECK(figures[0].series[1].label == "y");
+    CHECK(figures[1].series[0].label == "fx");
+  }
 }
 
 TEST("the snapshot shows the slice of the node that moved furthest, and says how much larger") {
   const auto figure = snapshot_figure(moving_block());
-  CHECK(figure && figure->series.size() == 2 && figure->series[0].x.size() == 9);
-  CHECK(figure && contains(figure->caption, "0.1 mm") &&
-        contains(figure->caption, "10 times larger"));
-  CHECK(figure && *figure->y.minimum > *figure->y.maximum);
+  REQUIRE(figure);
+  CHECK(figure->series.size() == 2);
+  CHECK(figure->series[0].x.size() == 9);
+  REQUIRE(figure);
+  CHECK(contains(figure->caption, "0.1 mm"));
+  CHECK(contains(figure->caption, "10 times larger"));
+  REQUIRE(figure);
+  CHECK(*figure->y.minimum > *figure->y.maximum);
 }
 
 TEST("a trace that never moved, or was cut short, has no snapshot and still a page") {
@@ -75,7 +83,8 @@ TEST("the page makes no request, escapes what it shows and gives the same bytes 
         "<needle>", "tip</script>", "skin <1>"}) {
     CHECK(!contains(html, request));
   }
-  CHECK(contains(html, "class=\"verdict fail\"") && contains(html, "new Dygraph"));
+  CHECK(contains(html, "class=\"verdict fail\""));
+  CHECK(contains(html, "new Dygraph"));
   CHECK(html == to_html(report, moving_block()));
 }
 
@@ -168,13 +177,16 @@ void set(Trace& trace, const std::string& name, double value) {
 TEST("the first pass takes each depth once, from the last tick before the tool moves") {
   const Trace trace = sample::needle_trace();
   const std::vector<std::size_t> rows = first_pass(trace);
-  CHECK(rows.size() == 11 && rows.front() == 1 && rows.back() == 11);
+  REQUIRE(rows.size() == 11);
+  CHECK(rows.front() == 1);
+  CHECK(rows.back() == 11);
 }
 
 TEST("layers over depth come from the way in alone and meet where the label changes") {
   const std::vector<Zone> zones = layers_over_depth(sample::needle_trace());
-  CHECK(zones.size() == 3);
-  CHECK(zones[0].label == "skin" && zones[1].label == "ligament");
+  REQUIRE(zones.size() == 3);
+  CHECK(zones[0].label == "skin");
+  CHECK(zones[1].label == "ligament");
   const double rounding = 1e-12;  // of millimetres from metres
   CHECK_NEAR(zones[0].begin, 1.0, rounding);
   CHECK_NEAR(zones[0].end, 3.0, rounding);
@@ -184,8 +196,9 @@ TEST("layers over depth come from the way in alone and meet where the label chan
 
 TEST("layers over time are those of the way in and of the way out") {
   const std::vector<Zone> zones = layers_over_time(sample::needle_trace());
-  CHECK(zones.size() == 5);
-  CHECK(zones[0].label == zones[4].label && zones[1].label == zones[3].label);
+  REQUIRE(zones.size() == 5);
+  CHECK(zones[0].label == zones[4].label);
+  CHECK(zones[1].label == zones[3].label);
 }
 
 TEST("a tip that rests on the skin does not fill the picture with zones") {
@@ -202,24 +215,34 @@ TEST("a needle's figures come in order, in mm, N and mmHg, with their events") {
   const std::vector<Figure> figures = tool_figures(sample::needle_trace());
   CHECK((ids_of(figures) == std::vector<std::string>{"force-over-depth", "force-parts",
                                                      "force-over-time", "pressure-over-time"}));
-  CHECK(figures[0].x.label == "tip depth (mm)" && figures[0].series[0].x.size() == 22);
+  CHECK(figures[0].x.label == "tip depth (mm)");
+  CHECK(figures[0].series[0].x.size() == 22);
   CHECK_NEAR(figures[0].series[0].x[11], 10.0, 1e-12);  // rounding of the unit
-  CHECK(figures[0].marks.size() == 4 && figures[0].marks[2].label == "loss of resistance");
+  {
+    CHECK(figures[0].marks.size() == 4);
+    CHECK(figures[0].marks[2].label == "loss of resistance");
+  }
   CHECK_NEAR(figures[0].marks[2].x, 7.0, 1e-12);
-  CHECK(figures[2].zones.empty() && figures[2].marks[3].x == 2.1);
+  CHECK(figures[2].zones.empty());
+  CHECK(figures[2].marks[3].x == 2.1);
   CHECK_NEAR(figures[3].series[0].y[0], 200.0, 1e-9);  // 26664.4 Pa
-  CHECK(figures[3].zones.size() == 5 && figures[3].y.label == "pressure (mmHg)");
+  {
+    CHECK(figures[3].zones.size() == 5);
+    CHECK(figures[3].y.label == "pressure (mmHg)");
+  }
 }
 
 TEST("the parts are stacked without gaps and end at the sum") {
   const Figure figure = tool_figures(sample::needle_trace()).at(1);
-  CHECK(figure.series.size() == 4 && figure.zones.size() == 3);
+  REQUIRE(figure.series.size() == 4);
+  CHECK(figure.zones.size() == 3);
   for (std::size_t n = 0; n + 1 < 3; ++n) {
     CHECK(figure.series[n].style == Series::Style::area);
     CHECK(figure.series[n + 1].y == figure.series[n].y2);
   }
   const Series& sum = figure.series[3];
-  CHECK(sum.style == Series::Style::line && sum.x == figure.series[0].x);
+  CHECK(sum.style == Series::Style::line);
+  CHECK(sum.x == figure.series[0].x);
   for (std::size_t n = 0; n < sum.y.size(); ++n) {
     CHECK_NEAR(figure.series[2].y2[n], sum.y[n], 1e-12);  // rounding of a sum of three
   }
@@ -247,17 +270,23 @@ TEST("nothing is shown twice, and a trace without a tool has no such figure") {
 TEST("the facts say the peak force, where it was, and the loss of resistance") {
   const std::vector<Fact> facts = tool_facts(sample::needle_trace());
   const Fact* peak = fact(facts, "peak force");
-  CHECK(peak != nullptr && contains(peak->value, "8") && contains(peak->explanation, "ligament"));
+  REQUIRE(peak != nullptr);
+  CHECK(contains(peak->value, "8"));
+  CHECK(contains(peak->explanation, "ligament"));
   const Fact* loss = fact(facts, "loss of resistance");
-  CHECK(loss != nullptr && contains(loss->value, "7"));
-  CHECK(loss != nullptr && contains(loss->explanation, "falls by 4.5"));  // 8 N to 3.5 N
+  REQUIRE(loss != nullptr);
+  CHECK(contains(loss->value, "7"));
+  REQUIRE(loss != nullptr);
+  CHECK(contains(loss->explanation, "falls by 4.5"));  // 8 N to 3.5 N
   const Fact* pressure = fact(facts, "peak pressure");
-  CHECK(pressure != nullptr && contains(pressure->value, "200"));
+  REQUIRE(pressure != nullptr);
+  CHECK(contains(pressure->value, "200"));
 }
 
 TEST("an event has the depth, and the force one tick before it and at it") {
   const Table table = events_table(sample::needle_trace());
-  CHECK(table.rows.size() == 4 && table.columns.size() == 6);
+  REQUIRE(table.rows.size() == 4);
+  CHECK(table.columns.size() == 6);
   CHECK(std::get<std::string>(table.rows[2][1]) == "loss of resistance");
   CHECK_NEAR(std::get<double>(table.rows[2][3]), 7.0, 1e-12);  // rounding of the unit
   CHECK_NEAR(std::get<double>(table.rows[2][4]), 8.0, 1e-12);
@@ -315,12 +344,15 @@ double area_of(const Series& outline) {
 TEST("the reach of the motors is drawn as closed outlines of the box seen from two sides") {
   const Figure figure = force_reach_figure(box());
   CHECK(figure.square);
-  CHECK(figure.series.size() == 4);
+  REQUIRE(figure.series.size() == 4);
   const double areas[] = {4.0 * 3.0 * 10.0, 4.0 * 4.0 * 10.0};
   for (std::size_t side = 0; side < 2; ++side) {
     const Series& outline = figure.series[side];
-    CHECK(outline.x.size() == 5);  // four corners, and the first again
-    CHECK(outline.x.front() == outline.x.back() && outline.y.front() == outline.y.back());
+    REQUIRE(outline.x.size() == 5);  // four corners, and the first again
+    {
+      CHECK(outline.x.front() == outline.x.back());
+      CHECK(outline.y.front() == outline.y.back());
+    }
     CHECK_NEAR(area_of(outline), areas[side], 1e-12);
   }
 }

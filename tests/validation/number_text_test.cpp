@@ -11,8 +11,8 @@ using namespace palpate;
 
 TEST("numbers for people have few digits, true signs and no letters") {
   CHECK(short_number(0.00123449) == "0.001234");
-  CHECK(short_number(-1.2345e-7) == "−1.234\u202f×\u202f10⁻⁷" ||
-        short_number(-1.2345e-7) == "−1.235\u202f×\u202f10⁻⁷");
+  CHECK((short_number(-1.2345e-7) == "−1.234\u202f×\u202f10⁻⁷" ||
+         short_number(-1.2345e-7) == "−1.235\u202f×\u202f10⁻⁷"));
   CHECK(short_number(1e-9) == "10⁻⁹");
   CHECK(short_number(125000.0) == "125\u202f000");
   CHECK(short_number(2400.0) == "2400");

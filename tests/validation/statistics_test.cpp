@@ -73,16 +73,23 @@ TEST("a bootstrap is the same for one seed, lies within the values and is refuse
   const auto one = bootstrap_mean(value, {.seed = 4});
   const auto again = bootstrap_mean(value, {.seed = 4});
   const auto other = bootstrap_mean(value, {.seed = 5});
-  CHECK(one && again && one->lower == again->lower && one->upper == again->upper);
-  CHECK(other && (other->lower != one->lower || other->upper != one->upper));
-  CHECK(one->lower >= 1.0 && one->upper <= 10.0 && one->holds(4.0));
+  REQUIRE(one);
+  REQUIRE(again);
+  CHECK(one->lower == again->lower);
+  CHECK(one->upper == again->upper);
+  REQUIRE(other);
+  CHECK((other->lower != one->lower || other->upper != one->upper));
+  CHECK(one->lower >= 1.0);
+  CHECK(one->upper <= 10.0);
+  CHECK(one->holds(4.0));
   CHECK(!bootstrap_mean(std::vector<double>{1.0, 2.0}));
 }
 
 TEST("subjects who are all the same leave no interval but their value") {
   const auto interval = bootstrap_mean(std::vector<double>{7.0, 7.0, 7.0});
-  CHECK(interval && std::abs(interval->lower - 7.0) < 1e-12 &&
-        std::abs(interval->upper - 7.0) < 1e-12);
+  REQUIRE(interval);
+  CHECK(std::abs(interval->lower - 7.0) < 1e-12);
+  CHECK(std::abs(interval->upper - 7.0) < 1e-12);
 }
 
 }  // namespace

@@ -20,9 +20,12 @@ TEST("counts are rounded to the nearest by default, and down when asked") {
   const auto at = [&](double counts, Rounding rounding) {
     return counts_of_angle(geometry, geometry.zero_angle + counts * count, rounding);
   };
-  CHECK(at(7.4, Rounding::nearest) == 7 && at(7.6, Rounding::nearest) == 8);
-  CHECK(at(-7.4, Rounding::nearest) == -7 && at(-7.6, Rounding::nearest) == -8);
-  CHECK(at(7.6, Rounding::floor) == 7 && at(-7.4, Rounding::floor) == -8);
+  CHECK(at(7.4, Rounding::nearest) == 7);
+  CHECK(at(7.6, Rounding::nearest) == 8);
+  CHECK(at(-7.4, Rounding::nearest) == -7);
+  CHECK(at(-7.6, Rounding::nearest) == -8);
+  CHECK(at(7.6, Rounding::floor) == 7);
+  CHECK(at(-7.4, Rounding::floor) == -8);
 }
 
 TEST("angles of counts are exact at every count and grow outward") {
@@ -35,7 +38,9 @@ TEST("angles of counts are exact at every count and grow outward") {
 }
 
 TEST("a counter is sixteen bits wide") {
-  CHECK(wrapped(32767) == 32767 && wrapped(32768) == -32768 && wrapped(-32769) == 32767);
+  CHECK(wrapped(32767) == 32767);
+  CHECK(wrapped(32768) == -32768);
+  CHECK(wrapped(-32769) == 32767);
   CHECK(wrapped(-38982) == 26554);  // the published wrap of a word
 }
 
@@ -48,7 +53,8 @@ TEST("after power-on the counts are off by a constant that the seed decides") {
   const int offset = one.counts()[0] - truth[0];
   one.sample(all(50.0), false);
   CHECK(one.counts()[0] - counts_of_angles(geometry, all(50.0))[0] == offset);
-  CHECK(std::abs(offset) <= 2000 && !one.all_homed());
+  CHECK(std::abs(offset) <= 2000);
+  CHECK(!one.all_homed());
 }
 
 /// Out to `far` degrees and straight in to 20.
@@ -70,7 +76,9 @@ TEST("homing needs the bit all the way, the pull beyond 60 degrees and the push"
         std::tuple{80.0, false, false}, std::tuple{59.0, true, true}}) {
     Encoders encoders(geometry, {}, 3);
     pull_and_push(encoders, far, out, in);
-    CHECK(!encoders.homed()[0] && !encoders.homed()[1] && !encoders.homed()[2]);
+    CHECK(!encoders.homed()[0]);
+    CHECK(!encoders.homed()[1]);
+    CHECK(!encoders.homed()[2]);
   }
   Encoders outward(geometry, {}, 3);
   for (double angle = 30.0; angle <= 80.0; angle += 0.5) { outward.sample(all(angle), true); }
@@ -81,9 +89,12 @@ TEST("each leg is homed on its own") {
   Encoders encoders(geometry, {}, 4);
   encoders.sample({70 * degree, 50 * degree, 70 * degree}, true);
   encoders.sample({30 * degree, 30 * degree, 36 * degree}, true);
-  CHECK(encoders.homed()[0] && !encoders.homed()[1] && !encoders.homed()[2]);
+  CHECK(encoders.homed()[0]);
+  CHECK(!encoders.homed()[1]);
+  CHECK(!encoders.homed()[2]);
   encoders.sample({30 * degree, 30 * degree, 34 * degree}, true);
-  CHECK(encoders.homed()[2] && !encoders.all_homed());
+  CHECK(encoders.homed()[2]);
+  CHECK(!encoders.all_homed());
 }
 
 }  // namespace

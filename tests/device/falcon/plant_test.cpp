@@ -60,8 +60,8 @@ TEST("arms at rest always find one lawful answer, stuck, sliding or mixed") {
     for (std::size_t leg = 0; leg < 3; ++leg) {
       const auto i = static_cast<Eigen::Index>(leg);
       CHECK(std::abs(torque[i]) <= limit * (1.0 + 1e-9));
-      CHECK(slip[leg] == 0 ? std::abs(acceleration[i]) < 1e-9
-                           : slip[leg] * acceleration[i] > -1e-9);
+      CHECK((slip[leg] == 0 ? std::abs(acceleration[i]) < 1e-9
+                            : slip[leg] * acceleration[i] > -1e-9));
       stuck += slip[leg] == 0 ? 1 : 0;
     }
     ++stuck_count[static_cast<std::size_t>(stuck)];
@@ -73,7 +73,8 @@ TEST("arms that move are not touched") {
   palpate::device::Seeded seeded(4);
   for (int n = 0; n < 100; ++n) {
     const Slip slip = settled(random_arms(seeded, 30.0), {1, 0, -1}, limit);
-    CHECK(slip[0] == 1 && slip[2] == -1);
+    CHECK(slip[0] == 1);
+    CHECK(slip[2] == -1);
   }
 }
 
@@ -306,7 +307,8 @@ TEST("without friction and motors the energy is conserved while the arms swing")
     largest = std::max(largest, std::abs(stored() / first - 1.0));
     fastest = std::max(fastest, plant.velocity().norm());
   }
-  CHECK(fastest > 0.3 && plant.energy(spring).stop_loss == 0.0);
+  CHECK(fastest > 0.3);
+  CHECK(plant.energy(spring).stop_loss == 0.0);
   // Order four: (omega h)^4 / 120 a radian, omega some 50/s, h = 50 us. A hundredth of the term:
   // 3e-3.
   CHECK_NEAR(largest, 0.0, 1e-11);
@@ -329,7 +331,8 @@ TEST("every joule is accounted for: motors, hand, weight, friction and stops") {
       plant.advance(1e-3, motors, hand);
     }
     const EnergyAudit energy = plant.energy(hand);
-    CHECK(energy.friction_loss > 1e-4 && std::abs(energy.motor_work) > 1e-5);
+    CHECK(energy.friction_loss > 1e-4);
+    CHECK(std::abs(energy.motor_work) > 1e-5);
     CHECK(stops == (energy.stop_loss > 1e-6));
     // Order four, but for the step in which a stop is met: there its damper jumps, by 1e-4 of what
     // it then takes.
@@ -372,7 +375,10 @@ TEST("what a hand cannot have put in, it cannot get out: energy decays in every 
       before = stored();
     }
     // What friction holds: up to 0.2 N against the spring.
-    CHECK(before <= 0.5 * 0.2 * 0.2 / impedance.stiffness && before < 0.1 * first);
+    {
+      CHECK(before <= 0.5 * 0.2 * 0.2 / impedance.stiffness);
+      CHECK(before < 0.1 * first);
+    }
   }
 }
 
@@ -386,11 +392,13 @@ TEST("losses never run backward") {
     motors.command_torque(Vector::Constant(0.4 * std::sin(0.02 * n)));
     plant.advance(1e-3, motors, nobody);
     const EnergyAudit energy = plant.energy(nobody);
-    CHECK(energy.friction_loss >= friction - 1e-15 && energy.stop_loss >= stops - 1e-15);
+    CHECK(energy.friction_loss >= friction - 1e-15);
+    CHECK(energy.stop_loss >= stops - 1e-15);
     friction = energy.friction_loss;
     stops = energy.stop_loss;
   }
-  CHECK(friction > 0.0 && stops > 0.0);
+  CHECK(friction > 0.0);
+  CHECK(stops > 0.0);
 }
 
 }  // namespace
@@ -420,7 +428,8 @@ TEST("the person homes the device when the host asks, and only then") {
   CHECK(homed());
   const Kinematics kinematics;
   const auto angles = kinematics.inverse(body.plant().position());
-  CHECK(angles && body.present().counts == counts_of_angles(kinematics.geometry(), angles->theta1));
+  REQUIRE(angles);
+  CHECK(body.present().counts == counts_of_angles(kinematics.geometry(), angles->theta1));
   body.lose_power();
   CHECK(!homed());
 }

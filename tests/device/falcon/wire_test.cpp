@@ -194,11 +194,12 @@ TEST("a stuck encoder keeps its count and a stuck button stays pressed, while th
   for (int n = 0; n < 150; ++n) {
     const auto packet = bench.driver.exchange(request);
     const bool sticks = bench.cable.now() >= 0.05 && bench.cable.now() < 0.10;
-    CHECK(packet.has_value());
+    REQUIRE(packet.has_value());
     if (!packet) { continue; }
     CHECK(packet->buttons.forward == sticks);
     CHECK(packet->counts[0] == packet->counts[2]);
-    CHECK(sticks ? packet->counts[1] <= packet->counts[0] : packet->counts[1] == packet->counts[0]);
+    CHECK(
+        (sticks ? packet->counts[1] <= packet->counts[0] : packet->counts[1] == packet->counts[0]));
     if (n == 99) { CHECK(packet->counts[1] < packet->counts[0] - 900); }  // 20 steps a tick
     bench.cable.run_until(1e-3 * (n + 1));
   }

@@ -54,7 +54,9 @@ TEST("a frame's bytes stand where the format has them") {
                              static_cast<std::uint8_t>(sum & 0xFFU),
                              static_cast<std::uint8_t>(sum >> 8U)}));
   const FrameBytes negative = encode({.over_range = true, .pressure = -1});
-  CHECK(negative[3] == 0x01 && negative[4] == 0xFF && negative[5] == 0xFF);
+  CHECK(negative[3] == 0x01);
+  CHECK(negative[4] == 0xFF);
+  CHECK(negative[5] == 0xFF);
 }
 
 TEST("every frame comes back as it was, of every pressure and every sequence number") {
@@ -142,7 +144,9 @@ Bytes without(Bytes bytes, std::size_t place) {
 
 TEST("a clean stream gives every frame and nothing else") {
   const Heard clean = heard(stream_of(1000));
-  CHECK(clean.frames.size() == 1000 && clean.frames.front() == 0 && clean.frames.back() == 999);
+  REQUIRE(clean.frames.size() == 1000);
+  CHECK(clean.frames.front() == 0);
+  CHECK(clean.frames.back() == 999);
   CHECK((clean.counts == ReaderCounts{.frames = 1000}));
 }
 
@@ -166,7 +170,8 @@ void costs_one_frame(const Bytes& bytes, int frames, int hit) {
   CHECK(result.frames == expected);
   CHECK(result.places == frames);
   CHECK(result.counts.frames + result.counts.missing == frames);
-  CHECK(result.counts.bad_frames >= 1 && result.counts.bad_frames <= 2);
+  CHECK(result.counts.bad_frames >= 1);
+  CHECK(result.counts.bad_frames <= 2);
 }
 
 TEST("any one byte lost, doubled or changed costs the frame that it was in and no other") {
@@ -190,7 +195,8 @@ TEST(
     "what is left of a hit frame passes its checksum once in 65536, which the format cannot help") {
   // Frame 142 of pressures 0, 1, 2 ... without its last byte of pressure: found among 2400 streams.
   const Heard result = heard(without(stream_of(300), 142 * 8 + 5));
-  CHECK(result.counts.frames == 299 && result.counts.missing == 1);
+  CHECK(result.counts.frames == 299);
+  CHECK(result.counts.missing == 1);
   CHECK(result.frames[142] == 0x358E);  // in place of 142, and 143 has lost its first byte to it
 }
 
@@ -198,7 +204,8 @@ TEST("a stream that begins in the middle of a frame gives all that follow") {
   for (std::size_t cut = 1; cut < 8; ++cut) {
     const Bytes good = stream_of(20);
     const Heard result = heard(Bytes(good.begin() + static_cast<std::ptrdiff_t>(cut), good.end()));
-    CHECK(result.frames.size() == 19 && result.frames.front() == 1);
+    REQUIRE(result.frames.size() == 19);
+    CHECK(result.frames.front() == 1);
     CHECK(result.counts.missing == 0);
     CHECK(result.counts.bad_frames == 1);
     CHECK(result.counts.skipped_bytes == static_cast<std::int64_t>(8 - cut));
@@ -209,7 +216,8 @@ TEST("a stream that ends in the middle of a frame counts it as bad") {
   Bytes bytes = stream_of(10);
   bytes.erase(bytes.end() - 3, bytes.end());
   const Heard result = heard(bytes);
-  CHECK(result.counts.frames == 9 && result.counts.bad_frames == 1);
+  CHECK(result.counts.frames == 9);
+  CHECK(result.counts.bad_frames == 1);
   CHECK(result.counts.skipped_bytes == 5);
 }
 
@@ -232,7 +240,8 @@ TEST("lost frames are counted by their sequence numbers, over the wrap as well")
     Bytes bytes = good;
     bytes.erase(bytes.begin() + 8 * 200, bytes.begin() + 8 * (200 + lost));
     const Heard result = heard(bytes);
-    CHECK(result.counts.missing == lost && result.counts.gaps == 1);
+    CHECK(result.counts.missing == lost);
+    CHECK(result.counts.gaps == 1);
     CHECK(result.counts.frames + result.counts.missing == 600);
     CHECK(result.counts.bad_frames == 0);
   }
@@ -263,7 +272,8 @@ TEST("a frame that comes twice counts once") {
   bytes.insert(bytes.begin() + 16, bytes.begin() + 8, bytes.begin() + 16);
   const Heard result = heard(bytes);
   CHECK((result.frames == std::vector<int>{0, 1, 2, 3}));
-  CHECK(result.counts.repeated == 1 && result.counts.missing == 0);
+  CHECK(result.counts.repeated == 1);
+  CHECK(result.counts.missing == 0);
 }
 
 TEST("status bits are counted, and unknown ones do no harm") {
@@ -280,7 +290,8 @@ TEST("status bits are counted, and unknown ones do no harm") {
   }
   const Heard result = heard(bytes);
   CHECK(result.counts.frames == 10);
-  CHECK(result.counts.over_range == 2 && result.counts.battery_low == 3);
+  CHECK(result.counts.over_range == 2);
+  CHECK(result.counts.battery_low == 3);
 }
 
 TEST("many seeded faults cost at most the frames that they hit, and no false frame appears") {
@@ -301,11 +312,15 @@ TEST("many seeded faults cost at most the frames that they hit, and no false fra
   }
   const Heard result = heard(bytes);
   const std::set<int> found(result.frames.begin(), result.frames.end());
-  for (int n = 0; n < frames; ++n) { CHECK(found.contains(n) || hit.contains(n)); }
+  for (int n = 0; n < frames; ++n) { CHECK((found.contains(n) || hit.contains(n))); }
   // A frame that was not sent would have to pass a checksum of 16 bits by chance: some hundred
   // attempts of 2^-16 each.
-  CHECK(std::ranges::is_sorted(result.frames) && found.size() == result.frames.size());
-  CHECK(hit.size() > 400 && found.size() < static_cast<std::size_t>(frames));
+  {
+    CHECK(std::ranges::is_sorted(result.frames));
+    CHECK(found.size() == result.frames.size());
+  }
+  CHECK(hit.size() > 400);
+  CHECK(found.size() < static_cast<std::size_t>(frames));
 }
 
 TEST("any bytes at all are taken without harm") {

@@ -211,7 +211,8 @@ TEST("a network is taken for a lattice only where every node and spring fits") {
   const LatticeShape shape{{4, 3, 5}, 0.01, 26};
   const SpringNetwork regular = uniform_lattice(shape, 50.0, 0.05, 1e-3);
   const auto found = lattice_of(regular);
-  CHECK(found && found->nodes == shape.nodes);
+  REQUIRE(found);
+  CHECK(found->nodes == shape.nodes);
   SpringNetwork mirrored = regular;
   mirrored.rest_position.row(0) *= -1.0;
   CHECK(lattice_of(mirrored).has_value());
@@ -239,11 +240,16 @@ TEST("a network is taken for a lattice only where every node and spring fits") {
 TEST("rows are folded where that fills registers better, and not where they may sleep") {
   const LatticeShape cube{{20, 20, 20}, 0.01, 26};
   const LatticeRows folded(cube, 16, true);
-  CHECK(folded.folds() == 4 && folded.pieces() == 4 && folded.vectors() == 5 &&
-        folded.rows1() == 5);
-  CHECK(folded.row_of({0, 19, 0}) == 4 && folded.first_lane({0, 19, 0}) == 12);
+  CHECK(folded.folds() == 4);
+  CHECK(folded.pieces() == 4);
+  CHECK(folded.vectors() == 5);
+  CHECK(folded.rows1() == 5);
+  CHECK(folded.row_of({0, 19, 0}) == 4);
+  CHECK(folded.first_lane({0, 19, 0}) == 12);
   const LatticeRows plain(cube, 16, false);
-  CHECK(plain.folds() == 1 && plain.vectors() == 2 && plain.rows1() == 20);
+  CHECK(plain.folds() == 1);
+  CHECK(plain.vectors() == 2);
+  CHECK(plain.rows1() == 20);
   CHECK(LatticeRows(cube, 4, true).folds() == 1);                    // 20 nodes fill four lanes
   CHECK(LatticeRows({{2, 2, 2}, 0.01, 26}, 16, true).rows1() == 2);  // two rows of a layer stay
 }

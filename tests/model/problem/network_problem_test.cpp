@@ -48,7 +48,8 @@ TEST("a list gives back its springs in their order, whatever they are") {
   CHECK(holds(chains(1, 9), chains(1, 9)));
   CHECK(holds(chains(7, 9), chains(7, 9)));
   std::vector<Spring> springs = random_network(5, {.nodes = 30, .springs = 200}).springs.listed();
-  CHECK(springs.size() == 200 && holds(springs, springs));
+  REQUIRE(springs.size() == 200);
+  CHECK(holds(springs, springs));
   std::ranges::sort(springs, {}, &Spring::a);
   CHECK(holds(springs, springs));
   springs.insert(springs.end(),
@@ -73,7 +74,7 @@ TEST("what was edited is what the list holds") {
   CHECK(std::ranges::all_of(
       list, [](const Spring& s) { return s.stiffness == 100.0 || s.stiffness == 40.0; }));
   list.edit([](std::vector<Spring>& all) { all.erase(all.begin() + 1); });
-  CHECK(list.size() == chains(3, 5).size() - 1);
+  REQUIRE(list.size() == chains(3, 5).size() - 1);
   CHECK(same(list[1], {1, 2, 100.0, 0.1, 0.01}));
 }
 
@@ -93,7 +94,8 @@ TEST("a network whose springs all differ takes no more than twice its list") {
 TEST("damping is found wherever it is") {
   std::vector<Spring> springs = chains(2, 5);
   for (Spring& spring : springs) { spring.viscosity = 0.0; }
-  CHECK(!is_damped(springs) && !is_damped({}));
+  CHECK(!is_damped(springs));
+  CHECK(!is_damped({}));
   springs[9].viscosity = 1e-9;
   CHECK(is_damped(springs));
 }
@@ -340,7 +342,8 @@ TEST("the pattern of K and C does not depend on the state") {
   Eigen::SparseMatrix<double> k0, c0, k1, c1;
   problem.jacobian(problem.initial_position(), VectorXd::Zero(problem.dof()), k0, c0);
   problem.jacobian(moved(problem, random), random.vector(problem.dof(), 1.0), k1, c1);
-  CHECK(k0.nonZeros() == k1.nonZeros() && c0.nonZeros() == c1.nonZeros());
+  CHECK(k0.nonZeros() == k1.nonZeros());
+  CHECK(c0.nonZeros() == c1.nonZeros());
   CHECK(k0.nonZeros() == c0.nonZeros());
 }
 
@@ -403,7 +406,9 @@ TEST("fixed nodes have no coordinate, hold their initial place and move nothing 
   SpringNetwork network = random_network(17);
   network.initial_displacement = NodeVectors::Constant(3, network.node_count(), 1e-3);
   const NetworkProblem problem(network);
-  CHECK(problem.coordinate(0) == -1 && problem.coordinate(3) == -1 && problem.coordinate(1) == 0);
+  CHECK(problem.coordinate(0) == -1);
+  CHECK(problem.coordinate(3) == -1);
+  CHECK(problem.coordinate(1) == 0);
   CHECK(problem.dof() == 3 * (network.node_count() - 2));
   CHECK_NEAR(Eigen::Vector3d(problem.initial_position().segment<3>(0)),
              Eigen::Vector3d(network.rest_position.col(1).array() + 1e-3), 0.0);

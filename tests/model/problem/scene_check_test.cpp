@@ -475,7 +475,8 @@ TEST("every integrator is allowed with a tool by name or refused for its half st
   Scene refused = with_needle();
   refused.simulation.integrator = "leapfrog";
   const std::vector<Violation> found = check_scene(refused);
-  CHECK(found.size() == 1 && found[0].key == "simulation.integrator");
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].key == "simulation.integrator");
   for (const IntegratorInfo* info : integrators()) {
     const std::string quoted = '"' + std::string(info->name) + '"';
     const bool offered = found[0].message.find(quoted, quoted.size()) != std::string::npos;

@@ -34,7 +34,8 @@ TEST("needles get thinner from gauge 14 to 27, and no other gauge is made") {
 
 TEST("a role is what the material states, else what its name says") {
   const auto named = [](const char* name) { return role_of({.name = name}); };
-  CHECK(named("fat") == TissueRole::tissue && named("") == TissueRole::tissue);
+  CHECK(named("fat") == TissueRole::tissue);
+  CHECK(named("") == TissueRole::tissue);
   CHECK(named("epidural-space") == TissueRole::epidural_space);  // though it contains "dura"
   CHECK(named("soft-dura") == TissueRole::dura);
   CHECK(named("cortical-bone") == TissueRole::bone);
@@ -46,7 +47,8 @@ TEST("air fills a syringe with more compliance, less resistance and the same ful
   const Syringe air = air_syringe();
   CHECK(air.compliance > 10.0 * saline.compliance);
   CHECK(air.tissue_resistance < saline.tissue_resistance);
-  CHECK(air.thumb_force == saline.thumb_force && air.plunger_area == saline.plunger_area);
+  CHECK(air.thumb_force == saline.thumb_force);
+  CHECK(air.plunger_area == saline.plunger_area);
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ TEST("fewer nodes carry all of the box, and what is linear between the others") 
   VectorXd values = VectorXd::Zero(graded.dof());
   for (const int node : setting.problem().free_nodes()) {
     const Eigen::Index own = graded.coordinate(node);
-    CHECK(own >= 0 || !setting.box().holds(shape.place(node)));
+    CHECK((own >= 0 || !setting.box().holds(shape.place(node))));
     if (own >= 0) { values(own) = linear(node); }
   }
   for (const int node : setting.problem().free_nodes()) {
@@ -311,14 +311,16 @@ double error_of_far_field(const Scene& scene) {
   all.simulation.near_radius = 0.0;
   Simulation whole(all);
   Simulation reduced(scene);
-  CHECK(reduced.plan().near.has_value() && !reduced.plan().integrator->implicit &&
-        !reduced.plan().lattice);
+  CHECK(reduced.plan().near.has_value());
+  CHECK(!reduced.plan().integrator->implicit);
+  CHECK(!reduced.plan().lattice);
   const int node = scene.loads.front().nodes.front();
   const Vector3d rest = whole.node_positions().col(node);
   double peak = 0.0;
   double off = 0.0;
   while (whole.ticks() < whole.tick_count()) {
-    CHECK(whole.tick() == StepStatus::ok && reduced.tick() == StepStatus::ok);
+    CHECK(whole.tick() == StepStatus::ok);
+    CHECK(reduced.tick() == StepStatus::ok);
     const Vector3d there = whole.node_positions().col(node);
     peak = std::max(peak, (there - rest).norm());
     off = std::max(off, (reduced.node_positions().col(node) - there).norm());

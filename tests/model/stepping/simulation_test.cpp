@@ -59,7 +59,8 @@ TEST("computing what a scene does not need changes no bit, for any scheme and pr
 TEST("the same scene gives the same bits again") {
   const Final one = after(moving_scene("auto"), 100);
   const Final two = after(moving_scene("auto"), 100);
-  CHECK((one.position.array() == two.position.array()).all() && one.row == two.row);
+  CHECK((one.position.array() == two.position.array()).all());
+  CHECK(one.row == two.row);
 }
 
 TEST("sampling changes nothing of the motion") {
@@ -93,10 +94,13 @@ TEST("float follows double to single precision") {
 TEST("columns are named and united as trace files want them, in the order of the scene") {
   const Simulation simulation(moving_scene("auto"));
   const auto& columns = simulation.columns();
-  CHECK(columns.size() == 12);
-  CHECK(columns[0].name == "top.x_m" && columns[0].unit == "m");
-  CHECK(columns[3].name == "top.vx_m_per_s" && columns[3].unit == "m/s");
-  CHECK(columns[8].name == "top.fz_n" && columns[8].unit == "N");
+  REQUIRE(columns.size() == 12);
+  CHECK(columns[0].name == "top.x_m");
+  CHECK(columns[0].unit == "m");
+  CHECK(columns[3].name == "top.vx_m_per_s");
+  CHECK(columns[3].unit == "m/s");
+  CHECK(columns[8].name == "top.fz_n");
+  CHECK(columns[8].unit == "N");
   CHECK(columns[11].name == "near.z_m");
 }
 
@@ -115,7 +119,8 @@ TEST("a recorded position, velocity and force are those of the node") {
   const Eigen::Index c = problem.coordinate(4);
   for (int n = 0; n < 3; ++n) {
     const auto place = static_cast<std::size_t>(n);
-    CHECK(row[place] == q(c + n) && row[3 + place] == v(c + n));
+    CHECK(row[place] == q(c + n));
+    CHECK(row[3 + place] == v(c + n));
     CHECK_NEAR(row[6 + place], f(c + n), 1e-14);
   }
 }
@@ -128,7 +133,9 @@ TEST("before the first tick everything is the initial state") {
   simulation.velocities(v);
   CHECK_NEAR(q, simulation.problem().initial_position(), 0.0);
   CHECK_NEAR(v, simulation.problem().initial_velocity(), 0.0);
-  CHECK(simulation.time() == 0.0 && simulation.ticks() == 0 && simulation.tick_count() == 1000);
+  CHECK(simulation.time() == 0.0);
+  CHECK(simulation.ticks() == 0);
+  CHECK(simulation.tick_count() == 1000);
 }
 
 TEST("energy is the specification's, without the springs that cannot move") {
@@ -215,7 +222,8 @@ TEST("below the normal range a tick counts zero, and what follows it does not") 
   VectorXd x(1), v(1);
   simulation.coordinates(x);
   simulation.velocities(v);
-  CHECK(x(0) == 0.0 && v(0) == 0.0);
+  CHECK(x(0) == 0.0);
+  CHECK(v(0) == 0.0);
   volatile double small = 1e-310;
   CHECK(small * 0.5 > 0.0);
 }
@@ -397,7 +405,8 @@ TEST(
       std::printf("  seed %d, %s\n", static_cast<int>(seed), scene.simulation.integrator.c_str());
     }
     CHECK(same_bits(lean.numbers, full.numbers));
-    CHECK(lean.skipped > 0 && full.skipped == 0);
+    CHECK(lean.skipped > 0);
+    CHECK(full.skipped == 0);
     moving += lean.moved > 1e-7 ? 1 : 0;
   }
   CHECK(moving >= 15);  // at rest everything agrees: three of four have weight, a load or a needle
@@ -412,7 +421,10 @@ TEST("every feature is on in some of the 20 and off in others, and every integra
     for (std::size_t f = 0; f < features.size(); ++f) { on[f] += features[f] ? 1 : 0; }
     ++uses[made.scene.simulation.integrator];
   }
-  for (const int count : on) { CHECK(count >= 4 && count <= 16); }
+  for (const int count : on) {
+    CHECK(count >= 4);
+    CHECK(count <= 16);
+  }
   for (const IntegratorInfo* scheme : integrators()) { CHECK(uses[std::string(scheme->name)] > 0); }
 }
 

@@ -87,7 +87,10 @@ TEST("a needle meets its layers in order and loses resistance in the epidural sp
   CHECK(run.tool.forces.cutting == 0.0);
   CHECK(run.tool.depth > 0.010);
   // F_c of the ligament and the friction of the whole track.
-  CHECK(peak > 0.15 && peak < 0.15 + 2.0 * 0.004 + 5.0 * 0.006 + 1e-9);
+  {
+    CHECK(peak > 0.15);
+    CHECK(peak < 0.15 + 2.0 * 0.004 + 5.0 * 0.006 + 1e-9);
+  }
   CHECK(run.words[0] == "epidural space");
 }
 
@@ -97,7 +100,7 @@ TEST("the parts add up to the total, and the total is what a prescribed drive ap
     const ToolForces& f = run.tool.forces;
     CHECK(f.total == f.cutting + f.friction + f.stiffness);
     CHECK(f.applied == f.total);
-    CHECK(f.cutting == 0.0 || f.stiffness == 0.0);
+    CHECK((f.cutting == 0.0 || f.stiffness == 0.0));
   });
 }
 
@@ -202,7 +205,8 @@ TEST("a probe cuts nothing and rubs nothing") {
   scene.probe = Probe{.size = {0.004, 0.004}};
   Insertion run(scene);
   run.run([&] {
-    CHECK(run.tool.forces.cutting == 0.0 && run.tool.forces.friction == 0.0);
+    CHECK(run.tool.forces.cutting == 0.0);
+    CHECK(run.tool.forces.friction == 0.0);
     CHECK(run.tool.forces.lateral == 0.0);
   });
   CHECK(run.tool.forces.stiffness > 0.0);
@@ -324,8 +328,8 @@ TEST("under a rising push the tool never moves back, and friction opposes what s
   for (std::size_t n = 1; n < samples.size(); ++n) {
     CHECK(samples[n].place >= samples[n - 1].place - 1e-9);
     // Below 1 mN tip and shaft still share their nodes, and their forces cannot be told apart.
-    CHECK(samples[n].friction * samples[n].slip >= 0.0 || std::abs(samples[n].slip) < 1e-9 ||
-          std::abs(samples[n].friction) < 1e-3);
+    CHECK((samples[n].friction * samples[n].slip >= 0.0 || std::abs(samples[n].slip) < 1e-9 ||
+           std::abs(samples[n].friction) < 1e-3));
   }
 }
 

@@ -47,7 +47,7 @@ VoxelTissue build(const ImageVolume& image, const ImageSettings& settings,
   std::vector<Violation> broken;
   VoxelTissue tissue = image_tissue(image, labels, settings, materials, entry, broken);
   for (const Violation& v : broken) { std::printf("%s: %s\n", v.key.c_str(), v.message.c_str()); }
-  CHECK(broken.empty());
+  REQUIRE(broken.empty());
   return tissue;
 }
 
@@ -159,7 +159,8 @@ TEST("the image's axis that points inwards becomes z, by its name or by the pati
   const float first = turned.intensity[turned.nodes.index(0, 0, 0)];
   const float inwards = turned.intensity[turned.nodes.index(0, 0, 1)];
   const float along_x = turned.intensity[turned.nodes.index(1, 0, 0)];
-  CHECK(first > inwards && first > along_x);
+  CHECK(first > inwards);
+  CHECK(first > along_x);
   // Rows run to the patient's back, columns to the head, slices to the left.
   image.orientation.emplace() << 0, 0, 1, 1, 0, 0, 0, 1, 0;
   const VoxelTissue anterior =
@@ -189,7 +190,8 @@ TEST("labels set the material, and bone among them never moves") {
   const VoxelTissue tissue = build(image, settings, &labels);
   CHECK_NEAR(double(tissue.image->labelled_nodes), 32.0, 0.0);
   CHECK_NEAR(double(std::ranges::count(tissue.network.fixed, 1)), 32.0, 0.0);
-  CHECK(tissue.network.fixed.back() == 1 && tissue.network.fixed.front() == 0);
+  CHECK(tissue.network.fixed.back() == 1);
+  CHECK(tissue.network.fixed.front() == 0);
 }
 
 TEST(
@@ -226,9 +228,11 @@ TEST("noise in air is no tissue, and a gap in the skin lets no air in") {
       .stride = 3, .percentiles = {0.0, 100.0}, .air = 0.5, .lookup = falling};
   const VoxelTissue tissue =
       build(image_of({18, 18, 8}, Vector3d::Constant(1e-3), value), settings);
-  CHECK(tissue.nodes.at(3, 3, 0) < 0 && tissue.nodes.at(3, 3, 2) < 0);
-  CHECK(tissue.nodes.at(1, 1, 2) < 0 && tissue.nodes.at(1, 1, 3) >= 0 &&
-        tissue.nodes.at(1, 1, 7) >= 0);
+  CHECK(tissue.nodes.at(3, 3, 0) < 0);
+  CHECK(tissue.nodes.at(3, 3, 2) < 0);
+  CHECK(tissue.nodes.at(1, 1, 2) < 0);
+  CHECK(tissue.nodes.at(1, 1, 3) >= 0);
+  CHECK(tissue.nodes.at(1, 1, 7) >= 0);
   CHECK_NEAR(double(std::ranges::count_if(tissue.nodes.node, [](int n) { return n >= 0; })),
              6.0 * 6.0 * 5.0, 0.0);
 }
@@ -245,8 +249,9 @@ TEST("a needle reads its layers from the volume") {
   const auto path = tool_path(scene, build_network(scene));
   const auto& intervals = path.intervals();
   CHECK_NEAR(double(intervals.size()), 3.0, 0.0);
-  CHECK(intervals[0].label == "soft" && intervals[1].label == "stiff" &&
-        intervals[2].label == "soft");
+  CHECK(intervals[0].label == "soft");
+  CHECK(intervals[1].label == "stiff");
+  CHECK(intervals[2].label == "soft");
   // Boxes are centred on their pixels: slice 10 begins at 9.5 spacings.
   CHECK_NEAR(intervals[1].begin, 9.5 * 2e-3, 1e-12);
   CHECK_NEAR(intervals[1].end, 13.5 * 2e-3, 1e-12);

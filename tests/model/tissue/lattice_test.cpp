@@ -57,7 +57,9 @@ TEST("x and y are centred on zero, z runs inwards, and x counts fastest") {
   const SpringNetwork network = uniform_lattice(shape, 1.0, 0.0, 1.0);
   CHECK_NEAR(network.rest_position.col(shape.index(2, 0, 1)), Eigen::Vector3d(0.01, -0.02, 0.01),
              1e-17);
-  CHECK(shape.index(1, 0, 0) == 1 && shape.index(0, 1, 0) == 3 && shape.index(0, 0, 1) == 15);
+  CHECK(shape.index(1, 0, 0) == 1);
+  CHECK(shape.index(0, 1, 0) == 3);
+  CHECK(shape.index(0, 0, 1) == 15);
 }
 
 CellMaterial soft(int, int, int) { return {3.75e3, 1000.0, 0.0, {}}; }

@@ -75,7 +75,8 @@ TEST("every face of a cube has its n^2 nodes at the extreme coordinate") {
     const double extreme = face % 2 == 1 ? row.maxCoeff() : row.minCoeff();
     for (const int node : nodes) { CHECK_NEAR(network.rest_position(axis, node), extreme, 1e-15); }
   }
-  CHECK(name_of(Face::x_min) == "x-min" && name_of(Face::z_max) == "z-max");
+  CHECK(name_of(Face::x_min) == "x-min");
+  CHECK(name_of(Face::z_max) == "z-max");
 }
 
 TEST("a load on a face acts on the face's nodes") {
@@ -83,7 +84,8 @@ TEST("a load on a face acts on the face's nodes") {
   scene.loads.push_back({.face = Face::z_min, .force = {0.0, 0.0, 1.0}});
   const SpringNetwork network = build_network(scene);
   const std::vector<Load> loads = resolve_loads(scene, network);
-  CHECK(loads.size() == 1 && !loads[0].face);
+  REQUIRE(loads.size() == 1);
+  CHECK(!loads[0].face);
   CHECK(loads[0].nodes == face_nodes(network.rest_position, Face::z_min));
 }
 
@@ -143,7 +145,10 @@ TEST("uniform weights give every spring and every node the same") {
                           .viscosity = 0.3,
                           .node_mass = 2e-3};
   const SpringNetwork network = build_network(scene);
-  for (const Spring& s : network.springs) { CHECK(s.stiffness == 7.0 && s.viscosity == 0.3); }
+  for (const Spring& s : network.springs) {
+    CHECK(s.stiffness == 7.0);
+    CHECK(s.viscosity == 0.3);
+  }
   CHECK_NEAR(network.mass, Eigen::VectorXd::Constant(27, 2e-3), 0.0);
 }
 
@@ -171,7 +176,7 @@ TEST("nodes in a layer of bone are fixed, and no node that moves feels bone's mo
   }
   for (const Spring& s : network.springs) {
     const bool held = network.is_fixed(s.a) && network.is_fixed(s.b);
-    CHECK(held || s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * (1.0 + 1e-12));  // of the soft alone
+    CHECK((held || s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * (1.0 + 1e-12)));  // of the soft alone
   }
   CHECK_NEAR(modulus_below(network, 4 + 18, 9), 1e3, 1e-9);  // half bone: the mean of the rest
   CHECK_NEAR(mass_of_level(network, 0.02), 4e-6 * 1000.0, 1e-12);
@@ -213,7 +218,8 @@ TEST("an inclusion of bone fixes the nodes in it, and cells that it cuts stay as
   process.size.setConstant(0.016);  // holds the centres of its eight cells, and one node
   scene.tissue.inclusions = {process};
   const SpringNetwork cut = build_network(scene);
-  CHECK(std::ranges::count(cut.fixed, 1) == 1 && cut.is_fixed(62));
+  CHECK(std::ranges::count(cut.fixed, 1) == 1);
+  CHECK(cut.is_fixed(62));
   for (const Spring& s : cut.springs) { CHECK(s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * 1.000001); }
   CHECK_NEAR(cut.mass.sum(), 64e-6 * 1000.0, 1e-14);
 }
@@ -233,7 +239,7 @@ TEST("softer tissue within bone moves, and its border does not") {
     CHECK(std::ranges::count(network.fixed, 0) > 0);
     for (const Spring& s : network.springs) {
       const bool held = network.is_fixed(s.a) && network.is_fixed(s.b);
-      CHECK(held || s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * 1.000001);
+      CHECK((held || s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * 1.000001));
     }
   }
 }

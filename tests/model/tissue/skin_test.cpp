@@ -93,11 +93,13 @@ TEST("under a flat skin lies the block that is there without one") {
   CHECK(layered_node_count(beneath) == layered_node_count(flat));
   CHECK_NEAR(network.rest_position, expected.rest_position, 1e-15);
   CHECK_NEAR(network.mass, expected.mass, 1e-14);
-  CHECK(network.fixed == expected.fixed && network.springs.size() == expected.springs.size());
+  CHECK(network.fixed == expected.fixed);
+  REQUIRE(network.springs.size() == expected.springs.size());
   for (std::size_t s = 0; s < network.springs.size(); ++s) {
     const Spring& one = network.springs[s];
     const Spring& other = expected.springs[s];
-    CHECK(one.a == other.a && one.b == other.b);
+    CHECK(one.a == other.a);
+    CHECK(one.b == other.b);
     CHECK_NEAR(one.stiffness / other.stiffness, 1.0, 1e-10);
     CHECK_NEAR(one.viscosity, other.viscosity, 1e-10 * other.viscosity);
   }
@@ -116,8 +118,10 @@ TEST("layers stay as thick as they are, across the skin, on a slope") {
   const Scene scene = layered(patch([=](double x, double) { return slope * x; }));
   const double lean = std::sqrt(1.0 + slope * slope);
   const auto line = intervals_along(scene, {0.001, 0.0, 0.0}, Vector3d::UnitZ(), 0.001);
-  CHECK(line.size() == 3 && line[0].label == "skin" && line[1].label == "fat" &&
-        line[2].label == "bone");
+  REQUIRE(line.size() == 3);
+  CHECK(line[0].label == "skin");
+  CHECK(line[1].label == "fat");
+  CHECK(line[2].label == "bone");
   // Counted from where the nodes begin, here half a millimetre below the skin.
   CHECK_NEAR(line[0].end, 0.001 + 0.002 * lean, 1e-8);
   CHECK_NEAR(line[1].end, 0.001 + 0.013 * lean, 1e-8);
@@ -134,10 +138,13 @@ TEST("a layer however thin is met, and where the line leaves the body there is a
   scene.tissue.layers[0].thickness = 1e-7;
   const auto line =
       intervals_along(scene, {0.0, 0.0, 0.0}, Vector3d(1.0, 0.0, 1.0).normalized(), 0.0);
-  CHECK(line.size() == 4 && line[0].label == "skin" && line[1].label == "fat" &&
-        line[2].label == "skin");
+  REQUIRE(line.size() == 4);
+  CHECK(line[0].label == "skin");
+  CHECK(line[1].label == "fat");
+  CHECK(line[2].label == "skin");
   CHECK_NEAR(line[0].end, 1e-7 * std::sqrt(2.0), 3e-9);
-  CHECK(line[3].label == "gap" && line[3].friction == 0.0);
+  CHECK(line[3].label == "gap");
+  CHECK(line[3].friction == 0.0);
   CHECK_NEAR(line[3].begin, 0.008 * std::sqrt(2.0), 3e-9);
 }
 
@@ -168,7 +175,9 @@ TEST("a pit of one cell stays open though all its corners exist") {
   Scene scene = layered(std::make_shared<const Skin>(patch_surface({0.03, 0.03}, 120, pit), true));
   scene.tissue.block.nodes = {8, 8};  // a column of cells about x = 0 and y = 0
   const BlockBeneathSkin block = block_beneath_skin(scene);
-  CHECK(!block.holds(3, 3, 0) && block.holds(3, 3, 1) && block.holds(2, 3, 0));
+  CHECK(!block.holds(3, 3, 0));
+  CHECK(block.holds(3, 3, 1));
+  CHECK(block.holds(2, 3, 0));
   const SpringNetwork network = build_network(scene);
   Scene whole = scene;
   whole.tissue.skin = nullptr;
@@ -272,8 +281,11 @@ TEST("a point outside goes with the nearest place of a cell, and one far off sta
   points.col(3) = Vector3d(0.0, 0.0, -0.0201);  // two spacings and more
   points.col(4) = Vector3d(0.0, 1e6, std::nan(""));
   const auto embedded = embed(points, *tissue_grid(scene));
-  CHECK(embedded[0].follows() && embedded[1].follows() && embedded[2].follows());
-  CHECK(!embedded[3].follows() && !embedded[4].follows());
+  CHECK(embedded[0].follows());
+  CHECK(embedded[1].follows());
+  CHECK(embedded[2].follows());
+  CHECK(!embedded[3].follows());
+  CHECK(!embedded[4].follows());
   NodeVectors position = rest;
   position.row(2) += 0.1 * rest.row(2) + 0.2 * rest.row(0);  // shear and stretch
   const NodeVectors moved = carried(points, embedded, rest, position);
@@ -290,7 +302,7 @@ TEST("cells that lack a corner carry nothing") {
                  Vector3d(0.0145, 0.005, 0.005);  // in cell (1, 0, 0), nearest whole cell (0, 0, 0)
   const EmbeddedPoint found = embed(point, grid).front();
   CHECK(found.follows());
-  for (std::size_t n = 0; n < 4; ++n) { CHECK(found.weight[n] == 0.0 || found.node[n] % 5 <= 1); }
+  for (std::size_t n = 0; n < 4; ++n) { CHECK((found.weight[n] == 0.0 || found.node[n] % 5 <= 1)); }
 }
 
 }  // namespace

@@ -22,10 +22,12 @@ bool contains(const std::string& text, std::string_view part) {
 TEST("a figure is one svg element that says what it shows and has no colour or id of its own") {
   const Figure figure = sample::curve();
   const std::string svg = draw_figures({&figure}).at(0);
-  CHECK(svg.starts_with("<svg") && svg.ends_with("</svg>"));
+  CHECK(svg.starts_with("<svg"));
+  CHECK(svg.ends_with("</svg>"));
   CHECK(contains(svg,
                  "aria-label=\"Error &lt;over&gt; step &amp; &quot;more&quot;. The error falls"));
-  CHECK(contains(svg, " s0\"") && contains(svg, " s1\""));
+  CHECK(contains(svg, " s0\""));
+  CHECK(contains(svg, " s1\""));
   for (const char* own : {"rgb(", "#0", " id=", "xmlns", "width=\"4", "black"}) {
     CHECK(!contains(svg, own));
   }
@@ -56,10 +58,10 @@ TEST("labels are text: no markup and no command of gnuplot gets through") {
   figure.x.label = "a'\nset output '/tmp/x' <b> & `date` x^2_{y}";
   figure.series[0].label = "<script>";
   const std::string svg = draw_figures({&figure}).at(0);
-  CHECK(contains(svg, "a&#39; set output") || contains(svg, "a' set output"));
+  CHECK((contains(svg, "a&#39; set output") || contains(svg, "a' set output")));
   CHECK(contains(svg, "&lt;b> &amp; `date` x^2_{y}"));
-  CHECK(contains(html_legend(figure), "&lt;script&gt;") &&
-        !contains(html_legend(figure), "<script>"));
+  CHECK(contains(html_legend(figure), "&lt;script&gt;"));
+  CHECK(!contains(html_legend(figure), "<script>"));
 }
 
 TEST("a long series keeps its spike when it is thinned") {
@@ -79,7 +81,8 @@ TEST("a law takes the colour of its measurement where the two alternate, and onl
   const Series measured{.label = "m", .style = Series::Style::points};
   const Series law{.label = "l", .style = Series::Style::dashed};
   const std::vector<Look> pairs = looks_of({.series = {measured, law, measured, law}});
-  CHECK(pairs[0].colour == pairs[1].colour && pairs[2].colour == pairs[3].colour);
+  CHECK(pairs[0].colour == pairs[1].colour);
+  CHECK(pairs[2].colour == pairs[3].colour);
   CHECK(pairs[0].colour != pairs[2].colour);
   const std::vector<Look> mixed = looks_of({.series = {measured, measured, measured, law}});
   CHECK(mixed[2].colour != mixed[3].colour);
@@ -155,15 +158,18 @@ TEST("tints lie beneath the grid, and the grid beneath the curves") {
   const std::size_t tint = svg.find("class=\"f za\"");
   const std::size_t grid = svg.find("class=\"l g\"");
   const std::size_t area = svg.find("class=\"f s0\"");
-  CHECK(tint != std::string::npos && area != std::string::npos);
-  CHECK(tint < grid && svg.find("class=\"f zb\"") < grid && grid < area);
+  CHECK(tint != std::string::npos);
+  CHECK(area != std::string::npos);
+  CHECK(tint < grid);
+  CHECK(svg.find("class=\"f zb\"") < grid);
+  CHECK(grid < area);
 }
 
 TEST("stacked areas are filled stronger than a band, and their sum is a line in ink") {
   const Figure figure = sample::layered();
   const std::string svg = draw_figures({&figure}).at(0);
-  CHECK(contains(svg, "class=\"f s0\" opacity=\".5\"") &&
-        contains(svg, "class=\"f s1\" opacity=\".5\""));
+  CHECK(contains(svg, "class=\"f s0\" opacity=\".5\""));
+  CHECK(contains(svg, "class=\"f s1\" opacity=\".5\""));
   CHECK(contains(svg, "class=\"l k\" stroke-width=\"1.7\""));
   const Figure curve = sample::curve();
   CHECK(contains(draw_figures({&curve}).at(0), "class=\"f s2\" opacity=\".2\""));
@@ -173,8 +179,10 @@ TEST("labels of zones stand on the picture, those of marks once each in the lege
   const Figure figure = sample::layered();
   const std::string svg = draw_figures({&figure}).at(0);
   const std::string legend = html_legend(figure);
-  CHECK(contains(svg, "class=\"note\"") && contains(svg, ">skin &lt;1>"));
-  CHECK(count(legend, "puncture &amp; more") == 1 && count(legend, "contact") == 1);
+  CHECK(contains(svg, "class=\"note\""));
+  CHECK(contains(svg, ">skin &lt;1>"));
+  CHECK(count(legend, "puncture &amp; more") == 1);
+  CHECK(count(legend, "contact") == 1);
   CHECK(count(legend, "<li>") == 3 + 2);
   CHECK(!contains(svg, "skin <1>"));
 }
@@ -198,9 +206,13 @@ TEST("zones and marks outside the axis, turned round or not numbers are left out
                   {"nowhere", std::nan(""), 2.0}};
   figure.marks = {{"far", 99.0}, {"nowhere", std::nan("")}};
   const std::string script = gnuplot_script(figure, "out.svg");
-  CHECK(contains(script, "across") && contains(script, "backwards"));
-  CHECK(!contains(script, "before") && !contains(script, "nowhere") && !contains(script, "nan"));
-  CHECK(count(script, "set object rectangle") == 2 && count(script, "set arrow") == 0);
+  CHECK(contains(script, "across"));
+  CHECK(contains(script, "backwards"));
+  CHECK(!contains(script, "before"));
+  CHECK(!contains(script, "nowhere"));
+  CHECK(!contains(script, "nan"));
+  CHECK(count(script, "set object rectangle") == 2);
+  CHECK(count(script, "set arrow") == 0);
   CHECK(draw_figures({&figure}).at(0).starts_with("<svg"));
 }
 
@@ -209,7 +221,8 @@ TEST("the y axis leaves room for labels above what lies beneath them") {
   const Range x = x_range(figure);
   const Range y = y_range(figure);
   const Range room = range_below_labels(figure, x, y);
-  CHECK(room.high > 1.05 * y.high && room.low == y.low);
+  CHECK(room.high > 1.05 * y.high);
+  CHECK(room.low == y.low);
   Figure limited = figure;
   limited.y.maximum = 7.0;
   CHECK(range_below_labels(limited, x, y_range(limited)).high == 7.0);

@@ -33,8 +33,9 @@ TEST("a baseline is read as it was written, curves and all") {
   const gate::Candidate candidate{.command = written.command,
                                   .outcomes = {written.cases[0].outcome}};
   CHECK(gate::judge(read, candidate).tally().identical == 1);
-  CHECK(read.ledger.size() == 1 && read.ledger[0].reason == "first" &&
-        read.ledger[0].commit == "abc");
+  REQUIRE(read.ledger.size() == 1);
+  CHECK(read.ledger[0].reason == "first");
+  CHECK(read.ledger[0].commit == "abc");
   CHECK(read.cases[0].spread.runs == 1);
 }
 
@@ -73,8 +74,8 @@ TEST("page, table and JUnit name what fell") {
   CHECK(to_junit(report).find("<failure") != std::string::npos);
   CHECK(to_json(report).find("\"verdict\": \"fail\"") != std::string::npos);
   const std::string page = to_html(report);
-  CHECK(page.find("Curves that moved") != std::string::npos &&
-        page.find("<svg") != std::string::npos);
+  CHECK(page.find("Curves that moved") != std::string::npos);
+  CHECK(page.find("<svg") != std::string::npos);
 }
 
 }  // namespace

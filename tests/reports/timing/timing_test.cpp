@@ -36,8 +36,10 @@ template <class Do> bool refused(Do&& work, const std::string& what) {
 TEST("a part has its number, the label that the program gave, and its instructions") {
   const CallgrindPart read =
       part_from(part(3, "Client Request: springs-damped-double", "\ntotals: 11025\n"), "part.3");
-  CHECK(read.number == 3 && read.label == "springs-damped-double");
-  CHECK(read.instructions == 11025 && read.creator == "callgrind-3.19.0");
+  CHECK(read.number == 3);
+  CHECK(read.label == "springs-damped-double");
+  CHECK(read.instructions == 11025);
+  CHECK(read.creator == "callgrind-3.19.0");
 }
 
 TEST("a file that is cut short, or counts something else, or holds no number is refused by name") {
@@ -57,8 +59,10 @@ TEST("of a folder only what the program asked for counts, in its order") {
   io::replace_file(folder.path() / "part.2", part(2, "Client Request: a", "\ntotals: 1\n"));
   io::replace_file(folder.path() / "part", part(11, "Program termination", "\ntotals: 9\n"));
   const std::vector<CallgrindPart> parts = labelled_parts(folder.path());
-  CHECK(parts.size() == 2);
-  CHECK(parts[0].label == "a" && parts[1].label == "b" && parts[1].instructions == 2);
+  REQUIRE(parts.size() == 2);
+  CHECK(parts[0].label == "a");
+  CHECK(parts[1].label == "b");
+  CHECK(parts[1].instructions == 2);
 }
 
 TEST("a child gives its output, its errors and its status") {
@@ -66,7 +70,8 @@ TEST("a child gives its output, its errors and its status") {
       {"/bin/sh", "-c",
        "echo out; echo '==1== x' >&2; echo 'palpate: why' >&2; echo '==1== y' >&2; exit 3"},
       nullptr);
-  CHECK(end.status == 3 && !end.stopped);
+  CHECK(end.status == 3);
+  CHECK(!end.stopped);
   CHECK(end.output == "out\n");
   CHECK(end.last_words() == "why");
 }
@@ -111,7 +116,9 @@ TEST("lines are appended, and read back to the last digit") {
   append_history(file, run_of(1.0 / 3.0));
   append_history(file, run_of(2.0));
   const std::vector<HistoryLine> history = read_history(file);
-  CHECK(history.size() == 2 && history[0].commit == "abc" && history[0].quantities.size() == 2);
+  REQUIRE(history.size() == 2);
+  CHECK(history[0].commit == "abc");
+  CHECK(history[0].quantities.size() == 2);
   CHECK_NEAR(history[0].quantities.at("cube: per_tick").value, 1.0 / 3.0, 0.0);
   CHECK(history[1].quantities.at("cube: per_tick").unit == "instructions");
 }
@@ -138,8 +145,9 @@ TEST("of results only what is finite is kept") {
   outcome.judge({.name = "a", .value = 2.0, .unit = "instructions"});
   outcome.judge({.name = "b", .value = std::nan("")});
   const HistoryLine line = history_line_of(results);
-  CHECK(line.quantities.size() == 1 && line.quantities.contains("bench/x: a") &&
-        line.commit == "abc");
+  CHECK(line.quantities.size() == 1);
+  CHECK(line.quantities.contains("bench/x: a"));
+  CHECK(line.commit == "abc");
 }
 
 TEST("slow creep falls, steady runs do not") {
@@ -153,7 +161,8 @@ TEST("another compiler begins another series, and what is not counted none") {
   std::vector<HistoryLine> history = creeping(1.0);
   for (int n = 0; n < 20; ++n) { history.push_back(run_of(2e6, "g++ 13")); }
   const std::vector<Trend> trends = trends_of(history);
-  CHECK(trends.size() == 1 && trends.front().values.size() == 20);
+  REQUIRE(trends.size() == 1);
+  CHECK(trends.front().values.size() == 20);
   CHECK(history_outcome(history).status == Status::pass);
 }
 
@@ -163,7 +172,8 @@ TEST("pairs come back from their text to the last bit, and half a text is refuse
                 .batch_deadline = 0.02},
       .same_motion = true};
   const PairedReport read = paired_report_from(to_text(report));
-  CHECK(read.same_motion && read.start.pairs.size() == 2);
+  CHECK(read.same_motion);
+  REQUIRE(read.start.pairs.size() == 2);
   CHECK_NEAR(read.start.pairs[0].base, 1e-3 / 3.0, 0.0);
   CHECK_NEAR(read.start.pairs[1].head_wall, 0.4, 0.0);
   CHECK_NEAR(read.start.batch_deadline, 0.02, 0.0);

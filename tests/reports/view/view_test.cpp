@@ -67,7 +67,8 @@ SpringNetwork without(const SpringNetwork& network,
 TEST("a lattice has a cell between every eight nodes, and its sides enclose its volume") {
   const SpringNetwork network = block({4, 5, 6});
   const auto grid = CellGrid::of(network);
-  CHECK(grid && grid->cells().size() == 3 * 4 * 5);
+  REQUIRE(grid);
+  CHECK(grid->cells().size() == 3 * 4 * 5);
   const std::vector<GridFace> faces = exposed_faces(*grid, everywhere);
   CHECK(faces.size() == 2 * (3 * 4 + 4 * 5 + 3 * 5));
   CHECK_NEAR(enclosed_volume(faces, network.rest_position), 0.03 * 0.04 * 0.05, 1e-18);  // rounding
@@ -79,7 +80,7 @@ TEST("a voxel body with a gap has no cells across it") {
     return std::abs(x.x()) < 0.01 && x.z() < 0.015;
   });
   const auto grid = CellGrid::of(network);
-  CHECK(grid.has_value());
+  REQUIRE(grid.has_value());
   const double base = 0.07 * 0.02 * 0.03;
   const double legs = 2.0 * 0.02 * 0.02 * 0.02;
   CHECK_NEAR(enclosed_volume(exposed_faces(*grid, everywhere), network.rest_position), base + legs,
@@ -92,14 +93,16 @@ TEST("a cell that lacks a spring along an edge is no tissue") {
     std::erase_if(all, [](const Spring& spring) { return spring.a == 1 && spring.b == 2; });
   });
   const auto grid = CellGrid::of(network);
-  CHECK(grid && grid->cells().size() == 3 * 2 * 2 - 1);
+  REQUIRE(grid);
+  CHECK(grid->cells().size() == 3 * 2 * 2 - 1);
 }
 
 TEST("planes of nodes need not be equally far apart") {
   SpringNetwork network = block({3, 3, 3});
   for (auto node : network.rest_position.colwise()) { node.z() += 40.0 * node.z() * node.z(); }
   const auto grid = CellGrid::of(network);
-  CHECK(grid && grid->cells().size() == 8);
+  REQUIRE(grid);
+  CHECK(grid->cells().size() == 8);
 }
 
 TEST("nodes anywhere are on no grid") {
@@ -295,20 +298,26 @@ ViewSample layered_block() {
 TEST("a small network is shown whole, with its skin, springs, forces and largest reaction") {
   const ViewSample sample = pressed_block({6, 6, 5}, 7);
   const auto view = sample.view();
-  CHECK(view && view->rest == sample.problem->network().rest_position && view->notes.empty());
+  REQUIRE(view);
+  CHECK(view->rest == sample.problem->network().rest_position);
+  CHECK(view->notes.empty());
   CHECK(view->springs.size() == sample.problem->network().springs.size());
   CHECK(std::accumulate(view->cell.begin(), view->cell.end(), 0) == 5 * 5 * 4);
-  CHECK(view->surfaces.size() == 1 && view->surfaces[0].vertices.size() == 36 &&
-        view->surfaces[0].triangles.size() == 2 * 25);
-  CHECK(view->frames.size() == 7 && view->peak == 6);
+  CHECK(view->surfaces.size() == 1);
+  CHECK(view->surfaces[0].vertices.size() == 36);
+  CHECK(view->surfaces[0].triangles.size() == 2 * 25);
+  CHECK(view->frames.size() == 7);
+  CHECK(view->peak == 6);
   CHECK_NEAR(view->frames[3].applied, 2.0, 1e-15);
   CHECK_NEAR(view->frames[4].displacement, NodeVectors(sample.trace.frames[4] - view->rest), 1e-18);
-  CHECK(view->frames[6].reaction > view->frames[5].reaction && view->frames[5].reaction > 0.0);
+  CHECK(view->frames[6].reaction > view->frames[5].reaction);
+  CHECK(view->frames[5].reaction > 0.0);
 }
 
 TEST("cells and nodes are told by what fills them") {
   const auto view = layered_block().view();
-  CHECK(view && view->labels == std::vector<std::string>({"skin", "fat", "a"}));
+  REQUIRE(view);
+  CHECK(view->labels == std::vector<std::string>({"skin", "fat", "a"}));
   std::vector<int> cells(3, 0);
   for (std::size_t n = 0; n < view->cell.size(); ++n) { cells[view->label[n]] += view->cell[n]; }
   // 4 x 4 cells a plane, 2 planes of skin and 4 of fat; the body fills 2 x 2 x 2 of these.
@@ -323,8 +332,8 @@ TEST("frames of the trace are thinned to sixty, and moments come between them") 
   CHECK(view->frames.size() == 61);
   CHECK(std::ranges::is_sorted(view->frames, {}, &ViewFrame::time));
   CHECK(std::ranges::count(view->frames, 0.123, &ViewFrame::time) == 1);
-  CHECK(view->frames.front().time == 0.0 &&
-        view->frames.back().time == sample.trace.frame_time.back());
+  CHECK(view->frames.front().time == 0.0);
+  CHECK(view->frames.back().time == sample.trace.frame_time.back());
 }
 
 TEST("a state that is not finite is not shown, and without any there is no view") {
@@ -340,8 +349,8 @@ TEST("a large block keeps its surface, its cut and what is near the tool, and sa
   const SpringNetwork& network = sample.problem->network();
   const ViewFocus focus{.end = {0.0, 0.0, 0.05}, .radius = 0.01};
   const ShownNodes shown = shown_nodes(network, focus, {});
-  CHECK(shown.nodes.size() < static_cast<std::size_t>(most_nodes_shown) &&
-        contains(shown.note, "of 64"));
+  CHECK(shown.nodes.size() < static_cast<std::size_t>(most_nodes_shown));
+  CHECK(contains(shown.note, "of 64"));
   std::vector<std::uint8_t> is_shown(64000, 0);
   for (const int node : shown.nodes) { is_shown[static_cast<std::size_t>(node)] = 1; }
   for (int node = 0; node < 64000; ++node) {
@@ -359,8 +368,8 @@ TEST("a block too large even for that is shown by every n-th plane") {
   SpringNetwork network = uniform_lattice(
       {.nodes = {150, 150, 60}, .spacing = 0.001, .connectivity = 6}, 1.0, 0.0, 1e-3);
   const ShownNodes shown = shown_nodes(network, {.cut = 0.0}, {7});
-  CHECK(shown.nodes.size() <= static_cast<std::size_t>(most_nodes_shown) + 1 &&
-        contains(shown.note, "every 2nd plane"));
+  CHECK(shown.nodes.size() <= static_cast<std::size_t>(most_nodes_shown) + 1);
+  CHECK(contains(shown.note, "every 2nd plane"));
   CHECK(std::ranges::find(shown.nodes, 7) != shown.nodes.end());
 }
 
@@ -372,8 +381,9 @@ TEST("a surface of a person's own follows the nodes that it names, in place of t
                           .triangles = {{0, 1, 2}}};
   const auto view =
       make_view({sample.scene, *sample.problem, sample.trace, sample.moments, {torso}});
-  CHECK(view->surfaces.size() == 1 && view->surfaces[0].label == "torso" &&
-        view->surfaces[0].vertices[1][0].node == 5);
+  CHECK(view->surfaces.size() == 1);
+  CHECK(view->surfaces[0].label == "torso");
+  CHECK(view->surfaces[0].vertices[1][0].node == 5);
 }
 
 namespace {
@@ -390,7 +400,8 @@ ViewSample beneath_patch(int steps) {
 
 TEST("without a skin there is none to show") {
   std::vector<std::string> notes;
-  CHECK(!view_of_skin(pressed_block({3, 3, 3}, 2).scene, notes) && notes.empty());
+  CHECK(!view_of_skin(pressed_block({3, 3, 3}, 2).scene, notes));
+  REQUIRE(notes.empty());
 }
 
 TEST("the skin around the tissue is shown, and what lies within two spacings of it follows") {
@@ -398,10 +409,14 @@ TEST("the skin around the tissue is shown, and what lies within two spacings of 
   std::vector<std::string> notes;
   const auto skin = view_of_skin(sample.scene, notes);
   // 20 mm to either side, and the squares that touch its rim.
-  CHECK(skin && !skin->of_cells && skin->triangles.size() >= 2 * 20 * 20 &&
-        skin->triangles.size() <= 2 * 22 * 22);
-  CHECK(notes.size() == 1 &&
-        notes[0].find(" of 3200 faces of the skin are shown") != std::string::npos);
+  {
+    REQUIRE(skin);
+    CHECK(!skin->of_cells);
+    CHECK(skin->triangles.size() >= 2 * 20 * 20);
+    CHECK(skin->triangles.size() <= 2 * 22 * 22);
+  }
+  REQUIRE(notes.size() == 1);
+  CHECK(notes[0].find(" of 3200 faces of the skin are shown") != std::string::npos);
   for (std::size_t n = 0; n < skin->vertices.size(); ++n) {
     const Eigen::Vector3d at = skin->rest.col(static_cast<Eigen::Index>(n));
     const double beside = (at.head<2>().cwiseAbs().array() - 0.01).max(0.0).matrix().norm();
@@ -413,8 +428,9 @@ TEST("the skin around the tissue is shown, and what lies within two spacings of 
   }
   const auto view =
       make_view({sample.scene, *sample.problem, sample.trace, sample.moments, {*skin}});
-  CHECK(view && view->surfaces.size() == 1 &&
-        view->surfaces[0].vertices.size() == skin->vertices.size());
+  REQUIRE(view);
+  CHECK(view->surfaces.size() == 1);
+  CHECK(view->surfaces[0].vertices.size() == skin->vertices.size());
   ViewSample bare = pressed_block({6, 6, 6}, 3);
   CHECK(still_at_rest(*view).size() > still_at_rest(*bare.view()).size());
 }
@@ -422,7 +438,8 @@ TEST("the skin around the tissue is shown, and what lies within two spacings of 
 TEST("a skin of too many faces is left out, and a note says so") {
   std::vector<std::string> notes;
   CHECK(!view_of_skin(beneath_patch(400).scene, notes));
-  CHECK(notes.size() == 1 && notes[0].find("the skin is not shown: ") != std::string::npos);
+  REQUIRE(notes.size() == 1);
+  CHECK(notes[0].find("the skin is not shown: ") != std::string::npos);
 }
 
 }  // namespace
@@ -446,7 +463,9 @@ TEST(
     "included") {
   const ViewSample sample = pressed_block({20, 20, 25}, 60);
   const auto view = sample.view();
-  CHECK(view->rest.cols() == 10'000 && view->frames.size() == 60 && view->springs.size() > 100'000);
+  CHECK(view->rest.cols() == 10'000);
+  CHECK(view->frames.size() == 60);
+  CHECK(view->springs.size() > 100'000);
   CHECK(html_view(*view).size() + view_script().size() < 5'000'000);
 }
 
@@ -455,13 +474,15 @@ TEST("where numbers are too many they get coarser and then fewer, and the page s
   const EncodedView whole = encode(*view);
   CHECK(whole.notes.empty());
   const EncodedView coarser = encode(*view, whole.numbers.size() * 9 / 10);
-  CHECK(coarser.notes.size() == 1 && coarser.numbers.size() <= whole.numbers.size() * 9 / 10);
+  CHECK(coarser.notes.size() == 1);
+  CHECK(coarser.numbers.size() <= whole.numbers.size() * 9 / 10);
   const EncodedView fewer = encode(*view, whole.numbers.size() / 3);
-  CHECK(fewer.notes.size() == 1 && fewer.notes[0].find("of 40 instants") != std::string::npos);
+  REQUIRE(fewer.notes.size() == 1);
+  CHECK(fewer.notes[0].find("of 40 instants") != std::string::npos);
   const auto header = nlohmann::json::parse(fewer.header);
-  CHECK(header["frames"].size() < 40 &&
-        header["frames"][header["peak"].get<std::size_t>()]["reaction"] ==
-            view->frames[view->peak].reaction);
+  CHECK(header["frames"].size() < 40);
+  CHECK(header["frames"][header["peak"].get<std::size_t>()]["reaction"] ==
+        view->frames[view->peak].reaction);
 }
 
 TEST("nothing in the page asks the network or ends a script") {
@@ -482,7 +503,8 @@ TEST("a still picture paints what can be seen of the half behind the cut, and it
   const std::size_t sides = 3 * 4 + 5 * 4 + 5 * 3;
   CHECK(count_of(rest, "<path") == sides + 1);
   const std::string moved = still_at(*view, 2, 10.0);
-  CHECK(count_of(moved, "<path") == sides + 40 && moved.find("nan") == std::string::npos);
+  CHECK(count_of(moved, "<path") == sides + 40);
+  CHECK(moved.find("nan") == std::string::npos);
   CHECK(moved.find("displacement") != std::string::npos);
 }
 

@@ -40,7 +40,8 @@ TEST("the same count twice passes; one instruction more does not") {
 
 TEST("where nobody counts nothing is judged, with the reason") {
   const Outcome outcome = found({.refusal = "valgrind is not installed"});
-  CHECK(outcome.status == Status::skip && outcome.reason == "not run: valgrind is not installed");
+  CHECK(outcome.status == Status::skip);
+  CHECK(outcome.reason == "not run: valgrind is not installed");
 }
 
 TEST("the gate lets a count grow by one per cent, and no further") {
@@ -111,15 +112,18 @@ Status status_of(const PairedFinding& finding) {
 }
 
 TEST("slower by the clock and by instructions falls") {
-  CHECK(is_slower(finding_of(1.05, 1.05)) && status_of(finding_of(1.05, 1.05)) == Status::fail);
+  CHECK(is_slower(finding_of(1.05, 1.05)));
+  CHECK(status_of(finding_of(1.05, 1.05)) == Status::fail);
 }
 
 TEST("slower by the clock alone is the machine, or where code lies") {
-  CHECK(!is_slower(finding_of(1.05, 1.0)) && status_of(finding_of(1.05, 1.0)) == Status::pass);
+  CHECK(!is_slower(finding_of(1.05, 1.0)));
+  CHECK(status_of(finding_of(1.05, 1.0)) == Status::pass);
 }
 
 TEST("more instructions that cost no time pass here; the gate of counts is for them") {
-  CHECK(!is_slower(finding_of(1.0, 1.05)) && status_of(finding_of(1.0, 1.05)) == Status::pass);
+  CHECK(!is_slower(finding_of(1.0, 1.05)));
+  CHECK(status_of(finding_of(1.0, 1.05)) == Status::pass);
 }
 
 TEST("slower by the clock with more missed deadlines falls, whatever is counted") {
@@ -130,7 +134,8 @@ TEST("slower by the clock with more missed deadlines falls, whatever is counted"
 TEST("where nobody counts the clock decides alone") {
   PairedFinding finding = finding_of(1.05, 1.0);
   finding.head = {.refusal = "valgrind is not installed"};
-  CHECK(is_slower(finding) && status_of(finding) == Status::fail);
+  CHECK(is_slower(finding));
+  CHECK(status_of(finding) == Status::fail);
 }
 
 TEST(

@@ -65,11 +65,13 @@ TEST("the frontier is what nothing beats in both, in its own precision") {
   const std::vector<Point> points{
       point(in_double, 1.0, 1.0, 1e-2), point(in_double, 2.0, 2.0, 1e-3),
       point(in_double, 3.0, 3.0, 2e-3), point(in_float, 0.5, 0.5, 1e-5)};
-  CHECK(on_frontier(points, points[0]) && on_frontier(points, points[1]) &&
-        on_frontier(points, points[3]));
+  CHECK(on_frontier(points, points[0]));
+  CHECK(on_frontier(points, points[1]));
+  CHECK(on_frontier(points, points[3]));
   CHECK(!on_frontier(points, points[2]));
   CHECK(cheapest(points, 1e-3, true) == &points[3]);
-  CHECK(cheapest(points, 1e-6, true) == nullptr && cheapest(points, 1.0, false) == nullptr);
+  CHECK(cheapest(points, 1e-6, true) == nullptr);
+  CHECK(cheapest(points, 1.0, false) == nullptr);
 }
 
 TEST("auto off the frontier is seen, and noise is not taken for it") {
@@ -132,8 +134,10 @@ TEST("nobody is cheaper than what was measured") {
 TEST("an error that nobody reaches and a cost that nobody offers are no number") {
   std::vector<Effort> efforts;
   add_scheme(efforts, "second", 1e2, 2.0);
-  CHECK(std::isnan(cost_at(efforts, 1e-9)) && std::isnan(digits_at(efforts, 99.0)));
-  CHECK(std::isnan(cost_at({}, 1e-3)) && std::isnan(digits_at({}, 1e3)));
+  CHECK(std::isnan(cost_at(efforts, 1e-9)));
+  CHECK(std::isnan(digits_at(efforts, 99.0)));
+  CHECK(std::isnan(cost_at({}, 1e-3)));
+  CHECK(std::isnan(digits_at({}, 1e3)));
 }
 
 TEST("a scheme that lost an order costs more at a fine error, and has fewer digits") {

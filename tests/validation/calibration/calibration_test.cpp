@@ -48,7 +48,9 @@ TEST("a group that differs is foretold worse than what was fitted, by as much as
   Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
   const Fit found = fit(forward, pool(all));
   const std::vector<HeldOut> held = leave_groups_out(forward, found, all);
-  CHECK(held.size() == 3 && held[2].group == "c" && held[2].subjects == 3);
+  REQUIRE(held.size() == 3);
+  CHECK(held[2].group == "c");
+  CHECK(held[2].subjects == 3);
   // One observable of ten, the peak, is half of what it is: sqrt(0.25 / 10). 0.005: the prior's
   // pull.
   CHECK_NEAR(held[2].error_foretold, std::sqrt(0.025), 0.005);
@@ -82,7 +84,8 @@ TEST("a calibration ends with a scene whose simulation is what was seen") {
   const Calibration found = calibrate(
       scene, parameters_of(scene), seen_in(truth),
       {.progress = [&](const char* stage) { stages.emplace_back(stage); }, .simulate = lawful});
-  CHECK(found.held() && stages.size() == 4);
+  CHECK(found.held());
+  CHECK(stages.size() == 4);
   // The gain of 1 % against a prior of 0.35: (0.01 / 0.35)^2 of the way is left, below 0.1 %.
   CHECK_NEAR(found.fitted.syringe->thumb_force / 9.0, 1.0, 1e-3);
   CHECK_NEAR(found.shortcut_cost(), 0.0, 1e-12);  // the law has no shortcuts
@@ -97,7 +100,8 @@ TEST("shortcuts that cost more than data are uncertain do not hold") {
   };
   const Calibration found =
       calibrate(scene, parameters_of(scene), seen_in(scene), {.simulate = with_shortcut});
-  CHECK(found.shortcut_cost() > 5.0 && !found.held());
+  CHECK(found.shortcut_cost() > 5.0);
+  CHECK(!found.held());
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ TEST("several recordings of one person count as their mean, and only within a gr
   recordings[2].seen.value[3] = std::nan("");
   recordings[2].seen.force = ForceSource::none;
   const std::vector<Subject> people = by_person(recordings);
-  CHECK(people.size() == 3);
+  REQUIRE(people.size() == 3);
   CHECK_NEAR(people[0].seen.value[0], 2.0, 0.0);
   CHECK_NEAR(people[0].seen.value[3], 5.0, 0.0);  // of the only one that has it
   CHECK(people[0].seen.force == ForceSource::plunger);
@@ -73,7 +73,9 @@ TEST("what few have seen is left out, and no eigenvalue is negative") {
   subjects[0].seen.value[2] = subjects[1].seen.value[2] = std::nan("");
   subjects[3].seen.value[5] = std::nan("");
   const Pooled pooled = pool(subjects, nothing);
-  CHECK(std::isnan(pooled.mean[2]) && pooled.count[2] == 2 && pooled.covariance(2, 2) == 0.0);
+  CHECK(std::isnan(pooled.mean[2]));
+  CHECK(pooled.count[2] == 2);
+  CHECK(pooled.covariance(2, 2) == 0.0);
   CHECK_NEAR(pooled.mean[5], 6.0, 1e-15);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(pooled.covariance,
                                                               Eigen::EigenvaluesOnly);
@@ -234,7 +236,9 @@ TEST("exact data give back what made them, and name what nothing depends on") {
   const Scene scene = three_layers();
   Forward forward(scene, parameters_of(scene), 2, nullptr, lawful);
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 1e-3));
-  CHECK(found.converged && found.misfit_after < 0.1 && found.misfit_before > 1e4);
+  CHECK(found.converged);
+  CHECK(found.misfit_after < 0.1);
+  CHECK(found.misfit_before > 1e4);
   // A prior of 0.35 pulls data of 0.001 by (0.001 / 0.35)^2 of the way, 3e-6; 1e-4 is the step
   // tolerance.
   CHECK_NEAR(of(found, "syringe.thumb_force").value / 14.3, 1.0, 1e-4);
@@ -253,7 +257,8 @@ TEST("intervals are those of the law: the thumb force is known as well as the pe
   const double told = thumb.parameter.spread / 0.01;  // slope over uncertainty
   // Forward differences of an exponential over a tenth of a spread of 0.35: half of 0.035 high.
   CHECK_NEAR(thumb.deviation * std::sqrt(1.0 + told * told), 1.0, 0.03);
-  CHECK(thumb.interval.holds(11.0) && !thumb.interval.holds(11.3));
+  CHECK(thumb.interval.holds(11.0));
+  CHECK(!thumb.interval.holds(11.3));
 }
 
 TEST("a bound that data push against is said") {
@@ -264,8 +269,8 @@ TEST("a bound that data push against is said") {
   }
   Forward forward(scene, parameters, 1, nullptr, lawful);
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 1e-2));
-  CHECK(of(found, "syringe.thumb_force").at_bound &&
-        of(found, "syringe.thumb_force").value <= 12.0);
+  CHECK(of(found, "syringe.thumb_force").at_bound);
+  CHECK(of(found, "syringe.thumb_force").value <= 12.0);
   CHECK(found.widening > 1.0);  // 14.3 N cannot be reached: more than chance
 }
 
@@ -273,7 +278,8 @@ TEST("data that tell nothing leave everything at its prior") {
   const Scene scene = three_layers();
   Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 50.0));
-  CHECK(found.told.empty() && found.values() == forward.priors());
+  CHECK(found.told.empty());
+  CHECK(found.values() == forward.priors());
 }
 
 }  // namespace

@@ -24,8 +24,8 @@ const Parameter* find(const std::vector<Parameter>& all, std::string_view key) {
 TEST("a scene offers the layers before the epidural space, the fat's thickness and the syringe") {
   const std::vector<Parameter> all = parameters_of(three_layers());
   CHECK(all.size() == 3 + 3 + 1 + 4);
-  CHECK(find(all, "material.ligament.cutting_force") != nullptr &&
-        find(all, "layer.0.thickness") != nullptr);
+  CHECK(find(all, "material.ligament.cutting_force") != nullptr);
+  CHECK(find(all, "layer.0.thickness") != nullptr);
   CHECK(find(all, "material.epidural-space.youngs_modulus") == nullptr);
   CHECK(find(all, "material.ligament.cutting_force")->prior == 5.0);
 }
@@ -45,7 +45,9 @@ TEST("a thicker layer sends the needle as much deeper, and the scene lasts until
   CHECK_NEAR(*changed.drive->depth, 0.038, 1e-15);  // rounding
   CHECK_NEAR(changed.simulation.duration, 9.0, 1e-12);
   const auto keys = changes(scene, changed);
-  CHECK(keys.size() == 3 && keys[0].first == "layer.0.thickness" && keys[1].first == "drive.depth");
+  REQUIRE(keys.size() == 3);
+  CHECK(keys[0].first == "layer.0.thickness");
+  CHECK(keys[1].first == "drive.depth");
   CHECK(changes(scene, scene).empty());
 }
 
@@ -71,7 +73,8 @@ namespace {
 
 TEST("bins of a straight force are its values in their middles, however the hand moves") {
   const ObservedInsertion seen = observe(straight_insertion());
-  CHECK(seen.force == ForceSource::recorded && seen.refusal.empty());
+  CHECK(seen.force == ForceSource::recorded);
+  CHECK(seen.refusal.empty());
   CHECK_NEAR(seen.value[index_of(Observable::depth_of_loss)], 20e-3,
              2e-5);  // two samples at 1 mm/s
   CHECK_NEAR(seen.value[index_of(Observable::force)], 2.0 + 100.0 * 11e-3,
@@ -88,7 +91,8 @@ TEST("without a recorded force the plunger tells it in the continuous technique 
              1e-9);  // Eq. 1, a level pressure
   recording.technique = "intermittent";
   const ObservedInsertion pushed = observe(recording);
-  CHECK(pushed.force == ForceSource::none && std::isnan(pushed.value[index_of(Observable::force)]));
+  CHECK(pushed.force == ForceSource::none);
+  CHECK(std::isnan(pushed.value[index_of(Observable::force)]));
   CHECK_NEAR(pushed.value[index_of(Observable::plateau)], 2000.0,
              1e-6);  // rounding: it is constant
 }
@@ -99,17 +103,19 @@ TEST("a pressure that is not lost is refused, and without depth there are no bin
   Recording recording = straight_insertion();
   recording.depth.clear();
   const ObservedInsertion seen = observe(recording);
-  CHECK(seen.refusal.empty() && std::isnan(seen.value[index_of(Observable::force)]));
+  CHECK(seen.refusal.empty());
+  CHECK(std::isnan(seen.value[index_of(Observable::force)]));
   CHECK(std::isfinite(seen.value[index_of(Observable::force_peak)]));
   CHECK(observe(Trace{.time = {0.0, 1.0}}).refusal == "has no syringe or no tool");
 }
 
 TEST("every observable has a name and a unit of its own kind") {
-  CHECK(name_of(0) == "pressure.peak" && unit_of(0) == "Pa");
-  CHECK(name_of(observable_count - 1) == "force.-2_to_-0.5_mm" &&
-        unit_of(observable_count - 1) == "N");
-  CHECK(unit_of(index_of(Observable::drop_time)) == "s" &&
-        unit_of(index_of(Observable::depth_of_loss)) == "m");
+  CHECK(name_of(0) == "pressure.peak");
+  CHECK(unit_of(0) == "Pa");
+  CHECK(name_of(observable_count - 1) == "force.-2_to_-0.5_mm");
+  CHECK(unit_of(observable_count - 1) == "N");
+  CHECK(unit_of(index_of(Observable::drop_time)) == "s");
+  CHECK(unit_of(index_of(Observable::depth_of_loss)) == "m");
 }
 
 }  // namespace
@@ -142,8 +148,10 @@ TEST("a place is simulated once, whatever the number of threads") {
     Forward::Values other = forward.priors();
     other.back() *= 2.0;
     const auto seen = forward.at({forward.priors(), other, forward.priors()});
-    CHECK(calls == 2 && forward.simulations() == 2);
-    CHECK(seen[0] == seen[2] && seen[1][1] == 2.0 * seen[0][1]);
+    CHECK(calls == 2);
+    CHECK(forward.simulations() == 2);
+    CHECK(seen[0] == seen[2]);
+    CHECK(seen[1][1] == 2.0 * seen[0][1]);
   }
 }
 

@@ -134,7 +134,7 @@ TEST("two runs of a case give the same numbers") {
                                  "oscillator/who-is-closest"}) {
     const Outcome first = outcome_of(name, nullptr);
     const Outcome second = outcome_of(name, nullptr);
-    CHECK(first.quantities.size() == second.quantities.size());
+    REQUIRE(first.quantities.size() == second.quantities.size());
     for (std::size_t n = 0; n < first.quantities.size(); ++n) {
       CHECK_NEAR(first.quantities[n].value, second.quantities[n].value, 1e-300);
     }

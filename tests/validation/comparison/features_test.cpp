@@ -31,9 +31,13 @@ TEST("samples on their own grid are those samples") {
   const std::vector<double> time{1.0, 1.25, 1.5, 1.75};
   const std::vector<double> value{4.0, not_measured, -2.0, 8.0};
   const Samples same = regular(time, value);
-  CHECK(same.size() == 4 && same.start == 1.0 && same.step == 0.25);
-  CHECK(same.value[0] == 4.0 && std::isnan(same.value[1]) && same.value[2] == -2.0 &&
-        same.value[3] == 8.0);
+  CHECK(same.size() == 4);
+  CHECK(same.start == 1.0);
+  CHECK(same.step == 0.25);
+  CHECK(same.value[0] == 4.0);
+  CHECK(std::isnan(same.value[1]));
+  CHECK(same.value[2] == -2.0);
+  CHECK(same.value[3] == 8.0);
 }
 
 TEST("nothing is interpolated across a missing sample or one that is no number") {
@@ -45,9 +49,11 @@ TEST("nothing is interpolated across a missing sample or one that is no number")
   const std::vector<double> with_nan{0.0, 1.0, 2.0, not_measured, 4.0, 5.0, 6.0};
   const Samples nan = resample(times, with_nan, grid);
   for (const Samples& s : {missing, nan}) {
-    CHECK(s.value[4] == 2.0 && s.value[8] == 4.0);
+    CHECK(s.value[4] == 2.0);
+    CHECK(s.value[8] == 4.0);
     for (const std::size_t n : {5UL, 6UL, 7UL}) { CHECK(std::isnan(s.value[n])); }
-    CHECK(s.value[3] == 1.5 && s.value[9] == 4.5);
+    CHECK(s.value[3] == 1.5);
+    CHECK(s.value[9] == 4.5);
   }
 }
 
@@ -55,15 +61,20 @@ TEST("an infinite sample is a gap") {
   const std::vector<double> time{0.0, 1.0, 2.0, 3.0};
   const std::vector<double> value{1.0, std::numeric_limits<double>::infinity(), 1.0, 1.0};
   const Samples s = regular(time, value);
-  CHECK(s.value[0] == 1.0 && std::isnan(s.value[1]) && s.value[2] == 1.0);
+  CHECK(s.value[0] == 1.0);
+  CHECK(std::isnan(s.value[1]));
+  CHECK(s.value[2] == 1.0);
 }
 
 TEST("nothing is made up before the first sample or after the last") {
   const std::vector<double> time{1.0, 2.0};
   const std::vector<double> value{5.0, 6.0};
   const Samples s = resample(time, value, {.start = 0.5, .step = 0.5, .count = 5});
-  CHECK(std::isnan(s.value[0]) && s.value[1] == 5.0 && s.value[2] == 5.5 && s.value[3] == 6.0 &&
-        std::isnan(s.value[4]));
+  CHECK(std::isnan(s.value[0]));
+  CHECK(s.value[1] == 5.0);
+  CHECK(s.value[2] == 5.5);
+  CHECK(s.value[3] == 6.0);
+  CHECK(std::isnan(s.value[4]));
   CHECK(std::isnan(resample(std::vector<double>{}, std::vector<double>{}, {.count = 1}).value[0]));
 }
 
@@ -77,7 +88,9 @@ TEST("a grid between two times lies on its anchor") {
 TEST("stretches end at gaps and the longest is the longest") {
   const std::vector<double> value{1.0, not_measured, 1.0, 1.0, not_measured, 1.0};
   const std::vector<Stretch> stretches = finite_stretches(value);
-  CHECK(stretches.size() == 3 && stretches[1].begin == 2 && stretches[1].end == 4);
+  REQUIRE(stretches.size() == 3);
+  CHECK(stretches[1].begin == 2);
+  CHECK(stretches[1].end == 4);
   CHECK(longest_stretch(value).begin == 2);
   CHECK(longest_stretch(std::vector<double>{}).size() == 0);
 }
@@ -155,12 +168,16 @@ TEST("what lies beyond a gap has no influence, and the gap stays") {
 TEST("stretches too short to filter stay as they are") {
   const Samples samples{.step = step, .value = {1.0, -1.0, not_measured, 5.0, not_measured}};
   const Samples filtered = zero_phase(samples, 10.0);
-  CHECK(filtered.value[0] == 1.0 && filtered.value[1] == -1.0 && filtered.value[3] == 5.0);
+  CHECK(filtered.value[0] == 1.0);
+  CHECK(filtered.value[1] == -1.0);
+  CHECK(filtered.value[3] == 5.0);
 }
 
 TEST("a cut-off that the rate cannot carry, or none, changes nothing") {
   const Samples samples = noise(50);
-  CHECK(!can_filter(40.0, 100.0) && !can_filter(0.0, 100.0) && can_filter(39.0, 100.0));
+  CHECK(!can_filter(40.0, 100.0));
+  CHECK(!can_filter(0.0, 100.0));
+  CHECK(can_filter(39.0, 100.0));
   CHECK(zero_phase(samples, 40.0).value == samples.value);
   CHECK(zero_phase(samples, 0.0).value == samples.value);
 }
@@ -207,7 +224,8 @@ TEST("a good trace keeps its samples, its filtered ones and its depth on one gri
   const std::vector<double> value = clinical::pressures({}, time);
   const PreparedTrace prepared = prepare({.time = time, .value = value, .depth = time}, 20.0, {});
   CHECK(prepared.refusal.empty());
-  CHECK(prepared.input.raw.size() == time.size() && prepared.input.filtered.size() == time.size());
+  CHECK(prepared.input.raw.size() == time.size());
+  CHECK(prepared.input.filtered.size() == time.size());
   CHECK(prepared.input.depth.size() == time.size());
   CHECK_NEAR(1.0 / prepared.input.raw.step, 100.0, 1e-6);
   CHECK(prepared.features.loss.found());
@@ -236,7 +254,8 @@ auto falls_to(double level) {
 
 TEST("a fall that is held for more than 5 s is a loss of resistance") {
   const LossOfResistance loss = found_in(14.0, falls_to(8.0));
-  CHECK(loss.found() && !loss.weak);
+  CHECK(loss.found());
+  CHECK(!loss.weak);
   CHECK(loss.fallen_index == 600);
   CHECK(loss.peak_index == 599);
   CHECK_NEAR(loss.plateau, 8.0, 0.0);
@@ -245,7 +264,8 @@ TEST("a fall that is held for more than 5 s is a loss of resistance") {
 
 TEST("a weak one of 45 % is found and said to be weak") {
   const LossOfResistance loss = found_in(14.0, falls_to(0.55 * 60.0));
-  CHECK(loss.found() && loss.weak);
+  CHECK(loss.found());
+  CHECK(loss.weak);
 }
 
 TEST("a fall of 33 % is none, and the reason has its size") {
@@ -258,13 +278,14 @@ TEST("a fall that comes back is none, and the reason says when") {
   const LossOfResistance loss =
       found_in(20.0, [](double t) { return t > 6.0 && t < 9.0 ? 10.0 : 50.0; });
   CHECK(loss.status == Status::not_found);
-  CHECK(loss.reason.find("came back after 2.9") != std::string::npos ||
-        loss.reason.find("came back after 3.0") != std::string::npos);
+  CHECK((loss.reason.find("came back after 2.9") != std::string::npos ||
+         loss.reason.find("came back after 3.0") != std::string::npos));
 }
 
 TEST("a trace that ends too early cannot be decided, and what fell can still be measured") {
   const LossOfResistance loss = found_in(9.0, falls_to(8.0));
-  CHECK(loss.status == Status::undecided && loss.fell());
+  CHECK(loss.status == Status::undecided);
+  CHECK(loss.fell());
   CHECK(loss.reason.find("ends 3.0") != std::string::npos);
   CHECK_NEAR(loss.plateau, 8.0, 0.0);
   CHECK(!found_in(6.5, falls_to(8.0)).fell());  // nothing settled yet
@@ -307,7 +328,8 @@ TEST("a gap in the plateau of more than a tenth hides it") {
   CHECK(find_loss(pressure).found());
   for (std::size_t n = 700; n < 800; ++n) { pressure.value[n] = not_measured; }
   const LossOfResistance hidden = find_loss(pressure);
-  CHECK(hidden.status == Status::undecided && hidden.fell());
+  CHECK(hidden.status == Status::undecided);
+  CHECK(hidden.fell());
   CHECK(hidden.reason == "a gap hides whether a fall of 87 % was held for 5 s");  // 1 - 8 / 60
 }
 
@@ -325,7 +347,8 @@ TEST("a fall within a gap longer than a fall may take is not told from a slow on
   for (int n = 0; n < 2000; ++n) { pressure.value.push_back(falls_to(8.0)(0.01 * n)); }
   for (std::size_t n = 550; n < 850; ++n) { pressure.value[n] = not_measured; }
   const LossOfResistance hidden = find_loss(pressure);
-  CHECK(hidden.status == Status::undecided && !hidden.fell());
+  CHECK(hidden.status == Status::undecided);
+  CHECK(!hidden.fell());
   CHECK(hidden.reason.starts_with("a gap of 3.01 s hides how the pressure fell by 8"));
   for (std::size_t n = 900; n < 2000; ++n) {
     pressure.value[n] = 50.0;
@@ -340,7 +363,8 @@ TEST("a gap hides nothing of a fall that was seen to come back, nor a later one 
   }
   for (std::size_t n = 700; n < 800; ++n) { pressure.value[n] = not_measured; }
   const LossOfResistance later = find_loss(pressure);
-  CHECK(later.found() && later.fallen_index == 1600);
+  CHECK(later.found());
+  CHECK(later.fallen_index == 1600);
   for (std::size_t n = 1600; n < 3000; ++n) { pressure.value[n] = 60.0; }
   CHECK(find_loss(pressure).status == Status::not_found);
 }
@@ -427,7 +451,8 @@ TEST("a trace that ends too early has a drop but no verdict on its event") {
   const Features found = given.found();
   CHECK(!found[Feature::loss_of_resistance].value);
   CHECK(found[Feature::loss_of_resistance].reason.find("the trace ends") != std::string::npos);
-  CHECK(found[Feature::drop_time].value && found[Feature::plateau].value);
+  CHECK(found[Feature::drop_time].value);
+  CHECK(found[Feature::plateau].value);
 }
 
 TEST("a gap over the fall hides its duration and nothing else") {
@@ -437,9 +462,10 @@ TEST("a gap over the fall hides its duration and nothing else") {
   }
   const Features found = given.found();
   CHECK(found.loss.found());
-  CHECK(!found[Feature::drop_time].value &&
-        found[Feature::drop_time].reason == "a gap hides the fall");
-  CHECK(found[Feature::peak].value && found[Feature::plateau].value);
+  CHECK(!found[Feature::drop_time].value);
+  CHECK(found[Feature::drop_time].reason == "a gap hides the fall");
+  CHECK(found[Feature::peak].value);
+  CHECK(found[Feature::plateau].value);
 }
 
 TEST("without two seconds before the peak there is no slope") {
@@ -462,13 +488,15 @@ TEST("noise on samples is found to a tenth and makes every feature uncertain") {
 }
 
 TEST("features have units of the trace, and every one a name of its own") {
-  CHECK(unit_of(Feature::peak, "N") == "N" && unit_of(Feature::slope_before, "Pa") == "Pa/s");
-  CHECK(unit_of(Feature::drop_time, "Pa") == "s" && unit_of(Feature::depth_of_loss, "Pa") == "m");
+  CHECK(unit_of(Feature::peak, "N") == "N");
+  CHECK(unit_of(Feature::slope_before, "Pa") == "Pa/s");
+  CHECK(unit_of(Feature::drop_time, "Pa") == "s");
+  CHECK(unit_of(Feature::depth_of_loss, "Pa") == "m");
   for (std::size_t n = 1; n < feature_count; ++n) {
     CHECK(name_of(static_cast<Feature>(n)) != name_of(static_cast<Feature>(n - 1)));
   }
-  CHECK(name_of(Feature::depth_of_loss) == "depth_of_loss" &&
-        name_of(Feature::drop_time) == "drop_time");
+  CHECK(name_of(Feature::depth_of_loss) == "depth_of_loss");
+  CHECK(name_of(Feature::drop_time) == "drop_time");
 }
 
 }  // namespace

@@ -41,14 +41,20 @@ TEST(
     "an insertion in the middle of its subjects agrees with the group though not with each of "
     "them") {
   const GroupComparison found = compare_all(subjects("lean"), simulated());
-  CHECK(found.groups.size() == 1);
+  REQUIRE(found.groups.size() == 1);
   const GroupSummary& group = found.groups.front();
-  CHECK(group.corridor && group.coverage.holds);
-  CHECK(group.differ > 0 && group.agree > 0);
-  CHECK(group.recordings == 5 && group.measured == 0);
+  CHECK(group.corridor);
+  CHECK(group.coverage.holds);
+  CHECK(group.differ > 0);
+  CHECK(group.agree > 0);
+  CHECK(group.recordings == 5);
+  CHECK(group.measured == 0);
   // 79 % of the peak tolerance is left after the spread of a mean of five: undecided or agreed,
   // never different
-  CHECK(group.verdict != Verdict::differs && group.verdict != Verdict::not_comparable);
+  {
+    CHECK(group.verdict != Verdict::differs);
+    CHECK(group.verdict != Verdict::not_comparable);
+  }
 }
 
 TEST("means and spreads over subjects by hand") {
@@ -60,7 +66,8 @@ TEST("means and spreads over subjects by hand") {
   CHECK(peak.count == 5);
   CHECK_NEAR(peak.mean, middle, 1e-9 * middle);
   CHECK_NEAR(peak.deviation, middle * std::sqrt(0.1 / 4.0), 1e-9 * middle);
-  CHECK(peak.interval && peak.interval->holds(peak.mean));
+  CHECK(peak.interval);
+  CHECK(peak.interval->holds(peak.mean));
 }
 
 TEST("the spread of a mean over subjects is part of its uncertainty") {
@@ -81,7 +88,8 @@ TEST("features that agree do not save a trace that leaves the corridor") {
   CHECK(found.recordings[2].verdict ==
         Verdict::agrees);  // by features alone, against the subject of factor 1
   CHECK(found.verdict == Verdict::differs);
-  CHECK(found.groups.front().coverage.inside < 0.9 && found.groups.front().coverage.inside > 0.7);
+  CHECK(found.groups.front().coverage.inside < 0.9);
+  CHECK(found.groups.front().coverage.inside > 0.7);
 }
 
 TEST("a simulation that ends before its event can be called so leaves the group open") {
@@ -103,7 +111,8 @@ TEST("a first recording with a gap over its fall hides nothing of the others") {
   for (const std::string& reason : found.reasons) {
     told = told || reason.find("drop time") != std::string::npos;
   }
-  CHECK(told && found.verdict == Verdict::differs);
+  CHECK(told);
+  CHECK(found.verdict == Verdict::differs);
 }
 
 TEST("an insertion without the event differs from the group and leaves its corridor") {
@@ -128,9 +137,11 @@ TEST("groups are summed up apart, in the order of their first recordings") {
   std::vector<Recording> all = subjects("lean");
   all.insert(all.begin() + 1, subject(2.0, "heavy"));
   const GroupComparison found = compare_all(all, simulated());
-  CHECK(found.groups.size() == 2 && found.groups[0].group == "lean" &&
-        found.groups[1].group == "heavy");
-  CHECK(found.groups[0].recordings == 5 && found.groups[1].recordings == 1);
+  REQUIRE(found.groups.size() == 2);
+  CHECK(found.groups[0].group == "lean");
+  CHECK(found.groups[1].group == "heavy");
+  CHECK(found.groups[0].recordings == 5);
+  CHECK(found.groups[1].recordings == 1);
   CHECK(found.verdict == Verdict::differs);
 }
 
@@ -138,7 +149,8 @@ TEST("what cannot be compared is counted and left out") {
   std::vector<Recording> all = subjects("lean");
   all[3].regime = Recording::Regime::pump;
   const GroupSummary group = compare_all(all, simulated()).groups.front();
-  CHECK(group.not_comparable == 1 && group.corridor->recordings == 4);
+  CHECK(group.not_comparable == 1);
+  CHECK(group.corridor->recordings == 4);
   const std::vector<Recording> none{all[3]};
   CHECK(compare_all(none, simulated()).verdict == Verdict::not_comparable);
   CHECK(compare_all({}, simulated()).reasons.front() == "there is no recording");
@@ -171,7 +183,8 @@ TEST("the verdict of a group does not depend on who comes first") {
   const GroupComparison backward = compare_all(all, simulated());
   const std::vector<FeatureVerdict>& a = forward.groups.front().means;
   const std::vector<FeatureVerdict>& b = backward.groups.front().means;
-  CHECK(a.size() == feature_count && b.size() == feature_count);
+  REQUIRE(a.size() == feature_count);
+  REQUIRE(b.size() == feature_count);
   for (std::size_t n = 0; n < a.size(); ++n) {
     CHECK(a[n].verdict == b[n].verdict);
     CHECK_NEAR(a[n].expanded, b[n].expanded, 1e-9 * std::abs(b[n].expanded));
@@ -188,15 +201,19 @@ TEST("two recordings of each subject leave the mean and the number of subjects")
   }
   const GroupSummary twice = compare_all(all, simulated()).groups.front();
   const GroupSummary once = compare_all(subjects("lean"), simulated()).groups.front();
-  CHECK(twice.subjects == 5 && twice.recordings == 10 && twice.corridor->recordings == 10);
-  CHECK(once.subjects == 5 && once.recordings == 5);
+  CHECK(twice.subjects == 5);
+  CHECK(twice.recordings == 10);
+  CHECK(twice.corridor->recordings == 10);
+  CHECK(once.subjects == 5);
+  CHECK(once.recordings == 5);
   const auto n = static_cast<std::size_t>(Feature::peak);
   CHECK(twice.features[n].count == 5);
   CHECK_NEAR(twice.features[n].deviation, once.features[n].deviation,
              1e-9 * once.features[n].deviation);
   CHECK_NEAR(twice.means[n].expanded, once.means[n].expanded, 1e-9 * once.means[n].expanded);
   CHECK_NEAR(twice.corridor->factor, once.corridor->factor, 0.0);
-  CHECK(twice.subjects_agree == once.subjects_agree && twice.agree == 2 * once.agree);
+  CHECK(twice.subjects_agree == once.subjects_agree);
+  CHECK(twice.agree == 2 * once.agree);
   CHECK(twice.agree_interval.upper == once.agree_interval.upper);
 }
 
@@ -230,7 +247,8 @@ TEST("without evidence nothing is shown and every factor says why") {
   CHECK(all.size() >= 12);
   for (const CredibilityFactor& factor : all) {
     CHECK(factor.shown == Shown::not_shown);
-    CHECK(factor.evidence.starts_with("not shown: ") && factor.links.empty());
+    CHECK(factor.evidence.starts_with("not shown: "));
+    CHECK(factor.links.empty());
     CHECK(!factor.goal.empty());
   }
 }
@@ -243,7 +261,8 @@ TEST("cases that pass show a factor, one that fails shows it in part, skipped on
   CHECK(find(credibility(outcomes, nullptr), factor).links.size() == 1);
   outcomes.push_back(outcome("errata/summary", Status::fail));
   const CredibilityFactor half = find(credibility(outcomes, nullptr), factor);
-  CHECK(half.shown == Shown::in_part && half.evidence == "1 of 2 cases hold");
+  CHECK(half.shown == Shown::in_part);
+  CHECK(half.evidence == "1 of 2 cases hold");
   outcomes.erase(outcomes.begin());
   CHECK(find(credibility(outcomes, nullptr), factor).shown == Shown::not_shown);
 }

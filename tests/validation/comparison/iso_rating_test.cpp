@@ -25,15 +25,18 @@ std::vector<double> bump(double centre, std::size_t count = 300) {
 TEST("a trace against itself is rated 1 in every part") {
   const IsoRating rating = rate(bump(120.0), bump(120.0));
   CHECK_NEAR(rating.overall, 1.0, 1e-12);
-  CHECK(rating.corridor == 1.0 && rating.phase == 1.0 && rating.magnitude == 1.0 &&
-        rating.slope == 1.0);
+  CHECK(rating.corridor == 1.0);
+  CHECK(rating.phase == 1.0);
+  CHECK(rating.magnitude == 1.0);
+  CHECK(rating.slope == 1.0);
   CHECK(rating.shift == 0);
 }
 
 TEST("late is positive, early is negative, and both cost the same") {
   const IsoRating late = rate(bump(150.0), bump(135.0));
   const IsoRating early = rate(bump(120.0), bump(135.0));
-  CHECK(late.shift == 15 && early.shift == -15);
+  CHECK(late.shift == 15);
+  CHECK(early.shift == -15);
   CHECK_NEAR(late.phase, 1.0 - 15.0 / 60.0, 1e-12);
   CHECK_NEAR(early.phase, late.phase, 1e-12);
   CHECK_NEAR(late.magnitude, 1.0, 1e-6);
@@ -83,10 +86,13 @@ TEST("a constant with rounding on it is a constant") {
 TEST("zeros against zeros are the same and leave no scale to divide by") {
   const std::vector<double> zero(50, 0.0);
   const IsoRating rating = rate(zero, zero);
-  CHECK(rating.corridor == 1.0 && rating.magnitude == 1.0 && rating.slope == 1.0);
+  CHECK(rating.corridor == 1.0);
+  CHECK(rating.magnitude == 1.0);
+  CHECK(rating.slope == 1.0);
   const std::vector<double> one(50, 1.0);
   const IsoRating off = rate(one, zero);
-  CHECK(off.corridor == 0.0 && off.magnitude == 0.0);
+  CHECK(off.corridor == 0.0);
+  CHECK(off.magnitude == 0.0);
 }
 
 TEST("what cannot be rated is refused") {
@@ -98,8 +104,11 @@ TEST("what cannot be rated is refused") {
 }
 
 TEST("grades begin above their limits") {
-  CHECK(grade_of(0.95) == "excellent" && grade_of(0.94) == "good" && grade_of(0.80) == "fair");
-  CHECK(grade_of(0.58) == "poor" && grade_of(std::nan("")) == "poor");
+  CHECK(grade_of(0.95) == "excellent");
+  CHECK(grade_of(0.94) == "good");
+  CHECK(grade_of(0.80) == "fair");
+  CHECK(grade_of(0.58) == "poor");
+  CHECK(grade_of(std::nan("")) == "poor");
 }
 
 }  // namespace
@@ -207,7 +216,9 @@ TEST("what is not defined is no number") {
   CHECK(std::isnan(trace_errors(none, none).rmse));
   const std::vector<double> zero{0.0, 0.0};
   const TraceErrors of_zero = trace_errors(std::vector<double>{1.0, 2.0}, zero);
-  CHECK(std::isnan(of_zero.nrmse) && std::isnan(of_zero.magnitude) && std::isnan(of_zero.phase));
+  CHECK(std::isnan(of_zero.nrmse));
+  CHECK(std::isnan(of_zero.magnitude));
+  CHECK(std::isnan(of_zero.phase));
 }
 
 }  // namespace

@@ -24,7 +24,8 @@ TEST("two recordings of each subject count once: means and spreads by hand") {
   const std::vector<double> value{1.0, 3.0, 3.0, 7.0, 10.0, 12.0};
   const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2};
   const OverSubjects over = over_subjects(value, subject);
-  CHECK(over.means.size() == 3 && over.recordings == 6);
+  CHECK(over.means.size() == 3);
+  CHECK(over.recordings == 6);
   CHECK_NEAR(over.mean, 6.0, 1e-14);
   CHECK_NEAR(over.deviation, std::sqrt(21.0), 1e-14);
   CHECK_NEAR(over.of_recording, std::sqrt(21.0 + 4.0 * (1.0 - 0.5)), 1e-14);
@@ -36,7 +37,9 @@ TEST("a recording given twice changes nothing, and one that is no number is left
   const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2, 3};
   const OverSubjects a = over_subjects(once);
   const OverSubjects b = over_subjects(twice, subject);
-  CHECK(a.means == b.means && a.mean == b.mean && a.deviation == b.deviation);
+  CHECK(a.means == b.means);
+  CHECK(a.mean == b.mean);
+  CHECK(a.deviation == b.deviation);
   CHECK_NEAR(b.of_recording, a.of_recording, 1e-15);
 }
 
@@ -121,7 +124,9 @@ TEST("where too few were measured there is no corridor, and nothing there is jud
   const CorridorBuilt built = build_corridor(three);
   CHECK(std::isnan(built.corridor->mean.value[1]));
   const CorridorCoverage found = coverage(*built.corridor, of({not_measured, 2.0}));
-  CHECK(found.samples == 0 && !found.holds && std::isnan(found.inside));
+  CHECK(found.samples == 0);
+  CHECK(!found.holds);
+  CHECK(std::isnan(found.inside));
 }
 
 TEST("where fewer subjects were measured the corridor has their factor") {

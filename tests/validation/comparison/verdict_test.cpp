@@ -14,7 +14,7 @@ using namespace palpate::comparison;
 TEST("there is one tolerance for every feature, in order, and each says who says so") {
   for (const QuantityKind kind : {QuantityKind::pressure, QuantityKind::force}) {
     const std::vector<Tolerance> all = default_tolerances(kind);
-    CHECK(all.size() == feature_count);
+    REQUIRE(all.size() == feature_count);
     for (std::size_t n = 0; n < all.size(); ++n) {
       CHECK(all[n].feature == static_cast<Feature>(n));
       CHECK(!all[n].origin.empty());
@@ -79,7 +79,8 @@ TEST("the worst verdict is that of the whole") {
 }
 
 TEST("verdicts read as people say them") {
-  CHECK(name_of(Verdict::agrees) == "agrees" && name_of(Verdict::differs) == "differs");
+  CHECK(name_of(Verdict::agrees) == "agrees");
+  CHECK(name_of(Verdict::differs) == "differs");
   CHECK(name_of(Verdict::not_distinguishable) == "not distinguishable");
   CHECK(name_of(Verdict::not_comparable) == "not comparable");
 }
@@ -193,8 +194,8 @@ TEST("an event that neither trace decides is open") {
   comparison.recorded_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
   comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
   const FeatureVerdict both = verdict_on(Feature::loss_of_resistance, comparison);
-  CHECK(both.verdict == Verdict::not_distinguishable &&
-        both.reason == "in neither: the trace ends");
+  CHECK(both.verdict == Verdict::not_distinguishable);
+  CHECK(both.reason == "in neither: the trace ends");
   comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "a gap"};
   CHECK(verdict_on(Feature::loss_of_resistance, comparison).reason ==
         "recorded: the trace ends; simulated: a gap");

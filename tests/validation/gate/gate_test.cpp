@@ -293,7 +293,8 @@ TEST("a case that becomes worse falls while others hold") {
   const Verdict verdict =
       judge(baseline, {.command = "c", .outcomes = {sample("a", 1e-5), sample("b", 9e-5)}});
   CHECK(!verdict.holds());
-  CHECK(verdict.tally().identical == 1 && verdict.tally().fallen == 1);
+  CHECK(verdict.tally().identical == 1);
+  CHECK(verdict.tally().fallen == 1);
 }
 
 TEST("a selection looks at nothing else, and asks for no command") {
@@ -334,7 +335,8 @@ TEST("a partial approval moves one case, and every approval is in the ledger") {
   CHECK(second.find("a")->outcome.quantities[0].value == 2e-5);
   CHECK(second.find("b")->outcome.quantities[0].value == 1e-5);
   CHECK(second.command == "c");
-  CHECK(second.ledger.size() == 2 && second.ledger[1].cases == std::vector<std::string>{"a"});
+  REQUIRE(second.ledger.size() == 2);
+  CHECK(second.ledger[1].cases == std::vector<std::string>{"a"});
 }
 
 TEST("a whole approval drops what is gone, and says so") {
@@ -343,9 +345,9 @@ TEST("a whole approval drops what is gone, and says so") {
       accept(first, {.reason = "b is merged into a", .outcomes = {sample("a", 2e-5)}});
   CHECK(second.find("b") == nullptr);
   const std::vector<std::string> lines = described_changes(first, second);
-  CHECK(lines.size() == 2);
-  CHECK(lines[0].find("1e-05 -> 2e-05") != std::string::npos &&
-        lines[0].find("bound -inf to 0.001") != std::string::npos);
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[0].find("1e-05 -> 2e-05") != std::string::npos);
+  CHECK(lines[0].find("bound -inf to 0.001") != std::string::npos);
   CHECK(lines[1] == "b: dropped");
 }
 

@@ -55,7 +55,7 @@ TEST("two runs are the same to the bit") {
   scene.simulation.duration = 0.5;  // some layers deep
   const Held first = hold(scene);
   const Held second = hold(scene);
-  CHECK(first.run.trace.columns.size() == second.run.trace.columns.size());
+  REQUIRE(first.run.trace.columns.size() == second.run.trace.columns.size());
   for (std::size_t n = 0; n < first.run.trace.columns.size(); ++n) {
     CHECK(first.run.trace.columns[n].values == second.run.trace.columns[n].values);
   }
@@ -106,7 +106,8 @@ TEST("waiting for the wall clock changes when a tick is computed and nothing els
   const Run paced = roll_out(simulation, {.clock = &clock, .falcon = &loop});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   const Run free = hold(scene).run;
-  CHECK(paced.real_time && paced.real_time->ticks == 200);
+  CHECK(paced.real_time);
+  CHECK(paced.real_time->ticks == 200);
   CHECK(took.count() >= 0.199);  // tick 199 is due then
   for (std::size_t n = 0; n < free.trace.columns.size(); ++n) {
     CHECK(paced.trace.columns[n].values == free.trace.columns[n].values);
@@ -139,7 +140,8 @@ TEST("a fault on the line is felt in the loop") {
   const Held sound = hold(scene);
   // 16 bytes survive with 0.99^16 each way: 72.5 % of exchanges bring a reply.
   const Held lossy = faulty({.kind = Kind::drop, .probability = 0.01});
-  CHECK(lossy.facts.unanswered > 200 && lossy.facts.unanswered < 460);
+  CHECK(lossy.facts.unanswered > 200);
+  CHECK(lossy.facts.unanswered < 460);
   CHECK(!lossy.run.diverged);
   // Latency is a delay of what is read and of what is sent; the loop keeps its rate. One
   // millisecond each way: the first force is two ticks late.
@@ -150,7 +152,10 @@ TEST("a fault on the line is felt in the loop") {
   const Held late = faulty({.kind = Kind::latency, .latency = 1e-3});
   CHECK(late.facts.ticks == sound.facts.ticks);
   CHECK(late.facts.unanswered < 60);  // of 1200: a reply at the edge of a tick falls to either side
-  CHECK(first_force(late) >= first_force(sound) + 2 && first_force(late) <= first_force(sound) + 4);
+  {
+    CHECK(first_force(late) >= first_force(sound) + 2);
+    CHECK(first_force(late) <= first_force(sound) + 4);
+  }
   // Without the line for 100 ms the watchdog lets go: nothing is delivered though more is asked.
   const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
   const std::size_t tick = 660;
