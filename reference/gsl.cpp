@@ -114,8 +114,8 @@ class GslDriver final : public Integrator {
   long steps_ = 0;
 };
 
-Solution solve(const char* name, const gsl_odeiv2_step_type* type, const Problem& problem,
-               const std::vector<double>& times, const Tolerance& tolerance) {
+Trace solve(const char* name, const gsl_odeiv2_step_type* type, const Problem& problem,
+            const std::vector<double>& times, const Tolerance& tolerance) {
   GslDriver integrator(name, type, problem, tolerance);
   return march({name, std::string("GSL ") + gsl_version}, integrator.system(), times, tolerance,
                integrator);
@@ -123,13 +123,13 @@ Solution solve(const char* name, const gsl_odeiv2_step_type* type, const Problem
 
 }  // namespace
 
-Solution solve_gsl_rk8pd(const Problem& problem, const std::vector<double>& times,
-                         const Tolerance& tolerance) {
+Trace solve_gsl_rk8pd(const Problem& problem, const std::vector<double>& times,
+                      const Tolerance& tolerance) {
   return solve("gsl-rk8pd", gsl_odeiv2_step_rk8pd, problem, times, tolerance);
 }
 
-Solution solve_gsl_msbdf(const Problem& problem, const std::vector<double>& times,
-                         const Tolerance& tolerance) {
+Trace solve_gsl_msbdf(const Problem& problem, const std::vector<double>& times,
+                      const Tolerance& tolerance) {
   if (2 * problem.dof() > dense_state_limit) {
     throw SolverError("gsl-msbdf: " + std::to_string(2 * problem.dof()) +
                       " states; its dense Jacobian is for at most " +

@@ -191,7 +191,7 @@ class BetweenTicks final : public Problem {
     const Matrix3d slope = arms_of(held_.legs, grip(), Vector3d::Zero()).slope;
     target_ = slope.inverse().transpose() * force;
   }
-  void arrive(const Solution& solution) {
+  void arrive(const Trace& solution) {
     place_ = solution.position.rightCols(1);
     velocity_ = solution.velocity.rightCols(1);
     const double left = held_.motor_lag > 0.0 ? std::exp(-held_.period / held_.motor_lag) : 0.0;

@@ -149,35 +149,34 @@ std::vector<Segment> segments_of(const Problem& problem, const std::vector<doubl
 
 namespace {
 
-void store(const FirstOrderSystem& system, const double* y, std::size_t output,
-           Solution& solution) {
+void store(const FirstOrderSystem& system, const double* y, std::size_t output, Trace& solution) {
   const Eigen::Index n = system.dof();
   const auto column = static_cast<Eigen::Index>(output);
   solution.position.col(column) = system.origin() + Eigen::Map<const Eigen::VectorXd>(y, n);
   solution.velocity.col(column) = Eigen::Map<const Eigen::VectorXd>(y + n, n);
 }
 
-void check_outcome(const Solution& solution, std::size_t segment_count) {
+void check_outcome(const Trace& solution, std::size_t segment_count) {
   const auto least = static_cast<long>(segment_count) - 1 + 10;
   if (segment_count > 0 && solution.steps < least) {
-    throw SolverError(solution.solver + ": took " + std::to_string(solution.steps) +
+    throw SolverError(solution.method + ": took " + std::to_string(solution.steps) +
                       " steps; at least " + std::to_string(least) + " (breaks + 10) are needed");
   }
   if (!solution.position.allFinite() || !solution.velocity.allFinite()) {
-    throw SolverError(solution.solver + ": the solution is not finite");
+    throw SolverError(solution.method + ": the solution is not finite");
   }
 }
 
 }  // namespace
 
-Solution march(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
-               const Tolerance& tolerance, Integrator& integrator) {
+Trace march(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
+            const Tolerance& tolerance, Integrator& integrator) {
   const auto begun = std::chrono::steady_clock::now();
   const std::vector<Segment> segments = segments_of(system.problem(), times);
-  Solution solution{.solver = method.name,
-                    .version = method.version,
-                    .relative_tolerance = tolerance.relative,
-                    .time = times};
+  Trace solution{.time = times,
+                 .method = method.name,
+                 .version = method.version,
+                 .relative_tolerance = tolerance.relative};
   solution.position.resize(system.dof(), static_cast<Eigen::Index>(times.size()));
   solution.velocity.resizeLike(solution.position);
   store(system, integrator.state(), 0, solution);

@@ -116,8 +116,8 @@ struct Method {
 };
 
 /// Throws SolverError, also when steps < breaks + 10 or the result is not finite.
-Solution march(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
-               const Tolerance& tolerance, Integrator& integrator);
+Trace march(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
+            const Tolerance& tolerance, Integrator& integrator);
 
 /// "cvode-adams: CVode failed with CV_TOO_MUCH_WORK at t = 0.01 s: <why>"
 [[noreturn]] void fail(const std::string& solver, const std::string& function,

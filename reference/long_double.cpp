@@ -120,7 +120,7 @@ class AdaptiveFehlberg {
 };
 
 void store(const ExtendedEquations& equations, const ExtendedState& y, std::size_t output,
-           Solution& solution) {
+           Trace& solution) {
   const std::size_t n = equations.dof();
   for (std::size_t c = 0; c < n; ++c) {
     const auto row = static_cast<Eigen::Index>(c);
@@ -132,17 +132,17 @@ void store(const ExtendedEquations& equations, const ExtendedState& y, std::size
 
 }  // namespace
 
-Solution solve_long_double(const Problem& problem, const std::vector<double>& times,
-                           const Tolerance& tolerance) {
+Trace solve_long_double(const Problem& problem, const std::vector<double>& times,
+                        const Tolerance& tolerance) {
   const auto begun = std::chrono::steady_clock::now();
   const auto equations = extended_equations(problem);
   if (!equations) { throw SolverError(std::string(name) + ": only networks and the oscillator"); }
   const std::vector<Segment> segments = segments_of(problem, times);
   AdaptiveFehlberg integrator(*equations, tolerance);
-  Solution solution{.solver = name,
-                    .version = std::string("Boost.odeint ") + BOOST_LIB_VERSION,
-                    .relative_tolerance = tolerance.relative,
-                    .time = times};
+  Trace solution{.time = times,
+                 .method = name,
+                 .version = std::string("Boost.odeint ") + BOOST_LIB_VERSION,
+                 .relative_tolerance = tolerance.relative};
   solution.position.resize(problem.dof(), static_cast<Eigen::Index>(times.size()));
   solution.velocity.resizeLike(solution.position);
   store(*equations, integrator.state(), 0, solution);

@@ -393,14 +393,14 @@ Eigen::VectorXd natural_frequencies(const Problem& problem) {
 }
 
 template <class Real>
-Solution modal_solution(const Problem& problem, const std::vector<double>& times) {
+Trace modal_solution(const Problem& problem, const std::vector<double>& times) {
   const auto begun = std::chrono::steady_clock::now();
   const LinearProblem linear(problem);
   const Modes<Real> modes = modes_of<Real>(linear);
   const ModalHistory<Real> modal = history(linear, modes, times);
-  Solution solution{.solver = std::is_same_v<Real, double> ? "modal" : "modal-long-double",
-                    .version = "modal superposition",
-                    .time = times};
+  Trace solution{.time = times,
+                 .method = std::is_same_v<Real, double> ? "modal" : "modal-long-double",
+                 .version = "modal superposition"};
   Matrix<Real> position = modes.shapes * modal.position;
   position.colwise() += linear.rest().template cast<Real>();
   solution.position = position.template cast<double>();
@@ -413,15 +413,15 @@ Solution modal_solution(const Problem& problem, const std::vector<double>& times
   return solution;
 }
 
-template Solution modal_solution<double>(const Problem&, const std::vector<double>&);
-template Solution modal_solution<long double>(const Problem&, const std::vector<double>&);
+template Trace modal_solution<double>(const Problem&, const std::vector<double>&);
+template Trace modal_solution<long double>(const Problem&, const std::vector<double>&);
 
-Solution solve_modal(const Problem& problem, const std::vector<double>& times, const Tolerance&) {
+Trace solve_modal(const Problem& problem, const std::vector<double>& times, const Tolerance&) {
   return modal_solution<double>(problem, times);
 }
 
-Solution solve_modal_long_double(const Problem& problem, const std::vector<double>& times,
-                                 const Tolerance&) {
+Trace solve_modal_long_double(const Problem& problem, const std::vector<double>& times,
+                              const Tolerance&) {
   return modal_solution<long double>(problem, times);
 }
 

@@ -72,12 +72,12 @@ Eigen::VectorXd natural_frequencies(const Problem& problem);
 /// the decomposition and of the sums. SolverError when the modes of K do not diagonalise C to 1e-9
 /// of its largest entry, when K is not symmetric, or when the loads have no known closed form.
 template <class Real>
-Solution modal_solution(const Problem& problem, const std::vector<double>& times);
+Trace modal_solution(const Problem& problem, const std::vector<double>& times);
 
 /// The same as a Solver; there is no tolerance to choose.
-Solution solve_modal(const Problem& problem, const std::vector<double>& times,
-                     const Tolerance& tolerance);
-Solution solve_modal_long_double(const Problem& problem, const std::vector<double>& times,
-                                 const Tolerance& tolerance);
+Trace solve_modal(const Problem& problem, const std::vector<double>& times,
+                  const Tolerance& tolerance);
+Trace solve_modal_long_double(const Problem& problem, const std::vector<double>& times,
+                              const Tolerance& tolerance);
 
 }  // namespace palpate::reference

@@ -123,8 +123,8 @@ class DormandPrince final : public Integrator {
 
 }  // namespace
 
-Solution solve_odeint_dormand_prince(const Problem& problem, const std::vector<double>& times,
-                                     const Tolerance& tolerance) {
+Trace solve_odeint_dormand_prince(const Problem& problem, const std::vector<double>& times,
+                                  const Tolerance& tolerance) {
   constexpr const char* name = "odeint-dormand-prince-5-4";
   DormandPrince integrator(name, problem, tolerance);
   return march({name, std::string("Boost ") + BOOST_LIB_VERSION}, integrator.system(), times,

@@ -105,13 +105,13 @@ std::string cache_key(const std::string& solver, const Problem& problem,
          numbers.data() + " problem=" + digest.text();
 }
 
-Solution solve_cached(const Cache* cache, const std::string& solver, Solver compute,
-                      const Problem& problem, const std::vector<double>& times,
-                      const Tolerance& tolerance) {
+Trace solve_cached(const Cache* cache, const std::string& solver, Solver compute,
+                   const Problem& problem, const std::vector<double>& times,
+                   const Tolerance& tolerance) {
   if (cache == nullptr || !cache->load) { return compute(problem, times, tolerance); }
   const std::string key = cache_key(solver, problem, times, tolerance);
-  if (std::optional<Solution> kept = cache->load(key)) { return *std::move(kept); }
-  Solution solution = compute(problem, times, tolerance);
+  if (std::optional<Trace> kept = cache->load(key)) { return *std::move(kept); }
+  Trace solution = compute(problem, times, tolerance);
   if (cache->save) { cache->save(key, solution); }
   return solution;
 }

@@ -78,7 +78,7 @@ struct Scales {
   double velocity;
 };
 
-Scales scales_of(const Solution& solution) {
+Scales scales_of(const Trace& solution) {
   return {peak_displacement(solution.position), peak_speed(solution.velocity)};
 }
 
@@ -105,8 +105,8 @@ void climb(const Problem& problem, const Tolerance& finest, const NamedSolver& p
     tolerance.relative *= std::pow(options.rung_ratio, below);
     Rung rung{tolerance.relative, infinity, infinity};
     try {
-      const Solution coarse = solve_cached(options.cache, primary.name, primary.solve, problem,
-                                           reference.solution.time, tolerance);
+      const Trace coarse = solve_cached(options.cache, primary.name, primary.solve, problem,
+                                        reference.solution.time, tolerance);
       rung.position_error =
           trajectory_error(coarse.position, reference.solution.position, scales.position);
       rung.velocity_error =
@@ -146,12 +146,12 @@ void raise(std::vector<double>& floor, const std::vector<double>& errors) {
 void ask_others(const Problem& problem, const Tolerance& finest,
                 const std::vector<NamedSolver>& families, const EstablishOptions& options,
                 Reference& reference) {
-  const Solution& primary = reference.solution;
+  const Trace& primary = reference.solution;
   const Scales scales = scales_of(primary);
   bool complete = true;
   for (auto other = families.begin() + 1; other != families.end(); ++other) {
     try {
-      Solution opinion =
+      Trace opinion =
           solve_cached(options.cache, other->name, other->solve, problem, primary.time, finest);
       raise(reference.position_floor,
             instant_errors(opinion.position, primary.position, scales.position));
@@ -211,7 +211,7 @@ void condition(const Problem& problem, const Tolerance& finest, const NamedSolve
     reference.notes.emplace_back("permuted springs: not run, not a network of the corrected law");
     return;
   }
-  const Solution other = primary.solve(*shuffled, reference.solution.time, finest);
+  const Trace other = primary.solve(*shuffled, reference.solution.time, finest);
   const Scales scales = scales_of(reference.solution);
   reference.conditioning_digits =
       digits(trajectory_error(other.position, reference.solution.position, scales.position));
@@ -233,7 +233,7 @@ bool conserves_energy(const Problem& problem) {
 
 }  // namespace
 
-std::optional<double> energy_digits(const Problem& problem, const Solution& solution) {
+std::optional<double> energy_digits(const Problem& problem, const Trace& solution) {
   if (!conserves_energy(problem)) { return std::nullopt; }
   double drift = 0.0;
   double kinetic = 0.0;

@@ -61,9 +61,9 @@ struct Rung {
 
 /// Errors are relative to the peak displacement and the peak speed of the primary.
 struct Reference {
-  Solution solution{};                      ///< the primary, at the finest tolerance
-  std::vector<Solution> second_opinions{};  ///< the other families
-  std::vector<Rung> ladder{};               ///< coarse to fine, without the finest itself
+  Trace solution{};                      ///< the primary, at the finest tolerance
+  std::vector<Trace> second_opinions{};  ///< the other families
+  std::vector<Rung> ladder{};            ///< coarse to fine, without the finest itself
   bool ladder_is_monotone = false;
   double agreed_digits = 0.0;  ///< in position, worst instant, worst second opinion
   double agreed_velocity_digits = 0.0;
@@ -84,6 +84,6 @@ Reference establish(const Problem& problem, const std::vector<double>& times,
 
 /// Digits of energy conservation along a solution, relative to its largest kinetic energy; nothing
 /// for a problem that is damped, loaded, or of an unknown kind.
-std::optional<double> energy_digits(const Problem& problem, const Solution& solution);
+std::optional<double> energy_digits(const Problem& problem, const Trace& solution);
 
 }  // namespace palpate::reference

@@ -12,28 +12,28 @@
 namespace palpate::reference {
 
 /// Adams-Moulton up to order 12, fixed-point iteration: for problems that are not stiff.
-Solution solve_cvode_adams(const Problem& problem, const std::vector<double>& times,
-                           const Tolerance& tolerance);
+Trace solve_cvode_adams(const Problem& problem, const std::vector<double>& times,
+                        const Tolerance& tolerance);
 
 /// Backward differentiation up to order 5, Newton with the analytic Jacobian and KLU.
-Solution solve_cvode_bdf(const Problem& problem, const std::vector<double>& times,
-                         const Tolerance& tolerance);
+Trace solve_cvode_bdf(const Problem& problem, const std::vector<double>& times,
+                      const Tolerance& tolerance);
 
 // One-step references (ARKODE). Restarted at every break. Tables: runge_kutta_table.hpp; each run
 // asks ARKODE which one it used and refuses one that would reuse a stale stage.
 
 /// Fehlberg's explicit pair of orders 7 and 8: the first choice when the network is not stiff.
-Solution solve_arkode_explicit(const Problem& problem, const std::vector<double>& times,
-                               const Tolerance& tolerance);
+Trace solve_arkode_explicit(const Problem& problem, const std::vector<double>& times,
+                            const Tolerance& tolerance);
 
 /// Dormand and Prince's explicit pair of orders 5 and 4: for low accuracy, where it is cheaper.
-Solution solve_arkode_dormand_prince(const Problem& problem, const std::vector<double>& times,
-                                     const Tolerance& tolerance);
+Trace solve_arkode_dormand_prince(const Problem& problem, const std::vector<double>& times,
+                                  const Tolerance& tolerance);
 
 /// Stiffly accurate ESDIRK 5(4) with seven stages, Newton with the analytic Jacobian and KLU: the
 /// first choice for stiff damping or strong contrasts of stiffness.
-Solution solve_arkode_esdirk(const Problem& problem, const std::vector<double>& times,
-                             const Tolerance& tolerance);
+Trace solve_arkode_esdirk(const Problem& problem, const std::vector<double>& times,
+                          const Tolerance& tolerance);
 
 // References by the GNU Scientific Library: nothing in common with the other solvers but the
 // first-order form. Errors are controlled per coordinate. Restarted at every break.
@@ -42,33 +42,33 @@ Solution solve_arkode_esdirk(const Problem& problem, const std::vector<double>& 
 inline constexpr Eigen::Index dense_state_limit = 600;
 
 /// Explicit Runge-Kutta Prince-Dormand 8(9).
-Solution solve_gsl_rk8pd(const Problem& problem, const std::vector<double>& times,
-                         const Tolerance& tolerance);
+Trace solve_gsl_rk8pd(const Problem& problem, const std::vector<double>& times,
+                      const Tolerance& tolerance);
 
 /// Multistep BDF in Nordsieck form with the dense analytic Jacobian; SolverError above the limit.
-Solution solve_gsl_msbdf(const Problem& problem, const std::vector<double>& times,
-                         const Tolerance& tolerance);
+Trace solve_gsl_msbdf(const Problem& problem, const std::vector<double>& times,
+                      const Tolerance& tolerance);
 
 // One-step references (Boost.odeint). Restarted at every break.
 
 /// Dormand and Prince's explicit pair of orders 5 and 4, with the library's own control of the
 /// step.
-Solution solve_odeint_dormand_prince(const Problem& problem, const std::vector<double>& times,
-                                     const Tolerance& tolerance);
+Trace solve_odeint_dormand_prince(const Problem& problem, const std::vector<double>& times,
+                                  const Tolerance& tolerance);
 
 // The equations of motion written a second time, in long double, from the physics and not from the
 // specification: an error in Problem::force shows as disagreement. Fehlberg 7(8) of Boost.odeint.
 
 /// For a NetworkProblem or an OscillatorProblem, with the corrected equations; SolverError for any
 /// other. The printed forms of the equations are not known here, and disagree, as they should.
-Solution solve_long_double(const Problem& problem, const std::vector<double>& times,
-                           const Tolerance& tolerance);
+Trace solve_long_double(const Problem& problem, const std::vector<double>& times,
+                        const Tolerance& tolerance);
 
 // All solvers of this library by name and family. Two solvers of one family do not confirm each
 // other.
 
 struct NamedSolver {
-  std::string name{};  ///< as in Solution::solver
+  std::string name{};  ///< as in Trace::solver
   std::string
       family{};  ///< "explicit runge-kutta", "adams", "bdf", "implicit runge-kutta", "modal"
   Solver solve = nullptr;

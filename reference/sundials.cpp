@@ -242,8 +242,8 @@ class Cvode final : public Integrator {
   double time_ = 0.0;
 };
 
-Solution solve(const char* name, int multistep, const Problem& problem,
-               const std::vector<double>& times, const Tolerance& tolerance) {
+Trace solve(const char* name, int multistep, const Problem& problem,
+            const std::vector<double>& times, const Tolerance& tolerance) {
   Cvode integrator(name, multistep, problem, tolerance);
   return march({name, sundials::version()}, integrator.session().system(), times, tolerance,
                integrator);
@@ -251,13 +251,13 @@ Solution solve(const char* name, int multistep, const Problem& problem,
 
 }  // namespace
 
-Solution solve_cvode_adams(const Problem& problem, const std::vector<double>& times,
-                           const Tolerance& tolerance) {
+Trace solve_cvode_adams(const Problem& problem, const std::vector<double>& times,
+                        const Tolerance& tolerance) {
   return solve("cvode-adams", CV_ADAMS, problem, times, tolerance);
 }
 
-Solution solve_cvode_bdf(const Problem& problem, const std::vector<double>& times,
-                         const Tolerance& tolerance) {
+Trace solve_cvode_bdf(const Problem& problem, const std::vector<double>& times,
+                      const Tolerance& tolerance) {
   return solve("cvode-bdf", CV_BDF, problem, times, tolerance);
 }
 
@@ -386,29 +386,29 @@ class Implicit final : public Integrator {
 };
 
 template <class Method>
-Solution solve(const char* name, Method&& integrator, const std::vector<double>& times,
-               const Tolerance& tolerance) {
+Trace solve(const char* name, Method&& integrator, const std::vector<double>& times,
+            const Tolerance& tolerance) {
   return march({name, sundials::version()}, integrator.session().system(), times, tolerance,
                integrator);
 }
 
 }  // namespace
 
-Solution solve_arkode_explicit(const Problem& problem, const std::vector<double>& times,
-                               const Tolerance& tolerance) {
+Trace solve_arkode_explicit(const Problem& problem, const std::vector<double>& times,
+                            const Tolerance& tolerance) {
   constexpr const char* name = "arkode-fehlberg-7-8";
   return solve(name, Explicit(name, ARKODE_FEHLBERG_13_7_8, problem, tolerance), times, tolerance);
 }
 
-Solution solve_arkode_dormand_prince(const Problem& problem, const std::vector<double>& times,
-                                     const Tolerance& tolerance) {
+Trace solve_arkode_dormand_prince(const Problem& problem, const std::vector<double>& times,
+                                  const Tolerance& tolerance) {
   constexpr const char* name = "arkode-dormand-prince-5-4";
   return solve(name, Explicit(name, ARKODE_DORMAND_PRINCE_7_4_5, problem, tolerance), times,
                tolerance);
 }
 
-Solution solve_arkode_esdirk(const Problem& problem, const std::vector<double>& times,
-                             const Tolerance& tolerance) {
+Trace solve_arkode_esdirk(const Problem& problem, const std::vector<double>& times,
+                          const Tolerance& tolerance) {
   constexpr const char* name = "arkode-esdirk-5-4";
   return solve(name, Implicit(name, problem, tolerance), times, tolerance);
 }

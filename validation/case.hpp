@@ -25,6 +25,8 @@ struct CaseContext {
   /// Not 0: nodes and springs of networks stand in an order of chance, which moves nothing but
   /// rounding. Tissue with a tool in it stays as it is: its layers are ranges of nodes.
   std::uint64_t order = 0;
+  /// Makes the simulator under test; empty: the model in this process.
+  std::function<std::unique_ptr<Subject>()> subject{};
   /// Damages the candidate (never a reference), to see that a verdict turns red.
   const Mutation* mutation = nullptr;
   const reference::Cache* cache = nullptr;  ///< of slow references; nullptr: none

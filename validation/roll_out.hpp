@@ -1,169 +1,71 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Where all nodes were when something happened: at ticks with events, and when the tool felt most.
+/// The one loop that moves a subject: a scene in, a Trace out.
 
-#include <Eigen/Core>
 #include <atomic>
 #include <functional>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "model/problem/scene.hpp"
 #include "model/problem/trace.hpp"
-#include "model/stepping/simulation.hpp"
 #include "validation/subject/falcon_loop.hpp"
+#include "validation/subject/subject.hpp"
 
 namespace palpate {
 
-/// Snapshots of all nodes in order of time.
-struct Moments {
-  std::vector<double> time{};            ///< [s]
-  std::vector<NodeVectors> positions{};  ///< [m]
-};
-
-/// Keeps them while a run goes on. Everything is allocated on construction, take() allocates
-/// nothing.
-class MomentKeeper {
- public:
-  /// The first `most` ticks with events, and one of largest force; a run without a tool has
-  /// neither.
-  MomentKeeper(const Simulation& simulation, int most);
-  /// After each tick; `trace` holds its row and its events.
-  void take(Simulation& simulation, const Trace& trace) noexcept;
-  /// What was kept; once, when the run is over.
-  [[nodiscard]] Moments moments();
-
- private:
-  std::size_t force_column_ = 0;
-  std::size_t kept_ = 0;
-  std::size_t events_seen_ = 0;
-  double largest_ = 0.0;       ///< force so far [N]
-  double largest_time_ = 0.0;  ///< [s]
-  Moments at_events_;
-  NodeVectors at_largest_;
-};
-
-// The one way in which a case lets the model move, so that a mutation reaches every case.
-
 struct CaseContext;
-struct Insertion;
 
-/// A sampled motion of the coordinates of a problem (free nodes, three each, in node order).
-struct Motion {
-  std::vector<double> time{};    ///< [s]
-  Eigen::MatrixXd position{};    ///< dof x times [m]
-  Eigen::MatrixXd velocity{};    ///< dof x times [m/s]; empty unless asked for
-  std::vector<double> energy{};  ///< [J]; empty unless asked for
-  bool diverged = false;
-  double diverged_at = 0.0;  ///< [s]
-  int substeps = 1;
-  double h = 0.0;        ///< [s] of the integrator
-  double seconds = 0.0;  ///< wall time of the ticks alone
-  long steps = 0;
-};
-
-/// A fault planted in the candidate.
+/// A fault planted in the candidate, to see that a verdict turns red.
 struct Mutation {
   std::string name{};
   std::function<void(Scene&, SpringNetwork&)> model{};  ///< before the run; network may be empty
-  std::function<void(Motion&)> motion{};                ///< after it
-  std::function<void(Insertion&)> insertion{};          ///< after that of a tool
-  std::function<void(std::vector<double>&)>
-      pressure{};           ///< of a simulated insertion, before it is compared [Pa]
-  int loop_delay = 0;       ///< further ticks in every haptic loop
-  bool step_twice = false;  ///< every step taken with twice its length
+  std::function<void(Trace&)> trace{};                  ///< after the run
+  int loop_delay = 0;                                   ///< further ticks in every haptic loop
+  bool step_twice = false;                              ///< every step takes twice its length
 };
 
-struct Wanted {
-  bool velocity = false;
-  bool energy = false;
-  long every = 1;  ///< ticks between samples; the first and the last are always there
+/// Contents of a trace beside the columns of the subject.
+struct SampleOptions {
+  long every = 1;             ///< ticks between rows; the first and the last tick always have one
+  bool position = false;      ///< Trace::position
+  bool velocity = false;      ///< Trace::velocity
+  bool energy = false;        ///< column "energy_j"
+  bool energy_range = false;  ///< Trace::energy alone
+  bool tool = false;  ///< columns of ToolReport that trace.csv lacks, see tool_audit_columns()
+  int frames = 0;     ///< evenly over the ticks
+  int keyframes = 0;  ///< at the first so many ticks with events, and at the largest tool force
 };
 
-/// The scene in motion; `network` replaces the scene's tissue unless it is nullptr.
-Motion simulate(const CaseContext& context, Scene scene, const SpringNetwork* network = nullptr,
-                const Wanted& wanted = {});
+/// "tool.velocity_m_per_s", "tool.tip_depth_m" (in the undeformed tissue), "tool.deepest_cut_m",
+/// "tool.slip_m_per_s" (of the shaft against the tissue), "tool.mass_kg", and losses of energy:
+/// "loss.cutting_j", "loss.friction_j", "loss.damping_j", "loss.impact_j", "loss.impact_hand_j",
+/// "loss.impulse_ns", "loss.hand_j".
+std::vector<Column> tool_audit_columns();
 
-/// A scene around a network made in memory.
+struct RunControl {
+  const std::atomic<bool>* stop = nullptr;       ///< read between ticks
+  std::function<void(double share)> progress{};  ///< 0 to 1, at most a few times a second
+  std::function<bool(const Trace&)> enough{};    ///< true after a tick ends the run there
+  device::DeadlineClock* clock = nullptr;        ///< each tick waits for it; nullptr: no waiting
+  FalconLoopOptions device{};                    ///< of scenes whose drive is a Falcon
+  FalconFacts* falcon = nullptr;                 ///< receives the facts of that device
+};
+
+/// Runs a loaded subject to the end of the scene, to divergence, or to a stop. The trace has every
+/// row before the first state that is not finite or out of bounds.
+Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& options = {},
+               const RunControl& control = {});
+
+/// Loads the candidate of a case with the mutation of the context, runs it, and applies the
+/// mutation to the trace. `network` replaces the tissue of the scene unless it is nullptr.
+Trace roll_out(const CaseContext& context, Scene scene, const SpringNetwork* network,
+               const SampleOptions& options, RunControl control = {});
+inline Trace roll_out(const CaseContext& context, Scene scene, const SampleOptions& options,
+                      RunControl control = {}) {
+  return roll_out(context, std::move(scene), nullptr, options, std::move(control));
+}
+
+/// Scene around a network that is made in memory.
 Scene scene_of(const std::string& integrator, double step, double duration, int substeps = 1);
-
-// The one way in which a case lets a tool move in tissue, so that a mutation reaches every case.
-
-/// A tool in tissue, sampled at ticks; the first sample is t = 0.
-struct Insertion {
-  std::vector<double> time{};  ///< [s]
-  std::vector<ToolReport> tool{};
-  std::vector<std::string> layer{};
-  std::vector<Event> events{};
-  std::vector<double> pressure{};  ///< [Pa]; empty without a syringe
-  std::vector<double> energy{};    ///< [J]
-  Eigen::MatrixXd position{};      ///< dof x samples [m]; empty unless asked for
-  Eigen::MatrixXd velocity{};      ///< likewise [m/s]
-  bool diverged = false;
-  std::string integrator{};
-  int substeps = 1;
-  double h = 0.0;        ///< [s]
-  double seconds = 0.0;  ///< wall time of the ticks alone
-
-  /// Time of the first such event in a layer [s]; NaN when there was none.
-  [[nodiscard]] double time_of(std::string_view kind, std::string_view detail = {}) const;
-  [[nodiscard]] long count(std::string_view kind) const;
-};
-
-struct InsertionWanted {
-  long every = 1;       ///< ticks between samples
-  bool motion = false;  ///< position and velocity of the free nodes
-};
-
-/// The scene's tool in the scene's tissue.
-Insertion insert_tool(const CaseContext& context, Scene scene, const InsertionWanted& wanted = {});
-
-// The one loop of a whole run: Simulation -> Trace, with what a person asks about it afterwards.
-
-struct RunEnergy {
-  double initial = 0.0;  ///< [J]
-  double final = 0.0;    ///< [J]
-  double maximum = 0.0;  ///< over the ticks [J]
-};
-
-struct Run {
-  Trace trace{};
-  Moments moments{};  ///< beside the frames of the trace
-  bool diverged = false;
-  double diverged_at = 0.0;  ///< [s]
-  bool interrupted = false;
-  long ticks = 0;
-  long steps = 0;             ///< of the integrator
-  double seconds = 0.0;       ///< wall time of the ticks alone
-  double slowest_tick = 0.0;  ///< [s]
-  RunEnergy energy{};
-  int zero_length_springs = 0;                       ///< at the end
-  std::optional<FalconFacts> falcon{};               ///< of a tool in a hand
-  std::optional<device::DeadlineFacts> real_time{};  ///< where ticks waited for the wall clock
-
-  [[nodiscard]] double ns_per_spring_step(std::size_t springs) const {
-    return steps == 0 || springs == 0
-               ? 0.0
-               : 1e9 * seconds / (static_cast<double>(steps) * static_cast<double>(springs));
-  }
-};
-
-struct RollOutOptions {
-  int frames = 0;  ///< snapshots of all nodes, evenly over the ticks
-  int events = 0;  ///< snapshots at the first so many ticks with events, and at the
-                   ///< tool's largest force
-  const std::atomic<bool>* stop = nullptr;       ///< looked at between ticks
-  std::function<void(double share)> progress{};  ///< 0 to 1, a few times a second at most
-  std::function<bool(const Trace&)>
-      enough{};  ///< after every tick: true ends the run, as its duration would
-  device::DeadlineClock* clock =
-      nullptr;                   ///< that every tick waits for; as fast as it goes without
-  FalconLoop* falcon = nullptr;  ///< of a scene whose tool a hand holds
-};
-
-/// Runs to the scene's duration, to divergence, or to a stop. The trace keeps every tick before
-/// the first state that was not finite or out of bounds.
-Run roll_out(Simulation& simulation, const RollOutOptions& options);
 
 }  // namespace palpate

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a run leaves behind. A model run, a reference, a baseline and a recording are all Traces.
+/// Everything that happens over time: a run of a simulator, a reference solution, a baseline or a
+/// recording.
 
+#include <Eigen/Core>
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "model/problem/spring_network.hpp"
@@ -27,19 +33,82 @@ struct Event {
   std::string detail{};
 };
 
+/// Positions of all nodes of a network at some instants, in order of time.
+struct Frames {
+  std::vector<double> time{};           ///< [s]
+  std::vector<NodeVectors> position{};  ///< [m], in the numbering of the scene
+};
+
+/// Kinetic, elastic and potential energy over a run [J].
+struct EnergyRange {
+  double initial = 0.0;
+  double final = 0.0;
+  double maximum = 0.0;
+};
+
 struct Trace {
-  std::vector<double> time{};  ///< [s], one per row; a row is a tick
+  std::vector<double> time{};  ///< [s], one per row
   std::vector<Column> columns{};
   std::vector<TextColumn> text_columns{};
   std::vector<Event> events{};
-  std::vector<double> frame_time{};   ///< [s]
-  std::vector<NodeVectors> frames{};  ///< positions of all nodes [m], in the scene's numbering
+  /// Coordinates of the problem (three for each free node, in node order), dof x rows [m, m/s];
+  /// empty unless they were sampled.
+  Eigen::MatrixXd position{};
+  Eigen::MatrixXd velocity{};
+  Frames frames{};     ///< evenly spaced in time
+  Frames keyframes{};  ///< at events and at the largest force on the tool
 
+  std::string method{};             ///< integrator of a run, solver of a reference
+  std::string version{};            ///< of a reference solver: "SUNDIALS 6.4.1"
+  double relative_tolerance = 0.0;  ///< of a reference solver
+  double h = 0.0;                   ///< step of the integrator [s]
+  int substeps = 1;                 ///< steps in a row
+
+  bool diverged = false;  ///< the rows end before the first state that is not finite or in bounds
+  double diverged_at = 0.0;  ///< [s]
+  bool interrupted = false;
+
+  long ticks = 0;             ///< with the one that diverged
+  long steps = 0;             ///< of the integrator
+  long evaluations = 0;       ///< of the right-hand side, where they are counted
+  double seconds = 0.0;       ///< wall time without sampling and waiting
+  double slowest_tick = 0.0;  ///< [s]
+  EnergyRange energy{};       ///< over all ticks, where it was sampled
+
+  [[nodiscard]] std::size_t rows() const { return time.size(); }
+  /// nullptr where there is no such column.
   [[nodiscard]] const Column* find(std::string_view name) const {
-    for (const Column& column : columns) {
-      if (column.name == name) { return &column; }
-    }
-    return nullptr;
+    const auto found = std::ranges::find(columns, name, &Column::name);
+    return found == columns.end() ? nullptr : &*found;
+  }
+  /// Throws std::out_of_range where there is no such column.
+  [[nodiscard]] const std::vector<double>& values(std::string_view name) const {
+    const Column* column = find(name);
+    if (column == nullptr) { throw std::out_of_range("no column " + std::string(name)); }
+    return column->values;
+  }
+  [[nodiscard]] std::vector<double>& values(std::string_view name) {
+    return const_cast<std::vector<double>&>(std::as_const(*this).values(name));
+  }
+  [[nodiscard]] double at(std::string_view name, std::size_t row) const {
+    return values(name)[row];
+  }
+  /// Throws std::out_of_range where there is no such column.
+  [[nodiscard]] const std::vector<std::string>& texts(std::string_view name) const {
+    const auto found = std::ranges::find(text_columns, name, &TextColumn::name);
+    if (found == text_columns.end()) { throw std::out_of_range("no column " + std::string(name)); }
+    return found->values;
+  }
+  /// Time of the first event of a kind, in a layer unless `detail` is empty [s]; NaN where there is
+  /// none.
+  [[nodiscard]] double time_of(std::string_view kind, std::string_view detail = {}) const {
+    const auto found = std::ranges::find_if(events, [&](const Event& event) {
+      return event.kind == kind && (detail.empty() || event.detail == detail);
+    });
+    return found == events.end() ? std::numeric_limits<double>::quiet_NaN() : found->time;
+  }
+  [[nodiscard]] long count(std::string_view kind) const {
+    return std::ranges::count(events, kind, &Event::kind);
   }
 };
 

@@ -257,7 +257,7 @@ int calibrate(const CalibrateOptions& options) {
   report.scene_hash = io::content_hash(loaded.file.text);
   report.command = command_of(options);
   report.provenance = build_provenance();
-  std::vector<Subject> subjects;
+  std::vector<calibration::Subject> subjects;
   for (const CalibratedRecording& each : report.recordings) { subjects.push_back(each.subject); }
   try {
     report.result = calibration::calibrate(scene_at_priors(scene, parameters), parameters, subjects,

@@ -112,7 +112,7 @@ Claim claim_of(const CertifyOptions& options, const LoadedScene& loaded) {
 
 /// Of a tool that no device holds [N/m]; nothing where the tissue moves freely.
 std::optional<double> tissue_stiffness(const LoadedScene& loaded) {
-  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
+  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation().problem());
   const Scene& scene = loaded.file.scene;
   if (network == nullptr || (scene.drive && scene.drive->kind == Drive::Kind::falcon)) {
     return {};

@@ -148,7 +148,7 @@ ComparedSimulation read_simulation(const std::filesystem::path& file, const std:
 
 SceneRun prepare_scene(const CompareOptions& options, const std::string& column, double rest) {
   SceneRun run{.loaded = load_scene(options.scene, options, false, rest), .rest = rest};
-  const auto& columns = run.loaded.simulation.columns();
+  const auto& columns = run.loaded.subject.columns();
   if (std::ranges::none_of(columns, [&](const Column& one) { return one.name == column; })) {
     throw InputError(options.scene.string() + ": no column " + needed(column));
   }
@@ -158,25 +158,20 @@ SceneRun prepare_scene(const CompareOptions& options, const std::string& column,
 SimulatedScene simulate_scene(SceneRun& scene, bool quiet) {
   const io::SceneFile& file = scene.loaded.file;
   const double duration = file.scene.simulation.duration;
-  RollOutOptions how = roll_out_options(scene.loaded, quiet);
-  how.frames = 0;
+  RunControl how = run_control(quiet);
   how.enough = [&](const Trace& trace) { return long_enough(trace, duration, scene.rest); };
-  std::optional<FalconLoop> falcon;
-  if (file.scene.drive && file.scene.drive->kind == Drive::Kind::falcon) {
-    how.falcon = &falcon.emplace(file.scene, scene.loaded.simulation, FalconLoopOptions{});
-  }
-  Run run = roll_out(scene.loaded.simulation, how);
+  Trace run = roll_out(scene.loaded.subject, file.scene, {}, how);
   SimulatedScene done{.provenance = scene_provenance(scene.loaded), .interrupted = run.interrupted};
   done.simulation = {.origin = ComparedSimulation::Origin::scene,
                      .file = file.inputs.front(),
                      .hash = io::content_hash(file.text),
                      .title = file.scene.title};
-  const double longer = run.trace.time.back() - duration;
+  const double longer = run.time.back() - duration;
   if (longer > 0.5 * file.scene.simulation.step) { done.simulation.run_longer = longer; }
   if (run.diverged) {
     done.simulation.failure = "diverged at t = " + quantity(run.diverged_at, "s");
   }
-  done.simulation.trace = std::move(run.trace);
+  done.simulation.trace = std::move(run);
   return done;
 }
 

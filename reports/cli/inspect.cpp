@@ -306,7 +306,7 @@ Json skin_facts(const Scene& scene) {
 }
 
 Json facts_of(const LoadedScene& loaded) {
-  const Simulation& simulation = loaded.simulation;
+  const Simulation& simulation = loaded.simulation();
   const StepPlan& plan = simulation.plan();
   const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
   Json facts{{"title", loaded.file.scene.title}};

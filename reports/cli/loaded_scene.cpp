@@ -47,7 +47,7 @@ LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& o
   Simulation simulation = make_simulation(file, no_skip, spare);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return {std::move(file), std::move(simulation), seconds};
+  return {std::move(file), ModelSubject(std::move(simulation)), seconds};
 }
 
 std::filesystem::path make_folder(const std::filesystem::path& folder) {
@@ -59,12 +59,12 @@ std::filesystem::path make_folder(const std::filesystem::path& folder) {
   return folder;
 }
 
-RollOutOptions roll_out_options(const LoadedScene& loaded, bool quiet) {
-  RollOutOptions options{.frames = loaded.file.scene.output.frames, .stop = &interrupted};
+RunControl run_control(bool quiet) {
+  RunControl control{.stop = &interrupted};
   if (!quiet && isatty(STDERR_FILENO) != 0) {
-    options.progress = [](double share) { std::fprintf(stderr, "\r%3.0f %%", 100.0 * share); };
+    control.progress = [](double share) { std::fprintf(stderr, "\r%3.0f %%", 100.0 * share); };
   }
-  return options;
+  return control;
 }
 
 std::map<std::string, std::string> scene_provenance(const LoadedScene& loaded) {

@@ -14,7 +14,9 @@ namespace palpate::cli {
 
 struct LoadedScene {
   io::SceneFile file;
-  Simulation simulation;
+  ModelSubject subject;  ///< with the scene loaded
+
+  [[nodiscard]] const Simulation& simulation() const { return subject.simulation(); }
   double load_seconds = 0.0;
 };
 
@@ -29,7 +31,7 @@ std::filesystem::path make_folder(const std::filesystem::path& folder);
 // What every command that simulates a scene shares.
 
 /// Ctrl-C ends it; progress goes to standard error where that is a terminal.
-RollOutOptions roll_out_options(const LoadedScene& loaded, bool quiet);
+RunControl run_control(bool quiet);
 
 /// build_provenance() with the text of the scene and what the command line overrode in it.
 std::map<std::string, std::string> scene_provenance(const LoadedScene& loaded);

@@ -31,6 +31,20 @@
 
 namespace palpate::cli {
 
+/// Trace of a run with what its device and its clock found.
+struct FinishedRun {
+  Trace trace{};
+  std::optional<FalconFacts> falcon{};               ///< of a tool in a hand
+  std::optional<device::DeadlineFacts> real_time{};  ///< where ticks waited for the wall clock
+
+  [[nodiscard]] double ns_per_spring_step(std::size_t springs) const {
+    return trace.steps == 0 || springs == 0
+               ? 0.0
+               : 1e9 * trace.seconds /
+                     (static_cast<double>(trace.steps) * static_cast<double>(springs));
+  }
+};
+
 struct Palpation {
   std::optional<Figure> figure{};  ///< empty: not asked for, or the warning says why there is none
   std::vector<std::string> warnings{};
@@ -57,7 +71,7 @@ std::string csv_of(const HeatMap& map) {
 
 Palpation palpate_skin(const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
-  const auto* problem = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
+  const auto* problem = dynamic_cast<const NetworkProblem*>(&loaded.simulation().problem());
   if (problem == nullptr || !scene.probe || !scene.probe->map) { return {}; }
   Palpation palpation;
   try {
@@ -80,7 +94,7 @@ Palpation palpate_skin(const LoadedScene& loaded) {
 
 // summary.json of a run, and the facts its report shows.
 
-std::string summary_json(const LoadedScene& loaded, const Run& run);
+std::string summary_json(const LoadedScene& loaded, const FinishedRun& run);
 
 namespace {
 
@@ -115,20 +129,20 @@ Json real_time_json(const device::DeadlineFacts& facts) {
 
 }  // namespace
 
-std::string summary_json(const LoadedScene& loaded, const Run& run) {
-  const Simulation& simulation = loaded.simulation;
+std::string summary_json(const LoadedScene& loaded, const FinishedRun& run) {
+  const Simulation& simulation = loaded.simulation();
   const StepPlan& plan = simulation.plan();
   const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
   const std::size_t springs = network != nullptr ? network->network().springs.size() : 1;
   Json json;
   json["schema"] = 1;
   json["title"] = loaded.file.scene.title;
-  json["status"] = run.diverged ? "diverged" : run.interrupted ? "interrupted" : "ok";
-  if (run.diverged) { json["diverged_at_s"] = run.diverged_at; }
+  json["status"] = run.trace.diverged ? "diverged" : run.trace.interrupted ? "interrupted" : "ok";
+  if (run.trace.diverged) { json["diverged_at_s"] = run.trace.diverged_at; }
   json["nodes"] = network != nullptr ? network->network().node_count() : 1;
   json["springs"] = springs;
-  json["ticks"] = run.ticks;
-  json["steps"] = run.steps;
+  json["ticks"] = run.trace.ticks;
+  json["steps"] = run.trace.steps;
   json["integrator"] = plan.integrator->name;
   json["integrator_reason"] = plan.integrator_reason;
   json["substeps"] = plan.substeps;
@@ -136,17 +150,17 @@ std::string summary_json(const LoadedScene& loaded, const Run& run) {
   json["omega_max_rad_per_s"] = plan.bounds.omega_estimate;
   json["h_omega_max"] = plan.h * plan.bounds.omega_estimate;
   json["load_s"] = loaded.load_seconds;
-  json["wall_s"] = run.seconds;
-  json["slowest_tick_s"] = run.slowest_tick;
+  json["wall_s"] = run.trace.seconds;
+  json["slowest_tick_s"] = run.trace.slowest_tick;
   json["ns_per_spring_step"] = run.ns_per_spring_step(simulation.spring_count());
   json["kernel"] = plan.kernel;
   if (plan.sleep_force > 0.0) { json["awake_share"] = simulation.awake_share(); }
   json["skipped"] = plan.skipped;
   json["warnings"] = plan.warnings;
-  json["zero_length_springs"] = run.zero_length_springs;
-  json["energy"] = {{"initial_j", json_number(run.energy.initial)},
-                    {"final_j", json_number(run.energy.final)},
-                    {"max_j", json_number(run.energy.maximum)}};
+  json["zero_length_springs"] = loaded.simulation().zero_length_springs();
+  json["energy"] = {{"initial_j", json_number(run.trace.energy.initial)},
+                    {"final_j", json_number(run.trace.energy.final)},
+                    {"max_j", json_number(run.trace.energy.maximum)}};
   if (run.falcon) { json["device"] = device_json(*run.falcon); }
   if (run.real_time) { json["real_time"] = real_time_json(*run.real_time); }
   json["events"] = Json::array();
@@ -161,7 +175,7 @@ std::string summary_json(const LoadedScene& loaded, const Run& run) {
 
 struct RunPage {
   const LoadedScene& loaded;
-  const Run& run;
+  const FinishedRun& run;
   const Palpation& palpation;
   const std::map<std::string, std::string>& provenance;
   std::string no_view{};  ///< why the page has no view in three dimensions; empty: it has one
@@ -173,7 +187,7 @@ void write_run_report(const std::filesystem::path& folder, const RunPage& page);
 namespace {
 
 std::vector<Fact> scene_facts(const LoadedScene& loaded) {
-  const Simulation& simulation = loaded.simulation;
+  const Simulation& simulation = loaded.simulation();
   const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
   if (network == nullptr) { return {{"tissue", "one spring-mass-damper", ""}}; }
   const auto nodes = network->network().node_count();
@@ -194,15 +208,16 @@ void add_step_facts(std::vector<Fact>& facts, const StepPlan& plan) {
 }
 
 /// What a tick takes of the time that it has in a haptic loop.
-Fact tick_cost(const StepPlan& plan, const Run& run) {
+Fact tick_cost(const StepPlan& plan, const FinishedRun& run) {
   const double tick = plan.h * plan.substeps;
-  const double mean = run.ticks > 0 ? run.seconds / static_cast<double>(run.ticks) : 0.0;
+  const double mean =
+      run.trace.ticks > 0 ? run.trace.seconds / static_cast<double>(run.trace.ticks) : 0.0;
   return {"time for a tick", quantity(1e3 * mean, "ms"),
           short_number(100.0 * mean / tick, 3) + " % of its " + quantity(1e3 * tick, "ms") +
               ", with " + std::to_string(plan.substeps) +
               (plan.substeps == 1 ? " step of " : " steps of ") +
               std::string(plan.integrator->name) + "; the slowest took " +
-              quantity(1e3 * run.slowest_tick, "ms")};
+              quantity(1e3 * run.trace.slowest_tick, "ms")};
 }
 
 /// How well ticks kept to the wall clock.
@@ -213,20 +228,22 @@ Fact punctuality(const device::DeadlineFacts& facts) {
               quantity(1e3 * facts.worst_wake, "ms")};
 }
 
-void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const Run& run) {
+void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const FinishedRun& run) {
   const double simulated = run.trace.time.back();
-  facts.push_back({"wall time", quantity(run.seconds, "s"),
+  facts.push_back({"wall time", quantity(run.trace.seconds, "s"),
                    "for " + quantity(simulated, "s") + " simulated; slowest tick " +
-                       quantity(1e3 * run.slowest_tick, "ms")});
-  facts.push_back({"cost", quantity(run.ns_per_spring_step(loaded.simulation.spring_count()), "ns"),
+                       quantity(1e3 * run.trace.slowest_tick, "ms")});
+  facts.push_back({"cost",
+                   quantity(run.ns_per_spring_step(loaded.simulation().spring_count()), "ns"),
                    "per spring and step"});
-  facts.push_back({"energy",
-                   quantity(run.energy.initial, "J") + " to " + quantity(run.energy.final, "J"),
-                   "at most " + quantity(run.energy.maximum, "J")});
+  facts.push_back(
+      {"energy",
+       quantity(run.trace.energy.initial, "J") + " to " + quantity(run.trace.energy.final, "J"),
+       "at most " + quantity(run.trace.energy.maximum, "J")});
 }
 
 void add_view(RunReport& report, const RunPage& page) {
-  const auto* network = dynamic_cast<const NetworkProblem*>(&page.loaded.simulation.problem());
+  const auto* network = dynamic_cast<const NetworkProblem*>(&page.loaded.simulation().problem());
   if (network == nullptr) { return; }
   if (page.no_view.empty()) {
     const Scene& scene = page.loaded.file.scene;
@@ -235,8 +252,7 @@ void add_view(RunReport& report, const RunPage& page) {
     if (std::optional<ViewSurface> skin = view_of_skin(scene, notes)) {
       surfaces.push_back(std::move(*skin));
     }
-    report.view =
-        make_view({scene, *network, page.run.trace, page.run.moments, std::move(surfaces)});
+    report.view = make_view({scene, *network, page.run.trace, std::move(surfaces)});
     if (report.view) {
       report.view->notes.insert(report.view->notes.end(), notes.begin(), notes.end());
     }
@@ -251,16 +267,18 @@ void add_view(RunReport& report, const RunPage& page) {
 
 void write_run_report(const std::filesystem::path& folder, const RunPage& page) {
   const auto& [loaded, run, palpation, provenance, no_view] = page;
-  const StepPlan& plan = loaded.simulation.plan();
+  const StepPlan& plan = loaded.simulation().plan();
   RunReport report;
   report.title = loaded.file.scene.title.empty() ? "Palpate run" : loaded.file.scene.title;
-  report.held = !run.diverged;
-  report.verdict = run.diverged      ? "Diverged at t = " + quantity(run.diverged_at, "s")
-                   : run.interrupted ? "Interrupted at t = " + quantity(run.trace.time.back(), "s")
-                                     : "Ran to t = " + quantity(run.trace.time.back(), "s");
-  report.detail = run.diverged
-                      ? "The motion left every bound; the traces are kept up to there."
-                      : std::to_string(run.ticks) + " ticks, every state finite and in bounds.";
+  report.held = !run.trace.diverged;
+  report.verdict = run.trace.diverged ? "Diverged at t = " + quantity(run.trace.diverged_at, "s")
+                   : run.trace.interrupted
+                       ? "Interrupted at t = " + quantity(run.trace.time.back(), "s")
+                       : "Ran to t = " + quantity(run.trace.time.back(), "s");
+  report.detail =
+      run.trace.diverged
+          ? "The motion left every bound; the traces are kept up to there."
+          : std::to_string(run.trace.ticks) + " ticks, every state finite and in bounds.";
   report.facts = tool_facts(run.trace);
   if (run.falcon) {
     std::ranges::move(falcon_fact_list(*run.falcon), std::back_inserter(report.facts));
@@ -279,8 +297,8 @@ void write_run_report(const std::filesystem::path& folder, const RunPage& page) 
   if (run.falcon) { report.tool_figures.push_back(force_reach_figure(*run.falcon)); }
   if (palpation.figure) { report.tool_figures.push_back(*palpation.figure); }
   std::ranges::move(lookup_figures(loaded.file.scene), std::back_inserter(report.tool_figures));
-  if (run.zero_length_springs > 0) {
-    report.warnings.push_back(std::to_string(run.zero_length_springs) +
+  if (loaded.simulation().zero_length_springs() > 0) {
+    report.warnings.push_back(std::to_string(loaded.simulation().zero_length_springs()) +
                               " springs have no length and exert no force");
   }
   for (const auto& [name, value] : provenance) { report.provenance.push_back({name, value, ""}); }
@@ -290,21 +308,21 @@ void write_run_report(const std::filesystem::path& folder, const RunPage& page) 
 
 namespace {
 
-void tell(const Run& run, const LoadedScene& loaded, const std::filesystem::path& folder) {
-  const StepPlan& plan = loaded.simulation.plan();
+void tell(const FinishedRun& run, const LoadedScene& loaded, const std::filesystem::path& folder) {
+  const StepPlan& plan = loaded.simulation().plan();
   for (const std::string& warning : plan.warnings) {
     std::fprintf(stderr, "palpate: warning: %s\n", warning.c_str());
   }
-  if (run.diverged) {
+  if (run.trace.diverged) {
     std::fprintf(stderr, "palpate: diverged at t = %.6g s; the trace is kept up to there\n",
-                 run.diverged_at);
+                 run.trace.diverged_at);
   }
   std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n",
-              run.diverged      ? "diverged"
-              : run.interrupted ? "interrupted"
-                                : "ok",
-              run.ticks, plan.substeps, std::string(plan.integrator->name).c_str(), run.seconds,
-              (folder / "report.html").string().c_str());
+              run.trace.diverged      ? "diverged"
+              : run.trace.interrupted ? "interrupted"
+                                      : "ok",
+              run.trace.ticks, plan.substeps, std::string(plan.integrator->name).c_str(),
+              run.trace.seconds, (folder / "report.html").string().c_str());
   if (run.real_time) {
     std::printf("real time: %ld of %ld ticks a period late or more, the latest by %.3g ms\n",
                 run.real_time->missed, run.real_time->ticks, 1e3 * run.real_time->worst_lateness);
@@ -367,26 +385,26 @@ int run(const RunOptions& options) {
   refuse_without_line(options, scene, in_hand);
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = make_folder(options.folder("run"));
-  RollOutOptions roll_out_how = roll_out_options(loaded, options.quiet);
-  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
+  SampleOptions samples{.energy_range = true, .frames = scene.output.frames};
+  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation().problem());
   if (network != nullptr && !options.no_view) {
-    roll_out_how.events = events_shown(network->network().node_count());
+    samples.keyframes = events_shown(network->network().node_count());
   }
-  std::optional<FalconLoop> falcon;
+  RunControl control = run_control(options.quiet);
+  control.device.faults = faults;
   std::optional<device::falcon::WireRecording> packets;
-  if (in_hand) {
-    roll_out_how.falcon =
-        &falcon.emplace(scene, loaded.simulation, FalconLoopOptions{.faults = faults});
-    if (options.packets) { falcon->observe(&packets.emplace(most_packets(scene, rate))); }
-  }
+  if (options.packets) { control.device.observer = &packets.emplace(most_packets(scene, rate)); }
   std::optional<device::DeadlineClock> clock;
-  if (options.real_time) { roll_out_how.clock = &clock.emplace(1.0 / rate); }
-  const Run result = roll_out(loaded.simulation, roll_out_how);
+  if (options.real_time) { control.clock = &clock.emplace(1.0 / rate); }
+  FinishedRun result;
+  if (in_hand) { control.falcon = &result.falcon.emplace(); }
+  result.trace = roll_out(loaded.subject, scene, samples, control);
+  if (clock) { result.real_time = clock->facts(); }
   const auto provenance = scene_provenance(loaded);
   io::write_trace_csv(folder / "trace.csv", result.trace);
   io::write_trace_hdf5(folder / "trace.h5", result.trace,
                        network != nullptr ? network->network() : SpringNetwork{}, provenance);
-  if (network != nullptr && !result.trace.frames.empty()) {
+  if (network != nullptr && !result.trace.frames.position.empty()) {
     io::write_xdmf(folder / "trace.xdmf", folder / "trace.h5", result.trace, network->network());
   }
   io::replace_file(folder / "summary.json", summary_json(loaded, result));
@@ -396,8 +414,8 @@ int run(const RunOptions& options) {
   write_run_report(folder,
                    {loaded, result, palpation, provenance, options.no_view ? "not wanted" : ""});
   if (!options.quiet) { tell(result, loaded, folder); }
-  if (result.interrupted) { return interrupted_code; }
-  return result.diverged ? fell_short : done;
+  if (result.trace.interrupted) { return interrupted_code; }
+  return result.trace.diverged ? fell_short : done;
 }
 
 }  // namespace palpate::cli

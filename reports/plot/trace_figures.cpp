@@ -446,26 +446,28 @@ struct Furthest {
 
 Furthest furthest_of(const Trace& trace) {
   Furthest furthest;
-  for (std::size_t n = 1; n < trace.frames.size(); ++n) {
-    if (trace.frames[n].cols() != trace.frames[0].cols() || !trace.frames[n].allFinite()) {
+  for (std::size_t n = 1; n < trace.frames.position.size(); ++n) {
+    if (trace.frames.position[n].cols() != trace.frames.position[0].cols() ||
+        !trace.frames.position[n].allFinite()) {
       continue;
     }
     Eigen::Index node = 0;
-    const double distance = (trace.frames[n] - trace.frames[0]).colwise().norm().maxCoeff(&node);
+    const double distance =
+        (trace.frames.position[n] - trace.frames.position[0]).colwise().norm().maxCoeff(&node);
     if (distance > furthest.distance) { furthest = {n, node, distance}; }
   }
   return furthest;
 }
 
 Figure slice(const Trace& trace, const Furthest& furthest) {
-  const NodeVectors& rest = trace.frames.front();
-  const NodeVectors& moved = trace.frames[furthest.frame];
+  const NodeVectors& rest = trace.frames.position.front();
+  const NodeVectors& moved = trace.frames.position[furthest.frame];
   const Eigen::Vector3d extent = rest.rowwise().maxCoeff() - rest.rowwise().minCoeff();
   const double factor = enlargement(furthest.distance, extent.maxCoeff());
   const double half_thickness = std::max(0.02 * extent.y(), 1e-9);
   Series before{.label = "at rest", .style = Series::Style::points};
   const double time =
-      furthest.frame < trace.frame_time.size() ? trace.frame_time[furthest.frame] : 0.0;
+      furthest.frame < trace.frames.time.size() ? trace.frames.time[furthest.frame] : 0.0;
   Series after{.label = "at " + short_number(time) + " s", .style = Series::Style::points};
   for (Eigen::Index i = 0; i < rest.cols(); ++i) {
     if (std::abs(rest(1, i) - rest(1, furthest.node)) > half_thickness) { continue; }
@@ -513,7 +515,7 @@ double enlargement(double distance, double extent) {
 
 std::optional<Figure> snapshot_figure(const Trace& trace) {
   constexpr Eigen::Index fewest_nodes = 8;
-  if (trace.frames.size() < 2 || trace.frames.front().cols() < fewest_nodes) {
+  if (trace.frames.position.size() < 2 || trace.frames.position.front().cols() < fewest_nodes) {
     return std::nullopt;
   }
   const Furthest furthest = furthest_of(trace);

@@ -160,7 +160,7 @@ Figure column_figure(const Trace& trace, const Column& column) {
 /// How far the nodes are from where they began, one coordinate after the other, so that no norm
 /// hides one of them.
 Series moved_by(const Trace& trace, std::size_t frame) {
-  const NodeVectors moved = trace.frames[frame] - trace.frames.front();
+  const NodeVectors moved = trace.frames.position[frame] - trace.frames.position.front();
   Series series{.label = "frame " + std::to_string(frame), .style = Series::Style::points};
   series.y.assign(moved.data(), moved.data() + moved.size());
   for (std::size_t n = 0; n < series.y.size(); ++n) { series.x.push_back(static_cast<double>(n)); }
@@ -172,10 +172,10 @@ Figure node_figure(const Trace& trace) {
                 .title = "How far every node has moved",
                 .x = {.label = "coordinate (1)"},
                 .y = {.label = "displacement (m)"}};
-  const auto numbers = static_cast<std::size_t>(trace.frames.front().size());
+  const auto numbers = static_cast<std::size_t>(trace.frames.position.front().size());
   const std::size_t kept = std::clamp<std::size_t>(most_numbers / numbers, 1, most_frames);
-  const std::size_t stride = (trace.frames.size() - 1 + kept - 1) / kept;
-  for (std::size_t n = stride; n < trace.frames.size(); n += stride) {
+  const std::size_t stride = (trace.frames.position.size() - 1 + kept - 1) / kept;
+  for (std::size_t n = stride; n < trace.frames.position.size(); n += stride) {
     figure.series.push_back(moved_by(trace, n));
   }
   return figure;
@@ -212,7 +212,7 @@ Outcome outcome_of(const Json& summary, const Trace& trace, const std::string& s
   for (const Column& column : trace.columns) {
     outcome.figures.push_back(column_figure(trace, column));
   }
-  if (trace.frames.size() > 1) { outcome.figures.push_back(node_figure(trace)); }
+  if (trace.frames.position.size() > 1) { outcome.figures.push_back(node_figure(trace)); }
   if (std::string problem = not_finite(outcome);
       !problem.empty() && outcome.status == Status::pass) {
     outcome.status = Status::error;

@@ -234,16 +234,16 @@ void add_springs(View& view, const SpringNetwork& network, const std::vector<int
 /// Instants of the view: frames of the trace, thinned evenly, and moments between them.
 std::vector<std::pair<double, const NodeVectors*>> instants_of(const ViewInput& input) {
   std::vector<std::pair<double, const NodeVectors*>> instants;
-  const std::size_t count = input.trace.frames.size();
+  const std::size_t count = input.trace.frames.position.size();
   const std::size_t even = std::min(count, most_even_frames);
   for (std::size_t n = 0; n < even; ++n) {
     const std::size_t frame = even < 2 ? 0 : n * (count - 1) / (even - 1);
-    instants.emplace_back(input.trace.frame_time[frame], &input.trace.frames[frame]);
+    instants.emplace_back(input.trace.frames.time[frame], &input.trace.frames.position[frame]);
   }
-  for (std::size_t n = 0; n < input.moments.time.size(); ++n) {
-    if (std::ranges::find(instants, input.moments.time[n],
+  for (std::size_t n = 0; n < input.trace.keyframes.time.size(); ++n) {
+    if (std::ranges::find(instants, input.trace.keyframes.time[n],
                           &std::pair<double, const NodeVectors*>::first) == instants.end()) {
-      instants.emplace_back(input.moments.time[n], &input.moments.positions[n]);
+      instants.emplace_back(input.trace.keyframes.time[n], &input.trace.keyframes.position[n]);
     }
   }
   std::ranges::sort(instants, {}, &std::pair<double, const NodeVectors*>::first);
@@ -302,7 +302,7 @@ void add_frames(View& view, const ViewInput& input, const ShownNodes& shown) {
 
 std::optional<View> make_view(const ViewInput& input) {
   const SpringNetwork& network = input.problem.network();
-  if (input.trace.frames.empty() || network.node_count() == 0) { return std::nullopt; }
+  if (input.trace.frames.position.empty() || network.node_count() == 0) { return std::nullopt; }
   View view{.tool = tool_of(input.scene, network)};
   const auto y = network.rest_position.row(1);
   view.cut = view.tool ? view.tool->origin.y() : 0.5 * (y.minCoeff() + y.maxCoeff());

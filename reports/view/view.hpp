@@ -13,7 +13,6 @@
 #include "model/problem/problem.hpp"
 #include "model/problem/spring_law.hpp"
 #include "model/problem/trace.hpp"
-#include "validation/roll_out.hpp"
 
 namespace palpate {
 
@@ -102,7 +101,6 @@ struct ViewInput {
   const Scene& scene;
   const NetworkProblem& problem;
   const Trace& trace;
-  const Moments& moments;
   std::vector<ViewSurface>
       surfaces{};  ///< of nodes of the network; empty: the skin of its grid, if it has one
 };

@@ -91,27 +91,27 @@ NetworkProblem pulsed(int nodes) {
 }
 
 /// A solver that steps over every load.
-Solution solve_blindly(const Problem& problem, const std::vector<double>& at,
-                       const Tolerance& tolerance) {
+Trace solve_blindly(const Problem& problem, const std::vector<double>& at,
+                    const Tolerance& tolerance) {
   const auto& network = dynamic_cast<const NetworkProblem&>(problem);
   return solve_cvode_adams(NetworkProblem(network.network()), at, tolerance);
 }
 
-Solution solve_with_a_nan(const Problem& problem, const std::vector<double>& at,
-                          const Tolerance& tolerance) {
-  Solution solution = solve_cvode_adams(problem, at, tolerance);
+Trace solve_with_a_nan(const Problem& problem, const std::vector<double>& at,
+                       const Tolerance& tolerance) {
+  Trace solution = solve_cvode_adams(problem, at, tolerance);
   solution.position(3, 7) = std::numeric_limits<double>::quiet_NaN();
   return solution;
 }
 
-Solution solve_never(const Problem&, const std::vector<double>&, const Tolerance&) {
+Trace solve_never(const Problem&, const std::vector<double>&, const Tolerance&) {
   throw SolverError("planted failure");
 }
 
 /// Good only at the coarsest tolerance: its ladder leads away from the answer.
-Solution solve_worse_when_tighter(const Problem& problem, const std::vector<double>& at,
-                                  const Tolerance& tolerance) {
-  Solution solution = solve_arkode_explicit(problem, at, finest_tolerance);
+Trace solve_worse_when_tighter(const Problem& problem, const std::vector<double>& at,
+                               const Tolerance& tolerance) {
+  Trace solution = solve_arkode_explicit(problem, at, finest_tolerance);
   if (tolerance.relative > finest_tolerance.relative) {
     solution.position.rightCols(1).array() += 1e-9 / std::sqrt(tolerance.relative);
   }
@@ -205,13 +205,13 @@ TEST("energy of an undamped, unloaded lattice balances to ten digits, weight inc
   network.initial_velocity = palpate::NodeVectors::Zero(3, network.node_count());
   network.initial_velocity.col(0) << 0.3, 0.1, 0.5;
   const NetworkProblem problem(network, {}, {0.0, 0.0, 9.81});
-  const Solution solution = solve_arkode_explicit(problem, times, finest_tolerance);
+  const Trace solution = solve_arkode_explicit(problem, times, finest_tolerance);
   std::printf("  %.1f digits\n", energy_digits(problem, solution).value_or(0.0));
   CHECK(energy_digits(problem, solution).value_or(0.0) >= 10.0);
   const LinearProblem linear(problem);
-  const Solution straight = solve_arkode_explicit(linear, times, finest_tolerance);
+  const Trace straight = solve_arkode_explicit(linear, times, finest_tolerance);
   CHECK(energy_digits(linear, straight).value_or(0.0) >= 10.0);
-  Solution poisoned = solution;
+  Trace poisoned = solution;
   poisoned.velocity(0, 3) = std::numeric_limits<double>::quiet_NaN();
   CHECK(energy_digits(problem, poisoned).value_or(9.0) == 0.0);
 }
@@ -230,8 +230,8 @@ using palpate::NetworkProblem;
 using palpate::PrintedForm;
 using palpate::Problem;
 using palpate::Profile;
+using palpate::Trace;
 using palpate::reference::peak_displacement;
-using palpate::reference::Solution;
 using palpate::reference::solve_arkode_explicit;
 using palpate::reference::solve_long_double;
 using palpate::reference::trajectory_error;
@@ -261,8 +261,8 @@ std::vector<Load> all_loads() {
 }
 
 double disagreement(const Problem& specification, const NetworkProblem& truth) {
-  const Solution a = solve_arkode_explicit(specification, load_times, {.relative = 1e-12});
-  const Solution b = solve_long_double(truth, load_times, {.relative = 1e-14});
+  const Trace a = solve_arkode_explicit(specification, load_times, {.relative = 1e-12});
+  const Trace b = solve_long_double(truth, load_times, {.relative = 1e-14});
   return trajectory_error(a.position, b.position, peak_displacement(b.position));
 }
 
@@ -309,11 +309,11 @@ TEST("the printed forms of the force law show") {
 
 TEST("tightening the tolerance goes on improving where double has stopped") {
   const NetworkProblem problem(moving_block(), all_loads());
-  const Solution finest = solve_long_double(problem, load_times, {.relative = 1e-17});
+  const Trace finest = solve_long_double(problem, load_times, {.relative = 1e-17});
   const double peak = peak_displacement(finest.position);
   double before = 1.0;
   for (const double relative : {1e-8, 1e-10, 1e-12, 1e-14}) {
-    const Solution s = solve_long_double(problem, load_times, {.relative = relative});
+    const Trace s = solve_long_double(problem, load_times, {.relative = relative});
     const double error = trajectory_error(s.position, finest.position, peak);
     std::printf("  %.0e: %.1e\n", relative, error);
     CHECK(error < 0.2 * before);

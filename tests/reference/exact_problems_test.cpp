@@ -114,7 +114,7 @@ TEST("along the chosen motion the force is mass times its acceleration") {
 
 TEST("solvers recover the chosen motion of a nonlinear lattice") {
   const auto times = sample::instants(0.04, 10);
-  Solution exact;
+  Trace exact;
   exact.position.resize(problem.dof(), 11);
   for (Eigen::Index n = 0; n <= 10; ++n) {
     exact.position.col(n) = problem.exact_position(times[static_cast<std::size_t>(n)]);
@@ -126,7 +126,7 @@ TEST("solvers recover the chosen motion of a nonlinear lattice") {
                                                      {"arkode-esdirk-5-4", 1e-8},
                                                      {"cvode-bdf", 1e-6}};
   for (const auto& [name, limit] : expected) {
-    const Solution solution = solver_named(name).solve(problem, times, {.relative = 1e-10});
+    const Trace solution = solver_named(name).solve(problem, times, {.relative = 1e-10});
     const double error = trajectory_error(solution.position, exact.position, peak);
     std::printf("  %-22s %.1e\n", name, error);
     CHECK_NEAR(error, 0.0, limit);

@@ -107,19 +107,19 @@ using palpate::Load;
 using palpate::NetworkProblem;
 using palpate::Problem;
 using palpate::Profile;
+using palpate::Trace;
 using palpate::reference::LinearProblem;
 using palpate::reference::modal_solution;
 using palpate::reference::natural_frequencies;
 using palpate::reference::peak_displacement;
 using palpate::reference::peak_speed;
-using palpate::reference::Solution;
 using palpate::reference::solve_arkode_explicit;
 using palpate::reference::solve_cvode_adams;
 using palpate::reference::trajectory_error;
 
 namespace {
 
-double distance(const Solution& a, const Solution& b) {
+double distance(const Trace& a, const Trace& b) {
   return std::max(trajectory_error(a.position, b.position, peak_displacement(b.position)),
                   trajectory_error(a.velocity, b.velocity, peak_speed(b.velocity)));
 }
@@ -166,9 +166,9 @@ TEST("modal superposition solves the linearised lattice under all shapes of load
                                {0.0, 0.0, 9.81});
   const LinearProblem linear(network);
   const auto times = sample::instants(0.04, 20);
-  const Solution exact = modal_solution<double>(linear, times);
-  const Solution explicit_one = solve_arkode_explicit(linear, times, {.relative = 1e-12});
-  const Solution adams = solve_cvode_adams(linear, times, {.relative = 1e-12});
+  const Trace exact = modal_solution<double>(linear, times);
+  const Trace explicit_one = solve_arkode_explicit(linear, times, {.relative = 1e-12});
+  const Trace adams = solve_cvode_adams(linear, times, {.relative = 1e-12});
   std::printf("  Fehlberg %.1e, Adams %.1e\n", distance(explicit_one, exact),
               distance(adams, exact));
   CHECK_NEAR(distance(explicit_one, exact), 0.0, 1e-11);
@@ -207,7 +207,7 @@ TEST("a free body under a constant push moves as a whole by F t^2 / 2 M") {
   const Load push{.nodes = {0}, .force = {0.0, 0.0, 1e-4}};
   const NetworkProblem problem(body, {push});
   const double end = 0.05;
-  const Solution solution = modal_solution<double>(problem, {0.0, end});
+  const Trace solution = modal_solution<double>(problem, {0.0, end});
   const Eigen::VectorXd moved = solution.position.col(1) - solution.position.col(0);
   const double mass = body.mass.sum();
   const double centre = moved.dot(problem.mass().cwiseProduct(

@@ -185,9 +185,9 @@ using palpate::NetworkProblem;
 using palpate::Oscillator;
 using palpate::OscillatorProblem;
 using palpate::Problem;
+using palpate::Trace;
 using palpate::reference::all_solvers;
 using palpate::reference::NamedSolver;
-using palpate::reference::Solution;
 using palpate::reference::SolverError;
 using palpate::reference::Tolerance;
 
@@ -210,7 +210,7 @@ void compare(const Oscillator& oscillator, sample::Motion (*exact)(const Oscilla
   const OscillatorProblem problem(oscillator);
   const auto times = sample::instants(25.0, 100);
   for (const NamedSolver& solver : all_solvers()) {
-    const Solution solution = solver.solve(problem, times, unit_scale);
+    const Trace solution = solver.solve(problem, times, unit_scale);
     double error = 0.0;
     for (std::size_t n = 0; n < times.size(); ++n) {
       const auto motion = exact(oscillator, times[n]);
@@ -220,7 +220,7 @@ void compare(const Oscillator& oscillator, sample::Motion (*exact)(const Oscilla
     }
     std::printf("  %-26s %.1e\n", solver.name.c_str(), error);
     CHECK_NEAR(error, 0.0, expected_error(solver));
-    CHECK(solution.solver == solver.name);
+    CHECK(solution.method == solver.name);
     CHECK((solution.steps >= 10 || solver.family == "modal"));
   }
 }
@@ -308,7 +308,7 @@ TEST("a motion that grows beyond all numbers is an error") {
 TEST("the initial state is stored unchanged and a single instant needs no step") {
   const OscillatorProblem problem(Oscillator{.velocity = 0.25});
   for (const NamedSolver& solver : all_solvers()) {
-    const Solution solution = solver.solve(problem, {0.0}, unit_scale);
+    const Trace solution = solver.solve(problem, {0.0}, unit_scale);
     CHECK_NEAR(solution.position(0, 0), 1.0, 1e-15);
     CHECK_NEAR(solution.velocity(0, 0), 0.25, 1e-15);
   }
@@ -324,8 +324,8 @@ TEST("where the origin lies changes nothing") {
   const auto times = sample::instants(0.03, 6);
   for (const char* name : {"arkode-fehlberg-7-8", "cvode-adams", "gsl-rk8pd"}) {
     const auto& solver = palpate::reference::solver_named(name);
-    const Solution a = solver.solve(here, times, {.relative = 1e-10});
-    Solution b = solver.solve(there, times, {.relative = 1e-10});
+    const Trace a = solver.solve(here, times, {.relative = 1e-10});
+    Trace b = solver.solve(there, times, {.relative = 1e-10});
     b.position.colwise() += a.position.col(0) - b.position.col(0);
     const double peak = palpate::reference::peak_displacement(a.position);
     CHECK_NEAR(palpate::reference::trajectory_error(b.position, a.position, peak), 0.0, 1e-8);

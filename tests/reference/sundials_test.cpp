@@ -22,8 +22,8 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using palpate::Load;
 using palpate::NetworkProblem;
+using palpate::Trace;
 using palpate::reference::peak_displacement;
-using palpate::reference::Solution;
 using palpate::reference::solver_named;
 using palpate::reference::trajectory_error;
 
@@ -91,7 +91,7 @@ Naive naive_bdf(NetworkProblem problem, double end, double relative) {
 TEST("naive CVODE-BDF steps over a push of 10 ms, reports success and is 100 % wrong") {
   const NetworkProblem problem = late_push();
   const Naive naive = naive_bdf(problem, 0.512, 1e-4);
-  const Solution truth =
+  const Trace truth =
       solver_named("arkode-fehlberg-7-8").solve(problem, {0.0, 0.512}, {.relative = 1e-11});
   const double error = (naive.position - truth.position.col(1)).cwiseAbs().maxCoeff() /
                        peak_displacement(truth.position);
@@ -104,12 +104,12 @@ TEST("naive CVODE-BDF steps over a push of 10 ms, reports success and is 100 % w
 TEST("no solver of ours steps over the push, at the same tolerance") {
   const NetworkProblem problem = late_push();
   const auto times = sample::instants(0.512, 1);
-  const Solution truth =
+  const Trace truth =
       solver_named("arkode-fehlberg-7-8").solve(problem, times, {.relative = 1e-11});
   const double peak = peak_displacement(truth.position);
   for (const char* name : {"cvode-bdf", "cvode-adams", "arkode-fehlberg-7-8", "arkode-esdirk-5-4",
                            "gsl-rk8pd", "gsl-msbdf", "long-double-fehlberg-7-8"}) {
-    const Solution ours = solver_named(name).solve(problem, times, {.relative = 1e-4});
+    const Trace ours = solver_named(name).solve(problem, times, {.relative = 1e-4});
     const double error = trajectory_error(ours.position, truth.position, peak);
     std::printf("  %-26s %5ld steps, error %.1e\n", name, ours.steps, error);
     CHECK_NEAR(error, 0.0, 0.02);  // tolerance 1e-4, grown over some hundred steps of low order

@@ -30,8 +30,8 @@ Trace moving_block() {
   }
   NodeVectors moved = rest;
   moved(2, 13) += 1e-4;
-  trace.frame_time = {0.0, 0.2};
-  trace.frames = {rest, moved};
+  trace.frames.time = {0.0, 0.2};
+  trace.frames.position = {rest, moved};
   return trace;
 }
 
@@ -63,10 +63,10 @@ TEST("the snapshot shows the slice of the node that moved furthest, and says how
 
 TEST("a trace that never moved, or was cut short, has no snapshot and still a page") {
   Trace trace = moving_block();
-  trace.frames[1] = trace.frames[0];
+  trace.frames.position[1] = trace.frames.position[0];
   CHECK(!snapshot_figure(trace));
   CHECK(contains(to_html(RunReport{.title = "empty"}, Trace{}), "empty"));
-  trace.frames[1](0, 0) = std::nan("");
+  trace.frames.position[1](0, 0) = std::nan("");
   CHECK(!snapshot_figure(trace));
 }
 

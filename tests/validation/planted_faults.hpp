@@ -31,14 +31,13 @@ template <class Name> std::span<const Name> tried(std::span<const Name> names) {
 
 /// References are the same with and without a fault: computed once.
 inline const reference::Cache& shared_references() {
-  static std::map<std::string, reference::Solution> kept;
+  static std::map<std::string, Trace> kept;
   static const reference::Cache cache{
-      .load = [](const std::string& key) -> std::optional<reference::Solution> {
+      .load = [](const std::string& key) -> std::optional<Trace> {
         const auto found = kept.find(key);
         return found == kept.end() ? std::nullopt : std::optional(found->second);
       },
-      .save = [](const std::string& key,
-                 const reference::Solution& solution) { kept.emplace(key, solution); }};
+      .save = [](const std::string& key, const Trace& solution) { kept.emplace(key, solution); }};
   return cache;
 }
 

@@ -15,46 +15,46 @@ Scene insertion() {
   return scene;
 }
 
+Trace run_of(const Scene& scene, int keyframes) {
+  ModelSubject subject{Simulation(scene)};
+  return roll_out(subject, scene, {.keyframes = keyframes});
+}
+
 }  // namespace
 
 TEST("nodes are kept at ticks with events and at the largest force, in order of time") {
-  Simulation simulation(insertion());
-  const Run run = roll_out(simulation, {.events = 20});
-  const auto& force = run.trace.find("tool.force_n")->values;
+  const Trace run = run_of(insertion(), 20);
+  const auto& force = run.find("tool.force_n")->values;
   const auto most = static_cast<std::size_t>(std::ranges::max_element(force) - force.begin());
-  const auto& event = run.trace.text_columns[1].values;
+  const auto& event = run.text_columns[1].values;
   std::vector<double> expected;
   for (std::size_t row = 0; row < event.size(); ++row) {
-    if (!event[row].empty() || row == most) { expected.push_back(run.trace.time[row]); }
+    if (!event[row].empty() || row == most) { expected.push_back(run.time[row]); }
   }
   CHECK(expected.size() >= 3);
-  CHECK(run.moments.time == expected);
+  CHECK(run.keyframes.time == expected);
 }
 
 TEST("what is kept is where the nodes were then") {
-  Simulation simulation(insertion());
-  const Run run = roll_out(simulation, {.events = 20});
+  const Trace run = run_of(insertion(), 20);
   Simulation again(insertion());
   std::size_t found = 0;
   while (again.ticks() < again.tick_count()) {
     again.tick();
-    const auto at = std::ranges::find(run.moments.time, again.time());
-    if (at == run.moments.time.end()) { continue; }
+    const auto at = std::ranges::find(run.keyframes.time, again.time());
+    if (at == run.keyframes.time.end()) { continue; }
     ++found;
-    CHECK(run.moments.positions[static_cast<std::size_t>(at - run.moments.time.begin())] ==
+    CHECK(run.keyframes.position[static_cast<std::size_t>(at - run.keyframes.time.begin())] ==
           again.node_positions());
   }
-  CHECK(found + (run.moments.time.front() == 0.0 ? 1 : 0) == run.moments.time.size());
+  CHECK(found + (run.keyframes.time.front() == 0.0 ? 1 : 0) == run.keyframes.time.size());
 }
 
 TEST("no more events are kept than wanted, none without wish, and none without a tool") {
-  Simulation one(insertion());
-  CHECK(roll_out(one, {.events = 1}).moments.time.size() == 2);
-  Simulation none(insertion());
-  CHECK(roll_out(none, {}).moments.time.empty());
+  CHECK(run_of(insertion(), 1).keyframes.time.size() == 2);
+  CHECK(run_of(insertion(), 0).keyframes.time.empty());
   Scene bare = insertion();
   bare.needle.reset();
   bare.drive.reset();
-  Simulation without_tool(bare);
-  CHECK(roll_out(without_tool, {.events = 5}).moments.time.empty());
+  CHECK(run_of(bare, 5).keyframes.time.empty());
 }

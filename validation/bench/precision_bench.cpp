@@ -136,11 +136,11 @@ PointScene::PointScene(const CaseContext& context, const Scene& scene, int node)
 PointScene::~PointScene() = default;
 
 MethodRun PointScene::here(const Scene& scene) const {
-  const Motion motion = simulate(context_, scene, nullptr, {.energy = true});
+  const Trace motion = roll_out(context_, scene, {.position = true, .energy = true});
   const std::string scheme(Simulation(scene).plan().integrator->name);
   return {.tool = motion.position.middleRows(first_, count_),
           .position = motion.position,
-          .energy = vector_of(motion.energy),
+          .energy = vector_of(motion.values("energy_j")),
           .seconds = motion.seconds,
           .evaluations = evaluations_of(scheme, motion.steps),
           .failed = motion.diverged};
@@ -167,17 +167,14 @@ MethodRun PointScene::there(const std::string& solver,
 }
 
 MethodRun needle_here(const CaseContext& context, const Scene& scene) {
-  const Insertion insertion = insert_tool(context, scene, {.motion = true});
-  MethodRun run{.tool = Eigen::MatrixXd(1, static_cast<Eigen::Index>(insertion.tool.size())),
+  const Trace insertion = roll_out(context, scene, {.position = true, .energy = true});
+  MethodRun run{.tool = vector_of(insertion.values("tool.force_n")).transpose(),
                 .position = insertion.position,
-                .energy = vector_of(insertion.energy),
+                .energy = vector_of(insertion.values("energy_j")),
                 .seconds = insertion.seconds,
                 .failed = insertion.diverged};
-  for (Eigen::Index n = 0; n < run.tool.cols(); ++n) {
-    run.tool(0, n) = insertion.tool[static_cast<std::size_t>(n)].forces.total;
-  }
-  const long ticks = static_cast<long>(insertion.tool.size()) - 1;
-  run.evaluations = evaluations_of(insertion.integrator, ticks * insertion.substeps);
+  const long ticks = static_cast<long>(insertion.rows()) - 1;
+  run.evaluations = evaluations_of(insertion.method, ticks * insertion.substeps);
   return run;
 }
 

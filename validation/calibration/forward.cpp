@@ -45,13 +45,13 @@ Scene coarser(Scene scene, const Coarsening& how) {
 }
 
 ObservedInsertion simulate_insertion(const Scene& scene, const std::atomic<bool>* stop) {
-  Simulation simulation(scene);
-  const Run run = roll_out(simulation, {.stop = stop});
+  ModelSubject subject{Simulation(scene)};
+  const Trace run = roll_out(subject, scene, {}, {.stop = stop});
   if (run.interrupted) { throw Interrupted(); }
   if (run.diverged) {
     return {.refusal = "diverges at t = " + std::to_string(run.diverged_at) + " s"};
   }
-  return observe(run.trace);
+  return observe(run);
 }
 
 Forward::Forward(Scene scene, std::vector<Parameter> parameters, int jobs,

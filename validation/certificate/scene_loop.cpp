@@ -76,11 +76,11 @@ std::string why_not_at(const Scene& scene, double rate) {
 }
 
 SceneLoop::SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& options)
-    : simulation_(simulation_of(scene, options)),
+    : subject_(simulation_of(scene, options)),
       periods_of_step_(std::lround(periods_of_step(scene, rate))) {
   if (in_hand(scene)) {
     falcon_.emplace(
-        scene, simulation_,
+        scene, subject_,
         FalconLoopOptions{.faults = options.faults ? wire_faults(scene) : FaultScript{}});
   }
   constexpr std::size_t enough = 64;  // twice what the model keeps
@@ -88,48 +88,48 @@ SceneLoop::SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& op
   take_happenings();
   if (scene.syringe && scene.needle) {
     line_.emplace(options.faults);
-    row_.resize(simulation_.columns().size());
-    pressure_column_ = pressure_column(simulation_.columns());
+    row_.resize(subject_.columns().size());
+    pressure_column_ = pressure_column(subject_.columns());
   }
 }
 
 StepStatus SceneLoop::tick() noexcept {
   if (begun_) { happened_.clear(); }
   begun_ = true;
-  const long before = simulation_.ticks();
+  const long before = subject_.ticks();
   StepStatus status = StepStatus::ok;
   if (falcon_) {
     status = falcon_->device_tick();
   } else if (period_ == 0) {
-    status = simulation_.tick();
+    status = subject_.step({});
   }
   period_ = period_ + 1 < periods_of_step_ ? period_ + 1 : 0;
-  if (line_ && simulation_.ticks() > before) { send_pressure(); }
+  if (line_ && subject_.ticks() > before) { send_pressure(); }
   take_happenings();
   return status;
 }
 
 /// Told and forgotten, as a trace does; neither list ever grows.
 void SceneLoop::take_happenings() noexcept {
-  for (const ToolHappening& each : simulation_.tool_happenings()) {
+  for (const ToolHappening& each : subject_.tool_happenings()) {
     if (happened_.size() < happened_.capacity()) { happened_.push_back(each); }
   }
-  simulation_.forget_tool_happenings();
+  subject_.forget_tool_happenings();
 }
 
 void SceneLoop::send_pressure() noexcept {
-  simulation_.sample(row_);
-  line_->send(simulation_.time(), row_[pressure_column_]);
+  subject_.sample(row_);
+  line_->send(subject_.time(), row_[pressure_column_]);
 }
 
 bool SceneLoop::over() const noexcept {
-  return period_ == 0 && simulation_.ticks() >= simulation_.tick_count();
+  return period_ == 0 && subject_.ticks() >= subject_.tick_count();
 }
 
-long SceneLoop::tick_count() const noexcept { return simulation_.tick_count() * periods_of_step_; }
+long SceneLoop::tick_count() const noexcept { return subject_.tick_count() * periods_of_step_; }
 
 Moment SceneLoop::moment() const noexcept {
-  Moment moment{.scene_time = simulation_.time()};
+  Moment moment{.scene_time = subject_.time()};
   if (!happenings().empty()) { moment.happening = happenings().back(); }
   return moment;
 }

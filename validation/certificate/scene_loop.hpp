@@ -64,7 +64,7 @@ class SceneLoop {
   /// What happened to the tool in the last tick; in the first one also what had happened at the
   /// start.
   [[nodiscard]] std::span<const ToolHappening> happenings() const noexcept { return happened_; }
-  [[nodiscard]] Simulation& simulation() { return simulation_; }
+  [[nodiscard]] Simulation& simulation() { return subject_.simulation(); }
   [[nodiscard]] FalconLoop* falcon() { return falcon_ ? &*falcon_ : nullptr; }
   [[nodiscard]] const PressureLine* pressure_line() const { return line_ ? &*line_ : nullptr; }
 
@@ -72,7 +72,7 @@ class SceneLoop {
   void send_pressure() noexcept;
   void take_happenings() noexcept;
 
-  Simulation simulation_;
+  ModelSubject subject_;
   long periods_of_step_;
   long period_ = 0;  ///< of the present step
   std::optional<FalconLoop> falcon_{};

@@ -18,7 +18,7 @@ namespace {
 /// A run up to some tick, with an observer at the grip of the device itself, not at its counts.
 class ObservedRun {
  public:
-  explicit ObservedRun(const Scene& scene) : simulation_(scene), loop_(scene, simulation_) {
+  explicit ObservedRun(const Scene& scene) : subject_(Simulation(scene)), loop_(scene, subject_) {
     observer_.observe(0.0, place(), Eigen::Vector3d::Zero());
   }
   StepStatus tick(bool missed) {
@@ -26,15 +26,15 @@ class ObservedRun {
     observer_.observe(loop_.falcon().time(), place(), loop_.force_sent());
     return status;
   }
-  [[nodiscard]] bool over() const { return simulation_.ticks() >= simulation_.tick_count(); }
+  [[nodiscard]] bool over() const { return subject_.ticks() >= subject_.tick_count(); }
   [[nodiscard]] Eigen::Vector3d place() const { return loop_.falcon().body().plant().position(); }
   [[nodiscard]] const Eigen::Vector3d& force() const { return loop_.force_sent(); }
   [[nodiscard]] double energy() const { return observer_.energy(); }
   [[nodiscard]] double time() const { return loop_.falcon().time(); }
-  Simulation& simulation() { return simulation_; }
+  Simulation& simulation() { return subject_.simulation(); }
 
  private:
-  Simulation simulation_;
+  ModelSubject subject_;
   FalconLoop loop_;
   device::PassivityObserver observer_{};
 };

@@ -17,8 +17,7 @@ Scene short_way();
 /// With syringes that reach the thumb's limit before the needle is through: beyond, the law bends.
 std::vector<calibration::Parameter> fitted_parameters(const Scene& scene);
 /// With the columns that observe() asks for.
-Trace trace_of(const Insertion& run, std::vector<double> pressure);
-/// The candidate: planted faults damage its scene, its insertion and its pressure.
+/// Observables of the candidate, with the planted fault in its scene or its trace.
 calibration::ObservedInsertion candidate(const CaseContext& context, const Scene& scene);
 
 /// The candidate as a straight line in what its observables are straight in: cutting forces, the
@@ -79,25 +78,8 @@ std::vector<Parameter> fitted_parameters(const Scene& scene) {
   return parameters;
 }
 
-Trace trace_of(const Insertion& run, std::vector<double> pressure) {
-  Trace trace{.time = run.time};
-  std::vector<double> depth;
-  std::vector<double> force;
-  for (const ToolReport& tool : run.tool) {
-    depth.push_back(tool.place);
-    force.push_back(tool.forces.total);
-  }
-  trace.columns = {{"syringe.pressure_pa", "Pa", std::move(pressure)},
-                   {"tool.depth_m", "m", std::move(depth)},
-                   {"tool.force_n", "N", std::move(force)}};
-  return trace;
-}
-
 ObservedInsertion candidate(const CaseContext& context, const Scene& scene) {
-  const Insertion run = insert_tool(context, scene);
-  std::vector<double> pressure = run.pressure;
-  damage(context, pressure);
-  return observe(trace_of(run, std::move(pressure)));
+  return observe(roll_out(context, scene, {}));
 }
 
 namespace {
@@ -147,7 +129,7 @@ using namespace calibration;
 
 /// What all readings of one study share beside the transducer, as large as the fit is told: errors
 /// of depth, of the time of the fall, and of forces in a coarser block.
-void add_shared_errors(std::vector<Subject>& subjects, const SharedUncertainty& shared,
+void add_shared_errors(std::vector<calibration::Subject>& subjects, const SharedUncertainty& shared,
                        device::Seeded& seeded) {
   Observation offset = Observation::Zero(observable_count);
   Observation factor = Observation::Ones(observable_count);
@@ -156,28 +138,28 @@ void add_shared_errors(std::vector<Subject>& subjects, const SharedUncertainty& 
   for (Eigen::Index n = 0; n < observable_count; ++n) {
     if (is_force(n)) { factor[n] += shared.model * seeded.normal(); }
   }
-  for (Subject& subject : subjects) {
+  for (calibration::Subject& subject : subjects) {
     subject.seen.value = subject.seen.value.cwiseProduct(factor) + offset;
   }
 }
 
 /// Women whose tissue differs by a factor from the one that was simulated, under one transducer.
-std::vector<Subject> noisy_subjects(const Scene& scene, std::size_t count, device::Seeded& seeded) {
-  const Insertion run = insert_tool({}, scene);
-  const Trace clean = trace_of(run, run.pressure);
+std::vector<calibration::Subject> noisy_subjects(const Scene& scene, std::size_t count,
+                                                 device::Seeded& seeded) {
+  const Trace clean = roll_out({}, scene, {});
   const SharedUncertainty shared;
   const double zero = shared.zero * seeded.normal();
   const double gain = 1.0 + shared.gain * seeded.normal();
   const double force_gain = 1.0 + shared.force_gain * seeded.normal();
-  std::vector<Subject> subjects;
+  std::vector<calibration::Subject> subjects;
   for (std::size_t n = 0; n < count; ++n) {
     const double factor = 1.0 + 0.1 * seeded.normal();
     Recording recording{.name = "made-up",
                         .sample_rate = 250.0,
                         .time = clean.time,
-                        .pressure = clean.columns[0].values,
-                        .depth = clean.columns[1].values,
-                        .force = clean.columns[2].values};
+                        .pressure = clean.values("syringe.pressure_pa"),
+                        .depth = clean.values("tool.depth_m"),
+                        .force = clean.values("tool.force_n")};
     for (double& p : recording.pressure) { p = gain * factor * p + zero; }
     for (double& f : recording.force) { f *= force_gain * factor; }
     add_noise(recording.pressure, 0.3 * pascals_per_mmhg, seeded);
@@ -208,7 +190,7 @@ void fit_one(const StraightScene& straight, std::uint64_t seed, Coverage& covera
   const std::vector<Parameter> parameters = fitted_parameters(scene);
   device::Seeded seeded(seed);
   const Forward::Values truth = drawn_truth(parameters, seeded);
-  const std::vector<Subject> subjects =
+  const std::vector<calibration::Subject> subjects =
       noisy_subjects(with_values(scene, parameters, truth), 5, seeded);
   Forward forward(scene, parameters, 1, nullptr, [&](const Scene& at) { return straight.at(at); });
   const Fit found = fit(forward, pool(subjects));
@@ -273,8 +255,8 @@ constexpr std::array groups{Group{"BMI 18-24.9", 22.0, 461.0}, Group{"BMI 25-34.
                             Group{"BMI 35-44.9", 40.0, 415.0}, Group{"BMI >= 45", 47.0, 376.0}};
 
 /// Five women each with the published mean and the spread that the stored recordings have.
-std::vector<Subject> reconstructed_group(const Group& group, std::uint64_t seed) {
-  std::vector<Subject> subjects;
+std::vector<calibration::Subject> reconstructed_group(const Group& group, std::uint64_t seed) {
+  std::vector<calibration::Subject> subjects;
   constexpr double ligament_ratio = 7.467 / 12.133;  // of the needle force, Davidor et al. 2023
   for (const double score : even_scores(5, seed)) {
     const double peak = group.peak * pascals_per_mmhg * (1.0 + 0.22 * score);
@@ -293,7 +275,7 @@ std::vector<Subject> reconstructed_group(const Group& group, std::uint64_t seed)
 }
 
 /// Peak of the scene that was fitted to these [mmHg].
-double fitted_peak(const StraightScene& straight, std::span<const Subject> subjects) {
+double fitted_peak(const StraightScene& straight, std::span<const calibration::Subject> subjects) {
   const Scene scene = short_way();
   Forward forward(scene, fitted_parameters(scene), 1, nullptr,
                   [&](const Scene& at) { return straight.at(at); });
@@ -319,14 +301,14 @@ double slope_over_body_mass(const std::array<double, groups.size()>& peaks) {
 
 void measure_groups(const CaseContext& context, Outcome& outcome) {
   const StraightScene straight(context);
-  std::array<std::vector<Subject>, groups.size()> subjects;
+  std::array<std::vector<calibration::Subject>, groups.size()> subjects;
   std::array<double, groups.size()> own{};
   for (std::size_t n = 0; n < groups.size(); ++n) {
     subjects[n] = reconstructed_group(groups[n], 10 * n + 1);
   }
   for (std::size_t n = 0; n < groups.size(); ++n) {
     own[n] = fitted_peak(straight, subjects[n]);
-    std::vector<Subject> others;
+    std::vector<calibration::Subject> others;
     for (std::size_t m = 0; m < groups.size(); ++m) {
       if (m != n) { others.insert(others.end(), subjects[m].begin(), subjects[m].end()); }
     }

@@ -304,9 +304,9 @@ Scene resting_insertion() {
   return scene;
 }
 
-Recording through_the_link(const Insertion& run) {
+Recording through_the_link(const Trace& run) {
   const std::vector<std::uint8_t> bytes =
-      link_bytes(link_frames(recording_of(run.time, run.pressure)));
+      link_bytes(link_frames(recording_of(run.time, run.values("syringe.pressure_pa"))));
   return recording_of_link(bytes, run.time.size()).recording;
 }
 
@@ -351,11 +351,10 @@ void judge_event(const Comparison& found, const Recording& recording, Outcome& o
 }
 
 void measure_round_trip(const CaseContext& context, Outcome& outcome) {
-  const Insertion run = insert_tool(context, resting_insertion());
-  const Recording recording = through_the_link(run);
-  std::vector<double> pressure = run.pressure;
-  damage(context, pressure);
-  const Trace simulated = trace_of(run.time, pressure);
+  const Trace run = roll_out(context, resting_insertion(), {});
+  const Recording recording =
+      through_the_link(context.mutation == nullptr ? run : roll_out({}, resting_insertion(), {}));
+  const Trace simulated = trace_of(run.time, run.values("syringe.pressure_pa"));
   outcome.judge(
       {.name = "missing_samples",
        .value = static_cast<double>(recording.defects.missing + recording.defects.bad_frames),

@@ -34,9 +34,11 @@ void add_noise(std::vector<double>& values, double deviation, device::Seeded& se
 }
 
 void damage(const CaseContext& context, std::vector<double>& pressure) {
-  if (context.mutation != nullptr && context.mutation->pressure) {
-    context.mutation->pressure(pressure);
-  }
+  if (context.mutation == nullptr || !context.mutation->trace) { return; }
+  Trace trace;
+  trace.columns = {{"syringe.pressure_pa", "Pa", std::move(pressure)}};
+  context.mutation->trace(trace);
+  pressure = std::move(trace.columns.front().values);
 }
 
 double largest_difference(std::span<const double> a, std::span<const double> b) {

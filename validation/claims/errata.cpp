@@ -23,7 +23,7 @@ Eigen::VectorXd rest_under(const CaseContext& context, const PrintedForm& printe
   scene.simulation.printed = printed;
   scene.loads.push_back({.nodes = {pressed_node}, .force = {0.0, 0.0, force}});
   const SpringNetwork network = build_network(scene);
-  const Motion motion = simulate(context, scene, &network, {.every = 30});
+  const Trace motion = roll_out(context, scene, &network, {.every = 30, .position = true});
   if (motion.diverged || motion.position.cols() < 2 ||
       motion.position.rows() != 3 * (network.node_count() - 9)) {
     return Eigen::VectorXd::Constant(1, std::nan(""));
@@ -182,15 +182,15 @@ void judge_divergence(Outcome& outcome, const std::string& name, bool diverged) 
 }
 
 /// Long enough for every growing mode to leave all bounds.
-Motion run_away(const CaseContext& context, const PrintedForm& printed, double seconds) {
+Trace run_away(const CaseContext& context, const PrintedForm& printed, double seconds) {
   const Scene scene = pressed_scene(step, seconds, printed);
   const SpringNetwork network = build_network(scene);
-  return simulate(context, scene, &network, {.every = 100});
+  return roll_out(context, scene, &network, {.every = 100, .position = true});
 }
 
 void judge_runaway(const CaseContext& context, Outcome& outcome, const PrintedForm& printed,
                    const std::string& name, double seconds) {
-  const Motion motion = run_away(context, printed, seconds);
+  const Trace motion = run_away(context, printed, seconds);
   judge_divergence(outcome, name, motion.diverged);
   outcome.judge(
       {.name = name + ": out of all bounds at", .value = motion.diverged_at, .unit = "s"});
@@ -253,8 +253,8 @@ Finding measure_no_time_step(const CaseContext& context, Outcome& outcome) {
   seconds.simulation.step = 1.0;
   seconds.simulation.duration = 100.0;
   const SpringNetwork network = build_network(soft);
-  const Motion ticks = simulate(context, soft, &network);
-  const Motion slow = simulate(context, seconds, &network);
+  const Trace ticks = roll_out(context, soft, &network, {.position = true});
+  const Trace slow = roll_out(context, seconds, &network, {.position = true});
   const bool comparable = ticks.position.cols() == 101 && slow.position.cols() == 101 &&
                           ticks.position.allFinite() && slow.position.allFinite();
   const double difference =

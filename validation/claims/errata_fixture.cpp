@@ -170,7 +170,8 @@ Rate measure_rate(const CaseContext& context, const PrintedForm& printed, double
   const double amplitude =
       std::clamp(small / std::exp(per_step * static_cast<double>(steps)), 1e-13, faint);
   const SpringNetwork start = displaced(network, mode, amplitude);
-  const Motion motion = simulate(context, scene, &start, {.velocity = true, .every = steps});
+  const Trace motion =
+      roll_out(context, scene, &start, {.every = steps, .position = true, .velocity = true});
   const double seconds = static_cast<double>(steps) * h;
   Rate rate{
       .predicted = per_step / h, .motion = dominant_mode(linear).value.real(), .steps = steps};
@@ -186,8 +187,8 @@ double reference_rate(const PrintedForm& printed) {
   const double seconds = 5.0 / std::abs(mode.value.real());
   const NetworkProblem problem(displaced(network, mode, faint), {}, Eigen::Vector3d::Zero(),
                                printed);
-  const reference::Solution solution = reference::solve_arkode_explicit(
-      problem, {0.0, 0.5 * seconds, seconds}, {1e-9, faint, faint * 1e3});
+  const Trace solution = reference::solve_arkode_explicit(problem, {0.0, 0.5 * seconds, seconds},
+                                                          {1e-9, faint, faint * 1e3});
   return log_growth(mode, network, solution.position, solution.velocity) / seconds;
 }
 
@@ -204,7 +205,8 @@ Pressed run_pressed(const CaseContext& context, const PrintedForm& printed, long
   const double h = duration / static_cast<double>(ticks);
   const Scene scene = pressed_scene(h, duration, printed);
   const SpringNetwork network = build_network(scene);
-  const Motion motion = simulate(context, scene, &network, {.every = ticks / sample_count});
+  const Trace motion =
+      roll_out(context, scene, &network, {.every = ticks / sample_count, .position = true});
   Pressed pressed{
       .time = motion.time, .diverged = motion.diverged, .diverged_at = motion.diverged_at};
   if (motion.position.rows() == rest_of(network).size()) {

@@ -31,8 +31,8 @@ Eigen::MatrixXd run_variant(const CaseContext& context, const Variant& variant, 
   scene.simulation.integrator = variant.scheme;
   scene.simulation.printed.lagged_velocity = variant.lagged;
   const SpringNetwork network = build_network(scene);
-  const Motion motion =
-      simulate(context, scene, &network, {.every = ticks / sample_count_of_ladder});
+  const Trace motion = roll_out(context, scene, &network,
+                                {.every = ticks / sample_count_of_ladder, .position = true});
   if (motion.position.cols() == 0) { return {}; }
   const Eigen::VectorXd rest = motion.position.col(0);
   return motion.position.colwise() - rest;
@@ -90,7 +90,7 @@ bool grows(const CaseContext& context, const Variant& variant, double h) {
   for (int node = 0; node < network.node_count(); ++node) {
     if (network.is_fixed(node)) { network.initial_displacement.col(node).setZero(); }
   }
-  const Motion motion = simulate(context, scene, &network, {.every = 50});
+  const Trace motion = roll_out(context, scene, &network, {.every = 50, .position = true});
   if (motion.diverged || !motion.position.allFinite()) { return true; }
   const Eigen::VectorXd start = motion.position.col(0);
   const auto moved = (motion.position.colwise() - start).cwiseAbs().maxCoeff();
@@ -148,7 +148,7 @@ void judge_recurrence(const CaseContext& context, Outcome& outcome) {
   network.initial_displacement = NodeVectors::Zero(3, network.node_count());
   network.initial_displacement.leftCols(shape.size() / 3) =
       amplitude * Eigen::Map<const NodeVectors>(shape.data(), 3, shape.size() / 3);
-  const Motion motion = simulate(context, scene, &network);
+  const Trace motion = roll_out(context, scene, &network, {.position = true});
   double error = motion.position.cols() == steps + 1 ? 0.0 : std::nan("");
   double q[3] = {amplitude, amplitude, amplitude};  // q(n), q(n-1), q(n-2)
   for (Eigen::Index n = 1; n < motion.position.cols() && error >= 0.0; ++n) {

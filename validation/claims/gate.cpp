@@ -31,8 +31,8 @@ Case faults_case();  ///< planted damage always does
 struct Study {
   Scene scene{};
   SpringNetwork network{};
-  int probe = 0;                ///< node that is pushed and watched
-  reference::Solution truth{};  ///< by CVODE
+  int probe = 0;  ///< node that is pushed and watched
+  Trace truth{};  ///< by CVODE
 };
 /// `loaded`: false leaves the push out of the truth.
 Study block_study(bool loaded = true);
@@ -54,7 +54,7 @@ constexpr long steps = 600;
 constexpr int instants_of_nodes = 6;
 constexpr int orders = 8;  ///< of summation, that tell the spread
 
-Figure path_figure(const Motion& motion, int probe) {
+Figure path_figure(const Trace& motion, int probe) {
   return {.id = "path",
           .title = "Path of the pushed node",
           .x = {.label = "time (s)"},
@@ -63,7 +63,7 @@ Figure path_figure(const Motion& motion, int probe) {
               networks::line("node", motion.time, networks::row(motion.position, 3 * probe + 2))}};
 }
 
-Figure node_figure(const Motion& motion) {
+Figure node_figure(const Trace& motion) {
   Figure figure{.id = "nodes",
                 .title = "How far every node has moved",
                 .x = {.label = "coordinate (1)"},
@@ -101,7 +101,8 @@ Study block_study(bool loaded) {
 }
 
 Outcome outcome_of(const CaseContext& context, const Study& study) {
-  const Motion motion = simulate(context, study.scene, &study.network, {.energy = true});
+  const Trace motion =
+      roll_out(context, study.scene, &study.network, {.position = true, .energy = true});
   Outcome outcome{
       .name = "block", .suite = "accuracy", .claim = "A pushed block moves as its equations say."};
   const TrajectoryError error = networks::distance(motion, study.truth);
@@ -109,9 +110,10 @@ Outcome outcome_of(const CaseContext& context, const Study& study) {
                  .value = error.maximum,
                  .upper = 0.05,
                  .bound_from = "of a sample"});
-  outcome.judge({.name = "final_energy", .value = motion.energy.back(), .unit = "J"});
-  outcome.judge(
-      {.name = "largest_energy", .value = *std::ranges::max_element(motion.energy), .unit = "J"});
+  outcome.judge({.name = "final_energy", .value = motion.values("energy_j").back(), .unit = "J"});
+  outcome.judge({.name = "largest_energy",
+                 .value = *std::ranges::max_element(motion.values("energy_j")),
+                 .unit = "J"});
   outcome.judge(
       {.name = "work", .value = static_cast<double>(motion.steps), .unit = "evaluations"});
   outcome.figures = {path_figure(motion, study.probe), node_figure(motion)};
@@ -195,9 +197,9 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 std::vector<Mutation> model_faults() {
   return {
       {.name = "a node is not a number",
-       .motion = [](Motion& m) { m.position(17, m.position.cols() - 1) = nan; }},
+       .trace = [](Trace& m) { m.position(17, m.position.cols() - 1) = nan; }},
       {.name = "a node is 1 mm off",
-       .motion = [](Motion& m) { m.position(17, m.position.cols() - 1) += 1e-3; }},
+       .trace = [](Trace& m) { m.position(17, m.position.cols() - 1) += 1e-3; }},
       {.name = "dampers push instead of pull",
        .model =
            [](Scene&, SpringNetwork& network) {
@@ -215,8 +217,8 @@ std::vector<Mutation> model_faults() {
              network.springs.edit([](std::vector<Spring>& all) { all.erase(all.begin() + 60); });
            }},
       {.name = "frames come one late",
-       .motion =
-           [](Motion& m) {
+       .trace =
+           [](Trace& m) {
              for (Eigen::Index n = m.position.cols() - 1; n > 0; --n) {
                m.position.col(n) = m.position.col(n - 1);
              }

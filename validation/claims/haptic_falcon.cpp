@@ -17,25 +17,13 @@
 namespace palpate::haptics {
 
 struct Held {
-  Run run{};
+  Trace run{};
   FalconFacts facts{};
 };
 
-Held hold(const CaseContext& context, Scene scene);
-
-/// A chain that nothing cuts, so that the tip stays on its first node.
-Scene chain_in_hand(bool quick, double stiffness);
-
 Held hold(const CaseContext& context, Scene scene) {
-  SpringNetwork network = build_network(scene);
-  if (context.mutation != nullptr && context.mutation->model) {
-    context.mutation->model(scene, network);
-  }
-  Simulation simulation(scene, network, context.skip);
-  FalconLoop loop(scene, simulation, {.extra_delay = extra_delay(context)});
   Held held;
-  held.run = roll_out(simulation, {.falcon = &loop});
-  held.facts = loop.facts();
+  held.run = roll_out(context, std::move(scene), {}, {.falcon = &held.facts});
   return held;
 }
 
@@ -105,7 +93,7 @@ void measure_reference(const CaseContext& context, Outcome& outcome) {
     const reference::HeldToolMotion truth = reference::solve_held_tool(
         reference_of(scene, intent), build_network(scene), ticks,
         {.relative = 1e-10, .position_scale = 1e-3, .velocity_scale = 1e-2});
-    const Trace& trace = held.run.trace;
+    const Trace& trace = held.run;
     const auto column = [&](const char* name) -> const std::vector<double>& {
       return trace.find(name)->values;
     };
@@ -213,7 +201,7 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
       if (held.facts.lost_resistance_at && !held.run.diverged) {
         const auto tick =
             static_cast<std::size_t>(std::lround(*held.facts.lost_resistance_at / 1e-3));
-        depth = held.run.trace.find("tool.depth_m")->values[tick];
+        depth = held.run.find("tool.depth_m")->values[tick];
         arrived += 1.0;
       }
       const double border = 0.0144 + group.fat;
@@ -225,7 +213,7 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
                             100.0 * static_cast<double>(held.facts.saturated) /
                                 static_cast<double>(held.facts.ticks),
                             -1e3 * held.facts.least_energy});
-      if (continuous) { figure.series.push_back(force_over_depth(held.run.trace, group.name)); }
+      if (continuous) { figure.series.push_back(force_over_depth(held.run, group.name)); }
     }
   }
   outcome.judge({.name = "share_that_arrives",
@@ -304,12 +292,12 @@ void measure_passivity(const CaseContext& context, Outcome& outcome) {
   for (const bool controlled : {false, true}) {
     scene.falcon->passivity_controller = controlled;
     const Held held = hold(context, scene);
-    const std::vector<double>& energy = held.run.trace.find("device.energy_j")->values;
+    const std::vector<double>& energy = held.run.find("device.energy_j")->values;
     Series series{.label = controlled ? "with controller" : "without"};
     double fed = 0.0;
     for (std::size_t n = 0; n < energy.size(); ++n) {
       if (n > 0) { fed = std::max(fed, energy[n - 1] - energy[n]); }
-      series.x.push_back(held.run.trace.time[n]);
+      series.x.push_back(held.run.time[n]);
       series.y.push_back(1e3 * energy[n]);
     }
     figure.series.push_back(std::move(series));

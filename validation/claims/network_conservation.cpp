@@ -52,7 +52,7 @@ struct Drift {
   double angular = 0.0;  ///< over sum m |x| |v|
 };
 
-Drift drift_of(const SpringNetwork& network, const Motion& motion) {
+Drift drift_of(const SpringNetwork& network, const Trace& motion) {
   const auto& mass = network.mass;
   const double scale = mass.dot(network.initial_velocity.colwise().norm().transpose());
   const double reach = network.initial_position().colwise().norm().maxCoeff();
@@ -82,8 +82,8 @@ void judge_momentum(const CaseContext& context, Outcome& outcome) {
   for (const IntegratorInfo* scheme : integrators()) {
     const std::string name(scheme->name);
     const double taken = scheme->implicit ? steps / 10.0 : steps;
-    const Motion motion =
-        simulate(context, scene_of(name, h, taken * h), &network, {.velocity = true});
+    const Trace motion = roll_out(context, scene_of(name, h, taken * h), &network,
+                                  {.position = true, .velocity = true});
     const Drift drift = drift_of(network, motion);
     // An implicit step ends when Newton's correction is below 64 epsilon of the velocity.
     const double per_step = (scheme->implicit ? 64.0 : 4.0) * epsilon;
@@ -168,11 +168,11 @@ struct EnergyRun {
 
 EnergyRun run_energy(const CaseContext& context, const SpringNetwork& network,
                      const std::string& scheme, double h, long steps) {
-  const Motion motion = simulate(context, scene_of(scheme, h, static_cast<double>(steps) * h),
-                                 &network, {.energy = true});
+  const Trace motion = roll_out(context, scene_of(scheme, h, static_cast<double>(steps) * h),
+                                &network, {.position = true, .energy = true});
   EnergyRun run{.lowest = 1.0};
-  for (std::size_t n = 0; n < motion.energy.size(); ++n) {
-    const double ratio = motion.energy[n] / motion.energy.front();
+  for (std::size_t n = 0; n < motion.values("energy_j").size(); ++n) {
+    const double ratio = motion.values("energy_j")[n] / motion.values("energy_j").front();
     run.lowest = std::isnan(ratio) ? ratio : std::min(run.lowest, ratio);
     run.highest = worse(run.highest, ratio);
     run.time.push_back(motion.time[n]);
@@ -404,8 +404,8 @@ void judge_scheme(const CaseContext& context, const NetworkProblem& problem,
   std::vector<double> errors;
   const SpringNetwork& network = problem.network();
   for (const long ticks : {128L, 256L, 512L, 1024L, 2048L}) {
-    const Motion motion = simulate(context, loaded_scene(std::string(scheme.name), ticks, 1),
-                                   &network, {.velocity = true});
+    const Trace motion = roll_out(context, loaded_scene(std::string(scheme.name), ticks, 1),
+                                  &network, {.position = true, .velocity = true});
     steps.push_back(motion.h);
     errors.push_back(motion.diverged ? std::nan("")
                                      : imbalance(problem, motion.position, motion.velocity));
@@ -590,8 +590,8 @@ Changed delayed(long delay) {
 }
 
 /// Largest distance of the two motions over the base's peak.
-double largest_difference(const Changed& base, const Motion& base_motion, const Changed& changed,
-                          const Motion& motion, Index delay) {
+double largest_difference(const Changed& base, const Trace& base_motion, const Changed& changed,
+                          const Trace& motion, Index delay) {
   const NetworkProblem base_problem(base.network);
   const NetworkProblem problem(changed.network);
   if (motion.position.cols() != base_motion.position.cols() + delay) { return std::nan(""); }
@@ -622,8 +622,8 @@ double rounding_bound(const Changed& changed, double reach, double peak) {
 
 void judge(const CaseContext& context, const std::string& name, const Changed& base,
            const Changed& changed, long delay, Table& table, Outcome& outcome) {
-  const Motion base_motion = simulate(context, base.scene, &base.network);
-  const Motion motion = simulate(context, changed.scene, &changed.network);
+  const Trace base_motion = roll_out(context, base.scene, &base.network, {.position = true});
+  const Trace motion = roll_out(context, changed.scene, &changed.network, {.position = true});
   const double difference = largest_difference(base, base_motion, changed, motion, delay);
   const double peak = largest_of(base_motion.position.colwise() - base_motion.position.col(0));
   const double reach = std::max(base.reach, changed.reach);

@@ -164,7 +164,7 @@ SchemeErrors run_scheme(const CaseContext& context, const BlockStudy& study, con
     Scene scene = study.scene;
     scene.simulation.integrator = std::string(scheme.name);
     scene.simulation.substeps = substeps;
-    const Motion motion = simulate(context, scene, &study.network);
+    const Trace motion = roll_out(context, scene, &study.network, {.position = true});
     const TrajectoryError error = distance(motion, truth.solution);
     errors.steps.push_back(scene.simulation.step / substeps);
     errors.maximum.push_back(error.maximum);
@@ -278,7 +278,7 @@ Figure motion_figure(const CaseContext& context, const BlockStudy& study,
     Scene scene = study.scene;
     scene.simulation.integrator = name;
     scene.simulation.substeps = ladder(context, study, *find_integrator(name), bounds).front();
-    const Motion motion = simulate(context, scene, &study.network);
+    const Trace motion = roll_out(context, scene, &study.network, {.position = true});
     shown(motion.time, motion.position, name, Series::Style::line);
   }
   return figure;
@@ -330,7 +330,7 @@ void measure_cube(const CaseContext& context, Outcome& outcome) {
   const auto tip = [&](const char* scheme, double expected, const char* who) {
     Scene scene = study.scene;
     scene.simulation.integrator = scheme;
-    const Motion motion = simulate(context, scene, &study.network);
+    const Trace motion = roll_out(context, scene, &study.network, {.position = true});
     const Index last = motion.position.cols() - 1;
     outcome.judge(
         {.name = std::string("tip_at_1_ms_") + scheme,
@@ -471,7 +471,7 @@ void judge_references(const CaseContext& context, const ManufacturedProblem& mot
                       std::string_view(name) != "arkode-esdirk-5-4" &&
                       std::string_view(name) != "gsl-msbdf";
     const reference::Tolerance tolerance{.relative = high ? 1e-12 : 1e-8};
-    const reference::Solution solution = reference::solve_cached(
+    const Trace solution = reference::solve_cached(
         context.cache, name, reference::solver_named(name).solve, motion, times, tolerance);
     Eigen::MatrixXd exact(motion.dof(), static_cast<Eigen::Index>(times.size()));
     for (std::size_t n = 0; n < times.size(); ++n) {
@@ -578,7 +578,7 @@ std::vector<int> ladder(const IntegratorInfo& scheme, int order, bool quick) {
 /// Share of the motion that a linearised lattice would not show.
 double nonlinear_share(const NetworkProblem& problem, const Truth& truth) {
   const reference::LinearProblem linear(problem);
-  const reference::Solution straight =
+  const Trace straight =
       reference::solve_arkode_explicit(linear, truth.solution.time, {.relative = 1e-8});
   return trajectory_error(straight.position, truth.solution.position,
                           truth.solution.position.col(0))
@@ -594,7 +594,8 @@ Ladder climb(const CaseContext& context, const IntegratorInfo& scheme, int order
              const SpringNetwork& network, const Truth& truth) {
   Ladder climbed;
   for (const int substeps : ladder(scheme, order, context.quick)) {
-    const Motion motion = simulate(context, pushed(std::string(scheme.name), substeps), &network);
+    const Trace motion =
+        roll_out(context, pushed(std::string(scheme.name), substeps), &network, {.position = true});
     climbed.steps.push_back(tick / substeps);
     climbed.errors.push_back(motion.diverged ? std::nan("")
                                              : distance(motion, truth.solution).maximum);

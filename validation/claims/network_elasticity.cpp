@@ -282,7 +282,7 @@ SpringNetwork skewed_network(const Block& block) {
 
 /// Mean displacement along x of the released face over the height.
 std::vector<double> shear_over_time(const Block& block, const SpringNetwork& network,
-                                    const Motion& motion) {
+                                    const Trace& motion) {
   const NetworkProblem problem(network);
   const int face = block.nodes[0] * block.nodes[1];
   const double height = block.spacing * (block.nodes[2] - 1);
@@ -298,7 +298,7 @@ std::vector<double> shear_over_time(const Block& block, const SpringNetwork& net
 }
 
 /// Nodes of the middle slice in the plane of the shear, at one sample.
-Series slice(const Block& block, const SpringNetwork& network, const Motion& motion, Index sample,
+Series slice(const Block& block, const SpringNetwork& network, const Trace& motion, Index sample,
              const std::string& label) {
   const NetworkProblem problem(network);
   Series points{.label = label, .style = Series::Style::points};
@@ -354,7 +354,7 @@ void measure(const CaseContext& context, int connectivity, Outcome& outcome) {
   const SpringNetwork network = skewed_network(block);
   Scene scene = scene_of("velocity-verlet", 5e-3, context.quick ? 0.8 : 1.6);
   scene.simulation.substeps.reset();
-  const Motion motion = simulate(context, scene, &network);
+  const Trace motion = roll_out(context, scene, &network, {.position = true});
   const std::vector<double> values = shear_over_time(block, network, motion);
   const double away = largest_of(motion.position.rightCols<1>() - final_position(block, network));
   judge_residual(connectivity, values.back() / shear, away, outcome);
@@ -446,8 +446,8 @@ ModeRun run_mode(const CaseContext& context, SpringNetwork network, const Vector
   constexpr int substeps = 25;
   network.initial_displacement = NodeVectors::Zero(3, network.node_count());
   network.initial_displacement.row(2) = shape.transpose();
-  const Motion motion =
-      simulate(context, scene_of("rk4", sample, 40.0 * sample, substeps), &network);
+  const Trace motion = roll_out(context, scene_of("rk4", sample, 40.0 * sample, substeps), &network,
+                                {.position = true});
   const NetworkProblem problem(network);
   VectorXd weights = VectorXd::Zero(problem.dof());
   for (const int node : problem.free_nodes()) {

@@ -112,7 +112,7 @@ void judge_truth(const Truth& truth, const TruthSettings& settings, Outcome& out
                           ") against " + settings.solvers[1] + ".");
 }
 
-TrajectoryError distance(const Motion& motion, const reference::Solution& truth) {
+TrajectoryError distance(const Trace& motion, const Trace& truth) {
   return trajectory_error(motion.position, truth.position, truth.position.col(0));
 }
 

@@ -55,7 +55,7 @@ std::vector<double> instants(double step, long count);
 
 /// A reference on which two families of solvers agree.
 struct Truth {
-  reference::Solution solution{};
+  Trace solution{};
   double worst_floor = 0.0;  ///< largest disagreement of the families over the peak [1]
   double l2_floor = 0.0;     ///< their disagreement in the root mean square [1]
   double agreed_digits = 0.0;
@@ -74,7 +74,7 @@ Truth find_truth(const CaseContext& context, const Problem& problem,
 void judge_truth(const Truth& truth, const TruthSettings& settings, Outcome& outcome);
 
 /// Distance of a motion from a truth sampled at the same instants; NaN when it stopped early.
-TrajectoryError distance(const Motion& motion, const reference::Solution& truth);
+TrajectoryError distance(const Trace& motion, const Trace& truth);
 
 std::string text(double value);  ///< "%.3g"
 Series line(std::string label, std::vector<double> x, std::vector<double> y,

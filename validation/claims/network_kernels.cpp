@@ -248,7 +248,7 @@ Scene pulled_cube(int nodes, const std::string& scheme, double step, double dura
 }
 
 /// Largest motion of the nodes of the held face [m].
-double face_drift(const Scene& scene, const Motion& motion) {
+double face_drift(const Scene& scene, const Trace& motion) {
   const SpringNetwork network = build_network(scene);
   const NetworkProblem problem(network);
   double drift = motion.diverged || !motion.position.allFinite() ? std::nan("") : 0.0;
@@ -264,7 +264,7 @@ double face_drift(const Scene& scene, const Motion& motion) {
 
 /// |M (centre of mass - its start) - F t^2 / 2| over F t^2 / 2 at the end: a body held by mass is
 /// free, and Verlet is exact for a constant force.
-double centre_error(const Scene& scene, const Motion& motion, double& rounding) {
+double centre_error(const Scene& scene, const Trace& motion, double& rounding) {
   const SpringNetwork network = build_network(scene);
   const Eigen::VectorXd mass = NetworkProblem(network).mass();
   const Eigen::VectorXd moved = motion.position.rightCols<1>() - motion.position.col(0);
@@ -286,7 +286,7 @@ void measure_heavy(const CaseContext& context, Outcome& outcome) {
     Scene scene = pulled_cube(5, "velocity-verlet", 1e-3, 0.05);
     scene.tissue.hold_by_mass = true;
     scene.tissue.heavy_mass_factor = factor;
-    const Motion motion = simulate(context, scene);
+    const Trace motion = roll_out(context, scene, {.position = true});
     factors.push_back(factor);
     inverse.push_back(1.0 / factor);
     drifts.push_back(face_drift(scene, motion));
@@ -322,9 +322,9 @@ void measure_float(const CaseContext& context, Outcome& outcome) {
   for (const char* scheme : {"euler-cromer", "velocity-verlet", "rk4"}) {
     Scene scene = pulled_cube(10, scheme, 1e-3, context.quick ? 0.05 : 0.1);
     scene.loads.front().nodes = {955};
-    const Motion in_double = simulate(context, scene);
+    const Trace in_double = roll_out(context, scene, {.position = true});
     scene.simulation.precision = Precision::single_precision;
-    const Motion in_float = simulate(context, scene);
+    const Trace in_float = roll_out(context, scene, {.position = true});
     const SpringNetwork network = build_network(scene);
     const Eigen::VectorXd start = NetworkProblem(network).initial_position();
     const TrajectoryError error = trajectory_error(in_float.position, in_double.position, start);
@@ -387,9 +387,9 @@ void measure_skip(const CaseContext& context, Outcome& outcome) {
       for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
         one.scene.simulation.integrator = std::string(scheme->name);
         one.scene.simulation.precision = precision;
-        const Wanted wanted{.velocity = true, .energy = true};
-        const Motion a = simulate(skipping, one.scene, &one.network, wanted);
-        const Motion b = simulate(computing, one.scene, &one.network, wanted);
+        const SampleOptions samples{.position = true, .velocity = true, .energy = true};
+        const Trace a = roll_out(skipping, one.scene, &one.network, samples);
+        const Trace b = roll_out(computing, one.scene, &one.network, samples);
         differing = worse(differing, differing_values(a.position, b.position));
         differing = worse(differing, differing_values(a.velocity, b.velocity));
         differing = worse(differing, a.diverged || b.diverged ? std::nan("") : 0.0);
@@ -493,7 +493,7 @@ double impulse_in_steps(const CaseContext& context, const std::string& scheme, c
                   .end = timing.end,
                   .profile = profile}};
   const SpringNetwork network = one_node();
-  const Motion motion = simulate(context, scene, &network, {.velocity = true});
+  const Trace motion = roll_out(context, scene, &network, {.position = true, .velocity = true});
   return motion.velocity(2, motion.velocity.cols() - 1) * mass / (force * motion.h);
 }
 

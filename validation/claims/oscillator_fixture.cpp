@@ -29,15 +29,15 @@ Oscillator driven_oscillator() {
   return driven;
 }
 
-Motion run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
-           double h, long steps) {
+Trace run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
+          double h, long steps) {
   Scene scene = scene_of(std::string(scheme), h, static_cast<double>(steps) * h);
   scene.tissue.source = Source::oscillator;
   scene.tissue.oscillator = oscillator;
-  return simulate(context, scene, nullptr, {.velocity = true});
+  return roll_out(context, scene, {.position = true, .velocity = true});
 }
 
-Samples samples_of(const Motion& motion) {
+Samples samples_of(const Trace& motion) {
   Samples samples{.time = motion.time};
   const auto copy = [](const Eigen::MatrixXd& from, std::vector<double>& to) {
     to.assign(from.data(), from.data() + from.size());

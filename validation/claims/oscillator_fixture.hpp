@@ -27,15 +27,15 @@ Oscillator paper_oscillator(double viscosity);
 Oscillator driven_oscillator();
 
 /// `steps` steps of h [s] by the model, with velocities.
-Motion run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
-           double h, long steps);
+Trace run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
+          double h, long steps);
 
 struct Samples {
   std::vector<double> time{};      ///< [s]
   std::vector<double> position{};  ///< [m]
   std::vector<double> velocity{};  ///< [m/s]
 };
-Samples samples_of(const Motion& motion);
+Samples samples_of(const Trace& motion);
 Samples exact_samples(const Oscillator& oscillator, const std::vector<double>& time);
 std::vector<double> equation_6_samples(const Oscillator& oscillator,
                                        const std::vector<double>& time);

@@ -153,7 +153,7 @@ void judge_solvers(Outcome& outcome) {
   const auto judge = [&](const std::string& name, const Oscillator& oscillator) {
     const OscillatorProblem problem(oscillator);
     const Samples exact = exact_samples(oscillator, times);
-    const auto difference = [&](const reference::Solution& solution) {
+    const auto difference = [&](const Trace& solution) {
       const Samples found{.time = times,
                           .position = {solution.position.data(),
                                        solution.position.data() + solution.position.size()},

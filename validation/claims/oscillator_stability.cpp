@@ -33,7 +33,7 @@ constexpr double vanished = 1e-100;
 /// the motion that decay are gone.
 bool grows(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
            double h, long steps) {
-  const Motion motion = run(context, oscillator, scheme, h, steps);
+  const Trace motion = run(context, oscillator, scheme, h, steps);
   const Samples samples = samples_of(motion);
   const std::size_t count = samples.position.size();
   const bool whole = count == static_cast<std::size_t>(steps) + 1;
@@ -118,7 +118,7 @@ double growth_per_step(const Samples& samples) {
 /// What the paper's own setting does to explicit Euler: |A|^2 = 1 - c h / m + k h^2 / m.
 void judge_paper_setting(const CaseContext& context, Outcome& outcome) {
   const auto judge = [&](double c, double h, long steps, const std::string& what) {
-    const Motion motion = run(context, paper_oscillator(c), "euler", h, steps);
+    const Trace motion = run(context, paper_oscillator(c), "euler", h, steps);
     const double theory = std::sqrt(1.0 - c * h + h * h);
     // Each of about 10 operations a step errs by eps, magnified by 1/h^2 where W cancels.
     const double rounding = 10.0 * epsilon / (h * h) + 10.0 * epsilon;
@@ -132,7 +132,7 @@ void judge_paper_setting(const CaseContext& context, Outcome& outcome) {
   judge(0.1, 0.25, 400, "diverges");
   judge(0.1, 0.1, 20000, "on the border");
   for (const double h : {0.25, 0.1, 0.01, 0.001}) { judge(0.0, h, 400, "no step is stable"); }
-  const Motion gone = run(context, paper_oscillator(0.1), "euler", 0.25, 2000);
+  const Trace gone = run(context, paper_oscillator(0.1), "euler", 0.25, 2000);
   outcome.judge({.name = "c = 0.1, h = 0.25 leaves every bound",
                  .value = gone.diverged ? 1.0 : 0.0,
                  .lower = 1.0,
@@ -148,7 +148,7 @@ void judge_unlimited(const CaseContext& context, Outcome& outcome, const Integra
   const double h = 1e3;
   const long steps = context.quick ? 200 : 1000;
   for (const double s : {0.0, 0.05, 0.5, 0.9}) {
-    const Motion motion = run(context, with_damping_ratio(s), info.name, h, steps);
+    const Trace motion = run(context, with_damping_ratio(s), info.name, h, steps);
     const Samples samples = samples_of(motion);
     const double reach = samples.position.size() == static_cast<std::size_t>(steps) + 1
                              ? largest(samples.position, 0, samples.position.size())

@@ -78,9 +78,9 @@ void judge_references(const reference::Reference& truth, Outcome& outcome) {
   outcome.judge({.name = "digits of velocity to which the references agree",
                  .value = truth.agreed_velocity_digits});
   for (const std::string& note : truth.notes) { outcome.notes.push_back(note); }
-  outcome.timings.push_back({truth.solution.solver, truth.solution.seconds});
+  outcome.timings.push_back({truth.solution.method, truth.solution.seconds});
   for (const auto& other : truth.second_opinions) {
-    outcome.timings.push_back({other.solver, other.seconds});
+    outcome.timings.push_back({other.method, other.seconds});
   }
 }
 
@@ -88,15 +88,15 @@ void judge_references(const reference::Reference& truth, Outcome& outcome) {
 struct Shown {
   const Rungs* rungs;
   int substeps;
-  Motion motion;
+  Trace motion;
   TrajectoryError error;
 };
 
 Shown show(const CaseContext& context, const SpringNetwork& network, const Rungs& rungs,
-           int substeps, const reference::Solution& truth) {
+           int substeps, const Trace& truth) {
   Scene scene = scene_of(rungs.scheme, tick, duration, substeps);
   scene.loads = {press()};
-  Shown shown{&rungs, substeps, simulate(context, scene, &network), {}};
+  Shown shown{&rungs, substeps, roll_out(context, scene, &network, {.position = true}), {}};
   shown.error = trajectory_error(shown.motion.position, truth.position, truth.position.col(0));
   return shown;
 }
@@ -181,7 +181,7 @@ Figure error_figure(const std::vector<Shown>& all, double floor, bool over_cost)
 }
 
 Figure motion_figure(const NetworkProblem& problem, const std::vector<Shown>& all,
-                     const reference::Solution& truth) {
+                     const Trace& truth) {
   const Eigen::Index z = problem.coordinate(pressed_node) + 2;
   Figure figure{.id = "pressed-node",
                 .title = "The pressed node",

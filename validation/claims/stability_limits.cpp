@@ -142,8 +142,8 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 double growth_of_run(const CaseContext& context, const IntegratorInfo& scheme,
                      const SpringNetwork& network, double h, long steps) {
   const Scene scene = scene_of(std::string(scheme.name), h, h * static_cast<double>(steps));
-  const Motion motion =
-      simulate(context, scene, &network, Wanted{.every = std::max(1L, steps / 40)});
+  const Trace motion =
+      roll_out(context, scene, &network, {.every = std::max(1L, steps / 40), .position = true});
   if (motion.diverged || !motion.position.allFinite()) { return infinite; }
   const Eigen::VectorXd rest = rest_position(network);
   const Eigen::VectorXd largest =
@@ -228,7 +228,7 @@ double automatic_step(const CaseContext& context, const IntegratorInfo& scheme,
                       const SpringNetwork& network, double limit) {
   Scene scene = scene_of(std::string(scheme.name), 10.0 * limit, 10.0 * limit);
   scene.simulation.substeps.reset();
-  return simulate(context, scene, &network).h;
+  return roll_out(context, scene, &network, {.position = true}).h;
 }
 
 Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringNetwork network,
@@ -367,8 +367,8 @@ constexpr double highest_step = 3.5;     // h omega0
 constexpr double highest_damping = 2.0;  // S
 
 /// x'' + 2 S x' + x = 0 under a scheme.
-Motion run(const CaseContext& context, const IntegratorInfo& scheme, double damping_ratio, double h,
-           long steps, long every) {
+Trace run(const CaseContext& context, const IntegratorInfo& scheme, double damping_ratio, double h,
+          long steps, long every) {
   Scene scene = scene_of(std::string(scheme.name), h, h * static_cast<double>(steps));
   scene.tissue.source = Source::oscillator;
   scene.tissue.oscillator = {.mass = 1.0,
@@ -376,17 +376,17 @@ Motion run(const CaseContext& context, const IntegratorInfo& scheme, double damp
                              .viscosity = 2.0 * damping_ratio,
                              .displacement = 1.0,
                              .velocity = 0.3};
-  return simulate(context, scene, nullptr, {.velocity = true, .every = every});
+  return roll_out(context, scene, {.every = every, .position = true, .velocity = true});
 }
 
-double size_at(const Motion& motion, Eigen::Index n) {
+double size_at(const Trace& motion, Eigen::Index n) {
   return std::hypot(motion.position(0, n), motion.velocity(0, n));
 }
 
 /// log10 of the growth per step over the second half of a short run, within -1 and 1.
 double log_growth(const CaseContext& context, const IntegratorInfo& scheme, double s, double h) {
   constexpr long steps = 60;
-  const Motion motion = run(context, scheme, s, h, steps, 1);
+  const Trace motion = run(context, scheme, s, h, steps, 1);
   const Eigen::Index last = motion.position.cols() - 1;
   const Eigen::Index middle = last / 2;
   if (last < 4) { return 1.0; }  // out of bounds at once
@@ -409,7 +409,7 @@ HeatMap heat_map(const CaseContext& context, const IntegratorInfo& scheme) {
 
 bool blows_up(const CaseContext& context, const IntegratorInfo& scheme, double s, double h,
               long steps) {
-  const Motion motion = run(context, scheme, s, h, steps, std::max(1L, steps / 20));
+  const Trace motion = run(context, scheme, s, h, steps, std::max(1L, steps / 20));
   return motion.diverged || !(size_at(motion, motion.position.cols() - 1) < blown_up);
 }
 
@@ -544,7 +544,7 @@ SpringNetwork block(Varied varied, double ratio) {
 struct Rung {
   double ratio = 0.0;
   double limit = 0.0;  ///< of the scheme that stepped, from the exact spectrum [s]
-  Motion motion{};
+  Trace motion{};
   double energy_growth = 0.0;  ///< largest over initial
   double energy_bound = 0.0;   ///< the same, from theory
 };
@@ -560,7 +560,8 @@ Rung climb(const CaseContext& context, const std::string& integrator, Varied var
   const Spectrum spectrum = spectrum_of(network);
   displace(network, amplitude);
   Rung rung{.ratio = ratio};
-  rung.motion = simulate(context, automatic_scene(integrator), &network, {.energy = true});
+  rung.motion =
+      roll_out(context, automatic_scene(integrator), &network, {.position = true, .energy = true});
   // "auto" leaves velocity Verlet for the implicit midpoint rule, which alone passes the limit.
   const IntegratorInfo* scheme =
       find_integrator(integrator == "auto" ? "velocity-verlet" : integrator);
@@ -569,7 +570,7 @@ Rung climb(const CaseContext& context, const std::string& integrator, Varied var
     scheme = find_integrator("implicit-midpoint");
     rung.limit = unbounded;
   }
-  const auto& energy = rung.motion.energy;
+  const auto& energy = rung.motion.values("energy_j");
   rung.energy_growth =
       rung.motion.diverged ? std::nan("") : *std::ranges::max_element(energy) / energy.front();
   rung.energy_bound = energy_ratio_bound(*scheme, spectrum.omega.maxCoeff() * rung.motion.h);
@@ -609,9 +610,9 @@ void judge_accuracy(const CaseContext& context, Varied varied, Outcome& outcome)
                   .start = 0.0,
                   .end = 0.02,
                   .profile = Profile::half_sine}};
-  const Motion motion = simulate(context, scene, &network);
+  const Trace motion = roll_out(context, scene, &network, {.position = true});
   const NetworkProblem problem(network, resolve_loads(scene, network));
-  const reference::Solution exact = reference::modal_solution<double>(problem, motion.time);
+  const Trace exact = reference::modal_solution<double>(problem, motion.time);
   constexpr double omega = 500.0;
   outcome.judge(
       {.name = "velocity-verlet: error of a slow push at ratio 100",

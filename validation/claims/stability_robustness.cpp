@@ -21,7 +21,7 @@ Scene automatic_scene(const IntegratorInfo& scheme, double duration) {
   return scene;
 }
 
-double largest_displacement(const Motion& motion) {
+double largest_displacement(const Trace& motion) {
   if (!motion.position.allFinite()) { return std::nan(""); }
   return (motion.position.colwise() - motion.position.col(0)).cwiseAbs().maxCoeff();
 }
@@ -43,7 +43,8 @@ void judge_through_zero(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = pair(gap, 0.0, 50.0);
   const double omega = std::sqrt(2.0 * 50.0 / 1e-3);
   const double h = 0.02 / omega;
-  const Motion motion = simulate(context, scene_of("velocity-verlet", h, 1000.0 * h), &network);
+  const Trace motion =
+      roll_out(context, scene_of("velocity-verlet", h, 1000.0 * h), &network, {.position = true});
   Eigen::RowVectorXd separation = motion.position.row(3) - motion.position.row(0);
   Eigen::RowVectorXd exact(separation.size());
   const double discrete = std::acos(1.0 - 0.5 * omega * omega * h * h) / h;  // Verlet's frequency
@@ -62,7 +63,7 @@ void measure_zero_length(const CaseContext& context, Outcome& outcome) {
     SpringNetwork network = pair(0.0, 5e-3, 50.0);
     network.springs.change_each([](Spring& spring) { spring.viscosity = 0.01; });
     Scene scene = scene_of(std::string(scheme->name), 1e-3, 0.1);
-    const Motion motion = simulate(context, scene, &network);
+    const Trace motion = roll_out(context, scene, &network, {.position = true});
     outcome.judge({.name = std::string(scheme->name) + ": motion of a pair at one place",
                    .value = largest_displacement(motion),
                    .unit = "m",
@@ -95,10 +96,12 @@ void measure_inverted(const CaseContext& context, Outcome& outcome) {
   for (const IntegratorInfo* scheme : integrators()) {
     if (scheme->name == "euler") { continue; }  // gains energy from any undamped motion
     const SpringNetwork network = inverted_block(0.0);
-    const Motion motion =
-        simulate(context, automatic_scene(*scheme, 0.2), &network, {.energy = true});
+    const Trace motion = roll_out(context, automatic_scene(*scheme, 0.2), &network,
+                                  {.position = true, .energy = true});
     Series series{.label = std::string(scheme->name), .x = motion.time};
-    for (const double e : motion.energy) { series.y.push_back(e / motion.energy.front()); }
+    for (const double e : motion.values("energy_j")) {
+      series.y.push_back(e / motion.values("energy_j").front());
+    }
     const double growth = motion.diverged ? std::nan("") : *std::ranges::max_element(series.y);
     outcome.judge(
         {.name = std::string(scheme->name) + ": largest energy over initial",
@@ -111,13 +114,14 @@ void measure_inverted(const CaseContext& context, Outcome& outcome) {
   }
   for (const IntegratorInfo* scheme : integrators()) {
     const SpringNetwork network = inverted_block(2e-3);
-    const Motion motion =
-        simulate(context, automatic_scene(*scheme, 0.5), &network, {.energy = true});
-    outcome.judge(
-        {.name = std::string(scheme->name) + ": final energy over initial, damped",
-         .value = motion.diverged ? std::nan("") : motion.energy.back() / motion.energy.front(),
-         .upper = 1.0,
-         .bound_from = "dampers only take energy"});
+    const Trace motion = roll_out(context, automatic_scene(*scheme, 0.5), &network,
+                                  {.position = true, .energy = true});
+    outcome.judge({.name = std::string(scheme->name) + ": final energy over initial, damped",
+                   .value = motion.diverged ? std::nan("")
+                                            : motion.values("energy_j").back() /
+                                                  motion.values("energy_j").front(),
+                   .upper = 1.0,
+                   .bound_from = "dampers only take energy"});
   }
   outcome.figures.push_back(std::move(figure));
 }
@@ -131,7 +135,7 @@ void measure_huge_force(const CaseContext& context, Outcome& outcome) {
   for (const IntegratorInfo* scheme : integrators()) {
     Scene scene = automatic_scene(*scheme, 0.1);
     scene.loads = {{.nodes = {4}, .force = {0.0, 0.0, 1e6}}};
-    const Motion motion = simulate(context, scene, &network);
+    const Trace motion = roll_out(context, scene, &network, {.position = true});
     const bool timed = motion.diverged_at > 0.0 && motion.diverged_at <= 0.1 + 1e-12;
     const bool clear = motion.position.allFinite() && (!motion.diverged || timed);
     unclear += clear ? 0 : 1;
@@ -178,7 +182,7 @@ void measure_nan(const CaseContext& context, Outcome& outcome) {
           const SpringNetwork network = spoiled(place, value);
           Scene scene = scene_of(std::string(scheme->name), 1e-3, 0.01, 1);
           scene.simulation.precision = precision;
-          const Motion motion = simulate(context, scene, &network);
+          const Trace motion = roll_out(context, scene, &network, {.position = true});
           ++runs;
           seen_at_once += motion.diverged && motion.diverged_at == 1e-3 ? 1 : 0;
         }
@@ -251,8 +255,8 @@ Pass run(const CaseContext& context, const std::string& scheme, double amplitude
   const long steps = context.quick ? 400 : 2000;
   Pass pass{.seconds = unbounded};
   for (int n = 0; n < 3; ++n) {
-    const Motion motion = simulate(context, scene_of(scheme, h, h * static_cast<double>(steps)),
-                                   &network, {.every = 20});
+    const Trace motion = roll_out(context, scene_of(scheme, h, h * static_cast<double>(steps)),
+                                  &network, {.every = 20, .position = true});
     pass.seconds = std::min(pass.seconds, motion.seconds);
     double first = 0.0;
     double largest = 0.0;
@@ -435,13 +439,13 @@ namespace {
 constexpr double z = 0.1;  // h omega
 constexpr double epsilon = 2.2e-16;
 
-Motion oscillate(const CaseContext& context, const std::string& scheme, long ticks, int substeps) {
+Trace oscillate(const CaseContext& context, const std::string& scheme, long ticks, int substeps) {
   const double tick = z * substeps;
   Scene scene = scene_of(scheme, tick, tick * static_cast<double>(ticks), substeps);
   scene.tissue.source = Source::oscillator;
   scene.tissue.oscillator = {
       .mass = 1.0, .stiffness = 1.0, .viscosity = 0.0, .displacement = 1.0, .velocity = 0.0};
-  return simulate(context, scene, nullptr, {.velocity = true, .energy = true});
+  return roll_out(context, scene, {.position = true, .velocity = true, .energy = true});
 }
 
 /// Slope of y by least squares, times the length of the run, over the first value.
@@ -458,10 +462,10 @@ struct Drift {
   Eigen::VectorXd kept{};  ///< the invariant form at every sample, over its initial value
 };
 
-Drift drift_of(const IntegratorInfo& scheme, const Motion& motion) {
-  const auto [low, high] = std::ranges::minmax(motion.energy);
+Drift drift_of(const IntegratorInfo& scheme, const Trace& motion) {
+  const auto [low, high] = std::ranges::minmax(motion.values("energy_j"));
   const Eigen::Matrix2d form = invariant_form(scheme, z);
-  Drift drift{low / motion.energy.front(), high / motion.energy.front(),
+  Drift drift{low / motion.values("energy_j").front(), high / motion.values("energy_j").front(),
               Eigen::VectorXd(motion.position.cols())};
   for (Eigen::Index n = 0; n < motion.position.cols(); ++n) {
     const Eigen::Vector2d state(motion.position(0, n), motion.velocity(0, n));
@@ -471,7 +475,7 @@ Drift drift_of(const IntegratorInfo& scheme, const Motion& motion) {
   return drift;
 }
 
-void judge(const IntegratorInfo& scheme, const Motion& motion, const Drift& drift,
+void judge(const IntegratorInfo& scheme, const Trace& motion, const Drift& drift,
            Outcome& outcome) {
   const std::string name(scheme.name);
   // From (1, 0) the state runs over the ellipse of the form; its axes bound the energy.
@@ -507,7 +511,7 @@ void measure_drift(const CaseContext& context, Outcome& outcome) {
     const IntegratorInfo& scheme = *find_integrator(name);
     const long steps = (context.quick ? 500'000L : 10'000'000L) / (scheme.implicit ? 20 : 1);
     const int substeps = static_cast<int>(steps / 5000);
-    const Motion motion = oscillate(context, name, 5000, substeps);
+    const Trace motion = oscillate(context, name, 5000, substeps);
     const Drift drift = drift_of(scheme, motion);
     judge(scheme, motion, drift, outcome);
     Series series{.label = name};
@@ -531,12 +535,12 @@ void measure_network(const CaseContext& context, Outcome& outcome) {
   displace(network, 1e-7);
   const int substeps = context.quick ? 250 : 5000;
   const double tick = 0.5 / fastest * substeps;
-  const Motion motion =
-      simulate(context, scene_of("velocity-verlet", tick, 2000.0 * tick, substeps), &network,
-               {.energy = true});
+  const Trace motion = roll_out(context, scene_of("velocity-verlet", tick, 2000.0 * tick, substeps),
+                                &network, {.position = true, .energy = true});
   const Eigen::VectorXd energy =
-      Eigen::Map<const Eigen::VectorXd>(motion.energy.data(), std::ssize(motion.energy)) /
-      motion.energy.front();
+      Eigen::Map<const Eigen::VectorXd>(motion.values("energy_j").data(),
+                                        std::ssize(motion.values("energy_j"))) /
+      motion.values("energy_j").front();
   const double bound = energy_ratio_bound(*find_integrator("velocity-verlet"), 0.5);
   outcome.judge(
       {.name = "highest energy over initial",

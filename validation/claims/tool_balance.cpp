@@ -17,13 +17,14 @@ double worse(double worst, double value) {
 void measure_parts(const CaseContext& context, Outcome& outcome) {
   Scene scene = seven_soft_layers();
   scene.simulation = {.duration = 1.15, .step = 1e-3, .integrator = "velocity-verlet"};
-  const Insertion run = insert_tool(context, scene);
+  const Trace run = roll_out(context, scene, {.tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   double sum = 0.0;
   double applied = 0.0;
   double above = 0.0;
   double peak = 0.0;
-  for (std::size_t n = 0; n < run.tool.size(); ++n) {
-    const ToolForces& f = run.tool[n].forces;
+  for (std::size_t n = 0; n < tool.size(); ++n) {
+    const ToolForces& f = tool[n].forces;
     sum = worse(sum, f.total - (f.cutting + f.friction + f.stiffness));
     applied = worse(applied, f.applied - f.total);
     above = worse(above, std::max(0.0, std::max(f.cutting, f.stiffness) - 1.2));
@@ -46,7 +47,7 @@ void measure_parts(const CaseContext& context, Outcome& outcome) {
                  .upper = 0.0,
                  .bound_from = "law: the tip cuts before it pushes harder"});
   outcome.judge({.name = "samples",
-                 .value = static_cast<double>(run.tool.size()),
+                 .value = static_cast<double>(tool.size()),
                  .lower = 1151.0,
                  .upper = 1151.0,
                  .bound_from = "one a tick and the beginning"});
@@ -63,15 +64,17 @@ void measure_momentum(const CaseContext& context, Outcome& outcome) {
   Scene scene = seven_soft_layers();
   const double h = 1e-5;
   scene.simulation = {.duration = 0.4, .step = h, .substeps = 1, .integrator = "euler-cromer"};
-  const Insertion run = insert_tool(context, scene, {.motion = true});
+  const Trace run =
+      roll_out(context, scene, {.position = true, .velocity = true, .energy = true, .tool = true});
+  const std::vector<ToolReport> run_tool = tool_rows(run);
   const NetworkProblem problem(build_network(scene));
   Eigen::VectorXd force(problem.dof());
   double worst = 0.0;
   double peak = 0.0;
   long compared = 0;
-  for (std::size_t n = 0; n + 1 < run.tool.size(); ++n) {
+  for (std::size_t n = 0; n + 1 < run_tool.size(); ++n) {
     // Where the drive jumps, velocities change before the step's forces are evaluated.
-    if (run.tool[n].velocity != run.tool[n + 1].velocity) { continue; }
+    if (run_tool[n].velocity != run_tool[n + 1].velocity) { continue; }
     const auto at = static_cast<Eigen::Index>(n);
     problem.force(run.time[n], run.time[n], run.position.col(at), run.velocity.col(at), force);
     double rate = 0.0;
@@ -80,8 +83,8 @@ void measure_momentum(const CaseContext& context, Outcome& outcome) {
       rate += problem.mass()(i) * (run.velocity(i, at + 1) - run.velocity(i, at)) / h;
       pushed += force(i);
     }
-    const double tool = run.tool[n].forces.total;
-    const double impact = (run.tool[n + 1].losses.impulse - run.tool[n].losses.impulse) / h;
+    const double tool = run_tool[n].forces.total;
+    const double impact = (run_tool[n + 1].losses.impulse - run_tool[n].losses.impulse) / h;
     worst = worse(worst, rate - pushed - tool - impact);
     peak = worse(peak, tool);
     ++compared;
@@ -102,22 +105,23 @@ void measure_energy(const CaseContext& context, Outcome& outcome) {
   scene.simulation = {
       .duration = context.quick ? 0.4 : 1.9, .step = h, .substeps = 1, .integrator = "rk4"};
   scene.output.audit = true;
-  const Insertion run = insert_tool(context, scene, {.every = 1});
+  const Trace run = roll_out(context, scene, {.every = 1, .energy = true, .tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   double worst = 0.0;
   std::vector<double> time, hand, stored, lost;
-  for (std::size_t n = 1; n < run.tool.size(); ++n) {
-    const ToolLosses& l = run.tool[n].losses;
+  for (std::size_t n = 1; n < tool.size(); ++n) {
+    const ToolLosses& l = tool[n].losses;
     const double work = l.hand + l.jerk;
     const double gone = l.damping + l.cutting + l.friction + l.impact;
-    worst = worse(worst, work - (run.energy[n] - run.energy[0]) - gone);
+    worst = worse(worst, work - (run.values("energy_j")[n] - run.values("energy_j")[0]) - gone);
     if (n % 2000 == 0) {
       time.push_back(run.time[n]);
       hand.push_back(1e3 * work);
-      stored.push_back(1e3 * run.energy[n]);
+      stored.push_back(1e3 * run.values("energy_j")[n]);
       lost.push_back(1e3 * gone);
     }
   }
-  const ToolLosses& l = run.tool.back().losses;
+  const ToolLosses& l = tool.back().losses;
   outcome.judge({.name = "largest_imbalance_over_work_of_the_hand",
                  .value = worst / (l.hand + l.jerk),
                  .upper = 1e-6,
@@ -128,14 +132,15 @@ void measure_energy(const CaseContext& context, Outcome& outcome) {
                  .unit = "mJ",
                  .lower = 0.5,
                  .bound_from = "something was cut"});
-  outcome.tables.push_back({.id = "energy",
-                            .title = "Where the work of the hand went",
-                            .columns = {"to", "energy (mJ)"},
-                            .rows = {{std::string("cutting"), 1e3 * l.cutting},
-                                     {std::string("friction"), 1e3 * l.friction},
-                                     {std::string("dampers"), 1e3 * l.damping},
-                                     {std::string("impacts"), 1e3 * l.impact},
-                                     {std::string("stored and moving"), 1e3 * run.energy.back()}}});
+  outcome.tables.push_back(
+      {.id = "energy",
+       .title = "Where the work of the hand went",
+       .columns = {"to", "energy (mJ)"},
+       .rows = {{std::string("cutting"), 1e3 * l.cutting},
+                {std::string("friction"), 1e3 * l.friction},
+                {std::string("dampers"), 1e3 * l.damping},
+                {std::string("impacts"), 1e3 * l.impact},
+                {std::string("stored and moving"), 1e3 * run.values("energy_j").back()}}});
   Figure figure{.id = "energy",
                 .title = "Energy of an insertion",
                 .caption = "What the hand gives is stored in springs or lost; the sum balances.",
@@ -156,14 +161,17 @@ void measure_supports_at_rest(const CaseContext& context, Outcome& outcome) {
       scene.probe = Probe{.size = {0.006, 0.006}};
     }
     scene.simulation = {.duration = 1.5, .step = 1e-3, .integrator = "implicit-euler"};
-    const Insertion run = insert_tool(context, scene, {.every = 1500, .motion = true});
+    const Trace run =
+        roll_out(context, scene,
+                 {.every = 1500, .position = true, .velocity = true, .energy = true, .tool = true});
+    const std::vector<ToolReport> tool = tool_rows(run);
     const NetworkProblem problem(build_network(scene));
     Eigen::VectorXd force(problem.dof());
     const Eigen::VectorXd still = Eigen::VectorXd::Zero(problem.dof());
     problem.force(0.0, 0.0, run.position.rightCols(1), still, force);
     double carried = 0.0;
     for (Eigen::Index i = 2; i < problem.dof(); i += 3) { carried -= force(i); }
-    const double pushed = run.tool.back().forces.total;
+    const double pushed = tool.back().forces.total;
     outcome.judge({.name = probe ? "probe_imbalance_at_rest" : "needle_imbalance_at_rest",
                    .value = std::abs(carried / pushed - 1.0),
                    .upper = 1e-9,
@@ -219,18 +227,19 @@ void measure_loop(const CaseContext& context, Outcome& outcome) {
       Drive{.from = -0.001, .speed = 0.02, .depth = depth, .hold = 0.1, .withdraw_speed = 0.02};
   const double h = 1e-5;
   scene.simulation = {.duration = 1.5, .step = h, .substeps = 1, .integrator = "velocity-verlet"};
-  const Insertion run = insert_tool(context, scene);
+  const Trace run = roll_out(context, scene, {.tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   double area = 0.0;
   double largest = 0.0;
   double smallest = 0.0;
   double slid = 0.0;
   std::vector<double> place, force;
-  for (std::size_t n = 0; n < run.tool.size(); ++n) {
-    const ToolReport& now = run.tool[n];
+  for (std::size_t n = 0; n < tool.size(); ++n) {
+    const ToolReport& now = tool[n];
     largest = std::fmax(largest, now.forces.friction);
     smallest = std::fmin(smallest, now.forces.friction);
     if (n > 0) {
-      const ToolReport& last = run.tool[n - 1];
+      const ToolReport& last = tool[n - 1];
       area += 0.5 * h * (last.forces.friction * last.slip + now.forces.friction * now.slip);
       slid += 0.5 * (last.forces.total + now.forces.total) * (now.place - last.place);
     }
@@ -239,7 +248,7 @@ void measure_loop(const CaseContext& context, Outcome& outcome) {
       force.push_back(now.forces.total);
     }
   }
-  const double lost = run.tool.back().losses.friction;
+  const double lost = tool.back().losses.friction;
   outcome.judge({.name = "area_of_friction_over_slip_less_dissipation",
                  .value = std::abs(area / lost - 1.0),
                  .upper = 1e-3,
@@ -282,11 +291,12 @@ void measure_stuck_shaft(const CaseContext& context, Outcome& outcome) {
   const long ticks = context.quick ? 100000 : 1000000;
   scene.simulation = {
       .duration = 1e-3 * static_cast<double>(ticks), .step = 1e-3, .integrator = "velocity-verlet"};
-  const Insertion run = insert_tool(context, scene, {.every = ticks / 20});
-  const double settled = run.tool[2].place;
+  const Trace run = roll_out(context, scene, {.every = ticks / 20, .energy = true, .tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
+  const double settled = tool[2].place;
   double creep = 0.0;
-  for (std::size_t n = 3; n < run.tool.size(); ++n) {
-    creep = std::fmax(creep, std::abs(run.tool[n].place - settled));
+  for (std::size_t n = 3; n < tool.size(); ++n) {
+    creep = std::fmax(creep, std::abs(tool[n].place - settled));
   }
   outcome.judge({.name = "creep",
                  .value = run.diverged ? std::nan("") : creep,
@@ -295,13 +305,13 @@ void measure_stuck_shaft(const CaseContext& context, Outcome& outcome) {
                  .bound_from = "law: a stuck shaft does not move; one rounding of a place of 20 mm "
                                "a tick"});
   outcome.judge({.name = "friction_at_rest",
-                 .value = run.tool.back().forces.friction,
+                 .value = tool.back().forces.friction,
                  .unit = "N",
                  .lower = -pull - 1e-9,
                  .upper = -pull + 1e-9,
                  .bound_from = "balance: it carries the whole force of the hand"});
   outcome.judge({.name = "slip_at_rest",
-                 .value = std::abs(run.tool.back().slip),
+                 .value = std::abs(tool.back().slip),
                  .unit = "m/s",
                  .upper = 1e-15,
                  .bound_from = "law: what sticks has no slip; rounding"});

@@ -91,11 +91,32 @@ Scene chain_scene(const Chain& chain) {
   return scene;
 }
 
-std::vector<double> over_samples(const Insertion& run, double (*value)(const ToolReport&)) {
-  std::vector<double> values;
-  values.reserve(run.tool.size());
-  for (const ToolReport& tool : run.tool) { values.push_back(value(tool)); }
-  return values;
+std::vector<ToolReport> tool_rows(const Trace& trace) {
+  std::vector<ToolReport> rows(trace.rows());
+  const auto fill = [&](const char* name, double& (*member)(ToolReport&)) {
+    const std::vector<double>& values = trace.values(name);
+    for (std::size_t n = 0; n < rows.size(); ++n) { member(rows[n]) = values[n]; }
+  };
+  fill("tool.insertion_m", [](ToolReport& t) -> double& { return t.place; });
+  fill("tool.velocity_m_per_s", [](ToolReport& t) -> double& { return t.velocity; });
+  fill("tool.tip_depth_m", [](ToolReport& t) -> double& { return t.depth; });
+  fill("tool.deepest_cut_m", [](ToolReport& t) -> double& { return t.cut; });
+  fill("tool.slip_m_per_s", [](ToolReport& t) -> double& { return t.slip; });
+  fill("tool.mass_kg", [](ToolReport& t) -> double& { return t.mass; });
+  fill("tool.force_n", [](ToolReport& t) -> double& { return t.forces.total; });
+  fill("tool.cutting_n", [](ToolReport& t) -> double& { return t.forces.cutting; });
+  fill("tool.friction_n", [](ToolReport& t) -> double& { return t.forces.friction; });
+  fill("tool.stiffness_n", [](ToolReport& t) -> double& { return t.forces.stiffness; });
+  fill("tool.applied_n", [](ToolReport& t) -> double& { return t.forces.applied; });
+  fill("tool.lateral_n", [](ToolReport& t) -> double& { return t.forces.lateral; });
+  fill("loss.cutting_j", [](ToolReport& t) -> double& { return t.losses.cutting; });
+  fill("loss.friction_j", [](ToolReport& t) -> double& { return t.losses.friction; });
+  fill("loss.damping_j", [](ToolReport& t) -> double& { return t.losses.damping; });
+  fill("loss.impact_j", [](ToolReport& t) -> double& { return t.losses.impact; });
+  fill("loss.impact_hand_j", [](ToolReport& t) -> double& { return t.losses.jerk; });
+  fill("loss.impulse_ns", [](ToolReport& t) -> double& { return t.losses.impulse; });
+  fill("loss.hand_j", [](ToolReport& t) -> double& { return t.losses.hand; });
+  return rows;
 }
 
 Series curve(const std::string& label, std::vector<double> x, std::vector<double> y,

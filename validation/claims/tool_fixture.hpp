@@ -30,8 +30,8 @@ Scene chain_scene(const Chain& chain);
 Material tissue_of(const std::string& name, double youngs_modulus, double cutting_force,
                    double friction, TissueRole role = TissueRole::tissue);
 
-/// A curve of the tool over the samples.
-std::vector<double> over_samples(const Insertion& run, double (*value)(const ToolReport&));
+/// Columns of the tool as one report for each row. The trace was sampled with SampleOptions::tool.
+std::vector<ToolReport> tool_rows(const Trace& trace);
 
 Series curve(const std::string& label, std::vector<double> x, std::vector<double> y,
              Series::Style style = Series::Style::line);

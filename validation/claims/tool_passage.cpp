@@ -16,18 +16,19 @@ Scene timed(Scene scene, double duration, double step = 1e-3) {
   return scene;
 }
 
-std::string kinds(const Insertion& run) {
+std::string kinds(const Trace& run) {
   std::string all;
   for (const Event& e : run.events) { all += (all.empty() ? "" : " ") + e.kind; }
   return all;
 }
 
 /// Tool at the first sample at or after an instant.
-const ToolReport& at(const Insertion& run, double time) {
+ToolReport at(const Trace& run, double time) {
+  const std::vector<ToolReport> tool = tool_rows(run);
   const auto found = std::ranges::lower_bound(run.time, time - 1e-9);
   const auto n = std::min<std::ptrdiff_t>(found - run.time.begin(),
-                                          static_cast<std::ptrdiff_t>(run.tool.size()) - 1);
-  return run.tool[static_cast<std::size_t>(n)];
+                                          static_cast<std::ptrdiff_t>(tool.size()) - 1);
+  return tool[static_cast<std::size_t>(n)];
 }
 
 void judge_true(Outcome& outcome, const std::string& name, bool holds, const std::string& why) {
@@ -36,7 +37,8 @@ void judge_true(Outcome& outcome, const std::string& name, bool holds, const std
 
 void measure_order(const CaseContext& context, Outcome& outcome) {
   const Scene scene = timed(seven_soft_layers(), 1.25, 1e-4);
-  const Insertion run = insert_tool(context, scene);
+  const Trace run = roll_out(context, scene, {.tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   judge_true(outcome, "events_in_order",
              kinds(run) ==
                  "contact puncture puncture puncture puncture puncture "
@@ -47,9 +49,9 @@ void measure_order(const CaseContext& context, Outcome& outcome) {
     const Layer& layer = scene.tissue.layers[n];
     const Material& material = scene.materials[n];
     double peak = 0.0;
-    for (std::size_t k = 0; k < run.tool.size(); ++k) {
-      if (run.layer[k] != layer.tissue) { continue; }
-      peak = std::fmax(peak, std::max(run.tool[k].forces.cutting, run.tool[k].forces.stiffness));
+    for (std::size_t k = 0; k < tool.size(); ++k) {
+      if (run.texts("tool.layer")[k] != layer.tissue) { continue; }
+      peak = std::fmax(peak, std::max(tool[k].forces.cutting, tool[k].forces.stiffness));
     }
     rows.push_back({layer.tissue, 1e3 * layer.thickness, material.cutting_force, peak});
     const double slack = std::max(material.cutting_force, 1.0) * 1e-12;
@@ -71,7 +73,7 @@ void measure_loss(const CaseContext& context, Outcome& outcome) {
   Scene scene = timed(seven_soft_layers(), 1.1);
   const Syringe syringe{};
   scene.syringe = syringe;
-  const Insertion run = insert_tool(context, scene);
+  const Trace run = roll_out(context, scene, {.tool = true});
   const double loss = run.time_of("loss-of-resistance");
   const ToolForces& before = at(run, loss - 2e-3).forces;
   const ToolForces& after = at(run, loss).forces;
@@ -85,13 +87,16 @@ void measure_loss(const CaseContext& context, Outcome& outcome) {
   double high = 0.0;
   const auto begin = std::ranges::lower_bound(run.time, loss) - run.time.begin();
   const auto first = static_cast<std::size_t>(std::max<std::ptrdiff_t>(begin - 1, 0));
-  high = run.pressure.empty() ? std::nan("") : run.pressure[first];
+  high = run.values("syringe.pressure_pa").empty() ? std::nan("")
+                                                   : run.values("syringe.pressure_pa")[first];
   const double low = syringe.thumb_flow * syringe.epidural_resistance;
   const auto crossing = [&](double share) {
     const double level = low + share * (high - low);
-    for (std::size_t n = first + 1; n < run.pressure.size(); ++n) {
-      if (run.pressure[n] > level) { continue; }
-      const double part = (run.pressure[n - 1] - level) / (run.pressure[n - 1] - run.pressure[n]);
+    for (std::size_t n = first + 1; n < run.values("syringe.pressure_pa").size(); ++n) {
+      if (run.values("syringe.pressure_pa")[n] > level) { continue; }
+      const double part =
+          (run.values("syringe.pressure_pa")[n - 1] - level) /
+          (run.values("syringe.pressure_pa")[n - 1] - run.values("syringe.pressure_pa")[n]);
       return run.time[n - 1] + part * (run.time[n] - run.time[n - 1]);
     }
     return std::nan("");
@@ -116,7 +121,7 @@ void measure_loss(const CaseContext& context, Outcome& outcome) {
                 .x = {.label = "time (s)"},
                 .y = {.label = "pressure (kPa)"}};
   std::vector<double> kilopascal;
-  for (const double p : run.pressure) { kilopascal.push_back(1e-3 * p); }
+  for (const double p : run.values("syringe.pressure_pa")) { kilopascal.push_back(1e-3 * p); }
   figure.series = {curve("saline pressure", run.time, kilopascal)};
   outcome.figures.push_back(std::move(figure));
 }
@@ -128,15 +133,16 @@ void measure_bone(const CaseContext& context, Outcome& outcome) {
   scene.tissue.layers.resize(5);
   const double bone = 0.0158;
   scene.drive = Drive{.kind = Drive::Kind::force, .force = 100.0, .rise = 1.0};
-  const Insertion run = insert_tool(context, scene);
+  const Trace run = roll_out(context, scene, {.tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   double deepest = 0.0;
-  for (const ToolReport& tool : run.tool) { deepest = std::fmax(deepest, tool.place); }
+  for (const ToolReport& row : tool) { deepest = std::fmax(deepest, row.place); }
   outcome.judge({.name = "deepest_place_less_the_bone_s",
                  .value = run.diverged ? std::nan("") : deepest - bone,
                  .unit = "m",
                  .upper = 1e-15,
                  .bound_from = "law: bone is never pierced; rounding of 16 mm"});
-  const ToolForces& f = run.tool.back().forces;
+  const ToolForces& f = tool.back().forces;
   outcome.judge({.name = "force_at_rest_less_the_hand_s",
                  .value = std::abs(f.total - 100.0),
                  .unit = "N",
@@ -156,16 +162,17 @@ void measure_track(const CaseContext& context, Outcome& outcome) {
   scene.drive->depth = 0.012;
   scene.drive->hold = 0.1;
   scene.drive->withdraw_speed = 0.02;
-  const Insertion run = insert_tool(context, scene);
+  const Trace run = roll_out(context, scene, {.tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   double tip = 0.0;
   double rub = 0.0;
   const double back = 0.014 / 0.02 + 0.15;
   double cut = 0.0;
-  for (std::size_t n = 0; n < run.tool.size(); ++n) {
-    if (run.time[n] < back || run.tool[n].place <= 1e-4) { continue; }
-    tip = std::fmax(tip, run.tool[n].forces.cutting);
-    rub = std::fmin(rub, run.tool[n].forces.friction);
-    cut = std::fmax(cut, run.tool[n].losses.cutting);
+  for (std::size_t n = 0; n < tool.size(); ++n) {
+    if (run.time[n] < back || tool[n].place <= 1e-4) { continue; }
+    tip = std::fmax(tip, tool[n].forces.cutting);
+    rub = std::fmin(rub, tool[n].forces.friction);
+    cut = std::fmax(cut, tool[n].losses.cutting);
   }
   outcome.judge({.name = "cutting_force_on_the_way_back",
                  .value = tip,
@@ -192,7 +199,7 @@ void measure_angles(const CaseContext& context, Outcome& outcome) {
     const double angle = degrees * M_PI / 180.0;
     scene.needle->direction = {std::sin(angle), 0.0, std::cos(angle)};
     scene.needle->entry = {-0.0053, 0.0011};
-    const Insertion run = insert_tool(context, scene, {});
+    const Trace run = roll_out(context, scene, {.tool = true});
     double border = 0.0;
     double worst = 0.0;
     for (int n = 0; n < 3; ++n) {
@@ -210,7 +217,9 @@ void measure_angles(const CaseContext& context, Outcome& outcome) {
          .bound_from = "theory: thickness over the cosine; a tick of 20 us, in which tissue "
                        "that is set free moves 20 um at 1 m/s"});
     double lateral = 0.0;
-    for (const ToolReport& tool : run.tool) { lateral = std::fmax(lateral, tool.forces.lateral); }
+    for (const ToolReport& tool : tool_rows(run)) {
+      lateral = std::fmax(lateral, tool.forces.lateral);
+    }
     if (degrees > 0.0) {
       outcome.judge(
           {.name = "lateral_force_at_" + std::to_string(static_cast<int>(degrees)) + "_degrees",
@@ -230,8 +239,10 @@ void measure_angles(const CaseContext& context, Outcome& outcome) {
 
 void measure_spacing(const CaseContext& context, Outcome& outcome) {
   const double coarse = 0.004;
-  const Insertion wide = insert_tool(context, timed(seven_soft_layers(coarse, 4), 1.15));
-  const Insertion fine = insert_tool(context, timed(seven_soft_layers(0.5 * coarse, 8), 1.15));
+  const Trace wide = roll_out(context, timed(seven_soft_layers(coarse, 4), 1.15), {.tool = true});
+  const std::vector<ToolReport> wide_tool = tool_rows(wide);
+  const Trace fine =
+      roll_out(context, timed(seven_soft_layers(0.5 * coarse, 8), 1.15), {.tool = true});
   double worst = 0.0;
   std::vector<std::vector<Cell>> rows;
   for (const Event& e : wide.events) {
@@ -247,13 +258,13 @@ void measure_spacing(const CaseContext& context, Outcome& outcome) {
        .upper = 1.0,
        .bound_from = "continuity: halving the spacing moves no puncture by more than it"});
   double jump = 0.0;
-  for (std::size_t n = 1; n < wide.tool.size(); ++n) {
-    if (wide.tool[n].forces.cutting == 0.0 || wide.tool[n - 1].forces.cutting == 0.0) { continue; }
+  for (std::size_t n = 1; n < wide_tool.size(); ++n) {
+    if (wide_tool[n].forces.cutting == 0.0 || wide_tool[n - 1].forces.cutting == 0.0) { continue; }
     const bool rebounds = std::ranges::any_of(wide.events, [&](const Event& e) {
       return wide.time[n] >= e.time && wide.time[n] < e.time + 0.01;
     });
     if (rebounds) { continue; }
-    jump = std::fmax(jump, std::abs(wide.tool[n].forces.total - wide.tool[n - 1].forces.total));
+    jump = std::fmax(jump, std::abs(wide_tool[n].forces.total - wide_tool[n - 1].forces.total));
   }
   outcome.judge({.name = "largest_jump_while_cutting",
                  .value = jump,
@@ -273,10 +284,13 @@ void measure_thin(const CaseContext& context, Outcome& outcome) {
   // A membrane of a twentieth of the spacing, in the middle of a cell.
   scene.materials.push_back(tissue_of("membrane", 300e3, 1.0, 0.0));
   scene.tissue.layers.insert(scene.tissue.layers.begin() + 3, {"membrane", "membrane", 0.0002});
-  const Insertion run = insert_tool(context, scene);
+  const Trace run = roll_out(context, scene, {.tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   double peak = 0.0;
-  for (std::size_t n = 0; n < run.tool.size(); ++n) {
-    if (run.layer[n] == "membrane") { peak = std::fmax(peak, run.tool[n].forces.stiffness); }
+  for (std::size_t n = 0; n < tool.size(); ++n) {
+    if (run.texts("tool.layer")[n] == "membrane") {
+      peak = std::fmax(peak, tool[n].forces.stiffness);
+    }
   }
   outcome.judge({.name = "punctures_of_the_membrane",
                  .value = std::isnan(run.time_of("puncture", "membrane")) ? 0.0 : 1.0,
@@ -327,7 +341,7 @@ void measure_moduli(const CaseContext& context, Outcome& outcome) {
   scene.drive->speed = 0.02;
   const double whole = 2.1;
   std::vector<std::vector<Cell>> rows;
-  Insertion runs[2];
+  Trace runs[2];
   const char* names[] = {"auto", "velocity-verlet"};
   for (int n = 0; n < 2; ++n) {
     scene.simulation = {.duration = n == 0          ? whole
@@ -335,14 +349,14 @@ void measure_moduli(const CaseContext& context, Outcome& outcome) {
                                                     : whole,
                         .step = 1e-3,
                         .integrator = names[n]};
-    runs[n] = insert_tool(context, scene);
-    const double ticks = static_cast<double>(runs[n].tool.size() - 1);
+    runs[n] = roll_out(context, scene, {.tool = true});
+    const double ticks = static_cast<double>(runs[n].rows() - 1);
     rows.push_back(
-        {runs[n].integrator, static_cast<double>(runs[n].substeps), 1e3 * runs[n].seconds / ticks});
+        {runs[n].method, static_cast<double>(runs[n].substeps), 1e3 * runs[n].seconds / ticks});
     outcome.timings.push_back(
-        {"ms_per_tick_" + runs[n].integrator, 1e3 * runs[n].seconds / ticks, "ms"});
+        {"ms_per_tick_" + runs[n].method, 1e3 * runs[n].seconds / ticks, "ms"});
   }
-  const Insertion& chosen = runs[0];
+  const Trace& chosen = runs[0];
   outcome.judge({.name = "diverged",
                  .value = chosen.diverged ? 1.0 : 0.0,
                  .upper = 0.0,
@@ -355,12 +369,12 @@ void measure_moduli(const CaseContext& context, Outcome& outcome) {
   double worst = 0.0;
   double peak = 0.0;
   std::vector<double> depth, force, other;
-  const std::size_t samples = std::min(runs[0].tool.size(), runs[1].tool.size());
-  for (std::size_t n = 0; n < runs[0].tool.size(); ++n) {
-    depth.push_back(1e3 * runs[0].tool[n].place);
-    force.push_back(runs[0].tool[n].forces.total);
+  const std::size_t samples = std::min(runs[0].rows(), runs[1].rows());
+  for (std::size_t n = 0; n < runs[0].rows(); ++n) {
+    depth.push_back(1e3 * runs[0].at("tool.insertion_m", n));
+    force.push_back(runs[0].at("tool.force_n", n));
     peak = std::fmax(peak, force.back());
-    if (n < samples) { other.push_back(runs[1].tool[n].forces.total); }
+    if (n < samples) { other.push_back(runs[1].at("tool.force_n", n)); }
   }
   // At punctures the two may be a tick apart, where the whole force drops.
   std::size_t far = 0;
@@ -394,7 +408,7 @@ void measure_moduli(const CaseContext& context, Outcome& outcome) {
                     "a hundred substeps.",
                 .x = {.label = "place of the tip (mm)"},
                 .y = {.label = "force (N)"}};
-  figure.series.push_back(curve(chosen.integrator, depth, force));
+  figure.series.push_back(curve(chosen.method, depth, force));
   depth.resize(other.size());
   figure.series.push_back(curve("velocity-verlet", depth, other, Series::Style::dashed));
   outcome.figures.push_back(std::move(figure));
@@ -475,15 +489,16 @@ constexpr Extreme extremes[] = {
      }},
 };
 
-bool finite(const Insertion& run) {
-  for (const ToolReport& t : run.tool) {
+bool finite(const Trace& run) {
+  const std::vector<ToolReport> tool = tool_rows(run);
+  for (const ToolReport& t : tool) {
     const ToolForces& f = t.forces;
     for (const double value : {t.place, t.velocity, t.depth, t.cut, t.slip, f.cutting, f.friction,
                                f.stiffness, f.total, f.applied, f.lateral, t.losses.impact}) {
       if (!std::isfinite(value)) { return false; }
     }
   }
-  return !run.tool.empty();
+  return !tool.empty();
 }
 
 void measure_stress(const CaseContext& context, Outcome& outcome) {
@@ -495,12 +510,13 @@ void measure_stress(const CaseContext& context, Outcome& outcome) {
       Scene scene = seven_soft_layers();
       scene.simulation = {.duration = 0.2, .step = 1e-3, .integrator = integrator};
       extreme.make(scene);
-      const Insertion run = insert_tool(context, scene);
+      const Trace run = roll_out(context, scene, {.tool = true});
+      const std::vector<ToolReport> tool = tool_rows(run);
       const bool whole = finite(run);
       broken += whole ? 0.0 : 1.0;
       diverged += run.diverged ? 1.0 : 0.0;
       double peak = 0.0;
-      for (const ToolReport& t : run.tool) { peak = std::fmax(peak, t.forces.total); }
+      for (const ToolReport& t : tool) { peak = std::fmax(peak, t.forces.total); }
       rows.push_back({std::string(extreme.name), std::string(integrator),
                       std::string(run.diverged ? "diverged, and said so"
                                   : whole      ? "finite"

@@ -32,10 +32,11 @@ Scene palpated_scene() {
 void measure_probe(const CaseContext& context, Outcome& outcome) {
   Scene scene = palpated_scene();
   scene.simulation = {.duration = 1.0, .step = 1e-3};
-  const Insertion run = insert_tool(context, scene);
+  const Trace run = roll_out(context, scene, {.tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   double cutting = 0.0;
   double friction = 0.0;
-  for (const ToolReport& t : run.tool) {
+  for (const ToolReport& t : tool) {
     cutting = std::fmax(cutting, std::abs(t.forces.cutting));
     friction = std::fmax(friction, std::abs(t.forces.friction));
   }
@@ -97,9 +98,10 @@ void measure_map(const CaseContext& context, Outcome& outcome) {
   scene.probe->entry = {0.0, 0.0};
   scene.drive = Drive{.speed = 1e-3, .depth = 1e-5};
   scene.simulation = {.duration = 1.0, .step = 1e-3};
-  const Insertion run = insert_tool(context, scene, {.every = 1000});
+  const Trace run = roll_out(context, scene, {.every = 1000, .energy = true, .tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   outcome.judge({.name = "pressed_stiffness_over_solved",
-                 .value = run.tool.back().forces.total / 1e-5 / (1e3 * over),
+                 .value = tool.back().forces.total / 1e-5 / (1e3 * over),
                  .lower = 1.0 - 2e-3,
                  .upper = 1.0 + 2e-3,
                  .bound_from = "theory: the same springs; 10 um deep, strains of 1e-3"});

@@ -69,8 +69,10 @@ Scene scene_of_chain(const Chain& chain, double speed) {
 void measure_chain(const CaseContext& context, Outcome& outcome) {
   const Chain chain;
   const double speed = 4e-3;
-  const Insertion fast = insert_tool(context, scene_of_chain(chain, speed));
-  const Insertion slow = insert_tool(context, scene_of_chain(chain, 0.5 * speed));
+  const Trace fast = roll_out(context, scene_of_chain(chain, speed), {.tool = true});
+  const std::vector<ToolReport> fast_tool = tool_rows(fast);
+  const Trace slow = roll_out(context, scene_of_chain(chain, 0.5 * speed), {.tool = true});
+  const std::vector<ToolReport> slow_tool = tool_rows(slow);
   const double peak = strata[1].cutting_force;
   // Bends ring for a while; there neither run is at rest.
   const double bends[] = {0.0, 0.1 * compliance(chain, 0.0), 0.004 + 0.1 * compliance(chain, 0.004),
@@ -82,15 +84,15 @@ void measure_chain(const CaseContext& context, Outcome& outcome) {
   std::vector<double> depth;
   std::vector<double> measured;
   std::vector<double> exact;
-  const std::size_t samples = std::min(fast.tool.size(), slow.tool.size());
+  const std::size_t samples = std::min(fast_tool.size(), slow_tool.size());
   for (std::size_t n = 0; n < samples; ++n) {
-    const double s = fast.tool[n].place;
-    const double limit = 2.0 * slow.tool[n].forces.total - fast.tool[n].forces.total;
+    const double s = fast_tool[n].place;
+    const double limit = 2.0 * slow_tool[n].forces.total - fast_tool[n].forces.total;
     const double truth = exact_force(chain, s);
     depth.push_back(1e3 * s);
-    measured.push_back(slow.tool[n].forces.total);
+    measured.push_back(slow_tool[n].forces.total);
     exact.push_back(truth);
-    largest = std::fmax(largest, slow.tool[n].forces.total);
+    largest = std::fmax(largest, slow_tool[n].forces.total);
     bool rings = false;
     for (const double bend : bends) { rings = rings || (s >= bend - 1e-5 && s < bend + ringing); }
     // Set free by a weaker layer, the tissue swings past the tip and sticks to it deeper down: the
@@ -182,7 +184,7 @@ std::vector<double> ticks_of(const Scene& scene) {
 }
 
 /// Largest distance of an event of the model from the reference's [s]; NaN when one is missing.
-double event_error(const Insertion& run, const reference::Insertion& truth,
+double event_error(const Trace& run, const reference::Insertion& truth,
                    std::vector<std::vector<Cell>>* rows) {
   double worst = 0.0;
   long expected = 0;
@@ -220,7 +222,8 @@ void measure_against_reference(const CaseContext& context, Outcome& outcome,
   const std::vector<double> times = ticks_of(scene);
   const reference::Insertion truth =
       reference::solve_insertion(scene, build_network(scene), times, {.relative = 1e-9});
-  const Insertion run = insert_tool(context, scene);
+  const Trace run = roll_out(context, scene, {.tool = true});
+  const std::vector<ToolReport> tool = tool_rows(run);
   std::vector<std::vector<Cell>> rows;
   const double tick = scene.simulation.step;
   outcome.judge({.name = "largest_error_of_an_event",
@@ -230,7 +233,7 @@ void measure_against_reference(const CaseContext& context, Outcome& outcome,
                  .bound_from = "one tick; the reference finds its events as roots to 1e-8 s"});
   Scene fine = scene;
   fine.simulation.substeps = 8 * run.substeps;
-  const double finer = event_error(insert_tool(context, fine), truth, nullptr);
+  const double finer = event_error(roll_out(context, fine, {.tool = true}), truth, nullptr);
   outcome.judge({.name = "largest_error_of_an_event_eight_times_finer",
                  .value = finer,
                  .unit = "s",
@@ -238,13 +241,13 @@ void measure_against_reference(const CaseContext& context, Outcome& outcome,
                  .bound_from = "theory: modes change at the ends of steps, so within two of them; "
                                "1e-7 s of the reference"});
 
-  const std::vector<double> peaks = layer_peaks(run.layer, truth);
+  const std::vector<double> peaks = layer_peaks(run.texts("tool.layer"), truth);
   double worst = 0.0;
   long compared = 0;
   std::vector<double> depth, model, exact;
-  for (std::size_t n = 0; n < std::min(run.tool.size(), truth.instants.size()); ++n) {
+  for (std::size_t n = 0; n < std::min(tool.size(), truth.instants.size()); ++n) {
     depth.push_back(1e3 * truth.instants[n].place);
-    model.push_back(run.tool[n].forces.total);
+    model.push_back(tool[n].forces.total);
     exact.push_back(truth.instants[n].total);
     const bool event = std::ranges::any_of(truth.events, [&](const auto& e) {
       return e.kind != Kind::knot_passed && std::abs(times[n] - e.time) <= 2.0 * tick;
@@ -291,10 +294,11 @@ void measure_order(const CaseContext& context, Outcome& outcome) {
     scene.simulation.integrator = name;
     for (const int substeps : {25, 35, 50, 70, 100, 140}) {
       scene.simulation.substeps = substeps;
-      const Insertion run = insert_tool(context, scene);
+      const Trace run = roll_out(context, scene, {.tool = true});
+      const std::vector<ToolReport> tool = tool_rows(run);
       double error = 0.0;
-      for (std::size_t n = 4; n < run.tool.size(); ++n) {
-        error = std::fmax(error, std::abs(run.tool[n].forces.total - truth.instants[n].total));
+      for (std::size_t n = 4; n < tool.size(); ++n) {
+        error = std::fmax(error, std::abs(tool[n].forces.total - truth.instants[n].total));
       }
       steps.push_back(run.h);
       errors.push_back(error / truth.instants.back().total);
@@ -388,20 +392,22 @@ void measure_curve(const CaseContext& context, Outcome& outcome) {
   const double speed = 2e-3;
   const Scene scene = layered_block(speed);
   const SpringNetwork network = build_network(scene);
-  const Insertion fast = insert_tool(context, scene);
-  const Insertion slow = insert_tool(context, layered_block(0.5 * speed));
+  const Trace fast = roll_out(context, scene, {.tool = true});
+  const std::vector<ToolReport> fast_tool = tool_rows(fast);
+  const Trace slow = roll_out(context, layered_block(0.5 * speed), {.tool = true});
+  const std::vector<ToolReport> slow_tool = tool_rows(slow);
   const auto curve_of = reference::force_depth_curve(scene, network, path);
   const double compliance = reference::static_compliance(scene, network, 0.0);
   const double dent = peak * compliance;
-  const std::size_t samples = std::min(fast.tool.size(), slow.tool.size());
+  const std::size_t samples = std::min(fast_tool.size(), slow_tool.size());
   double worst = samples == 0 ? std::nan("") : 0.0;
   std::vector<double> depth, measured, foretold;
   for (std::size_t n = 0; n < samples; ++n) {
-    const double place = slow.tool[n].place;
+    const double place = slow_tool[n].place;
     const double truth = reference::force_at(curve_of, place);
-    const double limit = 2.0 * slow.tool[n].forces.total - fast.tool[n].forces.total;
+    const double limit = 2.0 * slow_tool[n].forces.total - fast_tool[n].forces.total;
     depth.push_back(1e3 * place);
-    measured.push_back(1e3 * slow.tool[n].forces.total);
+    measured.push_back(1e3 * slow_tool[n].forces.total);
     foretold.push_back(1e3 * truth);
     if (beside_a_drop(curve_of, place)) { continue; }
     const double error = std::abs(limit - truth) / peak;

@@ -95,16 +95,16 @@ device::falcon::EmulatedFalconOptions with_faults(device::falcon::EmulatedFalcon
 
 }  // namespace
 
-FalconLoop::FalconLoop(const Scene& scene, Simulation& simulation, const FalconLoopOptions& options)
+FalconLoop::FalconLoop(const Scene& scene, Subject& subject, const FalconLoopOptions& options)
     : settings_(scene.falcon.value_or(FalconDrive{})),
-      simulation_(simulation),
+      subject_(subject),
       period_(1.0 / settings_.rate),
       ticks_per_step_(static_cast<int>(std::lround(scene.simulation.step * settings_.rate))),
       falcon_(with_faults(falcon_options(scene), options.faults), hand_of(scene)),
       servo_(falcon_, settings_.delay + options.extra_delay),
       controller_(period_, 0.5 * falcon_.hand().impedance.mass / period_),
       start_(grip_start(scene)),
-      start_place_(simulation.tool_motion().place),
+      start_place_(subject.tool_motion().place),
       place_(start_),
       velocity_share_(settings_.quantised ? 1.0 - std::exp(-2.0 * pi * velocity_cutoff * period_)
                                           : 1.0) {
@@ -115,6 +115,7 @@ FalconLoop::FalconLoop(const Scene& scene, Simulation& simulation, const FalconL
   facts_.axial_force = device::falcon::largest_force(jacobian, Eigen::Vector3d::UnitZ(), torque);
   facts_.force_corners = device::falcon::force_corners(jacobian, torque);
   facts_.reaction = falcon_.hand().intent.reaction();
+  falcon_.observe(options.observer);
   watch_tool();  // a tip that begins on the skin is in contact already
 }
 
@@ -130,9 +131,7 @@ StepStatus FalconLoop::tick() noexcept {
 StepStatus FalconLoop::device_tick() noexcept {
   const double time = device_time();
   servo_.tick([&](const device::DeviceSample& sample) { return render(sample, time); });
-  if (ticks_of_step_ == 0) {
-    simulation_.move_handle(start_place_ + start_.z() - place_.z(), -velocity_.z());
-  }
+  if (ticks_of_step_ == 0) { input_ = {start_place_ + start_.z() - place_.z(), -velocity_.z()}; }
   facts_.saturated += falcon_.saturated() ? 1 : 0;
   facts_.largest_requested = std::max(facts_.largest_requested, servo_.sent().norm());
   return finish_device_tick();
@@ -147,12 +146,13 @@ StepStatus FalconLoop::finish_device_tick() noexcept {
       std::max(facts_.largest_delivered, falcon_.body().delivered_force().norm());
   if (++ticks_of_step_ < ticks_per_step_) { return StepStatus::ok; }
   ticks_of_step_ = 0;
-  const StepStatus status = simulation_.tick();
+  const StepStatus status = subject_.step(input_);
+  input_.reset();
   watch_tool();
   return status;
 }
 
-/// Insertion is the device's -z: a coupling that pushes the tool in pushes the hand out.
+/// Trace is the device's -z: a coupling that pushes the tool in pushes the hand out.
 Eigen::Vector3d FalconLoop::render(const device::DeviceSample& sample, double time) noexcept {
   if (!sample.answered) { ++facts_.unanswered; }
   if (!sample.homed) {  // its counts say nothing of where the grip is
@@ -162,9 +162,9 @@ Eigen::Vector3d FalconLoop::render(const device::DeviceSample& sample, double ti
   }
   observer_.observe(time, sample.position, servo_.sent());
   estimate_velocity(sample.position);
-  const ToolMotion tool = simulation_.tool_motion();
+  const ToolMotion tool = subject_.tool_motion();
   const bool ahead = settings_.between == FalconDrive::Between::extrapolate;
-  const double reached = tool.place + (ahead ? tool.velocity * (time - simulation_.time()) : 0.0);
+  const double reached = tool.place + (ahead ? tool.velocity * (time - subject_.time()) : 0.0);
   const double held = start_place_ + start_.z() - place_.z();
   const double push = settings_.coupling_stiffness * (held - reached) +
                       settings_.coupling_viscosity * (-velocity_.z() - tool.velocity);
@@ -188,8 +188,8 @@ void FalconLoop::estimate_velocity(const Eigen::Vector3d& place) noexcept {
 }
 
 void FalconLoop::watch_tool() noexcept {
-  const double tip = simulation_.tool_motion().place;
-  for (const ToolHappening& happening : simulation_.tool_happenings()) {
+  const double tip = subject_.tool_motion().place;
+  for (const ToolHappening& happening : subject_.tool_happenings()) {
     if (happening.event == ToolEvent::contact) {
       in_tissue_ = true;
       entry_ = place_.head<2>();

@@ -11,7 +11,7 @@
 #include "device/real_time.hpp"
 #include "device/servo_loop.hpp"
 #include "model/problem/scene.hpp"
-#include "model/stepping/simulation.hpp"
+#include "validation/subject/subject.hpp"
 
 namespace palpate {
 
@@ -25,8 +25,6 @@ device::Hand hand_of(const Scene& scene);
 
 // A scene's tool in a hand, through an emulated Falcon: hand and device, driver and wire, coupling,
 // tool and tissue, in lock step and virtual time (model/EQUATIONS.md, "Haptic loop").
-
-struct CaseContext;
 
 /// Over a whole run.
 struct FalconFacts {
@@ -51,13 +49,14 @@ struct FalconFacts {
 struct FalconLoopOptions {
   int extra_delay = 0;                   ///< further ticks, for tests of the harness
   device::falcon::FaultScript faults{};  ///< on the line, times from the start of the run
+  device::falcon::EmulatorObserver* observer = nullptr;  ///< receives every packet
 };
 
 class FalconLoop {
  public:
-  /// Of a scene whose drive is the Falcon; scene and simulation outlive the loop. Throws
+  /// Of a scene whose drive is the Falcon; scene and subject outlive the loop. Throws
   /// std::invalid_argument where the grip would start beyond reach.
-  FalconLoop(const Scene& scene, Simulation& simulation, const FalconLoopOptions& options = {});
+  FalconLoop(const Scene& scene, Subject& subject, const FalconLoopOptions& options = {});
 
   /// Every tick of the device waits for the wall clock from now on; nothing else changes.
   void follow(device::DeadlineClock* clock) { clock_ = clock; }
@@ -88,14 +87,15 @@ class FalconLoop {
   /// Device and hand to the end of this tick; with the last one of a step, the tissue.
   StepStatus finish_device_tick() noexcept;
   [[nodiscard]] double device_time() const noexcept {
-    return simulation_.time() + ticks_of_step_ * period_;
+    return subject_.time() + ticks_of_step_ * period_;
   }
 
   FalconDrive settings_;
-  Simulation& simulation_;
-  double period_;          ///< of the haptic loop [s]
-  int ticks_per_step_;     ///< of the tissue
-  int ticks_of_step_ = 0;  ///< of the present step, done
+  Subject& subject_;
+  std::optional<ToolInput> input_{};  ///< of the next step
+  double period_;                     ///< of the haptic loop [s]
+  int ticks_per_step_;                ///< of the tissue
+  int ticks_of_step_ = 0;             ///< of the present step, done
   device::DeadlineClock* clock_ = nullptr;
   device::falcon::EmulatedFalcon falcon_;
   device::ServoLoop servo_;

@@ -235,7 +235,6 @@ struct ViewSample {
   Scene scene{};
   std::unique_ptr<NetworkProblem> problem{};
   Trace trace{};
-  Moments moments{};
 
   [[nodiscard]] std::optional<View> view() const {
     return make_view({scene, *problem, trace, moments});
@@ -259,8 +258,8 @@ inline ViewSample pressed_block(std::array<int, 3> nodes, int frames) {
       position(0, node) +=
           1e-4 * n / frames * std::sin(900.0 * x.y() + 31.0 * static_cast<double>(node));
     }
-    sample.trace.frame_time.push_back(0.01 * n);
-    sample.trace.frames.push_back(position);
+    sample.trace.frames.time.push_back(0.01 * n);
+    sample.trace.frames.position.push_back(position);
     sample.trace.time.push_back(0.01 * n);
   }
   sample.problem = std::make_unique<NetworkProblem>(network, resolve_loads(sample.scene, network));
@@ -288,7 +287,7 @@ ViewSample layered_block() {
   sample.scene.tissue.inclusions = {
       {Inclusion::Shape::box, {0.0, 0.0, 0.010}, {0.0041, 0.0041, 0.0041}, "a"}};
   const SpringNetwork network = build_network(sample.scene);
-  sample.trace = {.time = {0.0}, .frame_time = {0.0}, .frames = {network.rest_position}};
+  sample.trace = {.time = {0.0}, .frames = {.time = {0.0}, .position = {network.rest_position}}};
   sample.problem = std::make_unique<NetworkProblem>(network);
   return sample;
 }
@@ -309,7 +308,8 @@ TEST("a small network is shown whole, with its skin, springs, forces and largest
   CHECK(view->frames.size() == 7);
   CHECK(view->peak == 6);
   CHECK_NEAR(view->frames[3].applied, 2.0, 1e-15);
-  CHECK_NEAR(view->frames[4].displacement, NodeVectors(sample.trace.frames[4] - view->rest), 1e-18);
+  CHECK_NEAR(view->frames[4].displacement,
+             NodeVectors(sample.trace.frames.position[4] - view->rest), 1e-18);
   CHECK(view->frames[6].reaction > view->frames[5].reaction);
   CHECK(view->frames[5].reaction > 0.0);
 }
@@ -326,21 +326,22 @@ TEST("cells and nodes are told by what fills them") {
 
 TEST("frames of the trace are thinned to sixty, and moments come between them") {
   ViewSample sample = pressed_block({3, 3, 3}, 200);
-  sample.moments.time = {0.0, 0.123};
-  sample.moments.positions = {sample.trace.frames[0], sample.trace.frames[12]};
+  sample.trace.keyframes.time = {0.0, 0.123};
+  sample.trace.keyframes.position = {sample.trace.frames.position[0],
+                                     sample.trace.frames.position[12]};
   const auto view = sample.view();
   CHECK(view->frames.size() == 61);
   CHECK(std::ranges::is_sorted(view->frames, {}, &ViewFrame::time));
   CHECK(std::ranges::count(view->frames, 0.123, &ViewFrame::time) == 1);
   CHECK(view->frames.front().time == 0.0);
-  CHECK(view->frames.back().time == sample.trace.frame_time.back());
+  CHECK(view->frames.back().time == sample.trace.frames.time.back());
 }
 
 TEST("a state that is not finite is not shown, and without any there is no view") {
   ViewSample sample = pressed_block({3, 3, 3}, 3);
-  sample.trace.frames[2](1, 4) = std::nan("");
+  sample.trace.frames.position[2](1, 4) = std::nan("");
   CHECK(sample.view()->frames.size() == 2);
-  sample.trace.frames.clear();
+  sample.trace.frames.position.clear();
   CHECK(!sample.view());
 }
 
@@ -379,8 +380,7 @@ TEST("a surface of a person's own follows the nodes that it names, in place of t
                           .rest = NodeVectors::Zero(3, 3),
                           .vertices = {{{0, 0.5}, {1, 0.5}}, {{5, 1.0}}, {{8, 1.0}}},
                           .triangles = {{0, 1, 2}}};
-  const auto view =
-      make_view({sample.scene, *sample.problem, sample.trace, sample.moments, {torso}});
+  const auto view = make_view({sample.scene, *sample.problem, sample.trace, {torso}});
   CHECK(view->surfaces.size() == 1);
   CHECK(view->surfaces[0].label == "torso");
   CHECK(view->surfaces[0].vertices[1][0].node == 5);
@@ -426,8 +426,7 @@ TEST("the skin around the tissue is shown, and what lies within two spacings of 
     for (const ViewSurface::Support& support : skin->vertices[n]) { sum += support.weight; }
     CHECK_NEAR(sum, near ? 1.0 : 0.0, 1e-15);
   }
-  const auto view =
-      make_view({sample.scene, *sample.problem, sample.trace, sample.moments, {*skin}});
+  const auto view = make_view({sample.scene, *sample.problem, sample.trace, {*skin}});
   REQUIRE(view);
   CHECK(view->surfaces.size() == 1);
   CHECK(view->surfaces[0].vertices.size() == skin->vertices.size());

@@ -78,8 +78,8 @@ TEST("a step taken with twice its length turns every case red") {
 
 TEST("one coordinate that is not a number turns every case red") {
   check_caught({.name = "NaN",
-                .motion =
-                    [](Motion& motion) {
+                .trace =
+                    [](Trace& motion) {
                       motion.position(0, motion.position.cols() / 2) =
                           std::numeric_limits<double>::quiet_NaN();
                     }},

@@ -59,12 +59,12 @@ TEST("a step used twice is seen") {
 
 TEST("a NaN at one node is never a pass") {
   const Mutation fault{
-      .name = "NaN at one node", .motion = [](Motion& motion) {
+      .name = "NaN at one node", .trace = [](Trace& motion) {
         motion.position(motion.position.rows() / 2, motion.position.cols() - 1) = nan;
         if (motion.velocity.size() > 0) {
           motion.velocity(motion.velocity.rows() / 2, motion.velocity.cols() - 1) = nan;
         }
-        if (!motion.energy.empty()) { motion.energy.back() = nan; }
+        if (motion.find("energy_j") != nullptr) { motion.values("energy_j").back() = nan; }
       }};
   check_red(fault,
             {"network/chain-frequencies", "network/dispersion", "network/skew/6", "network/skew/26",
@@ -74,7 +74,7 @@ TEST("a NaN at one node is never a pass") {
 }
 
 TEST("one node a millimetre off is seen") {
-  const Mutation fault{.name = "one node 1 mm off", .motion = [](Motion& motion) {
+  const Mutation fault{.name = "one node 1 mm off", .trace = [](Trace& motion) {
                          motion.position(motion.position.rows() - 1, motion.position.cols() - 1) +=
                              1e-3;
                        }};
@@ -84,7 +84,7 @@ TEST("one node a millimetre off is seen") {
 }
 
 TEST("frames shifted by one are seen") {
-  const Mutation fault{.name = "frames shifted by one", .motion = [](Motion& motion) {
+  const Mutation fault{.name = "frames shifted by one", .trace = [](Trace& motion) {
                          for (Eigen::MatrixXd* frames : {&motion.position, &motion.velocity}) {
                            for (Eigen::Index n = frames->cols() - 1; n > 0; --n) {
                              frames->col(n) = frames->col(n - 1).eval();
@@ -96,7 +96,7 @@ TEST("frames shifted by one are seen") {
 }
 
 TEST("work that skipping changes is seen") {
-  const Mutation fault{.name = "another bit now and then", .motion = [](Motion& motion) {
+  const Mutation fault{.name = "another bit now and then", .trace = [](Trace& motion) {
                          static bool odd = false;
                          odd = !odd;
                          if (odd) { motion.position(0, motion.position.cols() - 1) *= 1.0 + 1e-15; }

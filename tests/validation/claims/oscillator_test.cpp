@@ -93,7 +93,7 @@ TEST("a stiffness that is 1 % too high turns every case red") {
 }
 
 TEST("one position that is not a number turns every case red") {
-  const Mutation mutation{.name = "NaN", .motion = [](Motion& motion) {
+  const Mutation mutation{.name = "NaN", .trace = [](Trace& motion) {
                             motion.position(0, motion.position.cols() / 2) =
                                 std::numeric_limits<double>::quiet_NaN();
                           }};
@@ -106,7 +106,7 @@ TEST("one position that is not a number turns every case red") {
 /// A stability limit does not depend on when samples were taken, nor does an order of one notice
 /// what is as small as its error: both are right to pass.
 TEST("samples shifted by one step turn every trajectory check red") {
-  const Mutation mutation{.name = "shifted by one", .motion = [](Motion& motion) {
+  const Mutation mutation{.name = "shifted by one", .trace = [](Trace& motion) {
                             for (Eigen::MatrixXd* samples : {&motion.position, &motion.velocity}) {
                               if (samples->cols() < 2) { continue; }
                               const Eigen::MatrixXd all = *samples;
@@ -121,7 +121,7 @@ TEST("samples shifted by one step turn every trajectory check red") {
 }
 
 TEST("a motion that ends early turns every case red") {
-  check_caught_everywhere({.name = "half of the samples", .motion = [](Motion& motion) {
+  check_caught_everywhere({.name = "half of the samples", .trace = [](Trace& motion) {
                              const Eigen::Index half = motion.position.cols() / 2;
                              motion.position.conservativeResize(Eigen::NoChange, half);
                              motion.velocity.conservativeResize(Eigen::NoChange, half);

@@ -69,7 +69,7 @@ TEST("one per cent of mass is seen") {
 }
 
 TEST("a NaN at one node is never a pass") {
-  const Mutation fault{.name = "NaN at one node", .motion = [](Motion& motion) {
+  const Mutation fault{.name = "NaN at one node", .trace = [](Trace& motion) {
                          motion.position(motion.position.rows() / 2, motion.position.cols() / 2) =
                              nan;
                        }};
@@ -78,8 +78,8 @@ TEST("a NaN at one node is never a pass") {
 }
 
 TEST("a NaN in the energy is never a pass") {
-  const Mutation fault{.name = "NaN in the energy", .motion = [](Motion& motion) {
-                         for (double& e : motion.energy) { e = nan; }
+  const Mutation fault{.name = "NaN in the energy", .trace = [](Trace& motion) {
+                         for (double& e : motion.values("energy_j")) { e = nan; }
                        }};
   check_fails(fault, {"stability/stiffness-contrast", "stability/mass-ratio", "stability/inverted",
                       "stability/drift/oscillator", "stability/drift/network"});
@@ -87,15 +87,15 @@ TEST("a NaN in the energy is never a pass") {
 
 TEST("divergence that is not reported, or too late, is seen") {
   const Mutation silent{.name = "divergence kept silent",
-                        .motion = [](Motion& motion) { motion.diverged = false; }};
+                        .trace = [](Trace& motion) { motion.diverged = false; }};
   const Mutation late{.name = "divergence a tick late",
-                      .motion = [](Motion& motion) { motion.diverged_at *= 2.0; }};
+                      .trace = [](Trace& motion) { motion.diverged_at *= 2.0; }};
   check_fails(silent, {"stability/nan-injection"});
   check_fails(late, {"stability/nan-injection"});
 }
 
 TEST("energy that creeps up by a part in ten million a run is seen") {
-  const Mutation fault{.name = "creeping energy", .motion = [](Motion& motion) {
+  const Mutation fault{.name = "creeping energy", .trace = [](Trace& motion) {
                          const auto last = static_cast<double>(motion.position.cols() - 1);
                          for (Eigen::Index n = 0; n < motion.position.cols(); ++n) {
                            const double gain = 1.0 + 1e-7 * static_cast<double>(n) / last;

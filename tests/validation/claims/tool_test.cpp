@@ -69,19 +69,20 @@ TEST("a syringe that empties 1 % too slowly is seen") {
 }
 
 TEST("a force that is not a number is never a pass") {
-  const Mutation fault{.name = "NaN", .insertion = [](Insertion& run) {
-                         run.tool[run.tool.size() / 2].forces.total =
-                             std::numeric_limits<double>::quiet_NaN();
-                         run.tool.back().forces.total = std::numeric_limits<double>::quiet_NaN();
+  const Mutation fault{.name = "NaN", .trace = [](Trace& run) {
+                         std::vector<double>& force = run.values("tool.force_n");
+                         force[force.size() / 2] = std::numeric_limits<double>::quiet_NaN();
+                         force.back() = std::numeric_limits<double>::quiet_NaN();
                        }};
   check_red(fault, {"needle/chain", "needle/momentum", "needle/parts", "needle/rest",
                     "needle/reference/continuous-20-mm-s", "needle/stress", "needle/bone"});
 }
 
 TEST("samples shifted by one are seen") {
-  const Mutation fault{.name = "samples shifted by one", .insertion = [](Insertion& run) {
-                         for (std::size_t n = run.tool.size() - 1; n > 0; --n) {
-                           run.tool[n] = run.tool[n - 1];
+  const Mutation fault{.name = "samples shifted by one", .trace = [](Trace& run) {
+                         for (Column& column : run.columns) {
+                           if (!column.name.starts_with("tool.")) { continue; }
+                           std::shift_right(column.values.begin(), column.values.end(), 1);
                          }
                        }};
   check_red(fault, {"needle/momentum", "needle/order"});
@@ -89,11 +90,11 @@ TEST("samples shifted by one are seen") {
 
 TEST("an event that is missing, or two ticks late, is seen") {
   const Mutation missing{
-      .name = "no loss of resistance", .insertion = [](Insertion& run) {
+      .name = "no loss of resistance", .trace = [](Trace& run) {
         std::erase_if(run.events, [](const Event& e) { return e.kind == "loss-of-resistance"; });
       }};
   check_red(missing, {"needle/layers", "needle/loss-of-resistance"});
-  const Mutation late{.name = "events two ticks late", .insertion = [](Insertion& run) {
+  const Mutation late{.name = "events two ticks late", .trace = [](Trace& run) {
                         for (Event& e : run.events) { e.time += 2e-3; }
                       }};
   check_red(late, {"needle/reference/continuous-20-mm-s"});

@@ -23,16 +23,14 @@ Scene held_scene() {
 }
 
 struct Held {
-  Run run{};
+  Trace run{};
   FalconFacts facts{};
 };
 
 Held hold(const Scene& scene, const FalconLoopOptions& options = {}) {
-  Simulation simulation(scene);
-  FalconLoop loop(scene, simulation, options);
+  ModelSubject subject{Simulation(scene)};
   Held held;
-  held.run = roll_out(simulation, {.falcon = &loop});
-  held.facts = loop.facts();
+  held.run = roll_out(subject, scene, {}, {.device = options, .falcon = &held.facts});
   return held;
 }
 
@@ -55,9 +53,9 @@ TEST("two runs are the same to the bit") {
   scene.simulation.duration = 0.5;  // some layers deep
   const Held first = hold(scene);
   const Held second = hold(scene);
-  REQUIRE(first.run.trace.columns.size() == second.run.trace.columns.size());
-  for (std::size_t n = 0; n < first.run.trace.columns.size(); ++n) {
-    CHECK(first.run.trace.columns[n].values == second.run.trace.columns[n].values);
+  REQUIRE(first.run.columns.size() == second.run.columns.size());
+  for (std::size_t n = 0; n < first.run.columns.size(); ++n) {
+    CHECK(first.run.columns[n].values == second.run.columns[n].values);
   }
 }
 
@@ -66,7 +64,7 @@ TEST("one tick of delay more shows in the force on the hand") {
   scene.falcon->quantised = false;
   scene.simulation.duration = 0.3;
   const auto first_force = [&](int extra) {
-    const Trace trace = hold(scene, {.extra_delay = extra}).run.trace;
+    const Trace trace = hold(scene, {.extra_delay = extra}).run;
     const std::vector<double>& force = trace.find("device.requested_n")->values;
     const auto found = std::ranges::find_if(force, [](double f) { return f > 0.0; });
     CHECK(found != force.end());
@@ -99,30 +97,25 @@ TEST("tissue that is slower than the loop is held or led on") {
 TEST("waiting for the wall clock changes when a tick is computed and nothing else") {
   Scene scene = held_scene();
   scene.simulation.duration = 0.2;
-  Simulation simulation(scene);
-  FalconLoop loop(scene, simulation);
+  ModelSubject subject{Simulation(scene)};
   device::DeadlineClock clock(1.0 / scene.falcon->rate);
   const auto begin = std::chrono::steady_clock::now();
-  const Run paced = roll_out(simulation, {.clock = &clock, .falcon = &loop});
+  const Trace paced = roll_out(subject, scene, {}, {.clock = &clock});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  const Run free = hold(scene).run;
-  CHECK(paced.real_time);
-  CHECK(paced.real_time->ticks == 200);
+  const Trace free = hold(scene).run;
+  CHECK(clock.facts().ticks == 200);
   CHECK(took.count() >= 0.199);  // tick 199 is due then
-  for (std::size_t n = 0; n < free.trace.columns.size(); ++n) {
-    CHECK(paced.trace.columns[n].values == free.trace.columns[n].values);
+  for (std::size_t n = 0; n < free.columns.size(); ++n) {
+    CHECK(paced.columns[n].values == free.columns[n].values);
   }
 }
 
 TEST("packets of a run, played again to another device, bring the same replies to the bit") {
   Scene scene = held_scene();
   scene.simulation.duration = 0.5;  // resistance is not lost yet: nobody tells the hand anything
-  Simulation simulation(scene);
-  FalconLoop loop(scene, simulation);
   device::falcon::WireRecording recording(4000);
-  loop.observe(&recording);
-  const Run run = roll_out(simulation, {.falcon = &loop});
-  CHECK(!run.falcon->lost_resistance_at);
+  const Held held = hold(scene, {.observer = &recording});
+  CHECK(!held.facts.lost_resistance_at);
   CHECK(recording.records().size() == 2000);  // two exchanges a tick
   device::falcon::PlantBody body(falcon_options(scene).body, hand_of(scene));
   device::falcon::Emulator emulator(body, {.loaded = true});
@@ -146,7 +139,7 @@ TEST("a fault on the line is felt in the loop") {
   // Latency is a delay of what is read and of what is sent; the loop keeps its rate. One
   // millisecond each way: the first force is two ticks late.
   const auto first_force = [](const Held& held) {
-    const std::vector<double>& force = held.run.trace.find("device.delivered_n")->values;
+    const std::vector<double>& force = held.run.find("device.delivered_n")->values;
     return std::ranges::find_if(force, [](double f) { return f > 0.05; }) - force.begin();
   };
   const Held late = faulty({.kind = Kind::latency, .latency = 1e-3});
@@ -159,8 +152,8 @@ TEST("a fault on the line is felt in the loop") {
   // Without the line for 100 ms the watchdog lets go: nothing is delivered though more is asked.
   const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
   const std::size_t tick = 660;
-  CHECK(sound.run.trace.find("device.delivered_n")->values[tick] > 0.1);
-  CHECK_NEAR(unplugged.run.trace.find("device.delivered_n")->values[tick], 0.0, 1e-6);
+  CHECK(sound.run.find("device.delivered_n")->values[tick] > 0.1);
+  CHECK_NEAR(unplugged.run.find("device.delivered_n")->values[tick], 0.0, 1e-6);
 }
 
 TEST("a device that lost its zero is neither believed nor pulled with") {
@@ -174,7 +167,7 @@ TEST("a device that lost its zero is neither believed nor pulled with") {
   CHECK(lost.facts.unhomed > 500);  // of the 550 ticks after power came back
   CHECK(lost.facts.largest_requested <= sound.facts.largest_requested);
   const auto last = [](const Held& held, const char* name) {
-    return held.run.trace.find(name)->values.back();
+    return held.run.find(name)->values.back();
   };
   CHECK(last(sound, "device.requested_n") > 0.0);
   CHECK(last(lost, "device.requested_n") == 0.0);
@@ -188,6 +181,6 @@ TEST("a device that lost its zero is neither believed nor pulled with") {
   CHECK(lossy.facts.largest_requested <= sound.facts.largest_requested);
   CHECK(last(lossy, "device.requested_n") == 0.0);
   // Nothing moves the handle any more: the needle stays where it last was.
-  const std::vector<double>& place = lost.run.trace.find("tool.insertion_m")->values;
+  const std::vector<double>& place = lost.run.find("tool.insertion_m")->values;
   CHECK_NEAR(place.back(), place[place.size() - 100], 1e-5);
 }

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A simulator under test. The model of this project is the first one.
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "device/real_time.hpp"
+#include "model/problem/scene.hpp"
+#include "model/problem/trace.hpp"
+#include "model/stepping/simulation.hpp"
+
+namespace palpate {
+
+/// Input of one step: where a hand holds its end of the coupling to the tool. Only scenes whose
+/// drive is a device use it.
+struct ToolInput {
+  double position = 0.0;  ///< along the line of the tool [m]
+  double velocity = 0.0;  ///< [m/s]
+};
+
+class Subject {
+ public:
+  virtual ~Subject() = default;
+
+  /// Prepares a scene at t = 0. `network` is the tissue of the scene; empty for an oscillator.
+  /// `skip` = false computes what the scene does not need. Throws what the simulator throws.
+  virtual void load(const Scene& scene, const SpringNetwork& network, bool skip) = 0;
+  /// Advances by one tick of the scene. After `diverged` the state is the one that diverged.
+  virtual StepStatus step(const std::optional<ToolInput>& input) noexcept = 0;
+  /// True: the subject itself waits for `clock` in each tick, so that the loop must not.
+  virtual bool wait_for(device::DeadlineClock* /*clock*/) { return false; }
+
+  [[nodiscard]] virtual double time() const noexcept = 0;  ///< [s]
+  [[nodiscard]] virtual long ticks() const noexcept = 0;   ///< done so far
+  [[nodiscard]] virtual long tick_count() const noexcept = 0;
+  [[nodiscard]] virtual std::string method() const = 0;           ///< of integration
+  [[nodiscard]] virtual int substeps() const noexcept = 0;        ///< steps of the method in a tick
+  [[nodiscard]] virtual double step_length() const noexcept = 0;  ///< [s]
+
+  /// Names and units of what sample() writes.
+  [[nodiscard]] virtual std::vector<Column> columns() const = 0;
+  virtual void sample(std::span<double> row) noexcept = 0;
+  [[nodiscard]] virtual std::vector<TextColumn> text_columns() const = 0;
+  /// Appends the events since the last call to `events`.
+  virtual void sample_text(std::span<std::string> row, std::vector<Event>& events) = 0;
+
+  /// Free coordinates, as in Trace::position.
+  [[nodiscard]] virtual Eigen::Index dof() const noexcept = 0;
+  virtual void coordinates(Eigen::Ref<Eigen::VectorXd> position) noexcept = 0;
+  virtual void velocities(Eigen::Ref<Eigen::VectorXd> velocity) noexcept = 0;
+  [[nodiscard]] virtual double energy() noexcept = 0;  ///< [J]
+  /// All nodes, 3 x nodes; no columns where there are none.
+  [[nodiscard]] virtual NodeVectors node_positions() = 0;
+  /// The same without allocation.
+  virtual void node_positions(Eigen::Ref<NodeVectors> all) noexcept = 0;
+
+  [[nodiscard]] virtual ToolReport tool() noexcept = 0;
+  [[nodiscard]] virtual ToolMotion tool_motion() const noexcept = 0;
+  /// Events of the tool since sample_text() or forget_tool_happenings().
+  [[nodiscard]] virtual std::span<const ToolHappening> tool_happenings() const noexcept = 0;
+  virtual void forget_tool_happenings() noexcept = 0;
+};
+
+/// The model, in this process.
+class ModelSubject final : public Subject {
+ public:
+  ModelSubject() = default;
+  /// Already loaded.
+  explicit ModelSubject(Simulation simulation) : simulation_(std::move(simulation)) {}
+
+  void load(const Scene& scene, const SpringNetwork& network, bool skip) override;
+  StepStatus step(const std::optional<ToolInput>& input) noexcept override {
+    if (input) { simulation_->move_handle(input->position, input->velocity); }
+    return simulation_->tick();
+  }
+  [[nodiscard]] double time() const noexcept override { return simulation_->time(); }
+  [[nodiscard]] long ticks() const noexcept override { return simulation_->ticks(); }
+  [[nodiscard]] long tick_count() const noexcept override { return simulation_->tick_count(); }
+  [[nodiscard]] std::string method() const override {
+    return std::string(simulation_->plan().integrator->name);
+  }
+  [[nodiscard]] int substeps() const noexcept override { return simulation_->plan().substeps; }
+  [[nodiscard]] double step_length() const noexcept override { return simulation_->plan().h; }
+  [[nodiscard]] std::vector<Column> columns() const override { return simulation_->columns(); }
+  void sample(std::span<double> row) noexcept override { simulation_->sample(row); }
+  [[nodiscard]] std::vector<TextColumn> text_columns() const override {
+    return simulation_->text_columns();
+  }
+  void sample_text(std::span<std::string> row, std::vector<Event>& events) override {
+    simulation_->sample_text(row, events);
+  }
+  [[nodiscard]] Eigen::Index dof() const noexcept override { return simulation_->problem().dof(); }
+  void coordinates(Eigen::Ref<Eigen::VectorXd> position) noexcept override {
+    simulation_->coordinates(position);
+  }
+  void velocities(Eigen::Ref<Eigen::VectorXd> velocity) noexcept override {
+    simulation_->velocities(velocity);
+  }
+  [[nodiscard]] double energy() noexcept override { return simulation_->energy(); }
+  [[nodiscard]] NodeVectors node_positions() override { return simulation_->node_positions(); }
+  void node_positions(Eigen::Ref<NodeVectors> all) noexcept override {
+    simulation_->node_positions(all);
+  }
+  [[nodiscard]] ToolReport tool() noexcept override { return simulation_->tool(); }
+  [[nodiscard]] ToolMotion tool_motion() const noexcept override {
+    return simulation_->tool_motion();
+  }
+  [[nodiscard]] std::span<const ToolHappening> tool_happenings() const noexcept override {
+    return simulation_->tool_happenings();
+  }
+  void forget_tool_happenings() noexcept override { simulation_->forget_tool_happenings(); }
+
+  [[nodiscard]] Simulation& simulation() { return *simulation_; }
+  [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
+
+ private:
+  std::optional<Simulation> simulation_{};
+};
+
+}  // namespace palpate
