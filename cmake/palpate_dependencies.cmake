@@ -12,7 +12,6 @@ find_package(tomlplusplus 3.3 REQUIRED)
 set(HDF5_PREFER_PARALLEL OFF)
 find_package(HDF5 1.10 REQUIRED COMPONENTS C)
 find_path(VALGRIND_INCLUDE_DIR valgrind/callgrind.h REQUIRED)  # its counter is started and stopped by us
-find_program(GNUPLOT gnuplot REQUIRED)
 find_file(DYGRAPH_JS dygraph.min.js PATHS /usr/share/javascript/dygraphs REQUIRED)
 find_file(DYGRAPH_CSS dygraph.min.css PATHS /usr/share/javascript/dygraphs REQUIRED)
 find_file(THREE_JS three.min.js PATHS /usr/share/javascript/three REQUIRED)

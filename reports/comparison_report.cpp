@@ -445,7 +445,6 @@ std::vector<Figure> figures_of(const ComparisonReport& report, std::size_t n) {
   return {overlay_figure(report, n)};
 }
 
-/// All by one process of gnuplot.
 Drawn draw(const ComparisonReport& report) {
   Drawn drawn;
   for (std::size_t n = 0; n < report.recordings.size(); ++n) {

@@ -46,7 +46,6 @@ struct ComparisonReport {
 /// Everything agrees and every recording could be compared: exit code 0.
 bool holds(const ComparisonReport& report);
 
-/// Throws DrawingError.
 std::string to_html(const ComparisonReport& report);
 
 // A whole comparison in words; features are told in those of feature_words.hpp.

@@ -12,7 +12,6 @@
 #include "model/stepping/integrator.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/provenance.hpp"
-#include "reports/plot/figure_svg.hpp"
 
 namespace {
 
@@ -288,7 +287,5 @@ int main(int argc, char** argv) {
     return chosen();
   } catch (const InputError& error) {
     return refuse(error.what(), bad_input);
-  } catch (const DrawingError& error) {
-    return refuse(error.what(), machine_cannot);
   } catch (const std::exception& error) { return refuse(error.what(), fell_short); }
 }

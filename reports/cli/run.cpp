@@ -181,7 +181,6 @@ struct RunPage {
   std::string no_view{};  ///< why the page has no view in three dimensions; empty: it has one
 };
 
-/// Throws DrawingError.
 void write_run_report(const std::filesystem::path& folder, const RunPage& page);
 
 namespace {

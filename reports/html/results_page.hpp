@@ -41,7 +41,7 @@ std::string html_case(const Outcome& outcome, const std::vector<std::string>& dr
 // report.html of a set of cases: verdict, table of claims with the worst margin first, then every
 // case with its numbers and figures, then provenance.
 
-/// Same results, same bytes. Throws DrawingError.
+/// Same results, same bytes.
 std::string to_html(const Results& results);
 
 }  // namespace palpate

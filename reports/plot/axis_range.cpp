@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <string_view>
 
@@ -44,14 +45,47 @@ Range finish(Range range, const Axis& axis, bool tight) {
   return range;
 }
 
-std::string power_of_ten(int exponent) {
-  return "10^{" + std::string(exponent < 0 ? "−" : "") + std::to_string(std::abs(exponent)) + "}";
+std::string minus_sign(const std::string& number) {
+  return number.starts_with('-') ? "−" + number.substr(1) : number;
 }
 
-std::string plain_label(double mantissa, int exponent) {
-  if (exponent >= -3 && exponent <= 3) { return plain_number(mantissa * std::pow(10.0, exponent)); }
-  const std::string power = power_of_ten(exponent);
-  return mantissa == 1.0 ? power : plain_number(mantissa) + "·" + power;
+Tick power_of_ten(double value, int exponent) {
+  return {value, "10", minus_sign(std::to_string(exponent))};
+}
+
+Tick plain_tick(double mantissa, int exponent) {
+  const double value = mantissa * std::pow(10.0, exponent);
+  if (exponent >= -3 && exponent <= 3) { return {value, plain_number(value), {}}; }
+  Tick tick = power_of_ten(value, exponent);
+  if (mantissa != 1.0) { tick.label = plain_number(mantissa) + "·10"; }
+  return tick;
+}
+
+std::string fixed(double value, int decimals) {
+  std::array<char, 400> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.*f", std::clamp(decimals, 0, 17), value);
+  return minus_sign(buffer.data());
+}
+
+/// `step` is the distance of ticks, `largest` the largest number on the axis.
+Tick labelled(double value, double step, double largest) {
+  const auto exponent_of_step = static_cast<int>(std::floor(std::log10(step) + 1e-9));
+  if (value == 0.0) { return {0.0, "0", {}}; }
+  if (step > 0.99e-4 && largest < 1e6) { return {value, fixed(value, -exponent_of_step), {}}; }
+  const auto exponent = static_cast<int>(std::floor(std::log10(std::abs(value)) + 1e-9));
+  Tick tick = power_of_ten(value, exponent);
+  const double mantissa = value / std::pow(10.0, exponent);
+  if (std::abs(mantissa - 1.0) > 1e-9) {
+    tick.label = fixed(mantissa, exponent - exponent_of_step) + "·10";
+  }
+  return tick;
+}
+
+double tick_step(const Range& range, int most) {
+  const double rough = std::abs(range.high - range.low) / most * (1.0 - 1e-9);
+  const double decade = std::pow(10.0, std::floor(std::log10(rough)));
+  const double multiple = rough / decade;
+  return decade * (multiple <= 1.0 ? 1.0 : multiple <= 2.0 ? 2.0 : multiple <= 5.0 ? 5.0 : 10.0);
 }
 
 std::vector<Tick> decade_ticks(const Range& range, int first, int last) {
@@ -61,25 +95,14 @@ std::vector<Tick> decade_ticks(const Range& range, int first, int last) {
     const double decade = std::pow(10.0, exponent);
     const bool labelled = (exponent - first) % step == 0;
     if (decade >= range.low && decade <= range.high) {
-      ticks.push_back({decade, labelled ? power_of_ten(exponent) : ""});
+      ticks.push_back(labelled ? power_of_ten(decade, exponent) : Tick{.value = decade});
     }
     if (last - first > 6) { continue; }
     for (int n = 2; n < 10; ++n) {
       if (n * decade >= range.low && n * decade <= range.high) {
-        ticks.push_back({n * decade, ""});
+        ticks.push_back({.value = n * decade});
       }
     }
-  }
-  return ticks;
-}
-
-std::vector<Tick> even_ticks(const Range& range) {
-  const double rough = (range.high - range.low) / 5.0;
-  const double decade = std::pow(10.0, std::floor(std::log10(rough)));
-  const double step = decade * (rough / decade < 2.0 ? 2.0 : rough / decade < 5.0 ? 5.0 : 10.0);
-  std::vector<Tick> ticks;
-  for (double n = std::ceil(range.low / step); n * step <= range.high; ++n) {
-    ticks.push_back({n * step, plain_number(n * step)});
   }
   return ticks;
 }
@@ -123,12 +146,39 @@ std::vector<Tick> logarithmic_ticks(const Range& range) {
   std::vector<Tick> ticks;
   for (int exponent = first - 1; exponent <= last; ++exponent) {
     for (const double mantissa : std::array{1.0, 2.0, 5.0}) {
-      const double value = mantissa * std::pow(10.0, exponent);
-      if (value < range.low || value > range.high) { continue; }
-      ticks.push_back({value, plain_label(mantissa, exponent)});
+      const Tick tick = plain_tick(mantissa, exponent);
+      if (tick.value >= range.low && tick.value <= range.high) { ticks.push_back(tick); }
     }
   }
-  return ticks.size() >= 3 ? ticks : even_ticks(range);
+  return ticks.size() >= 3 ? ticks : linear_ticks(range, 5);
+}
+
+std::vector<Tick> linear_ticks(const Range& range, int most) {
+  const double low = std::min(range.low, range.high);
+  const double high = std::max(range.low, range.high);
+  const double step = tick_step(range, most);
+  const double largest = std::max(std::abs(low), std::abs(high));
+  std::vector<Tick> ticks;
+  const double slack = 1e-9 * step;  // so that rounding loses no tick at an end
+  for (double n = std::ceil((low - slack) / step); n * step <= high + slack; ++n) {
+    ticks.push_back(labelled(std::clamp(n * step, low, high), step, largest));
+  }
+  return ticks;
+}
+
+Range with_extent(Range range) {
+  const double size = std::max(std::abs(range.low), std::abs(range.high));
+  if (std::abs(range.high - range.low) > 1e-11 * size) { return range; }
+  const double half = size == 0.0 ? 0.5 : 0.1 * size;
+  return {range.low - half, range.high + half, range.empty};
+}
+
+Range out_to_ticks(const Axis& axis, Range range) {
+  if (axis.logarithmic || !(range.low < range.high)) { return range; }
+  const double step = tick_step(range, 8);
+  if (!axis.minimum) { range.low = step * std::floor(range.low / step + 1e-9); }
+  if (!axis.maximum) { range.high = step * std::ceil(range.high / step - 1e-9); }
+  return range;
 }
 
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What an axis spans, and where a logarithmic one has its ticks.
+/// Range and ticks of an axis.
 
 #include <string>
 #include <vector>
@@ -23,12 +23,23 @@ double axis_share(const Axis& axis, const Range& range, double value);
 
 struct Tick {
   double value = 0.0;
-  std::string label{};  ///< gnuplot's enhanced text; empty: a minor tick
+  std::string label{};     ///< empty: a minor tick
+  std::string exponent{};  ///< raised after the label, "10" and "−3"; empty: none
 };
 
-/// Over less than two and a half decades at 1, 2 and 5, or evenly where that gives too few; else at
-/// whole decades, at most about eight.
+/// At whole decades, at most about eight; at 1, 2 and 5 if the range is less than two and a half
+/// decades, or at equal distances if that gives fewer than three.
 std::vector<Tick> logarithmic_ticks(const Range& range);
+
+/// At multiples of 1, 2 or 5 times a power of ten, with at most `most` intervals; labels have as
+/// many digits as the distance of ticks requires. The range may run downwards, but not be empty.
+std::vector<Tick> linear_ticks(const Range& range, int most);
+
+/// The range, or one around it if it is so narrow that its ticks could not be told apart.
+Range with_extent(Range range);
+
+/// Widens the ends of a linear axis that have no limit to the next tick.
+Range out_to_ticks(const Axis& axis, Range range);
 
 // Axes in the prefix that people would choose: "displacement (mm)" up to 0.9, not "(m)" up to
 // 0.0009.

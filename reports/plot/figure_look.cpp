@@ -111,26 +111,6 @@ void SvgPath::step(long x, long y) {
   y_ = y;
 }
 
-void SvgPath::append(std::string_view absolute) {
-  const std::string text(absolute);
-  bool moves = true;
-  for (const char* at = text.c_str(); *at != '\0';) {
-    if (*at == 'M' || *at == 'L') { moves = *at == 'M'; }
-    if (*at == 'Z') { close(); }
-    char* end = nullptr;
-    const double x = std::strtod(at, &end);
-    if (end == at || *end != ',') {
-      ++at;
-      continue;
-    }
-    at = end + 1;
-    const double y = std::strtod(at, &end);
-    at = end;
-    moves ? move(x, y) : line(x, y);
-    moves = false;
-  }
-}
-
 void SvgPath::marker(Shape shape, double x, double y, double r) {
   const std::string at = "M" + pair_text(tenths_of(x), tenths_of(y));
   const std::string d = svg_number(2.0 * r);

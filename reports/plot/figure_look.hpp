@@ -50,8 +50,6 @@ class SvgPath {
   void move(double x, double y);
   void line(double x, double y);
   void close() { data_ += 'z'; }
-  /// Appends "M.. L.. Z" of gnuplot, or the corners of a polygon ("x,y x,y ...").
-  void append(std::string_view absolute);
   /// A marker of radius r, for a path with marker_attributes().
   void marker(Shape shape, double x, double y, double r);
   [[nodiscard]] const std::string& data() const { return data_; }

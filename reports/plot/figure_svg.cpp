@@ -4,304 +4,645 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <map>
-#include <regex>
-#include <sys/wait.h>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string_view>
 #include <utility>
-#include <vector>
+#include <zlib.h>
 
-#include "fixtures/io/file_bytes.hpp"
-#include "model/problem/input_error.hpp"
 #include "reports/html/html_page.hpp"
+#include "reports/plot/axis_range.hpp"
 #include "reports/plot/figure_look.hpp"
-#include "reports/plot/gnuplot.hpp"
+#include "reports/plot/thinning.hpp"
+#include "reports/plot/zone_labels.hpp"
+#include "reports/view/view_encoding.hpp"
 
 namespace palpate {
 
 namespace {
 
-/// Name and attributes of one tag; the name of an end tag starts with '/'.
-struct Tag {
-  std::string name;
-  std::map<std::string, std::string> attributes;
+// All lengths are user units of the picture, which are pixels at its nominal width.
+constexpr double picture_width = 480.0;
+constexpr double bottom_margin = 52.0;
+constexpr double axis_font = 13.5;  ///< as in report.css
+constexpr double marker_radius = 2.8;
+constexpr std::size_t most_markers = 60;  ///< on a line, where they only identify the series
+constexpr double mark_row = 9.0;          ///< height of a row of mark signs above the plot
+constexpr int most_mark_rows = 3;
+constexpr double tallest_label = 104.0;
+constexpr double label_pad = 4.0;  ///< above a zone label, and between it and the curves
+constexpr int colour_levels = 64;  ///< of a heat map
 
-  [[nodiscard]] std::string get(const std::string& key, const std::string& otherwise = "") const {
-    const auto found = attributes.find(key);
-    return found == attributes.end() ? otherwise : found->second;
+/// Distinct labels of marks in order. The sign of a mark is shape_of_mark() of its index here.
+std::vector<std::string> mark_labels(const Figure& figure) {
+  std::vector<std::string> labels;
+  for (const Mark& mark : figure.marks) {
+    if (std::ranges::find(labels, mark.label) == labels.end()) { labels.push_back(mark.label); }
   }
-};
-
-/// gnuplot quotes with ' or ", and sometimes puts spaces around '='.
-Tag parse_tag(std::string_view text) {
-  Tag tag;
-  const std::size_t name_end = std::min(text.find_first_of(" \n\t/>", 1), text.size());
-  tag.name = text.substr(0, name_end);
-  std::size_t at = name_end;
-  while (true) {
-    const std::size_t equals = text.find('=', at);
-    if (equals == std::string_view::npos) { return tag; }
-    const std::size_t key_end = text.find_last_not_of(" \n\t", equals - 1) + 1;
-    const std::size_t key = text.find_last_of(" \n\t", key_end - 1) + 1;
-    const std::size_t open = text.find_first_of("'\"", equals);
-    const std::size_t close = text.find(text[open], open + 1);
-    tag.attributes[std::string(text.substr(key, key_end - key))] =
-        text.substr(open + 1, close - open - 1);
-    at = close + 1;
-  }
+  return labels;
 }
 
-/// Class of a stand-in colour ("rgb(  1,   2,  16)" is "s0"), or the colour itself as a value.
-struct Colour {
-  std::string css_class{};
-  std::string value{};
+std::string path_markup(const std::string& attributes, const SvgPath& path) {
+  return path.empty() ? "" : "<path " + attributes + " d=\"" + path.data() + "\"/>";
+}
+
+std::string line_attributes(const std::string& colour_class, double width,
+                            const char* dashes = "") {
+  return "class=\"l " + colour_class + "\" stroke-width=\"" + svg_number(width) + "\"" +
+         (*dashes == '\0' ? "" : std::string(" stroke-dasharray=\"") + dashes + "\"");
+}
+
+std::string text_markup(double x, double y, const char* anchor, const std::string& attributes,
+                        const std::string& content) {
+  return "<text x=\"" + svg_number(x) + "\" y=\"" + svg_number(y) + "\" text-anchor=\"" + anchor +
+         "\"" + attributes + ">" + content + "</text>";
+}
+
+/// Text that reads from below, centred on (x, y).
+std::string upright_text(double x, double y, const std::string& attributes,
+                         const std::string& content) {
+  return "<text transform=\"translate(" + svg_number(x) + " " + svg_number(y) +
+         ")rotate(-90)\" text-anchor=\"middle\"" + attributes + ">" + content + "</text>";
+}
+
+std::string tick_text(const Tick& tick) {
+  return escape_markup(tick.label) +
+         (tick.exponent.empty() ? ""
+                                : "<tspan class=\"up\" dy=\"-5\">" + tick.exponent + "</tspan>");
+}
+
+double tick_width(const Tick& tick) {
+  return text_width(tick.label, axis_font) + 0.8 * text_width(tick.exponent, axis_font);
+}
+
+double widest(const std::vector<Tick>& ticks) {
+  double width = 0.0;
+  for (const Tick& tick : ticks) { width = std::max(width, tick_width(tick)); }
+  return width;
+}
+
+/// Smaller type for an axis label that is longer than its axis.
+std::string fitted(const std::string& label, double room) {
+  const double width = text_width(label, axis_font);
+  return width <= room
+             ? ""
+             : " style=\"font-size:" + svg_number(std::max(9.0, axis_font * room / width)) + "px\"";
+}
+
+// Heat maps: a PNG with 64 colours, transparent where there is no value.
+
+using Rgb8 = std::array<std::uint8_t, 3>;
+
+struct ColourScale {
+  Range range{};
+  std::array<Rgb8, colour_levels> colours{};
+
+  /// Index of the colour of a value; colour_levels if it is not finite.
+  [[nodiscard]] std::uint8_t level(double value) const {
+    if (!std::isfinite(value)) { return colour_levels; }
+    const double share = (value - range.low) / (range.high - range.low);
+    return static_cast<std::uint8_t>(
+        std::clamp(std::floor(colour_levels * share), 0.0, colour_levels - 1.0));
+  }
 };
 
-Colour colour_of(const std::string& text) {
-  int red = 0;
-  int green = 0;
-  int blue = 0;
-  if (std::sscanf(text.c_str(), "rgb(%d,%d,%d)", &red, &green, &blue) != 3) { return {"k", {}}; }
-  if (red == StandIn::red && green == StandIn::green) {
-    if (blue >= StandIn::first_series) {
-      return {"s" + std::to_string(blue - StandIn::first_series), {}};
+std::array<Rgb8, colour_levels> interpolated(std::span<const unsigned> codes) {
+  std::array<Rgb8, colour_levels> colours{};
+  for (std::size_t n = 0; n < colours.size(); ++n) {
+    const double at = static_cast<double>(n * (codes.size() - 1)) / (colour_levels - 1);
+    const std::size_t below = std::min(static_cast<std::size_t>(at), codes.size() - 2);
+    const double share = at - static_cast<double>(below);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto part = [&](unsigned code) {
+        return static_cast<double>(code >> (16U - 8U * static_cast<unsigned>(c)) & 255U);
+      };
+      colours[n][c] = static_cast<std::uint8_t>(
+          std::lround((1.0 - share) * part(codes[below]) + share * part(codes[below + 1])));
     }
-    static const std::map<int, std::string> classes{{StandIn::grid, "g"},
-                                                    {StandIn::paper, "p"},
-                                                    {StandIn::zone_a, "za"},
-                                                    {StandIn::zone_b, "zb"},
-                                                    {StandIn::note, "n"}};
-    const auto found = classes.find(blue);
-    return {found == classes.end() ? "k" : found->second, {}};
   }
-  std::array<char, 8> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "#%02x%02x%02x", red & 255, green & 255, blue & 255);
-  return {{}, buffer.data()};
+  return colours;
 }
 
-/// gnuplot's marker numbers for the shapes of a Look.
-Shape shape_of(const std::string& reference) {
-  static const std::map<std::string, Shape> shapes{
-      {"#gpPt6", Shape::disc},     {"#gpPt4", Shape::square},    {"#gpPt8", Shape::triangle},
-      {"#gpPt12", Shape::diamond}, {"#gpPt5", Shape::open_disc}, {"#gpPt3", Shape::open_square}};
-  const auto found = shapes.find(reference);
-  return found == shapes.end() ? Shape::disc : found->second;
+/// Blue to pale to orange, symmetric about zero, if the values have both signs; else viridis.
+ColourScale colour_scale(const HeatMap& map) {
+  static constexpr std::array<unsigned, 6> viridis{0x440154, 0x414487, 0x2a788e,
+                                                   0x22a884, 0x7ad151, 0xfde725};
+  static constexpr std::array<unsigned, 7> two_signs{0x17406d, 0x3f7fb8, 0xa9cbe3, 0xf4f1ea,
+                                                     0xf3bd8f, 0xd9722e, 0x7f2d0c};
+  Range range;
+  for (const double z : map.z) {
+    if (!std::isfinite(z)) { continue; }
+    range.low = range.empty ? z : std::min(range.low, z);
+    range.high = range.empty ? z : std::max(range.high, z);
+    range.empty = false;
+  }
+  if (range.low < 0.0 && range.high > 0.0) {
+    range.high = std::max(-range.low, range.high);
+    range.low = -range.high;
+    return {range, interpolated(two_signs)};
+  }
+  return {with_extent(range), interpolated(viridis)};
 }
 
-class Rewriter {
+std::string big_endian(std::uint32_t value) {
+  std::string bytes;
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) {
+    bytes += static_cast<char>(value >> shift & 255U);
+  }
+  return bytes;
+}
+
+std::string png_chunk(const std::string& type_and_data) {
+  const auto* bytes = reinterpret_cast<const Bytef*>(type_and_data.data());
+  const auto size = static_cast<uInt>(type_and_data.size());
+  return big_endian(size - 4) + type_and_data +
+         big_endian(static_cast<std::uint32_t>(crc32(0, bytes, size)));
+}
+
+/// `levels` row by row from the top; an <image> that fills the rectangle.
+std::string image_markup(double x, double y, double width, double height, std::size_t columns,
+                         std::span<const std::uint8_t> levels, const ColourScale& scale) {
+  const std::size_t rows = levels.size() / columns;
+  std::string palette = "PLTE";
+  for (const Rgb8& colour : scale.colours) { palette.append(colour.begin(), colour.end()); }
+  palette.append(3, '\0');
+  std::string scanlines;
+  for (std::size_t row = 0; row < rows; ++row) {
+    scanlines += '\0';  // no filter
+    const auto line = levels.subspan(row * columns, columns);
+    scanlines.append(line.begin(), line.end());
+  }
+  const std::string png =
+      "\x89PNG\r\n\x1a\n" +
+      png_chunk("IHDR" + big_endian(static_cast<std::uint32_t>(columns)) +
+                big_endian(static_cast<std::uint32_t>(rows)) + std::string("\x08\x03\0\0\0", 5)) +
+      png_chunk(palette) + png_chunk("tRNS" + std::string(colour_levels, '\xff') + '\0') +
+      png_chunk("IDAT" + deflate(scanlines)) + png_chunk("IEND");
+  return "<image x=\"" + svg_number(x) + "\" y=\"" + svg_number(y) + "\" width=\"" +
+         svg_number(width) + "\" height=\"" + svg_number(height) +
+         "\" preserveAspectRatio=\"none\" href=\"data:image/png;base64," + base64(png) + "\"/>";
+}
+
+/// A mark at its place on the axis.
+struct Sign {
+  double x = 0.0;  ///< from the left edge of the plot
+  int row = 0;     ///< above the plot, from 0
+  Shape shape = Shape::disc;
+};
+
+class Drawing {
  public:
-  std::string rewrite(const std::string& svg, const std::string& label) {
-    std::size_t at = 0;
-    while ((at = svg.find('<', at)) != std::string::npos) {
-      const std::size_t end = svg.find('>', at);
-      if (end == std::string::npos) { break; }
-      const Tag tag = parse_tag(std::string_view(svg).substr(at + 1, end - at - 1));
-      at = end + 1;
-      if (tag.name == "defs" || tag.name == "title" || tag.name == "desc") {
-        at = svg.find("</" + tag.name, at);
-      } else if (tag.name == "text") {
-        const std::size_t close = svg.find("</text>", at);
-        text(svg.substr(at, close - at));
-        at = close;
-      } else {
-        element(tag);
-      }
+  explicit Drawing(const Figure& in_si)
+      : figure_(in_field_units(in_si)), looks_(looks_of(figure_)) {
+    lay_out();
+  }
+
+  [[nodiscard]] std::string markup() const {
+    const std::string label = figure_.title + ". " + figure_.caption;
+    std::string svg = "<svg role=\"img\" viewBox=\"0 0 480 " +
+                      svg_number(top_ + height_ + bottom_margin) + "\" aria-label=\"" +
+                      escape_markup(label) + "\">";
+    svg += tints();
+    if (has_map_) { svg += heat_map(); }
+    svg += has_map_ ? "" : grid();
+    const std::string curves = all_series();
+    if (clipped_) {
+      // A nested element clips without an id, which would have to be unique in the page.
+      svg += "<svg x=\"" + svg_number(left_) + "\" y=\"" + svg_number(top_) + "\" width=\"" +
+             svg_number(width_) + "\" height=\"" + svg_number(height_) + "\" viewBox=\"" +
+             svg_number(left_) + " " + svg_number(top_) + " " + svg_number(width_) + " " +
+             svg_number(height_) + "\">" + curves + "</svg>";
+    } else {
+      svg += curves;
     }
-    flush();
-    return "<svg role=\"img\" viewBox=\"" + view_box_ + "\" aria-label=\"" + escape_markup(label) +
-           "\">" + out_ + texts_ + "</svg>";
+    return svg + frame() + mark_signs() + texts() + "</svg>";
   }
 
  private:
-  void element(const Tag& tag) {
-    if (tag.name == "svg") { view_box_ = tag.get("viewBox"); }
-    if (tag.name == "g") { groups_.push_back(tag); }
-    // What lies above must not join a path that lies below.
-    if (tag.get("id").find("plot_plot_") != std::string::npos) { flush(); }
-    if (tag.name == "/g" && !groups_.empty()) { groups_.pop_back(); }
-    if (tag.name == "path") { path(tag); }
-    if (tag.name == "polygon") { polygon(tag); }
-    if (tag.name == "use") { marker(tag); }
-    if (tag.name == "image") { image(tag); }
-  }
-
-  [[nodiscard]] std::string inherited(const std::string& key, const std::string& otherwise) const {
-    for (auto group = groups_.rbegin(); group != groups_.rend(); ++group) {
-      if (group->attributes.contains(key)) { return group->get(key); }
+  void lay_out() {
+    x_ = x_range(figure_);
+    y_ = y_range(figure_);
+    drawable_ =
+        !x_.empty && !y_.empty && can_be_drawn(figure_.x, x_) && can_be_drawn(figure_.y, y_);
+    if (!drawable_) {  // an empty frame shows that there was nothing to draw
+      x_ = y_ = Range{0.0, 1.0, false};
+      figure_.x.logarithmic = figure_.y.logarithmic = false;
     }
-    return otherwise;
-  }
-
-  /// Lines of equal attributes become one path, all ticks for instance.
-  SvgPath& open(const std::string& attributes) {
-    for (auto& [known, path] : open_) {
-      if (known == attributes) { return path; }
+    has_map_ = drawable_ && figure_.heat_map && x_.high > x_.low && y_.high > y_.low;
+    if (has_map_) { scale_ = colour_scale(*figure_.heat_map); }
+    x_ = with_extent(x_);
+    y_ = with_extent(y_);
+    const bool curves = std::ranges::any_of(
+        figure_.series, [](const Series& each) { return each.style != Series::Style::points; });
+    annotated_ = drawable_ && !has_map_ && (!figure_.zones.empty() || !figure_.marks.empty());
+    // Curves fill the width; points alone keep off the edges.
+    if (!has_map_ && (!curves || figure_.square) && !annotated_) {
+      x_ = out_to_ticks(figure_.x, x_);
     }
-    return open_.emplace_back(attributes, SvgPath{}).second;
-  }
-
-  void flush() {
-    // Tints lie under the grid, the grid under axes and ticks.
-    for (const char* lower : {"class=\"l g\"", "class=\"f z"}) {
-      std::ranges::stable_partition(
-          open_, [&](const auto& each) { return each.first.starts_with(lower); });
+    const Range y_of_values = y_;
+    if (!has_map_) { y_ = out_to_ticks(figure_.y, y_); }
+    left_ = std::max(60.0, 34.0 + widest(ticks(figure_.y, y_, 8)));
+    double right = 16.0;
+    if (has_map_) { right = 74.0 + widest(linear_ticks(scale_.range, 6)); }
+    width_ = picture_width - left_ - right;
+    place_signs();
+    int rows = 0;
+    for (const Sign& sign : signs_) { rows = std::max(rows, sign.row + 1); }
+    top_ = 8.0 + mark_row * rows;
+    height_ = (!annotated_ ? 300.0 : figure_.zones.empty() ? 310.0 : 350.0) - top_ - bottom_margin;
+    if (figure_.square && drawable_) { make_square(); }
+    if (annotated_) {
+      place_zones();
+      if (!figure_.zones.empty()) { make_room_for_labels(y_of_values); }
     }
-    for (const auto& [attributes, path] : open_) {
-      if (!path.empty()) { out_ += "<path " + attributes + " d=\"" + path.data() + "\"/>"; }
+    x_ticks_ = ticks(figure_.x, x_, 7);
+    for (int most = 6; most > 1 && !figure_.x.logarithmic; --most) {
+      const double room = width_ / static_cast<double>(x_ticks_.size());
+      if (widest(x_ticks_) + 10.0 <= room) { break; }
+      x_ticks_ = ticks(figure_.x, x_, most);
     }
-    open_.clear();
+    y_ticks_ = ticks(figure_.y, y_, 8);
   }
 
-  void path(const Tag& tag) {
-    const Colour colour = colour_of(tag.get("stroke"));
-    std::string attributes = "class=\"l " + colour.css_class + "\" stroke-width=\"" +
-                             svg_number(std::atof(inherited("stroke-width", "1").c_str())) + "\"";
-    const std::string dashes = tag.get("stroke-dasharray");
-    if (!dashes.empty()) { attributes += " stroke-dasharray=\"" + dashes + "\""; }
-    open(attributes).append(tag.get("d"));
+  static bool can_be_drawn(const Axis& axis, const Range& range) {
+    return std::isfinite(range.high - range.low) &&
+           (!axis.logarithmic || (range.low > 0.0 && range.high > 0.0));
   }
 
-  void polygon(const Tag& tag) {
-    const Colour colour = colour_of(tag.get("fill"));
-    std::string attributes = colour.css_class.empty()
-                                 ? "fill=\"" + colour.value + "\" shape-rendering=\"crispEdges\""
-                                 : "class=\"f " + colour.css_class + "\"";
-    const std::string opacity = tag.get("fill-opacity");
-    if (!opacity.empty()) {
-      attributes += " opacity=\"" + svg_number(std::atof(opacity.c_str())) + "\"";
-    }
-    SvgPath& shape = open(attributes);
-    shape.append(tag.get("points"));
-    shape.close();
+  static std::vector<Tick> ticks(const Axis& axis, const Range& range, int most) {
+    return axis.logarithmic ? logarithmic_ticks(range) : linear_ticks(range, most);
   }
 
-  void marker(const Tag& tag) {
-    double x = 0.0;
-    double y = 0.0;
-    double scale = 0.0;
-    if (std::sscanf(tag.get("transform").c_str(), "translate(%lf,%lf) scale(%lf)", &x, &y,
-                    &scale) != 3) {
+  /// Equal scales: the height follows, and where it would be extreme, a range grows.
+  void make_square() {
+    const double x_span = std::abs(x_.high - x_.low);
+    const double y_span = std::abs(y_.high - y_.low);
+    height_ = std::clamp(width_ * y_span / x_span, 160.0, 430.0);
+    const double per_unit = std::min(width_ / x_span, height_ / y_span);
+    if (has_map_) {  // cells fill the plot
+      width_ = per_unit * x_span;
+      height_ = per_unit * y_span;
       return;
     }
-    const Shape shape = shape_of(tag.get("xlink:href"));
-    const std::string colour = colour_of(tag.get("color")).css_class;
-    open(marker_attributes(shape, colour, scale)).marker(shape, x, y, scale);
+    const auto grow = [](Range& range, double factor) {
+      const double middle = 0.5 * (range.low + range.high);
+      range.low = middle + factor * (range.low - middle);
+      range.high = middle + factor * (range.high - middle);
+    };
+    grow(x_, width_ / (per_unit * x_span));
+    grow(y_, height_ / (per_unit * y_span));
   }
 
-  void image(const Tag& tag) {
-    flush();
-    out_ += "<image";
-    for (const char* key : {"x", "y", "width", "height"}) {
-      out_ += std::string(" ") + key + "=\"" + tag.get(key) + "\"";
+  void place_signs() {
+    if (!annotated_) { return; }
+    const std::vector<std::string> labels = mark_labels(figure_);
+    std::vector<Mark> marks = figure_.marks;
+    std::erase_if(marks, [](const Mark& mark) { return std::isnan(mark.x); });
+    std::ranges::stable_sort(marks, {}, &Mark::x);
+    std::array<double, most_mark_rows> taken{};
+    taken.fill(-unbounded);
+    for (const Mark& mark : marks) {
+      const double at = across(mark.x);
+      if (!(at >= -0.5 && at <= width_ + 0.5)) { continue; }
+      const auto* free =
+          std::ranges::find_if(taken, [&](double last) { return at - last >= mark_row; });
+      const std::size_t row =
+          free == taken.end() ? 0 : static_cast<std::size_t>(free - taken.begin());
+      taken.at(row) = at;
+      const auto kind = std::ranges::find(labels, mark.label) - labels.begin();
+      signs_.push_back({at, static_cast<int>(row), shape_of_mark(static_cast<std::size_t>(kind))});
     }
-    out_ += " preserveAspectRatio=\"none\" href=\"" + tag.get("xlink:href") + "\"/>";
   }
 
-  /// The content keeps its tspans (exponents) without what only repeats the default.
-  void text(const std::string& content) {
-    std::string inner;
-    for (std::size_t at = 0; at < content.size();) {
-      const std::size_t end =
-          content[at] == '<' ? content.find('>', at) + 1 : content.find('<', at);
-      const std::string piece = content.substr(at, end - at);
-      at = std::min(end, content.size());
-      inner += piece[0] == '<'
-                   ? tspan(parse_tag(std::string_view(piece).substr(1, piece.size() - 2)))
-                   : piece;
+  void place_zones() {
+    for (const Zone& zone : figure_.zones) {
+      double begin = across(zone.begin);
+      double end = across(zone.end);
+      if (begin > end) { std::swap(begin, end); }
+      begin = std::max(begin, 0.0);
+      end = std::min(end, width_);
+      // Zones that cannot be seen keep their index, so that tints alternate.
+      spans_.push_back(end > begin ? ZoneSpan{zone.label, begin, end} : ZoneSpan{});
     }
-    const std::size_t first = inner.find_first_not_of(' ');
-    if (first == std::string::npos) { return; }
-    const std::string anchor = inherited("text-anchor", "start");
-    const bool note = colour_of(inherited("fill", "")).css_class == "n";
-    texts_ += std::string(note ? "<text class=\"note\" " : "<text ") +
-              position(inherited("transform", "")) +
-              (anchor == "start" ? "" : " text-anchor=\"" + anchor + "\"") + ">" +
-              with_powers(inner.substr(first)) + "</text>";
+    labels_ = place_zone_labels(spans_, width_, tallest_label);
   }
 
-  /// A tick label "−5e−05" as a power of ten.
-  static std::string with_powers(const std::string& text) {
-    static const std::regex scientific("^([−0-9.]+)e(−|-|\\+?)0*([1-9][0-9]*)$");
-    std::smatch parts;
-    if (!std::regex_match(text, parts, scientific)) { return text; }
-    const std::string sign = parts[2].str().empty() || parts[2] == "+" ? "" : "−";
-    return parts[1].str() + "·10<tspan class=\"up\" dy=\"-5\">" + sign + parts[3].str() +
-           "</tspan>";
+  /// Raises the upper end of the y axis so that labels of zones lie above the curves, which keep
+  /// at least 55 % of the height.
+  void make_room_for_labels(Range values) {
+    if (figure_.y.logarithmic || figure_.y.maximum || figure_.square) { return; }
+    if (y_.low > y_.high) { return; }
+    Range range = values;
+    const double span = range.high - range.low;
+    range.low = figure_.y.minimum || range.low >= 0.0 ? range.low : range.low - 0.04 * span;
+    range.high += 0.05 * span;
+    const double most = range.low + (range.high - range.low) / 0.55;
+    double high = range.high;
+    for (const ZoneLabel& label : labels_) {
+      const double reach = 0.5 * label.width + 2.0;
+      const double below = highest(label.middle - reach, label.middle + reach);
+      const double share = (label.height + 3.0 * label_pad) / height_;
+      if (below > range.low) {
+        high = std::max(high, range.low + (below - range.low) / (1.0 - share));
+      }
+    }
+    range.high = std::min(high, most);
+    y_ = range;
   }
 
-  static std::string tspan(const Tag& tag) {
-    const std::string dy = tag.get("dy");
-    if (tag.name == "/tspan" || dy.empty()) { return {}; }
-    // SVG has no end for a shift: an exponent lasts until the one that takes it back.
-    const bool up = dy[0] == '-';
-    return up ? "<tspan class=\"up\" dy=\"-5\">" : "</tspan>";
+  /// Largest value that is drawn between two places on the x axis; -infinity if there is none.
+  [[nodiscard]] double highest(double from, double to) const {
+    double most = -unbounded;
+    for (const Series& series : figure_.series) {
+      for (std::size_t n = 0; n < std::min(series.x.size(), series.y.size()); ++n) {
+        const double place = across(series.x[n]);
+        if (!(place >= from && place <= to)) { continue; }
+        if (std::isfinite(series.y[n])) { most = std::max(most, series.y[n]); }
+        if (n < series.y2.size() && std::isfinite(series.y2[n])) {
+          most = std::max(most, series.y2[n]);
+        }
+      }
+    }
+    return most;
   }
 
-  static std::string position(const std::string& transform) {
-    double x = 0.0;
-    double y = 0.0;
-    double angle = 0.0;
-    const int found =
-        std::sscanf(transform.c_str(), "translate(%lf,%lf) rotate(%lf)", &x, &y, &angle);
-    if (found < 3) { return "x=\"" + svg_number(x) + "\" y=\"" + svg_number(y) + "\""; }
-    return "transform=\"translate(" + svg_number(x) + " " + svg_number(y) + ")rotate(" +
-           svg_number(angle) + ")\"";
+  [[nodiscard]] double across(double x) const { return width_ * axis_share(figure_.x, x_, x); }
+  [[nodiscard]] double px(double x) const { return left_ + bounded(across(x)); }
+  [[nodiscard]] double py(double y) const {
+    return top_ + height_ - bounded(height_ * axis_share(figure_.y, y_, y));
+  }
+  /// Far outside values keep their direction within what a path can hold; NaN stays.
+  static double bounded(double at) { return std::isfinite(at) ? std::clamp(at, -1e5, 1e5) : at; }
+
+  [[nodiscard]] std::string tints() const {
+    std::array<SvgPath, 2> paths;
+    for (std::size_t n = 0; n < spans_.size(); ++n) {
+      const ZoneSpan& span = spans_[n];
+      if (!(span.end > span.begin)) { continue; }
+      SvgPath& path = paths.at(n % 2);
+      path.move(left_ + span.begin, top_);
+      path.line(left_ + span.end, top_);
+      path.line(left_ + span.end, top_ + height_);
+      path.line(left_ + span.begin, top_ + height_);
+      path.close();
+    }
+    return path_markup("class=\"f za\"", paths[0]) + path_markup("class=\"f zb\"", paths[1]);
   }
 
-  std::string out_{}, texts_{}, view_box_{};
-  std::vector<Tag> groups_{};
-  std::vector<std::pair<std::string, SvgPath>> open_{};
+  [[nodiscard]] std::string grid() const {
+    SvgPath path;
+    for (const Tick& tick : y_ticks_) {
+      if (tick.label.empty()) { continue; }
+      path.move(left_, py(tick.value));
+      path.line(left_ + width_, py(tick.value));
+    }
+    for (const Tick& tick : x_ticks_) {
+      if (tick.label.empty()) { continue; }
+      path.move(px(tick.value), top_);
+      path.line(px(tick.value), top_ + height_);
+    }
+    return path_markup(line_attributes("g", 1.0), path);
+  }
+
+  [[nodiscard]] std::string heat_map() const {
+    const HeatMap& map = *figure_.heat_map;
+    const std::size_t columns = map.x.size();
+    const std::size_t rows = map.y.size();
+    const bool leftwards = columns > 1 && px(map.x[1]) < px(map.x[0]);
+    const bool downwards = rows > 1 && py(map.y[1]) > py(map.y[0]);
+    std::vector<std::uint8_t> levels;
+    for (std::size_t row = 0; row < rows; ++row) {
+      const std::size_t from = columns * (downwards ? row : rows - 1 - row);
+      for (std::size_t n = 0; n < columns; ++n) {
+        levels.push_back(scale_.level(map.z.at(from + (leftwards ? columns - 1 - n : n))));
+      }
+    }
+    std::vector<std::uint8_t> bar(colour_levels);
+    for (std::size_t n = 0; n < bar.size(); ++n) {
+      bar[n] = static_cast<std::uint8_t>(colour_levels - 1 - n);
+    }
+    return image_markup(left_, top_, width_, height_, columns, levels, scale_) +
+           image_markup(bar_left(), top_, bar_width, height_, 1, bar, scale_);
+  }
+
+  [[nodiscard]] std::string all_series() const {
+    clipped_ = false;
+    std::string markup;
+    for (const bool filled : {true, false}) {  // filled series lie behind the others
+      for (std::size_t n = 0; drawable_ && n < figure_.series.size(); ++n) {
+        if ((looks_[n].opacity > 0.0) == filled) { markup += series(n); }
+      }
+    }
+    return markup;
+  }
+
+  [[nodiscard]] std::string series(std::size_t index) const {
+    const Series& series = figure_.series[index];
+    const Look& look = looks_[index];
+    const Projection project = [this](double x, double y) { return Pixel{px(x), py(y)}; };
+    std::vector<Pixel> run;
+    std::vector<Pixel> upper;
+    std::vector<Pixel> points;
+    SvgPath path;
+    const auto end_run = [&] {
+      for (std::size_t n = 0; n < run.size(); ++n) {
+        n == 0 ? path.move(run[n].x, run[n].y) : path.line(run[n].x, run[n].y);
+      }
+      for (std::size_t n = upper.size(); n-- > 0;) { path.line(upper[n].x, upper[n].y); }
+      if (!upper.empty()) { path.close(); }
+      run.clear();
+      upper.clear();
+    };
+    for (const std::size_t n : thinned(series, project)) {
+      const Pixel at = project(series.x[n], series.y[n]);
+      const Pixel above = series.filled() ? project(series.x[n], series.y2[n]) : at;
+      if (!std::isfinite(at.x) || !std::isfinite(at.y) || !std::isfinite(above.y)) {
+        end_run();
+        continue;
+      }
+      const bool inside = is_inside(at) && is_inside(above);
+      if (inside) { points.push_back(at); }
+      if (!look.line && !series.filled()) { continue; }
+      clipped_ = clipped_ || !inside;
+      run.push_back(at);
+      if (series.filled()) { upper.push_back(above); }
+    }
+    end_run();
+    const std::string colour = colour_class(look);
+    if (series.filled()) {
+      return path_markup("class=\"f " + colour + "\" opacity=\"" + svg_number(look.opacity) + "\"",
+                         path);
+    }
+    SvgPath markers;
+    SvgPath halos;
+    const std::size_t stride = look.line ? points.size() / most_markers + 1 : 1;
+    for (std::size_t n = 0; look.points && n < points.size(); n += stride) {
+      markers.marker(look.shape, points[n].x, points[n].y, marker_radius);
+      halos.marker(look.shape, points[n].x, points[n].y, 1.5 * marker_radius);
+    }
+    std::string halo;
+    if (has_map_) {  // a rim in the colour of the page, since the map has every brightness
+      halo = path_markup(line_attributes("p", 4.2), path) +
+             path_markup(marker_attributes(look.shape, "p", 1.5 * marker_radius), halos);
+    }
+    constexpr std::array dashes{"", "8.5 5", "8.5 4 1.7 4"};
+    return halo +
+           path_markup(line_attributes(colour, 1.7, dashes.at(static_cast<std::size_t>(look.dash))),
+                       path) +
+           path_markup(marker_attributes(look.shape, colour, marker_radius), markers);
+  }
+
+  [[nodiscard]] bool is_inside(const Pixel& at) const {
+    return at.x >= left_ - 0.5 && at.x <= left_ + width_ + 0.5 && at.y >= top_ - 0.5 &&
+           at.y <= top_ + height_ + 0.5;
+  }
+
+  [[nodiscard]] std::string frame() const {
+    const double right = left_ + width_;
+    const double low = top_ + height_;
+    SvgPath path;
+    path.move(left_, top_);
+    path.line(left_, low);
+    path.line(right, low);
+    if (has_map_) {
+      path.line(right, top_);
+      path.close();
+    }
+    for (const Tick& tick : x_ticks_) {
+      path.move(px(tick.value), low);
+      path.line(px(tick.value), low + (tick.label.empty() ? 2.5 : 5.0));
+    }
+    for (const Tick& tick : y_ticks_) {
+      path.move(left_, py(tick.value));
+      path.line(left_ - (tick.label.empty() ? 2.5 : 5.0), py(tick.value));
+    }
+    return path_markup(line_attributes("k", 1.0), path);
+  }
+
+  [[nodiscard]] std::string mark_signs() const {
+    SvgPath stems;
+    std::array<SvgPath, shape_count> shapes;
+    constexpr double radius = 2.8;
+    for (const Sign& sign : signs_) {
+      const double y = top_ - mark_row * (0.5 + sign.row);
+      stems.move(left_ + sign.x, top_ + height_);
+      stems.line(left_ + sign.x, y);
+      shapes.at(static_cast<std::size_t>(sign.shape)).marker(sign.shape, left_ + sign.x, y, radius);
+    }
+    std::string markup = path_markup(line_attributes("n", 0.9, "1.5 2.5"), stems);
+    for (std::size_t n = 0; n < shapes.size(); ++n) {
+      markup += path_markup(marker_attributes(static_cast<Shape>(n), "n", radius), shapes.at(n));
+    }
+    return markup;
+  }
+
+  [[nodiscard]] std::string texts() const {
+    constexpr double half_capital = 4.6;  // from the middle of a line of type to its base
+    const double low = top_ + height_;
+    std::string markup;
+    for (const Tick& tick : y_ticks_) {
+      if (tick.label.empty()) { continue; }
+      markup += text_markup(left_ - 8.0, py(tick.value) + half_capital, "end", "", tick_text(tick));
+    }
+    for (const Tick& tick : x_ticks_) {
+      if (tick.label.empty()) { continue; }
+      markup += text_markup(px(tick.value), low + 19.0, "middle", "", tick_text(tick));
+    }
+    const std::string x = without_unit_one(figure_.x.label);
+    const std::string y = without_unit_one(figure_.y.label);
+    const double middle = top_ + 0.5 * height_;
+    if (!x.empty()) {
+      markup += text_markup(left_ + 0.5 * width_, low + 42.0, "middle", fitted(x, picture_width),
+                            escape_markup(x));
+    }
+    const double column = left_ - 20.0 - widest(y_ticks_);
+    if (!y.empty()) {
+      markup += upright_text(column, middle, fitted(y, low + 20.0), escape_markup(y));
+    }
+    if (has_map_) { markup += colour_bar_texts(); }
+    for (const ZoneLabel& label : labels_) { markup += zone_label(label); }
+    return markup;
+  }
+
+  [[nodiscard]] std::string colour_bar_texts() const {
+    const Range& range = scale_.range;
+    const std::vector<Tick> ticks = linear_ticks(range, 6);
+    SvgPath path;
+    std::string markup;
+    const double right = bar_left() + bar_width;
+    for (const Tick& tick : ticks) {
+      const double y = top_ + height_ * (range.high - tick.value) / (range.high - range.low);
+      path.move(right, y);
+      path.line(right + 4.0, y);
+      markup += text_markup(right + 8.0, y + 4.6, "start", "", tick_text(tick));
+    }
+    const std::string label = without_unit_one(figure_.heat_map->label);
+    return path_markup(line_attributes("k", 1.0), path) + markup +
+           upright_text(right + widest(ticks) + 24.0, top_ + 0.5 * height_,
+                        fitted(label, top_ + height_ + 20.0), escape_markup(label));
+  }
+
+  [[nodiscard]] std::string zone_label(const ZoneLabel& label) const {
+    constexpr double base = 3.8;  // from the middle of a line of type to its base
+    std::string markup;
+    for (std::size_t n = 0; n < label.lines.size(); ++n) {
+      const double line = zone_line * (0.5 + static_cast<double>(n));
+      const std::string content = escape_markup(label.lines[n]);
+      if (label.upright) {
+        markup += upright_text(left_ + label.middle - 0.5 * label.width + line + base,
+                               top_ + label_pad + 0.5 * label.height, " class=\"note\"", content);
+      } else {
+        markup += text_markup(left_ + label.middle, top_ + label_pad + line + base, "middle",
+                              " class=\"note\"", content);
+      }
+    }
+    return markup;
+  }
+
+ public:
+  static std::string colour_class(const Look& look) {
+    return look.colour == ink_colour ? "k" : "s" + std::to_string(look.colour);
+  }
+
+ private:
+  static constexpr double bar_width = 14.0;
+  [[nodiscard]] double bar_left() const { return left_ + width_ + 12.0; }
+
+  Figure figure_;
+  std::vector<Look> looks_;
+  Range x_{}, y_{};
+  bool drawable_ = true;  ///< both axes have a range
+  bool has_map_ = false;
+  bool annotated_ = false;         ///< zones or marks are drawn
+  mutable bool clipped_ = false;   ///< a line leaves the plot
+  double left_ = 0.0, top_ = 0.0;  ///< corner of the plot
+  double width_ = 0.0, height_ = 0.0;
+  ColourScale scale_{};
+  std::vector<Tick> x_ticks_{}, y_ticks_{};
+  std::vector<Sign> signs_{};
+  std::vector<ZoneSpan> spans_{};
+  std::vector<ZoneLabel> labels_{};
 };
-
-}  // namespace
-
-std::string svg_for_page(const std::string& gnuplot, const std::string& label) {
-  return Rewriter().rewrite(gnuplot, label);
-}
-
-namespace {
-
-std::string file_text(const std::filesystem::path& path) {
-  try {
-    return io::read_text(path, 256U << 20U);
-  } catch (const InputError& problem) {
-    throw DrawingError(std::string("gnuplot drew nothing: ") + problem.what());
-  }
-}
-
-/// Own and user's settings of gnuplot are left out, so that every machine draws the same.
-void run_gnuplot(const std::filesystem::path& folder) {
-  const std::string in = "'" + folder.string() + "/";
-  const std::string command =
-      "GNUTERM=svg LC_ALL=C.UTF-8 gnuplot -d " + in + "figures.gp' 2>" + in + "log' </dev/null";
-  const int status = std::system(command.c_str());
-  if (status == 0) { return; }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) {
-    throw DrawingError("gnuplot is not installed; scripts/setup installs it");
-  }
-  throw DrawingError("gnuplot failed: " + file_text(folder / "log").substr(0, 500));
-}
 
 /// A stroke of the series, its marker, or a filled box.
 std::string sample(const Look& look) {
-  const std::string colour = look.colour == ink_colour ? "k" : "s" + std::to_string(look.colour);
+  const std::string colour = Drawing::colour_class(look);
   std::string svg = "<svg class=\"sample\" viewBox=\"0 0 28 12\" aria-hidden=\"true\">";
   if (look.opacity > 0.0) {
     svg += "<path class=\"f " + colour + "\" opacity=\"" + svg_number(look.opacity + 0.08) +
            "\" d=\"M1 1h26v10h-26z\"/>";
   }
   if (look.line) {
-    const char* dashes[] = {"", " stroke-dasharray=\"6 3.5\"", " stroke-dasharray=\"7 3 1.5 3\""};
-    svg += "<path class=\"l " + colour + "\" stroke-width=\"2\"" + dashes[look.dash] +
+    constexpr std::array dashes{"", "6 3.5", "7 3 1.5 3"};
+    svg += "<path " + line_attributes(colour, 2.0, dashes.at(static_cast<std::size_t>(look.dash))) +
            " d=\"M1 6h26\"/>";
   }
   if (look.points) {
     constexpr double r = 3.0;
     SvgPath path;
     path.marker(look.shape, 14.0, 6.0, r);
-    svg += "<path " + marker_attributes(look.shape, colour, r) + " d=\"" + path.data() + "\"/>";
+    svg += path_markup(marker_attributes(look.shape, colour, r), path);
   }
   return svg + "</svg>";
 }
@@ -311,29 +652,16 @@ std::string sample(Shape shape) {
   constexpr double r = 3.0;
   SvgPath path;
   path.marker(shape, 14.0, 3.5, r);
-  return "<svg class=\"sample\" viewBox=\"0 0 28 12\" aria-hidden=\"true\">"
-         "<path class=\"l n\" stroke-width=\".9\" stroke-dasharray=\"1.5 1.5\" d=\"M14 6v6\"/>"
-         "<path " +
-         marker_attributes(shape, "n", r) + " d=\"" + path.data() + "\"/></svg>";
+  return "<svg class=\"sample\" viewBox=\"0 0 28 12\" aria-hidden=\"true\"><path " +
+         line_attributes("n", 0.9, "1.5 1.5") + " d=\"M14 6v6\"/>" +
+         path_markup(marker_attributes(shape, "n", r), path) + "</svg>";
 }
 
 }  // namespace
 
 std::vector<std::string> draw_figures(const std::vector<const Figure*>& figures) {
-  if (figures.empty()) { return {}; }
-  const io::ScratchFolder scratch;
-  const auto picture = [&](std::size_t n) { return scratch.path() / (std::to_string(n) + ".svg"); };
-  std::string script;
-  for (std::size_t n = 0; n < figures.size(); ++n) {
-    script += gnuplot_script(*figures[n], picture(n).string());
-  }
-  io::replace_file(scratch.path() / "figures.gp", script);
-  run_gnuplot(scratch.path());
   std::vector<std::string> drawings;
-  for (std::size_t n = 0; n < figures.size(); ++n) {
-    const std::string label = figures[n]->title + ". " + figures[n]->caption;
-    drawings.push_back(svg_for_page(file_text(picture(n)), label));
-  }
+  for (const Figure* figure : figures) { drawings.push_back(Drawing(*figure).markup()); }
   return drawings;
 }
 

@@ -89,7 +89,7 @@ std::optional<ZoneLabel> squeezed(const ZoneSpan& zone, double width, double tal
 
 }  // namespace
 
-double text_width(const std::string& text) {
+double text_width(const std::string& text, double font) {
   double em = 0.0;
   for (const char c : text) {
     if (continues_character(c)) { continue; }
@@ -97,7 +97,7 @@ double text_width(const std::string& text) {
     const bool wide = std::string_view("mwMW").find(c) != std::string_view::npos;
     em += narrow ? 0.34 : wide ? 0.88 : c >= 'A' && c <= 'Z' ? 0.70 : 0.58;
   }
-  return zone_font * em;
+  return font * em;
 }
 
 std::vector<ZoneLabel> place_zone_labels(const std::vector<ZoneSpan>& zones, double width,

@@ -26,8 +26,8 @@ struct ZoneLabel {
 inline constexpr double zone_font = 11.0;  ///< [px]
 inline constexpr double zone_line = 12.0;  ///< from one line to the next [px]
 
-/// Of a text in a sans-serif face of `zone_font` [px]: rather too long than too short.
-double text_width(const std::string& text);
+/// Estimated width of a text in a sans-serif face of `font` pixels [px]; rather too large.
+double text_width(const std::string& text, double font = zone_font);
 
 /// Labels of at most `tallest` pixels in a plot `width` wide. What is too long is cut to "liga…";
 /// a label that finds no room beside the others is left out.

@@ -35,6 +35,32 @@ TEST("a logarithmic axis has two to ten labels inside its range, whatever it spa
   }
 }
 
+TEST("a linear axis has three to eight ticks with distinct labels inside its range") {
+  for (const double low : {-1e9, -3.0, -1e-9, 0.0, 0.123, 1000.0, 7e7}) {
+    for (const double span : {1e-3, 0.7, 1.0, 19.0, 2e5}) {
+      const std::vector<Tick> ticks = linear_ticks({low, low + span, false}, 8);
+      CHECK(ticks.size() >= 3);
+      CHECK(ticks.size() <= 9);
+      std::vector<std::string> labels;
+      for (const Tick& tick : ticks) {
+        CHECK(tick.value >= low);
+        CHECK(tick.value <= low + span);
+        labels.push_back(tick.label + "^" + tick.exponent);
+      }
+      CHECK(std::ranges::adjacent_find(labels) == labels.end());
+    }
+  }
+}
+
+TEST("a small tick label is a power of ten") {
+  const std::vector<Tick> ticks = linear_ticks({0.0, 1e-4, false}, 5);
+  CHECK(ticks.at(1).label == "2·10");
+  CHECK(ticks.at(1).exponent == "−5");
+  CHECK(ticks.back().label == "10");
+  CHECK(ticks.back().exponent == "−4");
+  CHECK(linear_ticks({-0.5, 0.5, false}, 5).front().label == "−0.4");
+}
+
 TEST("values that cannot be drawn do not widen an axis") {
   Figure figure = sample::curve();
   figure.series[0].y[0] = -5.0;
