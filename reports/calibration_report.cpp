@@ -9,7 +9,6 @@
 
 #include "model/problem/recording.hpp"
 #include "reports/html/html_page.hpp"
-#include "reports/plot/figure_svg.hpp"
 #include "reports/plot/shown_units.hpp"
 #include "reports/results/results_json.hpp"
 
@@ -151,7 +150,9 @@ std::string calibration_verdict(const CalibrationReport& report) {
     return "Nothing fitted: the recordings tell none of " + std::to_string(fit.parameters.size()) +
            " parameters";
   }
-  if (report.result.held()) { return "Fitted: the recordings tell " + told + " parameters"; }
+  if (report.result.outcome().status == Status::pass) {
+    return "Fitted: the recordings tell " + told + " parameters";
+  }
   return "Fell short: " + told + " parameters were fitted, and not every check of the fit holds";
 }
 
@@ -501,7 +502,7 @@ std::string to_json(const CalibrationReport& report) {
   const Fit& fit = result.fit;
   Json json{{"schema", 1},
             {"verdict", calibration_verdict(report)},
-            {"held", result.held()},
+            {"held", result.outcome().status == Status::pass},
             {"scene", report.scene},
             {"scene_hash", report.scene_hash},
             {"converged", fit.converged},
@@ -540,15 +541,6 @@ std::string to_json(const CalibrationReport& report) {
 
 namespace {
 
-std::string figures_markup(const std::vector<Figure>& figures) {
-  std::vector<const Figure*> all;
-  for (const Figure& figure : figures) { all.push_back(&figure); }
-  const std::vector<std::string> drawings = draw_figures(all);
-  std::string html = "<div class=\"exhibits\">\n";
-  for (std::size_t n = 0; n < figures.size(); ++n) { html += html_figure(figures[n], drawings[n]); }
-  return html + "</div>\n";
-}
-
 std::vector<Fact> facts_of(const CalibrationReport& report) {
   const calibration::Calibration& result = report.result;
   const calibration::Fit& fit = result.fit;
@@ -574,26 +566,25 @@ std::string kind_banner(const CalibrationReport& report) {
 }  // namespace
 
 std::string to_html(const CalibrationReport& report) {
-  std::string body = html_banner({.title = "Calibration of " + report.scene,
-                                  .small_print = {kind_banner(report)},
-                                  .held = report.result.held(),
-                                  .verdict = calibration_verdict(report),
-                                  .detail = calibration_detail(report)});
   const std::vector<Table> tables = calibration_tables(report);
-  body += "<main>\n<h2>Before you believe it</h2>\n" + html_notes(calibration_warnings(report)) +
-          "<h2>Key facts</h2>\n" + html_facts(facts_of(report)) + "<h2>What was fitted</h2>\n" +
-          html_table(tables.front()) + "<h2>Fit against recordings</h2>\n" +
-          figures_markup(calibration_figures(report));
-  body += "<div class=\"exhibits\">\n";
-  for (std::size_t n = 1; n < tables.size(); ++n) { body += html_table(tables[n]); }
-  body += "</div>\n";
+  Section exhibits{.kind = Section::Kind::exhibits};
+  exhibits.parts.assign(tables.begin() + 1, tables.end());
+  std::vector<PagePart> fit{exhibits_of(calibration_figures(report)), std::move(exhibits)};
   if (report.result.held_out.empty()) {
-    body += html_notes({"Groups were not left out in turn: that needs two groups or more."});
+    fit.emplace_back(Notes{{"Groups were not left out in turn: that needs two groups or more."}});
   }
-  body += "</main>\n";
-  std::vector<Fact> facts;
-  for (const auto& [name, value] : report.provenance) { facts.push_back({name, value, ""}); }
-  return html_page("Calibration", body + html_provenance(facts, report.command), {});
+  return render({.banner = {.title = "Calibration of " + report.scene,
+                            .small_print = {kind_banner(report)},
+                            .status = report.result.outcome().status,
+                            .verdict = calibration_verdict(report),
+                            .detail = calibration_detail(report)},
+                 .parts = {Section{.heading = "Before you believe it",
+                                   .parts = {Notes{calibration_warnings(report)}}},
+                           Section{.heading = "Key facts", .parts = {facts_of(report)}},
+                           Section{.heading = "What was fitted", .parts = {tables.front()}},
+                           Section{.heading = "Fit against recordings", .parts = std::move(fit)}},
+                 .provenance = facts_of_map(report.provenance),
+                 .command = report.command});
 }
 
 }  // namespace palpate

@@ -53,7 +53,6 @@ std::string to_html(const ComparisonReport& report);
 
 /// "3 measured recordings", "5 recordings reconstructed from published summary values", or both.
 std::string kinds_of(const ComparisonReport& report);
-bool any_reconstructed(const ComparisonReport& report);
 
 /// "1 differs", "4 agree, 1 cannot be compared": counts of recordings.
 std::string tally_of(const ComparisonReport& report);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "reports/html/html_page.hpp"
 #include "reports/results/results.hpp"
 #include "validation/outcome.hpp"
 
@@ -29,14 +30,13 @@ std::string share_text(const Quantity& quantity);
 
 // One case in full: claim, quantities, figures, tables, notes, cost.
 
-/// Where the section of a case is: "case-oscillator-order-rk4".
+/// Id of the section of a case: "case-oscillator-order-rk4".
 std::string case_anchor(const std::string& case_name);
 
-/// Every quantity with its bound and verdict.
+/// Table of all quantities with bounds and verdicts.
 std::string html_quantities(const Outcome& outcome);
 
-/// `drawings` are the SVGs of the case's figures, in order.
-std::string html_case(const Outcome& outcome, const std::vector<std::string>& drawings);
+Section case_section(const Outcome& outcome);
 
 // report.html of a set of cases: verdict, table of claims with the worst margin first, then every
 // case with its numbers and figures, then provenance.

@@ -38,7 +38,7 @@ TEST("a case that judged nothing fails, and a skipped one keeps its reason") {
   skipped.skip("absent");
   conclude(skipped);
   CHECK(skipped.status == Status::skip);
-  CHECK(skipped.reason == "absent");
+  CHECK(skipped.reason() == "absent");
 }
 
 TEST("results hold only when something passed and nothing fell short") {
@@ -173,7 +173,7 @@ TEST("every quantity is a property with its bounds, and a fallen one is the mess
 
 TEST("hostile text stays text") {
   Results results = sample::results();
-  results.outcomes[3].reason = "]]> <a b='\"'> & \x01 \xff end";
+  results.outcomes[3].reasons = {"]]> <a b='\"'> & \x01 \xff end"};
   results.outcomes[1].claim = "</failure><x>";
   CHECK(well_formed(to_junit(results)));
 }
