@@ -32,21 +32,34 @@ int digits_of(const Quantity& q) {
 
 }  // namespace
 
+namespace {
+
+/// Share of an upper bound. A negative bound is used up from below: -1 allows -20 with a share of
+/// 5 %. A bound of 0 has no scale: 0 uses all of it, and less than 0 nothing.
+double share_of_upper(double value, double bound) {
+  if (bound > 0.0) { return std::max(0.0, value / bound); }
+  if (bound < 0.0) { return value < 0.0 ? bound / value : unbounded; }
+  return value < 0.0 ? 0.0 : value > 0.0 ? unbounded : 1.0;
+}
+
+}  // namespace
+
 double share_of_bound(const Quantity& q) {
   if (std::isnan(q.value)) { return unbounded; }
   const bool above = std::isfinite(q.lower);
   const bool below = std::isfinite(q.upper);
-  const double met = q.holds() ? 1.0 : unbounded;  // where no share can be told
+  double share = std::isfinite(q.value) ? 0.0 : unbounded;
   if (above && below) {
     const double half = 0.5 * (q.upper - q.lower);
-    const double away = std::abs(q.value - 0.5 * (q.upper + q.lower));
-    if (!(half > 0.0)) { return met; }
-    // Rounding must not let a share contradict the verdict.
-    return q.holds() ? std::min(away / half, 1.0) : std::max(away / half, std::nextafter(1.0, 2.0));
+    const double away = std::abs(q.value - 0.5 * (q.upper + q.lower)) + q.uncertainty;
+    share = half > 0.0 ? away / half : unbounded;
+  } else if (below) {
+    share = share_of_upper(q.value + q.uncertainty, q.upper);
+  } else if (above) {
+    share = share_of_upper(q.uncertainty - q.value, -q.lower);
   }
-  if (below) { return q.upper > 0.0 ? std::max(0.0, q.value / q.upper) : met; }
-  if (above) { return q.value > 0.0 ? std::max(0.0, q.lower / q.value) : met; }
-  return std::isfinite(q.value) ? 0.0 : met;
+  // Rounding must not let a share contradict the verdict.
+  return q.holds() ? std::min(share, 1.0) : std::max(share, std::nextafter(1.0, 2.0));
 }
 
 bool met_exactly(const Quantity& q) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// How near a quantity is to its bound.
+/// The page of validation results.
 
 #include <string>
 #include <vector>
@@ -11,11 +11,12 @@
 
 namespace palpate {
 
-/// How much of the room up to the bound a quantity uses: at most 1 exactly when it holds. Of an
-/// interval, the distance from its middle over half its width. NaN is infinitely far out.
+/// Share of the bound that a quantity uses, its uncertainty included: at most 1 exactly when it
+/// holds. For an interval, the distance from its middle over half its width. Infinite for NaN.
 double share_of_bound(const Quantity& quantity);
 
-/// A count or a yes-or-no: it holds by equalling its bound, so its share of 1 is no narrow escape.
+/// True for counts and yes-or-no values that equal their bound. Their share of 1 is not a narrow
+/// margin.
 bool met_exactly(const Quantity& quantity);
 
 /// The judged quantity furthest beyond its bound, else nearest to it; what is met exactly comes
