@@ -36,11 +36,11 @@ void add_notes_on_force(const CalibrationReport& report, std::vector<std::string
   if (plunger > 0) {
     notes.push_back(
         "In " + std::to_string(plunger) + " continuous recording" + (plunger == 1 ? "" : "s") +
-        " pressure times plunger area stands for the force along the needle (Eq. 1): true as far "
-        "as the thumb on the plunger is what drives it.");
+        " pressure times plunger area represents the force along the needle (Eq. 1). This holds as "
+        "long as the thumb on the plunger drives the needle.");
   }
   if (plunger + with_force(report, ForceSource::recorded) == 0) {
-    notes.emplace_back("No force was seen, so nothing tells cutting force and friction.");
+    notes.emplace_back("No force was recorded, so cutting force and friction are not constrained.");
   }
 }
 
@@ -102,7 +102,7 @@ void add_notes_on_fit(const Calibration& result, std::vector<std::string>& notes
     if (each.converged) { continue; }
     notes.push_back(
         "Without " + (each.group.empty() ? "recordings of no group" : each.group) +
-        " the search did not converge: what is foretold of them is the best that was tried.");
+        " the search did not converge: their prediction is from the best values that were tried.");
   }
   for (const FittedParameter& each : result.fit.parameters) {
     if (each.at_bound) {
@@ -275,13 +275,13 @@ Table correlation_table(const Fit& fit) {
 
 Table held_out_table(const std::vector<HeldOut>& held_out) {
   Table table{.id = "held-out",
-              .title = "Each group foretold from the others",
+              .title = "Prediction of each group from the others",
               .caption =
                   "Fitted to all groups but one. Errors are root mean squares over observables, "
                   "relative: of "
                   "those that were fitted, and of the group that was not.",
-              .columns = {"group held out", "subjects", "error, fitted", "error, foretold",
-                          "peak seen", "peak foretold"}};
+              .columns = {"group left out", "subjects", "error, fitted", "error, predicted",
+                          "peak recorded", "peak predicted"}};
   const Eigen::Index peak = index_of(Observable::pressure_peak);
   for (const HeldOut& each : held_out) {
     table.rows.push_back(
@@ -578,11 +578,11 @@ std::string to_html(const CalibrationReport& report) {
                             .status = report.result.outcome().status,
                             .verdict = calibration_verdict(report),
                             .detail = calibration_detail(report)},
-                 .parts = {Section{.heading = "Before you believe it",
+                 .parts = {Section{.heading = "Limits of this result",
                                    .parts = {Notes{calibration_warnings(report)}}},
                            Section{.heading = "Key facts", .parts = {facts_of(report)}},
-                           Section{.heading = "What was fitted", .parts = {tables.front()}},
-                           Section{.heading = "Fit against recordings", .parts = std::move(fit)}},
+                           Section{.heading = "Fitted parameters", .parts = {tables.front()}},
+                           Section{.heading = "Fit and recordings", .parts = std::move(fit)}},
                  .provenance = facts_of_map(report.provenance),
                  .command = report.command});
 }

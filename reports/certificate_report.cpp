@@ -48,8 +48,7 @@ Table times_table(const CertificateReport& report) {
               .title = "Times of every tick",
               .caption =
                   "In us, from the scheduled release. A percentile is the end of its bin of 1 us; "
-                  "it is left "
-                  "out where no tick lies above it.",
+                  "it is left out where no tick lies above it.",
               .columns = {"phase", "what", "min"},
               .timing = true};
   for (const auto& [name, share] : shown_percentiles) { table.columns.emplace_back(name); }
@@ -119,7 +118,7 @@ Table provocations_table(const CertificateReport& report) {
 
 Table tail_table(const Tail& tail) {
   Table table{.id = "tail",
-              .title = "What an extrapolation assumes",
+              .title = "Assumptions of the extrapolation",
               .caption = "Each check fails one time in a thousand where its claim is true.",
               .columns = {"claim", "found", "at least", "at most", "holds"},
               .timing = true};
@@ -133,7 +132,7 @@ Table tail_table(const Tail& tail) {
 Table levels_table(const Tail& tail) {
   Table table{
       .id = "levels",
-      .title = "Response times that were not seen",
+      .title = "Extrapolated response times",
       .caption =
           "Exceeded by one tick in so many, by the generalised Pareto distribution above the "
           "lowest "
@@ -253,8 +252,8 @@ std::vector<Figure> histogram_figures(const CertificateReport& report) {
       .timing = true};
   Figure parts = figure;
   parts.id = "parts";
-  parts.title = "What the response of the scene is made of";
-  parts.caption = "Waking up late and computing, in bins of 1 us.";
+  parts.title = "Parts of the response of the scene";
+  parts.caption = "Late wake-up and computation, in bins of 1 us.";
   parts.series = {series_of("computation", worst->scene.record.compute),
                   series_of("wake-up", worst->scene.record.wakeup)};
   return {std::move(figure), std::move(parts)};
@@ -496,7 +495,7 @@ std::string value_text(const EnvironmentFact& fact) {
   if (const bool* yes = std::get_if<bool>(&fact.value)) { return *yes ? "yes" : "no"; }
   if (const double* number = std::get_if<double>(&fact.value)) { return short_number(*number, 6); }
   const std::string* text = std::get_if<std::string>(&fact.value);
-  return text != nullptr ? *text : "the system does not say";
+  return text != nullptr ? *text : "not reported by the system";
 }
 
 std::vector<Fact> environment_facts(const CertificateReport& report) {
@@ -512,8 +511,8 @@ std::string tail_text(const Tail& tail) {
   return tail.beyond_deadline
              ? "One tick in " + short_number(1.0 / *tail.beyond_deadline, 3) +
                    " is expected beyond the deadline."
-             : "Beyond the deadline is further than two decades from the data: nothing is said "
-               "of it but the limit above.";
+             : "The deadline is more than two decades beyond the data; only the limit above applies to "
+               "it.";
 }
 
 Section loop_section(const CertificateReport& report, const std::vector<Table>& tables) {
@@ -533,7 +532,7 @@ Section tail_section(const Tail& tail, const std::vector<Table>& tables) {
   for (std::size_t n = 3; n < tables.size(); ++n) {
     if (!tables[n].rows.empty()) { exhibits.parts.emplace_back(tables[n]); }
   }
-  return {.heading = "Beyond what was seen",
+  return {.heading = "Extrapolation",
           .parts = {Notes{{tail_text(tail)}}, std::move(exhibits)}};
 }
 
@@ -558,7 +557,7 @@ std::string to_html(const CertificateReport& report) {
   if (!tables[2].rows.empty()) { add({.heading = "Worst ticks", .parts = {tables[2]}}); }
   if (const LoadResult* worst = all.worst()) { add(tail_section(worst->tail, tables)); }
   if (all.missed_tick) {
-    add({.heading = "What one missed tick does to the hand",
+    add({.heading = "Effect of one missed tick on the hand",
          .parts = {energy_facts(*all.missed_tick)}});
   }
   add({.heading = "Environment", .parts = {environment_facts(report)}});

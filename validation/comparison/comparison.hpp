@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Features in the units that clinicians read: mmHg and mm.
+/// Comparison of one recording with one simulated insertion: tolerances, alignment of clocks, features
+/// and their verdicts.
 
 #include <optional>
 #include <string>
@@ -30,7 +31,7 @@ inline FieldUnit field_unit(std::string_view unit) {
   return {1.0, std::string(unit)};
 }
 
-// How far a simulated feature may be from a recorded one, and who says so.
+// Tolerances of features and their sources.
 
 /// What is compared: saline pressure [Pa], or force along the needle [N].
 enum class QuantityKind { pressure, force };
@@ -60,8 +61,8 @@ std::vector<Tolerance> default_tolerances(QuantityKind kind);
 
 std::string_view verdict_word(Status status);
 
-/// Standard uncertainties of ASME V&V 20: the error E = S - D is known to within u_val = sqrt(num^2
-/// + input^2 + data^2), and |E| < u_val says nothing about the model.
+/// Standard uncertainties of ASME V&V 20. The error E = S - D has the uncertainty u_val = sqrt(num^2
+/// + input^2 + data^2); an error below it is no evidence about the model.
 struct ValidationUncertainty {
   double numerical = 0.0;  ///< u_num, of the simulated value: step, sampling
   double input = 0.0;      ///< u_input, of what the simulation was given
@@ -69,7 +70,7 @@ struct ValidationUncertainty {
   [[nodiscard]] double total() const;
 };
 
-// How the clocks of a recording and a simulation are laid over each other.
+// Alignment of the clocks of a recording and a simulation.
 
 enum class AlignmentRule {
   automatic,  ///< depth where both have it without a gap there, else the event in both, else the
@@ -89,18 +90,18 @@ struct Alignment {
   std::string
       not_by_depth{};  ///< why another rule was used though both have depth; part of `how` as well
   std::string refusal{};  ///< why the rule that was asked for cannot be followed
-  /// Whether instants say anything: aligned by the event they are the same by themselves, and
-  /// aligned by depth the depth of the event tells, as hands move at speeds of their own.
+  /// True if instants can be judged. Alignment by the event makes them equal, and after alignment by
+  /// depth the depth of the event is judged instead, as hands move at different speeds.
   [[nodiscard]] bool judges_times() const { return used == AlignmentRule::start; }
 };
 
-/// Both with features; a lag is never searched for a better fit.
+/// Aligns two traces with features. The lag is not optimised for a better fit.
 Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, AlignmentRule rule);
 
 // One recording against one simulated insertion. The verdict comes from features alone (and, with
 // several recordings, from the corridor: group_comparison.hpp); ratings and distances explain it.
 
-/// What is known of the numbers apart from their noise; all standard uncertainties.
+/// Standard uncertainties of the values, apart from their noise.
 struct Uncertainties {
   double zero = 57.0;  ///< u_D [Pa]: the transducer within 1 cm of the needle's height, uniform
   double zero_force = 0.0;  ///< u_D [N]: of the force sensor's zero (not stated by recordings)
@@ -190,19 +191,19 @@ Tolerance tolerance_of(Feature feature, const ComparisonOptions& options);
 double data_uncertainty(Feature feature, const Features& recorded,
                         const ComparisonOptions& options);
 
-// Features in words and in the units of clinicians: mmHg, mm and percent.
+// Texts of features in clinical units: mmHg, mm and percent.
 
 /// "loss of resistance" of "loss_of_resistance".
 std::string in_words(Feature feature);
 
-/// A feature's value [SI] with its unit as clinicians read it, to a ten-thousandth of that unit at
-/// best; "found" or "not found" of the event, "-" of NaN.
+/// Value [SI] of a feature in its clinical unit, rounded to a ten-thousandth of that unit; "found" or
+/// "not found" for the event, "-" for NaN.
 std::string shown(Feature feature, double value, std::string_view unit);
 /// "300 to 367 mmHg".
 std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit);
-/// U with its sign and unit; empty of 0.
+/// Expanded uncertainty with sign and unit; empty if it is 0.
 std::string shown_uncertainty(const FeatureComparison& one);
-/// What a tolerance allows, as "10.2 %", "7 mmHg", "a factor of 2".
+/// A tolerance as "10.2 %", "7 mmHg", "a factor of 2".
 std::string shown(const Tolerance& tolerance, std::string_view unit);
 
 /// "peak: 398 mmHg simulated, 461 mmHg recorded; 414 to 508 mmHg allowed, known to ±9.3 mmHg:

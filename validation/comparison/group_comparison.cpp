@@ -91,7 +91,7 @@ FeatureSummary summarise(Feature feature, const Members& members,
 bool has_numbers(const FeatureComparison& one) { return one.recorded.value && one.simulated.value; }
 
 /// The verdict of the first recording that tells most of the feature: judged by numbers, else
-/// judged. Which recording comes first must not matter for the rest: judge_mean() replaces what is
+/// judged. Which recording comes first must not matter for the rest: compare_mean() replaces what is
 /// its own.
 FeatureComparison most_telling(Feature feature, const Members& members) {
   const auto n = static_cast<std::size_t>(feature);

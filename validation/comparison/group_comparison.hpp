@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Several recordings against one simulated insertion: each alone, each group, and all as a
+/// Comparison of several recordings with one simulated insertion: each alone, and each group with its
 /// corridor.
 
 #include <optional>
