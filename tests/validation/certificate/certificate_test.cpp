@@ -47,6 +47,7 @@ TEST("where all missed, or nothing ran, nothing contradicts a probability of one
 
 namespace {
 
+using namespace palpate;
 using namespace palpate::certificate;
 
 constexpr double deadline = 1e-3;

@@ -13,6 +13,7 @@
 
 namespace {
 
+using namespace palpate;
 using namespace palpate::certificate;
 using palpate::device::Seeded;
 
@@ -81,6 +82,7 @@ TEST("the interval holds the estimate, grows with confidence, and is wider above
 
 namespace {
 
+using namespace palpate;
 using namespace palpate::certificate;
 using palpate::device::Seeded;
 

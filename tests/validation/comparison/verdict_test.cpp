@@ -72,7 +72,7 @@ TEST("what is not a number cannot be compared") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK(status_of(nan, 1.0, 0.1) == Status::error);
   CHECK(status_of(10.0, nan, 0.1) == Status::error);
-  CHECK(status_of(10.0, 1.0, nan) == Status::error);
+  CHECK(status_of(10.0, 1.0, unbounded) == Status::error);
 }
 
 TEST("uncertainties add in squares") {
