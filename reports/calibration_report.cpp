@@ -9,7 +9,6 @@
 
 #include "model/problem/recording.hpp"
 #include "reports/html/html_page.hpp"
-#include "reports/plot/figure_svg.hpp"
 #include "reports/plot/shown_units.hpp"
 #include "reports/results/results_json.hpp"
 
@@ -37,11 +36,11 @@ void add_notes_on_force(const CalibrationReport& report, std::vector<std::string
   if (plunger > 0) {
     notes.push_back(
         "In " + std::to_string(plunger) + " continuous recording" + (plunger == 1 ? "" : "s") +
-        " pressure times plunger area stands for the force along the needle (Eq. 1): true as far "
-        "as the thumb on the plunger is what drives it.");
+        " pressure times plunger area represents the force along the needle (Eq. 1). This holds as "
+        "long as the thumb on the plunger drives the needle.");
   }
   if (plunger + with_force(report, ForceSource::recorded) == 0) {
-    notes.emplace_back("No force was seen, so nothing tells cutting force and friction.");
+    notes.emplace_back("No force was recorded, so cutting force and friction are not constrained.");
   }
 }
 
@@ -103,7 +102,7 @@ void add_notes_on_fit(const Calibration& result, std::vector<std::string>& notes
     if (each.converged) { continue; }
     notes.push_back(
         "Without " + (each.group.empty() ? "recordings of no group" : each.group) +
-        " the search did not converge: what is foretold of them is the best that was tried.");
+        " the search did not converge: their prediction is from the best values that were tried.");
   }
   for (const FittedParameter& each : result.fit.parameters) {
     if (each.at_bound) {
@@ -151,7 +150,9 @@ std::string calibration_verdict(const CalibrationReport& report) {
     return "Nothing fitted: the recordings tell none of " + std::to_string(fit.parameters.size()) +
            " parameters";
   }
-  if (report.result.held()) { return "Fitted: the recordings tell " + told + " parameters"; }
+  if (report.result.outcome().status == Status::pass) {
+    return "Fitted: the recordings tell " + told + " parameters";
+  }
   return "Fell short: " + told + " parameters were fitted, and not every check of the fit holds";
 }
 
@@ -274,13 +275,13 @@ Table correlation_table(const Fit& fit) {
 
 Table held_out_table(const std::vector<HeldOut>& held_out) {
   Table table{.id = "held-out",
-              .title = "Each group foretold from the others",
+              .title = "Prediction of each group from the others",
               .caption =
                   "Fitted to all groups but one. Errors are root mean squares over observables, "
                   "relative: of "
                   "those that were fitted, and of the group that was not.",
-              .columns = {"group held out", "subjects", "error, fitted", "error, foretold",
-                          "peak seen", "peak foretold"}};
+              .columns = {"group left out", "subjects", "error, fitted", "error, predicted",
+                          "peak recorded", "peak predicted"}};
   const Eigen::Index peak = index_of(Observable::pressure_peak);
   for (const HeldOut& each : held_out) {
     table.rows.push_back(
@@ -501,7 +502,7 @@ std::string to_json(const CalibrationReport& report) {
   const Fit& fit = result.fit;
   Json json{{"schema", 1},
             {"verdict", calibration_verdict(report)},
-            {"held", result.held()},
+            {"held", result.outcome().status == Status::pass},
             {"scene", report.scene},
             {"scene_hash", report.scene_hash},
             {"converged", fit.converged},
@@ -540,15 +541,6 @@ std::string to_json(const CalibrationReport& report) {
 
 namespace {
 
-std::string figures_markup(const std::vector<Figure>& figures) {
-  std::vector<const Figure*> all;
-  for (const Figure& figure : figures) { all.push_back(&figure); }
-  const std::vector<std::string> drawings = draw_figures(all);
-  std::string html = "<div class=\"exhibits\">\n";
-  for (std::size_t n = 0; n < figures.size(); ++n) { html += html_figure(figures[n], drawings[n]); }
-  return html + "</div>\n";
-}
-
 std::vector<Fact> facts_of(const CalibrationReport& report) {
   const calibration::Calibration& result = report.result;
   const calibration::Fit& fit = result.fit;
@@ -574,26 +566,25 @@ std::string kind_banner(const CalibrationReport& report) {
 }  // namespace
 
 std::string to_html(const CalibrationReport& report) {
-  std::string body = html_banner({.title = "Calibration of " + report.scene,
-                                  .small_print = {kind_banner(report)},
-                                  .held = report.result.held(),
-                                  .verdict = calibration_verdict(report),
-                                  .detail = calibration_detail(report)});
   const std::vector<Table> tables = calibration_tables(report);
-  body += "<main>\n<h2>Before you believe it</h2>\n" + html_notes(calibration_warnings(report)) +
-          "<h2>Key facts</h2>\n" + html_facts(facts_of(report)) + "<h2>What was fitted</h2>\n" +
-          html_table(tables.front()) + "<h2>Fit against recordings</h2>\n" +
-          figures_markup(calibration_figures(report));
-  body += "<div class=\"exhibits\">\n";
-  for (std::size_t n = 1; n < tables.size(); ++n) { body += html_table(tables[n]); }
-  body += "</div>\n";
+  Section exhibits{.kind = Section::Kind::exhibits};
+  exhibits.parts.assign(tables.begin() + 1, tables.end());
+  std::vector<PagePart> fit{exhibits_of(calibration_figures(report)), std::move(exhibits)};
   if (report.result.held_out.empty()) {
-    body += html_notes({"Groups were not left out in turn: that needs two groups or more."});
+    fit.emplace_back(Notes{{"Groups were not left out in turn: that needs two groups or more."}});
   }
-  body += "</main>\n";
-  std::vector<Fact> facts;
-  for (const auto& [name, value] : report.provenance) { facts.push_back({name, value, ""}); }
-  return html_page("Calibration", body + html_provenance(facts, report.command), {});
+  return render({.banner = {.title = "Calibration of " + report.scene,
+                            .small_print = {kind_banner(report)},
+                            .status = report.result.outcome().status,
+                            .verdict = calibration_verdict(report),
+                            .detail = calibration_detail(report)},
+                 .parts = {Section{.heading = "Limits of this result",
+                                   .parts = {Notes{calibration_warnings(report)}}},
+                           Section{.heading = "Key facts", .parts = {facts_of(report)}},
+                           Section{.heading = "Fitted parameters", .parts = {tables.front()}},
+                           Section{.heading = "Fit and recordings", .parts = std::move(fit)}},
+                 .provenance = facts_of_map(report.provenance),
+                 .command = report.command});
 }
 
 }  // namespace palpate

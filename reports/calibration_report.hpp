@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// calibration.json and report.html of a calibration: what was fitted to which recordings, how sure
-/// it is, and what the recordings cannot tell.
+/// calibration.json and report.html of a calibration: fitted parameters with intervals, parameters
+/// that the recordings do not constrain, and checks of the fit.
 
 #include <map>
 #include <string>
@@ -35,7 +35,7 @@ struct CalibrationReport {
 
 std::string calibration_verdict(const CalibrationReport& report);  ///< one line
 std::string calibration_detail(const CalibrationReport& report);   ///< one or two sentences
-/// What a reader must know before believing a number.
+/// Limits of the result that a reader must know.
 std::vector<std::string> calibration_warnings(const CalibrationReport& report);
 
 /// Same input, same bytes.

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "reports/html/html_page.hpp"
-#include "reports/plot/figure_svg.hpp"
 #include "reports/plot/shown_units.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/certificate/certificate.hpp"
@@ -48,8 +48,7 @@ Table times_table(const CertificateReport& report) {
               .title = "Times of every tick",
               .caption =
                   "In us, from the scheduled release. A percentile is the end of its bin of 1 us; "
-                  "it is left "
-                  "out where no tick lies above it.",
+                  "it is left out where no tick lies above it.",
               .columns = {"phase", "what", "min"},
               .timing = true};
   for (const auto& [name, share] : shown_percentiles) { table.columns.emplace_back(name); }
@@ -119,12 +118,12 @@ Table provocations_table(const CertificateReport& report) {
 
 Table tail_table(const Tail& tail) {
   Table table{.id = "tail",
-              .title = "What an extrapolation assumes",
+              .title = "Assumptions of the extrapolation",
               .caption = "Each check fails one time in a thousand where its claim is true.",
               .columns = {"claim", "found", "at least", "at most", "holds"},
               .timing = true};
-  for (const TailCheck& check : tail.checks) {
-    table.rows.push_back({check.claim, check.value, check.lower, check.upper,
+  for (const Quantity& check : tail.checks) {
+    table.rows.push_back({check.bound_from, check.value, check.lower, check.upper,
                           std::string(check.holds() ? "yes" : "no")});
   }
   return table;
@@ -133,7 +132,7 @@ Table tail_table(const Tail& tail) {
 Table levels_table(const Tail& tail) {
   Table table{
       .id = "levels",
-      .title = "Response times that were not seen",
+      .title = "Extrapolated response times",
       .caption =
           "Exceeded by one tick in so many, by the generalised Pareto distribution above the "
           "lowest "
@@ -253,8 +252,8 @@ std::vector<Figure> histogram_figures(const CertificateReport& report) {
       .timing = true};
   Figure parts = figure;
   parts.id = "parts";
-  parts.title = "What the response of the scene is made of";
-  parts.caption = "Waking up late and computing, in bins of 1 us.";
+  parts.title = "Parts of the response of the scene";
+  parts.caption = "Late wake-up and computation, in bins of 1 us.";
   parts.series = {series_of("computation", worst->scene.record.compute),
                   series_of("wake-up", worst->scene.record.wakeup)};
   return {std::move(figure), std::move(parts)};
@@ -314,9 +313,9 @@ Json tail_json(const Tail& tail) {
       {"fits", Json::array()},
       {"levels", Json::array()},
       {"miss_probability", tail.beyond_deadline ? Json(*tail.beyond_deadline) : Json(nullptr)}};
-  for (const TailCheck& check : tail.checks) {
+  for (const Quantity& check : tail.checks) {
     json["checks"].push_back({{"name", check.name},
-                              {"claim", check.claim},
+                              {"claim", check.bound_from},
                               {"value", finite_or_null(check.value)},
                               {"lower", finite_or_null(check.lower)},
                               {"upper", finite_or_null(check.upper)},
@@ -343,7 +342,7 @@ Json budget_json(const CertificateReport& report) {
   const auto cycles = [&](double seconds) {
     return report.cycles_per_second ? Json(seconds * *report.cycles_per_second) : Json(nullptr);
   };
-  Json json{{"statement", budget_words(report.result)},
+  Json json{{"statement", budget_text(report.result)},
             {"worst_us", budget.provocations.empty() ? Json(nullptr) : Json(us * budget.worst())},
             {"worst_cycles", budget.provocations.empty() ? Json(nullptr) : cycles(budget.worst())},
             {"deadline_cycles", cycles(deadline)},
@@ -367,7 +366,6 @@ Json budget_json(const CertificateReport& report) {
 }
 
 Json missed_tick_json(const std::optional<MissedTick>& missed) {
-  constexpr double mj = 1e3;
   if (!missed) { return nullptr; }
   return {{"stiffness_n_per_m", missed->stiffness},
           {"speed_m_per_s", missed->speed},
@@ -408,12 +406,12 @@ Json loads_json(const CertificateReport& report) {
 
 std::string to_json(const CertificateReport& report) {
   const Certificate& all = report.result;
-  const Judgement judgement = judge(all);
+  const Outcome outcome = outcome_of(all);
   const LoadResult nothing("", all.claim.deadline);
   const LoadResult& worst = all.worst() != nullptr ? *all.worst() : nothing;
   Json json{{"schema", 1},
-            {"verdict", name_of(judgement.verdict)},
-            {"reason", judgement.reason},
+            {"verdict", verdict_word(outcome.status)},
+            {"reason", outcome.reason()},
             {"interrupted", all.interrupted},
             {"scene", report.file},
             {"title", report.title},
@@ -440,13 +438,10 @@ namespace {
 
 using namespace certificate;
 
-std::string headline(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::certified: return "Certified";
-    case Verdict::not_certified: return "Not certified";
-    case Verdict::not_qualified: break;
-  }
-  return "Environment not qualified: nothing is certified";
+std::string headline(Status status) {
+  std::string text(verdict_word(status));
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return status == Status::inconclusive ? text + ": nothing is certified" : text;
 }
 
 std::vector<Fact> claim_facts(const CertificateReport& report) {
@@ -467,12 +462,11 @@ std::vector<Fact> claim_facts(const CertificateReport& report) {
                      "built anew in pauses between ticks of " + quantity(worst->scene.paused, "s") +
                          " in all"});
   }
-  facts.push_back({"computation", budget_words(all), ""});
+  facts.push_back({"computation", budget_text(all), ""});
   return facts;
 }
 
 std::vector<Fact> energy_facts(const MissedTick& missed) {
-  constexpr double mj = 1e3;
   std::vector<Fact> facts{
       {"stiffness at the hand", quantity(missed.stiffness, "N/m"), ""},
       {"largest speed", quantity(missed.speed, "m/s"), "of grip or tool in the scene"},
@@ -501,87 +495,73 @@ std::string value_text(const EnvironmentFact& fact) {
   if (const bool* yes = std::get_if<bool>(&fact.value)) { return *yes ? "yes" : "no"; }
   if (const double* number = std::get_if<double>(&fact.value)) { return short_number(*number, 6); }
   const std::string* text = std::get_if<std::string>(&fact.value);
-  return text != nullptr ? *text : "the system does not say";
+  return text != nullptr ? *text : "not reported by the system";
 }
 
-std::string environment_html(const CertificateReport& report) {
+std::vector<Fact> environment_facts(const CertificateReport& report) {
   std::vector<Fact> facts;
   for (const EnvironmentFact& fact : report.environment) {
     facts.push_back({fact.label, value_text(fact), ""});
   }
-  return "<h2>Environment</h2>\n" + html_facts(facts);
+  return facts;
 }
 
-std::string tail_html(const CertificateReport& report, const std::vector<Table>& tables) {
-  const LoadResult* worst = report.result.worst();
-  if (worst == nullptr) { return {}; }
-  std::string html = "<h2>Beyond what was seen</h2>\n";
-  const Tail& tail = worst->tail;
-  if (!tail.refusal.empty()) {
-    html += html_notes({"Extrapolation refused: " + tail.refusal + "."});
-  } else {
-    html += html_notes(
-        {tail.beyond_deadline
+std::string tail_text(const Tail& tail) {
+  if (!tail.refusal.empty()) { return "Extrapolation refused: " + tail.refusal + "."; }
+  return tail.beyond_deadline
              ? "One tick in " + short_number(1.0 / *tail.beyond_deadline, 3) +
                    " is expected beyond the deadline."
-             : "Beyond the deadline is further than two decades from the data: nothing is said "
-               "of it but the limit above."});
+             : "The deadline is more than two decades beyond the data; only the limit above applies to "
+               "it.";
+}
+
+Section loop_section(const CertificateReport& report, const std::vector<Table>& tables) {
+  Section section{.heading = "The loop"};
+  if (tables[0].rows.empty()) {
+    section.parts.emplace_back(Notes{{"It did not run."}});
+    return section;
   }
-  html += "<div class=\"exhibits\">\n";
+  Section exhibits = exhibits_of(histogram_figures(report));
+  exhibits.parts.insert(exhibits.parts.begin(), {tables[0], tables[1]});
+  section.parts.emplace_back(std::move(exhibits));
+  return section;
+}
+
+Section tail_section(const Tail& tail, const std::vector<Table>& tables) {
+  Section exhibits{.kind = Section::Kind::exhibits};
   for (std::size_t n = 3; n < tables.size(); ++n) {
-    if (!tables[n].rows.empty()) { html += html_table(tables[n]); }
+    if (!tables[n].rows.empty()) { exhibits.parts.emplace_back(tables[n]); }
   }
-  return html + "</div>\n";
-}
-
-std::string histogram_html(const CertificateReport& report) {
-  const std::vector<Figure> figures = histogram_figures(report);
-  std::vector<const Figure*> all;
-  for (const Figure& figure : figures) { all.push_back(&figure); }
-  const std::vector<std::string> drawings = draw_figures(all);
-  std::string html;
-  for (std::size_t n = 0; n < figures.size(); ++n) { html += html_figure(figures[n], drawings[n]); }
-  return html;
-}
-
-std::string html_main(const CertificateReport& report) {
-  const std::vector<Table> tables = certificate_tables(report);
-  std::string html = "<main>\n<h2>The claim</h2>\n" + html_facts(claim_facts(report)) +
-                     html_notes(report.result.notes) + "<h2>The loop</h2>\n";
-  if (!tables[0].rows.empty()) {
-    html += "<div class=\"exhibits\">\n" + html_table(tables[0]) + html_table(tables[1]) +
-            histogram_html(report) + "</div>\n";
-  } else {
-    html += html_notes({"It did not run."});
-  }
-  if (!tables[2].rows.empty()) { html += "<h2>Worst ticks</h2>\n" + html_table(tables[2]); }
-  html += tail_html(report, tables);
-  if (report.result.missed_tick) {
-    html += "<h2>What one missed tick does to the hand</h2>\n" +
-            html_facts(energy_facts(*report.result.missed_tick));
-  }
-  return html + environment_html(report) + "</main>\n";
+  return {.heading = "Extrapolation",
+          .parts = {Notes{{tail_text(tail)}}, std::move(exhibits)}};
 }
 
 }  // namespace
 
 std::string to_html(const CertificateReport& report) {
-  const Judgement judgement = judge(report.result);
-  const std::string title =
-      "Real-time certificate: " + (report.title.empty() ? report.file : report.title);
-  std::vector<Fact> provenance;
-  for (const auto& [name, value] : report.provenance) { provenance.push_back({name, value, ""}); }
-  return html_page(
-      title,
-      html_banner({.title = title,
-                   .small_print = {report.command,
-                                   report.result.interrupted ? "interrupted: for what ran" : ""},
-                   .held = judgement.verdict == Verdict::certified,
-                   .open = judgement.verdict == Verdict::not_qualified,
-                   .verdict = headline(judgement.verdict),
-                   .detail = judgement.reason}) +
-          html_main(report) + html_provenance(provenance, report.command),
-      {});
+  const Certificate& all = report.result;
+  const Outcome outcome = outcome_of(all);
+  const std::vector<Table> tables = certificate_tables(report);
+  Page page{.banner = {.title = "Real-time certificate: " +
+                                (report.title.empty() ? report.file : report.title),
+                       .small_print = {report.command,
+                                       all.interrupted ? "interrupted: for what ran" : ""},
+                       .status = outcome.status,
+                       .verdict = headline(outcome.status),
+                       .detail = outcome.reason()},
+            .provenance = facts_of_map(report.provenance),
+            .command = report.command};
+  const auto add = [&page](Section section) { page.parts.emplace_back(std::move(section)); };
+  add({.heading = "The claim", .parts = {claim_facts(report), Notes{all.notes}}});
+  add(loop_section(report, tables));
+  if (!tables[2].rows.empty()) { add({.heading = "Worst ticks", .parts = {tables[2]}}); }
+  if (const LoadResult* worst = all.worst()) { add(tail_section(worst->tail, tables)); }
+  if (all.missed_tick) {
+    add({.heading = "Effect of one missed tick on the hand",
+         .parts = {energy_facts(*all.missed_tick)}});
+  }
+  add({.heading = "Environment", .parts = {environment_facts(report)}});
+  return render(page);
 }
 
 }  // namespace palpate

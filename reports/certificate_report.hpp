@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-/// One thing about the machine; no value where the system does not say.
+/// A property of the machine; no value if the system does not report it.
 struct EnvironmentFact {
   std::string key{};    ///< of certificate.json
   std::string label{};  ///< of the page
@@ -37,7 +37,7 @@ struct CertificateReport {
   std::map<std::string, std::string> provenance{};
 };
 
-/// Shares of the ticks whose times are told, by the names that they go under.
+/// Percentiles of the times of ticks, by name.
 inline constexpr std::array<std::pair<const char*, double>, 5> shown_percentiles{
     {{"p50", 0.5}, {"p90", 0.9}, {"p99", 0.99}, {"p99.9", 0.999}, {"p99.99", 0.9999}}};
 
@@ -47,15 +47,15 @@ std::string to_html(const CertificateReport& report);
 
 std::vector<Table> certificate_tables(
     const CertificateReport& report);  ///< phases, misses, provocations, tail
-/// Responses of scene and empty loop, and what those of the scene are made of; none where nothing
-/// ran.
+/// Histograms of the responses of scene and empty loop, and of the parts of the scene's responses;
+/// none if nothing ran.
 std::vector<Figure> histogram_figures(const CertificateReport& report);
 
 /// Phases with their names, those of the worst load first: "the scene, load cpu".
 struct NamedPhase {
   std::string name{};
   const certificate::Phase* phase = nullptr;
-  bool empty = false;  ///< the empty loop, which is nowhere in the scene
+  bool empty = false;  ///< the empty loop, which has no place in the scene
 };
 std::vector<NamedPhase> phases_of(const CertificateReport& report);
 

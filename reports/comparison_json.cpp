@@ -40,28 +40,28 @@ Json to_json(const Tolerance& tolerance) {
           {"origin", tolerance.origin}};
 }
 
-Json to_json(const FeatureVerdict& one) {
+Json to_json(const FeatureComparison& one) {
   return {{"name", name_of(one.feature)},
-          {"unit", one.unit},
+          {"unit", one.quantity.unit},
           {"recorded", optional_number(one.recorded.value)},
           {"simulated", optional_number(one.simulated.value)},
           {"error", json_number(one.error)},
-          {"lower", json_number(one.lower)},
-          {"upper", json_number(one.upper)},
+          {"lower", json_number(one.quantity.lower)},
+          {"upper", json_number(one.quantity.upper)},
           {"tolerance", to_json(one.tolerance)},
           {"u_num", one.uncertainty.numerical},
           {"u_input", one.uncertainty.input},
           {"u_data", one.uncertainty.data},
           {"u_val", one.uncertainty.total()},
-          {"expanded_uncertainty", one.expanded},
+          {"expanded_uncertainty", one.quantity.uncertainty},
           {"below_uncertainty", one.below_uncertainty},
-          {"verdict", name_of(one.verdict)},
+          {"verdict", verdict_word(one.status)},
           {"reason", one.reason}};
 }
 
-Json list_of(const std::vector<FeatureVerdict>& features) {
+Json list_of(const std::vector<FeatureComparison>& features) {
   Json list = Json::array();
-  for (const FeatureVerdict& one : features) { list.push_back(to_json(one)); }
+  for (const FeatureComparison& one : features) { list.push_back(to_json(one)); }
   return list;
 }
 
@@ -121,9 +121,9 @@ Json to_json(const ComparedRecording& input, const Comparison& one) {
   io::for_each_defect(recording.defects, defect_writer);
   json["defects"] = defects;
   json["warnings"] = input.input.warnings;
-  json["verdict"] = name_of(one.verdict);
-  json["reasons"] = one.reasons;
-  if (one.verdict != Verdict::not_comparable) { add_measures(json, one); }
+  json["verdict"] = verdict_word(one.outcome.status);
+  json["reasons"] = one.outcome.reasons;
+  if (one.outcome.status != Status::error) { add_measures(json, one); }
   return json;
 }
 
@@ -171,8 +171,8 @@ Json to_json(const GroupSummary& group, const CorridorRule& rule) {
           {"features", features},
           {"means_judged", list_of(group.means)},
           {"corridor", corridor_of(group, rule)},
-          {"verdict", name_of(group.verdict)},
-          {"reasons", group.reasons}};
+          {"verdict", verdict_word(group.outcome.status)},
+          {"reasons", group.outcome.reasons}};
 }
 
 Json to_json(const ComparedSimulation& simulation) {
@@ -220,10 +220,10 @@ Json to_json(const CredibilityFactor& factor) {
 
 std::string to_json(const ComparisonReport& report) {
   Json json{{"schema", comparison_schema},
-            {"verdict", name_of(report.found.verdict)},
+            {"verdict", verdict_word(report.found.outcome.status)},
             {"holds", holds(report)},
             {"sentence", verdict_sentence(report)},
-            {"reasons", report.found.reasons},
+            {"reasons", report.found.outcome.reasons},
             {"quantity", name_of(report.options.comparison.quantity)},
             {"unit", unit_of(report.options.comparison.quantity)},
             {"simulation", to_json(report.simulation)},

@@ -9,7 +9,6 @@
 
 #include "fixtures/io/recording_file.hpp"
 #include "reports/html/html_page.hpp"
-#include "reports/plot/figure_svg.hpp"
 #include "validation/comparison/comparison.hpp"
 
 namespace palpate {
@@ -33,9 +32,10 @@ std::size_t reconstructed_count(const ComparisonReport& report) {
       }));
 }
 
-std::size_t verdict_count(const ComparisonReport& report, Verdict verdict) {
-  return static_cast<std::size_t>(
-      std::ranges::count(report.found.recordings, verdict, &Comparison::verdict));
+std::size_t count_of(const ComparisonReport& report, Status status) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      report.found.recordings,
+      [status](const Comparison& one) { return one.outcome.status == status; }));
 }
 
 /// Collects counts above zero by their words.
@@ -47,8 +47,6 @@ struct DefectWords {
 };
 
 }  // namespace
-
-bool any_reconstructed(const ComparisonReport& report) { return reconstructed_count(report) > 0; }
 
 std::string kinds_of(const ComparisonReport& report) {
   const std::size_t rebuilt = reconstructed_count(report);
@@ -81,27 +79,26 @@ std::string name_of_group(const std::string& group) {
 
 std::string tally_of(const ComparisonReport& report) {
   std::string text;
-  const auto add = [&](Verdict verdict, const char* one, const char* many) {
-    const std::size_t count = verdict_count(report, verdict);
+  const auto add = [&](Status status, const char* one, const char* many) {
+    const std::size_t count = count_of(report, status);
     if (count > 0) { append_part(text, counted(count, one, many)); }
   };
-  add(Verdict::agrees, "agrees", "agree");
-  add(Verdict::not_distinguishable, "is not distinguishable", "are not distinguishable");
-  add(Verdict::differs, "differs", "differ");
-  add(Verdict::not_comparable, "cannot be compared", "cannot be compared");
+  add(Status::pass, "agrees", "agree");
+  add(Status::inconclusive, "is not distinguishable", "are not distinguishable");
+  add(Status::fail, "differs", "differ");
+  add(Status::error, "cannot be compared", "cannot be compared");
   return text;
 }
 
 bool holds(const ComparisonReport& report) {
-  return report.found.verdict == Verdict::agrees &&
-         verdict_count(report, Verdict::not_comparable) == 0;
+  return report.found.outcome.status == Status::pass && count_of(report, Status::error) == 0;
 }
 
 std::string verdict_text(const ComparisonReport& report) {
-  std::string text(name_of(report.found.verdict));
+  std::string text(verdict_word(report.found.outcome.status));
   text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  const std::size_t left_out = verdict_count(report, Verdict::not_comparable);
-  if (left_out > 0 && report.found.verdict != Verdict::not_comparable) {
+  const std::size_t left_out = count_of(report, Status::error);
+  if (left_out > 0 && report.found.outcome.status != Status::error) {
     text += ", but " + counted(left_out, "recording", "recordings") + " cannot be compared";
   }
   return text;
@@ -114,12 +111,14 @@ std::string verdict_sentence(const ComparisonReport& report) {
   std::string sentence = "The simulated " +
                          std::string(name_of(report.options.comparison.quantity)) +
                          " was judged against " + kinds_of(report);
-  if (report.found.verdict == Verdict::agrees) {
+  if (report.found.outcome.status == Status::pass) {
     sentence += ". Every feature that can be judged lies within its tolerance.";
   } else {
-    sentence += report.found.reasons.empty() ? "." : ": " + report.found.reasons.front() + ".";
+    sentence += report.found.outcome.reasons.empty()
+                    ? "."
+                    : ": " + report.found.outcome.reasons.front() + ".";
   }
-  if (any_reconstructed(report)) {
+  if (reconstructed_count(report) > 0) {
     sentence += " What was reconstructed is no evidence about patients.";
   }
   return sentence;
@@ -138,87 +137,48 @@ std::string shown(const RecordingDefects& defects) {
   return words.text.empty() ? "nothing" : words.text;
 }
 
-// The tables of a comparison, and those that carry verdicts as markup.
-
-std::string html_badge(comparison::Verdict verdict);
-
-/// Every feature with both values, what is allowed, the verdict and who says so.
-std::string html_features(const std::vector<comparison::FeatureVerdict>& features);
-
-/// One line per recording: what it is and how it came out.
-std::string html_recordings(const ComparisonReport& report);
-/// One line per group with its counts and its corridor.
-std::string html_groups(const ComparisonReport& report);
-
-/// Features over the subjects of a group: mean, SD, interval, simulated value.
-Table subjects_table(const comparison::GroupSummary& group);
-/// ISO 18571 with its parts, Sprague-Geers, RMSE of every recording that could be compared.
-Table ratings_table(const ComparisonReport& report);
-Table defects_table(const ComparisonReport& report);
-Table tolerances_table(const ComparisonReport& report);
-Table credibility_table(const ComparisonReport& report);
-
-using namespace comparison;
-
 namespace {
 
-/// The badges of cases, by what a verdict means for the exit code.
-std::string_view badge_class(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::agrees: return "pass";
-    case Verdict::differs:
-    case Verdict::not_comparable: return "fail";
-    case Verdict::not_distinguishable:
-    case Verdict::not_judged: break;
-  }
-  return "skip";
+Badge badge_of(Status status) { return {status, std::string(verdict_word(status))}; }
+
+std::string value_of(const FeatureComparison& one, const Measured& measured) {
+  return measured.value ? shown(one.feature, *measured.value, one.quantity.unit) : "-";
 }
 
-/// Columns of numbers begin with '#'.
-std::string head_of(std::initializer_list<std::string_view> columns) {
-  std::string head = "<thead><tr>";
-  for (const std::string_view column : columns) {
-    const bool number = column.starts_with('#');
-    head += std::string("<th scope=\"col\"") + (number ? " class=\"number\">" : ">") +
-            std::string(column.substr(number ? 1 : 0)) + "</th>";
-  }
-  return head + "</tr></thead><tbody>\n";
-}
-
-/// A cell that says what it is where the page is too narrow for a table's head.
-std::string labelled(const char* label, const std::string& markup, const char* name = "") {
-  return "<td data-label=\"" + std::string(label) + "\"" +
-         (*name == '\0' ? "" : " class=\"" + std::string(name) + "\"") + ">" + markup + "</td>";
-}
-
-std::string value_of(const FeatureVerdict& one, const Measured& measured) {
-  return measured.value ? shown(one.feature, *measured.value, one.unit) : "-";
-}
-
-std::string allowed_of(const FeatureVerdict& one) {
+std::string allowed_of(const FeatureComparison& one) {
   if (one.feature == Feature::loss_of_resistance) { return "the same"; }
-  if (one.verdict == Verdict::not_judged) { return "-"; }
-  return shown_interval(one.feature, {one.lower, one.upper}, one.unit);
+  if (one.status == Status::skip) { return "-"; }
+  const Quantity& q = one.quantity;
+  return shown_interval(one.feature, {q.lower, q.upper}, q.unit);
 }
 
-std::string why_of(const FeatureVerdict& one) {
+std::string why_of(const FeatureComparison& one) {
   if (!one.reason.empty()) { return one.reason; }
   if (one.feature == Feature::loss_of_resistance) { return one.tolerance.origin; }
-  return shown(one.tolerance, one.unit) + (one.below_uncertainty ? "; error below u_val" : "");
+  return shown(one.tolerance, one.quantity.unit) +
+         (one.below_uncertainty ? "; error below u_val" : "");
 }
 
-std::string feature_row(const FeatureVerdict& one) {
-  const bool numbers = one.feature != Feature::loss_of_resistance;
-  const std::string error = numbers ? shown(one.feature, one.error, one.unit) : "-";
-  const std::string uncertainty = shown_uncertainty(one);
-  return "<tr><th scope=\"row\">" + in_words(one.feature) + "</th>" +
-         labelled("verdict", html_badge(one.verdict)) +
-         labelled("recorded", value_of(one, one.recorded), "number") +
-         labelled("simulated", value_of(one, one.simulated), "number") +
-         labelled("error", error, "number") +
-         labelled("± U", uncertainty.empty() ? "-" : uncertainty, "number") +
-         labelled("allowed", allowed_of(one), "number") +
-         labelled("tolerance", escape_markup(why_of(one)), "why") + "</tr>\n";
+/// Every feature with both values, the allowed interval, the verdict and the tolerance.
+LabelledTable features_table(const std::vector<FeatureComparison>& features) {
+  using enum LabelledTable::Kind;
+  LabelledTable table{.columns = {{"feature"},
+                                  {"verdict"},
+                                  {"recorded", number},
+                                  {"simulated", number},
+                                  {"error", number},
+                                  {"± U", number},
+                                  {"allowed", number},
+                                  {"tolerance", why}}};
+  for (const FeatureComparison& one : features) {
+    const bool numbers = one.feature != Feature::loss_of_resistance;
+    const std::string error = numbers ? shown(one.feature, one.error, one.quantity.unit) : "-";
+    const std::string uncertainty = shown_uncertainty(one);
+    table.rows.push_back({in_words(one.feature), badge_of(one.status), value_of(one, one.recorded),
+                          value_of(one, one.simulated), error,
+                          uncertainty.empty() ? "-" : uncertainty, allowed_of(one), why_of(one)});
+  }
+  return table;
 }
 
 std::string inside_of(const GroupSummary& group, const CorridorRule& rule) {
@@ -234,97 +194,75 @@ std::string agreed_of(const GroupSummary& group) {
          short_number(100.0 * group.agree_interval.upper, 3) + " %)";
 }
 
-std::string group_row(const GroupSummary& group, const CorridorRule& rule) {
+/// One row for each group with its counts and its corridor.
+LabelledTable groups_table(const ComparisonReport& report) {
+  using enum LabelledTable::Kind;
+  LabelledTable table{.columns = {{"group"},
+                                  {"verdict"},
+                                  {"subjects"},
+                                  {"who agree (95 %)", text, "subjects who agree"},
+                                  {"recordings"},
+                                  {"of them measured"},
+                                  {"agree"},
+                                  {"differ"},
+                                  {"not distinguishable"},
+                                  {"not comparable"},
+                                  {"in the corridor", why}}};
   const auto count = [](std::size_t number) { return std::to_string(number); };
-  return "<tr><th scope=\"row\">" + escape_markup(name_of_group(group.group)) + "</th>" +
-         labelled("verdict", html_badge(group.verdict)) +
-         labelled("subjects", count(group.subjects)) +
-         labelled("subjects who agree", agreed_of(group)) +
-         labelled("recordings", count(group.recordings)) +
-         labelled("of them measured", count(group.measured)) +
-         labelled("agree", count(group.agree)) + labelled("differ", count(group.differ)) +
-         labelled("not distinguishable", count(group.not_distinguishable)) +
-         labelled("not comparable", count(group.not_comparable)) +
-         labelled("in the corridor", escape_markup(inside_of(group, rule)), "why") + "</tr>\n";
+  for (const GroupSummary& group : report.found.groups) {
+    table.rows.push_back({name_of_group(group.group), badge_of(group.outcome.status),
+                          count(group.subjects), agreed_of(group), count(group.recordings),
+                          count(group.measured), count(group.agree), count(group.differ),
+                          count(group.not_distinguishable), count(group.not_comparable),
+                          inside_of(group, report.options.corridor)});
+  }
+  return table;
 }
 
 /// With a peak where there is one, as clinicians ask for it first.
 std::string outcome_of(const Comparison& one) {
-  if (one.verdict == Verdict::not_comparable) {
-    return one.reasons.empty() ? "" : one.reasons.front();
+  if (one.outcome.status == Status::error) {
+    return one.outcome.reasons.empty() ? "" : one.outcome.reasons.front();
   }
-  const FeatureVerdict& peak = one.features.at(static_cast<std::size_t>(Feature::peak));
+  const FeatureComparison& peak = one.features.at(static_cast<std::size_t>(Feature::peak));
   return "peak " + value_of(peak, peak.recorded) + " recorded, " + value_of(peak, peak.simulated) +
          " simulated";
 }
 
-std::string recording_row(const ComparedRecording& input, const Comparison& one) {
-  const Recording& recording = input.input.recording;
-  const double length =
-      recording.time.empty() ? 0.0 : recording.time.back() - recording.time.front();
-  return "<tr><th scope=\"row\">" + escape_markup(recording.name) + "</th>" +
-         labelled("verdict", html_badge(one.verdict)) +
-         labelled("kind", std::string(io::word_of(recording.kind))) +
-         labelled("group", escape_markup(name_of_group(recording.group))) +
-         labelled("subject",
-                  escape_markup(recording.subject.empty() ? "not said" : recording.subject)) +
-         labelled("technique",
-                  escape_markup(recording.technique.empty() ? "not said" : recording.technique)) +
-         labelled("length",
-                  quantity(length, "s") + " at " + quantity(recording.sample_rate, "Hz")) +
-         labelled("outcome", escape_markup(outcome_of(one))) +
-         labelled("source", escape_markup(recording.source.empty() ? "not said" : recording.source),
-                  "why") +
-         "</tr>\n";
-}
-
-std::string verdict_table(const std::string& head, const std::string& rows) {
-  return "<div class=\"scroll\"><table class=\"quantities labelled\">" + head + rows +
-         "</tbody></table></div>\n";
-}
-
-}  // namespace
-
-std::string html_badge(Verdict verdict) {
-  return "<span class=\"badge " + std::string(badge_class(verdict)) + "\">" +
-         std::string(comparison::name_of(verdict)) + "</span>";
-}
-
-std::string html_features(const std::vector<FeatureVerdict>& features) {
-  std::string rows;
-  for (const FeatureVerdict& one : features) { rows += feature_row(one); }
-  return verdict_table(head_of({"feature", "verdict", "#recorded", "#simulated", "#error", "#± U",
-                                "#allowed", "tolerance"}),
-                       rows);
-}
-
-std::string html_recordings(const ComparisonReport& report) {
-  std::string rows;
+/// One row for each recording: what it is and its verdict.
+PagePart recordings_part(const ComparisonReport& report) {
+  using enum LabelledTable::Kind;
+  LabelledTable table{.columns = {{"recording"},
+                                  {"verdict"},
+                                  {"kind"},
+                                  {"group"},
+                                  {"subject"},
+                                  {"technique"},
+                                  {"length"},
+                                  {"outcome"},
+                                  {"source", why}}};
+  const auto or_not_said = [](const std::string& given) {
+    return given.empty() ? "not said" : given;
+  };
   for (std::size_t n = 0; n < report.recordings.size(); ++n) {
-    rows += recording_row(report.recordings[n], report.found.recordings[n]);
+    const Comparison& one = report.found.recordings[n];
+    const Recording& recording = report.recordings[n].input.recording;
+    const double length =
+        recording.time.empty() ? 0.0 : recording.time.back() - recording.time.front();
+    table.rows.push_back({recording.name, badge_of(one.outcome.status),
+                          std::string(io::word_of(recording.kind)), name_of_group(recording.group),
+                          or_not_said(recording.subject), or_not_said(recording.technique),
+                          quantity(length, "s") + " at " + quantity(recording.sample_rate, "Hz"),
+                          outcome_of(one), or_not_said(recording.source)});
   }
-  const std::string table =
-      verdict_table(head_of({"recording", "verdict", "kind", "group", "subject", "technique",
-                             "length", "outcome", "source"}),
-                    rows);
   constexpr std::size_t many = 6;
-  const std::size_t count = report.recordings.size();
-  return count < many ? table
-                      : "<details><summary>" + std::to_string(count) + " recordings</summary>" +
-                            table + "</details>\n";
+  if (table.rows.size() < many) { return table; }
+  return Section{.kind = Section::Kind::folded,
+                 .heading = std::to_string(table.rows.size()) + " recordings",
+                 .parts = {std::move(table)}};
 }
 
-std::string html_groups(const ComparisonReport& report) {
-  std::string rows;
-  for (const GroupSummary& group : report.found.groups) {
-    rows += group_row(group, report.options.corridor);
-  }
-  return verdict_table(
-      head_of({"group", "verdict", "subjects", "who agree (95 %)", "recordings", "of them measured",
-               "agree", "differ", "not distinguishable", "not comparable", "in the corridor"}),
-      rows);
-}
-
+/// Features over the subjects of a group: mean, SD, interval, simulated value.
 Table subjects_table(const GroupSummary& group) {
   Table table{
       .title = "Features over the subjects of " + name_of_group(group.group),
@@ -346,6 +284,7 @@ Table subjects_table(const GroupSummary& group) {
   return table;
 }
 
+/// ISO 18571 with its parts, Sprague-Geers and RMSE of every recording that could be compared.
 Table ratings_table(const ComparisonReport& report) {
   const FieldUnit unit = field_unit(unit_of(report.options.comparison.quantity));
   Table table{.title = "Ratings and distances of whole traces",
@@ -357,7 +296,7 @@ Table ratings_table(const ComparisonReport& report) {
                           "slope", "R unfiltered", "Sprague-Geers M", "P", "C",
                           "RMSE (" + unit.name + ")", "NRMSE"}};
   for (const Comparison& one : report.found.recordings) {
-    if (one.verdict == Verdict::not_comparable) { continue; }
+    if (one.outcome.status == Status::error) { continue; }
     const IsoRating rating = one.rating.value_or(IsoRating{.corridor = not_measured,
                                                            .phase = not_measured,
                                                            .magnitude = not_measured,
@@ -417,67 +356,17 @@ Table credibility_table(const ComparisonReport& report) {
   return table;
 }
 
-using namespace comparison;
-
-namespace {
-
 /// So many recordings are shown with all their figures; of more, each shows one.
 constexpr std::size_t few_recordings = 3;
 /// Beyond these a recording has tables alone: a page stays below some megabytes.
 constexpr std::size_t most_drawn = 60;
 
-/// The figures of one recording or one group, drawn.
-struct Exhibits {
-  std::vector<Figure> figures{};
-  std::vector<std::string> drawings{};
-};
-
-struct Drawn {
-  std::vector<Exhibits> recordings{};
-  std::vector<Exhibits> groups{};
-};
-
-bool compared(const Comparison& one) { return one.verdict != Verdict::not_comparable; }
+bool compared(const Comparison& one) { return one.outcome.status != Status::error; }
 
 std::vector<Figure> figures_of(const ComparisonReport& report, std::size_t n) {
   if (!compared(report.found.recordings[n]) || n >= most_drawn) { return {}; }
   if (report.recordings.size() <= few_recordings) { return recording_figures(report, n); }
   return {overlay_figure(report, n)};
-}
-
-Drawn draw(const ComparisonReport& report) {
-  Drawn drawn;
-  for (std::size_t n = 0; n < report.recordings.size(); ++n) {
-    drawn.recordings.push_back({.figures = figures_of(report, n)});
-  }
-  for (std::size_t n = 0; n < report.found.groups.size(); ++n) {
-    drawn.groups.push_back({.figures = group_figures(report, n)});
-  }
-  std::vector<const Figure*> all;
-  for (const auto* list : {&drawn.recordings, &drawn.groups}) {
-    for (const Exhibits& exhibits : *list) {
-      for (const Figure& figure : exhibits.figures) { all.push_back(&figure); }
-    }
-  }
-  std::vector<std::string> svgs = draw_figures(all);
-  auto next = svgs.begin();
-  for (auto* list : {&drawn.recordings, &drawn.groups}) {
-    for (Exhibits& exhibits : *list) {
-      for (std::size_t n = 0; n < exhibits.figures.size(); ++n) {
-        exhibits.drawings.push_back(std::move(*next++));
-      }
-    }
-  }
-  return drawn;
-}
-
-std::string html_of(const Exhibits& exhibits) {
-  if (exhibits.figures.empty()) { return {}; }
-  std::string html = "<div class=\"exhibits\">\n";
-  for (std::size_t n = 0; n < exhibits.figures.size(); ++n) {
-    html += html_figure(exhibits.figures[n], exhibits.drawings[n]);
-  }
-  return html + "</div>\n";
 }
 
 std::string simulation_words(const ComparedSimulation& simulation) {
@@ -525,80 +414,90 @@ std::vector<Fact> key_facts(const ComparisonReport& report) {
   return facts;
 }
 
-/// A sentence under the heading of every recording that is no measurement.
-std::string honesty_of(const Recording& recording) {
-  if (recording.kind == Recording::Kind::measured) { return {}; }
-  return "<p class=\"reason\">" + std::string(io::reconstruction_note) +
-         ": not a measurement</p>\n";
-}
-
-std::string recording_article(const ComparisonReport& report, std::size_t n,
-                              const Exhibits& exhibits) {
+Section recording_section(const ComparisonReport& report, std::size_t n) {
   const Comparison& one = report.found.recordings[n];
   const Recording& recording = report.recordings[n].input.recording;
-  std::string html = "<article>\n<h3>" + html_badge(one.verdict) + " <span>" +
-                     escape_markup(recording.name) + "</span></h3>\n" + honesty_of(recording);
-  if (!recording.note.empty()) {
-    html += "<p class=\"soft\">" + escape_markup(recording.note) + "</p>\n";
+  Section section{.kind = Section::Kind::article,
+                  .heading = recording.name,
+                  .badge = badge_of(one.outcome.status)};
+  std::vector<PagePart>& parts = section.parts;
+  if (recording.kind != Recording::Kind::measured) {
+    parts.emplace_back(
+        Paragraph{std::string(io::reconstruction_note) + ": not a measurement", "reason"});
   }
-  if (report.recordings.size() > 1 || report.found.reasons.size() == 1) {
-    html += html_notes(one.reasons);
+  if (!recording.note.empty()) { parts.emplace_back(Paragraph{recording.note}); }
+  if (report.recordings.size() > 1 || report.found.outcome.reasons.size() == 1) {
+    parts.emplace_back(Notes{one.outcome.reasons});
   }
-  html += html_of(exhibits);
-  if (!compared(one)) { return html + "</article>\n"; }
+  parts.emplace_back(exhibits_of(figures_of(report, n)));
+  if (!compared(one)) { return section; }
   if (recording.depth.empty()) {
-    html += "<p class=\"soft\">Depth was not recorded, so nothing is shown over depth.</p>\n";
+    parts.emplace_back(Paragraph{"Depth was not recorded, so nothing is shown over depth."});
   }
   if (report.recordings.size() <= few_recordings) {
-    return html + html_features(one.features) + "</article>\n";
+    parts.emplace_back(features_table(one.features));
+  } else {
+    parts.emplace_back(Section{.kind = Section::Kind::folded,
+                               .heading = "features, tolerances and verdicts",
+                               .parts = {features_table(one.features)}});
   }
-  return html + "<details><summary>features, tolerances and verdicts</summary>\n" +
-         html_features(one.features) + "</details></article>\n";
+  return section;
 }
 
-/// One reason stands in the banner already; many are folded.
-std::string reasons_section(const ComparisonReport& report) {
+/// One reason is in the banner already; many are folded.
+void add_reasons(const ComparisonReport& report, std::vector<PagePart>& parts) {
   constexpr std::size_t many = 8;
-  const std::vector<std::string>& reasons = report.found.reasons;
-  if (reasons.size() < 2) { return {}; }
-  const std::string notes = html_notes(reasons);
-  return "<h2>Why</h2>\n" + (reasons.size() < many
-                                 ? notes
-                                 : "<details><summary>" + std::to_string(reasons.size()) +
-                                       " reasons</summary>\n" + notes + "</details>\n");
-}
-
-std::string groups_section(const ComparisonReport& report, const Drawn& drawn) {
-  if (report.recordings.size() < 2) { return {}; }
-  std::string html = "<section>\n<h2>Groups of subjects</h2>\n" + html_groups(report);
-  for (std::size_t n = 0; n < report.found.groups.size(); ++n) {
-    const GroupSummary& group = report.found.groups[n];
-    if (group.features.empty()) { continue; }
-    html += "<article>\n<h3>" + html_badge(group.verdict) + " <span>" +
-            escape_markup(name_of_group(group.group)) + "</span></h3>\n" +
-            (report.found.groups.size() > 1 ? html_notes(group.reasons) : "") +
-            html_of(drawn.groups[n]);
-    if (!group.means.empty()) {
-      html += "<p class=\"soft\">The simulated insertion against the means over subjects:</p>\n" +
-              html_features(group.means);
-    }
-    html += html_table(subjects_table(group)) + "</article>\n";
+  const std::vector<std::string>& reasons = report.found.outcome.reasons;
+  if (reasons.size() < 2) { return; }
+  PagePart notes = Notes{reasons};
+  if (reasons.size() >= many) {
+    notes = Section{.kind = Section::Kind::folded,
+                    .heading = std::to_string(reasons.size()) + " reasons",
+                    .parts = {Notes{reasons}}};
   }
-  return html + "</section>\n";
+  parts.emplace_back(Section{.heading = "Why", .parts = {std::move(notes)}});
 }
 
-std::string recordings_section(const ComparisonReport& report, const Drawn& drawn) {
-  std::string html =
-      "<section>\n<h2>" +
-      std::string(report.recordings.size() == 1 ? "The recording" : "Every recording") + "</h2>\n";
+Section group_section(const ComparisonReport& report, std::size_t n) {
+  const GroupSummary& group = report.found.groups[n];
+  Section section{.kind = Section::Kind::article,
+                  .heading = name_of_group(group.group),
+                  .badge = badge_of(group.outcome.status)};
+  if (report.found.groups.size() > 1) { section.parts.emplace_back(Notes{group.outcome.reasons}); }
+  section.parts.emplace_back(exhibits_of(group_figures(report, n)));
+  if (!group.means.empty()) {
+    section.parts.emplace_back(
+        Paragraph{"The simulated insertion compared with the means over subjects:"});
+    section.parts.emplace_back(features_table(group.means));
+  }
+  section.parts.emplace_back(subjects_table(group));
+  return section;
+}
+
+void add_groups(const ComparisonReport& report, std::vector<PagePart>& parts) {
+  if (report.recordings.size() < 2) { return; }
+  Section section{.kind = Section::Kind::section,
+                  .heading = "Groups of subjects",
+                  .parts = {groups_table(report)}};
+  for (std::size_t n = 0; n < report.found.groups.size(); ++n) {
+    if (!report.found.groups[n].features.empty()) {
+      section.parts.emplace_back(group_section(report, n));
+    }
+  }
+  parts.emplace_back(std::move(section));
+}
+
+Section recordings_section(const ComparisonReport& report) {
+  Section section{.kind = Section::Kind::section,
+                  .heading = report.recordings.size() == 1 ? "The recording" : "Every recording"};
   if (report.recordings.size() > most_drawn) {
-    html += "<p class=\"soft\">The first " + std::to_string(most_drawn) +
-            " are drawn; of the others there are tables.</p>\n";
+    section.parts.emplace_back(Paragraph{"The first " + std::to_string(most_drawn) +
+                                         " are drawn; of the others there are tables."});
   }
   for (std::size_t n = 0; n < report.recordings.size(); ++n) {
-    html += recording_article(report, n, drawn.recordings[n]);
+    section.parts.emplace_back(recording_section(report, n));
   }
-  return html + "</section>\n";
+  return section;
 }
 
 std::vector<Fact> rule_facts(const ComparisonReport& report) {
@@ -631,8 +530,7 @@ std::vector<Fact> rule_facts(const ComparisonReport& report) {
 }
 
 std::vector<Fact> provenance_facts(const ComparisonReport& report) {
-  std::vector<Fact> facts;
-  for (const auto& [name, value] : report.provenance) { facts.push_back({name, value, ""}); }
+  std::vector<Fact> facts = facts_of_map(report.provenance);
   for (const ComparedRecording& one : report.recordings) {
     facts.push_back({one.file.filename().string(), "FNV-1a " + one.hash, ""});
   }
@@ -642,28 +540,30 @@ std::vector<Fact> provenance_facts(const ComparisonReport& report) {
 }  // namespace
 
 std::string to_html(const ComparisonReport& report) {
-  const Drawn drawn = draw(report);
-  const std::string title = "Recorded and simulated insertion";
   const std::string version =
       report.provenance.contains("version") ? report.provenance.at("version") : "";
-  std::string body =
-      html_banner({.title = title,
-                   .small_print = {report.command, version.empty() ? "" : "version " + version},
-                   .held = holds(report),
-                   .verdict = verdict_text(report),
-                   .detail = verdict_sentence(report)});
-  body += "<main>\n<h2>Key facts</h2>\n" + html_facts(key_facts(report));
-  body += reasons_section(report) + "<h2>What was compared</h2>\n" + html_recordings(report) +
-          groups_section(report, drawn) + recordings_section(report, drawn) +
-          "<section>\n<h2>Whole traces</h2>\n" + html_table(ratings_table(report)) +
-          "</section>\n<section>\n<h2>What the recordings lack</h2>\n" +
-          html_table(defects_table(report)) +
-          "</section>\n<section>\n<h2>How it was judged</h2>\n" + html_facts(rule_facts(report)) +
-          html_table(tolerances_table(report)) +
-          "</section>\n<section>\n<h2>What was shown, and what was not</h2>\n" +
-          html_table(credibility_table(report)) + "</section>\n</main>\n" +
-          html_provenance(provenance_facts(report), report.command);
-  return html_page(title, body, {});
+  Page page{.banner = {.title = "Recorded and simulated insertion",
+                       .small_print = {report.command, version.empty() ? "" : "version " + version},
+                       .status = holds(report) ? Status::pass : Status::fail,
+                       .verdict = verdict_text(report),
+                       .detail = verdict_sentence(report)},
+            .provenance = provenance_facts(report),
+            .command = report.command};
+  std::vector<PagePart>& parts = page.parts;
+  const auto add_section = [&parts](const char* heading, std::vector<PagePart> content) {
+    parts.emplace_back(
+        Section{.kind = Section::Kind::section, .heading = heading, .parts = std::move(content)});
+  };
+  parts.emplace_back(Section{.heading = "Key facts", .parts = {key_facts(report)}});
+  add_reasons(report, parts);
+  parts.emplace_back(Section{.heading = "What was compared", .parts = {recordings_part(report)}});
+  add_groups(report, parts);
+  parts.emplace_back(recordings_section(report));
+  add_section("Whole traces", {ratings_table(report)});
+  add_section("What the recordings lack", {defects_table(report)});
+  add_section("How it was judged", {rule_facts(report), tolerances_table(report)});
+  add_section("What was shown, and what was not", {credibility_table(report)});
+  return render(page);
 }
 
 }  // namespace palpate

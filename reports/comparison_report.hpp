@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// report.html of `palpate compare`: what was compared with what, how it came out, and why.
+/// comparison.json and report.html of `palpate compare`.
 
 #include <cstddef>
 #include <filesystem>
@@ -43,16 +43,15 @@ struct ComparisonReport {
   std::string command{};  ///< that gives the same again
 };
 
-/// Everything agrees and every recording could be compared: exit code 0.
+/// True if everything agrees and every recording could be compared; exit code 0.
 bool holds(const ComparisonReport& report);
 
 std::string to_html(const ComparisonReport& report);
 
-// A whole comparison in words; features are told in those of feature_words.hpp.
+// Texts about a whole comparison.
 
 /// "3 measured recordings", "5 recordings reconstructed from published summary values", or both.
 std::string kinds_of(const ComparisonReport& report);
-bool any_reconstructed(const ComparisonReport& report);
 
 /// "1 differs", "4 agree, 1 cannot be compared": counts of recordings.
 std::string tally_of(const ComparisonReport& report);
@@ -66,24 +65,23 @@ std::size_t subjects_compared(const ComparisonReport& report);
 /// "without a group" of an empty one.
 std::string name_of_group(const std::string& group);
 
-/// The verdict with a capital, and one sentence that says what it rests on.
+/// The verdict with a capital letter, and one sentence with its basis.
 std::string verdict_text(const ComparisonReport& report);
 std::string verdict_sentence(const ComparisonReport& report);
 
 /// "12 missing in 3 gaps, 2 bad frames"; "nothing" where nothing was found.
 std::string shown(const RecordingDefects& defects);
 
-// Recorded and simulated traces laid over each other, over time and depth, and what is left between
-// them.
+// Figures of recorded and simulated traces over time and depth, and of their difference.
 
-/// Of one recording that could be compared: pressure and force over time and over depth, as far as
-/// each was recorded or simulated, and the residual. Time is the simulation's.
+/// Figures of one recording that could be compared: pressure and force over time and over depth, if
+/// recorded or simulated, and the residual. Time is that of the simulation.
 std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_t recording);
 
-/// The quantity that was compared, over time alone.
+/// The compared quantity over time.
 Figure overlay_figure(const ComparisonReport& report, std::size_t recording);
 
-/// Of a group: its corridor with the simulated trace in it, and what that lacks to the mean. Empty
+/// Figures of a group: the corridor with the simulated trace, and its difference from the mean. Empty
 /// without a corridor.
 std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t group);
 

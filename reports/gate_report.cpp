@@ -7,8 +7,6 @@
 #include <cmath>
 
 #include "reports/html/html_page.hpp"
-#include "reports/html/results_page.hpp"
-#include "reports/plot/figure_svg.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/gate/change.hpp"
@@ -17,12 +15,13 @@ namespace palpate {
 
 namespace {
 
-using gate::CaseVerdict;
+using gate::CaseChanges;
 using gate::Change;
-using gate::Judgement;
+using gate::ChangeKind;
 
-bool is_told(const Change& change) {
-  return change.falls() || change.judgement == Judgement::better;
+/// Fails, or is better.
+bool is_notable(const Change& change) {
+  return change.fails() || change.kind == ChangeKind::better;
 }
 
 /// Curves have no single number.
@@ -32,9 +31,9 @@ std::string number_of(const Change& change, double value) {
                 : "";
 }
 
-std::vector<std::string> row_of(const CaseVerdict& verdict, const Change& change) {
-  return {std::string(name_of(change.judgement)),
-          verdict.name,
+std::vector<std::string> row_of(const CaseChanges& one, const Change& change) {
+  return {std::string(name_of(change.kind)),
+          one.outcome.name,
           change.item,
           number_of(change, change.before),
           number_of(change, change.now),
@@ -42,31 +41,29 @@ std::vector<std::string> row_of(const CaseVerdict& verdict, const Change& change
           change.allowed};
 }
 
-/// Of a case as a whole: its worst change, and how many more there are.
-std::vector<std::string> summary_of(const CaseVerdict& verdict) {
-  std::vector<std::string> row = row_of(verdict, verdict.changes.front());
-  const auto more =
-      std::ranges::count_if(verdict.changes, [](const Change& one) { return is_told(one); }) - 1;
+/// Row of a case: its worst change, and how many more there are.
+std::vector<std::string> summary_of(const CaseChanges& one) {
+  std::vector<std::string> row = row_of(one, one.changes.front());
+  const auto more = std::ranges::count_if(one.changes, is_notable) - 1;
   if (more > 0) { row[2] += (row[2].empty() ? "and " : ", and ") + std::to_string(more) + " more"; }
   return row;
 }
 
 /// Worst first, and within a kind in the order of the cases.
-std::vector<std::vector<std::string>> rows_of(const gate::Verdict& verdict, bool all) {
-  std::vector<std::pair<Judgement, std::vector<std::string>>> rows;
-  for (const CaseVerdict& one : verdict.cases) {
+std::vector<std::vector<std::string>> rows_of(const gate::GateResult& result, bool all) {
+  std::vector<std::pair<ChangeKind, std::vector<std::string>>> rows;
+  for (const CaseChanges& one : result.cases) {
     if (all) {
       for (const Change& change : one.changes) {
-        rows.emplace_back(change.judgement, row_of(one, change));
+        rows.emplace_back(change.kind, row_of(one, change));
       }
-    } else if (one.falls() || one.better()) {
-      rows.emplace_back(one.changes.front().judgement, summary_of(one));
+    } else if (one.fails() || one.better()) {
+      rows.emplace_back(one.changes.front().kind, summary_of(one));
     }
   }
-  std::ranges::stable_sort(rows, std::ranges::greater{},
-                           [](const auto& row) { return static_cast<int>(row.first); });
+  std::ranges::stable_sort(rows, std::ranges::greater{}, [](const auto& row) { return row.first; });
   std::vector<std::vector<std::string>> texts;
-  for (auto& [judgement, row] : rows) { texts.push_back(std::move(row)); }
+  for (auto& [kind, row] : rows) { texts.push_back(std::move(row)); }
   return texts;
 }
 
@@ -75,34 +72,34 @@ constexpr std::array<const char*, 7> heads{"",    "case",     "what",   "before"
 
 }  // namespace
 
-std::string verdict_text(const gate::Verdict& verdict) {
-  const std::string of = " of " + std::to_string(verdict.cases.size()) + " cases ";
-  if (verdict.holds()) { return "PASS: none" + of + "became worse"; }
-  if (verdict.tally().fallen == 0) { return "FAIL: " + verdict.faults.front(); }
-  return "FAIL: " + std::to_string(verdict.tally().fallen) + of + "fell";
+std::string verdict_text(const gate::GateResult& result) {
+  const std::string of = " of " + std::to_string(result.cases.size()) + " cases ";
+  if (result.holds()) { return "PASS: none" + of + "became worse"; }
+  if (result.counts().failed == 0) { return "FAIL: " + result.faults.front(); }
+  return "FAIL: " + std::to_string(result.counts().failed) + of + "regressed";
 }
 
-std::string verdict_sentence(const gate::Verdict& verdict) {
-  const gate::Tally sum = verdict.tally();
+std::string verdict_sentence(const gate::GateResult& result) {
+  const gate::ChangeCounts sum = result.counts();
   std::string text = std::to_string(sum.identical) + " identical to the last bit, " +
                      std::to_string(sum.unchanged) + " within rounding or what is allowed, " +
-                     std::to_string(sum.better) + " better, " + std::to_string(sum.fallen) +
-                     " fell";
+                     std::to_string(sum.better) + " better, " + std::to_string(sum.failed) +
+                     " regressed";
   return sum.better > 0 ? text + "; `palpate approve` keeps what is better" : text;
 }
 
-Table changes_table(const gate::Verdict& verdict, bool all) {
+Table changes_table(const gate::GateResult& result, bool all) {
   Table table{.id = "changes",
-              .title = all ? "Everything that changed" : "What fell, and what is better"};
+              .title = all ? "Everything that changed" : "What regressed, and what is better"};
   table.columns.assign(heads.begin(), heads.end());
-  for (const std::vector<std::string>& row : rows_of(verdict, all)) {
+  for (const std::vector<std::string>& row : rows_of(result, all)) {
     table.rows.emplace_back(row.begin(), row.end());
   }
   return table;
 }
 
-std::string changes_text(const gate::Verdict& verdict) {
-  std::vector<std::vector<std::string>> rows = rows_of(verdict, false);
+std::string changes_text(const gate::GateResult& result) {
+  std::vector<std::vector<std::string>> rows = rows_of(result, false);
   if (rows.empty()) { return {}; }
   rows.insert(rows.begin(), std::vector<std::string>(heads.begin(), heads.end()));
   std::array<std::size_t, heads.size()> width{};
@@ -126,23 +123,23 @@ using Json = nlohmann::ordered_json;
 
 Json change_json(const gate::Change& change) {
   return {{"item", change.item},
-          {"judgement", name_of(change.judgement)},
+          {"judgement", name_of(change.kind)},
           {"before", json_number(change.before)},
           {"now", json_number(change.now)},
           {"unit", change.unit},
           {"moved", change.moved},
           {"allowed", change.allowed},
-          {"status", change.falls() ? "fail" : "pass"}};
+          {"status", change.fails() ? "fail" : "pass"}};
 }
 
-Json case_json(const gate::CaseVerdict& verdict) {
+Json changes_json(const gate::CaseChanges& one) {
   Json changes = Json::array();
-  for (const gate::Change& change : verdict.changes) { changes.push_back(change_json(change)); }
-  return {{"name", verdict.name},
-          {"suite", verdict.suite},
-          {"status", verdict.falls() ? "fail" : "pass"},
-          {"identical", verdict.identical},
-          {"better", verdict.better()},
+  for (const gate::Change& change : one.changes) { changes.push_back(change_json(change)); }
+  return {{"name", one.outcome.name},
+          {"suite", one.outcome.suite},
+          {"status", name_of(one.outcome.status)},
+          {"identical", one.identical},
+          {"better", one.better()},
           {"changes", changes}};
 }
 
@@ -152,62 +149,31 @@ Json last_approval(const gate::Baseline& baseline) {
   return {{"date", last.date}, {"commit", last.commit}, {"reason", last.reason}};
 }
 
-/// What fell, a line each.
-std::string reasons_of(const gate::CaseVerdict& verdict) {
-  std::string text;
-  for (const gate::Change& change : verdict.changes) {
-    if (!change.falls()) { continue; }
-    text += (text.empty() ? "" : "\n") + std::string(name_of(change.judgement)) + ": " +
-            change.item + (change.item.empty() ? "" : " ") + change.moved +
-            (change.allowed.empty() ? "" : "; allowed " + change.allowed);
-  }
-  return text;
-}
-
-Outcome fault_outcome(const std::string& fault) {
-  return {.name = "comparison",
-          .suite = "gate",
-          .claim = "Results and baseline belong together.",
-          .status = Status::error,
-          .reason = fault};
-}
-
 }  // namespace
 
 std::string to_json(const GateReport& report) {
-  const gate::Tally sum = report.verdict.tally();
+  const gate::ChangeCounts sum = report.result.counts();
   Json cases = Json::array();
-  for (const gate::CaseVerdict& one : report.verdict.cases) { cases.push_back(case_json(one)); }
+  for (const gate::CaseChanges& one : report.result.cases) { cases.push_back(changes_json(one)); }
   const Json json{
       {"schema", 1},
-      {"verdict", report.verdict.holds() ? "pass" : "fail"},
-      {"reason", verdict_text(report.verdict)},
+      {"verdict", report.result.holds() ? "pass" : "fail"},
+      {"reason", verdict_text(report.result)},
       {"results", report.results},
       {"baseline", report.baseline_file},
       {"approved", last_approval(report.baseline)},
       {"identical", sum.identical},
       {"unchanged", sum.unchanged},
       {"better", sum.better},
-      {"failed", sum.fallen},
-      {"faults", report.verdict.faults},
+      {"failed", sum.failed},
+      {"faults", report.result.faults},
       {"provenance", {{"before", report.baseline.provenance}, {"now", report.provenance}}},
       {"cases", cases}};
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string to_junit(const GateReport& report) {
-  Results results{.title = "Palpate gate"};
-  for (const std::string& fault : report.verdict.faults) {
-    results.outcomes.push_back(fault_outcome(fault));
-  }
-  for (const gate::CaseVerdict& one : report.verdict.cases) {
-    results.outcomes.push_back({.name = one.name,
-                                .suite = one.suite,
-                                .claim = "Not worse than what was accepted.",
-                                .status = one.falls() ? Status::fail : Status::pass,
-                                .reason = reasons_of(one)});
-  }
-  return to_junit(results);
+  return to_junit({.title = "Palpate gate", .outcomes = report.result.outcomes()});
 }
 
 namespace {
@@ -253,51 +219,49 @@ const Figure* figure_named(const std::vector<Figure>& figures, const std::string
   return found == figures.end() ? nullptr : &*found;
 }
 
-bool has_changed(const gate::CaseVerdict& verdict, const std::string& item) {
-  return std::ranges::any_of(verdict.changes, [&](const gate::Change& change) {
-    return change.item == item && change.judgement != gate::Judgement::rounding;
+bool has_changed(const gate::CaseChanges& one, const std::string& item) {
+  return std::ranges::any_of(one.changes, [&](const gate::Change& change) {
+    return change.item == item && change.kind != gate::ChangeKind::rounding;
   });
 }
 
-/// Of the curves of one case that moved by more than rounding.
-void add_overlays(const GateReport& report, const gate::CaseVerdict& verdict,
+/// Adds the curves of one case that moved by more than rounding.
+void add_overlays(const GateReport& report, const gate::CaseChanges& one,
                   std::vector<Figure>& figures) {
-  const gate::AcceptedCase* accepted = report.baseline.find(verdict.name);
-  const auto now = std::ranges::find(report.candidate.outcomes, verdict.name, &Outcome::name);
+  const std::string& name = one.outcome.name;
+  const gate::AcceptedCase* accepted = report.baseline.find(name);
+  const auto now = std::ranges::find(report.candidate.outcomes, name, &Outcome::name);
   if (accepted == nullptr || now == report.candidate.outcomes.end()) { return; }
   const Outcome shown = gate::comparable(*now);
   for (const Figure& before : accepted->outcome.figures) {
     for (std::size_t n = 0; n < before.series.size(); ++n) {
-      if (!has_changed(verdict, gate::curve_name(before, n))) { continue; }
-      figures.push_back(overlay(verdict.name, before, figure_named(shown.figures, before.id), n));
+      if (!has_changed(one, gate::curve_name(before, n))) { continue; }
+      figures.push_back(overlay(name, before, figure_named(shown.figures, before.id), n));
     }
   }
 }
 
-std::string curves_section(const GateReport& report) {
+void add_curves(const GateReport& report, std::vector<PagePart>& parts) {
   std::vector<Figure> figures;
-  for (const bool fallen : {true, false}) {
-    for (const gate::CaseVerdict& one : report.verdict.cases) {
-      if (one.falls() == fallen) { add_overlays(report, one, figures); }
+  for (const bool failed : {true, false}) {
+    for (const gate::CaseChanges& one : report.result.cases) {
+      if (one.fails() == failed) { add_overlays(report, one, figures); }
     }
   }
-  if (figures.empty()) { return {}; }
+  if (figures.empty()) { return; }
   const std::size_t count = figures.size();
   figures.resize(std::min(count, most_drawn));
-  std::vector<const Figure*> drawn;
-  for (const Figure& figure : figures) { drawn.push_back(&figure); }
-  const std::vector<std::string> svgs = draw_figures(drawn);
-  std::string html = "<section>\n<h2>Curves that moved</h2>\n";
+  Section section{.kind = Section::Kind::section, .heading = "Curves that moved"};
   if (count > most_drawn) {
-    html += "<p class=\"soft\">The first " + std::to_string(most_drawn) + " of " +
-            std::to_string(count) + " are drawn; the table has them all.</p>\n";
+    section.parts.emplace_back(Paragraph{"The first " + std::to_string(most_drawn) + " of " +
+                                         std::to_string(count) +
+                                         " are drawn; the table has them all."});
   }
-  html += "<div class=\"exhibits\">\n";
-  for (std::size_t n = 0; n < figures.size(); ++n) { html += html_figure(figures[n], svgs[n]); }
-  return html + "</div>\n</section>\n";
+  section.parts.emplace_back(exhibits_of(figures));
+  parts.emplace_back(std::move(section));
 }
 
-/// Side by side, so that a reader sees at once that a compiler changed and not the code.
+/// Both builds side by side, to show whether the compiler changed and not the code.
 Table provenance_table(const GateReport& report) {
   Table table{.id = "provenance", .title = "Builds", .columns = {"", "accepted", "now"}};
   const auto value = [](const auto& map, const std::string& key) {
@@ -322,10 +286,10 @@ Table ledger_table(const gate::Baseline& baseline) {
   return table;
 }
 
-/// So short that it is read at a glance.
-Table worst_table(const gate::Verdict& verdict) {
+/// The first rows of the table of changes.
+Table worst_table(const gate::GateResult& result) {
   constexpr std::size_t at_a_glance = 20;
-  Table table = changes_table(verdict, false);
+  Table table = changes_table(result, false);
   if (table.rows.size() > at_a_glance) {
     table.caption = "The worst " + std::to_string(at_a_glance) + " of " +
                     std::to_string(table.rows.size()) + ".";
@@ -349,29 +313,26 @@ std::vector<Fact> rule_facts() {
 }  // namespace
 
 std::string to_html(const GateReport& report) {
-  const std::string title = "Palpate gate";
-  const auto& last = report.baseline.ledger;
-  std::string body =
-      html_banner({.title = title,
-                   .small_print = {report.command, report.results,
-                                   last.empty() ? "" : "baseline of " + last.back().date},
-                   .held = report.verdict.holds(),
-                   .verdict = verdict_text(report.verdict),
-                   .detail = verdict_sentence(report.verdict)});
-  body += "<main>\n";
-  if (!report.verdict.faults.empty()) {
-    body += "<h2>Why</h2>\n" + html_notes(report.verdict.faults);
-  }
-  const Table shown = worst_table(report.verdict);
-  if (!shown.rows.empty()) { body += "<h2>What changed</h2>\n" + html_table(shown); }
-  body += curves_section(report);
-  const Table all = changes_table(report.verdict, true);
-  if (all.rows.size() > shown.rows.size()) { body += "<h2>All changes</h2>\n" + html_table(all); }
-  body += "<h2>How it was judged</h2>\n" + html_facts(rule_facts());
-  body += "<h2>Where the numbers come from</h2>\n" + html_table(provenance_table(report)) +
-          html_table(ledger_table(report.baseline)) + "</main>\n" +
-          html_provenance({}, report.command);
-  return html_page(title, body, {});
+  const auto& ledger = report.baseline.ledger;
+  Page page{.banner = {.title = "Palpate gate",
+                       .small_print = {report.command, report.results,
+                                       ledger.empty() ? "" : "baseline of " + ledger.back().date},
+                       .status = report.result.holds() ? Status::pass : Status::fail,
+                       .verdict = verdict_text(report.result),
+                       .detail = verdict_sentence(report.result)},
+            .command = report.command};
+  const auto add = [&page](const char* heading, std::vector<PagePart> parts) {
+    page.parts.emplace_back(Section{.heading = heading, .parts = std::move(parts)});
+  };
+  if (!report.result.faults.empty()) { add("Why", {Notes{report.result.faults}}); }
+  const Table shown = worst_table(report.result);
+  if (!shown.rows.empty()) { add("What changed", {shown}); }
+  add_curves(report, page.parts);
+  const Table all = changes_table(report.result, true);
+  if (all.rows.size() > shown.rows.size()) { add("All changes", {all}); }
+  add("How it was judged", {rule_facts()});
+  add("Where the numbers come from", {provenance_table(report), ledger_table(report.baseline)});
+  return render(page);
 }
 
 }  // namespace palpate

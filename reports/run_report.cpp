@@ -12,11 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "html_templates.hpp"
 #include "report_assets.hpp"
 
 #include "model/tissue/image_tissue.hpp"
 #include "model/tissue/voxel_tissue.hpp"
 #include "reports/html/html_page.hpp"
+#include "reports/html/html_template.hpp"
 #include "reports/plot/axis_range.hpp"
 #include "reports/plot/figure_look.hpp"
 #include "reports/plot/figure_svg.hpp"
@@ -307,9 +309,6 @@ std::vector<Figure> lookup_figures(const Scene& scene) {
 
 // Plots of long traces to zoom into, drawn by dygraphs, which is inlined.
 
-/// A folded section with a place for each figure; all series of a figure share their x.
-std::string html_zoom_section(const std::vector<Figure>& figures);
-
 /// The script that fills the section when it is unfolded. Series keep the extremes of each of 2000
 /// columns.
 std::string zoom_script(const std::vector<Figure>& figures);
@@ -367,19 +366,18 @@ std::string plot_of(const Figure& figure) {
 
 }  // namespace
 
-std::string html_zoom_section(const std::vector<Figure>& figures) {
+/// A folded section with a place for each figure; all series of a figure share their x.
+Markup zoom_section(const std::vector<Figure>& figures) {
   if (figures.empty()) { return {}; }
-  std::string html = "<style>" + std::string(assets::dygraph_css) +
-                     "</style>\n<details class=\"zooms\"><summary>Zoom into the traces</summary>\n"
-                     "<p class=\"soft\">Drag to zoom, drag with shift to move, double click to see "
-                     "all again.</p>\n<noscript><p>This part needs scripts; the pictures above do "
-                     "not.</p></noscript>\n";
+  Data places(Data::type::list);
   for (const Figure& figure : figures) {
-    html += "<h3>" + escape_markup(figure.title) + "</h3><div class=\"zoom-legend\" id=\"zoom-" +
-            figure.id + "-legend\"></div><div class=\"zoom\" id=\"zoom-" + figure.id +
-            "\"></div>\n";
+    Data place("title", figure.title);
+    place.set("id", figure.id);
+    places.push_back(place);
   }
-  return html + "</details>\n";
+  Data values("figures", places);
+  values.set("style", std::string(assets::dygraph_css));
+  return {fill(templates::zoom, values)};
 }
 
 std::string zoom_script(const std::vector<Figure>& figures) {
@@ -392,36 +390,14 @@ std::string zoom_script(const std::vector<Figure>& figures) {
 
 namespace {
 
-std::string notes_under(const std::string& heading, const std::vector<std::string>& items) {
-  return items.empty() ? std::string() : "<h2>" + heading + "</h2>\n" + html_notes(items);
+void add_notes(Page& page, const char* heading, const std::vector<std::string>& items) {
+  if (items.empty()) { return; }
+  page.parts.emplace_back(Section{.heading = heading, .parts = {Notes{items}}});
 }
 
-std::string events_of(const Trace& trace) {
-  return trace.events.empty() ? "" : "<h2>Events</h2>\n" + html_table(events_table(trace));
-}
-
-/// Sections of pictures with their headings, drawn together.
-struct Sections {
-  std::string tool;
-  std::string traces;
-};
-
-std::string section(const char* heading, std::span<const Figure> figures,
-                    std::span<const std::string> drawings) {
-  if (figures.empty()) { return {}; }
-  std::string html = std::string("<h2>") + heading + "</h2>\n<div class=\"exhibits\">\n";
-  for (std::size_t n = 0; n < figures.size(); ++n) { html += html_figure(figures[n], drawings[n]); }
-  return html + "</div>\n";
-}
-
-Sections sections_of(const std::vector<Figure>& tool, const std::vector<Figure>& traces) {
-  std::vector<const Figure*> all;
-  for (const Figure& figure : tool) { all.push_back(&figure); }
-  for (const Figure& figure : traces) { all.push_back(&figure); }
-  const std::vector<std::string> drawings = draw_figures(all);
-  const std::span<const std::string> drawn(drawings);
-  return {section("Forces on the tool", tool, drawn.first(tool.size())),
-          section("Traces", traces, drawn.subspan(tool.size()))};
+void add_figures(Page& page, const char* heading, const std::vector<Figure>& figures) {
+  if (figures.empty()) { return; }
+  page.parts.emplace_back(Section{.heading = heading, .parts = {exhibits_of(figures)}});
 }
 
 }  // namespace
@@ -434,23 +410,26 @@ std::string to_html(const RunReport& report, const Trace& trace) {
   if (auto snapshot = snapshot_figure(trace)) { figures.push_back(std::move(*snapshot)); }
   std::vector<Figure> zooms = tool_traces(trace);
   zooms.insert(zooms.end(), over_time.begin(), over_time.end());
-  const Sections sections = sections_of(tool, figures);
-  std::string body = html_banner({.title = report.title,
-                                  .small_print = {report.command},
-                                  .held = report.held,
-                                  .verdict = report.verdict,
-                                  .detail = report.detail});
-  body += "<main>\n" + notes_under("Warnings", report.warnings) + "<h2>Key facts</h2>\n" +
-          html_facts(report.facts) + (report.view ? html_view(*report.view) : "") + sections.tool +
-          events_of(trace) + sections.traces + html_zoom_section(zooms) +
-          notes_under("Skipped, because the scene does not need it", report.skipped) + "</main>\n" +
-          html_provenance(report.provenance, report.command);
-  const std::string zoom = zoom_script(zooms);
-  const std::string view = report.view ? view_script() : "";
-  std::vector<std::string_view> scripts;
-  if (!zooms.empty()) { scripts = {assets::dygraph_js, zoom}; }
-  if (report.view) { scripts.push_back(view); }
-  return html_page(report.title, body, scripts);
+  Page page{.banner = {.title = report.title,
+                       .small_print = {report.command},
+                       .status = report.held ? Status::pass : Status::fail,
+                       .verdict = report.verdict,
+                       .detail = report.detail},
+            .provenance = report.provenance,
+            .command = report.command};
+  add_notes(page, "Warnings", report.warnings);
+  page.parts.emplace_back(Section{.heading = "Key facts", .parts = {report.facts}});
+  if (report.view) { page.parts.emplace_back(Markup{html_view(*report.view)}); }
+  add_figures(page, "Forces on the tool", tool);
+  if (!trace.events.empty()) {
+    page.parts.emplace_back(Section{.heading = "Events", .parts = {events_table(trace)}});
+  }
+  add_figures(page, "Traces", figures);
+  page.parts.emplace_back(zoom_section(zooms));
+  add_notes(page, "Skipped, because the scene does not need it", report.skipped);
+  if (!zooms.empty()) { page.scripts = {std::string(assets::dygraph_js), zoom_script(zooms)}; }
+  if (report.view) { page.scripts.push_back(view_script()); }
+  return render(page);
 }
 
 }  // namespace palpate

@@ -51,7 +51,7 @@ Outcome run_case(const Case& definition, const CaseContext& context) {
     conclude(outcome);
   } catch (const std::exception& problem) {
     outcome.status = Status::error;
-    outcome.reason = problem.what();
+    outcome.reasons = {problem.what()};
   }
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return outcome;

@@ -6,23 +6,80 @@
 
 namespace palpate {
 
+namespace {
+
+int severity(Status status) {
+  switch (status) {
+    case Status::error: return 4;
+    case Status::fail: return 3;
+    case Status::inconclusive: return 2;
+    case Status::pass: return 1;
+    case Status::skip: break;
+  }
+  return 0;
+}
+
+}  // namespace
+
 std::string_view name_of(Status status) {
   switch (status) {
     case Status::pass: return "pass";
     case Status::fail: return "fail";
+    case Status::inconclusive: return "inconclusive";
     case Status::skip: return "skip";
     case Status::error: break;
   }
   return "error";
 }
 
+Status worse(Status a, Status b) { return severity(a) >= severity(b) ? a : b; }
+
+Status Quantity::status() const {
+  if (value - uncertainty >= lower && value + uncertainty <= upper) { return Status::pass; }
+  const bool in_part = value + uncertainty >= lower && value - uncertainty <= upper;
+  return in_part ? Status::inconclusive : Status::fail;
+}
+
+std::string Outcome::reason() const {
+  std::string text;
+  for (const std::string& each : reasons) { text += (text.empty() ? "" : "\n") + each; }
+  return text;
+}
+
 void conclude(Outcome& outcome) {
   if (outcome.status == Status::skip || outcome.status == Status::error) { return; }
-  const auto judged = std::ranges::count_if(outcome.quantities, &Quantity::judged);
-  const bool all_hold = std::ranges::all_of(
-      outcome.quantities, [](const Quantity& q) { return !q.judged() || q.holds(); });
-  outcome.status = judged > 0 && all_hold ? Status::pass : Status::fail;
-  if (judged == 0) { outcome.reason = "nothing was judged"; }
+  Status worst = Status::skip;
+  for (const Quantity& quantity : outcome.quantities) {
+    if (quantity.judged()) { worst = worse(worst, quantity.status()); }
+  }
+  outcome.status = worst == Status::skip ? Status::fail : worst;
+  if (worst == Status::skip) { outcome.reasons = {"nothing was judged"}; }
+}
+
+void conclude(Outcome& outcome, std::vector<Reason> parts) {
+  std::ranges::stable_sort(parts, std::ranges::greater{},
+                           [](const Reason& one) { return severity(one.status); });
+  outcome.status = parts.empty() ? Status::skip : parts.front().status;
+  outcome.reasons.clear();
+  for (Reason& one : parts) {
+    if (!one.text.empty()) { outcome.reasons.push_back(std::move(one.text)); }
+  }
+}
+
+void Tally::add(Status status) {
+  switch (status) {
+    case Status::pass: ++passed; break;
+    case Status::fail: ++failed; break;
+    case Status::inconclusive: ++inconclusive; break;
+    case Status::skip: ++skipped; break;
+    case Status::error: ++errors; break;
+  }
+}
+
+Tally tally(const std::vector<Outcome>& outcomes) {
+  Tally sum;
+  for (const Outcome& outcome : outcomes) { sum.add(outcome.status); }
+  return sum;
 }
 
 }  // namespace palpate

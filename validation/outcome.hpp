@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a case of the harness finds: numbers with bounds, tables and figures, all plain data.
-/// results.json and the trace files are written from it, and report.html from those.
+/// The verdict type of the whole program. A validation case, a comparison with recordings, a
+/// calibration, a gate and a real-time certificate each produce outcomes: a claim, the quantities
+/// that were judged, a status and its reasons, with tables and figures as plain data.
 
 #include <limits>
 #include <optional>
@@ -12,24 +13,37 @@
 
 namespace palpate {
 
-enum class Status { pass, fail, skip, error };
+enum class Status {
+  pass,
+  fail,
+  inconclusive,  ///< the uncertainty is too large to decide, or a precondition is not met
+  skip,          ///< not judged; the reason says why
+  error          ///< judging was not possible; the reason says why
+};
 std::string_view name_of(Status status);
+
+/// The more severe of two: error, fail, inconclusive, pass, skip.
+Status worse(Status a, Status b);
 
 inline constexpr double unbounded = std::numeric_limits<double>::infinity();
 
-/// A measured number and the interval it must lie in; NaN lies in none.
+/// A measured number and the interval that must contain it. NaN never passes.
 struct Quantity {
   std::string name{};
   double value = 0.0;
   std::string unit = "1";
   double lower = -unbounded;
   double upper = unbounded;
-  std::string bound_from{};  ///< theory, a reference's own error, a publication; empty: not judged
+  std::string bound_from{};  ///< theory, error of a reference, a publication; empty: not judged
+  double uncertainty = 0.0;  ///< expanded uncertainty U of the value, in its unit
 
   [[nodiscard]] bool judged() const {
     return lower > -unbounded || upper < unbounded || !bound_from.empty();
   }
-  [[nodiscard]] bool holds() const { return value >= lower && value <= upper; }
+  /// pass: value - U to value + U lies within the bounds; fail: it lies outside; inconclusive: it
+  /// contains a bound. Does not check judged().
+  [[nodiscard]] Status status() const;
+  [[nodiscard]] bool holds() const { return status() == Status::pass; }
 };
 
 struct Series {
@@ -59,14 +73,14 @@ struct HeatMap {
   std::vector<double> z{};
 };
 
-/// A stretch of the x axis with a name, drawn as a tint behind the curves.
+/// A named interval of the x axis, drawn as a tint behind the curves.
 struct Zone {
   std::string label{};
   double begin = 0.0;
   double end = 0.0;
 };
 
-/// A vertical line where something happened; marks of one label share a sign in the legend.
+/// A vertical line at an event; marks of one label share a sign in the legend.
 struct Mark {
   std::string label{};
   double x = 0.0;
@@ -75,7 +89,7 @@ struct Mark {
 struct Figure {
   std::string id{};  ///< unique within its case, [a-z0-9-]
   std::string title{};
-  std::string caption{};  ///< one sentence: what it shows
+  std::string caption{};  ///< one sentence that says what the figure shows
   Axis x{};
   Axis y{};
   std::vector<Series> series{};
@@ -83,7 +97,7 @@ struct Figure {
   std::vector<Zone> zones{};  ///< neighbours in alternating tints
   std::vector<Mark> marks{};
   bool square = false;  ///< equal scales on both axes
-  bool timing = false;  ///< shows run times, so differs from run to run
+  bool timing = false;  ///< shows run times, which differ from run to run
 };
 
 using Cell = std::variant<std::string, double>;
@@ -97,7 +111,7 @@ struct Table {
   bool timing = false;
 };
 
-/// A measured run time or cost; never judged here, and left out when two runs are compared.
+/// A measured run time or cost. It is not judged, and is left out when two runs are compared.
 struct Timing {
   std::string name{};
   double value = 0.0;
@@ -109,7 +123,7 @@ struct Outcome {
   std::string suite{};  ///< accuracy, stability, haptics, clinical, timing, model
   std::string claim{};  ///< the sentence that is judged
   Status status = Status::pass;
-  std::string reason{};  ///< of a skip or an error
+  std::vector<std::string> reasons{};  ///< why it is not a pass, worst first; explains a pass
   double seconds = 0.0;
   std::vector<Quantity> quantities{};
   std::vector<Table> tables{};
@@ -120,11 +134,41 @@ struct Outcome {
   void judge(Quantity quantity) { quantities.push_back(std::move(quantity)); }
   void skip(std::string why) {
     status = Status::skip;
-    reason = std::move(why);
+    reasons = {std::move(why)};
   }
+  /// All reasons, one a line.
+  [[nodiscard]] std::string reason() const;
 };
 
-/// Status from the quantities: fail when one does not hold or when nothing was judged at all.
+/// Sets the status from the quantities: fail if one fails or none is judged, else inconclusive if
+/// one is inconclusive, else pass. Leaves skip and error as they are.
 void conclude(Outcome& outcome);
+
+/// The status of one part of a claim and its explanation.
+struct Reason {
+  Status status = Status::skip;
+  std::string text{};  ///< empty: no explanation is needed
+};
+
+/// Sets the status to the worst of the parts (skip without any), and the reasons to theirs,
+/// worst first; parts of one status keep their order.
+void conclude(Outcome& outcome, std::vector<Reason> parts);
+
+/// Number of outcomes of each status.
+struct Tally {
+  int passed = 0;
+  int failed = 0;
+  int inconclusive = 0;
+  int errors = 0;
+  int skipped = 0;
+
+  void add(Status status);
+  [[nodiscard]] int all() const { return ran() + skipped; }
+  [[nodiscard]] int ran() const { return passed + not_passed(); }
+  [[nodiscard]] int not_passed() const { return failed + inconclusive + errors; }
+  /// Every outcome that is not skipped passes, and there is at least one.
+  [[nodiscard]] bool holds() const { return not_passed() == 0 && passed > 0; }
+};
+Tally tally(const std::vector<Outcome>& outcomes);
 
 }  // namespace palpate

@@ -274,7 +274,7 @@ int calibrate(const CalibrateOptions& options) {
   io::replace_file(folder / "calibration.json", to_json(report));
   io::replace_file(folder / "report.html", page);
   if (!options.quiet) { tell(report, folder); }
-  return report.result.held() ? done : fell_short;
+  return report.result.outcome().status == Status::pass ? done : fell_short;
 }
 
 }  // namespace palpate::cli

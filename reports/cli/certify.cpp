@@ -187,10 +187,10 @@ std::string command_of(const CertifyOptions& options, const Claim& claim) {
   return command;
 }
 
-void tell(const CertificateReport& report, const Judgement& judgement,
+void tell(const CertificateReport& report, const Outcome& outcome,
           const std::filesystem::path& folder) {
-  std::printf("%s: %s\n%s\n", std::string(certificate::name_of(judgement.verdict)).c_str(),
-              judgement.reason.c_str(), budget_words(report.result).c_str());
+  std::printf("%s: %s\n%s\n", std::string(verdict_word(outcome.status)).c_str(),
+              outcome.reason().c_str(), budget_text(report.result).c_str());
   for (const NamedPhase& named : phases_of(report)) {
     const LoopRecord& record = named.phase->record;
     if (record.ticks() == 0) { continue; }
@@ -203,11 +203,9 @@ void tell(const CertificateReport& report, const Judgement& judgement,
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
 
-int exit_code(const Certificate& certificate, Verdict verdict) {
+int exit_code(const Certificate& certificate, Status status) {
   if (certificate.interrupted) { return interrupted_code; }
-  return verdict == Verdict::certified       ? done
-         : verdict == Verdict::not_certified ? fell_short
-                                             : machine_cannot;
+  return status == Status::pass ? done : status == Status::fail ? fell_short : machine_cannot;
 }
 
 }  // namespace
@@ -240,12 +238,12 @@ int certify(const CertifyOptions& options) {
     report.result.notes.emplace_back(
         "The scene asks for more threads; the loop stepped it with one.");
   }
-  const Judgement judgement = judge(report.result);
+  const Outcome outcome = outcome_of(report.result);
   io::replace_file(folder / "certificate.json", to_json(report));
   io::replace_file(folder / "histogram.csv", to_csv(report));
   io::replace_file(folder / "report.html", to_html(report));
-  if (!options.quiet) { tell(report, judgement, folder); }
-  return exit_code(report.result, judgement.verdict);
+  if (!options.quiet) { tell(report, outcome, folder); }
+  return exit_code(report.result, outcome.status);
 }
 
 }  // namespace palpate::cli

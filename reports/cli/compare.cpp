@@ -271,8 +271,8 @@ void judge(const CompareOptions& asked, ComparisonReport& report) {
                                     : report.simulation.trace,
                              report.options);
   if (failed) {
-    report.found.reasons.insert(report.found.reasons.begin(),
-                                "the simulation " + report.simulation.failure);
+    report.found.outcome.reasons.insert(report.found.outcome.reasons.begin(),
+                                        "the simulation " + report.simulation.failure);
   }
   std::vector<Outcome> outcomes;
   if (!asked.results.empty()) { outcomes = read_results_folder(asked.results).outcomes; }
@@ -283,8 +283,8 @@ void judge(const CompareOptions& asked, ComparisonReport& report) {
 void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
   std::printf("%s: %s\n", verdict_text(report).c_str(), verdict_sentence(report).c_str());
   std::printf("recordings: %s\n", tally_of(report).c_str());
-  const bool more = report.found.reasons.size() > 1;  // one is in the sentence
-  for (const std::string& reason : report.found.reasons) {
+  const bool more = report.found.outcome.reasons.size() > 1;  // one is in the sentence
+  for (const std::string& reason : report.found.outcome.reasons) {
     if (more) { std::printf("  %s\n", reason.c_str()); }
   }
   if (report.simulation.run_longer > 0.0) {

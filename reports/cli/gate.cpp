@@ -70,7 +70,7 @@ GateReport judged(const GateOptions& options) {
                     .candidate = {.command = results.command, .outcomes = results.outcomes},
                     .baseline = baseline};
   for (const std::string& each : options.cases) { report.command += " --case " + each; }
-  report.verdict = gate::judge(report.baseline, report.candidate, names_of(options.cases, names));
+  report.result = gate::compare(report.baseline, report.candidate, names_of(options.cases, names));
   return report;
 }
 
@@ -83,11 +83,11 @@ int gate(const GateOptions& options) {
   io::replace_file(folder / "gate.xml", to_junit(report));
   io::replace_file(folder / "report.html", to_html(report));
   if (!options.quiet) {
-    std::printf("%s%s\n%s; %s\n", changes_text(report.verdict).c_str(),
-                verdict_text(report.verdict).c_str(), verdict_sentence(report.verdict).c_str(),
+    std::printf("%s%s\n%s; %s\n", changes_text(report.result).c_str(),
+                verdict_text(report.result).c_str(), verdict_sentence(report.result).c_str(),
                 (folder / "report.html").string().c_str());
   }
-  return report.verdict.holds() ? done : fell_short;
+  return report.result.holds() ? done : fell_short;
 }
 
 namespace {

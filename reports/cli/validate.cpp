@@ -286,18 +286,13 @@ CaseContext context_of(const ValidateOptions& options, const reference::Cache& c
 void tell_case(const Outcome& outcome, std::size_t finished, std::size_t total) {
   std::printf("%3zu/%zu %-5s %7.2f s  %s%s%s\n", finished, total,
               std::string(name_of(outcome.status)).c_str(), outcome.seconds, outcome.name.c_str(),
-              outcome.reason.empty() ? "" : ": ", outcome.reason.c_str());
+              outcome.reasons.empty() ? "" : ": ", outcome.reason().c_str());
   for (const Quantity& q : outcome.quantities) {
     if (!q.judged() || q.holds()) { continue; }
     std::printf("            %s = %.6g %s; allowed %.6g to %.6g (%s)\n", q.name.c_str(), q.value,
                 q.unit.c_str(), q.lower, q.upper, q.bound_from.c_str());
   }
   std::fflush(stdout);
-}
-
-std::size_t count(const std::vector<Outcome>& outcomes, Status status) {
-  return static_cast<std::size_t>(
-      std::ranges::count(outcomes, status, [](const Outcome& one) { return one.status; }));
 }
 
 std::string command_text(const ValidateOptions& options, const std::string& command) {
@@ -342,10 +337,9 @@ std::vector<Outcome> in_order(const std::vector<Case>& cases, std::map<std::stri
 
 void tell_end(const std::vector<Outcome>& outcomes, std::size_t total,
               const std::filesystem::path& page) {
-  const std::size_t fallen = count(outcomes, Status::fail) + count(outcomes, Status::error);
-  std::printf("%zu passed, %zu failed, %zu skipped of %zu cases; %s\n",
-              count(outcomes, Status::pass), fallen, count(outcomes, Status::skip), total,
-              page.string().c_str());
+  const Tally sum = tally(outcomes);
+  std::printf("%d passed, %d failed, %d skipped of %zu cases; %s\n", sum.passed, sum.not_passed(),
+              sum.skipped, total, page.string().c_str());
 }
 
 void look_at_all(const ValidateOptions& options, const Judging& what, Results& results) {
@@ -360,10 +354,10 @@ void look_at_all(const ValidateOptions& options, const Judging& what, Results& r
 int exit_code(const std::vector<Outcome>& outcomes) {
   if (tally(outcomes).holds()) { return done; }
   const bool none_ran = std::ranges::all_of(outcomes, [](const Outcome& one) {
-    return one.status == Status::skip && one.reason.starts_with("not run: ");
+    return one.status == Status::skip && one.reason().starts_with("not run: ");
   });
   if (outcomes.empty() || !none_ran) { return fell_short; }
-  std::fprintf(stderr, "palpate: %s\n", outcomes.front().reason.c_str());
+  std::fprintf(stderr, "palpate: %s\n", outcomes.front().reason().c_str());
   return machine_cannot;
 }
 

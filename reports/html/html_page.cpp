@@ -3,9 +3,12 @@
 #include "reports/html/html_page.hpp"
 
 #include <algorithm>
+#include <utility>
 
+#include "html_templates.hpp"
 #include "report_assets.hpp"
 
+#include "reports/html/html_template.hpp"
 #include "reports/plot/figure_look.hpp"
 #include "reports/plot/figure_svg.hpp"
 
@@ -50,118 +53,202 @@ std::string escape_markup(std::string_view text) {
   return out;
 }
 
-namespace {
-
-std::string cell_markup(const Cell& cell) {
-  if (const auto* text = std::get_if<std::string>(&cell)) {
-    return "<td>" + escape_markup(*text) + "</td>";
-  }
-  const double value = std::get<double>(cell);
-  return "<td class=\"number\" title=\"" + exact_number(value) + "\">" + short_number(value) +
-         "</td>";
+std::string fill(std::string_view text, const Data& values) {
+  kainjow::mustache::mustache page{std::string(text)};
+  page.set_custom_escape([](const std::string& each) { return escape_markup(each); });
+  return page.render(values);
 }
 
-/// A column is one of numbers when its first cell is.
-std::string column_head(const Table& table, std::size_t column) {
-  const bool number = !table.rows.empty() && column < table.rows.front().size() &&
-                      std::holds_alternative<double>(table.rows.front()[column]);
-  return std::string(number ? "<th scope=\"col\" class=\"number\">" : "<th scope=\"col\">") +
-         escape_markup(without_unit_one(table.columns[column])) + "</th>";
-}
+Data text_or_nothing(const std::string& text) { return text.empty() ? Data(false) : Data(text); }
 
-}  // namespace
-
-std::string html_page(const std::string& title, const std::string& body,
-                      const std::vector<std::string_view>& scripts) {
-  std::string page =
-      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n<link rel=\"icon\" href=\"data:,\">\n"
-      "<title>" +
-      escape_markup(title) + "</title>\n<style>\n" + std::string(assets::report_css) +
-      "</style>\n</head>\n<body>\n" + body;
-  for (const std::string_view script : scripts) {
-    page += "<script>\n" + std::string(script) + "</script>\n";
-  }
-  return page + "</body>\n</html>\n";
-}
-
-std::string html_banner(const Banner& banner) {
-  std::string print;
-  for (const std::string& each : banner.small_print) {
-    if (!each.empty()) { print += "<span>" + escape_markup(each) + "</span> "; }
-  }
-  return "<header class=\"top\">\n<h1>" + escape_markup(banner.title) +
-         "</h1>\n<p class=\"print\">" + print + "</p>\n<div class=\"verdict " +
-         (banner.open   ? "open"
-          : banner.held ? "pass"
-                        : "fail") +
-         "\" role=\"status\"><strong>" + escape_markup(banner.verdict) + "</strong>" +
-         (banner.detail.empty() ? "" : "<span>" + escape_markup(banner.detail) + "</span>") +
-         "</div>\n</header>\n";
-}
-
-std::string html_facts(const std::vector<Fact>& facts) {
-  if (facts.empty()) { return {}; }
-  std::string html = "<dl class=\"facts\">\n";
-  for (const Fact& fact : facts) {
-    const bool lines = fact.value.find('\n') != std::string::npos;
-    html += "<div><dt>" + escape_markup(fact.label) + "</dt><dd>" +
-            (lines ? "<details><summary>show</summary><pre>" : "") + escape_markup(fact.value) +
-            (lines ? "</pre></details>" : "");
-    if (!fact.explanation.empty()) {
-      html += " <span class=\"soft\">" + escape_markup(fact.explanation) + "</span>";
-    }
-    html += "</dd></div>\n";
-  }
-  return html + "</dl>\n";
-}
-
-std::string html_table(const Table& table) {
-  constexpr std::size_t long_table = 24;
-  constexpr std::size_t wide_table = 6;
-  const bool folded = table.rows.size() > long_table;
-  std::string html = "<div class=\"exhibit" +
-                     std::string(table.columns.size() >= wide_table || folded ? " wide" : "") +
-                     "\">";
-  if (folded) {
-    html += "<details><summary>" + escape_markup(table.title) + " (" +
-            std::to_string(table.rows.size()) + " rows)</summary>\n";
-  }
-  html += "<div class=\"scroll\"><table class=\"data\">\n<caption><span>";
-  if (!folded) { html += "<b>" + escape_markup(table.title) + "</b> "; }
-  html += escape_markup(table.caption) + "</span></caption>\n<thead><tr>";
-  for (std::size_t n = 0; n < table.columns.size(); ++n) { html += column_head(table, n); }
-  html += "</tr></thead>\n<tbody>\n";
-  for (const auto& row : table.rows) {
-    html += "<tr>";
-    for (const Cell& cell : row) { html += cell_markup(cell); }
-    html += "</tr>\n";
-  }
-  return html + "</tbody></table></div>" + (folded ? "</details>" : "") + "</div>\n";
-}
-
-std::string html_figure(const Figure& figure, const std::string& svg) {
-  return "<figure class=\"exhibit\"><b>" + escape_markup(figure.title) + "</b>\n" +
-         html_legend(figure) + svg + "\n<figcaption>" + escape_markup(figure.caption) +
-         "</figcaption></figure>\n";
-}
-
-std::string html_badge(Status status) {
-  const std::string name(name_of(status));
-  return "<span class=\"badge " + name + "\">" + name + "</span>";
+std::string html_badge(const Badge& badge) {
+  const std::string name(name_of(badge.status));
+  Data values;
+  values.set("colour", name);
+  values.set("text", badge.text.empty() ? name : badge.text);
+  return fill(templates::parts, {"badge", values});
 }
 
 std::string html_notes(const std::vector<std::string>& notes) {
   if (notes.empty()) { return {}; }
-  std::string html = "<ul class=\"notes\">";
-  for (const std::string& note : notes) { html += "<li>" + escape_markup(note) + "</li>"; }
-  return html + "</ul>\n";
+  return fill(templates::parts, {"notes", Data("items", list_of(notes))});
 }
 
-std::string html_provenance(const std::vector<Fact>& facts, const std::string& command) {
-  return "<footer>\n<h2 id=\"provenance\">Where this comes from</h2>\n" + html_facts(facts) +
-         "<h3>To see it again</h3>\n<pre>" + escape_markup(command) + "</pre>\n</footer>\n";
+Section exhibits_of(const std::vector<Figure>& figures) {
+  return {.kind = Section::Kind::exhibits, .parts = {figures.begin(), figures.end()}};
+}
+
+namespace {
+
+/// Renders parts one after the other; drawings are used in the order of the figures.
+class Renderer {
+ public:
+  explicit Renderer(const std::vector<PagePart>& parts) {
+    std::vector<const Figure*> figures;
+    collect(parts, figures);
+    drawings_ = draw_figures(figures);
+  }
+
+  std::string all(const std::vector<PagePart>& parts) {
+    std::string html;
+    for (const PagePart& part : parts) {
+      html += std::visit([this](const auto& each) { return this->html(each); }, part);
+    }
+    return html;
+  }
+
+  std::string html(const std::vector<Fact>& facts) {
+    if (facts.empty()) { return {}; }
+    Data items(Data::type::list);
+    for (const Fact& fact : facts) {
+      Data item;
+      item.set("label", fact.label);
+      item.set("value", fact.value);
+      item.set("lines", fact.value.find('\n') != std::string::npos);
+      item.set("explanation", text_or_nothing(fact.explanation));
+      items.push_back(item);
+    }
+    return fill(templates::parts, {"facts", Data("items", items)});
+  }
+
+ private:
+  static void collect(const std::vector<PagePart>& parts, std::vector<const Figure*>& figures) {
+    for (const PagePart& part : parts) {
+      if (const auto* figure = std::get_if<Figure>(&part)) { figures.push_back(figure); }
+      if (const auto* section = std::get_if<Section>(&part)) { collect(section->parts, figures); }
+    }
+  }
+
+  static std::string html(const Paragraph& paragraph) {
+    Data values;
+    values.set("style", paragraph.style);
+    values.set("text", paragraph.text);
+    return fill(templates::parts, {"paragraph", values});
+  }
+
+  static std::string html(const Notes& notes) { return html_notes(notes.items); }
+  static std::string html(const Markup& markup) { return markup.html; }
+
+  static std::string html(const Table& table) {
+    constexpr std::size_t long_table = 24;
+    constexpr std::size_t wide_table = 6;
+    const bool folded = table.rows.size() > long_table;
+    Data values;
+    values.set("title", table.title);
+    values.set("caption", table.caption);
+    values.set("count", std::to_string(table.rows.size()));
+    values.set("folded", folded);
+    values.set("wide", folded || table.columns.size() >= wide_table);
+    Data columns(Data::type::list);
+    for (std::size_t n = 0; n < table.columns.size(); ++n) {
+      const bool number = !table.rows.empty() && n < table.rows.front().size() &&
+                          std::holds_alternative<double>(table.rows.front()[n]);
+      Data column("text", without_unit_one(table.columns[n]));
+      column.set("number", number);
+      columns.push_back(column);
+    }
+    Data rows(Data::type::list);
+    for (const auto& row : table.rows) {
+      Data cells(Data::type::list);
+      for (const Cell& cell : row) { cells.push_back(cell_of(cell)); }
+      rows.push_back(Data("cells", cells));
+    }
+    values.set("columns", columns);
+    values.set("rows", rows);
+    return fill(templates::table, values);
+  }
+
+  static Data cell_of(const Cell& cell) {
+    const auto* number = std::get_if<double>(&cell);
+    Data values("text", number == nullptr ? std::get<std::string>(cell) : short_number(*number));
+    values.set("exact", number == nullptr ? Data(false) : Data(exact_number(*number)));
+    return values;
+  }
+
+  static std::string html(const LabelledTable& table) {
+    using Kind = LabelledTable::Kind;
+    Data columns(Data::type::list);
+    for (const auto& column : table.columns) {
+      Data values("head", column.head);
+      values.set("number", column.kind == Kind::number);
+      columns.push_back(values);
+    }
+    Data rows(Data::type::list);
+    for (const auto& row : table.rows) {
+      Data cells(Data::type::list);
+      for (std::size_t n = 1; n < row.size(); ++n) {
+        const LabelledTable::Column& column = table.columns[n];
+        const auto* badge = std::get_if<Badge>(&row[n]);
+        Data values("label", column.label.empty() ? column.head : column.label);
+        values.set("style", column.kind == Kind::number ? Data("number")
+                            : column.kind == Kind::why  ? Data("why")
+                                                        : Data(false));
+        values.set("badge", badge == nullptr ? "" : html_badge(*badge));
+        values.set("text", badge == nullptr ? std::get<std::string>(row[n]) : "");
+        cells.push_back(values);
+      }
+      Data values("name", std::get<std::string>(row.front()));
+      values.set("cells", cells);
+      rows.push_back(values);
+    }
+    Data values("columns", columns);
+    values.set("rows", rows);
+    return fill(templates::labelled, values);
+  }
+
+  std::string html(const Figure& figure) {
+    Data values("title", figure.title);
+    values.set("legend", html_legend(figure));
+    values.set("svg", drawings_.at(next_++));
+    values.set("caption", figure.caption);
+    return fill(templates::parts, {"figure", values});
+  }
+
+  std::string html(const Section& section) {
+    using Kind = Section::Kind;
+    const std::string content = all(section.parts);
+    if (section.kind == Kind::exhibits && content.empty()) { return {}; }
+    const bool with_heading = section.kind == Kind::plain || section.kind == Kind::section;
+    Data values("content", content);
+    values.set("heading", section.heading);
+    values.set("h2", with_heading ? text_or_nothing(section.heading) : Data(false));
+    values.set("section", section.kind == Kind::section);
+    values.set("article", section.kind == Kind::article);
+    values.set("folded", section.kind == Kind::folded);
+    values.set("exhibits", section.kind == Kind::exhibits);
+    values.set("id", text_or_nothing(section.id));
+    values.set("badge", html_badge(section.badge));
+    values.set("aside", text_or_nothing(section.aside));
+    values.set("style", text_or_nothing(section.style));
+    return fill(templates::section, values);
+  }
+
+  std::vector<std::string> drawings_{};
+  std::size_t next_ = 0;
+};
+
+std::string colour_of(Status status) {
+  return status == Status::pass ? "pass" : status == Status::inconclusive ? "open" : "fail";
+}
+
+}  // namespace
+
+std::string render(const Page& page) {
+  const Banner& banner = page.banner;
+  Renderer renderer(page.parts);
+  Data values("title", banner.title);
+  std::vector<std::string> print = banner.small_print;
+  std::erase(print, "");
+  values.set("style", std::string(assets::report_css));
+  values.set("print", list_of(print));
+  values.set("colour", colour_of(banner.status));
+  values.set("verdict", banner.verdict);
+  values.set("detail", text_or_nothing(banner.detail));
+  values.set("content", renderer.all(page.parts));
+  values.set("provenance", renderer.html(page.provenance));
+  values.set("command", page.command);
+  values.set("scripts", list_of(page.scripts));
+  return fill(templates::page, values);
 }
 
 }  // namespace palpate

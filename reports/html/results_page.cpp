@@ -9,10 +9,11 @@
 #include <tuple>
 #include <vector>
 
+#include "html_templates.hpp"
 #include "report_assets.hpp"
 
 #include "reports/html/html_page.hpp"
-#include "reports/plot/figure_svg.hpp"
+#include "reports/html/html_template.hpp"
 #include "reports/results/results.hpp"
 
 namespace palpate {
@@ -31,21 +32,34 @@ int digits_of(const Quantity& q) {
 
 }  // namespace
 
+namespace {
+
+/// Share of an upper bound. A negative bound is used up from below: -1 allows -20 with a share of
+/// 5 %. A bound of 0 has no scale: 0 uses all of it, and less than 0 nothing.
+double share_of_upper(double value, double bound) {
+  if (bound > 0.0) { return std::max(0.0, value / bound); }
+  if (bound < 0.0) { return value < 0.0 ? bound / value : unbounded; }
+  return value < 0.0 ? 0.0 : value > 0.0 ? unbounded : 1.0;
+}
+
+}  // namespace
+
 double share_of_bound(const Quantity& q) {
   if (std::isnan(q.value)) { return unbounded; }
   const bool above = std::isfinite(q.lower);
   const bool below = std::isfinite(q.upper);
-  const double met = q.holds() ? 1.0 : unbounded;  // where no share can be told
+  double share = std::isfinite(q.value) ? 0.0 : unbounded;
   if (above && below) {
     const double half = 0.5 * (q.upper - q.lower);
-    const double away = std::abs(q.value - 0.5 * (q.upper + q.lower));
-    if (!(half > 0.0)) { return met; }
-    // Rounding must not let a share contradict the verdict.
-    return q.holds() ? std::min(away / half, 1.0) : std::max(away / half, std::nextafter(1.0, 2.0));
+    const double away = std::abs(q.value - 0.5 * (q.upper + q.lower)) + q.uncertainty;
+    share = half > 0.0 ? away / half : unbounded;
+  } else if (below) {
+    share = share_of_upper(q.value + q.uncertainty, q.upper);
+  } else if (above) {
+    share = share_of_upper(q.uncertainty - q.value, -q.lower);
   }
-  if (below) { return q.upper > 0.0 ? std::max(0.0, q.value / q.upper) : met; }
-  if (above) { return q.value > 0.0 ? std::max(0.0, q.lower / q.value) : met; }
-  return std::isfinite(q.value) ? 0.0 : met;
+  // Rounding must not let a share contradict the verdict.
+  return q.holds() ? std::min(share, 1.0) : std::max(share, std::nextafter(1.0, 2.0));
 }
 
 bool met_exactly(const Quantity& q) {
@@ -95,59 +109,44 @@ std::string share_text(const Quantity& q) {
 
 namespace {
 
-std::string quantity_row(const Quantity& q) {
-  const std::string head = "<tr><th scope=\"row\">" + escape_markup(q.name) +
-                           "</th><td class=\"number\" title=\"" + exact_number(q.value) + "\">" +
-                           escape_markup(measured_text(q)) + "</td>";
-  if (!q.judged()) {
-    return head + "<td class=\"soft\" colspan=\"4\">for information, not judged</td></tr>\n";
-  }
-  const std::string precise = exact_number(q.lower) + " to " + exact_number(q.upper);
-  return head + "<td class=\"number\" title=\"" + precise + "\">" + escape_markup(allowed_text(q)) +
-         "</td><td class=\"number\">" + share_text(q) + "</td><td>" +
-         html_badge(q.holds() ? Status::pass : Status::fail) + "</td><td class=\"why\">" +
-         escape_markup(q.bound_from) + "</td></tr>\n";
+Data quantity_values(const Quantity& q) {
+  Data values("name", q.name);
+  values.set("exact", exact_number(q.value));
+  values.set("measured", measured_text(q));
+  values.set("judged", q.judged());
+  if (!q.judged()) { return values; }
+  values.set("bounds", exact_number(q.lower) + " to " + exact_number(q.upper));
+  values.set("allowed", allowed_text(q));
+  values.set("share", share_text(q));
+  values.set("badge", html_badge({q.status()}));
+  values.set("from", q.bound_from);
+  return values;
 }
 
-/// Few, or some that do not hold: shown. Many that all hold: folded.
-std::string quantities_of(const Outcome& outcome) {
+std::string seconds_text(double seconds) {
+  constexpr double worth_telling = 0.1;
+  return seconds >= worth_telling ? short_number(seconds, 2) + "\u00a0s" : "";
+}
+
+/// Many quantities that all hold are folded.
+PagePart quantities_part(const Outcome& outcome) {
   constexpr std::size_t few = 6;
-  if (outcome.quantities.size() <= few || outcome.status == Status::fail) {
-    return html_quantities(outcome);
-  }
-  return "<details><summary>" + std::to_string(outcome.quantities.size()) +
-         " quantities</summary>\n" + html_quantities(outcome) + "</details>\n";
+  const bool failed = outcome.status == Status::fail || outcome.status == Status::inconclusive;
+  Markup table{html_quantities(outcome)};
+  if (outcome.quantities.size() <= few || failed) { return table; }
+  return Section{.kind = Section::Kind::folded,
+                 .heading = std::to_string(outcome.quantities.size()) + " quantities",
+                 .parts = {table}};
 }
 
-std::string cost_of(const Outcome& outcome) {
-  if (outcome.timings.empty()) { return {}; }
+Table cost_table(const Outcome& outcome) {
   Table table{.title = "Cost on this machine",
               .caption = "Measured once, and not judged here.",
               .columns = {"what", "value", "unit"}};
   for (const Timing& timing : outcome.timings) {
     table.rows.push_back({timing.name, timing.value, timing.unit});
   }
-  return html_table(table);
-}
-
-std::string seconds_text(double seconds) {
-  constexpr double worth_telling = 0.1;
-  return seconds >= worth_telling
-             ? "<span class=\"seconds\">" + short_number(seconds, 2) + "\u00a0s</span>"
-             : "";
-}
-
-std::string exhibits(const Outcome& outcome, const std::vector<std::string>& drawings) {
-  std::string html;
-  for (std::size_t n = 0; n < outcome.figures.size(); ++n) {
-    html += html_figure(outcome.figures[n], drawings.at(n));
-  }
-  for (const Table& table : outcome.tables) { html += html_table(table); }
-  html += cost_of(outcome);
-  const bool many = outcome.figures.size() > 4;
-  return html.empty() ? html
-                      : "<div class=\"exhibits" + std::string(many ? " many" : "") + "\">\n" +
-                            html + "</div>\n";
+  return table;
 }
 
 }  // namespace
@@ -160,55 +159,44 @@ std::string case_anchor(const std::string& case_name) {
 }
 
 std::string html_quantities(const Outcome& outcome) {
-  std::string html =
-      "<div class=\"scroll\"><table class=\"quantities\"><thead><tr><th scope=\"col\">quantity</th>"
-      "<th scope=\"col\" class=\"number\">measured</th><th scope=\"col\" class=\"number\">allowed"
-      "</th><th scope=\"col\" class=\"number\">bound used</th><th scope=\"col\">verdict</th>"
-      "<th scope=\"col\">where the bound comes from</th></tr></thead><tbody>\n";
-  for (const Quantity& q : outcome.quantities) { html += quantity_row(q); }
-  return html + "</tbody></table></div>\n";
+  Data quantities(Data::type::list);
+  for (const Quantity& q : outcome.quantities) { quantities.push_back(quantity_values(q)); }
+  return fill(templates::quantities, {"quantities", quantities});
 }
 
-std::string html_case(const Outcome& outcome, const std::vector<std::string>& drawings) {
-  std::string html = "<article id=\"" + case_anchor(outcome.name) + "\">\n<h3>" +
-                     html_badge(outcome.status) + " <span>" + escape_markup(outcome.name) +
-                     "</span>" + seconds_text(outcome.seconds) + "</h3>\n<p class=\"claim\">" +
-                     escape_markup(outcome.claim) + "</p>\n";
-  if (!outcome.reason.empty()) {
-    html += "<p class=\"reason\">" + escape_markup(outcome.reason) + "</p>\n";
+Section case_section(const Outcome& outcome) {
+  Section section{.kind = Section::Kind::article,
+                  .heading = outcome.name,
+                  .id = case_anchor(outcome.name),
+                  .badge = {outcome.status},
+                  .aside = seconds_text(outcome.seconds)};
+  section.parts.emplace_back(Paragraph{outcome.claim, "claim"});
+  for (const std::string& reason : outcome.reasons) {
+    section.parts.emplace_back(Paragraph{reason, "reason"});
   }
-  html += html_notes(outcome.notes);
-  if (!outcome.quantities.empty()) { html += quantities_of(outcome); }
-  return html + exhibits(outcome, drawings) + "</article>\n";
+  section.parts.emplace_back(Notes{outcome.notes});
+  if (!outcome.quantities.empty()) { section.parts.push_back(quantities_part(outcome)); }
+  Section exhibits = exhibits_of(outcome.figures);
+  exhibits.style = outcome.figures.size() > 4 ? "many" : "";
+  exhibits.parts.insert(exhibits.parts.end(), outcome.tables.begin(), outcome.tables.end());
+  if (!outcome.timings.empty()) { exhibits.parts.emplace_back(cost_table(outcome)); }
+  section.parts.emplace_back(std::move(exhibits));
+  return section;
 }
 
-// What a reader needs before any detail: the verdict, suite by suite, and every case on one line
-// with the worst first.
+namespace {
 
 /// Outcomes of one suite, in their order.
 struct Suite {
   std::string name{};
   std::vector<const Outcome*> outcomes{};
 };
-std::vector<Suite> suites_of(const std::vector<Outcome>& outcomes);
-std::string suite_anchor(const Suite& suite);
-/// What the suites of the program are about; empty for any other.
-std::string about_suite(const std::string& name);
-
-/// "PASS: 61 of 61 cases hold; 2 skipped".
-std::string verdict_text(const Tally& tally);
-
-std::string html_suites(const std::vector<Suite>& suites);
-std::string html_case_table(const std::vector<Outcome>& outcomes);
-std::string html_contents(const std::vector<Suite>& suites);
-
-namespace {
 
 std::string count_of(int count, const std::string& one, const std::string& many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
-/// Errors and failures first, then what is closest to its bound, then what was not run.
+/// Errors and failures first, then passes by the share of the bound that they use, then skips.
 std::vector<const Outcome*> worst_first(const std::vector<Outcome>& outcomes) {
   std::vector<const Outcome*> order;
   for (const Outcome& outcome : outcomes) { order.push_back(&outcome); }
@@ -218,91 +206,60 @@ std::vector<const Outcome*> worst_first(const std::vector<Outcome>& outcomes) {
     switch (outcome->status) {
       case Status::error: return std::pair(0, 0.0);
       case Status::fail: return std::pair(1, -share);
-      case Status::pass: return std::pair(2, -share);
+      case Status::inconclusive: return std::pair(2, -share);
+      case Status::pass: return std::pair(3, -share);
       case Status::skip: break;
     }
-    return std::pair(3, 0.0);
+    return std::pair(4, 0.0);
   };
   std::ranges::stable_sort(order, {}, rank);
   return order;
 }
 
-/// The bar is full when the bound is reached.
-std::string share_cell(const Quantity& q) {
-  const double share = met_exactly(q) ? 0.0 : std::min(1.0, share_of_bound(q));
-  const std::string bar = plain_number(std::round(1000.0 * share) / 10.0);
-  return "<td class=\"share\" data-label=\"bound used\"><span class=\"bar" +
-         std::string(q.holds() ? "" : " over") + "\"><i style=\"width:" + bar + "%\"></i></span>" +
-         share_text(q) + "</td>";
-}
-
-std::string numbers_of(const Outcome& outcome) {
+/// One line of the table of cases. The bar is full when the bound is reached.
+Data case_values(const Outcome& outcome) {
+  Data values("name", outcome.name);
+  values.set("status", std::string(name_of(outcome.status)));
+  values.set("badge", html_badge({outcome.status}));
+  values.set("anchor", case_anchor(outcome.name));
+  values.set("claim", outcome.claim);
+  values.set("reason", outcome.reason());
   const Quantity* q = tightest_quantity(outcome);
   if (q == nullptr || outcome.status == Status::skip || outcome.status == Status::error) {
-    return "<td class=\"why\" colspan=\"4\">" + escape_markup(outcome.reason) + "</td>";
+    values.set("tightest", false);
+  } else {
+    const double share = met_exactly(*q) ? 0.0 : std::min(1.0, share_of_bound(*q));
+    Data tightest = quantity_values(*q);
+    tightest.set("over", !q->holds());
+    tightest.set("width", plain_number(std::round(1000.0 * share) / 10.0));
+    values.set("tightest", tightest);
   }
-  return "<td class=\"quantity\">" + escape_markup(q->name) + "<small>" +
-         escape_markup(q->bound_from) +
-         "</small></td><td class=\"number\" data-label=\"measured\" " + "title=\"" +
-         exact_number(q->value) + "\">" + escape_markup(measured_text(*q)) +
-         "</td><td class=\"number\" data-label=\"allowed\">" + escape_markup(allowed_text(*q)) +
-         "</td>" + share_cell(*q);
-}
-
-std::string case_rows(const Outcome& outcome) {
-  std::string rows = "<tbody data-status=\"" + std::string(name_of(outcome.status)) +
-                     "\"><tr><td>" + html_badge(outcome.status) +
-                     "</td><th scope=\"row\"><a href=\"#" + case_anchor(outcome.name) + "\">" +
-                     escape_markup(outcome.name) + "</a><small>" + escape_markup(outcome.claim) +
-                     "</small></th>" + numbers_of(outcome) + "</tr>\n";
+  Data more(false);
   if (outcome.quantities.size() > 1) {
-    rows += "<tr class=\"more\"><td></td><td colspan=\"5\"><details><summary>all " +
-            std::to_string(outcome.quantities.size()) + " quantities</summary>\n" +
-            html_quantities(outcome) + "</details></td></tr>";
+    more = Data("count", std::to_string(outcome.quantities.size()));
+    more.set("table", html_quantities(outcome));
   }
-  return rows + "</tbody>\n";
+  values.set("more", more);
+  return values;
 }
 
-std::string filters(const Tally& sum) {
-  const auto button = [](const std::string& status, const std::string& label, int count,
-                         bool pressed) {
-    return "<button type=\"button\" data-status=\"" + status + "\" aria-pressed=\"" +
-           (pressed ? "true" : "false") + "\">" + label + " <span>" + std::to_string(count) +
-           "</span></button>";
+Data buttons_of(const Tally& sum) {
+  Data buttons(Data::type::list);
+  const auto add = [&buttons](const char* status, const char* label, int count) {
+    Data button("status", status);
+    button.set("label", label);
+    button.set("count", std::to_string(count));
+    button.set("pressed", *status == '\0' ? "true" : "false");
+    buttons.push_back(button);
   };
-  return "<div class=\"filters\" hidden><input type=\"search\" placeholder=\"Filter by case, claim "
-         "or "
-         "quantity\" aria-label=\"Filter cases\">" +
-         button("", "all", sum.all(), true) + button("fail", "failed", sum.failed, false) +
-         button("error", "errors", sum.errors, false) +
-         button("pass", "passed", sum.passed, false) +
-         button("skip", "skipped", sum.skipped, false) + "</div>\n";
+  add("", "all", sum.all());
+  add("fail", "failed", sum.failed);
+  if (sum.inconclusive > 0) { add("inconclusive", "inconclusive", sum.inconclusive); }
+  add("error", "errors", sum.errors);
+  add("pass", "passed", sum.passed);
+  add("skip", "skipped", sum.skipped);
+  return buttons;
 }
-
-/// "oscillator/order" and "rk4" of "oscillator/order/rk4".
-std::pair<std::string, std::string> split_name(const std::string& name) {
-  const std::size_t slash = name.rfind('/');
-  if (slash == std::string::npos) { return {"", name}; }
-  return {name.substr(0, slash), name.substr(slash + 1)};
-}
-
-std::string contents_of(const Suite& suite) {
-  std::vector<std::pair<std::string, std::string>> groups;  // parent, links
-  for (const Outcome* outcome : suite.outcomes) {
-    const auto [parent, leaf] = split_name(outcome->name);
-    auto group = std::ranges::find(groups, parent, &std::pair<std::string, std::string>::first);
-    if (group == groups.end()) { group = groups.insert(groups.end(), {parent, {}}); }
-    group->second += "<a class=\"" + std::string(name_of(outcome->status)) + "\" href=\"#" +
-                     case_anchor(outcome->name) + "\">" + escape_markup(leaf) + "</a> ";
-  }
-  std::string html = "<dl>";
-  for (const auto& [parent, links] : groups) {
-    html += "<div><dt>" + escape_markup(parent) + "</dt><dd>" + links + "</dd></div>\n";
-  }
-  return html + "</dl>\n";
-}
-
-}  // namespace
 
 std::vector<Suite> suites_of(const std::vector<Outcome>& outcomes) {
   std::vector<Suite> suites;
@@ -316,95 +273,100 @@ std::vector<Suite> suites_of(const std::vector<Outcome>& outcomes) {
 
 std::string suite_anchor(const Suite& suite) { return "suite" + case_anchor(suite.name).substr(4); }
 
+/// A sentence about each suite of the program; empty for any other.
 std::string about_suite(const std::string& name) {
   static const std::map<std::string, std::string> about{
-      {"accuracy", "The model against closed forms and independent solutions."},
-      {"stability", "Which steps and scenes keep the motion bounded, and which do not."},
-      {"haptics", "What the device asks for and what the hand feels."},
-      {"clinical", "The model against what was recorded at the bedside."},
-      {"timing", "What a step costs, and whether it comes in time."},
+      {"accuracy", "The model compared with closed forms and independent solutions."},
+      {"stability",
+       "Steps and scenes for which the motion stays bounded, and those for which not."},
+      {"haptics", "The requested device force and the force at the hand."},
+      {"clinical", "The model compared with recordings of patients."},
+      {"timing", "The cost of a step, and whether it ends in time."},
       {"model", "The laws that the model is built on."}};
   const auto found = about.find(name);
   return found == about.end() ? std::string() : found->second;
 }
 
+/// "PASS: 61 of 61 cases hold; 2 skipped".
 std::string verdict_text(const Tally& sum) {
-  const int ran = sum.all() - sum.skipped;
   const std::string skipped =
       sum.skipped == 0 ? "" : "; " + std::to_string(sum.skipped) + " skipped";
-  if (ran == 0) { return "FAIL: no case ran" + skipped; }
+  if (sum.ran() == 0) { return "FAIL: no case ran" + skipped; }
   if (sum.holds()) {
     return "PASS: " + std::to_string(sum.passed) + " of " +
-           count_of(ran, "case holds", "cases hold") + skipped;
+           count_of(sum.ran(), "case holds", "cases hold") + skipped;
   }
-  return "FAIL: " + std::to_string(sum.failed + sum.errors) + " of " +
-         count_of(ran, "case falls short", "cases fall short") + skipped;
+  return "FAIL: " + std::to_string(sum.not_passed()) + " of " +
+         count_of(sum.ran(), "case falls short", "cases fall short") + skipped;
 }
 
 std::string html_suites(const std::vector<Suite>& suites) {
-  std::string html = "<ul class=\"suites\">\n";
+  Data list(Data::type::list);
   for (const Suite& suite : suites) {
-    std::vector<Outcome> bare;
+    Tally sum;
     double seconds = 0.0;
     for (const Outcome* outcome : suite.outcomes) {
-      bare.push_back({.status = outcome->status});
+      sum.add(outcome->status);
       seconds += outcome->seconds;
     }
-    const Tally sum = tally(bare);
-    const int ran = sum.all() - sum.skipped;
-    const bool fell = sum.failed + sum.errors > 0;
-    html += "<li class=\"" +
-            std::string(fell             ? "fail"
-                        : sum.passed > 0 ? "pass"
-                                         : "skip") +
-            "\"><a href=\"#" + suite_anchor(suite) + "\">" + escape_markup(suite.name) + "</a><b>" +
-            std::to_string(sum.passed) + " of " + std::to_string(ran) + "</b><small>" +
-            (sum.skipped > 0 ? std::to_string(sum.skipped) + " skipped, " : "") +
-            short_number(seconds, 2) + "\u00a0s</small></li>\n";
+    Data values("name", suite.name);
+    values.set("colour", sum.not_passed() > 0 ? "fail" : sum.passed > 0 ? "pass" : "skip");
+    values.set("anchor", suite_anchor(suite));
+    values.set("passed", std::to_string(sum.passed));
+    values.set("ran", std::to_string(sum.ran()));
+    values.set("skipped", sum.skipped > 0 ? Data(std::to_string(sum.skipped)) : Data(false));
+    values.set("seconds", short_number(seconds, 2));
+    list.push_back(values);
   }
-  return html + "</ul>\n";
+  return fill(templates::suites, {"suites", list});
 }
 
 std::string html_case_table(const std::vector<Outcome>& outcomes) {
-  std::string html =
-      "<h2 id=\"cases\">Cases, worst first</h2>\n" + filters(tally(outcomes)) +
-      "<div class=\"scroll\"><table class=\"cases\"><thead><tr><th scope=\"col\">verdict</th>"
-      "<th scope=\"col\">case and claim</th><th scope=\"col\">tightest quantity, and where its "
-      "bound "
-      "comes from</th><th scope=\"col\" class=\"number\">measured</th><th scope=\"col\" "
-      "class=\"number\">allowed</th><th scope=\"col\">bound used</th></tr></thead>\n";
-  for (const Outcome* outcome : worst_first(outcomes)) { html += case_rows(*outcome); }
-  return html + "</table></div>\n<p class=\"soft none\" hidden>No case matches.</p>\n";
+  Data cases(Data::type::list);
+  for (const Outcome* outcome : worst_first(outcomes)) { cases.push_back(case_values(*outcome)); }
+  Data values("buttons", buttons_of(tally(outcomes)));
+  values.set("cases", cases);
+  return fill(templates::cases, values);
+}
+
+/// "oscillator/order" and "rk4" of "oscillator/order/rk4".
+std::pair<std::string, std::string> split_name(const std::string& name) {
+  const std::size_t slash = name.rfind('/');
+  if (slash == std::string::npos) { return {"", name}; }
+  return {name.substr(0, slash), name.substr(slash + 1)};
+}
+
+Data contents_of(const Suite& suite) {
+  std::vector<std::pair<std::string, Data>> groups;  // parent, links
+  for (const Outcome* outcome : suite.outcomes) {
+    const auto [parent, leaf] = split_name(outcome->name);
+    auto group = std::ranges::find(groups, parent, &std::pair<std::string, Data>::first);
+    if (group == groups.end()) {
+      group = groups.insert(groups.end(), {parent, Data(Data::type::list)});
+    }
+    Data link("leaf", leaf);
+    link.set("status", std::string(name_of(outcome->status)));
+    link.set("anchor", case_anchor(outcome->name));
+    group->second.push_back(link);
+  }
+  Data list(Data::type::list);
+  for (const auto& [parent, links] : groups) {
+    Data group("name", parent);
+    group.set("links", links);
+    list.push_back(group);
+  }
+  return list;
 }
 
 std::string html_contents(const std::vector<Suite>& suites) {
-  std::string html =
-      "<nav class=\"contents\" aria-label=\"Contents\" id=\"contents\">\n<h2>Contents</h2>\n";
+  Data list(Data::type::list);
   for (const Suite& suite : suites) {
-    html += "<h3><a href=\"#" + suite_anchor(suite) + "\">" + escape_markup(suite.name) +
-            "</a></h3>\n" + contents_of(suite);
+    Data values("name", suite.name);
+    values.set("anchor", suite_anchor(suite));
+    values.set("groups", contents_of(suite));
+    list.push_back(values);
   }
-  return html + "<h3><a href=\"#provenance\">Where this comes from</a></h3>\n</nav>\n";
-}
-
-namespace {
-
-using Drawings = std::map<const Outcome*, std::vector<std::string>>;
-
-Drawings draw_all(const std::vector<Outcome>& outcomes) {
-  std::vector<const Figure*> figures;
-  for (const Outcome& outcome : outcomes) {
-    for (const Figure& figure : outcome.figures) { figures.push_back(&figure); }
-  }
-  std::vector<std::string> svgs = draw_figures(figures);
-  auto next = svgs.begin();
-  Drawings drawings;
-  for (const Outcome& outcome : outcomes) {
-    for (std::size_t n = 0; n < outcome.figures.size(); ++n) {
-      drawings[&outcome].push_back(std::move(*next++));
-    }
-  }
-  return drawings;
+  return fill(templates::contents, {"suites", list});
 }
 
 std::string capitalised(std::string text) {
@@ -432,22 +394,23 @@ std::string detail_text(const std::vector<Outcome>& outcomes, const Tally& sum) 
   };
   add(sum.passed, "passed");
   add(sum.failed, "failed");
+  add(sum.inconclusive, "inconclusive");
   add(sum.errors, "ended in an error");
   add(sum.skipped, "skipped, each with its reason");
   return text + "; " + quantities + ".";
 }
 
-std::string suite_section(const Suite& suite, const Drawings& drawings) {
-  std::string html = "<section id=\"" + suite_anchor(suite) + "\">\n<h2>" +
-                     escape_markup(capitalised(suite.name)) + "</h2>\n";
-  const std::string about = about_suite(suite.name);
-  if (!about.empty()) { html += "<p class=\"soft\">" + about + "</p>\n"; }
-  static const std::vector<std::string> none;
-  for (const Outcome* outcome : suite.outcomes) {
-    const auto drawn = drawings.find(outcome);
-    html += html_case(*outcome, drawn == drawings.end() ? none : drawn->second);
+Section suite_section(const Suite& suite) {
+  Section section{.kind = Section::Kind::section,
+                  .heading = capitalised(suite.name),
+                  .id = suite_anchor(suite)};
+  if (const std::string about = about_suite(suite.name); !about.empty()) {
+    section.parts.emplace_back(Paragraph{about});
   }
-  return html + "</section>\n";
+  for (const Outcome* outcome : suite.outcomes) {
+    section.parts.emplace_back(case_section(*outcome));
+  }
+  return section;
 }
 
 }  // namespace
@@ -455,22 +418,21 @@ std::string suite_section(const Suite& suite, const Drawings& drawings) {
 std::string to_html(const Results& results) {
   const Tally sum = tally(results.outcomes);
   const std::vector<Suite> suites = suites_of(results.outcomes);
-  const Drawings drawings = draw_all(results.outcomes);
   const std::string version = known(results, "version");
-  std::string body = html_banner(
-      {.title = results.title,
-       .small_print = {results.command, known(results, "date"),
-                       version.empty() ? "" : "version " + version, known(results, "commit")},
-       .held = sum.holds(),
-       .verdict = verdict_text(sum),
-       .detail = detail_text(results.outcomes, sum)});
-  body +=
-      "<main>\n" + html_suites(suites) + html_case_table(results.outcomes) + html_contents(suites);
-  for (const Suite& suite : suites) { body += suite_section(suite, drawings); }
-  std::vector<Fact> facts;
-  for (const auto& [name, value] : results.provenance) { facts.push_back({name, value, {}}); }
-  body += "</main>\n" + html_provenance(facts, results.command);
-  return html_page(results.title, body, {assets::report_js});
+  Page page{.banner = {.title = results.title,
+                       .small_print = {results.command, known(results, "date"),
+                                       version.empty() ? "" : "version " + version,
+                                       known(results, "commit")},
+                       .status = sum.holds() ? Status::pass : Status::fail,
+                       .verdict = verdict_text(sum),
+                       .detail = detail_text(results.outcomes, sum)},
+            .parts = {Markup{html_suites(suites)}, Markup{html_case_table(results.outcomes)},
+                      Markup{html_contents(suites)}},
+            .provenance = facts_of_map(results.provenance),
+            .command = results.command,
+            .scripts = {std::string(assets::report_js)}};
+  for (const Suite& suite : suites) { page.parts.emplace_back(suite_section(suite)); }
+  return render(page);
 }
 
 }  // namespace palpate

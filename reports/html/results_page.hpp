@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// How near a quantity is to its bound.
+/// The page of validation results.
 
 #include <string>
 #include <vector>
 
+#include "reports/html/html_page.hpp"
 #include "reports/results/results.hpp"
 #include "validation/outcome.hpp"
 
 namespace palpate {
 
-/// How much of the room up to the bound a quantity uses: at most 1 exactly when it holds. Of an
-/// interval, the distance from its middle over half its width. NaN is infinitely far out.
+/// Share of the bound that a quantity uses, its uncertainty included: at most 1 exactly when it
+/// holds. For an interval, the distance from its middle over half its width. Infinite for NaN.
 double share_of_bound(const Quantity& quantity);
 
-/// A count or a yes-or-no: it holds by equalling its bound, so its share of 1 is no narrow escape.
+/// True for counts and yes-or-no values that equal their bound. Their share of 1 is not a narrow
+/// margin.
 bool met_exactly(const Quantity& quantity);
 
 /// The judged quantity furthest beyond its bound, else nearest to it; what is met exactly comes
@@ -29,14 +31,13 @@ std::string share_text(const Quantity& quantity);
 
 // One case in full: claim, quantities, figures, tables, notes, cost.
 
-/// Where the section of a case is: "case-oscillator-order-rk4".
+/// Id of the section of a case: "case-oscillator-order-rk4".
 std::string case_anchor(const std::string& case_name);
 
-/// Every quantity with its bound and verdict.
+/// Table of all quantities with bounds and verdicts.
 std::string html_quantities(const Outcome& outcome);
 
-/// `drawings` are the SVGs of the case's figures, in order.
-std::string html_case(const Outcome& outcome, const std::vector<std::string>& drawings);
+Section case_section(const Outcome& outcome);
 
 // report.html of a set of cases: verdict, table of claims with the worst margin first, then every
 // case with its numbers and figures, then provenance.

@@ -9,19 +9,6 @@
 
 namespace palpate {
 
-Tally tally(const std::vector<Outcome>& outcomes) {
-  Tally sum;
-  for (const Outcome& outcome : outcomes) {
-    switch (outcome.status) {
-      case Status::pass: ++sum.passed; break;
-      case Status::fail: ++sum.failed; break;
-      case Status::skip: ++sum.skipped; break;
-      case Status::error: ++sum.errors; break;
-    }
-  }
-  return sum;
-}
-
 Results without_what_varies(Results results) {
   results.provenance.clear();
   for (Outcome& outcome : results.outcomes) {
@@ -42,20 +29,20 @@ std::string seconds_attribute(double seconds) {
 }
 
 std::string counts(const std::vector<const Outcome*>& outcomes) {
-  std::vector<Outcome> bare;
+  Tally sum;
   double seconds = 0.0;
   for (const Outcome* outcome : outcomes) {
-    bare.push_back(Outcome{.status = outcome->status});
+    sum.add(outcome->status);
     seconds += outcome->seconds;
   }
-  const Tally sum = tally(bare);
-  return " tests=\"" + std::to_string(sum.all()) + "\" failures=\"" + std::to_string(sum.failed) +
-         "\" errors=\"" + std::to_string(sum.errors) + "\" skipped=\"" +
-         std::to_string(sum.skipped) + "\" time=\"" + seconds_attribute(seconds) + "\"";
+  return " tests=\"" + std::to_string(sum.all()) + "\" failures=\"" +
+         std::to_string(sum.failed + sum.inconclusive) + "\" errors=\"" +
+         std::to_string(sum.errors) + "\" skipped=\"" + std::to_string(sum.skipped) + "\" time=\"" +
+         seconds_attribute(seconds) + "\"";
 }
 
-std::string fallen_quantities(const Outcome& outcome) {
-  std::string text = outcome.reason;
+std::string failed_quantities(const Outcome& outcome) {
+  std::string text = outcome.reason();
   for (const Quantity& q : outcome.quantities) {
     if (!q.judged() || q.holds()) { continue; }
     text += (text.empty() ? "" : "\n") + q.name + " = " + exact_number(q.value) + " " + q.unit +
@@ -66,13 +53,16 @@ std::string fallen_quantities(const Outcome& outcome) {
 }
 
 std::string verdict(const Outcome& outcome) {
-  const std::string message = escape_markup(fallen_quantities(outcome));
+  const std::string message = escape_markup(failed_quantities(outcome));
   switch (outcome.status) {
     case Status::pass: return {};
     case Status::skip: return "      <skipped message=\"" + message + "\"/>\n";
     case Status::fail:
-      return "      <failure type=\"bound\" message=\"" + message.substr(0, message.find('\n')) +
-             "\">" + escape_markup(outcome.claim) + "\n" + message + "</failure>\n";
+    case Status::inconclusive:
+      return "      <failure type=\"" +
+             std::string(outcome.status == Status::fail ? "bound" : "inconclusive") +
+             "\" message=\"" + message.substr(0, message.find('\n')) + "\">" +
+             escape_markup(outcome.claim) + "\n" + message + "</failure>\n";
     case Status::error: break;
   }
   return "      <error type=\"exception\" message=\"" + message + "\"/>\n";
@@ -92,6 +82,7 @@ std::string properties(const Outcome& outcome) {
     property(q.name + ".lower", exact_number(q.lower));
     property(q.name + ".upper", exact_number(q.upper));
     property(q.name + ".bound_from", q.bound_from);
+    if (q.uncertainty > 0.0) { property(q.name + ".uncertainty", exact_number(q.uncertainty)); }
   }
   return text + "      </properties>\n";
 }

@@ -200,7 +200,7 @@ Outcome outcome_of(const Json& summary, const Trace& trace, const std::string& s
   const auto status = summary.at("status").get<std::string>();
   if (status != "ok") {
     outcome.status = Status::error;
-    outcome.reason = "the run " + status;
+    outcome.reasons = {"the run " + status};
   }
   for (const char* key : {"nodes", "springs", "ticks", "steps", "substeps"}) {
     add_fact(outcome, summary, key);
@@ -216,7 +216,7 @@ Outcome outcome_of(const Json& summary, const Trace& trace, const std::string& s
   if (std::string problem = not_finite(outcome);
       !problem.empty() && outcome.status == Status::pass) {
     outcome.status = Status::error;
-    outcome.reason = std::move(problem);
+    outcome.reasons = {std::move(problem)};
   }
   return outcome;
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "model/problem/input_error.hpp"
@@ -46,25 +47,33 @@ double bound_from(const Json& json, double open) {
   return json.is_null() ? open : number_from_json(json);
 }
 
+/// The uncertainty is written only where there is one.
 Json to_json(const Quantity& q) {
-  return {{"name", q.name},
-          {"value", json_number(q.value)},
-          {"unit", q.unit},
-          {"lower", bound(q.lower)},
-          {"upper", bound(q.upper)},
-          {"bound_from", q.bound_from},
-          {"status", !q.judged() ? "info"
-                     : q.holds() ? "pass"
-                                 : "fail"}};
+  Json json{{"name", q.name},          {"value", json_number(q.value)},
+            {"unit", q.unit},          {"lower", bound(q.lower)},
+            {"upper", bound(q.upper)}, {"bound_from", q.bound_from}};
+  if (q.uncertainty > 0.0) { json["uncertainty"] = json_number(q.uncertainty); }
+  json["status"] = q.judged() ? name_of(q.status()) : "info";
+  return json;
 }
 
 Quantity quantity_from(const Json& json) {
-  return {.name = json.at("name"),
-          .value = number_from_json(json.at("value")),
-          .unit = json.at("unit"),
-          .lower = bound_from(json.at("lower"), -unbounded),
-          .upper = bound_from(json.at("upper"), unbounded),
-          .bound_from = json.at("bound_from")};
+  return {
+      .name = json.at("name"),
+      .value = number_from_json(json.at("value")),
+      .unit = json.at("unit"),
+      .lower = bound_from(json.at("lower"), -unbounded),
+      .upper = bound_from(json.at("upper"), unbounded),
+      .bound_from = json.at("bound_from"),
+      .uncertainty = json.contains("uncertainty") ? number_from_json(json.at("uncertainty")) : 0.0};
+}
+
+/// Reasons are one text in JSON, each on a line of its own.
+std::vector<std::string> reasons_from(const std::string& text) {
+  std::vector<std::string> reasons;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) { reasons.push_back(line); }
+  return reasons;
 }
 
 Json to_json(const Axis& axis) {
@@ -193,7 +202,8 @@ template <class Item> Json list_of(const std::vector<Item>& items) {
 }
 
 Status status_from(const std::string& name) {
-  for (const Status status : {Status::pass, Status::fail, Status::skip, Status::error}) {
+  for (const Status status :
+       {Status::pass, Status::fail, Status::inconclusive, Status::skip, Status::error}) {
     if (name_of(status) == name) { return status; }
   }
   throw std::runtime_error("unknown status " + name);
@@ -221,8 +231,8 @@ nlohmann::ordered_json case_json(const Outcome& outcome) {
             {"suite", outcome.suite},
             {"claim", outcome.claim},
             {"status", name_of(outcome.status)}};
-  json["skipped"] = skipped ? Json(outcome.reason) : Json(nullptr);
-  json["message"] = skipped ? "" : outcome.reason;
+  json["skipped"] = skipped ? Json(outcome.reason()) : Json(nullptr);
+  json["message"] = skipped ? "" : outcome.reason();
   json["seconds"] = outcome.seconds;
   json["quantities"] = list_of(outcome.quantities);
   json["tables"] = list_of(outcome.tables);
@@ -241,13 +251,13 @@ nlohmann::ordered_json cases_json(const std::vector<Outcome>& outcomes) {
 }
 
 Outcome case_from_json(const Json& json) {
-  Outcome outcome{.name = json.at("name"),
-                  .suite = json.at("suite"),
-                  .claim = json.at("claim"),
-                  .status = status_from(json.at("status")),
-                  .reason = json.at("skipped").is_null() ? json.at("message").get<std::string>()
-                                                         : json.at("skipped").get<std::string>(),
-                  .seconds = json.at("seconds")};
+  Outcome outcome{
+      .name = json.at("name"),
+      .suite = json.at("suite"),
+      .claim = json.at("claim"),
+      .status = status_from(json.at("status")),
+      .reasons = reasons_from(json.at(json.at("skipped").is_null() ? "message" : "skipped")),
+      .seconds = json.at("seconds")};
   for (const Json& each : json.at("quantities")) {
     outcome.quantities.push_back(quantity_from(each));
   }
@@ -300,7 +310,7 @@ Results results_from_json(const std::string& text, const std::string& name) {
       const Outcome& outcome = results.outcomes.back();
       check_verdict(outcome);
       if (!names.insert(outcome.name).second) {
-        throw std::runtime_error("case " + outcome.name + " stands twice");
+        throw std::runtime_error("case " + outcome.name + " is twice in it");
       }
     }
     return results;

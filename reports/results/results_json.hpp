@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// JSON has no NaN and no infinity.
+/// results.json: outcomes as JSON and back.
 
 #include <cmath>
 #include <exception>
@@ -14,18 +14,18 @@
 
 namespace palpate {
 
-/// Text says which.
+/// A number; NaN and infinity, which JSON lacks, as text.
 inline nlohmann::ordered_json json_number(double value) {
   if (std::isfinite(value)) { return value; }
   return std::isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf";
 }
 
-/// Null means that there is no limit.
+/// A number, or null where there is no limit.
 inline nlohmann::ordered_json finite_or_null(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
-// What is wrong with a JSON file, in words of the file rather than of the library that read it.
+// Errors in a JSON file, without the terms of the JSON library.
 
 /// "FILE:LINE: not JSON from here on; ALLOWED", or "FILE: WHAT; ALLOWED" when what is wrong has no
 /// place.
@@ -41,13 +41,13 @@ nlohmann::ordered_json cases_json(const std::vector<Outcome>& outcomes);
 /// Throws what the JSON library throws, or std::runtime_error.
 Outcome case_from_json(const nlohmann::ordered_json& json);
 
-/// A number, or the text that stands for one which JSON lacks: "nan", "inf", "-inf".
+/// A number, or the text of one that JSON lacks: "nan", "inf", "-inf".
 double number_from_json(const nlohmann::ordered_json& json);
 
 // results.json (docs/formats.md): what was found, and which data set of which trace file every
 // figure draws. The numbers of figures are in the trace files, not here.
 
-/// Same data, same bytes. What varies from run to run stands only in "seconds", "timings",
+/// Same data, same bytes. Only these vary from run to run: "seconds", "timings",
 /// "provenance" and in tables and figures marked "timing".
 std::string to_json(const Results& results);
 

@@ -121,7 +121,7 @@ inline Results results() {
                  .suite = "stability",
                  .claim = "energy does not drift",
                  .status = Status::error,
-                 .reason = "solver: flag -4"};
+                 .reasons = {"solver: flag -4"}};
   return {.title = "Palpate <validation>",
           .command = "palpate validate",
           .provenance = {{"version", "0.1.0"}, {"date", "today"}},

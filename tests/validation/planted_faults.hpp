@@ -47,7 +47,7 @@ inline void check_status(const std::string& name, const Mutation* mutation, Stat
   const Outcome outcome = run_case(select_cases(all_cases(), patterns, true).front(), context);
   if (outcome.status != expected) {
     std::printf("  %s is %s %s %s\n", name.c_str(), name_of(outcome.status).data(),
-                mutation != nullptr ? mutation->name.c_str() : "", outcome.reason.c_str());
+                mutation != nullptr ? mutation->name.c_str() : "", outcome.reason().c_str());
     for (const Quantity& q : outcome.quantities) {
       if (!q.holds()) { std::printf("    %s = %g\n", q.name.c_str(), q.value); }
     }

@@ -1,38 +1,41 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a fit is worth beyond its own recordings: how the misfit grows away from it, and how well
-/// subjects are foretold that it has not seen.
+/// Calibration of a scene with recordings, and checks of the fit: growth of the misfit away from
+/// it, and prediction of groups that were left out.
 
 #include <span>
 
 #include "validation/calibration/fit.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate::calibration {
 
-/// Least misfit where one parameter is held beside its fit, all others told fitted again.
+/// Least misfit with one parameter fixed beside its fit and the other constrained ones fitted
+/// again.
 struct Profile {
   std::size_t parameter = 0;  ///< index
   std::vector<double> value{};
   std::vector<double> growth{};  ///< of the sum of squares over that of the fit, priors included
 };
-/// Of the parameter that is told with the widest interval; empty when none is.
+/// Profile of the constrained parameter with the widest interval; empty if none is constrained.
 Profile profile_of_worst(Forward& forward, const Fit& fit);
 
-/// One group held out: the others fitted, the held-out one foretold.
+/// Prediction of one group by a fit to the others.
 struct HeldOut {
   std::string group{};
   std::size_t subjects = 0;
-  Pooled seen{};  ///< of the group that was held out
+  Pooled seen{};  ///< observations of the group that was left out
   Observation foretold{};
   double error_fitted = 0.0;    ///< root mean square over observables, relative, of those fitted
-  double error_foretold = 0.0;  ///< the same of the group that was held out
+  double error_foretold = 0.0;  ///< the same of the group that was left out
   bool converged = false;
 };
 
 /// Names of the groups, in the order of the recordings.
 std::vector<std::string> groups_of(std::span<const Subject> subjects);
 
-/// What was told is fitted again to all groups but one, for each; empty for fewer than two groups.
+/// Fits the constrained parameters again without each group in turn; empty for fewer than two
+/// groups.
 std::vector<HeldOut> leave_groups_out(Forward& forward, const Fit& fit,
                                       std::span<const Subject> subjects,
                                       const SharedUncertainty& shared = {});
@@ -41,8 +44,7 @@ std::vector<HeldOut> leave_groups_out(Forward& forward, const Fit& fit,
 Eigen::VectorXd relative_errors(const Observation& simulated, const Observation& seen);
 double root_mean_square(const Eigen::VectorXd& values);  ///< of the numbers among them
 
-// The whole of `palpate calibrate` but for files: subjects and a scene to a fit, what it is worth,
-// and what its shortcuts cost.
+// `palpate calibrate` without its files: from subjects and a scene to a fit and its checks.
 
 struct CalibrationOptions {
   Coarsening coarsening{};
@@ -63,9 +65,10 @@ struct Calibration {
 
   /// Largest difference between coarser and whole scene, in uncertainties of the data.
   [[nodiscard]] double shortcut_cost() const;
-  /// Converged, something told, nothing at a bound, nearer to the recordings than before, and
-  /// shortcuts that cost less than the uncertainty of any observable.
-  [[nodiscard]] bool held() const;
+  /// The verdict: the search converged, at least one parameter is constrained, none is at a bound,
+  /// the misfit did not grow, and the shortcuts change each observable by less than its
+  /// uncertainty.
+  [[nodiscard]] Outcome outcome() const;
 };
 
 /// Recordings without a refusal; parameters of parameters_of(), changed or fewer. Throws

@@ -94,7 +94,7 @@ std::string why_not_certified(const Certificate& all) {
   return {};
 }
 
-std::string praise(const Certificate& all) {
+std::string certified_text(const Certificate& all) {
   const LoadResult& worst = *all.worst();
   return "No tick of " + std::to_string(worst.scene.record.ticks()) + " missed " +
          microseconds(all.claim.deadline) + " at " + with_unit(all.claim.rate, "Hz") +
@@ -105,27 +105,51 @@ std::string praise(const Certificate& all) {
 
 }  // namespace
 
-std::string_view name_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::certified: return "certified";
-    case Verdict::not_certified: return "not certified";
-    case Verdict::not_qualified: break;
+std::string_view verdict_word(Status status) {
+  switch (status) {
+    case Status::pass: return "certified";
+    case Status::fail: return "not certified";
+    default: return "environment not qualified";
   }
-  return "environment not qualified";
 }
 
-Judgement judge(const Certificate& all) {
+namespace {
+
+Reason reason_of(const Certificate& all) {
   if (all.budget.diverged_at) {
-    return {Verdict::not_certified,
+    return {Status::fail,
             "The scene diverges at t = " + with_unit(*all.budget.diverged_at, "s") + "."};
   }
   if (std::string why = why_not_qualified(all); !why.empty()) {
-    return {Verdict::not_qualified, why};
+    return {Status::inconclusive, std::move(why)};
   }
   if (std::string why = why_not_certified(all); !why.empty()) {
-    return {Verdict::not_certified, why};
+    return {Status::fail, std::move(why)};
   }
-  return {Verdict::certified, praise(all)};
+  return {Status::pass, certified_text(all)};
+}
+
+}  // namespace
+
+Outcome outcome_of(const Certificate& all) {
+  Outcome outcome{.name = "certificate",
+                  .suite = "certificate",
+                  .claim = "Every tick of the scene ends before its deadline."};
+  for (const LoadResult& load : all.loads) {
+    outcome.judge({.name = "missed deadlines, load " + load.load,
+                   .value = static_cast<double>(load.scene.record.misses.count()),
+                   .upper = 0.0,
+                   .bound_from = "the claim"});
+  }
+  if (!all.budget.provocations.empty()) {
+    outcome.judge({.name = "computation of the costliest provoked tick",
+                   .value = all.budget.worst(),
+                   .unit = "s",
+                   .upper = all.claim.deadline,
+                   .bound_from = "the deadline"});
+  }
+  conclude(outcome, {reason_of(all)});
+  return outcome;
 }
 
 std::string suspects(const Phase& phase) {
@@ -154,7 +178,7 @@ std::string suspects(const Phase& phase) {
   return text;
 }
 
-std::string budget_words(const Certificate& all) {
+std::string budget_text(const Certificate& all) {
   if (all.budget.provocations.empty()) {
     return "No tick was provoked, so nothing is known of what one costs.";
   }

@@ -13,6 +13,7 @@
 #include "validation/certificate/paced_loop.hpp"
 #include "validation/certificate/tail.hpp"
 #include "validation/certificate/worst_case_probe.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate::certificate {
 
@@ -23,8 +24,7 @@ namespace palpate::certificate {
 /// program for one miss of 1000, where its steps do not converge.
 double miss_probability_upper(long misses, long ticks, double confidence = 0.95);
 
-// A real-time certificate: what was claimed, what was measured, and whether that supports the
-// claim.
+// A real-time certificate: the claim, the measurements and the verdict.
 
 struct Claim {
   double rate = 1000.0;    ///< of releases [Hz]
@@ -35,7 +35,7 @@ struct Claim {
   [[nodiscard]] long ticks() const;  ///< of each phase
 };
 
-/// What the system did on the loop's processor during a phase.
+/// Time that other work took from the loop's processor during a phase.
 struct ProcessorTimes {
   double stolen = 0.0;      ///< by the hypervisor [s]
   double others = 0.0;      ///< busy on all other processors [s]
@@ -66,7 +66,7 @@ struct LoadResult {
   [[nodiscard]] double miss_probability_upper() const;
 };
 
-/// What the system granted; empty texts: granted.
+/// Rights that the system granted: an empty text, or why it refused.
 struct Rights {
   std::string fifo{};
   std::string memory{};
@@ -86,41 +86,32 @@ struct Certificate {
   bool interrupted = false;
   std::vector<std::string> notes{};
 
-  /// The load under which least can be said for the scene: largest limit of the miss probability.
-  /// None: nothing ran.
+  /// The load with the largest upper limit of the miss probability; nullptr if nothing ran.
   [[nodiscard]] const LoadResult* worst() const;
 };
 
-// From what was measured to a word and a sentence.
+// The verdict.
 
-enum class Verdict { certified, not_certified, not_qualified };
+/// pass: "certified"; fail: "not certified"; inconclusive: "environment not qualified".
+std::string_view verdict_word(Status status);
 
-/// "certified", "not certified", "environment not qualified".
-std::string_view name_of(Verdict verdict);
+/// The verdict on a certificate; its one reason is a sentence. A scene that diverges fails in any
+/// environment. Otherwise the environment is judged first: without real-time scheduling and locked
+/// memory, or if the empty loop alone missed a deadline, the verdict is inconclusive. It is a pass
+/// if no tick missed under any load and no provoked tick computes for longer than the deadline.
+Outcome outcome_of(const Certificate& certificate);
 
-struct Judgement {
-  Verdict verdict = Verdict::not_qualified;
-  std::string reason{};  ///< one sentence
-};
-
-/// A scene that diverges is not certified anywhere. Otherwise the environment comes first: without
-/// the right scheduling and locked memory, or where the empty loop alone missed, nothing is said
-/// against the scene. It is certified where no tick missed under any load and no provoked tick
-/// takes longer than the deadline.
-Judgement judge(const Certificate& certificate);
-
-/// Who may have stolen the time of a loop that missed, as the counters tell; empty where they tell
-/// nothing.
+/// Possible causes of missed deadlines according to the counters of the system; empty without any.
 std::string suspects(const Phase& phase);
 
-/// What the computation alone says, whatever the environment: the costliest tick against the
-/// deadline.
-std::string budget_words(const Certificate& certificate);
+/// A sentence that compares the computation time of the costliest tick with the deadline. It does
+/// not depend on the environment.
+std::string budget_text(const Certificate& certificate);
 
-// The whole procedure: provoke, then for every load the empty loop and the scene, both for the same
-// time.
+// The procedure: worst-case probes, then for each load the empty loop and the scene for equal
+// times.
 
-/// What whoever waits may show; written by one thread, read by another.
+/// Progress of the procedure; written by one thread and read by another.
 struct Progress {
   std::atomic<const char*> stage{"beginning"};
   std::atomic<long> done{0};

@@ -161,9 +161,9 @@ double rank_correlation(std::span<const double> a, std::span<const double> b) {
   return std::isfinite(r) ? r : 0.0;
 }
 
-TailCheck correlation_check(const char* name, const char* claim, double r, std::size_t pairs) {
+Quantity correlation_check(const char* name, const char* claim, double r, std::size_t pairs) {
   const double limit = two_sided(false_alarm) / std::sqrt(static_cast<double>(pairs) - 1.0);
-  return {.name = name, .claim = claim, .value = r, .lower = -limit, .upper = limit};
+  return {.name = name, .value = r, .lower = -limit, .upper = limit, .bound_from = claim};
 }
 
 /// Ticks that are both above the threshold, a lag apart: how unlikely the most surprising number of
@@ -201,7 +201,7 @@ double distribution_distance(std::span<const double> a, std::span<const double> 
   return distance;
 }
 
-TailCheck halves_check(const Exceedances& all) {
+Quantity halves_check(const Exceedances& all) {
   std::vector<double> first = sizes(all.half(false));
   std::vector<double> second = sizes(all.half(true));
   std::ranges::sort(first);
@@ -209,11 +209,12 @@ TailCheck halves_check(const Exceedances& all) {
   const auto n = static_cast<double>(first.size());
   const auto m = static_cast<double>(second.size());
   const bool both = n > 0.0 && m > 0.0;
-  return {.name = "same-distribution-in-both-halves",
-          .claim = "excesses of both halves have one distribution (Kolmogorov-Smirnov distance)",
-          .value = both ? distribution_distance(first, second) : 1.0,
-          .lower = 0.0,
-          .upper = both ? std::sqrt(-0.5 * std::log(0.5 * false_alarm) * (n + m) / (n * m)) : 0.0};
+  return {
+      .name = "same-distribution-in-both-halves",
+      .value = both ? distribution_distance(first, second) : 1.0,
+      .lower = 0.0,
+      .upper = both ? std::sqrt(-0.5 * std::log(0.5 * false_alarm) * (n + m) / (n * m)) : 0.0,
+      .bound_from = "excesses of both halves have one distribution (Kolmogorov-Smirnov distance)"};
 }
 
 }  // namespace
@@ -257,30 +258,30 @@ double extremal_index(const Exceedances& all) {
   return squares > 0.0 ? std::min(1.0, 2.0 * sum * sum / (gaps * squares)) : 1.0;
 }
 
-std::vector<TailCheck> independence_checks(const Exceedances& all) {
+std::vector<Quantity> independence_checks(const Exceedances& all) {
   const std::vector<double> size = sizes(all);
   const std::span<const double> each(size);
   // Of n exponential gaps the estimator has a standard error of 1 / sqrt(n): 4 + 20/4 - 8/2 from
   // the moments of mean and mean square.
   const double spread =
       gsl_cdf_ugaussian_Qinv(false_alarm) / std::sqrt(static_cast<double>(all.count()));
-  return {
-      {.name = "alone-in-time",
-       .claim = "late ticks do not follow each other within ten ticks (chance of so many pairs)",
-       .value = chance_of_pairs(all),
-       .lower = false_alarm,
-       .upper = 1.0},
-      correlation_check(
-          "sizes-uncorrelated", "a large excess does not announce the next (rank correlation)",
-          rank_correlation(each.first(size.size() - 1), each.subspan(1)), size.size() - 1),
-      {.name = "extremal-index",
-       .claim = "excesses do not come in clusters (extremal index, 1 without any)",
-       .value = extremal_index(all),
-       .lower = 1.0 - spread,
-       .upper = 1.0}};
+  return {{.name = "alone-in-time",
+           .value = chance_of_pairs(all),
+           .lower = false_alarm,
+           .upper = 1.0,
+           .bound_from =
+               "late ticks do not follow each other within ten ticks (chance of so many pairs)"},
+          correlation_check(
+              "sizes-uncorrelated", "a large excess does not announce the next (rank correlation)",
+              rank_correlation(each.first(size.size() - 1), each.subspan(1)), size.size() - 1),
+          {.name = "extremal-index",
+           .value = extremal_index(all),
+           .lower = 1.0 - spread,
+           .upper = 1.0,
+           .bound_from = "excesses do not come in clusters (extremal index, 1 without any)"}};
 }
 
-std::vector<TailCheck> stationarity_checks(const Exceedances& all) {
+std::vector<Quantity> stationarity_checks(const Exceedances& all) {
   const auto count = static_cast<double>(all.count());
   const auto first = static_cast<double>(all.half(false).count());
   const double limit = two_sided(false_alarm);
@@ -288,10 +289,10 @@ std::vector<TailCheck> stationarity_checks(const Exceedances& all) {
   std::iota(order.begin(), order.end(), 0.0);
   return {
       {.name = "as-many-in-both-halves",
-       .claim = "both halves have as many excesses (difference over its standard error)",
        .value = (2.0 * first - count) / std::sqrt(count),
        .lower = -limit,
-       .upper = limit},
+       .upper = limit,
+       .bound_from = "both halves have as many excesses (difference over its standard error)"},
       halves_check(all),
       correlation_check("no-trend", "excesses do not grow or shrink with time (rank correlation)",
                         rank_correlation(order, sizes(all)), all.count())};
@@ -340,17 +341,17 @@ ReturnLevel return_level(const Level& level, double probability, double confiden
           .upper = threshold + interval.upper};
 }
 
-TailCheck shape_limit(const Level& lowest) {
+Quantity shape_limit(const Level& lowest) {
   constexpr double one_sided = 1.6449;  // normal, 95 %
   return {.name = "shape-below-half",
-          .claim = "the tail has a variance: upper 95 % limit of the shape below 0.5",
           .value = lowest.fit.shape + one_sided * lowest.fit.shape_error(),
           .lower = -1.0,
-          .upper = 0.5};
+          .upper = 0.5,
+          .bound_from = "the tail has a variance: upper 95 % limit of the shape below 0.5"};
 }
 
 /// Excesses over a higher threshold are some of those over the lowest, so that variances subtract.
-TailCheck shape_stability(const std::vector<Level>& levels) {
+Quantity shape_stability(const std::vector<Level>& levels) {
   const Level& lowest = levels.front();
   double largest = 0.0;
   for (std::size_t n = 1; n < levels.size(); ++n) {
@@ -360,16 +361,16 @@ TailCheck shape_stability(const std::vector<Level>& levels) {
     const double apart = std::abs(levels[n].fit.shape - lowest.fit.shape) / spread;
     largest = std::isnan(apart) ? apart : std::max(largest, apart);
   }
-  return {
-      .name = "shape-at-every-threshold",
-      .claim = "the shape is the same over three thresholds (difference over its standard error)",
-      .value = largest,
-      .lower = 0.0,
-      .upper = gsl_cdf_ugaussian_Qinv(0.25 * false_alarm)};
+  return {.name = "shape-at-every-threshold",
+          .value = largest,
+          .lower = 0.0,
+          .upper = gsl_cdf_ugaussian_Qinv(0.25 * false_alarm),
+          .bound_from =
+              "the shape is the same over three thresholds (difference over its standard error)"};
 }
 
 /// 0 in the middle of what the worst other threshold allows, 1 at its edge.
-TailCheck level_stability(const std::vector<Level>& levels, double probability) {
+Quantity level_stability(const std::vector<Level>& levels, double probability) {
   const double value = return_level(levels.front(), probability, 1.0 - false_alarm).value;
   double worst = 0.0;
   for (std::size_t n = 1; n < levels.size(); ++n) {
@@ -377,26 +378,27 @@ TailCheck level_stability(const std::vector<Level>& levels, double probability) 
     const double room = value < other.value ? other.value - other.lower : other.upper - other.value;
     worst = std::max(worst, std::abs(value - other.value) / room);
   }
-  return {
-      .name = "level-at-every-threshold",
-      .claim =
-          "what is extrapolated lies within what higher thresholds allow (share of their interval)",
-      .value = worst,
-      .lower = 0.0,
-      .upper = 1.0};
+  return {.name = "level-at-every-threshold",
+          .value = worst,
+          .lower = 0.0,
+          .upper = 1.0,
+          .bound_from =
+              "what is extrapolated lies within what higher thresholds allow (share of their "
+              "interval)"};
 }
 
 /// The first half alone bounds the largest of the second.
-TailCheck foretelling(const Level& lowest) {
+Quantity foretelling(const Level& lowest) {
   Level first{.above = lowest.above.half(false)};
   const Exceedances second = lowest.above.half(true);
-  TailCheck check{
+  Quantity check{
       .name = "first-half-foretells-second",
-      .claim = "the largest of the second half is one that the first half allows (us)",
       .value = second.count() > 0
                    ? 1e6 * std::ranges::max(second.ticks, {}, &LargeTick::seconds).seconds
                    : std::nan(""),
-      .lower = std::nan("")};
+      .lower = std::nan(""),
+      .upper = 0.0,
+      .bound_from = "the largest of the second half is one that the first half allows (us)"};
   if (first.above.count() < 25) { return check; }
   first.excess = first.above.excess();
   first.fit = fit_pareto(first.excess);
@@ -407,8 +409,8 @@ TailCheck foretelling(const Level& lowest) {
   return check;
 }
 
-std::string contradiction(const TailCheck& check) {
-  return "\"" + check.claim + "\": found " + plain_number(check.value, 3) + ", allowed " +
+std::string contradiction(const Quantity& check) {
+  return "\"" + check.bound_from + "\": found " + plain_number(check.value, 3) + ", allowed " +
          plain_number(check.lower, 3) + " to " + plain_number(check.upper, 3);
 }
 
@@ -437,7 +439,7 @@ Tail judge_tail(std::span<const LargeTick> largest, long ticks, double deadline)
   const Level& lowest = levels.front();
   const double decades[] = {0.1 / static_cast<double>(ticks), 0.01 / static_cast<double>(ticks)};
   tail.checks = independence_checks(lowest.above);
-  for (TailCheck& check : stationarity_checks(lowest.above)) {
+  for (Quantity& check : stationarity_checks(lowest.above)) {
     tail.checks.push_back(std::move(check));
   }
   tail.checks.push_back(shape_stability(levels));
@@ -445,7 +447,7 @@ Tail judge_tail(std::span<const LargeTick> largest, long ticks, double deadline)
   tail.checks.push_back(shape_limit(lowest));
   tail.checks.push_back(foretelling(lowest));
   for (const Level& level : levels) { tail.fits.push_back({level.above.threshold, level.fit}); }
-  for (const TailCheck& check : tail.checks) {
+  for (const Quantity& check : tail.checks) {
     if (check.holds()) { continue; }
     tail.refusal +=
         (tail.refusal.empty() ? "contradicted by the data: " : "; ") + contradiction(check);

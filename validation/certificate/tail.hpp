@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "validation/certificate/paced_loop.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate::certificate {
 
@@ -42,20 +43,9 @@ struct ExcessInterval {
 ExcessInterval excess_interval(const ParetoFit& fit, std::span<const double> excess, double q,
                                double confidence);
 
-// How long ticks may take that were not seen: peaks over a threshold and a generalised Pareto
-// distribution, told only where what the method assumes was not contradicted (Cazorla et al.,
-// OASIcs.WCET.2013.64, on why).
-
-/// One assumption: a number that must lie within limits.
-struct TailCheck {
-  std::string name{};   ///< "independence-in-time"
-  std::string claim{};  ///< what must hold, in words
-  double value = 0.0;
-  double lower = 0.0;
-  double upper = 0.0;
-
-  [[nodiscard]] bool holds() const { return value >= lower && value <= upper; }
-};
+// Extrapolation of response times by peaks over a threshold and a generalised Pareto distribution.
+// It is refused where the data contradict an assumption of the method (Cazorla et al.,
+// OASIcs.WCET.2013.64, give the reasons).
 
 /// A fit above one threshold [s].
 struct ThresholdFit {
@@ -72,8 +62,8 @@ struct ReturnLevel {
 };
 
 struct Tail {
-  std::string refusal{};  ///< empty: the levels may be told
-  std::vector<TailCheck> checks{};
+  std::string refusal{};              ///< why there are no levels; empty: there are
+  std::vector<Quantity> checks{};     ///< assumptions of the method; bound_from says what must hold
   std::vector<ThresholdFit> fits{};   ///< lowest threshold first; the levels are from that
   std::vector<ReturnLevel> levels{};  ///< one and two decades beyond the data
   /// That a response exceeds the deadline; empty where that is rarer than one in a hundred times
@@ -89,7 +79,7 @@ inline constexpr double false_alarm = 1e-3;
 /// Of the largest responses of `ticks` ticks, largest first.
 Tail judge_tail(std::span<const LargeTick> largest, long ticks, double deadline);
 
-// What an extrapolation assumes of excesses over a threshold, each as a number with its limits.
+// Assumptions of the extrapolation about excesses over a threshold, each as a bounded quantity.
 
 /// Response times above a threshold, in the order of time.
 struct Exceedances {
@@ -110,7 +100,7 @@ Exceedances exceedances(std::span<const LargeTick> largest, std::size_t count, l
 /// alone, 1/m where they come in clusters of m.
 double extremal_index(const Exceedances& all);
 
-std::vector<TailCheck> independence_checks(const Exceedances& all);
-std::vector<TailCheck> stationarity_checks(const Exceedances& all);
+std::vector<Quantity> independence_checks(const Exceedances& all);
+std::vector<Quantity> stationarity_checks(const Exceedances& all);
 
 }  // namespace palpate::certificate

@@ -25,7 +25,7 @@ struct Trial {
   std::string name{};
   std::vector<double> simulated{};
   ComparisonOptions options{};
-  std::vector<Verdict> right{};
+  std::vector<Status> right{};
   std::string why{};
 };
 
@@ -36,41 +36,43 @@ std::vector<double> scaled(std::vector<double> values, double gain, double offse
 
 /// Faults of size: the tolerance of the peak is 10.2 %, that of the plateau 7 mmHg.
 std::vector<Trial> faults_of_size(const std::vector<double>& same) {
-  using enum Verdict;
-  const std::vector<Verdict> fine{agrees, not_distinguishable};
+  const std::vector<Status> fine{Status::pass, Status::inconclusive};
   const std::string peak = "tolerance of the peak 10.2 %";
   const std::string plateau = "tolerance of the plateau 7 mmHg";
-  return {{"unchanged", same, {}, fine, "the same law, and the recording's noise"},
-          {"gain +5 %", scaled(same, 1.05, 0.0), {}, fine, peak},
-          {"gain +20 %", scaled(same, 1.2, 0.0), {}, {differs}, peak},
-          {"offset +2 mmHg", scaled(same, 1.0, 2.0 * pascals_per_mmhg), {}, fine, plateau},
-          {"offset +12 mmHg", scaled(same, 1.0, 12.0 * pascals_per_mmhg), {}, {differs}, plateau}};
+  return {
+      {"unchanged", same, {}, fine, "the same law, and the recording's noise"},
+      {"gain +5 %", scaled(same, 1.05, 0.0), {}, fine, peak},
+      {"gain +20 %", scaled(same, 1.2, 0.0), {}, {Status::fail}, peak},
+      {"offset +2 mmHg", scaled(same, 1.0, 2.0 * pascals_per_mmhg), {}, fine, plateau},
+      {"offset +12 mmHg", scaled(same, 1.0, 12.0 * pascals_per_mmhg), {}, {Status::fail}, plateau}};
 }
 
 std::vector<Trial> faults_of_the_event(const std::vector<double>& time) {
-  using enum Verdict;
   const PressureLaw law;
   const std::vector<double> late = pressures({.delay = 1.0}, time);
   ComparisonOptions by_start;
   by_start.alignment = AlignmentRule::start;
-  return {
-      {"delay 1 s, clocks shared", late, by_start, {differs}, "tolerance of times 0.5 s"},
-      {"delay 1 s, clocks apart",
-       late,
-       {},
-       {agrees, not_distinguishable},
-       "aligned by the event; the lag is reported"},
-      {"drop 5x slower",
-       pressures({.fall_constant = 5.0 * law.fall_constant}, time),
-       {},
-       {differs},
-       "tolerance of the drop time: a factor of 2"},
-      {"no loss of resistance", pressures({.plateau = law.peak}, time), {}, {differs}, "no event"},
-      {"false loss, 33 %",
-       pressures({.plateau = 0.67 * law.peak}, time),
-       {},
-       {differs},
-       "no drop of 40 %"}};
+  return {{"delay 1 s, clocks shared", late, by_start, {Status::fail}, "tolerance of times 0.5 s"},
+          {"delay 1 s, clocks apart",
+           late,
+           {},
+           {Status::pass, Status::inconclusive},
+           "aligned by the event; the lag is reported"},
+          {"drop 5x slower",
+           pressures({.fall_constant = 5.0 * law.fall_constant}, time),
+           {},
+           {Status::fail},
+           "tolerance of the drop time: a factor of 2"},
+          {"no loss of resistance",
+           pressures({.plateau = law.peak}, time),
+           {},
+           {Status::fail},
+           "no event"},
+          {"false loss, 33 %",
+           pressures({.plateau = 0.67 * law.peak}, time),
+           {},
+           {Status::fail},
+           "no drop of 40 %"}};
 }
 
 std::vector<Trial> trials(const std::vector<double>& time) {
@@ -80,11 +82,11 @@ std::vector<Trial> trials(const std::vector<double>& time) {
   std::vector<Trial> all = faults_of_size(same);
   std::ranges::move(faults_of_the_event(time), std::back_inserter(all));
   const std::vector<double> constant(time.size(), 30.0 * pascals_per_mmhg);
-  all.push_back({"constant", constant, {}, {Verdict::not_comparable}, "nothing happens in it"});
+  all.push_back({"constant", constant, {}, {Status::error}, "nothing happens in it"});
   all.push_back({"pump instead of thumb",
                  same,
                  pump,
-                 {Verdict::not_comparable},
+                 {Status::error},
                  "two regimes of pressure are never compared"});
   return all;
 }
@@ -114,8 +116,8 @@ std::vector<Cell> row_of(const Trial& trial, const Comparison& c) {
           c.errors.samples > 0 ? c.errors.phase : none,
           c.rating ? c.rating->overall : none,
           c.alignment.lag,
-          std::string(name_of(c.verdict)),
-          c.reasons.empty() ? std::string() : c.reasons.front()};
+          std::string(verdict_word(c.outcome.status)),
+          c.outcome.reasons.empty() ? std::string() : c.outcome.reasons.front()};
 }
 
 void measure_verdicts(const CaseContext& context, Outcome& outcome) {
@@ -136,7 +138,7 @@ void measure_verdicts(const CaseContext& context, Outcome& outcome) {
     damage(context, trial.simulated);
     const Comparison found = compare(recording, trace_of(time, trial.simulated), trial.options);
     table.rows.push_back(row_of(trial, found));
-    const bool right = std::ranges::find(trial.right, found.verdict) != trial.right.end();
+    const bool right = std::ranges::find(trial.right, found.outcome.status) != trial.right.end();
     outcome.judge({.name = "right_verdict: " + trial.name,
                    .value = right ? 1.0 : 0.0,
                    .lower = 1.0,
@@ -327,7 +329,7 @@ void judge_samples(const Comparison& found, Outcome& outcome) {
                  .upper = 0.5 * (1.0 + 1e-6) * quantum / pascals_per_mmhg,
                  .bound_from = "the link rounds to 0.1 mmHg: half of that, and rounding"});
   outcome.judge({.name = "verdict_agrees",
-                 .value = found.verdict == Verdict::agrees ? 1.0 : 0.0,
+                 .value = found.outcome.status == Status::pass ? 1.0 : 0.0,
                  .lower = 1.0,
                  .bound_from = "a recording of the simulation is the simulation"});
 }
@@ -341,7 +343,7 @@ void judge_event(const Comparison& found, const Recording& recording, Outcome& o
                  .unit = "1",
                  .upper = 1.0,
                  .bound_from = "sampling: an event is placed to within a frame period, 1/120 s"});
-  const FeatureVerdict& peak = found.features.at(static_cast<std::size_t>(Feature::peak));
+  const FeatureComparison& peak = found.features.at(static_cast<std::size_t>(Feature::peak));
   outcome.judge(
       {.name = "error_of_the_peak",
        .value = std::abs(peak.error) / pascals_per_mmhg,
@@ -372,7 +374,7 @@ void measure_round_trip(const CaseContext& context, Outcome& outcome) {
   } else {
     judge_event(by_event, recording, outcome);
   }
-  outcome.notes = found.reasons;
+  outcome.notes = found.outcome.reasons;
 }
 
 }  // namespace

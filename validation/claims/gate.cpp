@@ -150,13 +150,15 @@ void measure_self(const CaseContext& context, Outcome& outcome) {
   int rounded = 0;
   for (int n = 0; n < comparisons; ++n) {
     const CaseContext other = in_order(context, first_seed + static_cast<std::uint64_t>(n));
-    const gate::Verdict verdict = gate::judge(baseline, {.outcomes = {outcome_of(other, study)}});
+    const gate::GateResult verdict =
+        gate::compare(baseline, {.outcomes = {outcome_of(other, study)}});
     alarms += verdict.holds() ? 0 : 1;
-    rounded += verdict.tally().identical == 0 ? 1 : 0;
+    rounded += verdict.counts().identical == 0 ? 1 : 0;
   }
-  const gate::Verdict again = gate::judge(baseline, {.outcomes = {outcome_of(context, study)}});
+  const gate::GateResult again =
+      gate::compare(baseline, {.outcomes = {outcome_of(context, study)}});
   outcome.judge({.name = "identical_again",
-                 .value = static_cast<double>(again.tally().identical),
+                 .value = static_cast<double>(again.counts().identical),
                  .lower = 1.0,
                  .upper = 1.0,
                  .bound_from = "the same run gives the same bits"});
@@ -189,7 +191,7 @@ namespace {
 
 using gate::Baseline;
 using gate::Candidate;
-using gate::Verdict;
+using gate::GateResult;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -334,7 +336,7 @@ std::string refusal_of_slower_library() {
 /// What happened to one fault, as a row of the report.
 class Ledger {
  public:
-  void add(const std::string& fault, const Verdict& verdict) {
+  void add(const std::string& fault, const GateResult& verdict) {
     const bool red = !verdict.holds();
     caught_ += red ? 1 : 0;
     std::string why = verdict.faults.empty() ? "" : verdict.faults.front();
@@ -366,10 +368,10 @@ void try_model_faults(const CaseContext& context, const Study& study, const Base
   for (const Mutation& fault : model_faults()) {
     CaseContext damaged = context;
     damaged.mutation = &fault;
-    ledger.add(fault.name, gate::judge(baseline, {.outcomes = {outcome_of(damaged, study)}}));
+    ledger.add(fault.name, gate::compare(baseline, {.outcomes = {outcome_of(damaged, study)}}));
   }
   ledger.add("the reference left the force out",
-             gate::judge(baseline, {.outcomes = {outcome_of(context, block_study(false))}}));
+             gate::compare(baseline, {.outcomes = {outcome_of(context, block_study(false))}}));
 }
 
 void try_handed_faults(const Baseline& baseline, const Candidate& sound, Ledger& ledger) {
@@ -379,7 +381,7 @@ void try_handed_faults(const Baseline& baseline, const Candidate& sound, Ledger&
       Candidate damaged = sound;
       std::vector<std::string> only;
       fault.plant(damaged_baseline, damaged, only);
-      ledger.add(fault.name, gate::judge(damaged_baseline, damaged, only));
+      ledger.add(fault.name, gate::compare(damaged_baseline, damaged, only));
     }
   }
 }
@@ -389,7 +391,7 @@ void measure_faults(const CaseContext& context, Outcome& outcome) {
   const Baseline baseline = accepted(context, study);
   const Candidate sound{.outcomes = {outcome_of(context, study)}};
   outcome.judge({.name = "holds_without",
-                 .value = gate::judge(baseline, sound).holds() ? 1.0 : 0.0,
+                 .value = gate::compare(baseline, sound).holds() ? 1.0 : 0.0,
                  .lower = 1.0,
                  .upper = 1.0,
                  .bound_from = "a gate that is always red would catch everything"});
@@ -403,8 +405,8 @@ void measure_faults(const CaseContext& context, Outcome& outcome) {
     std::ranges::copy(context.damaged_files(), std::back_inserter(refusals));
   }
   for (const auto& [fault, refusal] : refusals) {
-    Verdict verdict{.faults = {refusal}};
-    if (refusal.empty()) { verdict = gate::judge(baseline, sound); }
+    GateResult verdict{.faults = {refusal}};
+    if (refusal.empty()) { verdict = gate::compare(baseline, sound); }
     ledger.add(fault, verdict);
   }
   ledger.conclude(outcome);

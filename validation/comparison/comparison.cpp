@@ -67,54 +67,18 @@ std::vector<Tolerance> default_tolerances(QuantityKind kind) {
   };
 }
 
-namespace {
-
-/// Not judged counts for nothing.
-int rank(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::not_comparable: return 4;
-    case Verdict::differs: return 3;
-    case Verdict::not_distinguishable: return 2;
-    case Verdict::agrees: return 1;
-    case Verdict::not_judged: break;
-  }
-  return 0;
-}
-
-}  // namespace
-
-std::string_view name_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::agrees: return "agrees";
-    case Verdict::not_distinguishable: return "not distinguishable";
-    case Verdict::differs: return "differs";
-    case Verdict::not_comparable: return "not comparable";
-    case Verdict::not_judged: break;
+std::string_view verdict_word(Status status) {
+  switch (status) {
+    case Status::pass: return "agrees";
+    case Status::inconclusive: return "not distinguishable";
+    case Status::fail: return "differs";
+    case Status::error: return "not comparable";
+    case Status::skip: break;
   }
   return "not judged";
 }
 
 double ValidationUncertainty::total() const { return std::hypot(numerical, input, data); }
-
-Verdict judge(double simulated, double lower, double upper, double expanded) {
-  if (!(std::isfinite(simulated) && std::isfinite(lower) && std::isfinite(upper) &&
-        std::isfinite(expanded))) {
-    return Verdict::not_comparable;
-  }
-  if (simulated + expanded < lower || simulated - expanded > upper) { return Verdict::differs; }
-  const bool inside = simulated - expanded >= lower && simulated + expanded <= upper;
-  return inside ? Verdict::agrees : Verdict::not_distinguishable;
-}
-
-Verdict worse(Verdict a, Verdict b) { return rank(a) >= rank(b) ? a : b; }
-
-std::vector<std::string> worst_first(std::vector<Reason> reasons) {
-  std::ranges::stable_sort(reasons, std::greater{},
-                           [](const Reason& one) { return rank(one.verdict); });
-  std::vector<std::string> texts;
-  for (Reason& one : reasons) { texts.push_back(std::move(one.text)); }
-  return texts;
-}
 
 namespace {
 
@@ -240,7 +204,7 @@ double moved_by_offset(Feature feature, const Features& features) {
   return 0.0;
 }
 
-ValidationUncertainty uncertainty_of(const FeatureVerdict& one, const Comparison& comparison,
+ValidationUncertainty uncertainty_of(const FeatureComparison& one, const Comparison& comparison,
                                      const ComparisonOptions& options) {
   const double size = std::abs(*one.simulated.value);
   const bool by_model = scales(one.feature);
@@ -252,19 +216,14 @@ ValidationUncertainty uncertainty_of(const FeatureVerdict& one, const Comparison
                              lag)};
 }
 
-void judge_numbers(FeatureVerdict& one, const Comparison& comparison,
-                   const ComparisonOptions& options) {
-  const double recorded = *one.recorded.value;
-  one.error = *one.simulated.value - recorded;
-  one.lower = one.tolerance.lower(recorded);
-  one.upper = one.tolerance.upper(recorded);
+void compare_numbers(FeatureComparison& one, const Comparison& comparison,
+                     const ComparisonOptions& options) {
   one.uncertainty = uncertainty_of(one, comparison, options);
-  one.expanded = options.uncertainties.coverage_factor * one.uncertainty.total();
-  one.below_uncertainty = std::abs(one.error) < one.uncertainty.total();
-  one.verdict = judge(*one.simulated.value, one.lower, one.upper, one.expanded);
+  judge_difference(one, *one.recorded.value, *one.simulated.value,
+                   options.uncertainties.coverage_factor);
 }
 
-std::string reason_of_absence(const FeatureVerdict& one) {
+std::string reason_of_absence(const FeatureComparison& one) {
   if (one.recorded.value) { return "simulated: " + one.simulated.reason; }
   if (one.simulated.value) { return "recorded: " + one.recorded.reason; }
   if (one.recorded.reason == one.simulated.reason) { return "in neither: " + one.recorded.reason; }
@@ -273,19 +232,19 @@ std::string reason_of_absence(const FeatureVerdict& one) {
 
 /// One of the two is missing, or both. Only the event is never just absent: it is there, or it is
 /// not, or nobody can tell; what is missing with it is told by the event itself.
-void judge_absence(FeatureVerdict& one) {
+void explain_absence(FeatureComparison& one) {
   one.reason = reason_of_absence(one);
-  one.verdict = one.feature == Feature::loss_of_resistance ? Verdict::not_distinguishable
-                                                           : Verdict::not_judged;
+  one.status = one.feature == Feature::loss_of_resistance ? Status::inconclusive : Status::skip;
 }
 
-FeatureVerdict judge_feature(Feature feature, const Comparison& comparison,
-                             const ComparisonOptions& options) {
-  FeatureVerdict one{.feature = feature,
-                     .unit = unit_of(feature, comparison.unit),
-                     .recorded = comparison.recorded_features[feature],
-                     .simulated = comparison.simulated_features[feature],
-                     .tolerance = tolerance_of(feature, options)};
+FeatureComparison compare_feature(Feature feature, const Comparison& comparison,
+                                  const ComparisonOptions& options) {
+  FeatureComparison one{.feature = feature,
+                        .recorded = comparison.recorded_features[feature],
+                        .simulated = comparison.simulated_features[feature],
+                        .tolerance = tolerance_of(feature, options)};
+  one.quantity.name = name_of(feature);
+  one.quantity.unit = unit_of(feature, comparison.unit);
   if (is_time(feature) && one.recorded.value) { *one.recorded.value -= comparison.alignment.lag; }
   if (is_time(feature) && !comparison.alignment.judges_times()) {
     one.reason =
@@ -296,14 +255,34 @@ FeatureVerdict judge_feature(Feature feature, const Comparison& comparison,
     return one;
   }
   if (one.recorded.value && one.simulated.value) {
-    judge_numbers(one, comparison, options);
+    compare_numbers(one, comparison, options);
   } else {
-    judge_absence(one);
+    explain_absence(one);
   }
   return one;
 }
 
 }  // namespace
+
+void judge_difference(FeatureComparison& one, double recorded, double simulated,
+                      double coverage_factor) {
+  one.error = simulated - recorded;
+  Quantity& q = one.quantity;
+  q.value = simulated;
+  q.lower = one.tolerance.lower(recorded);
+  q.upper = one.tolerance.upper(recorded);
+  q.bound_from = one.tolerance.origin;
+  q.uncertainty = coverage_factor * one.uncertainty.total();
+  one.below_uncertainty = std::abs(one.error) < one.uncertainty.total();
+  const bool finite = std::isfinite(q.value) && std::isfinite(q.lower) && std::isfinite(q.upper) &&
+                      std::isfinite(q.uncertainty);
+  one.status = finite ? q.status() : Status::error;
+}
+
+Reason reason_of(const FeatureComparison& one) {
+  const bool told = one.status != Status::pass && one.status != Status::skip;
+  return {one.status, told ? sentence_of(one) : std::string()};
+}
 
 Tolerance tolerance_of(Feature feature, const ComparisonOptions& options) {
   for (const Tolerance& given : options.tolerances) {
@@ -322,13 +301,13 @@ double data_uncertainty(Feature feature, const Features& recorded,
                     std::hypot(moved_by_offset(feature, recorded) * zero, gain));
 }
 
-std::vector<FeatureVerdict> judge_features(const Comparison& comparison,
-                                           const ComparisonOptions& options) {
-  std::vector<FeatureVerdict> verdicts;
+std::vector<FeatureComparison> compare_features(const Comparison& comparison,
+                                                const ComparisonOptions& options) {
+  std::vector<FeatureComparison> all;
   for (std::size_t n = 0; n < feature_count; ++n) {
-    verdicts.push_back(judge_feature(static_cast<Feature>(n), comparison, options));
+    all.push_back(compare_feature(static_cast<Feature>(n), comparison, options));
   }
-  return verdicts;
+  return all;
 }
 
 namespace {
@@ -368,10 +347,11 @@ std::string shown_interval(Feature feature, const Interval& interval, std::strin
          quantity(in_unit(interval.upper, field), field.name);
 }
 
-std::string shown_uncertainty(const FeatureVerdict& verdict) {
-  if (!(verdict.expanded > 0.0) || verdict.feature == Feature::loss_of_resistance) { return {}; }
-  const FieldUnit field = unit_for(verdict.feature, verdict.unit);
-  return "±" + short_number(field.factor * verdict.expanded, 2) + "\u00a0" + field.name;
+std::string shown_uncertainty(const FeatureComparison& one) {
+  const double expanded = one.quantity.uncertainty;
+  if (!(expanded > 0.0) || one.feature == Feature::loss_of_resistance) { return {}; }
+  const FieldUnit field = unit_for(one.feature, one.quantity.unit);
+  return "±" + short_number(field.factor * expanded, 2) + "\u00a0" + field.name;
 }
 
 std::string shown(const Tolerance& tolerance, std::string_view unit) {
@@ -384,26 +364,27 @@ std::string shown(const Tolerance& tolerance, std::string_view unit) {
   return text.empty() ? "the same" : text;
 }
 
-std::string sentence_of(const FeatureVerdict& one) {
+std::string sentence_of(const FeatureComparison& one) {
   const std::string name = in_words(one.feature) + ": ";
-  const std::string verdict = ": " + std::string(name_of(one.verdict));
+  const std::string verdict = ": " + std::string(verdict_word(one.status));
   if (!one.reason.empty()) { return name + one.reason + verdict; }
   if (one.feature == Feature::loss_of_resistance) {
     return name + found_or_not(one.simulated) + " in the simulated trace, " +
            found_or_not(one.recorded) + " in the recorded one" + verdict;
   }
+  const Quantity& q = one.quantity;
   const std::string known = shown_uncertainty(one);
-  return name + shown(one.feature, *one.simulated.value, one.unit) + " simulated, " +
-         shown(one.feature, *one.recorded.value, one.unit) + " recorded; " +
-         shown_interval(one.feature, {one.lower, one.upper}, one.unit) + " allowed" +
+  return name + shown(one.feature, *one.simulated.value, q.unit) + " simulated, " +
+         shown(one.feature, *one.recorded.value, q.unit) + " recorded; " +
+         shown_interval(one.feature, {q.lower, q.upper}, q.unit) + " allowed" +
          (known.empty() ? "" : ", known to " + known) + verdict;
 }
 
 namespace {
 
 Comparison refuse(Comparison comparison, const std::string& reason) {
-  comparison.verdict = Verdict::not_comparable;
-  comparison.reasons = {reason};
+  comparison.outcome.status = Status::error;
+  comparison.outcome.reasons = {reason};
   return comparison;
 }
 
@@ -495,16 +476,13 @@ void explain(Comparison& comparison) {
 }
 
 void conclude(Comparison& comparison) {
-  comparison.verdict = Verdict::not_judged;
-  std::vector<Reason> reasons;
-  for (const FeatureVerdict& one : comparison.features) {
-    comparison.verdict = worse(comparison.verdict, one.verdict);
-    if (one.verdict != Verdict::agrees && one.verdict != Verdict::not_judged) {
-      reasons.push_back({one.verdict, sentence_of(one)});
-    }
+  std::vector<Reason> parts;
+  for (const FeatureComparison& one : comparison.features) {
+    parts.push_back(reason_of(one));
+    if (one.quantity.judged()) { comparison.outcome.quantities.push_back(one.quantity); }
   }
-  comparison.reasons = worst_first(std::move(reasons));
-  if (comparison.verdict == Verdict::not_judged) {
+  palpate::conclude(comparison.outcome, std::move(parts));
+  if (comparison.outcome.status == Status::skip) {
     comparison = refuse(std::move(comparison), "no feature is in both");
   }
 }
@@ -522,6 +500,10 @@ Comparison compare(const Recording& recording, const Trace& simulated,
                         .group = recording.group,
                         .subject = recording.subject,
                         .kind = recording.kind,
+                        .outcome = {.name = recording.name,
+                                    .suite = "comparison",
+                                    .claim = "The simulated insertion agrees with the recording.",
+                                    .status = Status::error},
                         .unit = std::string(unit_of(options.quantity))};
   if (const std::string wrong = regime_refusal(recording, options); !wrong.empty()) {
     return refuse(comparison, wrong);
@@ -551,7 +533,7 @@ Comparison compare(const Recording& recording, const Trace& simulated,
   }
   comparison.recorded_features = r.features;
   comparison.simulated_features = s.features;
-  comparison.features = judge_features(comparison, options);
+  comparison.features = compare_features(comparison, options);
   explain(comparison);
   conclude(comparison);
   return comparison;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Features in the units that clinicians read: mmHg and mm.
+/// Comparison of one recording with one simulated insertion: tolerances, alignment of clocks, features
+/// and their verdicts.
 
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "model/problem/trace.hpp"
 #include "validation/comparison/features.hpp"
 #include "validation/comparison/iso_rating.hpp"
+#include "validation/outcome.hpp"
 #include "validation/signal.hpp"
 #include "validation/statistics.hpp"
 
@@ -29,7 +31,7 @@ inline FieldUnit field_unit(std::string_view unit) {
   return {1.0, std::string(unit)};
 }
 
-// How far a simulated feature may be from a recorded one, and who says so.
+// Tolerances of features and their sources.
 
 /// What is compared: saline pressure [Pa], or force along the needle [N].
 enum class QuantityKind { pressure, force };
@@ -52,20 +54,15 @@ struct Tolerance {
 /// One for every feature, in their order.
 std::vector<Tolerance> default_tolerances(QuantityKind kind);
 
-// What a comparison may conclude, for one number and for a whole.
+// Status of a comparison and its name: pass, "agrees": within the tolerance at both ends of the
+// expanded uncertainty; fail, "differs": outside at both ends; inconclusive, "not distinguishable":
+// the uncertainty contains a limit of the tolerance; error, "not comparable"; skip, "not judged":
+// of a feature that is absent, or determined by the alignment.
 
-enum class Verdict {
-  agrees,               ///< within its tolerance even if off by the validation uncertainty
-  not_distinguishable,  ///< the uncertainty reaches across the edge of the tolerance: nobody can
-                        ///< tell
-  differs,              ///< outside even if off by the validation uncertainty
-  not_comparable,       ///< there is nothing to compare, and a reason why
-  not_judged,           ///< of one feature: absent from both, or fixed by the alignment
-};
-std::string_view name_of(Verdict verdict);  ///< "not distinguishable"
+std::string_view verdict_word(Status status);
 
-/// Standard uncertainties of ASME V&V 20: the error E = S - D is known to within u_val = sqrt(num^2
-/// + input^2 + data^2), and |E| < u_val says nothing about the model.
+/// Standard uncertainties of ASME V&V 20. The error E = S - D has the uncertainty u_val = sqrt(num^2
+/// + input^2 + data^2); an error below it is no evidence about the model.
 struct ValidationUncertainty {
   double numerical = 0.0;  ///< u_num, of the simulated value: step, sampling
   double input = 0.0;      ///< u_input, of what the simulation was given
@@ -73,22 +70,7 @@ struct ValidationUncertainty {
   [[nodiscard]] double total() const;
 };
 
-/// S - D against an allowed interval of S, with expanded uncertainty (coverage factor times u_val).
-Verdict judge(double simulated, double lower, double upper, double expanded);
-
-/// Why, with what it led to; for people.
-struct Reason {
-  Verdict verdict = Verdict::not_judged;
-  std::string text{};
-};
-/// Their texts, what led to the worst first and else in the order given: the first explains the
-/// whole.
-std::vector<std::string> worst_first(std::vector<Reason> reasons);
-
-/// The worst of two: differs, then not distinguishable, then agrees; not judged counts for nothing.
-Verdict worse(Verdict a, Verdict b);
-
-// How the clocks of a recording and a simulation are laid over each other.
+// Alignment of the clocks of a recording and a simulation.
 
 enum class AlignmentRule {
   automatic,  ///< depth where both have it without a gap there, else the event in both, else the
@@ -108,18 +90,18 @@ struct Alignment {
   std::string
       not_by_depth{};  ///< why another rule was used though both have depth; part of `how` as well
   std::string refusal{};  ///< why the rule that was asked for cannot be followed
-  /// Whether instants say anything: aligned by the event they are the same by themselves, and
-  /// aligned by depth the depth of the event tells, as hands move at speeds of their own.
+  /// True if instants can be judged. Alignment by the event makes them equal, and after alignment by
+  /// depth the depth of the event is judged instead, as hands move at different speeds.
   [[nodiscard]] bool judges_times() const { return used == AlignmentRule::start; }
 };
 
-/// Both with features; a lag is never searched for a better fit.
+/// Aligns two traces with features. The lag is not optimised for a better fit.
 Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, AlignmentRule rule);
 
 // One recording against one simulated insertion. The verdict comes from features alone (and, with
 // several recordings, from the corridor: group_comparison.hpp); ratings and distances explain it.
 
-/// What is known of the numbers apart from their noise; all standard uncertainties.
+/// Standard uncertainties of the values, apart from their noise.
 struct Uncertainties {
   double zero = 57.0;  ///< u_D [Pa]: the transducer within 1 cm of the needle's height, uniform
   double zero_force = 0.0;  ///< u_D [N]: of the force sensor's zero (not stated by recordings)
@@ -148,20 +130,19 @@ struct ComparisonOptions {
 /// Of the simulated trace that is compared.
 std::string column_of(const ComparisonOptions& options);
 
-struct FeatureVerdict {
+/// One feature of both traces, and whether they agree.
+struct FeatureComparison {
   Feature feature{};
-  std::string unit{};
   Measured recorded{};
   Measured simulated{};
   double error = not_measured;  ///< E = S - D
   Tolerance tolerance{};
-  double lower = not_measured;  ///< what S may be
-  double upper = not_measured;
+  /// The simulated value, its allowed interval, and the expanded uncertainty k u_val.
+  Quantity quantity{.value = not_measured, .lower = not_measured, .upper = not_measured};
   ValidationUncertainty uncertainty{};
-  double expanded = 0.0;           ///< k u_val
   bool below_uncertainty = false;  ///< |E| < u_val: E says nothing about the model
-  Verdict verdict = Verdict::not_judged;
-  std::string reason{};  ///< of a verdict that no numbers explain
+  Status status = Status::skip;
+  std::string reason{};  ///< of a status that no numbers explain
 };
 
 struct Comparison {
@@ -169,13 +150,13 @@ struct Comparison {
   std::string group{};
   std::string subject{};  ///< a code; empty: of whom there is no other recording
   Recording::Kind kind = Recording::Kind::measured;
-  Verdict verdict = Verdict::not_comparable;
-  std::vector<std::string> reasons{};  ///< why; for people
+  Outcome outcome{.status =
+                      Status::error};  ///< quantities are the features that were judged by numbers
   std::string unit{};
   Alignment alignment{};
   double cutoff = 0.0;   ///< [Hz] that was used; 0: none
   double overlap = 0.0;  ///< [s] of both on the common grid
-  std::vector<FeatureVerdict> features{};
+  std::vector<FeatureComparison> features{};
   Features recorded_features{};       ///< on the recording's own clock
   Features simulated_features{};      ///< on the simulation's
   TraceErrors errors{};               ///< of the filtered traces
@@ -192,8 +173,16 @@ Comparison compare(const Recording& recording, const Trace& simulated,
 // E = S - D of every feature against its tolerance and its validation uncertainty.
 
 /// From the features and the alignment of a comparison.
-std::vector<FeatureVerdict> judge_features(const Comparison& comparison,
-                                           const ComparisonOptions& options);
+std::vector<FeatureComparison> compare_features(const Comparison& comparison,
+                                                const ComparisonOptions& options);
+
+/// Compares two values of the feature by its tolerance and u_val; an error where one of these is
+/// not finite.
+void judge_difference(FeatureComparison& one, double recorded, double simulated,
+                      double coverage_factor);
+
+/// Status of the feature, with a sentence unless it agrees or is not judged.
+Reason reason_of(const FeatureComparison& one);
 
 /// The one given for the feature, else its default.
 Tolerance tolerance_of(Feature feature, const ComparisonOptions& options);
@@ -202,23 +191,23 @@ Tolerance tolerance_of(Feature feature, const ComparisonOptions& options);
 double data_uncertainty(Feature feature, const Features& recorded,
                         const ComparisonOptions& options);
 
-// Features in words and in the units of clinicians: mmHg, mm and percent.
+// Texts of features in clinical units: mmHg, mm and percent.
 
 /// "loss of resistance" of "loss_of_resistance".
 std::string in_words(Feature feature);
 
-/// A feature's value [SI] with its unit as clinicians read it, to a ten-thousandth of that unit at
-/// best; "found" or "not found" of the event, "-" of NaN.
+/// Value [SI] of a feature in its clinical unit, rounded to a ten-thousandth of that unit; "found" or
+/// "not found" for the event, "-" for NaN.
 std::string shown(Feature feature, double value, std::string_view unit);
 /// "300 to 367 mmHg".
 std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit);
-/// U with its sign and unit; empty of 0.
-std::string shown_uncertainty(const FeatureVerdict& verdict);
-/// What a tolerance allows, as "10.2 %", "7 mmHg", "a factor of 2".
+/// Expanded uncertainty with sign and unit; empty if it is 0.
+std::string shown_uncertainty(const FeatureComparison& one);
+/// A tolerance as "10.2 %", "7 mmHg", "a factor of 2".
 std::string shown(const Tolerance& tolerance, std::string_view unit);
 
 /// "peak: 398 mmHg simulated, 461 mmHg recorded; 414 to 508 mmHg allowed, known to ±9.3 mmHg:
 /// differs"
-std::string sentence_of(const FeatureVerdict& verdict);
+std::string sentence_of(const FeatureComparison& one);
 
 }  // namespace palpate::comparison

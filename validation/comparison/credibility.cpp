@@ -71,31 +71,33 @@ struct Evidence {
   std::size_t measured = 0;       ///< recordings of patients that could be compared
   std::size_t reconstructed = 0;  ///< rebuilt ones
   std::vector<std::string> names{};
-  std::vector<std::string> codes{};     ///< of their subjects, by group
-  Verdict worst = Verdict::not_judged;  ///< on the measured ones alone
+  std::vector<std::string> codes{};  ///< of their subjects, by group
+  Status worst = Status::skip;       ///< on the measured ones alone
 };
 
 /// A group of measured recordings alone is judged as one; where rebuilt ones are among them, what
 /// they say is left out and each measured one speaks for itself.
-Verdict measured_verdict(const Comparison& one, const GroupComparison& comparison) {
+Status measured_status(const Comparison& one, const GroupComparison& comparison) {
   for (const GroupSummary& group : comparison.groups) {
-    if (group.group == one.group && group.measured == group.recordings) { return group.verdict; }
+    if (group.group == one.group && group.measured == group.recordings) {
+      return group.outcome.status;
+    }
   }
-  return one.verdict;
+  return one.outcome.status;
 }
 
 Evidence evidence_of(const GroupComparison* comparison) {
   Evidence evidence;
   if (comparison == nullptr) { return evidence; }
   for (const Comparison& one : comparison->recordings) {
-    if (one.verdict == Verdict::not_comparable) { continue; }
+    if (one.outcome.status == Status::error) { continue; }
     if (one.kind == Recording::Kind::reconstructed) {
       ++evidence.reconstructed;
     } else {
       ++evidence.measured;
       evidence.names.push_back(one.recording);
       evidence.codes.push_back(one.subject.empty() ? "" : one.group + "/" + one.subject);
-      evidence.worst = worse(evidence.worst, measured_verdict(one, *comparison));
+      evidence.worst = worse(evidence.worst, measured_status(one, *comparison));
     }
   }
   return evidence;
@@ -128,10 +130,11 @@ CredibilityFactor output_comparison(const Evidence& evidence) {
     factor.evidence = "not shown: no measured recording was compared";
     return factor;
   }
-  factor.evidence = "the verdict on what was measured is: " + std::string(name_of(evidence.worst));
+  factor.evidence =
+      "the verdict on what was measured is: " + std::string(verdict_word(evidence.worst));
   factor.links = evidence.names;
-  factor.shown = evidence.worst == Verdict::agrees ? Shown::shown : Shown::not_shown;
-  if (evidence.worst == Verdict::not_distinguishable) { factor.shown = Shown::in_part; }
+  factor.shown = evidence.worst == Status::pass ? Shown::shown : Shown::not_shown;
+  if (evidence.worst == Status::inconclusive) { factor.shown = Shown::in_part; }
   return factor;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The credibility factors of ASME V&V 40-2018 with the evidence that was really produced.
+/// The credibility factors of ASME V&V 40-2018 with the evidence that was produced.
 
 #include <span>
 #include <string>

@@ -121,7 +121,7 @@ bool steady(const Search& search, const LossOfResistance& loss) {
 std::optional<LossOfResistance> first_held(const Search& search) {
   for (std::size_t n = 1; !search.ends_within(n); ++n) {
     if (!search.fallen(n) || !search.held(n, search.before(n)) || search.hidden(n)) { continue; }
-    LossOfResistance loss{.status = LossOfResistance::Status::found};
+    LossOfResistance loss{.status = LossOfResistance::Decision::found};
     describe(search, n, loss);
     if (std::isfinite(loss.relative_drop) && steady(search, loss)) { return loss; }
   }
@@ -134,7 +134,7 @@ std::optional<LossOfResistance> first_open(const Search& search) {
     const double peak = search.before(n);
     if (!search.under(n, peak) || !search.held(n, peak)) { continue; }
     if (!search.ends_within(n) && !search.hidden(n)) { continue; }
-    LossOfResistance loss{.status = LossOfResistance::Status::undecided};
+    LossOfResistance loss{.status = LossOfResistance::Decision::undecided};
     describe(search, n, loss);
     const double fall = 100.0 * search.deepest(n, peak);
     const double seen = search.pressure.step * static_cast<double>(search.pressure.size() - n);
@@ -159,7 +159,7 @@ std::optional<LossOfResistance> first_in_a_gap(const Search& search) {
     if (before >= n || n - before <= search.reach) { continue; }
     const double peak = search.before(before + 1);
     if (!search.under(n, peak) || !search.held(n, peak)) { continue; }
-    LossOfResistance loss{.status = LossOfResistance::Status::undecided};
+    LossOfResistance loss{.status = LossOfResistance::Decision::undecided};
     loss.reason = text_of("a gap of %.3g s hides how the pressure fell by %.0f %%",
                           search.pressure.step * static_cast<double>(n - before),
                           100.0 * search.deepest(n, peak));
@@ -201,11 +201,11 @@ LossOfResistance not_found(const Search& search) {
 
 }  // namespace
 
-std::string_view name_of(LossOfResistance::Status status) {
+std::string_view name_of(LossOfResistance::Decision status) {
   switch (status) {
-    case LossOfResistance::Status::found: return "found";
-    case LossOfResistance::Status::undecided: return "undecided";
-    case LossOfResistance::Status::not_found: break;
+    case LossOfResistance::Decision::found: return "found";
+    case LossOfResistance::Decision::undecided: return "undecided";
+    case LossOfResistance::Decision::not_found: break;
   }
   return "not found";
 }
@@ -421,7 +421,7 @@ Features find_features(const FeatureInput& input, const FeatureRule& rule) {
             Feature::time_of_loss},
            "no loss of resistance: " + features.loss.reason);
   }
-  if (features.loss.status == LossOfResistance::Status::undecided) {
+  if (features.loss.status == LossOfResistance::Decision::undecided) {
     features[Feature::loss_of_resistance].reason = features.loss.reason;
   } else {
     features[Feature::loss_of_resistance].value = features.loss.found() ? 1.0 : 0.0;

@@ -30,8 +30,8 @@ struct LossRule {
 struct LossOfResistance {
   /// Undecided: the trace ends before `hold`, or a gap hides whether, or how fast, the pressure
   /// fell.
-  enum class Status { found, not_found, undecided };
-  Status status = Status::not_found;
+  enum class Decision { found, not_found, undecided };
+  Decision status = Decision::not_found;
   std::string reason{};          ///< why it was not found
   bool weak = false;             ///< found, but dropped by less than half
   std::size_t peak_index = 0;    ///< the largest pressure within `longest_fall` before the fall
@@ -41,11 +41,11 @@ struct LossOfResistance {
   std::size_t plateau_samples = 0;      ///< from which that is
   double relative_drop = not_measured;  ///< 1 - plateau / peak
 
-  [[nodiscard]] bool found() const { return status == Status::found; }
+  [[nodiscard]] bool found() const { return status == Decision::found; }
   /// A fall that can be measured: found, or held as far as the trace tells.
-  [[nodiscard]] bool fell() const { return status != Status::not_found && plateau_samples > 0; }
+  [[nodiscard]] bool fell() const { return status != Decision::not_found && plateau_samples > 0; }
 };
-std::string_view name_of(LossOfResistance::Status status);
+std::string_view name_of(LossOfResistance::Decision status);
 
 /// In a filtered trace. The first fall that holds decides.
 LossOfResistance find_loss(const Samples& pressure, const LossRule& rule = {});

@@ -18,7 +18,7 @@ using Members = std::vector<const Comparison*>;
 Members comparable(const std::vector<Comparison>& all, const std::string& group) {
   Members members;
   for (const Comparison& one : all) {
-    if (one.group == group && one.verdict != Verdict::not_comparable) { members.push_back(&one); }
+    if (one.group == group && one.outcome.status != Status::error) { members.push_back(&one); }
   }
   return members;
 }
@@ -75,9 +75,9 @@ FeatureSummary summarise(Feature feature, const Members& members,
   std::vector<double> recorded;
   std::vector<double> simulated;
   for (const Comparison* one : members) {
-    const FeatureVerdict& verdict = one->features[static_cast<std::size_t>(feature)];
-    recorded.push_back(verdict.recorded.value.value_or(not_measured));
-    if (verdict.simulated.value) { simulated.push_back(*verdict.simulated.value); }
+    const FeatureComparison& found = one->features[static_cast<std::size_t>(feature)];
+    recorded.push_back(found.recorded.value.value_or(not_measured));
+    if (found.simulated.value) { simulated.push_back(*found.simulated.value); }
   }
   const OverSubjects over = over_subjects(recorded, subjects_of(members));
   summary.count = over.means.size();
@@ -88,15 +88,15 @@ FeatureSummary summarise(Feature feature, const Members& members,
   return summary;
 }
 
-bool has_numbers(const FeatureVerdict& one) { return one.recorded.value && one.simulated.value; }
+bool has_numbers(const FeatureComparison& one) { return one.recorded.value && one.simulated.value; }
 
 /// The verdict of the first recording that tells most of the feature: judged by numbers, else
-/// judged. Which recording comes first must not matter for the rest: judge_mean() replaces what is
+/// judged. Which recording comes first must not matter for the rest: compare_mean() replaces what is
 /// its own.
-FeatureVerdict most_telling(Feature feature, const Members& members) {
+FeatureComparison most_telling(Feature feature, const Members& members) {
   const auto n = static_cast<std::size_t>(feature);
   const auto rank = [&](const Comparison* one) {
-    const bool judged = one->features[n].verdict != Verdict::not_judged;
+    const bool judged = one->features[n].status != Status::skip;
     return (judged ? 2 : 0) + (has_numbers(one->features[n]) ? 1 : 0);
   };
   return (*std::ranges::max_element(members, {}, rank))->features[n];  // the first of equal ones
@@ -107,73 +107,77 @@ FeatureVerdict most_telling(Feature feature, const Members& members) {
 double mean_data_uncertainty(Feature feature, const Members& members) {
   std::vector<double> all;
   for (const Comparison* one : members) {
-    const FeatureVerdict& verdict = one->features[static_cast<std::size_t>(feature)];
-    if (has_numbers(verdict)) { all.push_back(verdict.uncertainty.data); }
+    const FeatureComparison& found = one->features[static_cast<std::size_t>(feature)];
+    if (has_numbers(found)) { all.push_back(found.uncertainty.data); }
   }
   return mean_of(all);
 }
 
-/// The feature of the simulation against the mean over subjects; its spread is part of u_D.
-FeatureVerdict judge_mean(const FeatureSummary& summary, const Members& members,
-                          double coverage_factor) {
-  FeatureVerdict one = most_telling(summary.feature, members);
+/// The feature of the simulation compared with the mean over subjects; its spread is part of u_D.
+FeatureComparison compare_mean(const FeatureSummary& summary, const Members& members,
+                               double coverage_factor) {
+  FeatureComparison one = most_telling(summary.feature, members);
   if (summary.count > 0) { one.recorded.value = summary.mean; }
   if (summary.simulated) { one.simulated.value = summary.simulated; }
   if (one.recorded.value && summary.simulated) {
     one.error = *summary.simulated - *one.recorded.value;
   }
-  if (one.verdict == Verdict::not_judged || !one.reason.empty()) {
-    return one;
-  }  // an event left open
+  const bool undecided = one.status == Status::skip || !one.reason.empty();  // an event left open
+  if (undecided) { return one; }
   if (summary.count < 2) {
-    one.verdict = Verdict::not_judged;
+    one.status = Status::skip;
     one.reason = "recorded of one subject only";
     return one;
   }
-  one.lower = one.tolerance.lower(summary.mean);
-  one.upper = one.tolerance.upper(summary.mean);
   one.uncertainty.data =
       std::hypot(mean_data_uncertainty(summary.feature, members),
                  summary.deviation / std::sqrt(static_cast<double>(summary.count)));
-  one.expanded = coverage_factor * one.uncertainty.total();
-  one.below_uncertainty = std::abs(one.error) < one.uncertainty.total();
-  one.verdict = judge(*summary.simulated, one.lower, one.upper, one.expanded);
+  judge_difference(one, summary.mean, *summary.simulated, coverage_factor);
   return one;
 }
 
+Reason reason_of_corridor(const GroupSummary& summary, double least_inside) {
+  if (summary.coverage.holds) { return {Status::pass}; }
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "%.0f %% of samples lie in the corridor of %zu subjects; %.0f %% needed",
+                100.0 * summary.coverage.inside, summary.corridor->subjects, 100.0 * least_inside);
+  return {Status::fail, text};
+}
+
 void judge_by_corridor(const Members& members, const GroupOptions& options, GroupSummary& summary) {
-  summary.verdict = summary.coverage.holds ? Verdict::agrees : Verdict::differs;
-  std::vector<Reason> reasons;
-  if (!summary.coverage.holds) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "%.0f %% of samples lie in the corridor of %zu subjects; %.0f %% needed",
-                  100.0 * summary.coverage.inside, summary.corridor->subjects,
-                  100.0 * options.corridor.least_inside);
-    reasons.push_back({Verdict::differs, text});
-  }
+  summary.outcome.judge({.name = "share of samples in the corridor",
+                         .value = summary.coverage.inside,
+                         .lower = options.corridor.least_inside,
+                         .bound_from = "0.95 is expected at each instant; assumed margin"});
+  std::vector<Reason> parts{reason_of_corridor(summary, options.corridor.least_inside)};
   for (const FeatureSummary& feature : summary.features) {
-    const FeatureVerdict& mean = summary.means.emplace_back(
-        judge_mean(feature, members, options.comparison.uncertainties.coverage_factor));
-    summary.verdict = worse(summary.verdict, mean.verdict);
-    if (mean.verdict != Verdict::agrees && mean.verdict != Verdict::not_judged) {
-      reasons.push_back({mean.verdict, "mean over subjects, " + sentence_of(mean)});
+    const FeatureComparison& mean = summary.means.emplace_back(
+        compare_mean(feature, members, options.comparison.uncertainties.coverage_factor));
+    if (mean.status != Status::skip && mean.quantity.judged()) {
+      summary.outcome.judge(mean.quantity);
     }
+    Reason part = reason_of(mean);
+    if (!part.text.empty()) { part.text = "mean over subjects, " + part.text; }
+    parts.push_back(std::move(part));
   }
-  summary.reasons = worst_first(std::move(reasons));
+  conclude(summary.outcome, std::move(parts));
+}
+
+/// Adds the status of an outcome and all its reasons, each with a label in front.
+void add_reasons(const Outcome& outcome, Status status, const std::string& label,
+                 std::vector<Reason>& parts) {
+  parts.push_back({status});
+  for (const std::string& reason : outcome.reasons) { parts.push_back({status, label + reason}); }
 }
 
 void judge_one_by_one(const Members& members, GroupSummary& summary) {
-  summary.verdict = Verdict::not_judged;
-  std::vector<Reason> reasons;
+  std::vector<Reason> parts;
   for (const Comparison* one : members) {
-    summary.verdict = worse(summary.verdict, one->verdict);
-    for (const std::string& reason : one->reasons) {
-      reasons.push_back(
-          {one->verdict, summary.recordings > 1 ? one->recording + ": " + reason : reason});
-    }
+    add_reasons(one->outcome, one->outcome.status,
+                summary.recordings > 1 ? one->recording + ": " : "", parts);
   }
-  summary.reasons = worst_first(std::move(reasons));
+  conclude(summary.outcome, std::move(parts));
 }
 
 void count(const std::vector<Comparison>& all, GroupSummary& summary) {
@@ -181,10 +185,10 @@ void count(const std::vector<Comparison>& all, GroupSummary& summary) {
     if (one.group != summary.group) { continue; }
     ++summary.recordings;
     summary.measured += one.kind == Recording::Kind::measured ? 1 : 0;
-    summary.agree += one.verdict == Verdict::agrees ? 1 : 0;
-    summary.not_distinguishable += one.verdict == Verdict::not_distinguishable ? 1 : 0;
-    summary.differ += one.verdict == Verdict::differs ? 1 : 0;
-    summary.not_comparable += one.verdict == Verdict::not_comparable ? 1 : 0;
+    summary.agree += one.outcome.status == Status::pass ? 1 : 0;
+    summary.not_distinguishable += one.outcome.status == Status::inconclusive ? 1 : 0;
+    summary.differ += one.outcome.status == Status::fail ? 1 : 0;
+    summary.not_comparable += one.outcome.status == Status::error ? 1 : 0;
   }
 }
 
@@ -194,7 +198,7 @@ void count_subjects(const Members& members, GroupSummary& summary) {
   summary.subjects = subject_count(subject);
   std::vector<bool> agrees(summary.subjects, true);
   for (std::size_t n = 0; n < members.size(); ++n) {
-    if (members[n]->verdict != Verdict::agrees) { agrees[subject[n]] = false; }
+    if (members[n]->outcome.status != Status::pass) { agrees[subject[n]] = false; }
   }
   summary.subjects_agree = static_cast<std::size_t>(std::ranges::count(agrees, true));
   summary.agree_share =
@@ -205,14 +209,15 @@ void count_subjects(const Members& members, GroupSummary& summary) {
 GroupSummary summarise_group(const std::vector<Comparison>& all, const std::string& group,
                              const GroupOptions& options) {
   GroupSummary summary{.group = group};
+  summary.outcome.name = group;
   count(all, summary);
   const Members members = comparable(all, group);
   lay_corridor(members, options.corridor, summary);
   if (members.empty()) {
     for (const Comparison& one : all) {
       if (one.group != group) { continue; }
-      summary.reasons.push_back((summary.recordings > 1 ? one.recording + ": " : "") +
-                                one.reasons.front());
+      summary.outcome.reasons.push_back((summary.recordings > 1 ? one.recording + ": " : "") +
+                                        one.outcome.reasons.front());
     }
     return summary;
   }
@@ -249,21 +254,16 @@ GroupComparison compare_all(std::span<const Recording> recordings, const Trace& 
     if (std::ranges::any_of(result.groups, known)) { continue; }
     result.groups.push_back(summarise_group(result.recordings, one.group, options));
   }
-  Verdict worst = Verdict::not_judged;
-  std::vector<Reason> reasons;
+  std::vector<Reason> parts;
   for (const GroupSummary& group : result.groups) {
-    // What cannot be compared does not decide of the others.
-    const Verdict verdict =
-        group.verdict == Verdict::not_comparable ? Verdict::not_judged : group.verdict;
-    worst = worse(worst, verdict);
-    const std::string label = result.groups.size() > 1 ? label_of(group, result.recordings) : "";
-    for (const std::string& reason : group.reasons) {
-      reasons.push_back({verdict, label + reason});
-    }
+    // A group that cannot be compared does not decide about the others.
+    const bool compared = group.outcome.status != Status::error;
+    add_reasons(group.outcome, compared ? group.outcome.status : Status::skip,
+                result.groups.size() > 1 ? label_of(group, result.recordings) : "", parts);
   }
-  result.reasons = worst_first(std::move(reasons));
-  if (worst != Verdict::not_judged) { result.verdict = worst; }
-  if (recordings.empty()) { result.reasons.emplace_back("there is no recording"); }
+  conclude(result.outcome, std::move(parts));
+  if (result.outcome.status == Status::skip) { result.outcome.status = Status::error; }
+  if (recordings.empty()) { result.outcome.reasons.emplace_back("there is no recording"); }
   return result;
 }
 

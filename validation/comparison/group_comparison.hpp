@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Several recordings against one simulated insertion: each alone, each group, and all as a
+/// Comparison of several recordings with one simulated insertion: each alone, and each group with its
 /// corridor.
 
 #include <optional>
@@ -36,14 +36,15 @@ struct GroupSummary {
   double agree_share = not_measured;  ///< of the subjects
   Interval agree_interval{};          ///< 95 % Clopper-Pearson
   std::vector<FeatureSummary> features{};
-  std::vector<FeatureVerdict>
+  std::vector<FeatureComparison>
       means{};  ///< against the mean over subjects; only where there is a corridor
   std::optional<SubjectCorridor> corridor{};  ///< on the simulation's clock
   Samples simulated{};          ///< on the corridor's grid, where any of them was compared with it
   CorridorCoverage coverage{};  ///< of that
   std::string corridor_refusal{};  ///< why there is none
-  Verdict verdict = Verdict::not_comparable;
-  std::vector<std::string> reasons{};
+  Outcome outcome{.suite = "comparison",
+                  .claim = "The simulated insertion agrees with the subjects of the group.",
+                  .status = Status::error};
 };
 
 struct GroupOptions {
@@ -53,10 +54,13 @@ struct GroupOptions {
 };
 
 struct GroupComparison {
-  std::vector<Comparison> recordings{};       ///< in the order given
-  std::vector<GroupSummary> groups{};         ///< in the order of their first recordings
-  Verdict verdict = Verdict::not_comparable;  ///< the worst of the groups that could be compared
-  std::vector<std::string> reasons{};
+  std::vector<Comparison> recordings{};  ///< in the order given
+  std::vector<GroupSummary> groups{};    ///< in the order of their first recordings
+  /// Its status is the worst of the groups that could be compared.
+  Outcome outcome{.name = "comparison",
+                  .suite = "comparison",
+                  .claim = "The simulated insertion agrees with the recordings.",
+                  .status = Status::error};
 };
 
 /// The verdict of a group with a corridor: the mean error of every feature against its tolerance

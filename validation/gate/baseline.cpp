@@ -15,7 +15,7 @@ namespace palpate::gate {
 
 namespace {
 
-/// The colours of a map as a curve over their places, so that one rule serves both.
+/// Replaces a map by a curve of its values over their index, so that one rule serves both.
 void add_map_as_curve(Figure& figure) {
   if (!figure.heat_map) { return; }
   Series series{
@@ -37,7 +37,7 @@ const Outcome& same_case(const std::vector<Outcome>& outcomes, const Outcome& ac
   return *found;
 }
 
-/// Between the accepted value and every variant's; what is not finite anywhere tells nothing.
+/// Widens the spread by one difference; differences that are not finite are ignored.
 void widen(double& spread, double accepted, double variant) {
   const double difference = std::abs(variant - accepted);
   if (std::isfinite(difference)) { spread = std::max(spread, difference); }
@@ -126,7 +126,7 @@ namespace {
 void require_sound(const Outcome& outcome) {
   constexpr const char* wanted = "; a case that ran to its end, with finite numbers";
   if (outcome.status == Status::error) {
-    throw InputError(outcome.name + ": " + outcome.reason + wanted);
+    throw InputError(outcome.name + ": " + outcome.reason() + wanted);
   }
   for (const Quantity& quantity : outcome.quantities) {
     if (std::isfinite(quantity.value)) { continue; }
@@ -141,7 +141,7 @@ AcceptedCase* find(Baseline& baseline, const std::string& name) {
   return found == baseline.cases.end() ? nullptr : &*found;
 }
 
-/// In place, so that a partial approval moves nothing else.
+/// Replaces in place: a partial approval leaves the order of all other cases.
 void take_in(Baseline& baseline, const Outcome& outcome) {
   AcceptedCase* accepted = find(baseline, outcome.name);
   if (accepted == nullptr) { accepted = &baseline.cases.emplace_back(); }
@@ -159,7 +159,7 @@ void drop_absent(Baseline& baseline, const std::vector<Outcome>& outcomes) {
   });
 }
 
-/// Of the accepted cases alone; the others keep theirs.
+/// Measures the spreads of the cases that are accepted now; the others keep theirs.
 void measure_spreads(Baseline& baseline, const Acceptance& acceptance) {
   if (acceptance.variants.empty()) { return; }
   Baseline taken;
@@ -180,10 +180,10 @@ std::string bound_text(const Quantity& quantity) {
 
 void describe_case(const AcceptedCase& before, const AcceptedCase& now,
                    std::vector<std::string>& lines) {
-  for (const Change& change : judge_case(before, now.outcome).changes) {
+  for (const Change& change : compare_case(before, now.outcome).changes) {
     const auto quantity = std::ranges::find(now.outcome.quantities, change.item, &Quantity::name);
     std::string line = now.outcome.name + ": " + change.item;
-    if (quantity != now.outcome.quantities.end() && change.judgement != Judgement::broken) {
+    if (quantity != now.outcome.quantities.end() && change.kind != ChangeKind::broken) {
       const int digits = digits_apart(change.before, change.now);
       line += " " + plain_number(change.before, digits) + " -> " +
               plain_number(change.now, digits) + " " + change.unit + ", " + bound_text(*quantity);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What was accepted once, and what a change is held against (docs/gate.md).
+/// The accepted results that a gate compares new results with (docs/gate.md).
 
 #include <map>
 #include <string>
@@ -10,29 +10,29 @@
 
 namespace palpate::gate {
 
-/// How far rounding alone moves what a case finds: the largest difference between runs of the same
-/// code with springs in another order, other instructions, another optimisation.
+/// Effect of rounding on the numbers of a case: the largest difference between runs of the same
+/// code with another order of springs, another instruction set or another optimisation.
 struct Spread {
   std::map<std::string, double> quantities{};  ///< by name [unit of the quantity]
   std::map<std::string, double> curves{};      ///< by curve_name() [unit of the figure's y]
-  int runs = 0;                                ///< that were compared; 0: never measured
+  int runs = 0;  ///< number of runs that were compared; 0: never measured
 };
 
 struct AcceptedCase {
-  Outcome outcome{};  ///< deterministic parts alone, see comparable()
+  Outcome outcome{};  ///< only the deterministic parts, see comparable()
   Spread spread{};
 };
 
-/// One line of the ledger: who reads it wants to know why numbers moved.
+/// One entry of the ledger: which cases were accepted, when, and why.
 struct Approval {
   std::string date{};    ///< UTC, ISO 8601
-  std::string commit{};  ///< of the program that found them
+  std::string commit{};  ///< of the program that made the results
   std::string reason{};
   std::vector<std::string> cases{};
 };
 
 struct Baseline {
-  std::string command{};  ///< that made the results, with its options
+  std::string command{};  ///< command line that made the results
   std::map<std::string, std::string> provenance{};
   std::vector<AcceptedCase> cases{};
   std::vector<Approval> ledger{};
@@ -40,11 +40,11 @@ struct Baseline {
   [[nodiscard]] const AcceptedCase* find(const std::string& name) const;
 };
 
-/// What two runs of one program on one input have in common: no run times, no tables or notes, and
-/// of suite "timing" the counted quantities alone (is_counted()).
+/// The parts that two runs of one program on one input share. Run times, tables and notes are
+/// removed; of suite "timing" only the counted quantities remain (is_counted()).
 Outcome comparable(Outcome outcome);
 
-/// Units of what is counted and so repeats to the last digit: instructions, evaluations, digits.
+/// True for units of counts, which repeat to the last digit: instructions, evaluations, digits.
 bool is_counted(const std::string& unit);
 
 /// "error-over-step: leapfrog", with a number where two series of a figure share a label.
@@ -54,10 +54,10 @@ std::string curve_name(const Figure& figure, std::size_t series);
 /// must hold the same cases, quantities and curves. Throws InputError.
 void measure_spread(Baseline& baseline, const std::vector<std::vector<Outcome>>& variants);
 
-// Takes results as what later ones are held against.
+// Accepts results as the baseline of later ones.
 
 struct Acceptance {
-  std::string command{};                            ///< that made the results
+  std::string command{};                            ///< command line that made the results
   std::map<std::string, std::string> provenance{};  ///< of the results
   std::string date{};                               ///< of the approval
   std::string reason{};
@@ -68,12 +68,11 @@ struct Acceptance {
 };
 
 /// A case without new variants keeps the spread that it had. Throws InputError where a case ended
-/// in an error or a number is not finite: nothing like that may become what others are held
-/// against.
+/// in an error or a number is not finite.
 Baseline accept(const Baseline& old, const Acceptance& acceptance);
 
-/// A line for every number that an approval changes: what it was, what it becomes, and the bound it
-/// is judged by; and for every case that comes or goes.
+/// One line for each number that an approval changes (old value, new value, bound), and for each
+/// case that is added or removed.
 std::vector<std::string> described_changes(const Baseline& old, const Baseline& updated);
 
 }  // namespace palpate::gate

@@ -25,8 +25,8 @@ bool same_bound(double before, double now) {
   return now == before || std::abs(now - before) <= allowed_share * std::abs(before);
 }
 
-/// What makes two numbers impossible to hold against each other; empty: nothing.
-std::string obstacle(const Quantity& before, const Quantity& now) {
+/// Why two quantities cannot be compared; empty: they can.
+std::string obstacle_of_quantity(const Quantity& before, const Quantity& now) {
   if (now.unit != before.unit) { return "unit " + now.unit + ", was " + before.unit; }
   if (!same_bound(before.lower, now.lower) || !same_bound(before.upper, now.upper) ||
       now.judged() != before.judged()) {
@@ -44,8 +44,8 @@ std::string obstacle(const Quantity& before, const Quantity& now) {
   return {};
 }
 
-/// How far a number is from what its bound wants, to be compared by ratio; NaN where no bound
-/// tells.
+/// Distance of a value from the best one that its bound implies, to be compared by ratio. NaN
+/// without such a bound.
 double distance_from_good(const Quantity& q) {
   const bool above = q.lower > -unbounded;
   const bool below = q.upper < unbounded;
@@ -61,20 +61,20 @@ double distance_from_good(const Quantity& q) {
 
 Change judged(Change change, double worse_by, double allowed, const std::string& unit) {
   const bool grew = !(worse_by <= allowed);
-  change.judgement = grew                  ? Judgement::worse
-                     : worse_by < -allowed ? Judgement::better
-                                           : Judgement::within;
+  change.kind = grew                  ? ChangeKind::worse
+                : worse_by < -allowed ? ChangeKind::better
+                                      : ChangeKind::within;
   change.moved =
       plain_number(std::abs(worse_by), 2) + unit + (worse_by > 0.0 ? " worse" : " better");
   change.allowed = plain_number(allowed, 2) + unit;
   return change;
 }
 
-/// Without a good side: any way is out.
+/// For a quantity without a better direction: a change either way counts.
 Change unguided(Change change) {
   const double scale = std::abs(change.before);
   const double share = std::abs(change.now - change.before) / scale;
-  change.judgement = !(share <= allowed_share) ? Judgement::moved : Judgement::within;
+  change.kind = !(share <= allowed_share) ? ChangeKind::moved : ChangeKind::within;
   change.moved = plain_number(100.0 * (change.now - change.before) / scale, 2) + " %";
   change.allowed = plain_number(100.0 * allowed_share, 2) + " % either way";
   return change;
@@ -82,29 +82,29 @@ Change unguided(Change change) {
 
 }  // namespace
 
-std::string_view name_of(Judgement judgement) {
-  switch (judgement) {
-    case Judgement::same: return "same";
-    case Judgement::rounding: return "rounding";
-    case Judgement::within: return "within";
-    case Judgement::better: return "better";
-    case Judgement::worse: return "worse";
-    case Judgement::moved: return "moved";
-    case Judgement::broken: break;
+std::string_view name_of(ChangeKind kind) {
+  switch (kind) {
+    case ChangeKind::same: return "same";
+    case ChangeKind::rounding: return "rounding";
+    case ChangeKind::within: return "within";
+    case ChangeKind::better: return "better";
+    case ChangeKind::worse: return "worse";
+    case ChangeKind::moved: return "moved";
+    case ChangeKind::broken: break;
   }
   return "broken";
 }
 
-Change judge_quantity(const Quantity& before, const Quantity& now, double spread) {
+Change compare_quantity(const Quantity& before, const Quantity& now, double spread) {
   Change change{.item = before.name, .before = before.value, .now = now.value, .unit = before.unit};
-  if (std::string problem = obstacle(before, now); !problem.empty()) {
-    change.judgement = Judgement::broken;
+  if (std::string problem = obstacle_of_quantity(before, now); !problem.empty()) {
+    change.kind = ChangeKind::broken;
     change.moved = std::move(problem);
     return change;
   }
   if (now.value == before.value) { return change; }
   if (std::abs(now.value - before.value) <= spread_margin * spread) {
-    change.judgement = Judgement::rounding;
+    change.kind = ChangeKind::rounding;
     change.moved = plain_number(std::abs(now.value - before.value), 2) + " " + before.unit;
     change.allowed = plain_number(spread_margin * spread, 2) + " " + before.unit;
     return change;
@@ -256,7 +256,7 @@ double range_of_all(const Figure& figure) {
 }
 
 /// Sizes and gaps: a value that is not finite may stand only where one stood.
-std::string obstacle(const Series& before, const Series& now) {
+std::string obstacle_of_curve(const Series& before, const Series& now) {
   if (now.x.size() != now.y.size()) { return "x and y of different lengths"; }
   if (now.label != before.label) {
     return "is called \"" + now.label + "\", was \"" + before.label + "\"";
@@ -323,47 +323,48 @@ Excess excess_of(const Path& before, const Path& now, double half_width_x, Serie
                 : excess_by_sample(before, now, half_width_x);
 }
 
-void judge_tube(const Figure& before, const Figure& now, std::size_t series, Change& change) {
+void compare_within_tube(const Figure& before, const Figure& now, std::size_t series,
+                         Change& change) {
   const Tube tube = tube_around(before, series);
   const Excess excess =
       excess_of(path_of(before.series[series], before), path_of(now.series[series], now), tube.x,
                 before.series[series].style);
   const std::string unit = before.y.logarithmic ? " digits" : "";
   const double x = before.x.logarithmic ? std::pow(10.0, excess.x) : excess.x;
-  change.judgement = !(excess.y <= tube.y) ? Judgement::moved : Judgement::within;
+  change.kind = !(excess.y <= tube.y) ? ChangeKind::moved : ChangeKind::within;
   change.moved = plain_number(excess.y, 2) + unit + " off at " + plain_number(x);
   change.allowed = plain_number(tube.y, 2) + unit;
 }
 
-void judge_lag(const Figure& before, const Figure& now, std::size_t series, Change& change) {
+void compare_lag(const Figure& before, const Figure& now, std::size_t series, Change& change) {
   if (before.x.logarithmic || before.y.logarithmic) { return; }
   const double lag =
       lag_in_samples(before.series[series].x, before.series[series].y, now.series[series].y);
   if (std::isnan(lag) || std::abs(lag) <= allowed_lag) { return; }
-  change.judgement = Judgement::moved;
+  change.kind = ChangeKind::moved;
   change.moved = plain_number(std::abs(lag), 2) + (lag > 0.0 ? " samples late" : " samples early");
   change.allowed = plain_number(allowed_lag, 2) + " samples";
 }
 
-Change judge_edge(const Figure& before, const Figure& now, std::size_t series, double spread) {
+Change compare_edge(const Figure& before, const Figure& now, std::size_t series, double spread) {
   const Series& was = before.series[series];
   const Series& is = now.series[series];
   Change change{.item = curve_name(before, series), .unit = before.y.label};
-  if (std::string problem = obstacle(was, is); !problem.empty()) {
-    change.judgement = Judgement::broken;
+  if (std::string problem = obstacle_of_curve(was, is); !problem.empty()) {
+    change.kind = ChangeKind::broken;
     change.moved = std::move(problem);
     return change;
   }
   if (equal(was.x, is.x) && equal(was.y, is.y)) { return change; }
   const double difference = largest_difference(was.y, is.y);
   if (equal(was.x, is.x) && difference <= spread_margin * spread) {
-    change.judgement = Judgement::rounding;
+    change.kind = ChangeKind::rounding;
     change.moved = plain_number(difference, 2);
     change.allowed = plain_number(spread_margin * spread, 2);
     return change;
   }
-  judge_tube(before, now, series, change);
-  if (!change.falls()) { judge_lag(before, now, series, change); }
+  compare_within_tube(before, now, series, change);
+  if (!change.fails()) { compare_lag(before, now, series, change); }
   return change;
 }
 
@@ -391,19 +392,19 @@ Tube tube_around(const Figure& figure, std::size_t series) {
   return tube;
 }
 
-Change judge_curve(const Figure& before, const Figure& now, std::size_t series, double spread) {
-  Change change = judge_edge(before, now, series, spread);
+Change compare_curve(const Figure& before, const Figure& now, std::size_t series, double spread) {
+  Change change = compare_edge(before, now, series, spread);
   const std::vector<double>& edge = before.series[series].y2;
-  if (change.falls() || edge.empty()) { return change; }
+  if (change.fails() || edge.empty()) { return change; }
   if (now.series[series].y2.size() != edge.size()) {
-    change.judgement = Judgement::broken;
+    change.kind = ChangeKind::broken;
     change.moved =
         "its upper edge has " + std::to_string(now.series[series].y2.size()) + " samples";
     return change;
   }
   const Change upper =
-      judge_edge(upper_edge(before, series), upper_edge(now, series), series, spread);
-  return static_cast<int>(upper.judgement) > static_cast<int>(change.judgement) ? upper : change;
+      compare_edge(upper_edge(before, series), upper_edge(now, series), series, spread);
+  return upper.kind > change.kind ? upper : change;
 }
 
 }  // namespace palpate::gate

@@ -12,11 +12,26 @@ namespace palpate::gate {
 namespace {
 
 Change broken(std::string item, std::string what) {
-  return {.item = std::move(item), .judgement = Judgement::broken, .moved = std::move(what)};
+  return {.item = std::move(item), .kind = ChangeKind::broken, .moved = std::move(what)};
 }
 
-CaseVerdict broken_case(const Outcome& outcome, const std::string& what) {
-  return {.name = outcome.name, .suite = outcome.suite, .changes = {broken("", what)}};
+std::string sentence_of(const Change& change) {
+  return std::string(name_of(change.kind)) + ": " + change.item + (change.item.empty() ? "" : " ") +
+         change.moved + (change.allowed.empty() ? "" : "; allowed " + change.allowed);
+}
+
+/// Sorts the changes, worst first, and concludes from them.
+CaseChanges concluded(const Outcome& of, std::vector<Change> changes) {
+  CaseChanges result{
+      .outcome = {.name = of.name, .suite = of.suite, .claim = "Not worse than what was accepted."},
+      .changes = std::move(changes)};
+  std::ranges::stable_sort(result.changes, std::ranges::greater{}, &Change::kind);
+  std::vector<Reason> parts{{Status::pass}};
+  for (const Change& change : result.changes) {
+    if (change.fails()) { parts.push_back({Status::fail, sentence_of(change)}); }
+  }
+  conclude(result.outcome, std::move(parts));
+  return result;
 }
 
 double spread_of(const std::map<std::string, double>& spreads, const std::string& name) {
@@ -24,9 +39,9 @@ double spread_of(const std::map<std::string, double>& spreads, const std::string
   return found == spreads.end() ? 0.0 : found->second;
 }
 
-/// A case that was judged must be judged, one that passed must pass, and none may end in an error.
+/// A judged case must be judged again, one that passed must pass, and none may end in an error.
 std::string status_problem(const Outcome& before, const Outcome& now) {
-  const std::string why = now.reason.empty() ? "" : ": " + now.reason;
+  const std::string why = now.reasons.empty() ? "" : ": " + now.reason();
   const std::string is = "is " + std::string(name_of(now.status)) + why;
   if (now.status == Status::error) { return is; }
   if (now.status == before.status || before.status == Status::skip || now.status == Status::pass) {
@@ -35,15 +50,15 @@ std::string status_problem(const Outcome& before, const Outcome& now) {
   return is + ", was " + std::string(name_of(before.status));
 }
 
-void judge_quantities(const AcceptedCase& accepted, const Outcome& now,
-                      std::vector<Change>& changes) {
+void compare_quantities(const AcceptedCase& accepted, const Outcome& now,
+                        std::vector<Change>& changes) {
   const Outcome& before = accepted.outcome;
   for (const Quantity& quantity : before.quantities) {
     const auto found = std::ranges::find(now.quantities, quantity.name, &Quantity::name);
     changes.push_back(found == now.quantities.end()
                           ? broken(quantity.name, "is missing")
-                          : judge_quantity(quantity, *found,
-                                           spread_of(accepted.spread.quantities, quantity.name)));
+                          : compare_quantity(quantity, *found,
+                                             spread_of(accepted.spread.quantities, quantity.name)));
   }
   for (const Quantity& quantity : now.quantities) {
     if (std::ranges::find(before.quantities, quantity.name, &Quantity::name) ==
@@ -60,8 +75,8 @@ bool same_axes(const Figure& a, const Figure& b) {
 
 std::string axes_of(const Figure& figure) { return figure.y.label + " over " + figure.x.label; }
 
-void judge_figure(const AcceptedCase& accepted, const Figure& before, const Figure& now,
-                  std::vector<Change>& changes) {
+void compare_figure(const AcceptedCase& accepted, const Figure& before, const Figure& now,
+                    std::vector<Change>& changes) {
   if (!same_axes(before, now)) {
     changes.push_back(broken(before.id, "shows " + axes_of(now) + ", was " + axes_of(before)));
     return;
@@ -73,17 +88,18 @@ void judge_figure(const AcceptedCase& accepted, const Figure& before, const Figu
   }
   for (std::size_t n = 0; n < before.series.size(); ++n) {
     changes.push_back(
-        judge_curve(before, now, n, spread_of(accepted.spread.curves, curve_name(before, n))));
+        compare_curve(before, now, n, spread_of(accepted.spread.curves, curve_name(before, n))));
   }
 }
 
-void judge_figures(const AcceptedCase& accepted, const Outcome& now, std::vector<Change>& changes) {
+void compare_figures(const AcceptedCase& accepted, const Outcome& now,
+                     std::vector<Change>& changes) {
   for (const Figure& figure : accepted.outcome.figures) {
     const auto found = std::ranges::find(now.figures, figure.id, &Figure::id);
     if (found == now.figures.end()) {
       changes.push_back(broken(figure.id, "the figure is missing"));
     } else {
-      judge_figure(accepted, figure, *found, changes);
+      compare_figure(accepted, figure, *found, changes);
     }
   }
   for (const Figure& figure : now.figures) {
@@ -122,16 +138,16 @@ std::string approve_hint(const std::string& what) { return what + "; palpate app
 
 }  // namespace
 
-bool CaseVerdict::better() const {
-  return !falls() && std::ranges::any_of(changes, [](const Change& change) {
-    return change.judgement == Judgement::better;
+bool CaseChanges::better() const {
+  return !fails() && std::ranges::any_of(changes, [](const Change& change) {
+    return change.kind == ChangeKind::better;
   });
 }
 
-Tally Verdict::tally() const {
-  Tally sum;
-  for (const CaseVerdict& one : cases) {
-    int& count = one.falls()     ? sum.fallen
+ChangeCounts GateResult::counts() const {
+  ChangeCounts sum;
+  for (const CaseChanges& one : cases) {
+    int& count = one.fails()     ? sum.failed
                  : one.identical ? sum.identical
                  : one.better()  ? sum.better
                                  : sum.unchanged;
@@ -140,64 +156,90 @@ Tally Verdict::tally() const {
   return sum;
 }
 
-CaseVerdict judge_case(const AcceptedCase& accepted, const Outcome& now) {
-  CaseVerdict verdict{.name = now.name, .suite = now.suite};
-  if (std::string problem = status_problem(accepted.outcome, now); !problem.empty()) {
-    verdict.changes.push_back(broken("", std::move(problem)));
+Outcome GateResult::outcome() const {
+  Outcome outcome{
+      .name = "gate", .suite = "gate", .claim = "No case is worse than what was accepted."};
+  std::vector<Reason> parts;
+  for (const std::string& fault : faults) { parts.push_back({Status::error, fault}); }
+  for (const CaseChanges& one : cases) {
+    parts.push_back({one.outcome.status, one.fails()
+                                             ? one.outcome.name + ": " + one.outcome.reasons.front()
+                                             : std::string()});
   }
-  if (now.claim != accepted.outcome.claim) {
-    verdict.changes.push_back(
-        broken("", "claims \"" + now.claim + "\", was \"" + accepted.outcome.claim + "\""));
-  }
-  if (accepted.outcome.status == Status::skip) {  // nothing to hold it against
-    verdict.identical = now.status == Status::skip;
-    return verdict;
-  }
-  if (now.status == Status::skip) { return verdict; }
-  judge_quantities(accepted, now, verdict.changes);
-  judge_figures(accepted, now, verdict.changes);
-  std::erase_if(verdict.changes,
-                [](const Change& change) { return change.judgement == Judgement::same; });
-  verdict.identical = verdict.changes.empty();
-  std::ranges::stable_sort(verdict.changes, std::ranges::greater{},
-                           [](const Change& change) { return static_cast<int>(change.judgement); });
-  return verdict;
+  conclude(outcome, std::move(parts));
+  return outcome;
 }
 
-Verdict judge(const Baseline& baseline, const Candidate& candidate,
-              const std::vector<std::string>& only) {
-  Verdict verdict;
+std::vector<Outcome> GateResult::outcomes() const {
+  std::vector<Outcome> list;
+  for (const std::string& fault : faults) {
+    list.push_back({.name = "comparison",
+                    .suite = "gate",
+                    .claim = "Results and baseline belong together.",
+                    .status = Status::error,
+                    .reasons = {fault}});
+  }
+  for (const CaseChanges& one : cases) { list.push_back(one.outcome); }
+  return list;
+}
+
+CaseChanges compare_case(const AcceptedCase& accepted, const Outcome& now) {
+  std::vector<Change> changes;
+  if (std::string problem = status_problem(accepted.outcome, now); !problem.empty()) {
+    changes.push_back(broken("", std::move(problem)));
+  }
+  if (now.claim != accepted.outcome.claim) {
+    changes.push_back(
+        broken("", "claims \"" + now.claim + "\", was \"" + accepted.outcome.claim + "\""));
+  }
+  const bool was_judged = accepted.outcome.status != Status::skip;
+  const bool is_judged = now.status != Status::skip;
+  if (was_judged && is_judged) {
+    compare_quantities(accepted, now, changes);
+    compare_figures(accepted, now, changes);
+  }
+  std::erase_if(changes, [](const Change& change) { return change.kind == ChangeKind::same; });
+  CaseChanges result = concluded(now, std::move(changes));
+  result.identical = was_judged ? is_judged && result.changes.empty() : !is_judged;
+  return result;
+}
+
+GateResult compare(const Baseline& baseline, const Candidate& candidate,
+                   const std::vector<std::string>& only) {
+  GateResult result;
   const auto wanted = [&](const std::string& name) {
     return only.empty() || std::ranges::find(only, name) != only.end();
   };
   if (std::string problem = command_problem(baseline, candidate);
       only.empty() && !problem.empty()) {
-    verdict.faults.push_back(std::move(problem));
+    result.faults.push_back(std::move(problem));
   }
   std::set<std::string> met;
   for (const std::string& name : repeated_names(candidate.outcomes)) {
-    verdict.faults.push_back(name + " stands twice in the results");
+    result.faults.push_back(name + " is twice in the results");
   }
   for (const AcceptedCase& accepted : baseline.cases) {
     const std::string& name = accepted.outcome.name;
     if (!wanted(name)) { continue; }
     met.insert(name);
     const auto found = std::ranges::find(candidate.outcomes, name, &Outcome::name);
-    verdict.cases.push_back(found == candidate.outcomes.end()
-                                ? broken_case(accepted.outcome, "is missing from the results")
-                                : judge_case(accepted, comparable(*found)));
+    result.cases.push_back(
+        found == candidate.outcomes.end()
+            ? concluded(accepted.outcome, {broken("", "is missing from the results")})
+            : compare_case(accepted, comparable(*found)));
   }
   for (const Outcome& outcome : candidate.outcomes) {
     if (!wanted(outcome.name) || !met.insert(outcome.name).second) { continue; }
-    verdict.cases.push_back(broken_case(outcome, approve_hint("is not in the baseline")));
+    result.cases.push_back(
+        concluded(outcome, {broken("", approve_hint("is not in the baseline"))}));
   }
   for (const std::string& name : only) {
     if (!met.contains(name)) {
-      verdict.faults.push_back(name + " is neither in the results nor in the baseline");
+      result.faults.push_back(name + " is neither in the results nor in the baseline");
     }
   }
-  if (verdict.cases.empty()) { verdict.faults.emplace_back("nothing was compared"); }
-  return verdict;
+  if (result.cases.empty()) { result.faults.emplace_back("nothing was compared"); }
+  return result;
 }
 
 }  // namespace palpate::gate

@@ -29,6 +29,21 @@ TEST("the share of a bound is at most one exactly when the quantity holds") {
   }
 }
 
+TEST("a bound below zero is used up by values that come near it") {
+  CHECK_NEAR(share_of_bound({.value = -24.53, .upper = -1.0}), 1.0 / 24.53, 1e-15);
+  CHECK_NEAR(share_of_bound({.value = -1.0, .lower = -2.0}), 0.5, 1e-15);
+  CHECK_NEAR(share_of_bound({.value = 3.0, .lower = -2.0}), 0.0, 1e-15);
+  CHECK(share_of_bound({.value = -3.0, .upper = 0.0}) == 0.0);
+  CHECK(share_of_bound({.value = 0.0, .upper = 0.0}) == 1.0);
+}
+
+TEST(
+    "the share of a bound counts the uncertainty, so an inconclusive quantity uses more than all") {
+  const Quantity near{.value = 0.9, .upper = 1.0, .bound_from = "theory", .uncertainty = 0.2};
+  CHECK(near.status() == Status::inconclusive);
+  CHECK_NEAR(share_of_bound(near), 1.1, 1e-15);
+}
+
 TEST("a count that is met says nothing about how near another quantity is") {
   Outcome outcome;
   outcome.judge({.name = "cases found", .value = 9.0, .lower = 9.0});
@@ -101,6 +116,23 @@ TEST("the worst case stands first in the table") {
   CHECK(row("stability/drift") < row("network/patch-test"));
   CHECK(row("network/patch-test") < row("oscillator/order/rk4"));
   CHECK(row("oscillator/order/rk4") < row("patient/lumbar"));
+}
+
+TEST("cases that hold are sorted by the share of the bound that they use") {
+  Results results;
+  const auto add = [&results](const char* name, Quantity quantity) {
+    Outcome outcome{.name = name, .suite = "accuracy", .claim = "It holds."};
+    outcome.judge(std::move(quantity));
+    conclude(outcome);
+    results.outcomes.push_back(std::move(outcome));
+  };
+  add("far-below", {.name = "log10 of growth", .value = -24.53, .upper = -1.0});
+  add("near", {.name = "error", .value = 0.9, .upper = 1.0});
+  add("between", {.name = "error", .value = 0.5, .upper = 1.0});
+  const std::string html = to_html(results);
+  const auto row = [&](const char* name) { return html.find(name, html.find("<tbody")); };
+  CHECK(row("near") < row("between"));
+  CHECK(row("between") < row("far-below"));
 }
 
 TEST("every link leads to one place on the page") {

@@ -32,7 +32,7 @@ TEST("a baseline is read as it was written, curves and all") {
   const gate::Baseline read = read_baseline(folder / "a.json");
   const gate::Candidate candidate{.command = written.command,
                                   .outcomes = {written.cases[0].outcome}};
-  CHECK(gate::judge(read, candidate).tally().identical == 1);
+  CHECK(gate::compare(read, candidate).counts().identical == 1);
   REQUIRE(read.ledger.size() == 1);
   CHECK(read.ledger[0].reason == "first");
   CHECK(read.ledger[0].commit == "abc");
@@ -62,15 +62,15 @@ TEST("curves do not go where the numbers are") {
   CHECK_THROWS(write_baseline(folder / "d.h5", sample_baseline()), "another ending");
 }
 
-TEST("page, table and JUnit name what fell") {
+TEST("page, table and JUnit name what regressed") {
   GateReport report{.command = "palpate gate", .baseline = sample_baseline()};
   report.candidate = {.command = "palpate validate",
                       .outcomes = {report.baseline.cases[0].outcome}};
   Figure& figure = report.candidate.outcomes[0].figures[0];
   figure.series[0].y[2] *= 10.0;
-  report.verdict = gate::judge(report.baseline, report.candidate);
-  CHECK(verdict_text(report.verdict) == "FAIL: 1 of 1 cases fell");
-  CHECK(changes_text(report.verdict).find(figure.id) != std::string::npos);
+  report.result = gate::compare(report.baseline, report.candidate);
+  CHECK(verdict_text(report.result) == "FAIL: 1 of 1 cases regressed");
+  CHECK(changes_text(report.result).find(figure.id) != std::string::npos);
   CHECK(to_junit(report).find("<failure") != std::string::npos);
   CHECK(to_json(report).find("\"verdict\": \"fail\"") != std::string::npos);
   const std::string page = to_html(report);

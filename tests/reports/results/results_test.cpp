@@ -38,7 +38,23 @@ TEST("a case that judged nothing fails, and a skipped one keeps its reason") {
   skipped.skip("absent");
   conclude(skipped);
   CHECK(skipped.status == Status::skip);
-  CHECK(skipped.reason == "absent");
+  CHECK(skipped.reason() == "absent");
+}
+
+TEST("an uncertainty that contains a bound makes a quantity and its case inconclusive") {
+  Outcome outcome{.name = "case", .suite = "accuracy"};
+  outcome.judge({.name = "a", .value = 0.5, .upper = 1.0, .bound_from = "theory"});
+  outcome.judge(
+      {.name = "b", .value = 0.95, .upper = 1.0, .bound_from = "theory", .uncertainty = 0.1});
+  conclude(outcome);
+  CHECK(outcome.status == Status::inconclusive);
+  CHECK(!tally({outcome}).holds());
+  const Results read = results_from_json(to_json(Results{.outcomes = {outcome}}), "results.json");
+  CHECK(read.outcomes.at(0).status == Status::inconclusive);
+  CHECK(read.outcomes.at(0).quantities.at(1).uncertainty == 0.1);
+  CHECK(to_junit(read).find("<failure type=\"inconclusive\"") != std::string::npos);
+  outcome.quantities[1].uncertainty = std::nan("");
+  CHECK(outcome.quantities[1].status() == Status::fail);
 }
 
 TEST("results hold only when something passed and nothing fell short") {
@@ -173,7 +189,7 @@ TEST("every quantity is a property with its bounds, and a fallen one is the mess
 
 TEST("hostile text stays text") {
   Results results = sample::results();
-  results.outcomes[3].reason = "]]> <a b='\"'> & \x01 \xff end";
+  results.outcomes[3].reasons = {"]]> <a b='\"'> & \x01 \xff end"};
   results.outcomes[1].claim = "</failure><x>";
   CHECK(well_formed(to_junit(results)));
 }

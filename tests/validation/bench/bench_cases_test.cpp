@@ -28,9 +28,9 @@ InstructionCount passes(std::int64_t first, std::int64_t second, const std::stri
   return {.passes = {first, second}, .kernel = kernel, .counter = "callgrind"};
 }
 
-gate::CaseVerdict against_accepted(const InstructionCount& now) {
+gate::CaseChanges against_accepted(const InstructionCount& now) {
   const Outcome accepted = found(passes(counted, counted));
-  return gate::judge_case({.outcome = gate::comparable(accepted)}, gate::comparable(found(now)));
+  return gate::compare_case({.outcome = gate::comparable(accepted)}, gate::comparable(found(now)));
 }
 
 TEST("the same count twice passes; one instruction more does not") {
@@ -41,19 +41,19 @@ TEST("the same count twice passes; one instruction more does not") {
 TEST("where nobody counts nothing is judged, with the reason") {
   const Outcome outcome = found({.refusal = "valgrind is not installed"});
   CHECK(outcome.status == Status::skip);
-  CHECK(outcome.reason == "not run: valgrind is not installed");
+  CHECK(outcome.reason() == "not run: valgrind is not installed");
 }
 
 TEST("the gate lets a count grow by one per cent, and no further") {
   CHECK(against_accepted(passes(counted, counted)).identical);
-  CHECK(!against_accepted(passes(counted * 1009 / 1000, counted * 1009 / 1000)).falls());
-  CHECK(against_accepted(passes(counted * 1011 / 1000, counted * 1011 / 1000)).falls());
+  CHECK(!against_accepted(passes(counted * 1009 / 1000, counted * 1009 / 1000)).fails());
+  CHECK(against_accepted(passes(counted * 1011 / 1000, counted * 1011 / 1000)).fails());
   CHECK(against_accepted(passes(counted * 9 / 10, counted * 9 / 10)).better());
 }
 
 TEST("a count that is missing falls at the gate, and so does another kernel with the same count") {
-  CHECK(against_accepted({.refusal = "valgrind is not installed"}).falls());
-  CHECK(against_accepted(passes(counted, counted, "another")).falls());
+  CHECK(against_accepted({.refusal = "valgrind is not installed"}).fails());
+  CHECK(against_accepted(passes(counted, counted, "another")).fails());
 }
 
 TEST("names of workloads are unlike, and an unknown one is refused with those there are") {

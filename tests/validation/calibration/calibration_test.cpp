@@ -84,7 +84,7 @@ TEST("a calibration ends with a scene whose simulation is what was seen") {
   const Calibration found = calibrate(
       scene, parameters_of(scene), seen_in(truth),
       {.progress = [&](const char* stage) { stages.emplace_back(stage); }, .simulate = lawful});
-  CHECK(found.held());
+  CHECK(found.outcome().status == Status::pass);
   CHECK(stages.size() == 4);
   // The gain of 1 % against a prior of 0.35: (0.01 / 0.35)^2 of the way is left, below 0.1 %.
   CHECK_NEAR(found.fitted.syringe->thumb_force / 9.0, 1.0, 1e-3);
@@ -101,7 +101,7 @@ TEST("shortcuts that cost more than data are uncertain do not hold") {
   const Calibration found =
       calibrate(scene, parameters_of(scene), seen_in(scene), {.simulate = with_shortcut});
   CHECK(found.shortcut_cost() > 5.0);
-  CHECK(!found.held());
+  CHECK(found.outcome().status != Status::pass);
 }
 
 }  // namespace

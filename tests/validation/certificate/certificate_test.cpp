@@ -47,6 +47,7 @@ TEST("where all missed, or nothing ran, nothing contradicts a probability of one
 
 namespace {
 
+using namespace palpate;
 using namespace palpate::certificate;
 
 constexpr double deadline = 1e-3;
@@ -70,39 +71,39 @@ Certificate clean(long control_misses = 0, long scene_misses = 0) {
 }
 
 TEST("no miss at all is certified, with the limit that so many ticks support") {
-  const Judgement judgement = judge(clean());
-  CHECK(judgement.verdict == Verdict::certified);
-  CHECK(judgement.reason.find("No tick of 1000 missed") != std::string::npos);
+  const Outcome outcome = outcome_of(clean());
+  CHECK(outcome.status == Status::pass);
+  CHECK(outcome.reason().find("No tick of 1000 missed") != std::string::npos);
   CHECK_NEAR(clean().worst()->miss_probability_upper(), 1.0 - std::pow(0.05, 1e-3), 1e-15);
 }
 
 TEST("a single miss of the scene is not certified") {
-  const Judgement judgement = judge(clean(0, 1));
-  CHECK(judgement.verdict == Verdict::not_certified);
-  CHECK(judgement.reason.find("1 of 1000 deadlines") != std::string::npos);
+  const Outcome outcome = outcome_of(clean(0, 1));
+  CHECK(outcome.status == Status::fail);
+  CHECK(outcome.reason().find("1 of 1000 deadlines") != std::string::npos);
 }
 
 TEST("where the empty loop missed, nothing is said against the scene, whatever it did") {
-  CHECK(judge(clean(1, 0)).verdict == Verdict::not_qualified);
-  CHECK(judge(clean(1, 500)).verdict == Verdict::not_qualified);
+  CHECK(outcome_of(clean(1, 0)).status == Status::inconclusive);
+  CHECK(outcome_of(clean(1, 500)).status == Status::inconclusive);
 }
 
 TEST("without the rights nothing is certified, however well it went") {
   Certificate all = clean();
   all.rights.fifo = "Operation not permitted";
-  CHECK(judge(all).verdict == Verdict::not_qualified);
-  CHECK(judge(all).reason.find("SCHED_FIFO (Operation not permitted)") != std::string::npos);
+  CHECK(outcome_of(all).status == Status::inconclusive);
+  CHECK(outcome_of(all).reason().find("SCHED_FIFO (Operation not permitted)") != std::string::npos);
   all.rights = {.memory = "Cannot allocate memory"};
-  CHECK(judge(all).verdict == Verdict::not_qualified);
+  CHECK(outcome_of(all).status == Status::inconclusive);
 }
 
 TEST("a provoked tick beyond the deadline is enough, though none was met while the loop ran") {
   Certificate all = clean();
   all.budget.provocations = {{.name = "cold caches", .processor = 1.01 * deadline}};
-  CHECK(judge(all).verdict == Verdict::not_certified);
-  CHECK(judge(all).reason.find("cold caches") != std::string::npos);
+  CHECK(outcome_of(all).status == Status::fail);
+  CHECK(outcome_of(all).reason().find("cold caches") != std::string::npos);
   all.budget.provocations.front().processor = std::nan("");
-  CHECK(judge(all).verdict == Verdict::not_certified);
+  CHECK(outcome_of(all).status == Status::fail);
 }
 
 TEST("one load that fails is enough, and it is the one that is shown") {
@@ -110,30 +111,30 @@ TEST("one load that fails is enough, and it is the one that is shown") {
   LoadResult& load = all.loads.emplace_back("memory", deadline);
   fill(load.control, 1000, 0);
   fill(load.scene, 1000, 2);
-  CHECK(judge(all).verdict == Verdict::not_certified);
+  CHECK(outcome_of(all).status == Status::fail);
   CHECK(all.worst()->load == "memory");
 }
 
 TEST("a loop that was given up is no good one, even if it counted no miss") {
   Certificate all = clean();
   all.loads.front().scene.hopeless = true;
-  CHECK(judge(all).verdict == Verdict::not_certified);
+  CHECK(outcome_of(all).status == Status::fail);
   all.loads.front().control.hopeless = true;
-  CHECK(judge(all).verdict == Verdict::not_qualified);
+  CHECK(outcome_of(all).status == Status::inconclusive);
 }
 
 TEST("a scene that diverges is not certified anywhere") {
   Certificate all = clean(5, 5);
   all.budget.diverged_at = 0.25;
-  CHECK(judge(all).verdict == Verdict::not_certified);
+  CHECK(outcome_of(all).status == Status::fail);
 }
 
 TEST("interrupted before the scene ran: nothing is known") {
   Certificate all = clean();
   all.loads.clear();
-  CHECK(judge(all).verdict == Verdict::not_qualified);
+  CHECK(outcome_of(all).status == Status::inconclusive);
   fill(all.loads.emplace_back("idle", deadline).control, 10, 0);
-  CHECK(judge(all).verdict == Verdict::not_qualified);
+  CHECK(outcome_of(all).status == Status::inconclusive);
 }
 
 TEST("who stole the time is named by what was counted") {
@@ -146,7 +147,7 @@ TEST("who stole the time is named by what was counted") {
 }
 
 TEST("the computation is told whatever the environment") {
-  CHECK(budget_words(clean(1000, 0)).find("40 % of the deadline") != std::string::npos);
+  CHECK(budget_text(clean(1000, 0)).find("40 % of the deadline") != std::string::npos);
 }
 
 }  // namespace
@@ -192,7 +193,7 @@ TEST("without asking for the rights nothing is certified") {
       certified(short_scene(),
                 {.claim = {.duration = 0.05}, .cache_bytes = 1U << 20U, .ask_for_rights = false});
   CHECK(!all.rights.all());
-  CHECK(judge(all).verdict == Verdict::not_qualified);
+  CHECK(outcome_of(all).status == Status::inconclusive);
 }
 
 TEST("a scene that is longer than the loop is noted") {
@@ -207,7 +208,7 @@ TEST("Ctrl-C leaves a certificate for what ran") {
   const Certificate all = certified(short_scene(), {.stop = &stop});
   CHECK(all.interrupted);
   REQUIRE(all.loads.empty());
-  CHECK(judge(all).verdict == Verdict::not_qualified);
+  CHECK(outcome_of(all).status == Status::inconclusive);
 }
 
 TEST("a tool without a device has the bound of the tissue's stiffness") {

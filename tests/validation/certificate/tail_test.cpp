@@ -13,6 +13,7 @@
 
 namespace {
 
+using namespace palpate;
 using namespace palpate::certificate;
 using palpate::device::Seeded;
 
@@ -81,6 +82,7 @@ TEST("the interval holds the estimate, grows with confidence, and is wider above
 
 namespace {
 
+using namespace palpate;
 using namespace palpate::certificate;
 using palpate::device::Seeded;
 
@@ -92,8 +94,8 @@ std::vector<LargeTick> largest_of(long ticks, const std::function<double(long)>&
   return largest.sorted();
 }
 
-const TailCheck& check_named(const Tail& tail, std::string_view name) {
-  return *std::ranges::find(tail.checks, name, &TailCheck::name);
+const Quantity& check_named(const Tail& tail, std::string_view name) {
+  return *std::ranges::find(tail.checks, name, &Quantity::name);
 }
 
 TEST("independent exponential times: told, one and two decades beyond the data and no further") {
@@ -168,8 +170,8 @@ TEST("too few ticks, and ticks that are all alike, have no tail") {
 }
 
 TEST("a check whose number is none does not hold") {
-  CHECK(!(TailCheck{.value = std::nan(""), .lower = -1e300, .upper = 1e300}.holds()));
-  CHECK(!(TailCheck{.value = 1.0, .lower = std::nan(""), .upper = 2.0}.holds()));
+  CHECK(!(Quantity{.value = std::nan(""), .lower = -1e300, .upper = 1e300}.holds()));
+  CHECK(!(Quantity{.value = 1.0, .lower = std::nan(""), .upper = 2.0}.holds()));
 }
 
 }  // namespace

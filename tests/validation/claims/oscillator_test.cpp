@@ -16,7 +16,9 @@ using namespace palpate;
 Outcome outcome_of(const std::string& name, const Mutation* mutation) {
   const std::vector<Case> cases = oscillator_cases();
   const auto found = std::ranges::find(cases, name, &Case::name);
-  if (found == cases.end()) { return {.name = name, .status = Status::error, .reason = "no case"}; }
+  if (found == cases.end()) {
+    return {.name = name, .status = Status::error, .reasons = {"no case"}};
+  }
   return run_case(*found, {.quick = true, .mutation = mutation});
 }
 

@@ -125,15 +125,15 @@ Trace simulated() { return trace_of(ticks, pressures({}, ticks)); }
 void check_refused(const Recording& recording, const Trace& trace, const std::string& reason,
                    const ComparisonOptions& options = {}) {
   const Comparison found = compare(recording, trace, options);
-  CHECK(found.verdict == Verdict::not_comparable);
-  REQUIRE(found.reasons.size() == 1);
-  CHECK(found.reasons.front() == reason);
+  CHECK(found.outcome.status == Status::error);
+  REQUIRE(found.outcome.reasons.size() == 1);
+  CHECK(found.outcome.reasons.front() == reason);
 }
 
 TEST("one law at two rates agrees") {
   const Comparison found = compare(recorded(), simulated());
-  CHECK(found.verdict == Verdict::agrees);
-  CHECK(found.reasons.empty());
+  CHECK(found.outcome.status == Status::pass);
+  CHECK(found.outcome.reasons.empty());
   CHECK_NEAR(found.alignment.lag, 0.0,
              0.5 / 120.0);  // filters of two rates differ by less than half a sample
   {
@@ -171,8 +171,8 @@ TEST("traces that do not meet in time do not overlap") {
   for (double& t : recording.time) { t = 10.0 + t; }
   ComparisonOptions options;
   options.alignment = AlignmentRule::start;
-  CHECK(compare(recording, simulated(), options).verdict ==
-        Verdict::agrees);  // starts coincide, wherever they are
+  CHECK(compare(recording, simulated(), options).outcome.status ==
+        Status::pass);  // starts coincide, wherever they are
   const std::vector<double> early = instants(0.5, 1000.0);
   // 0 to 0.5 s at 120 Hz: 61 samples, each for 1/120 s.
   check_refused(recording, trace_of(early, early),
@@ -181,28 +181,28 @@ TEST("traces that do not meet in time do not overlap") {
 
 TEST("the instant of an event that aligned the clocks proves nothing and is not judged") {
   const Comparison found = compare(recorded(), trace_of(ticks, pressures({.delay = 1.0}, ticks)));
-  const FeatureVerdict& loss = found.features[static_cast<std::size_t>(Feature::time_of_loss)];
-  CHECK(loss.verdict == Verdict::not_judged);
+  const FeatureComparison& loss = found.features[static_cast<std::size_t>(Feature::time_of_loss)];
+  CHECK(loss.status == Status::skip);
   CHECK(!loss.reason.empty());
   CHECK_NEAR(found.alignment.lag, -1.0, 0.01);
   ComparisonOptions by_start;
   by_start.alignment = AlignmentRule::start;
-  CHECK(compare(recorded(), trace_of(ticks, pressures({.delay = 1.0}, ticks)), by_start).verdict ==
-        Verdict::differs);
+  CHECK(compare(recorded(), trace_of(ticks, pressures({.delay = 1.0}, ticks)), by_start)
+            .outcome.status == Status::fail);
 }
 
 TEST("a simulation that stops right after the event leaves the verdict open") {
   const std::vector<double> until = instants(8.5, 1000.0);
   const Comparison found = compare(recorded(), trace_of(until, pressures({}, until)));
-  CHECK(found.verdict == Verdict::not_distinguishable);
-  CHECK(found.reasons.front().find("the trace ends") != std::string::npos);
+  CHECK(found.outcome.status == Status::inconclusive);
+  CHECK(found.outcome.reasons.front().find("the trace ends") != std::string::npos);
 }
 
 TEST("gaps in the recording stay out of the figures") {
   Recording gappy = recorded();
   for (std::size_t n = 240; n < 300; ++n) { gappy.pressure[n] = not_measured; }
   const Comparison found = compare(gappy, simulated());
-  CHECK(found.verdict == Verdict::agrees);
+  CHECK(found.outcome.status == Status::pass);
   CHECK(found.errors.samples <= found.recorded.size() - 60);
   CHECK(found.rated < 1.0);
   CHECK(found.rated > 0.7);
@@ -213,8 +213,8 @@ TEST("a tolerance that is given replaces the default one") {
   ComparisonOptions strict;
   strict.tolerances = {{.feature = Feature::peak, .relative = 0.03, .origin = "stricter"}};
   const Trace louder = trace_of(ticks, pressures({.peak = 64.0 * pascals_per_mmhg}, ticks));
-  CHECK(compare(recorded(), louder).verdict != Verdict::differs);
-  CHECK(compare(recorded(), louder, strict).verdict == Verdict::differs);
+  CHECK(compare(recorded(), louder).outcome.status != Status::fail);
+  CHECK(compare(recorded(), louder, strict).outcome.status == Status::fail);
 }
 
 TEST("an uncertainty larger than the tolerance leaves nothing to tell") {
@@ -224,7 +224,7 @@ TEST("an uncertainty larger than the tolerance leaves nothing to tell") {
                                    .plateau = 8.8 * pascals_per_mmhg};
   const Trace louder = trace_of(ticks, pressures(loud, ticks));
   const Comparison found = compare(recorded(), louder, vague);
-  CHECK(found.verdict == Verdict::not_distinguishable);
+  CHECK(found.outcome.status == Status::inconclusive);
   CHECK(found.features[static_cast<std::size_t>(Feature::peak)].below_uncertainty);
 }
 
@@ -236,7 +236,7 @@ TEST("a force along the needle is compared with its own column") {
   trace.columns.front().name = "tool.force_n";
   for (double& f : trace.columns.front().values) { f *= 1.767e-4; }
   const Comparison found = compare(recording, trace, {.quantity = QuantityKind::force});
-  CHECK(found.verdict == Verdict::agrees);
+  CHECK(found.outcome.status == Status::pass);
   CHECK(found.unit == "N");
 }
 
@@ -245,7 +245,7 @@ TEST("a long trace gets a grid that its ratings can carry") {
   small.most_samples = 500;
   const Comparison found = compare(recorded(), simulated(), small);
   CHECK(found.recorded.size() <= 501);
-  CHECK(found.verdict == Verdict::agrees);
+  CHECK(found.outcome.status == Status::pass);
 }
 
 }  // namespace

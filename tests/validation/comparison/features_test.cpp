@@ -236,7 +236,7 @@ TEST("a good trace keeps its samples, its filtered ones and its depth on one gri
 namespace {
 
 using namespace palpate::comparison;
-using Status = LossOfResistance::Status;
+using Decision = LossOfResistance::Decision;
 
 /// 100 samples a second of a law in units of the peak.
 LossOfResistance found_in(double duration, const std::function<double(double)>& law) {
@@ -270,21 +270,21 @@ TEST("a weak one of 45 % is found and said to be weak") {
 
 TEST("a fall of 33 % is none, and the reason has its size") {
   const LossOfResistance loss = found_in(14.0, falls_to(0.67 * 60.0));
-  CHECK(loss.status == Status::not_found);
+  CHECK(loss.status == Decision::not_found);
   CHECK(loss.reason.find("fell by 33 %") != std::string::npos);
 }
 
 TEST("a fall that comes back is none, and the reason says when") {
   const LossOfResistance loss =
       found_in(20.0, [](double t) { return t > 6.0 && t < 9.0 ? 10.0 : 50.0; });
-  CHECK(loss.status == Status::not_found);
+  CHECK(loss.status == Decision::not_found);
   CHECK((loss.reason.find("came back after 2.9") != std::string::npos ||
          loss.reason.find("came back after 3.0") != std::string::npos));
 }
 
 TEST("a trace that ends too early cannot be decided, and what fell can still be measured") {
   const LossOfResistance loss = found_in(9.0, falls_to(8.0));
-  CHECK(loss.status == Status::undecided);
+  CHECK(loss.status == Decision::undecided);
   CHECK(loss.fell());
   CHECK(loss.reason.find("ends 3.0") != std::string::npos);
   CHECK_NEAR(loss.plateau, 8.0, 0.0);
@@ -293,22 +293,22 @@ TEST("a trace that ends too early cannot be decided, and what fell can still be 
 
 TEST("pressure held against bone is none") {
   CHECK(found_in(20.0, [](double t) { return std::min(60.0, ramp(t)); }).status ==
-        Status::not_found);
+        Decision::not_found);
 }
 
 TEST("a slow leak is none") {
   const LossOfResistance loss = found_in(
       40.0, [](double t) { return t < 6.0 ? ramp(t) : 60.0 * std::exp(-(t - 6.0) / 5.0); });
-  CHECK(loss.status == Status::not_found);  // falls by 33 % in any 2 s
+  CHECK(loss.status == Decision::not_found);  // falls by 33 % in any 2 s
   const LossOfResistance faster = found_in(
       40.0, [](double t) { return t < 6.0 ? ramp(t) : 60.0 * std::exp(-(t - 6.0) / 3.0); });
-  CHECK(faster.status == Status::not_found);  // by 49 %, but there is no plateau
+  CHECK(faster.status == Decision::not_found);  // by 49 %, but there is no plateau
 }
 
 TEST("pushes of a thumb with rests of less than 5 s are none") {
   const LossOfResistance loss =
       found_in(40.0, [](double t) { return std::fmod(t, 4.5) < 0.5 ? 60.0 : 2.0; });
-  CHECK(loss.status != Status::found);
+  CHECK(loss.status != Decision::found);
 }
 
 TEST("flushing the needle long before is none, and hides nothing") {
@@ -328,7 +328,7 @@ TEST("a gap in the plateau of more than a tenth hides it") {
   CHECK(find_loss(pressure).found());
   for (std::size_t n = 700; n < 800; ++n) { pressure.value[n] = not_measured; }
   const LossOfResistance hidden = find_loss(pressure);
-  CHECK(hidden.status == Status::undecided);
+  CHECK(hidden.status == Decision::undecided);
   CHECK(hidden.fell());
   CHECK(hidden.reason == "a gap hides whether a fall of 87 % was held for 5 s");  // 1 - 8 / 60
 }
@@ -338,7 +338,7 @@ TEST("a gap that begins soon after the fall and never ends hides it") {
   for (int n = 0; n < 700; ++n) { pressure.value.push_back(falls_to(8.0)(0.01 * n)); }
   pressure.value.resize(3000, not_measured);
   const LossOfResistance hidden = find_loss(pressure);
-  CHECK(hidden.status == Status::undecided);
+  CHECK(hidden.status == Decision::undecided);
   CHECK(hidden.reason.find("gap") != std::string::npos);
 }
 
@@ -347,13 +347,13 @@ TEST("a fall within a gap longer than a fall may take is not told from a slow on
   for (int n = 0; n < 2000; ++n) { pressure.value.push_back(falls_to(8.0)(0.01 * n)); }
   for (std::size_t n = 550; n < 850; ++n) { pressure.value[n] = not_measured; }
   const LossOfResistance hidden = find_loss(pressure);
-  CHECK(hidden.status == Status::undecided);
+  CHECK(hidden.status == Decision::undecided);
   CHECK(!hidden.fell());
   CHECK(hidden.reason.starts_with("a gap of 3.01 s hides how the pressure fell by 8"));
   for (std::size_t n = 900; n < 2000; ++n) {
     pressure.value[n] = 50.0;
   }  // comes back at once: no event
-  CHECK(find_loss(pressure).status == Status::not_found);
+  CHECK(find_loss(pressure).status == Decision::not_found);
 }
 
 TEST("a gap hides nothing of a fall that was seen to come back, nor a later one that was held") {
@@ -366,7 +366,7 @@ TEST("a gap hides nothing of a fall that was seen to come back, nor a later one 
   CHECK(later.found());
   CHECK(later.fallen_index == 1600);
   for (std::size_t n = 1600; n < 3000; ++n) { pressure.value[n] = 60.0; }
-  CHECK(find_loss(pressure).status == Status::not_found);
+  CHECK(find_loss(pressure).status == Decision::not_found);
 }
 
 TEST("a last fall that the trace cuts short is open whatever came before it") {
@@ -375,14 +375,14 @@ TEST("a last fall that the trace cuts short is open whatever came before it") {
     pressure.value.push_back(n > 600 && n < 900 ? 2.0 : n < 1800 ? 60.0 : 8.0);
   }
   const LossOfResistance open = find_loss(pressure);
-  CHECK(open.status == Status::undecided);
+  CHECK(open.status == Decision::undecided);
   CHECK(open.reason == "the trace ends 2.00 s after a fall of 87 %; 5 s needed");
 }
 
 TEST("no pressure, no numbers and hardly any samples are none") {
   CHECK(found_in(20.0, [](double) { return -3.0; }).reason == "no pressure above zero");
-  CHECK(found_in(20.0, [](double) { return not_measured; }).status == Status::not_found);
-  CHECK(find_loss({}).status == Status::not_found);
+  CHECK(found_in(20.0, [](double) { return not_measured; }).status == Decision::not_found);
+  CHECK(find_loss({}).status == Decision::not_found);
 }
 
 TEST("suction in the epidural space is a drop of more than all") {

@@ -52,8 +52,8 @@ TEST(
   // 79 % of the peak tolerance is left after the spread of a mean of five: undecided or agreed,
   // never different
   {
-    CHECK(group.verdict != Verdict::differs);
-    CHECK(group.verdict != Verdict::not_comparable);
+    CHECK(group.outcome.status != Status::fail);
+    CHECK(group.outcome.status != Status::error);
   }
 }
 
@@ -75,8 +75,8 @@ TEST("the spread of a mean over subjects is part of its uncertainty") {
   for (double& p : louder) { p *= 1.15; }
   // Off by 15 % where 10.2 % are allowed, but the mean of five is known to 2 x 15.8 % / sqrt(5) =
   // 14 %.
-  CHECK(compare_all(subjects("lean"), clinical::trace_of(ticks, louder)).verdict ==
-        Verdict::not_distinguishable);
+  CHECK(compare_all(subjects("lean"), clinical::trace_of(ticks, louder)).outcome.status ==
+        Status::inconclusive);
 }
 
 TEST("features that agree do not save a trace that leaves the corridor") {
@@ -85,9 +85,9 @@ TEST("features that agree do not save a trace that leaves the corridor") {
     odd[n] += 30.0 * pascals_per_mmhg;
   }  // long before the event
   const GroupComparison found = compare_all(subjects("lean"), clinical::trace_of(ticks, odd));
-  CHECK(found.recordings[2].verdict ==
-        Verdict::agrees);  // by features alone, against the subject of factor 1
-  CHECK(found.verdict == Verdict::differs);
+  CHECK(found.recordings[2].outcome.status ==
+        Status::pass);  // by features alone, against the subject of factor 1
+  CHECK(found.outcome.status == Status::fail);
   CHECK(found.groups.front().coverage.inside < 0.9);
   CHECK(found.groups.front().coverage.inside > 0.7);
 }
@@ -96,8 +96,8 @@ TEST("a simulation that ends before its event can be called so leaves the group 
   std::vector<double> until = clinical::instants(8.5, 1000.0);
   const Trace cut = clinical::trace_of(until, clinical::pressures({}, until));
   const GroupComparison found = compare_all(subjects("lean"), cut);
-  CHECK(found.verdict == Verdict::not_distinguishable);
-  CHECK(found.reasons.front().find("the trace ends") != std::string::npos);
+  CHECK(found.outcome.status == Status::inconclusive);
+  CHECK(found.outcome.reasons.front().find("the trace ends") != std::string::npos);
 }
 
 TEST("a first recording with a gap over its fall hides nothing of the others") {
@@ -108,19 +108,19 @@ TEST("a first recording with a gap over its fall hides nothing of the others") {
   const GroupComparison found = compare_all(all, simulated({.fall_constant = 0.75}));
   CHECK(found.groups.front().features[static_cast<std::size_t>(Feature::drop_time)].count == 4);
   bool told = false;
-  for (const std::string& reason : found.reasons) {
+  for (const std::string& reason : found.outcome.reasons) {
     told = told || reason.find("drop time") != std::string::npos;
   }
   CHECK(told);
-  CHECK(found.verdict == Verdict::differs);
+  CHECK(found.outcome.status == Status::fail);
 }
 
 TEST("an insertion without the event differs from the group and leaves its corridor") {
   const GroupComparison found =
       compare_all(subjects("lean"), simulated({.plateau = PressureLaw{}.peak}));
-  CHECK(found.verdict == Verdict::differs);
+  CHECK(found.outcome.status == Status::fail);
   CHECK(!found.groups.front().coverage.holds);
-  CHECK(found.reasons.front().find("in the corridor of 5 subjects") != std::string::npos);
+  CHECK(found.outcome.reasons.front().find("in the corridor of 5 subjects") != std::string::npos);
 }
 
 TEST("two recordings have no corridor; they are judged one by one") {
@@ -129,7 +129,7 @@ TEST("two recordings have no corridor; they are judged one by one") {
   CHECK(!found.groups.front().corridor);
   CHECK(found.groups.front().corridor_refusal ==
         "a corridor needs at least 3 subjects; there are 2");
-  CHECK(found.verdict == Verdict::differs);
+  CHECK(found.outcome.status == Status::fail);
   CHECK(!found.groups.front().features.front().interval);
 }
 
@@ -142,7 +142,7 @@ TEST("groups are summed up apart, in the order of their first recordings") {
   CHECK(found.groups[1].group == "heavy");
   CHECK(found.groups[0].recordings == 5);
   CHECK(found.groups[1].recordings == 1);
-  CHECK(found.verdict == Verdict::differs);
+  CHECK(found.outcome.status == Status::fail);
 }
 
 TEST("what cannot be compared is counted and left out") {
@@ -152,8 +152,8 @@ TEST("what cannot be compared is counted and left out") {
   CHECK(group.not_comparable == 1);
   CHECK(group.corridor->recordings == 4);
   const std::vector<Recording> none{all[3]};
-  CHECK(compare_all(none, simulated()).verdict == Verdict::not_comparable);
-  CHECK(compare_all({}, simulated()).reasons.front() == "there is no recording");
+  CHECK(compare_all(none, simulated()).outcome.status == Status::error);
+  CHECK(compare_all({}, simulated()).outcome.reasons.front() == "there is no recording");
 }
 
 /// With both traces cut before the event can be called so, for a recording of the factor.
@@ -170,8 +170,8 @@ TEST("two traces that both end before the event can be called so do not agree") 
   const Trace trace = clinical::trace_of(until, clinical::pressures({}, until));
   const GroupComparison found =
       compare_all(std::vector<Recording>{cut(subject(1.0, "lean"))}, trace);
-  CHECK(found.verdict == Verdict::not_distinguishable);
-  CHECK(found.reasons.front().find("loss of resistance: in neither: the trace ends") !=
+  CHECK(found.outcome.status == Status::inconclusive);
+  CHECK(found.outcome.reasons.front().find("loss of resistance: in neither: the trace ends") !=
         std::string::npos);
 }
 
@@ -181,16 +181,17 @@ TEST("the verdict of a group does not depend on who comes first") {
   const GroupComparison forward = compare_all(all, simulated());
   std::ranges::reverse(all);
   const GroupComparison backward = compare_all(all, simulated());
-  const std::vector<FeatureVerdict>& a = forward.groups.front().means;
-  const std::vector<FeatureVerdict>& b = backward.groups.front().means;
+  const std::vector<FeatureComparison>& a = forward.groups.front().means;
+  const std::vector<FeatureComparison>& b = backward.groups.front().means;
   REQUIRE(a.size() == feature_count);
   REQUIRE(b.size() == feature_count);
   for (std::size_t n = 0; n < a.size(); ++n) {
-    CHECK(a[n].verdict == b[n].verdict);
-    CHECK_NEAR(a[n].expanded, b[n].expanded, 1e-9 * std::abs(b[n].expanded));
+    CHECK(a[n].status == b[n].status);
+    CHECK_NEAR(a[n].quantity.uncertainty, b[n].quantity.uncertainty,
+               1e-9 * std::abs(b[n].quantity.uncertainty));
   }
-  CHECK(forward.verdict == backward.verdict);
-  CHECK(a[static_cast<std::size_t>(Feature::loss_of_resistance)].verdict == Verdict::agrees);
+  CHECK(forward.outcome.status == backward.outcome.status);
+  CHECK(a[static_cast<std::size_t>(Feature::loss_of_resistance)].status == Status::pass);
 }
 
 TEST("two recordings of each subject leave the mean and the number of subjects") {
@@ -210,7 +211,8 @@ TEST("two recordings of each subject leave the mean and the number of subjects")
   CHECK(twice.features[n].count == 5);
   CHECK_NEAR(twice.features[n].deviation, once.features[n].deviation,
              1e-9 * once.features[n].deviation);
-  CHECK_NEAR(twice.means[n].expanded, once.means[n].expanded, 1e-9 * once.means[n].expanded);
+  CHECK_NEAR(twice.means[n].quantity.uncertainty, once.means[n].quantity.uncertainty,
+             1e-9 * once.means[n].quantity.uncertainty);
   CHECK_NEAR(twice.corridor->factor, once.corridor->factor, 0.0);
   CHECK(twice.subjects_agree == once.subjects_agree);
   CHECK(twice.agree == 2 * once.agree);
@@ -233,11 +235,11 @@ CredibilityFactor find(const std::vector<CredibilityFactor>& all, const std::str
 
 Outcome outcome(const std::string& name, Status status) { return {.name = name, .status = status}; }
 
-GroupComparison compared(Recording::Kind kind, std::size_t count, Verdict verdict) {
-  GroupComparison comparison{.verdict = verdict};
+GroupComparison compared(Recording::Kind kind, std::size_t count, Status status) {
+  GroupComparison comparison{.outcome = {.status = status}};
   for (std::size_t n = 0; n < count; ++n) {
     comparison.recordings.push_back(
-        {.recording = "r" + std::to_string(n), .kind = kind, .verdict = verdict});
+        {.recording = "r" + std::to_string(n), .kind = kind, .outcome = {.status = status}});
   }
   return comparison;
 }
@@ -268,7 +270,7 @@ TEST("cases that pass show a factor, one that fails shows it in part, skipped on
 }
 
 TEST("three recordings of one subject are one subject") {
-  GroupComparison found = compared(Recording::Kind::measured, 3, Verdict::agrees);
+  GroupComparison found = compared(Recording::Kind::measured, 3, Status::pass);
   for (Comparison& one : found.recordings) { one.subject = "07"; }
   const CredibilityFactor samples = find(credibility({}, &found), "test samples");
   CHECK(samples.shown == Shown::in_part);
@@ -276,7 +278,7 @@ TEST("three recordings of one subject are one subject") {
 }
 
 TEST("recordings rebuilt from published values show nothing about patients") {
-  const GroupComparison rebuilt = compared(Recording::Kind::reconstructed, 8, Verdict::agrees);
+  const GroupComparison rebuilt = compared(Recording::Kind::reconstructed, 8, Status::pass);
   const std::vector<CredibilityFactor> all = credibility({}, &rebuilt);
   CHECK(find(all, "test samples").shown == Shown::not_shown);
   CHECK(find(all, "test samples").evidence.find("8 rebuilt from published values do not count") !=
@@ -285,31 +287,33 @@ TEST("recordings rebuilt from published values show nothing about patients") {
 }
 
 TEST("measured recordings show what their verdict says") {
-  const GroupComparison good = compared(Recording::Kind::measured, 3, Verdict::agrees);
+  const GroupComparison good = compared(Recording::Kind::measured, 3, Status::pass);
   CHECK(find(credibility({}, &good), "output comparison").shown == Shown::shown);
   CHECK(find(credibility({}, &good), "test samples").shown == Shown::shown);
-  const GroupComparison open = compared(Recording::Kind::measured, 1, Verdict::not_distinguishable);
+  const GroupComparison open = compared(Recording::Kind::measured, 1, Status::inconclusive);
   CHECK(find(credibility({}, &open), "output comparison").shown == Shown::in_part);
   CHECK(find(credibility({}, &open), "test samples").shown == Shown::in_part);
-  const GroupComparison bad = compared(Recording::Kind::measured, 3, Verdict::differs);
+  const GroupComparison bad = compared(Recording::Kind::measured, 3, Status::fail);
   CHECK(find(credibility({}, &bad), "output comparison").shown == Shown::not_shown);
 }
 
 TEST("rebuilt recordings in the same group neither lift nor spoil what measured ones show") {
-  GroupComparison mixed = compared(Recording::Kind::measured, 1, Verdict::agrees);
-  mixed.recordings.push_back({.kind = Recording::Kind::reconstructed, .verdict = Verdict::differs});
-  mixed.verdict = Verdict::differs;
-  mixed.groups = {{.recordings = 2, .measured = 1, .verdict = Verdict::differs}};
+  GroupComparison mixed = compared(Recording::Kind::measured, 1, Status::pass);
+  mixed.recordings.push_back(
+      {.kind = Recording::Kind::reconstructed, .outcome = {.status = Status::fail}});
+  mixed.outcome.status = Status::fail;
+  mixed.groups = {{.recordings = 2, .measured = 1, .outcome = {.status = Status::fail}}};
   CHECK(find(credibility({}, &mixed), "output comparison").shown == Shown::shown);
-  mixed.recordings[0].verdict = Verdict::differs;
-  mixed.recordings[1].verdict = mixed.verdict = mixed.groups[0].verdict = Verdict::agrees;
+  mixed.recordings[0].outcome.status = Status::fail;
+  mixed.recordings[1].outcome.status = mixed.outcome.status = mixed.groups[0].outcome.status =
+      Status::pass;
   CHECK(find(credibility({}, &mixed), "output comparison").shown == Shown::not_shown);
 }
 
 TEST("a group that was measured alone counts as one: its members need not all agree") {
-  GroupComparison found = compared(Recording::Kind::measured, 4, Verdict::agrees);
-  found.recordings[3].verdict = Verdict::differs;
-  found.groups = {{.recordings = 4, .measured = 4, .verdict = Verdict::agrees}};
+  GroupComparison found = compared(Recording::Kind::measured, 4, Status::pass);
+  found.recordings[3].outcome.status = Status::fail;
+  found.groups = {{.recordings = 4, .measured = 4, .outcome = {.status = Status::pass}}};
   CHECK(find(credibility({}, &found), "output comparison").shown == Shown::shown);
 }
 

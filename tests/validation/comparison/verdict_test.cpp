@@ -9,6 +9,7 @@
 
 namespace {
 
+using namespace palpate;
 using namespace palpate::comparison;
 
 TEST("there is one tolerance for every feature, in order, and each says who says so") {
@@ -46,24 +47,32 @@ TEST("a relative part is of the size, also below zero") {
 
 namespace {
 
+using namespace palpate;
 using namespace palpate::comparison;
 
-TEST(
-    "inside with all its uncertainty agrees, outside with all of it differs, between nobody can "
-    "tell") {
-  CHECK(judge(10.0, 9.0, 11.0, 0.5) == Verdict::agrees);
-  CHECK(judge(10.8, 9.0, 11.0, 0.5) == Verdict::not_distinguishable);
-  CHECK(judge(11.2, 9.0, 11.0, 0.5) == Verdict::not_distinguishable);
-  CHECK(judge(11.6, 9.0, 11.0, 0.5) == Verdict::differs);
-  CHECK(judge(8.4, 9.0, 11.0, 0.5) == Verdict::differs);
-  CHECK(judge(10.0, 9.0, 11.0, 5.0) == Verdict::not_distinguishable);  // larger than the tolerance
+/// Status of a simulated value compared with a recorded 10.
+Status status_of(double simulated, double tolerance, double uncertainty) {
+  FeatureComparison one{.tolerance = {.absolute = tolerance}, .uncertainty = {.data = uncertainty}};
+  judge_difference(one, 10.0, simulated, 1.0);
+  return one.status;
 }
 
-TEST("what is not a number is never judged") {
+TEST(
+    "inside at both ends of the uncertainty agrees, outside at both differs, and else it is "
+    "inconclusive") {
+  CHECK(status_of(10.0, 1.0, 0.5) == Status::pass);
+  CHECK(status_of(10.8, 1.0, 0.5) == Status::inconclusive);
+  CHECK(status_of(11.2, 1.0, 0.5) == Status::inconclusive);
+  CHECK(status_of(11.6, 1.0, 0.5) == Status::fail);
+  CHECK(status_of(8.4, 1.0, 0.5) == Status::fail);
+  CHECK(status_of(10.0, 1.0, 5.0) == Status::inconclusive);  // larger than the tolerance
+}
+
+TEST("what is not a number cannot be compared") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  CHECK(judge(nan, 0.0, 1.0, 0.1) == Verdict::not_comparable);
-  CHECK(judge(0.5, 0.0, nan, 0.1) == Verdict::not_comparable);
-  CHECK(judge(0.5, 0.0, 1.0, nan) == Verdict::not_comparable);
+  CHECK(status_of(nan, 1.0, 0.1) == Status::error);
+  CHECK(status_of(10.0, nan, 0.1) == Status::error);
+  CHECK(status_of(10.0, 1.0, unbounded) == Status::error);
 }
 
 TEST("uncertainties add in squares") {
@@ -72,26 +81,29 @@ TEST("uncertainties add in squares") {
 }
 
 TEST("the worst verdict is that of the whole") {
-  CHECK(worse(Verdict::agrees, Verdict::differs) == Verdict::differs);
-  CHECK(worse(Verdict::not_distinguishable, Verdict::agrees) == Verdict::not_distinguishable);
-  CHECK(worse(Verdict::not_judged, Verdict::agrees) == Verdict::agrees);
-  CHECK(worse(Verdict::not_distinguishable, Verdict::differs) == Verdict::differs);
+  CHECK(worse(Status::pass, Status::fail) == Status::fail);
+  CHECK(worse(Status::inconclusive, Status::pass) == Status::inconclusive);
+  CHECK(worse(Status::skip, Status::pass) == Status::pass);
+  CHECK(worse(Status::inconclusive, Status::fail) == Status::fail);
 }
 
-TEST("verdicts read as people say them") {
-  CHECK(name_of(Verdict::agrees) == "agrees");
-  CHECK(name_of(Verdict::differs) == "differs");
-  CHECK(name_of(Verdict::not_distinguishable) == "not distinguishable");
-  CHECK(name_of(Verdict::not_comparable) == "not comparable");
+TEST("the words of the verdicts are those of comparison.json") {
+  CHECK(verdict_word(Status::pass) == "agrees");
+  CHECK(verdict_word(Status::fail) == "differs");
+  CHECK(verdict_word(Status::inconclusive) == "not distinguishable");
+  CHECK(verdict_word(Status::error) == "not comparable");
+  CHECK(verdict_word(Status::skip) == "not judged");
 }
 
-TEST("what led to the worst is told first, and the order is kept among equals") {
-  const std::vector<std::string> told = worst_first({{Verdict::not_distinguishable, "a"},
-                                                     {Verdict::differs, "b"},
-                                                     {Verdict::not_judged, "c"},
-                                                     {Verdict::differs, "d"},
-                                                     {Verdict::not_distinguishable, "e"}});
-  CHECK(told == std::vector<std::string>({"b", "d", "a", "e", "c"}));
+TEST("reasons are sorted worst first, and equal ones keep their order") {
+  Outcome outcome;
+  conclude(outcome, {{Status::inconclusive, "a"},
+                     {Status::fail, "b"},
+                     {Status::skip, "c"},
+                     {Status::fail, "d"},
+                     {Status::inconclusive, "e"}});
+  CHECK(outcome.status == Status::fail);
+  CHECK(outcome.reasons == std::vector<std::string>({"b", "d", "a", "e", "c"}));
 }
 
 }  // namespace
@@ -113,9 +125,9 @@ Comparison given(double recorded_peak, double simulated_peak) {
   return comparison;
 }
 
-FeatureVerdict verdict_on(Feature feature, const Comparison& comparison,
-                          const ComparisonOptions& options = {}) {
-  return judge_features(comparison, options)[static_cast<std::size_t>(feature)];
+FeatureComparison compared(Feature feature, const Comparison& comparison,
+                           const ComparisonOptions& options = {}) {
+  return compare_features(comparison, options)[static_cast<std::size_t>(feature)];
 }
 
 TEST("error, interval and uncertainty by hand") {
@@ -124,13 +136,14 @@ TEST("error, interval and uncertainty by hand") {
       .zero = 30.0, .gain = 0.01, .numerical = 0.02, .input = 0.03, .coverage_factor = 2.0};
   Comparison comparison = given(10000.0, 10500.0);
   comparison.recorded_features[Feature::peak].uncertainty = 40.0;
-  const FeatureVerdict peak = verdict_on(Feature::peak, comparison, options);
+  const FeatureComparison peak = compared(Feature::peak, comparison, options);
   CHECK_NEAR(peak.error, 500.0, 1e-9);
   CHECK_NEAR(peak.uncertainty.data, std::sqrt(40.0 * 40.0 + 30.0 * 30.0 + 100.0 * 100.0), 1e-9);
   CHECK_NEAR(peak.uncertainty.numerical, 210.0, 1e-9);
   CHECK_NEAR(peak.uncertainty.input, 315.0, 1e-9);
-  CHECK_NEAR(peak.expanded, 2.0 * std::sqrt(12500.0 + 210.0 * 210.0 + 315.0 * 315.0), 1e-9);
-  CHECK(peak.verdict == Verdict::not_distinguishable);  // 500 + 790 > 1015
+  CHECK_NEAR(peak.quantity.uncertainty, 2.0 * std::sqrt(12500.0 + 210.0 * 210.0 + 315.0 * 315.0),
+             1e-9);
+  CHECK(peak.status == Status::inconclusive);  // 500 + 790 > 1015
 }
 
 TEST("an offset of the transducer moves peak and plateau, and cancels in a height and in times") {
@@ -149,34 +162,34 @@ TEST("an offset of the transducer moves peak and plateau, and cancels in a heigh
 TEST("times of a recording are told on the simulation's clock") {
   Comparison comparison = given(100.0, 100.0);
   comparison.alignment = {.used = AlignmentRule::start, .lag = 30.0, .uncertainty = 0.1};
-  const FeatureVerdict time = verdict_on(Feature::time_of_loss, comparison);
+  const FeatureComparison time = compared(Feature::time_of_loss, comparison);
   CHECK_NEAR(*time.recorded.value, 70.0, 1e-12);
   CHECK_NEAR(time.error, 30.0, 1e-12);
   CHECK_NEAR(time.uncertainty.data, 0.1, 1e-12);
-  CHECK(time.verdict == Verdict::differs);
+  CHECK(time.status == Status::fail);
 }
 
 TEST("times are not judged where depth or the event aligned the clocks") {
   Comparison comparison = given(100.0, 100.0);
   for (const AlignmentRule rule : {AlignmentRule::depth, AlignmentRule::event}) {
     comparison.alignment = {.used = rule, .how = "by something", .lag = 30.0};
-    const FeatureVerdict time = verdict_on(Feature::time_of_loss, comparison);
-    CHECK(time.verdict == Verdict::not_judged);
+    const FeatureComparison time = compared(Feature::time_of_loss, comparison);
+    CHECK(time.status == Status::skip);
     CHECK(time.reason == (rule == AlignmentRule::depth ? "the clocks were aligned by the depth"
                                                        : "the clocks were aligned by the event"));
     CHECK_NEAR(time.error, 30.0, 1e-12);  // told, though not judged
   }
-  CHECK(verdict_on(Feature::depth_of_loss, comparison).verdict == Verdict::agrees);
+  CHECK(compared(Feature::depth_of_loss, comparison).status == Status::pass);
 }
 
 TEST("an event in one of them alone differs; one that cannot be decided is open") {
   Comparison comparison = given(100.0, 100.0);
   comparison.recorded_features[Feature::loss_of_resistance].value = 1.0;
   comparison.simulated_features[Feature::loss_of_resistance].value = 0.0;
-  CHECK(verdict_on(Feature::loss_of_resistance, comparison).verdict == Verdict::differs);
+  CHECK(compared(Feature::loss_of_resistance, comparison).status == Status::fail);
   comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
-  const FeatureVerdict open = verdict_on(Feature::loss_of_resistance, comparison);
-  CHECK(open.verdict == Verdict::not_distinguishable);
+  const FeatureComparison open = compared(Feature::loss_of_resistance, comparison);
+  CHECK(open.status == Status::inconclusive);
   CHECK(open.reason == "simulated: the trace ends");
 }
 
@@ -184,8 +197,8 @@ TEST("a feature in neither that is no event is not judged and says why") {
   Comparison comparison = given(100.0, 100.0);
   comparison.recorded_features[Feature::depth_of_peak] = {.reason = "depth was not recorded"};
   comparison.simulated_features[Feature::depth_of_peak] = {.reason = "no column"};
-  const FeatureVerdict depth = verdict_on(Feature::depth_of_peak, comparison);
-  CHECK(depth.verdict == Verdict::not_judged);
+  const FeatureComparison depth = compared(Feature::depth_of_peak, comparison);
+  CHECK(depth.status == Status::skip);
   CHECK(depth.reason == "recorded: depth was not recorded; simulated: no column");
 }
 
@@ -193,11 +206,11 @@ TEST("an event that neither trace decides is open") {
   Comparison comparison = given(100.0, 100.0);
   comparison.recorded_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
   comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
-  const FeatureVerdict both = verdict_on(Feature::loss_of_resistance, comparison);
-  CHECK(both.verdict == Verdict::not_distinguishable);
+  const FeatureComparison both = compared(Feature::loss_of_resistance, comparison);
+  CHECK(both.status == Status::inconclusive);
   CHECK(both.reason == "in neither: the trace ends");
   comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "a gap"};
-  CHECK(verdict_on(Feature::loss_of_resistance, comparison).reason ==
+  CHECK(compared(Feature::loss_of_resistance, comparison).reason ==
         "recorded: the trace ends; simulated: a gap");
 }
 
@@ -233,7 +246,7 @@ TEST("what rounding leaves is shown as nothing, without a sign") {
 }
 
 TEST("a sentence about the event says who shows it") {
-  FeatureVerdict event{.feature = Feature::loss_of_resistance, .verdict = Verdict::differs};
+  FeatureComparison event{.feature = Feature::loss_of_resistance, .status = Status::fail};
   event.recorded.value = 1.0;
   event.simulated.value = 0.0;
   CHECK(sentence_of(event) ==
@@ -241,12 +254,10 @@ TEST("a sentence about the event says who shows it") {
 }
 
 TEST("a sentence has both numbers, what is allowed, how well they are known and the verdict") {
-  FeatureVerdict drop{.feature = Feature::relative_drop,
-                      .unit = "1",
-                      .lower = 0.67,
-                      .upper = 1.07,
-                      .expanded = 0.012,
-                      .verdict = Verdict::differs};
+  FeatureComparison drop{
+      .feature = Feature::relative_drop,
+      .quantity = {.unit = "1", .lower = 0.67, .upper = 1.07, .uncertainty = 0.012},
+      .status = Status::fail};
   drop.recorded.value = 0.87;
   drop.simulated.value = 0.5;
   CHECK(eye(sentence_of(drop)) ==
@@ -255,9 +266,9 @@ TEST("a sentence has both numbers, what is allowed, how well they are known and 
 }
 
 TEST("a sentence about what is absent has the reason") {
-  const FeatureVerdict depth{.feature = Feature::depth_of_peak,
-                             .verdict = Verdict::not_judged,
-                             .reason = "in neither: depth was not recorded"};
+  const FeatureComparison depth{.feature = Feature::depth_of_peak,
+                                .status = Status::skip,
+                                .reason = "in neither: depth was not recorded"};
   CHECK(sentence_of(depth) == "depth of peak: in neither: depth was not recorded: not judged");
 }
 
