@@ -13,8 +13,13 @@
 #include "validation/bench/bench_cases.hpp"
 
 namespace palpate::cli {
-
 namespace {
+
+struct BenchOptions : ValidateOptions {
+  std::string against{};            ///< revision, or a step library: timed in pairs with this build
+  int self_test = 0;                ///< comparisons of this build with itself; 0: none
+  std::filesystem::path history{};  ///< of runs, one line each; empty: none is kept
+};
 
 /// A lattice, a list of springs, a needle: what most of the code is in.
 const std::vector<std::string> paired_scenes{"s26", "seven-layers", "epidural"};
@@ -56,10 +61,8 @@ std::function<Outcome(const Results&)> keep_history(const std::filesystem::path&
   };
 }
 
-}  // namespace
-
 /// One at a time: what is timed has the machine to itself.
-int bench(const BenchOptions& options) {
+int run_bench(const BenchOptions& options) {
   catch_interrupts();
   Judging judging{.command = "bench", .title = "Palpate benchmark", .jobs = 1};
   if (!options.history.empty()) { judging.afterwards = keep_history(options.history); }
@@ -67,6 +70,38 @@ int bench(const BenchOptions& options) {
   if (options.self_test > 0) { return bench_itself(options, judging); }
   judging.cases = bench::all_benches(timing::callgrind_counter(&interrupted));
   return judge(options, judging);
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "bench", "run time against error, and what a spring costs", run_bench);
+  command.add_option("cases", options.cases, "benches or groups; all when none")->type_name("CASE");
+  add_common(command, options, "bench");
+  command.add_flag("--list", options.list, "name every bench and stop");
+  command.add_flag("--quick", options.quick, "the short form");
+  command
+      .add_option("--history", options.history,
+                  "append what was found as a line of JSON, and look for slow creep in the runs "
+                  "that stand there")
+      ->type_name("FILE");
+  command
+      .add_option("--cache", options.cache,
+                  "folder of kept references and of libraries of revisions [user's cache]")
+      ->type_name("DIR");
+  CLI::Option* against = command
+                             .add_option("--against", options.against,
+                                         "time this build in pairs with that of a revision "
+                                         "(scripts/build-base makes it), or with a library")
+                             ->type_name("REV|FILE");
+  command
+      .add_option(
+          "--self-test", options.self_test,
+          "so many comparisons of this build with itself, and with itself slowed down by 5 %")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10000))
+      ->excludes(against);
 }
 
 }  // namespace palpate::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// What `palpate calibrate` is given, read and checked.
+/// The command `calibrate`.
 
 #include <algorithm>
 #include <charconv>
@@ -19,17 +19,16 @@
 #include "reports/recording_input.hpp"
 
 namespace palpate::cli {
-
-/// Every recording observed. Throws InputError, one line per problem, for one that cannot be read,
-/// was pumped, shows no loss of resistance, or stands there twice.
-std::vector<CalibratedRecording> read_calibrated(const std::vector<std::filesystem::path>& paths);
-
-/// Parameters of the scene, as options change them: --parameter, --prior KEY=VALUE:SPREAD, --bounds
-/// KEY=LOWER:UPPER. Throws InputError.
-std::vector<calibration::Parameter> chosen_parameters(const CalibrateOptions& options,
-                                                      const Scene& scene);
-
 namespace {
+
+struct CalibrateOptions : CommonOptions {
+  std::vector<std::filesystem::path> recordings{};
+  std::filesystem::path scene{};
+  std::vector<std::string> parameters{};  ///< keys; empty: all
+  std::vector<std::string> priors{};      ///< KEY=VALUE:SPREAD
+  std::vector<std::string> bounds{};      ///< KEY=LOWER:UPPER
+  int jobs = 0;                           ///< simulations at a time; 0: one per core
+};
 
 using calibration::Parameter;
 
@@ -111,8 +110,8 @@ void refuse_outside(const Parameter& p) {
                    " lies outside; bounds must hold it between them");
 }
 
-}  // namespace
-
+/// Reads and observes every recording. Throws InputError with one line per problem for a recording
+/// that cannot be read, was made with a pump, shows no loss of resistance, or is listed twice.
 std::vector<CalibratedRecording> read_calibrated(const std::vector<std::filesystem::path>& paths) {
   std::vector<CalibratedRecording> recordings;
   std::string problems;
@@ -133,6 +132,8 @@ std::vector<CalibratedRecording> read_calibrated(const std::vector<std::filesyst
   return recordings;
 }
 
+/// Parameters of the scene with the changes of --parameter, --prior KEY=VALUE:SPREAD and --bounds
+/// KEY=LOWER:UPPER. Throws InputError.
 std::vector<Parameter> chosen_parameters(const CalibrateOptions& options, const Scene& scene) {
   std::vector<Parameter> all = calibration::parameters_of(scene);
   for (const std::string& text : options.priors) {
@@ -163,8 +164,6 @@ std::vector<Parameter> chosen_parameters(const CalibrateOptions& options, const 
   }
   return chosen;
 }
-
-namespace {
 
 using namespace calibration;
 
@@ -241,9 +240,7 @@ Scene scene_at_priors(const Scene& scene, const std::vector<Parameter>& paramete
   return with_values(scene, parameters, values);
 }
 
-}  // namespace
-
-int calibrate(const CalibrateOptions& options) {
+int run_calibrate(const CalibrateOptions& options) {
   catch_interrupts();
   const LoadedScene loaded = load_scene(options.scene, options, false);
   const Scene& scene = loaded.file.scene;
@@ -275,6 +272,47 @@ int calibrate(const CalibrateOptions& options) {
   io::replace_file(folder / "report.html", page);
   if (!options.quiet) { tell(report, folder); }
   return report.result.held() ? done : fell_short;
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "calibrate", "fit layers and syringe of a scene to recordings", run_calibrate);
+  command.add_option("recordings", options.recordings, "recordings of any kind that import reads")
+      ->required()
+      ->type_name("RECORDING");
+  command
+      .add_option("--scene", options.scene, "scene file: needle, layers, syringe (docs/scenes.md)")
+      ->required()
+      ->type_name("SCENE");
+  add_overrides(command, options, "scene");
+  command
+      .add_option("--parameter", options.parameters,
+                  "fit this key, as material.NAME.friction; repeatable [all]")
+      ->type_name("KEY")
+      ->allow_extra_args(false);
+  command
+      .add_option("--prior", options.priors,
+                  "value and SD of its logarithm, in place of the scene's; repeatable")
+      ->type_name("KEY=VALUE:SPREAD")
+      ->allow_extra_args(false);
+  command
+      .add_option("--bounds", options.bounds,
+                  "least and largest value [4 spreads either side]; repeatable")
+      ->type_name("KEY=LOWER:UPPER")
+      ->allow_extra_args(false);
+  command.add_option("--jobs", options.jobs, "simulations at a time [one per core]")
+      ->check(CLI::Range(1, 1024));
+  add_common(command, options, "calibrate");
+  command.footer(
+      "Keys: material.NAME.cutting_force, friction, youngs_modulus; layer.INDEX.thickness of the "
+      "fat;\n"
+      "syringe.thumb_force, compliance, tissue_resistance, epidural_resistance. What recordings "
+      "cannot\n"
+      "tell stays as it is and is named. Nothing is drawn at random: the same input, the same "
+      "fit.\n"
+      "Writes fitted.toml, calibration.json, report.html. docs/calibration.md shows how.");
 }
 
 }  // namespace palpate::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The program stress-ng as other work on the machine.
+/// The command `certify`.
 
 #include <algorithm>
 #include <array>
@@ -31,11 +31,19 @@
 #include "validation/number_text.hpp"
 
 namespace palpate::cli {
+namespace {
 
-/// Whether it is on the search path.
-bool has_stress_ng();
+struct CertifyOptions : CommonOptions {
+  std::filesystem::path scene{};
+  std::optional<double> rate{};      ///< [Hz]; empty: the scene's
+  double duration = 10.0;            ///< [s] of each phase
+  std::optional<double> deadline{};  ///< [us]; empty: the period
+  std::vector<std::string> loads{};  ///< empty: idle
+  bool ordinary = false;  ///< as if the system refused real-time scheduling and locked memory
+};
 
-/// Runs while this lives: computing, caches, memory and files, on these processors.
+/// Runs the program stress-ng during the lifetime of the object: load on processors, caches, memory
+/// and disk of the given processors.
 class StressNg {
  public:
   /// Throws std::runtime_error where it cannot be started.
@@ -48,6 +56,7 @@ class StressNg {
   int process_ = -1;
 };
 
+/// True if stress-ng is on the search path.
 bool has_stress_ng() { return !timing::find_program("stress-ng").empty(); }
 
 StressNg::StressNg(const std::vector<int>& processors) {
@@ -70,8 +79,6 @@ StressNg::~StressNg() {
   kill(process_, SIGTERM);
   waitpid(process_, nullptr, 0);
 }
-
-namespace {
 
 using namespace certificate;
 
@@ -210,9 +217,7 @@ int exit_code(const Certificate& certificate, Verdict verdict) {
                                              : machine_cannot;
 }
 
-}  // namespace
-
-int certify(const CertifyOptions& options) {
+int run_certify(const CertifyOptions& options) {
   catch_interrupts();
   refuse_unknown_loads(options);
   if (std::ranges::find(options.loads, "stress-ng") != options.loads.end() && !has_stress_ng()) {
@@ -246,6 +251,41 @@ int certify(const CertifyOptions& options) {
   io::replace_file(folder / "report.html", to_html(report));
   if (!options.quiet) { tell(report, judgement, folder); }
   return exit_code(report.result, judgement.verdict);
+}
+
+}  // namespace
+
+void add_certify(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "certify", "does a scene keep its deadlines on this machine?", run_certify);
+  add_scene(command, options, options.scene);
+  command.add_option("--rate", options.rate, "ticks a second [falcon.rate, or a tick a step]")
+      ->type_name("HZ")
+      ->check(number_range(0.01, 20000.0));
+  command
+      .add_option("--duration", options.duration,
+                  "of the empty loop and of the scene, under each load [10]")
+      ->type_name("S")
+      ->check(number_range(1e-3, 86400.0));
+  command
+      .add_option("--deadline", options.deadline,
+                  "from a release until the tick is done [the period]")
+      ->type_name("US")
+      ->check(number_range(1.0, 1e8));
+  command
+      .add_option("--load", options.loads,
+                  "other work meanwhile: idle, cpu, cache, memory or stress-ng; repeatable, one "
+                  "after the other [idle]")
+      ->type_name("LOAD")
+      ->allow_extra_args(false);
+  command.add_flag("--ordinary", options.ordinary,
+                   "ordinary scheduling and memory: no certificate, all figures");
+  add_common(command, options, "certify");
+  command.footer(
+      "Writes certificate.json, histogram.csv and report.html; docs/certificate.md says what they "
+      "claim\n"
+      "and how to prepare a machine. Exit codes: 0 certified, 1 not certified, 2 bad input,\n"
+      "3 environment not qualified, 130 Ctrl-C, with a certificate for what ran.");
 }
 
 }  // namespace palpate::cli

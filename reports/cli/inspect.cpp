@@ -23,8 +23,13 @@
 #include "reports/results/results_json.hpp"
 
 namespace palpate::cli {
-
 namespace {
+
+struct InspectOptions : CommonOptions {
+  std::filesystem::path scene{};
+  bool json = false;
+  bool no_skip = false;
+};
 
 using Json = nlohmann::ordered_json;
 
@@ -236,8 +241,6 @@ void print_tool(const nlohmann::ordered_json& tool) {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json network_facts(const NetworkProblem& problem) {
   const SpringNetwork& network = problem.network();
   double least = std::numeric_limits<double>::infinity();
@@ -365,9 +368,7 @@ void print(const Json& facts) {
   }
 }
 
-}  // namespace
-
-int inspect(const InspectOptions& options) {
+int run_inspect(const InspectOptions& options) {
   const LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const Json facts = facts_of(loaded);
   if (options.json) {
@@ -376,6 +377,19 @@ int inspect(const InspectOptions& options) {
     print(facts);
   }
   return done;
+}
+
+}  // namespace
+
+void add_inspect(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] =
+      add_command(app, chosen, "inspect",
+                  "say what a scene is, needs and skips, without simulating", run_inspect);
+  add_scene(command, options, options.scene);
+  add_common(command, options, "inspect");
+  command.add_flag("--json", options.json, "as JSON on standard output");
+  command.add_flag("--no-skip", options.no_skip, "plan without skipping");
+  command.footer(integrator_help());
 }
 
 }  // namespace palpate::cli

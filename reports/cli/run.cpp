@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The palpation map of `palpate run`, where a scene's probe asks for one.
+/// The command `run`.
 
 #include <algorithm>
 #include <cmath>
@@ -30,16 +30,22 @@
 #include "validation/roll_out.hpp"
 
 namespace palpate::cli {
+namespace {
+
+struct RunOptions : CommonOptions {
+  std::filesystem::path scene{};
+  bool no_skip = false;
+  bool real_time = false;
+  bool no_view = false;            ///< a page without pictures in three dimensions
+  bool packets = false;            ///< write what went over the Falcon's line
+  std::filesystem::path script{};  ///< faults on it
+};
 
 struct Palpation {
   std::optional<Figure> figure{};  ///< empty: not asked for, or the warning says why there is none
   std::vector<std::string> warnings{};
   std::string csv{};  ///< x_m,y_m,stiffness_n_per_m; a row per site, x fastest
 };
-
-Palpation palpate_skin(const LoadedScene& loaded);
-
-namespace {
 
 std::string csv_of(const HeatMap& map) {
   std::string text = "x_m,y_m,stiffness_n_per_m\n";
@@ -53,8 +59,7 @@ std::string csv_of(const HeatMap& map) {
   return text;
 }
 
-}  // namespace
-
+/// The palpation map, if the probe of the scene requests one.
 Palpation palpate_skin(const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
   const auto* problem = dynamic_cast<const NetworkProblem*>(&loaded.simulation.problem());
@@ -79,10 +84,6 @@ Palpation palpate_skin(const LoadedScene& loaded) {
 }
 
 // summary.json of a run, and the facts its report shows.
-
-std::string summary_json(const LoadedScene& loaded, const Run& run);
-
-namespace {
 
 using Json = nlohmann::ordered_json;
 
@@ -112,8 +113,6 @@ Json real_time_json(const device::DeadlineFacts& facts) {
           {"worst_wake_s", facts.worst_wake},
           {"worst_lateness_s", facts.worst_lateness}};
 }
-
-}  // namespace
 
 std::string summary_json(const LoadedScene& loaded, const Run& run) {
   const Simulation& simulation = loaded.simulation;
@@ -166,11 +165,6 @@ struct RunPage {
   const std::map<std::string, std::string>& provenance;
   std::string no_view{};  ///< why the page has no view in three dimensions; empty: it has one
 };
-
-/// Throws DrawingError.
-void write_run_report(const std::filesystem::path& folder, const RunPage& page);
-
-namespace {
 
 std::vector<Fact> scene_facts(const LoadedScene& loaded) {
   const Simulation& simulation = loaded.simulation;
@@ -247,8 +241,7 @@ void add_view(RunReport& report, const RunPage& page) {
   }
 }
 
-}  // namespace
-
+/// Writes report.html. Throws DrawingError.
 void write_run_report(const std::filesystem::path& folder, const RunPage& page) {
   const auto& [loaded, run, palpation, provenance, no_view] = page;
   const StepPlan& plan = loaded.simulation.plan();
@@ -287,8 +280,6 @@ void write_run_report(const std::filesystem::path& folder, const RunPage& page) 
   report.command = "palpate run " + loaded.file.inputs.front().filename().string();
   io::replace_file(folder / "report.html", to_html(report, run.trace));
 }
-
-namespace {
 
 void tell(const Run& run, const LoadedScene& loaded, const std::filesystem::path& folder) {
   const StepPlan& plan = loaded.simulation.plan();
@@ -355,9 +346,7 @@ void write_packets(const std::filesystem::path& folder,
   }
 }
 
-}  // namespace
-
-int run(const RunOptions& options) {
+int run_scene(const RunOptions& options) {
   catch_interrupts();
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const Scene& scene = loaded.file.scene;
@@ -398,6 +387,27 @@ int run(const RunOptions& options) {
   if (!options.quiet) { tell(result, loaded, folder); }
   if (result.interrupted) { return interrupted_code; }
   return result.diverged ? fell_short : done;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(app, chosen, "run", "simulate one scene", run_scene);
+  add_scene(command, options, options.scene);
+  add_common(command, options, "run");
+  command.add_flag("--no-skip", options.no_skip,
+                   "compute what the scene does not need; same result");
+  command.add_flag("--no-view", options.no_view,
+                   "no view in three dimensions in report.html, and nothing kept for it");
+  command.add_flag("--real-time", options.real_time,
+                   "every tick waits for its time on the wall clock");
+  command
+      .add_option("--script", options.script,
+                  "faults on the Falcon's line by time (TOML, docs/falcon.md)")
+      ->type_name("FILE");
+  command.add_flag("--packets", options.packets,
+                   "write packets.csv: what went over the Falcon's line");
+  command.footer(integrator_help());
 }
 
 }  // namespace palpate::cli

@@ -13,8 +13,22 @@
 #include "validation/certificate/scene_loop.hpp"
 
 namespace palpate::cli {
-
 namespace {
+
+struct StepsOptions : CommonOptions {
+  std::string what{};  ///< name of a workload, or a scene file
+  std::optional<long>
+      before{};  ///< ticks that a profiler does not look at; empty: the workload's, or none
+  std::optional<long> ticks{};   ///< that it looks at; empty: the workload's, or one
+  std::optional<double> rate{};  ///< of a scene [Hz]; empty: its own
+  int times = 1;
+  std::filesystem::path library{};  ///< whose code steps the scene; empty: the program's own
+  std::filesystem::path beside{};   ///< another that is timed in turn with it
+  int pairs = 40;
+  std::uint64_t seed = 1;
+  bool head_first = false;  ///< `beside` is loaded first
+  bool planted = false;     ///< `beside` takes one tick in twenty more
+};
 
 /// Whatever takes ticks.
 struct Stepped {
@@ -76,9 +90,7 @@ int print_pairs(const StepsOptions& options) {
   return done;
 }
 
-}  // namespace
-
-int steps(const StepsOptions& options) {
+int run_steps(const StepsOptions& options) {
   if (!options.beside.empty()) { return print_pairs(options); }
   for (int n = 0; n < options.times; ++n) {
     const Stepped work = stepped(options);
@@ -88,6 +100,59 @@ int steps(const StepsOptions& options) {
     if (!options.quiet) { std::printf("%ld ticks by %s\n", ticks, work.kernel.c_str()); }
   }
   return done;
+}
+
+}  // namespace
+
+void add_steps(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "steps", "ticks of a scene and nothing else, for profilers", run_steps);
+  command.add_option("what", options.what, "a workload of bench/instructions, or a scene file")
+      ->required()
+      ->type_name("WORKLOAD|SCENE");
+  add_overrides(command, options, "scene");
+  command
+      .add_option("--before", options.before,
+                  "ticks that a profiler does not look at [the workload's; 0]")
+      ->type_name("N")
+      ->check(CLI::Range(0L, 1000000000L));
+  command.add_option("--ticks", options.ticks, "ticks that it looks at [the workload's; 1]")
+      ->type_name("N")
+      ->check(CLI::Range(1L, 1000000000L));
+  command
+      .add_option("--times", options.times, "how often all that is done, set up anew each time [1]")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
+  command
+      .add_option("--rate", options.rate,
+                  "ticks of a scene a second [falcon.rate, or a tick a step]")
+      ->type_name("HZ")
+      ->check(number_range(0.01, 20000.0));
+  CLI::Option* library = command
+                             .add_option("--library", options.library,
+                                         "step library whose code is used [the program's own]")
+                             ->type_name("FILE");
+  CLI::Option* beside =
+      command
+          .add_option("--beside", options.beside,
+                      "another that is timed in turn with it; prints pairs of seconds")
+          ->type_name("FILE")
+          ->needs(library);
+  command.add_option("--pairs", options.pairs, "of batches [40]")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000))
+      ->needs(beside);
+  command.add_option("--seed", options.seed, "of the order within pairs [1]")
+      ->type_name("N")
+      ->needs(beside);
+  command.add_flag("--head-first", options.head_first, "load the other one first")->needs(beside);
+  command.add_flag("--planted", options.planted, "the other one takes one tick in twenty more")
+      ->needs(beside);
+  command.add_flag("--quiet", options.quiet, "say nothing but errors");
+  command.footer(
+      "Steps, and does nothing else: for profilers. `valgrind --tool=callgrind --instr-atstart=no "
+      "palpate\n"
+      "steps cube-list-double` counts the instructions of these ticks alone (docs/bench.md).");
 }
 
 }  // namespace palpate::cli

@@ -19,6 +19,19 @@
 namespace palpate::cli {
 namespace {
 
+/// Exactly one of the modes.
+struct TransducerCommandOptions : CommonOptions {
+  std::filesystem::path recording{};
+  bool pty = false;
+  bool stdio = false;
+  bool fast = false;         ///< --stdio at the reader's pace
+  bool repeat = false;       ///< begins again after the last sample
+  bool battery_low = false;  ///< said in every frame
+  double drop = 0.0, duplicate = 0.0, corrupt = 0.0, burst = 0.0;  ///< chance of each byte
+  int burst_bytes = 20;
+  std::uint64_t seed = 1;
+};
+
 using device::falcon::FaultScript;
 using device::falcon::LinkFault;
 using device::pressure_link::Transducer;
@@ -132,9 +145,7 @@ void tell_resampling(const Recording& recording) {
                recording.sample_rate, device::pressure_link::frames_per_second);
 }
 
-}  // namespace
-
-int transducer(const TransducerCommandOptions& options) {
+int run_transducer(const TransducerCommandOptions& options) {
   catch_interrupts();
   if (int(options.pty) + int(options.stdio) != 1 || (options.fast && !options.stdio)) {
     throw InputError(
@@ -159,6 +170,41 @@ int transducer(const TransducerCommandOptions& options) {
   }
   if (!options.quiet) { tell(source); }
   return interrupted ? interrupted_code : done;
+}
+
+}  // namespace
+
+void add_transducer(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] =
+      add_command(app, chosen, "transducer", "replay a recording as the 9600 baud pressure link",
+                  run_transducer);
+  command.add_option("recording", options.recording, "recording of any kind that import reads")
+      ->required()
+      ->type_name("RECORDING");
+  command.add_flag("--pty", options.pty,
+                   "on a new pseudo-terminal, whose path is the first line of output");
+  command.add_flag("--stdio", options.stdio, "on standard output");
+  command.add_flag("--fast", options.fast,
+                   "with --stdio: as fast as they are read, not at 9600 baud");
+  command.add_flag("--repeat", options.repeat, "begin again after the last sample, until Ctrl-C");
+  const CLI::Validator share = number_range(0.0, 1.0);
+  command.add_option("--drop", options.drop, "chance of each byte to be lost [0]")->check(share);
+  command.add_option("--double", options.duplicate, "chance of each byte to come twice [0]")
+      ->check(share);
+  command.add_option("--corrupt", options.corrupt, "chance of each byte to become another [0]")
+      ->check(share);
+  command
+      .add_option("--burst", options.burst,
+                  "chance of each byte to begin a burst of corruption [0]")
+      ->check(share);
+  command.add_option("--burst-bytes", options.burst_bytes, "bytes of a burst [20]")
+      ->check(CLI::Range(1, 1000000));
+  command.add_option("--seed", options.seed, "of the faults [1]");
+  command.add_flag("--battery-low", options.battery_low, "say so in every frame");
+  add_common(command, options, "transducer");
+  command.footer(
+      "One of --pty and --stdio is needed. 8 bytes a sample, 120 samples/s (docs/formats.md).\n"
+      "Ends with the recording, or at Ctrl-C. The same seed gives the same faults.");
 }
 
 }  // namespace palpate::cli

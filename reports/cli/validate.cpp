@@ -23,8 +23,6 @@
 #include <unistd.h>
 #include <vector>
 
-#include "palpate_code_hash.hpp"
-
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/network_csv.hpp"
 #include "model/problem/input_error.hpp"
@@ -37,21 +35,20 @@
 #include "reports/results/results_json.hpp"
 #include "validation/case.hpp"
 
+namespace palpate::build {
+
+/// Hash of the object code that determines what cases find; build/.../code_hash.cpp defines it.
+const char* code_hash();
+
+}  // namespace palpate::build
+
 namespace palpate::cli {
+namespace {
 
 struct RunnerResult {
   std::vector<Outcome> outcomes{};  ///< of the finished cases, in the order of `cases`
   bool interrupted = false;         ///< then some cases are still running on their threads
 };
-
-/// finished(outcome, done, total) is called on the calling thread as cases end. After an interrupt
-/// it returns within a fraction of a second without waiting for the running cases, so the caller
-/// must end the process without destroying what they use.
-RunnerResult run_cases(
-    std::vector<Case> cases, const CaseContext& context, int jobs, const std::atomic<bool>& stop,
-    const std::function<void(const Outcome&, std::size_t, std::size_t)>& finished);
-
-namespace {
 
 /// Shared with the threads, and owned by them too: after an interrupt they outlive the caller.
 struct Work {
@@ -78,8 +75,9 @@ void work_on(const std::shared_ptr<Work>& work, const std::atomic<bool>& stop) {
   }
 }
 
-}  // namespace
-
+/// Runs the cases on `jobs` threads and calls finished(outcome, done, total) on the calling thread
+/// when a case ends. After an interrupt it returns within a fraction of a second without waiting
+/// for the running cases; the caller must then end the process without destroying their data.
 RunnerResult run_cases(
     std::vector<Case> cases, const CaseContext& context, int jobs, const std::atomic<bool>& stop,
     const std::function<void(const Outcome&, std::size_t, std::size_t)>& finished) {
@@ -138,14 +136,6 @@ class KeptCases {
   std::filesystem::path folder_;
 };
 
-/// Object code, processor, and the shared libraries that are loaded, with their sizes and times.
-std::string what_runs();
-
-/// Names, sizes and times of the files below folders.
-std::string what_lies_in(const std::vector<std::filesystem::path>& folders);
-
-namespace {
-
 namespace fs = std::filesystem;
 
 constexpr std::size_t most_bytes = 1U << 28U;
@@ -164,7 +154,38 @@ int add_library(dl_phdr_info* info, std::size_t, void* list) {
   return 0;
 }
 
-}  // namespace
+/// Object code, processor, and the loaded shared libraries with their sizes and times.
+std::string what_runs() {
+  std::vector<std::string> libraries;
+  dl_iterate_phdr(add_library, &libraries);
+  std::ranges::sort(libraries);
+  std::string text =
+      std::string(build::code_hash()) + "\n" + build_provenance().at("processor") + "\n";
+  for (const char* choice :
+       {"GLIBC_TUNABLES",
+        "PALPATE_INSTRUCTIONS"}) {  // of functions of the C library, and of kernels
+    const char* value = std::getenv(choice);
+    text += std::string(value != nullptr ? value : "") + "\n";
+  }
+  for (const std::string& library : libraries) { text += file_facts(library); }
+  return text;
+}
+
+/// Names, sizes and times of all files below the folders.
+std::string what_lies_in(const std::vector<fs::path>& folders) {
+  std::vector<std::string> files;
+  for (const fs::path& folder : folders) {
+    std::error_code problem;
+    for (fs::recursive_directory_iterator at(folder, problem), end; !problem && at != end;
+         at.increment(problem)) {
+      if (at->is_regular_file(problem)) { files.push_back(file_facts(at->path())); }
+    }
+  }
+  std::ranges::sort(files);
+  std::string text;
+  for (const std::string& file : files) { text += file; }
+  return text;
+}
 
 KeptCases::KeptCases(const fs::path& cache, const std::string& given)
     : folder_(cache / "cases" / io::content_hash(what_runs() + given)) {}
@@ -203,39 +224,6 @@ std::map<std::string, Outcome> KeptCases::take(std::vector<Case>& cases) const {
   std::erase_if(cases, [&](const Case& one) { return taken.contains(one.name); });
   return taken;
 }
-
-std::string what_runs() {
-  std::vector<std::string> libraries;
-  dl_iterate_phdr(add_library, &libraries);
-  std::ranges::sort(libraries);
-  std::string text =
-      std::string(build::code_hash) + "\n" + build_provenance().at("processor") + "\n";
-  for (const char* choice :
-       {"GLIBC_TUNABLES",
-        "PALPATE_INSTRUCTIONS"}) {  // of functions of the C library, and of kernels
-    const char* value = std::getenv(choice);
-    text += std::string(value != nullptr ? value : "") + "\n";
-  }
-  for (const std::string& library : libraries) { text += file_facts(library); }
-  return text;
-}
-
-std::string what_lies_in(const std::vector<fs::path>& folders) {
-  std::vector<std::string> files;
-  for (const fs::path& folder : folders) {
-    std::error_code problem;
-    for (fs::recursive_directory_iterator at(folder, problem), end; !problem && at != end;
-         at.increment(problem)) {
-      if (at->is_regular_file(problem)) { files.push_back(file_facts(at->path())); }
-    }
-  }
-  std::ranges::sort(files);
-  std::string text;
-  for (const std::string& file : files) { text += file; }
-  return text;
-}
-
-namespace {
 
 int list(const std::vector<Case>& cases) {
   for (const Case& one : cases) {
@@ -406,7 +394,9 @@ int judge(const ValidateOptions& options, const Judging& what) {
   return exit_code(results.outcomes);
 }
 
-int validate(const ValidateOptions& options) {
+namespace {
+
+int run_validate(const ValidateOptions& options) {
   catch_interrupts();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   return judge(options, {.command = "validate",
@@ -414,6 +404,34 @@ int validate(const ValidateOptions& options) {
                          .cases = all_cases(),
                          .jobs = options.jobs > 0 ? options.jobs : cores,
                          .keeps = true});
+}
+
+}  // namespace
+
+void add_validate(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "validate", "judge the model: accuracy, stability, physics", run_validate);
+  command.add_option("cases", options.cases, "cases, groups or suites; all when none")
+      ->type_name("CASE");
+  add_common(command, options, "validate");
+  command.add_flag("--list", options.list, "name every case and stop");
+  command.add_flag("--quick", options.quick, "the short form");
+  command.add_flag(
+      "--no-skip", options.no_skip,
+      "run cases whose code is as before, compute what scenes do not need; same verdicts");
+  command.add_option("--jobs", options.jobs, "cases at a time [one per core]")
+      ->check(CLI::Range(1, 1024));
+  command
+      .add_option("--order", options.order,
+                  "nodes and springs in an order of chance with this seed: what rounding moves "
+                  "(docs/gate.md)")
+      ->type_name("SEED");
+  command
+      .add_option("--cache", options.cache,
+                  "folder of kept references and judged cases [user's cache]")
+      ->type_name("DIR");
+  command.add_option("--data", options.data, "folder of data outside the project")
+      ->type_name("DIR");
 }
 
 }  // namespace palpate::cli

@@ -12,7 +12,20 @@
 
 namespace palpate::cli {
 
-/// What two commands differ in.
+/// Options that validate and bench share.
+struct ValidateOptions : CommonOptions {
+  std::vector<std::string> cases{};
+  bool list = false;
+  bool quick = false;
+  bool no_skip = false;
+  int jobs = 0;             ///< 0: one per core
+  std::uint64_t order = 0;  ///< seed of another order of summation; 0: none
+  std::filesystem::path
+      cache{};  ///< of references, judged cases, libraries; empty: the user's cache folder
+  std::filesystem::path data{};  ///< of networks outside the project; empty: searched
+};
+
+/// The difference between the two commands.
 struct Judging {
   std::string command{};  ///< "validate"
   std::string title{};
