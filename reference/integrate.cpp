@@ -170,8 +170,8 @@ void check_outcome(const Solution& solution, std::size_t segment_count) {
 
 }  // namespace
 
-Solution march(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
-               const Tolerance& tolerance, Integrator& integrator) {
+Solution integrate(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
+                   const Tolerance& tolerance, Integrator& integrator) {
   const auto begun = std::chrono::steady_clock::now();
   const std::vector<Segment> segments = segments_of(system.problem(), times);
   Solution solution{.solver = method.name,
