@@ -16,12 +16,12 @@ namespace palpate::cli {
 namespace {
 
 struct BenchOptions : ValidateOptions {
-  std::string against{};            ///< revision, or a step library: timed in pairs with this build
-  int self_test = 0;                ///< comparisons of this build with itself; 0: none
-  std::filesystem::path history{};  ///< of runs, one line each; empty: none is kept
+  std::string against{};            ///< revision or step library, timed in pairs with this build
+  int self_test = 0;                ///< number of comparisons of this build with itself
+  std::filesystem::path history{};  ///< file with one line per run; empty: no history
 };
 
-/// A lattice, a list of springs, a needle: what most of the code is in.
+/// A lattice, a list of springs and a needle: together they run most of the code.
 const std::vector<std::string> paired_scenes{"s26", "seven-layers", "epidural"};
 
 timing::PairedRuns runs_with(const std::filesystem::path& base) {
@@ -44,7 +44,7 @@ int bench_against(const BenchOptions& options, Judging judging) {
 int bench_itself(const BenchOptions& options, Judging judging) {
   const io::ScratchFolder folder;
   const std::filesystem::path copy =
-      folder.path() / "base.so";  // a file that is loaded twice is one library
+      folder.path() / "base.so";  // the same file loaded twice gives one library only
   std::filesystem::copy_file(timing::own_library(), copy);
   judging.further = " --self-test " + std::to_string(options.self_test);
   judging.cases = bench::self_test_cases(paired_scenes, options.self_test,
@@ -52,7 +52,7 @@ int bench_itself(const BenchOptions& options, Judging judging) {
   return judge(options, judging);
 }
 
-/// The history is read before anything runs, so that a damaged one costs nothing.
+/// Reads the history at once, so that a damaged file is refused before anything runs.
 std::function<Outcome(const Results&)> keep_history(const std::filesystem::path& file) {
   return [file, history = timing::read_history(file)](const Results& results) mutable {
     history.push_back(timing::history_line_of(results));
@@ -61,7 +61,7 @@ std::function<Outcome(const Results&)> keep_history(const std::filesystem::path&
   };
 }
 
-/// One at a time: what is timed has the machine to itself.
+/// Cases run one at a time, so that they do not disturb each other's timing.
 int run_bench(const BenchOptions& options) {
   catch_interrupts();
   Judging judging{.command = "bench", .title = "Palpate benchmark", .jobs = 1};
@@ -76,15 +76,14 @@ int run_bench(const BenchOptions& options) {
 
 void add_bench(CLI::App& app, std::function<int()>& chosen) {
   const auto [command, options] = add_command(
-      app, chosen, "bench", "run time against error, and what a spring costs", run_bench);
+      app, chosen, "bench", "run time against error, and the cost of a spring", run_bench);
   command.add_option("cases", options.cases, "benches or groups; all when none")->type_name("CASE");
   add_common(command, options, "bench");
-  command.add_flag("--list", options.list, "name every bench and stop");
+  command.add_flag("--list", options.list, "list all benches and exit");
   command.add_flag("--quick", options.quick, "the short form");
   command
       .add_option("--history", options.history,
-                  "append what was found as a line of JSON, and look for slow creep in the runs "
-                  "that stand there")
+                  "append the results as a line of JSON, and test the recorded runs for slow drift")
       ->type_name("FILE");
   command
       .add_option("--cache", options.cache,
@@ -98,7 +97,7 @@ void add_bench(CLI::App& app, std::function<int()>& chosen) {
   command
       .add_option(
           "--self-test", options.self_test,
-          "so many comparisons of this build with itself, and with itself slowed down by 5 %")
+          "number of comparisons of this build with itself, and with itself slowed down by 5 %")
       ->type_name("N")
       ->check(CLI::Range(1, 10000))
       ->excludes(against);

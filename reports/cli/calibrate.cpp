@@ -27,7 +27,7 @@ struct CalibrateOptions : CommonOptions {
   std::vector<std::string> parameters{};  ///< keys; empty: all
   std::vector<std::string> priors{};      ///< KEY=VALUE:SPREAD
   std::vector<std::string> bounds{};      ///< KEY=LOWER:UPPER
-  int jobs = 0;                           ///< simulations at a time; 0: one per core
+  int jobs = 0;                           ///< parallel simulations; 0: one per core
 };
 
 using calibration::Parameter;
@@ -37,9 +37,8 @@ constexpr std::size_t most_bytes = std::size_t{1} << 30U;
 CalibratedRecording read_one(const std::filesystem::path& path) {
   const Recording recording = read_any_recording(path).recording;
   if (recording.regime == Recording::Regime::pump) {
-    throw InputError(
-        path.string() +
-        ": a pump injected; a thumb on the plunger is what the scene's syringe is under");
+    throw InputError(path.string() +
+                     ": recorded with a pump; the syringe of a scene is pressed by a thumb");
   }
   calibration::ObservedInsertion seen = calibration::observe(recording);
   if (!seen.refusal.empty()) {
@@ -58,7 +57,7 @@ CalibratedRecording read_one(const std::filesystem::path& path) {
                       .plunger_area = recording.plunger_area}};
 }
 
-/// "KEY=A:B" of an option.
+/// The parts of an option value "KEY=A:B".
 struct Pair {
   std::string key{};
   double first = 0.0;
@@ -107,7 +106,7 @@ Parameter& find(std::vector<Parameter>& parameters, const std::string& key,
 void refuse_outside(const Parameter& p) {
   if (p.prior > p.lower && p.prior < p.upper) { return; }
   throw InputError("--bounds " + p.key + ": the prior " + std::to_string(p.prior) + " " + p.unit +
-                   " lies outside; bounds must hold it between them");
+                   " is outside; the prior must be between the bounds");
 }
 
 /// Reads and observes every recording. Throws InputError with one line per problem for a recording
@@ -190,7 +189,7 @@ std::string command_of(const CalibrateOptions& options) {
   return command;
 }
 
-/// What stands above fitted.toml; nothing in it differs between two runs.
+/// Comment at the start of fitted.toml. It contains nothing that differs between two runs.
 std::vector<std::string> comment_of(const CalibrationReport& report) {
   std::vector<std::string> lines{"Calibrated from " + report.scene + " by `palpate calibrate`: " +
                                      calibration_verdict(report) + ".",
@@ -233,7 +232,7 @@ void tell(const CalibrationReport& report, const std::filesystem::path& folder) 
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
 
-/// The values of the priors that were asked for are those that the scene starts with.
+/// The scene with every parameter at its prior value.
 Scene scene_at_priors(const Scene& scene, const std::vector<Parameter>& parameters) {
   std::vector<double> values;
   for (const Parameter& each : parameters) { values.push_back(each.prior); }
@@ -279,7 +278,8 @@ int run_calibrate(const CalibrateOptions& options) {
 void add_calibrate(CLI::App& app, std::function<int()>& chosen) {
   const auto [command, options] = add_command(
       app, chosen, "calibrate", "fit layers and syringe of a scene to recordings", run_calibrate);
-  command.add_option("recordings", options.recordings, "recordings of any kind that import reads")
+  command
+      .add_option("recordings", options.recordings, "recordings in any format that import reads")
       ->required()
       ->type_name("RECORDING");
   command
@@ -294,7 +294,7 @@ void add_calibrate(CLI::App& app, std::function<int()>& chosen) {
       ->allow_extra_args(false);
   command
       .add_option("--prior", options.priors,
-                  "value and SD of its logarithm, in place of the scene's; repeatable")
+                  "value and SD of its logarithm, instead of the scene's; repeatable")
       ->type_name("KEY=VALUE:SPREAD")
       ->allow_extra_args(false);
   command

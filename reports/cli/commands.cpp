@@ -14,16 +14,16 @@ void catch_interrupts() {
   static_assert(std::atomic<bool>::is_always_lock_free);
   const auto note = [](int signal) {
     interrupted.store(true);
-    std::signal(signal, SIG_DFL);  // whoever asks twice does not want to wait
+    std::signal(signal, SIG_DFL);  // a second signal ends the program at once
   };
   std::signal(SIGINT, note);
   std::signal(SIGTERM, note);
 }
 
 void add_common(CLI::App& command, CommonOptions& options, const std::string& name) {
-  command.add_option("--out", options.out, "folder for what is written [palpate-out/" + name + "]")
+  command.add_option("--out", options.out, "output folder [palpate-out/" + name + "]")
       ->type_name("DIR");
-  command.add_flag("--quiet", options.quiet, "say nothing but errors");
+  command.add_flag("--quiet", options.quiet, "print errors only");
 }
 
 void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file) {
@@ -49,7 +49,8 @@ std::string integrator_help() {
     text += "  " + name + std::string(info->summary) + "\n";
   }
   return text +
-         "  auto                      chosen for the scene; `palpate inspect` says which and why\n";
+         "  auto                      chosen for the scene; `palpate inspect` shows which and "
+         "why\n";
 }
 
 }  // namespace palpate::cli

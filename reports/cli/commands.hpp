@@ -20,7 +20,7 @@ enum ExitCode : int {
   interrupted_code = 130
 };
 
-/// What every command takes.
+/// Options of every command.
 struct CommonOptions {
   std::filesystem::path out{};           ///< empty: palpate-out/COMMAND
   std::vector<std::string> overrides{};  ///< --set dotted.key=value
@@ -31,15 +31,13 @@ struct CommonOptions {
   }
 };
 
-// Ctrl-C: long work looks at this flag and ends with what is finished.
-
-/// Set by SIGINT and SIGTERM once catch_interrupts() was called, which is for commands that look at
-/// it; others end at once, and so does every command that is asked twice.
+/// Set by SIGINT and SIGTERM after a call of catch_interrupts(). A command that calls it must check
+/// the flag and end with the results so far. A second signal ends the program at once.
 extern std::atomic<bool> interrupted;
 void catch_interrupts();
 
-/// A number from `least` to `most`, and nothing else: CLI::Range lets NaN pass, as no comparison
-/// with it holds.
+/// Accepts a number from `least` to `most`. CLI::Range would accept NaN, for which every comparison
+/// is false.
 inline CLI::Validator number_range(double least, double most) {
   const auto check = [least, most](std::string& text) -> std::string {
     double value = 0.0;
@@ -51,15 +49,13 @@ inline CLI::Validator number_range(double least, double most) {
                                    CLI::detail::to_string(most) + "]");
 }
 
-// Arguments that several commands take.
-
-/// --out and --quiet.
+/// Adds --out and --quiet.
 void add_common(CLI::App& command, CommonOptions& options, const std::string& name);
 
-/// --set; `file`: what the keys are of.
+/// Adds --set. `file` names the kind of file that the keys belong to.
 void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file);
 
-/// The argument SCENE, and --set.
+/// Adds the argument SCENE, and --set.
 void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene);
 
 /// The list of integrators for the end of a help text.
@@ -81,7 +77,7 @@ Command<Options> add_command(CLI::App& app, std::function<int()>& chosen, const 
   return {*command, *options};
 }
 
-// Each command has a file of its own: its options, its command line and what it does.
+// Each command has one file with its options, its command line and its function.
 
 void add_run(CLI::App& app, std::function<int()>& chosen);
 void add_inspect(CLI::App& app, std::function<int()>& chosen);

@@ -26,21 +26,21 @@
 namespace palpate::cli {
 namespace {
 
-/// Exactly one of scene and trace.
+/// Exactly one of `scene` and `trace` is given.
 struct CompareOptions : CommonOptions {
-  std::vector<std::filesystem::path> recordings{};  ///< files, or folders of them
+  std::vector<std::filesystem::path> recordings{};  ///< files, or folders of files
   std::filesystem::path scene{}, trace{};
-  std::filesystem::path results{};  ///< of a validation, for the table of credibility
+  std::filesystem::path results{};  ///< of a validation, for the credibility table
   std::string quantity = "pressure";
   std::string alignment = "automatic";
   double cutoff = 20.0;                   ///< [Hz]; 0: none
-  std::vector<std::string> tolerances{};  ///< tolerance_text.hpp
+  std::vector<std::string> tolerances{};  ///< syntax in tolerance_text.hpp
   double numerical_uncertainty = 0.0;     ///< u_num [1] of simulated values
   double input_uncertainty = 0.0;         ///< u_input [1] of simulated values
 };
 
-/// A scene made ready to run for as long as it says, and after a loss of resistance until the rule
-/// that finds it can decide.
+/// A scene that is ready to run for its duration, or until `rest` after a loss of resistance, so
+/// that the detection rule has enough samples.
 struct SceneRun {
   LoadedScene loaded;
   double rest = 6.0;  ///< [s] after the event
@@ -69,14 +69,14 @@ void add_folder(const std::filesystem::path& folder, std::vector<std::filesystem
   std::ranges::move(found, std::back_inserter(files));
 }
 
-/// Behind "FILE: no column ".
+/// End of the message "FILE: no column ...".
 std::string needed(const std::string& column) {
   return column +
          "; needed for what is compared (--quantity pressure: a [syringe]; force: a needle or "
          "probe)";
 }
 
-/// Over once a loss of resistance is old enough, else once the scene's own duration is.
+/// True `rest` after a loss of resistance, or without one at the end of the duration.
 bool long_enough(const Trace& trace, double duration, double rest) {
   const double slack = 1e-9 * duration;
   if (trace.time.back() < duration - slack) { return false; }
@@ -88,7 +88,7 @@ bool long_enough(const Trace& trace, double duration, double rest) {
   return true;
 }
 
-/// Throws InputError where a trace holds nothing that could be compared.
+/// Throws InputError if a trace has no samples to compare.
 void check_samples(const std::filesystem::path& file, const Trace& trace, const Column& column) {
   const auto refuse = [&](const std::string& what) {
     throw InputError(file.string() + ": " + what +
@@ -228,7 +228,7 @@ GroupOptions group_options(const CompareOptions& asked) {
   return options;
 }
 
-/// As a shell takes it.
+/// Quoted for a shell.
 std::string quoted(const std::string& word) {
   const bool plain =
       word.find_first_not_of(
@@ -288,13 +288,14 @@ void judge(const CompareOptions& asked, ComparisonReport& report) {
 void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
   std::printf("%s: %s\n", verdict_text(report).c_str(), verdict_sentence(report).c_str());
   std::printf("recordings: %s\n", tally_of(report).c_str());
-  const bool more = report.found.reasons.size() > 1;  // one is in the sentence
+  const bool more = report.found.reasons.size() > 1;  // the first is in the sentence already
   for (const std::string& reason : report.found.reasons) {
     if (more) { std::printf("  %s\n", reason.c_str()); }
   }
   if (report.simulation.run_longer > 0.0) {
     std::printf(
-        "simulated %.4g s longer than the scene says, until the loss of resistance could be told\n",
+        "simulated %.4g s longer than the duration of the scene, until the loss of resistance "
+        "could be detected\n",
         report.simulation.run_longer);
   }
   for (const Comparison& one : report.found.recordings) {
@@ -312,7 +313,7 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
               (folder / "report.html").string().c_str());
 }
 
-/// Everything is made before anything is written.
+/// Makes all contents before it writes the first file.
 void write(const ComparisonReport& report, const std::filesystem::path& folder) {
   const std::string json = to_json(report);
   const std::string page = to_html(report);
@@ -362,10 +363,10 @@ int run_compare(const CompareOptions& options) {
 
 void add_compare(CLI::App& app, std::function<int()>& chosen) {
   const auto [command, options] = add_command(
-      app, chosen, "compare", "recorded insertions against a simulated one", run_compare);
+      app, chosen, "compare", "compare recorded insertions with a simulated one", run_compare);
   command
       .add_option("recordings", options.recordings,
-                  "of any kind that import reads, or folders of .h5")
+                  "recordings in any format that import reads, or folders of .h5 files")
       ->required()
       ->type_name("RECORDING");
   command.add_option("--scene", options.scene, "scene to simulate")->type_name("SCENE");
@@ -373,13 +374,13 @@ void add_compare(CLI::App& app, std::function<int()>& chosen) {
       ->type_name("TRACE");
   add_overrides(command, options, "scene");
   command.add_option("--quantity", options.quantity, "pressure or force [pressure]");
-  command.add_option(
-      "--align", options.alignment,
-      "clocks: automatic (depth, else event, else start), depth, event or start [automatic]");
+  command.add_option("--align", options.alignment,
+                     "alignment of the clocks: automatic (depth, else event, else start), depth, "
+                     "event or start [automatic]");
   command
       .add_option("--cutoff", options.cutoff,
-                  "of the low-pass, from 1 to a quarter of a rate; 0: none, and noise is not "
-                  "estimated [20]")
+                  "cut-off of the low-pass filter, from 1 to a quarter of a sample rate; 0: no "
+                  "filter, and noise is not estimated [20]")
       ->type_name("HZ")
       ->check(number_range(0.0, 1e6));
   command
@@ -400,7 +401,7 @@ void add_compare(CLI::App& app, std::function<int()>& chosen) {
       ->check(share);
   command
       .add_option("--results", options.results,
-                  "folder of `palpate validate`, as evidence at the end")
+                  "results folder of `palpate validate`, shown as evidence at the end")
       ->type_name("DIR");
   add_common(command, options, "compare");
   command.footer(
@@ -408,9 +409,8 @@ void add_compare(CLI::App& app, std::function<int()>& chosen) {
       tolerance_help(comparison::QuantityKind::pressure) +
       "A width is a share (15%), a number with its unit (7mmHg), their sum (30%+5mmHg/s)\n"
       "or a factor (x2). Writes comparison.json and report.html, and with --scene trace.h5;\n"
-      "docs/comparison.md has what is judged. Exit codes: 0 agrees, 1 differs, is not "
-      "distinguishable\n"
-      "or not comparable, 2 bad input.");
+      "docs/comparison.md describes the criteria. Exit codes: 0 agrees, 1 differs, is not "
+      "distinguishable\nor not comparable, 2 bad input.");
 }
 
 }  // namespace palpate::cli

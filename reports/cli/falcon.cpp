@@ -32,12 +32,12 @@ namespace {
 using namespace device;
 using namespace device::falcon;
 
-/// Exactly one of the modes.
+/// Exactly one of the modes `pty`, `stdio` and `solve` is given.
 struct FalconOptions : CommonOptions {
   bool pty = false;
   bool stdio = false;
-  std::filesystem::path script{};  ///< empty: no faults; a hand that rests, and homes when asked
-  std::filesystem::path solve{};   ///< poses whose kinematics are asked for
+  std::filesystem::path script{};  ///< empty: no faults, and a hand at rest that homes on request
+  std::filesystem::path solve{};   ///< poses to solve
 };
 
 /// log.csv: one row per request and per event (docs/formats.md). Rows are kept in reserved memory
@@ -45,7 +45,7 @@ struct FalconOptions : CommonOptions {
 /// temporary name until finish().
 class FalconLog final : public EmulatorObserver {
  public:
-  /// Throws InputError when nothing can be written there.
+  /// Throws InputError if the file cannot be written.
   FalconLog(const std::filesystem::path& path, const Firmware& firmware);
   FalconLog(const FalconLog&) = delete;
   FalconLog& operator=(const FalconLog&) = delete;
@@ -55,9 +55,9 @@ class FalconLog final : public EmulatorObserver {
               const DevicePacket& reply) noexcept override;
   void happened(double time_s, FirmwareEvent event) noexcept override;
 
-  /// Writes the rows that wait, once there are many.
+  /// Writes the kept rows if there are many.
   void flush_if_many() noexcept;
-  /// Writes the rest and gives the file its name. Throws InputError.
+  /// Writes the remaining rows and renames the file. Throws InputError.
   void finish();
   [[nodiscard]] std::int64_t left_out() const noexcept { return left_out_; }
 
@@ -162,8 +162,8 @@ constexpr std::string_view header =
     "theta1_1_rad,theta1_2_rad,theta1_3_rad,count_1,count_2,count_3,forward_x_m,forward_y_m,"
     "forward_z_m,torque_1_nm,torque_2_nm,torque_3_nm,word_1,word_2,word_3,packet\n";
 
-/// What the device makes of one pose: angles and torques at the pose itself, the position that its
-/// whole counts stand for, the words of the torques.
+/// Kinematics of one pose: angles and torques at the exact pose, the position of its rounded
+/// counts, and the motor words of the torques.
 struct Solution {
   Eigen::Vector3d theta1{};
   Counts counts{};
@@ -227,7 +227,7 @@ int falcon_solve(const FalconOptions& options) {
   return done;
 }
 
-/// Until the input ends or somebody interrupts; what is on its way when the input ends is
+/// Serves until the input ends or an interrupt. Bytes in transit at the end of the input are still
 /// delivered.
 void serve(ByteLink& link, Emulator& emulator, FalconLog& log) {
   while (!interrupted && (!link.ended() || emulator.busy())) {
@@ -265,13 +265,13 @@ void tell(const Emulator& emulator, const FalconLog& log) {
   tell_faults("to device", emulator.faults_to_device());
   tell_faults("to host", emulator.faults_to_host());
   if (log.left_out() + emulator.lost_replies() > 0) {
-    std::fprintf(stderr, "rows left out of the log: %lld; writes that nobody took: %lld\n",
+    std::fprintf(stderr, "rows left out of the log: %lld; writes that were not taken: %lld\n",
                  static_cast<long long>(log.left_out()),
                  static_cast<long long>(emulator.lost_replies()));
   }
 }
 
-/// A script may move the grip itself; else a hand holds the mechanism, and homes it when asked to.
+/// A grip moved by the script, or else a hand that holds the mechanism and homes it on request.
 std::unique_ptr<Body> make_body(const FalconScript& script) {
   if (script.moves_grip) { return std::make_unique<ScriptedGrip>(script.grip); }
   const PlantBodyOptions options{.homed = false, .homes = true, .seed = script.faults.seed};
@@ -297,7 +297,8 @@ int run_falcon(const FalconOptions& options) {
   if (!options.solve.empty()) { return falcon_solve(options); }
   const FalconScript script = read_falcon_script(options.script, options.overrides);
   const std::filesystem::path folder = make_folder(options.folder("falcon"));
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that left is a write that fails, not an end
+  std::signal(SIGPIPE,
+              SIG_IGN);  // a closed reader then causes a failed write, not the end of the program
   const std::unique_ptr<Body> body = make_body(script);
   Emulator emulator(*body, script.firmware, script.faults);
   FalconLog log(folder / "log.csv", emulator.firmware());
@@ -326,7 +327,7 @@ void add_falcon(CLI::App& app, std::function<int()>& chosen) {
   command
       .add_option(
           "--solve", options.solve,
-          "kinematics of the poses in a CSV file with x_m,y_m,z_m and, if asked, fx_n,fy_n,fz_n")
+          "kinematics of the poses in a CSV file with x_m,y_m,z_m and optionally fx_n,fy_n,fz_n")
       ->type_name("FILE");
   command
       .add_option("--script", options.script,

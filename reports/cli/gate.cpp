@@ -36,7 +36,8 @@ struct ApproveOptions : GateOptions {
 /// Reads a results folder of validate or bench, or the folder of a run. Throws InputError.
 Results read_judged(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder)) {
-    throw InputError(folder.string() + ": is no folder; one that validate, bench or run wrote");
+    throw InputError(folder.string() +
+                     ": is not a folder; the results folder of validate, bench or run is needed");
   }
   return is_run_folder(folder) ? read_run_folder(folder) : read_results_folder(folder);
 }
@@ -94,7 +95,7 @@ int run_gate(const GateOptions& options) {
   return report.verdict.holds() ? done : fell_short;
 }
 
-/// What it replaces, what replaces it, and what the truth is by the case's own bounds.
+/// Prints old value, new value and the bounds of every changed quantity.
 void show(const gate::Baseline& baseline, const gate::Baseline& updated) {
   for (const std::string& line : gate::described_changes(baseline, updated)) {
     std::printf("%s\n", line.c_str());
@@ -117,7 +118,7 @@ std::vector<std::string> names_in(const Results& results) {
 
 int run_approve(const ApproveOptions& options) {
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
-    throw InputError("--reason: is empty; why the numbers may change, for who reads the ledger");
+    throw InputError("--reason: is empty; the reason of the change is recorded in the ledger");
   }
   const Results results = read_judged(options.results);
   const bool exists = std::filesystem::exists(options.baseline);
@@ -133,22 +134,22 @@ int run_approve(const ApproveOptions& options) {
   if (!options.quiet) { show(old, updated); }
   write_baseline(options.baseline, updated);
   if (!options.quiet) {
-    std::printf("%zu of %zu cases taken in; %s\n", updated.ledger.back().cases.size(),
+    std::printf("%zu of %zu cases accepted; %s\n", updated.ledger.back().cases.size(),
                 updated.cases.size(), options.baseline.string().c_str());
   }
   return done;
 }
 
 void add_judged(CLI::App& command, GateOptions& options, const std::string& name) {
-  command.add_option("results", options.results, "folder that validate, bench or run wrote")
+  command.add_option("results", options.results, "results folder of validate, bench or run")
       ->required()
       ->type_name("RESULTS");
   command
       .add_option("--baseline", options.baseline,
-                  "what was accepted (JSON; its curves beside it as .h5)")
+                  "accepted results (JSON; curves in an .h5 file beside it)")
       ->required()
       ->type_name("FILE");
-  command.add_option("--case", options.cases, "a case or group alone; repeatable [all]")
+  command.add_option("--case", options.cases, "only this case or group; repeatable [all]")
       ->type_name("NAME")
       ->allow_extra_args(false);
   add_common(command, options, name);
@@ -158,31 +159,29 @@ void add_judged(CLI::App& command, GateOptions& options, const std::string& name
 
 void add_gate(CLI::App& app, std::function<int()>& chosen) {
   const auto [command, options] =
-      add_command(app, chosen, "gate", "hold results against a baseline", run_gate);
+      add_command(app, chosen, "gate", "compare results with a baseline", run_gate);
   add_judged(command, options, "gate");
   command.footer(
-      "Writes gate.json, gate.xml (JUnit) and report.html. Exit codes: 0 nothing became worse, 1 "
-      "something\n"
-      "did or cannot be compared, 2 bad input. docs/gate.md has the rules.");
+      "Writes gate.json, gate.xml (JUnit) and report.html. Exit codes: 0 no case became worse, 1 a "
+      "case\ndid or cannot be compared, 2 bad input. docs/gate.md has the rules.");
 }
 
 void add_approve(CLI::App& app, std::function<int()>& chosen) {
   const auto [command, options] =
-      add_command(app, chosen, "approve", "take results as the new baseline", run_approve);
+      add_command(app, chosen, "approve", "accept results as the new baseline", run_approve);
   add_judged(command, options, "approve");
-  command.add_option("--reason", options.reason, "why numbers may change; stands in the ledger")
+  command.add_option("--reason", options.reason, "why numbers may change; recorded in the ledger")
       ->required()
       ->type_name("TEXT");
   command
-      .add_option(
-          "--spread", options.spreads,
-          "the same cases by another build or order of summation: what rounding moves; repeatable")
+      .add_option("--spread", options.spreads,
+                  "results of the same cases by another build or order of summation, to measure "
+                  "the effect of rounding; repeatable")
       ->type_name("RESULTS")
       ->allow_extra_args(false);
   command.footer(
-      "Prints what was, what becomes of it and the bound it is judged by, then writes FILE and "
-      "its\n"
-      "curves. Results that ended in an error or are not finite are refused. docs/gate.md has "
+      "Prints the old value, the new value and the bound of every change, then writes FILE\nand "
+      "its curves. Results that ended in an error or are not finite are refused. docs/gate.md has "
       "more.");
 }
 

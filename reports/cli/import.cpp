@@ -35,7 +35,7 @@ RecordingFormat format_named(const std::string& name) {
   throw InputError("--format " + name + "; must be auto, csv, raw or hdf5");
 }
 
-/// What a person says of the recording goes before what the file says.
+/// Options of the command line override the contents of the file.
 void apply(const ImportOptions& options, Recording& recording) {
   if (options.body_mass_index) { recording.body_mass_index = options.body_mass_index; }
   if (options.plunger_area) { recording.plunger_area = *options.plunger_area; }
@@ -106,7 +106,8 @@ int run_import(const ImportOptions& options) {
 
 void add_import(CLI::App& app, std::function<int()>& chosen) {
   const auto [command, options] =
-      add_command(app, chosen, "import", "a recording of any kind to one recording.h5", run_import);
+      add_command(app, chosen, "import",
+                  "convert a recording of any supported format to recording.h5", run_import);
   command
       .add_option("file", options.file, "CSV, recording.h5, MATLAB 7.3, or bytes of the raw link")
       ->required()
@@ -115,11 +116,11 @@ void add_import(CLI::App& app, std::function<int()>& chosen) {
   command
       .add_option(
           "--column", options.columns,
-          "what a column holds: time_ms, pressure_kPa, depth_mm, force_N, ignore; repeatable")
+          "content of a column: time_ms, pressure_kPa, depth_mm, force_N, ignore; repeatable")
       ->type_name("NAME=ROLE")
       ->allow_extra_args(false);
   const CLI::Validator positive = number_range(1e-12, 1e12);
-  command.add_option("--rate", options.sample_rate, "samples a second, for a file without time")
+  command.add_option("--rate", options.sample_rate, "samples per second, for a file without time")
       ->type_name("HZ")
       ->check(positive);
   command.add_option("--bmi", options.body_mass_index, "body mass index, kg/m^2")
@@ -132,13 +133,14 @@ void add_import(CLI::App& app, std::function<int()>& chosen) {
       ->check(CLI::IsMember({"continuous", "intermittent"}));
   command.add_option("--source", options.source, "publication, hospital or device")
       ->type_name("TEXT");
-  command.add_option("--group", options.group, "subjects that belong together")->type_name("TEXT");
+  command.add_option("--group", options.group, "group of subjects")->type_name("TEXT");
   command
       .add_option("--subject", options.subject,
-                  "who it is, as a code; recordings of one count once")
+                  "code of the person; all recordings of one person count once")
       ->type_name("TEXT");
-  command.add_option("--name", options.name, "for people [the file's]")->type_name("TEXT");
-  command.add_flag("--pump", options.pump, "pressure of a pump that injects, not of a thumb");
+  command.add_option("--name", options.name, "display name [the file's]")->type_name("TEXT");
+  command.add_flag("--pump", options.pump,
+                   "the pressure is that of an injection pump, not of a thumb");
   add_common(command, options, "import");
   command.footer(
       "Units: a column is named like pressure_mmHg, \"pressure (kPa)\" or \"t [s]\", or has its\n"

@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
   app.footer(integrator_help() +
-             "\nExit codes: 0 every check holds, 1 one fell short, 2 bad usage or input "
+             "\nExit codes: 0 all checks pass, 1 a check failed, 2 bad usage or input "
              "(nothing written),\n3 this machine cannot do it, 130 interrupted.");
   std::function<int()> chosen;
 

@@ -36,13 +36,13 @@ struct RunOptions : CommonOptions {
   std::filesystem::path scene{};
   bool no_skip = false;
   bool real_time = false;
-  bool no_view = false;            ///< a page without pictures in three dimensions
-  bool packets = false;            ///< write what went over the Falcon's line
-  std::filesystem::path script{};  ///< faults on it
+  bool no_view = false;            ///< no 3-D view in report.html
+  bool packets = false;            ///< write packets.csv
+  std::filesystem::path script{};  ///< faults on the Falcon's line
 };
 
 struct Palpation {
-  std::optional<Figure> figure{};  ///< empty: not asked for, or the warning says why there is none
+  std::optional<Figure> figure{};  ///< empty: not requested, or not possible (see warnings)
   std::vector<std::string> warnings{};
   std::string csv{};  ///< x_m,y_m,stiffness_n_per_m; a row per site, x fastest
 };
@@ -82,8 +82,6 @@ Palpation palpate_skin(const LoadedScene& loaded) {
   }
   return palpation;
 }
-
-// summary.json of a run, and the facts its report shows.
 
 using Json = nlohmann::ordered_json;
 
@@ -156,14 +154,12 @@ std::string summary_json(const LoadedScene& loaded, const Run& run) {
   return json.dump(2) + "\n";
 }
 
-// report.html of `palpate run`.
-
 struct RunPage {
   const LoadedScene& loaded;
   const Run& run;
   const Palpation& palpation;
   const std::map<std::string, std::string>& provenance;
-  std::string no_view{};  ///< why the page has no view in three dimensions; empty: it has one
+  std::string no_view{};  ///< reason for a page without 3-D view; empty: it has one
 };
 
 std::vector<Fact> scene_facts(const LoadedScene& loaded) {
@@ -187,7 +183,7 @@ void add_step_facts(std::vector<Fact>& facts, const StepPlan& plan) {
   facts.push_back({"kernel", plan.kernel, ""});
 }
 
-/// What a tick takes of the time that it has in a haptic loop.
+/// Mean time of a tick as a share of the time between ticks of a haptic loop.
 Fact tick_cost(const StepPlan& plan, const Run& run) {
   const double tick = plan.h * plan.substeps;
   const double mean = run.ticks > 0 ? run.seconds / static_cast<double>(run.ticks) : 0.0;
@@ -199,7 +195,7 @@ Fact tick_cost(const StepPlan& plan, const Run& run) {
               quantity(1e3 * run.slowest_tick, "ms")};
 }
 
-/// How well ticks kept to the wall clock.
+/// Lateness of the ticks on the wall clock.
 Fact punctuality(const device::DeadlineFacts& facts) {
   return {"ticks too late", std::to_string(facts.missed),
           "of " + std::to_string(facts.ticks) + ", by a period or more; latest by " +
@@ -398,15 +394,15 @@ void add_run(CLI::App& app, std::function<int()>& chosen) {
   command.add_flag("--no-skip", options.no_skip,
                    "compute what the scene does not need; same result");
   command.add_flag("--no-view", options.no_view,
-                   "no view in three dimensions in report.html, and nothing kept for it");
+                   "no 3-D view in report.html, and no data recorded for it");
   command.add_flag("--real-time", options.real_time,
-                   "every tick waits for its time on the wall clock");
+                   "run every tick at its time on the wall clock");
   command
       .add_option("--script", options.script,
-                  "faults on the Falcon's line by time (TOML, docs/falcon.md)")
+                  "faults on the Falcon's line, by time (TOML, docs/falcon.md)")
       ->type_name("FILE");
   command.add_flag("--packets", options.packets,
-                   "write packets.csv: what went over the Falcon's line");
+                   "write packets.csv: all packets on the Falcon's line");
   command.footer(integrator_help());
 }
 

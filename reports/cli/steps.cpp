@@ -18,19 +18,19 @@ namespace {
 struct StepsOptions : CommonOptions {
   std::string what{};  ///< name of a workload, or a scene file
   std::optional<long>
-      before{};  ///< ticks that a profiler does not look at; empty: the workload's, or none
-  std::optional<long> ticks{};   ///< that it looks at; empty: the workload's, or one
-  std::optional<double> rate{};  ///< of a scene [Hz]; empty: its own
+      before{};  ///< ticks before the profiled ones; empty: those of the workload, or none
+  std::optional<long> ticks{};   ///< profiled ticks; empty: those of the workload, or one
+  std::optional<double> rate{};  ///< ticks per second of a scene [Hz]; empty: its own rate
   int times = 1;
-  std::filesystem::path library{};  ///< whose code steps the scene; empty: the program's own
-  std::filesystem::path beside{};   ///< another that is timed in turn with it
+  std::filesystem::path library{};  ///< step library to use; empty: the code of the program
+  std::filesystem::path beside{};   ///< second step library, timed alternately with the first
   int pairs = 40;
   std::uint64_t seed = 1;
   bool head_first = false;  ///< `beside` is loaded first
-  bool planted = false;     ///< `beside` takes one tick in twenty more
+  bool planted = false;     ///< `beside` computes one extra tick in twenty
 };
 
-/// Whatever takes ticks.
+/// A source of ticks.
 struct Stepped {
   std::string kernel{};
   long before = 0;
@@ -49,7 +49,7 @@ Stepped stepped_workload(const std::string& name) {
           }};
 }
 
-/// As `palpate certify` steps it, with its device and its lines.
+/// The loop of `palpate certify`, with device and links.
 Stepped stepped_scene(const StepsOptions& options) {
   const auto loaded = std::make_shared<LoadedScene>(load_scene(options.what, options, false));
   const Scene& scene = loaded->file.scene;
@@ -106,26 +106,24 @@ int run_steps(const StepsOptions& options) {
 
 void add_steps(CLI::App& app, std::function<int()>& chosen) {
   const auto [command, options] = add_command(
-      app, chosen, "steps", "ticks of a scene and nothing else, for profilers", run_steps);
+      app, chosen, "steps", "compute ticks of a scene and nothing else, for profilers", run_steps);
   command.add_option("what", options.what, "a workload of bench/instructions, or a scene file")
       ->required()
       ->type_name("WORKLOAD|SCENE");
   add_overrides(command, options, "scene");
   command
-      .add_option("--before", options.before,
-                  "ticks that a profiler does not look at [the workload's; 0]")
+      .add_option("--before", options.before, "ticks before the profiled ones [the workload's; 0]")
       ->type_name("N")
       ->check(CLI::Range(0L, 1000000000L));
-  command.add_option("--ticks", options.ticks, "ticks that it looks at [the workload's; 1]")
+  command.add_option("--ticks", options.ticks, "profiled ticks [the workload's; 1]")
       ->type_name("N")
       ->check(CLI::Range(1L, 1000000000L));
-  command
-      .add_option("--times", options.times, "how often all that is done, set up anew each time [1]")
+  command.add_option("--times", options.times, "number of repetitions, each with a new set-up [1]")
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
   command
       .add_option("--rate", options.rate,
-                  "ticks of a scene a second [falcon.rate, or a tick a step]")
+                  "ticks per second of a scene [falcon.rate, or one tick per step]")
       ->type_name("HZ")
       ->check(number_range(0.01, 20000.0));
   CLI::Option* library = command
@@ -134,23 +132,28 @@ void add_steps(CLI::App& app, std::function<int()>& chosen) {
                              ->type_name("FILE");
   CLI::Option* beside =
       command
-          .add_option("--beside", options.beside,
-                      "another that is timed in turn with it; prints pairs of seconds")
+          .add_option(
+              "--beside", options.beside,
+              "second step library, timed alternately with the first; prints pairs of seconds")
           ->type_name("FILE")
           ->needs(library);
-  command.add_option("--pairs", options.pairs, "of batches [40]")
+  command.add_option("--pairs", options.pairs, "number of pairs of batches [40]")
       ->type_name("N")
       ->check(CLI::Range(1, 100000))
       ->needs(beside);
-  command.add_option("--seed", options.seed, "of the order within pairs [1]")
+  command.add_option("--seed", options.seed, "seed of the order within pairs [1]")
       ->type_name("N")
       ->needs(beside);
-  command.add_flag("--head-first", options.head_first, "load the other one first")->needs(beside);
-  command.add_flag("--planted", options.planted, "the other one takes one tick in twenty more")
+  command.add_flag("--head-first", options.head_first, "load the second library first")
       ->needs(beside);
-  command.add_flag("--quiet", options.quiet, "say nothing but errors");
+  command
+      .add_flag("--planted", options.planted,
+                "the second library computes one extra tick in twenty")
+      ->needs(beside);
+  command.add_flag("--quiet", options.quiet, "print errors only");
   command.footer(
-      "Steps, and does nothing else: for profilers. `valgrind --tool=callgrind --instr-atstart=no "
+      "Computes ticks and nothing else, for profilers. `valgrind --tool=callgrind "
+      "--instr-atstart=no "
       "palpate\n"
       "steps cube-list-double` counts the instructions of these ticks alone (docs/bench.md).");
 }

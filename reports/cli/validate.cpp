@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Runs cases on several threads and gives their outcomes in the order asked for.
+/// The command `validate`, and the part that it shares with `bench`: runs cases on several threads.
 
 #include "reports/cli/validate.hpp"
 
@@ -47,10 +47,10 @@ namespace {
 
 struct RunnerResult {
   std::vector<Outcome> outcomes{};  ///< of the finished cases, in the order of `cases`
-  bool interrupted = false;         ///< then some cases are still running on their threads
+  bool interrupted = false;         ///< if true, some cases still run on their threads
 };
 
-/// Shared with the threads, and owned by them too: after an interrupt they outlive the caller.
+/// Data shared by all threads, which own it together: after an interrupt they outlive the caller.
 struct Work {
   std::vector<Case> cases;
   CaseContext context;
@@ -59,7 +59,7 @@ struct Work {
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<std::optional<Outcome>> outcomes;
-  std::vector<std::size_t> fresh;  ///< finished and not yet told
+  std::vector<std::size_t> fresh;  ///< finished and not yet reported
 };
 
 void work_on(const std::shared_ptr<Work>& work, const std::atomic<bool>& stop) {
@@ -116,18 +116,17 @@ RunnerResult run_cases(
   return result;
 }
 
-// Cases that need not run again: what they found is kept under everything that it depends on.
-
+/// Cache of the outcomes of passed cases, keyed by everything that an outcome depends on.
 class KeptCases {
  public:
-  /// `given`: what cases depend on beside the code, as text: options, data outside the project.
+  /// `given`: text of all that cases depend on except the code: options, data outside the project.
   KeptCases(const std::filesystem::path& cache, const std::string& given);
 
-  /// Nothing where the case never ran so, where it did not pass, or where what was kept is damaged.
+  /// Empty if the case has not passed under the same conditions, or if its file is damaged.
   [[nodiscard]] std::optional<Outcome> find(const Case& definition) const;
-  /// Takes those out of a list that need not run again, and gives what they found, by name.
+  /// Removes the cases with a kept outcome from the list and returns these outcomes by name.
   [[nodiscard]] std::map<std::string, Outcome> take(std::vector<Case>& cases) const;
-  /// Cases that passed. A disk that is full or read-only is no error.
+  /// Keeps the outcome if the case passed. A full or read-only disk is not an error.
   void keep(const Outcome& outcome) const;
 
  private:
@@ -163,7 +162,7 @@ std::string what_runs() {
       std::string(build::code_hash()) + "\n" + build_provenance().at("processor") + "\n";
   for (const char* choice :
        {"GLIBC_TUNABLES",
-        "PALPATE_INSTRUCTIONS"}) {  // of functions of the C library, and of kernels
+        "PALPATE_INSTRUCTIONS"}) {  // they select functions of the C library and kernels
     const char* value = std::getenv(choice);
     text += std::string(value != nullptr ? value : "") + "\n";
   }
@@ -203,7 +202,7 @@ std::optional<Outcome> KeptCases::find(const Case& definition) const {
     read_figure_data(folder_, outcome);
     const bool same = outcome.name == definition.name && outcome.status == Status::pass;
     return same ? std::optional(std::move(outcome)) : std::nullopt;
-  } catch (const std::exception&) { return std::nullopt; }  // damaged: as if it had never run
+  } catch (const std::exception&) { return std::nullopt; }  // a damaged file is treated as absent
 }
 
 void KeptCases::keep(const Outcome& outcome) const {
@@ -213,7 +212,7 @@ void KeptCases::keep(const Outcome& outcome) const {
     write_figure_data(folder_, outcome);
     io::replace_file(file_of(outcome.name),
                      to_json(Results{.title = "kept", .outcomes = {outcome}}));
-  } catch (const std::exception&) {}  // it will run again
+  } catch (const std::exception&) {}  // the case will run again
 }
 
 std::map<std::string, Outcome> KeptCases::take(std::vector<Case>& cases) const {
@@ -232,7 +231,7 @@ int list(const std::vector<Case>& cases) {
   return done;
 }
 
-/// Folders that may hold data sets which the project does not contain.
+/// Folders to search for data sets that are not part of the project.
 std::vector<std::filesystem::path> data_folders(const std::filesystem::path& given) {
   if (!given.empty()) { return {given}; }
   std::vector<std::filesystem::path> folders;
@@ -297,7 +296,7 @@ std::string command_text(const ValidateOptions& options, const std::string& comm
   return text;
 }
 
-/// Everything that cases depend on beside code, libraries and processor.
+/// Key: everything that cases depend on except code, libraries and processor.
 KeptCases kept_cases(const ValidateOptions& options, const std::filesystem::path& cache) {
   return {cache, std::string(options.quick ? "quick " : "whole ") + std::to_string(options.order) +
                      "\n" + what_lies_in(data_folders(options.data))};
@@ -315,7 +314,7 @@ std::string told_of(const std::map<std::string, Outcome>& kept) {
   return text.data();
 }
 
-/// In the order asked for; what was interrupted is not there.
+/// Outcomes in the order of `cases`, without the interrupted ones.
 std::vector<Outcome> in_order(const std::vector<Case>& cases, std::map<std::string, Outcome> kept,
                               const std::vector<Outcome>& ran) {
   for (const Outcome& outcome : ran) { kept.emplace(outcome.name, outcome); }
@@ -344,7 +343,7 @@ void look_at_all(const ValidateOptions& options, const Judging& what, Results& r
   }
 }
 
-/// A selection of which nothing could run here is no verdict on the program.
+/// If no selected case could run on this machine, the result says nothing about the program.
 int exit_code(const std::vector<Outcome>& outcomes) {
   if (tally(outcomes).holds()) { return done; }
   const bool none_ran = std::ranges::all_of(outcomes, [](const Outcome& one) {
@@ -363,7 +362,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
   const std::filesystem::path folder = make_folder(options.folder(what.command));
   const std::filesystem::path cache_folder =
       options.cache.empty() ? default_cache_folder() : options.cache;
-  // Threads of an interrupted run still use it when this function is gone.
+  // Threads of an interrupted run still use it after this function has returned.
   static const reference::Cache cache = cache_in(cache_folder);
   const KeptCases keeper = kept_cases(options, cache_folder);
   std::vector<Case> to_run = cases;
@@ -414,17 +413,17 @@ void add_validate(CLI::App& app, std::function<int()>& chosen) {
   command.add_option("cases", options.cases, "cases, groups or suites; all when none")
       ->type_name("CASE");
   add_common(command, options, "validate");
-  command.add_flag("--list", options.list, "name every case and stop");
+  command.add_flag("--list", options.list, "list all cases and exit");
   command.add_flag("--quick", options.quick, "the short form");
-  command.add_flag(
-      "--no-skip", options.no_skip,
-      "run cases whose code is as before, compute what scenes do not need; same verdicts");
+  command.add_flag("--no-skip", options.no_skip,
+                   "run also cases whose code has not changed, compute also what scenes do not "
+                   "need; same verdicts");
   command.add_option("--jobs", options.jobs, "cases at a time [one per core]")
       ->check(CLI::Range(1, 1024));
   command
       .add_option("--order", options.order,
-                  "nodes and springs in an order of chance with this seed: what rounding moves "
-                  "(docs/gate.md)")
+                  "put nodes and springs in a random order with this seed, to show the effect of "
+                  "rounding (docs/gate.md)")
       ->type_name("SEED");
   command
       .add_option("--cache", options.cache,
