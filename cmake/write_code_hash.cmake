@@ -1,4 +1,4 @@
-# One hash over the object code that decides what cases find, into a header, only when it changed.
+# One hash over the object code that decides what cases find, into a source file, written only when it changed.
 # cmake -D "FILES=a|b" -D OUTPUT=... -P write_code_hash.cmake
 string(REPLACE "|" ";" files "${FILES}")
 set(hashes "")
@@ -7,5 +7,9 @@ foreach(file IN LISTS files)
   string(APPEND hashes "${hash}")
 endforeach()
 string(SHA256 hash "${hashes}")
-set(content "#pragma once\nnamespace palpate::build {\ninline constexpr char code_hash[] = \"${hash}\";\n}  // namespace palpate::build\n")
+set(content "namespace palpate::build {
+const char* code_hash();
+const char* code_hash() { return \"${hash}\"; }
+}  // namespace palpate::build
+")
 file(CONFIGURE OUTPUT "${OUTPUT}" CONTENT "${content}" @ONLY)

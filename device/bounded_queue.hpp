@@ -9,10 +9,10 @@
 
 namespace palpate::device::falcon {
 
-/// First in, first out, of at most `capacity` items; never allocates.
+/// First-in first-out queue of at most `capacity` items, for one thread; never allocates.
 template <class Item, std::size_t capacity> class Ring {
  public:
-  /// False, and nothing done, when it is full.
+  /// Returns false and does nothing if the queue is full.
   bool push(const Item& item) noexcept {
     if (count_ == capacity) { return false; }
     items_[(first_ + count_++) % capacity] = item;
@@ -36,15 +36,15 @@ template <class Item, std::size_t capacity> class Ring {
 
 namespace palpate::device {
 
-// From one thread to one other without waiting: neither side locks, allocates, loops or calls the
-// operating system, whatever the other side does or leaves half done.
+// Data from one thread to one other thread. Neither side waits, locks, allocates, loops or makes a
+// system call, whatever the state of the other side.
 
-/// First in, first out, of at most `capacity` items, a power of two.
+/// Single-producer single-consumer queue of at most `capacity` items, a power of two.
 template <class Item, std::size_t capacity> class HandoverQueue {
   static_assert((capacity & (capacity - 1)) == 0 && std::atomic<std::size_t>::is_always_lock_free);
 
  public:
-  /// The producer's. False, and nothing done, when it is full.
+  /// For the producer. Returns false and does nothing if the queue is full.
   bool push(const Item& item) noexcept {
     const std::size_t end = end_.load(std::memory_order_relaxed);
     if (end - begin_.load(std::memory_order_acquire) == capacity) { return false; }
@@ -52,7 +52,7 @@ template <class Item, std::size_t capacity> class HandoverQueue {
     end_.store(end + 1, std::memory_order_release);
     return true;
   }
-  /// The consumer's. Nothing when it is empty.
+  /// For the consumer. Returns nothing if the queue is empty.
   std::optional<Item> pop() noexcept {
     const std::size_t begin = begin_.load(std::memory_order_relaxed);
     if (begin == end_.load(std::memory_order_acquire)) { return std::nullopt; }
@@ -64,23 +64,23 @@ template <class Item, std::size_t capacity> class HandoverQueue {
  private:
   static constexpr std::size_t cache_line = 64;
   std::array<Item, capacity> items_{};
-  alignas(cache_line) std::atomic<std::size_t> begin_{0};  ///< counted on without wrapping
+  alignas(cache_line) std::atomic<std::size_t> begin_{0};  ///< items taken so far; it does not wrap
   alignas(cache_line) std::atomic<std::size_t> end_{0};
 };
 
-/// The newest value alone: three places, of which the producer fills one, the consumer reads one
-/// and the third changes hands.
+/// The newest value only. Of three slots the producer writes one, the consumer reads one, and the
+/// third is exchanged between them.
 template <class Item> class LatestValue {
   static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
 
  public:
-  /// The producer's.
+  /// For the producer.
   void set(const Item& item) noexcept {
     places_[back_] = item;
     back_ = between_.exchange(static_cast<std::uint8_t>(back_ | fresh), std::memory_order_acq_rel) &
             place_mask;
   }
-  /// The consumer's. The default value before anything was set.
+  /// For the consumer. Returns the default value before the first set().
   const Item& get() noexcept {
     if ((between_.load(std::memory_order_relaxed) & fresh) != 0) {
       front_ = between_.exchange(front_, std::memory_order_acq_rel) & place_mask;

@@ -11,7 +11,7 @@
 
 namespace palpate::device {
 
-/// One end of an 8-bit clean stream of bytes, and the clock that its two ends share.
+/// One end of an 8-bit clean stream of bytes, and the clock that both ends share.
 class ByteLink {
  public:
   ByteLink() = default;
@@ -19,20 +19,18 @@ class ByteLink {
   ByteLink& operator=(const ByteLink&) = delete;
   virtual ~ByteLink() = default;
 
-  /// Seconds since the link was made; wall clock, or the harness's own time.
+  /// Time since the link was made [s]: wall clock or virtual time.
   [[nodiscard]] virtual double now() const noexcept = 0;
-  /// What has arrived, as much as fits, without waiting; 0: nothing.
+  /// Reads the bytes that have arrived, as many as fit, without waiting; returns their number.
   virtual std::size_t read(std::span<std::uint8_t> into) noexcept = 0;
-  /// Waits until there is something to read or the time has come [s]; true when there is. May
-  /// return early with false, as when a signal came.
+  /// Waits until bytes can be read or until the deadline [s]; returns true if bytes can be read. It
+  /// can return false early, for example after a signal.
   virtual bool wait_until(double deadline_s) noexcept = 0;
-  /// All bytes, or false when some were lost: the other end takes none, or is gone.
+  /// Writes all bytes. Returns false if some were lost, because the other end is full or closed.
   virtual bool write(std::span<const std::uint8_t> bytes) noexcept = 0;
-  /// Nothing will ever arrive again.
+  /// True if no byte can arrive any more.
   [[nodiscard]] virtual bool ended() const noexcept { return false; }
 };
-
-// Streams of the operating system, in wall-clock time. What is made here is closed here.
 
 /// An open file descriptor, closed with its owner.
 class Descriptor {
@@ -49,8 +47,8 @@ class Descriptor {
   int number_;
 };
 
-/// Reads from one descriptor and writes to another or the same, neither of which it owns. What the
-/// other end does not take within 50 ms is lost, as on a serial line.
+/// Reads from one descriptor and writes to another or the same, in wall-clock time. It owns
+/// neither. Bytes that the other end does not take within 50 ms are lost, as on a serial line.
 class DescriptorLink : public ByteLink {
  public:
   DescriptorLink(int in, int out) noexcept : in_(in), out_(out) {}
@@ -73,7 +71,7 @@ class PtyLink final : public DescriptorLink {
  public:
   PtyLink();
   [[nodiscard]] const std::string& path() const noexcept { return path_; }  ///< of the client's end
-  /// Written here and not yet read by any client.
+  /// Number of bytes that were written here and not yet read by a client.
   [[nodiscard]] std::size_t unread_bytes() const noexcept;
 
  private:

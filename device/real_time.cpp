@@ -17,13 +17,23 @@ namespace palpate::device {
 
 namespace {
 
-void sleep_until(double time) noexcept {
-  const double seconds = std::floor(time);
-  const timespec until{static_cast<time_t>(seconds), static_cast<long>(1e9 * (time - seconds))};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {}
-}
+class MonotonicClock final : public Clock {
+ public:
+  [[nodiscard]] double now() noexcept override { return monotonic_now(); }
+  void sleep_until(double time) noexcept override {
+    while (now() < time) {  // a timespec is cut to whole nanoseconds
+      const double seconds = std::floor(time);
+      const timespec until{static_cast<time_t>(seconds), static_cast<long>(1e9 * (time - seconds))};
+      while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {}
+    }
+  }
+};
+
+MonotonicClock the_monotonic_clock;
 
 }  // namespace
+
+Clock& monotonic_clock() noexcept { return the_monotonic_clock; }
 
 double monotonic_now() noexcept {
   timespec time{};
@@ -32,14 +42,14 @@ double monotonic_now() noexcept {
 }
 
 double DeadlineClock::wait() noexcept {
-  const double before = monotonic_now();
+  const double before = clock_.now();
   if (facts_.ticks == 0) { begin_ = before; }
   const double due = begin_ + period_ * static_cast<double>(facts_.ticks);
   ++facts_.ticks;
   double after = before;
-  while (after < due) {  // a timespec is cut to whole nanoseconds
-    sleep_until(due);
-    after = monotonic_now();
+  if (before < due) {
+    clock_.sleep_until(due);
+    after = clock_.now();
   }
   if (after > before) { facts_.worst_wake = std::max(facts_.worst_wake, after - due); }
   facts_.slept += after - before;

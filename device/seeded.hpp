@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Variation that is the same on every machine for one seed: the standard fixes the bits of
+/// Random numbers that are the same on every machine for one seed. The standard defines the bits of
 /// mt19937_64 but not those of its distributions.
 
 #include <cstdint>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A haptic loop's tick: read the place, ask for the force, send it. Time is the caller's.
+/// The tick of a haptic loop (read the position, compute the force, send it), and the passivity
+/// observer and controller at the port of the device. The caller decides when a tick occurs.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -11,17 +12,16 @@
 
 namespace palpate::device {
 
-/// A force holds from the exchange that carried it to the next one. Without delay a tick takes two
-/// exchanges, one that reads and one that writes; a delay of one tick is that of a loop with a
-/// single exchange, whose request carries what followed from the reply before; longer ones add to
-/// it.
+/// A force is held from the exchange that carried it to the next one. Without delay a tick has two
+/// exchanges, one that reads and one that writes. With a delay of one tick it has a single
+/// exchange, whose request carries the force for the previous reply; longer delays add whole ticks.
 class ServoLoop {
  public:
-  /// `delay` in ticks; the device outlives the loop.
+  /// `delay` in ticks. The device must outlive the loop.
   ServoLoop(HapticDevice& device, int delay)
       : device_(device), waiting_(static_cast<std::size_t>(delay), Eigen::Vector3d::Zero()) {}
 
-  /// `render(sample)` gives the force on the hand [N], frame of the device.
+  /// `render(sample)` returns the force on the hand [N] in the frame of the device.
   template <class Render> DeviceSample tick(Render&& render) noexcept {
     if (waiting_.empty()) {
       const DeviceSample sample = device_.exchange(sent_);
@@ -36,7 +36,7 @@ class ServoLoop {
     return sample;
   }
 
-  /// What the device was asked for last [N]; holds until the next tick.
+  /// The last force sent to the device [N]; held until the next tick.
   [[nodiscard]] const Eigen::Vector3d& sent() const { return sent_; }
 
  private:
@@ -46,16 +46,16 @@ class ServoLoop {
   Eigen::Vector3d sent_{0.0, 0.0, 0.0};
 };
 
-// Does a rendered environment give more energy than it took? Observer and controller in the time
-// domain (Hannaford & Ryu, IEEE Transactions on Robotics and Automation 18, 2002).
+// Passivity observer and controller in the time domain (Hannaford & Ryu, IEEE Transactions on
+// Robotics and Automation 18, 2002).
 
 /// Energy that the hand has put into the environment behind a port whose force is held between
-/// samples: the sum of -F_k.(x_{k+1} - x_k), which is exact for held forces. Below zero the
-/// environment is active: it has given more than it took.
+/// samples: the sum of -F_k.(x_{k+1} - x_k), which is exact for held forces. A negative value means
+/// that the environment is active: it has given more energy than it received.
 class PassivityObserver {
  public:
-  /// The grip is at `place` [m], after `force` [N] on the hand was held since the last sample,
-  /// `time` [s] being that of this one.
+  /// Adds a sample at `time` [s]: the grip is at `place` [m], and `force` [N] on the hand was held
+  /// since the previous sample.
   void observe(double time, const Eigen::Vector3d& place, const Eigen::Vector3d& force) noexcept {
     if (begun_) { energy_ -= force.dot(place - place_); }
     begun_ = true;
@@ -79,8 +79,8 @@ class PassivityObserver {
   double least_at_ = 0.0;
 };
 
-/// Adds the damping that takes a shortage of energy back within one tick, and no more than a held
-/// force can damp without feeding energy in itself.
+/// Adds the damping that dissipates an excess of energy within one tick, limited to the damping
+/// that a held force can provide without adding energy itself.
 class PassivityController {
  public:
   /// `most_viscosity` [N s/m]: half the effective mass of hand and device over the period keeps the
@@ -88,12 +88,12 @@ class PassivityController {
   PassivityController(double period, double most_viscosity)
       : period_(period), most_viscosity_(most_viscosity) {}
 
-  /// The force to send instead of `force` [N] where the observer stands at `energy` [J] and the
+  /// The force to send instead of `force` [N] if the energy of the observer is `energy` [J] and the
   /// grip moves with `velocity` [m/s].
   [[nodiscard]] Eigen::Vector3d limit(double energy, const Eigen::Vector3d& velocity,
                                       const Eigen::Vector3d& force) noexcept;
 
-  [[nodiscard]] double taken() const { return taken_; }  ///< by the added damping so far [J]
+  [[nodiscard]] double taken() const { return taken_; }  ///< energy dissipated so far [J]
 
  private:
   double period_;

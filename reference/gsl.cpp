@@ -117,8 +117,8 @@ class GslDriver final : public Integrator {
 Trace solve(const char* name, const gsl_odeiv2_step_type* type, const Problem& problem,
             const std::vector<double>& times, const Tolerance& tolerance) {
   GslDriver integrator(name, type, problem, tolerance);
-  return march({name, std::string("GSL ") + gsl_version}, integrator.system(), times, tolerance,
-               integrator);
+  return integrate({name, std::string("GSL ") + gsl_version}, integrator.system(), times, tolerance,
+                   integrator);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A Problem as a first-order system for libraries that want one:
+/// A Problem as a first-order system, as solver libraries need it:
 ///   y = [u; v], u = q - q(0) [m], v [m/s];  y' = [v; f(t, q(0) + u, v) / m].
 /// Displacements rather than positions, so that relative tolerances and rounding do not depend on
 /// where the origin lies.
@@ -30,7 +30,7 @@ class FirstOrderSystem {
 
   void set_gate(double gate) { gate_ = gate; }  ///< [s] midpoint of the current segment
   void initial_state(double* y) const;
-  /// False when a component is not finite. Solvers must be told: many error tests let NaN pass.
+  /// Returns false if a component is not finite, because many error tests of solvers let NaN pass.
   [[nodiscard]] bool derivative(double t, const double* y, double* dy);
 
  private:
@@ -70,10 +70,10 @@ class FirstOrderJacobian {
   std::vector<double> values_;
 };
 
-// Cuts a time axis at the instants where a load switches. Within a segment the right-hand side is
-// smooth, so a method keeps its order; across one it would not, or would step over the load.
+// The time axis is cut at the instants at which a load switches. Within a segment the right-hand
+// side is smooth, so a method keeps its order; across a switch it would lose it or miss the load.
 
-/// Every segment is at least this many steps, so steps >= breaks + 10 holds by construction.
+/// Least number of steps per segment, so that steps >= breaks + 10 holds by construction.
 inline constexpr int steps_per_segment = 10;
 
 /// An instant that a solver must hit exactly.
@@ -87,17 +87,14 @@ struct Segment {
   double end = 0.0;           ///< [s] the next break, or the last requested time
   double gate = 0.0;          ///< [s] midpoint: decides which loads are on
   double max_step = 0.0;      ///< [s] <= shortest feature / 4 and <= (end - start) / 10
-  std::vector<Stop> stops{};  ///< ascending; the last one is `end`
+  std::vector<Stop> stops{};  ///< ascending; the last is `end`
 };
 
-/// times: strictly ascending from 0, otherwise SolverError. A requested time within rounding of a
-/// break is the break. Empty for the single time 0.
+/// `times` must ascend strictly from 0 (SolverError otherwise). A requested time within rounding of
+/// a break is moved to the break. Returns nothing for the single time 0.
 std::vector<Segment> segments_of(const Problem& problem, const std::vector<double>& times);
 
-// The part of every solution that does not depend on the method: restart at each break, stop at
-// each requested time, store, count, and refuse a run that took too few steps.
-
-/// A run ends with an error rather than never: most steps between two stops.
+/// Largest number of steps between two stops; more steps are an error.
 inline constexpr long step_limit = 10'000'000;
 
 /// One library's integrator over y = [u; v] of a FirstOrderSystem.
@@ -115,9 +112,10 @@ struct Method {
   std::string version{};  ///< "SUNDIALS 6.4.1"
 };
 
-/// Throws SolverError, also when steps < breaks + 10 or the result is not finite.
-Trace march(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
-            const Tolerance& tolerance, Integrator& integrator);
+/// Integrates to each requested time: restarts at each break, stores and counts. Throws
+/// SolverError, also if steps < breaks + 10 or the result is not finite.
+Trace integrate(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
+                   const Tolerance& tolerance, Integrator& integrator);
 
 /// "cvode-adams: CVode failed with CV_TOO_MUCH_WORK at t = 0.01 s: <why>"
 [[noreturn]] void fail(const std::string& solver, const std::string& function,

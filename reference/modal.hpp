@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Eigenvalues of small dense matrices, by GSL. Throw SolverError where it does not converge.
+/// Eigenvalues of small dense matrices by GSL, and exact modal solutions of linear problems. All
+/// functions throw SolverError if GSL does not converge.
 
 #include <Eigen/Core>
 #include <vector>
@@ -14,7 +15,7 @@ struct SymmetricModes {
   Eigen::MatrixXd vectors{};  ///< one column each, orthonormal
 };
 
-/// Of a symmetric matrix; only its lower half is read.
+/// Modes of a symmetric matrix; only its lower half is read.
 SymmetricModes symmetric_modes(const Eigen::MatrixXd& matrix);
 Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& matrix);
 
@@ -23,10 +24,10 @@ struct GeneralModes {
   Eigen::MatrixXcd vectors{};  ///< one column each, of length one
 };
 
-/// Of any real matrix.
+/// Modes of any real matrix.
 GeneralModes general_modes(const Eigen::MatrixXd& matrix);
 
-// One mode under a force of known shape, exactly: eta'' + 2 gamma eta' + omega^2 eta = p(t),
+// Exact motion of one mode under a force of known shape: eta'' + 2 gamma eta' + omega^2 eta = p(t),
 //   p(t) = constant + slope t + sum of cosine_k cos(w_k t) + sine_k sin(w_k t).
 // Free motion in closed form for every sign of omega^2 - gamma^2, omega = 0 included. Forced
 // motion by its particular solution, or, near resonance and for omega near 0 where that cancels,
@@ -74,10 +75,10 @@ Eigen::VectorXd natural_frequencies(const Problem& problem);
 template <class Real>
 Trace modal_solution(const Problem& problem, const std::vector<double>& times);
 
-/// The same as a Solver; there is no tolerance to choose.
+/// modal_solution() as a Solver; the tolerance is ignored.
 Trace solve_modal(const Problem& problem, const std::vector<double>& times,
-                  const Tolerance& tolerance);
+                     const Tolerance& tolerance);
 Trace solve_modal_long_double(const Problem& problem, const std::vector<double>& times,
-                              const Tolerance& tolerance);
+                                 const Tolerance& tolerance);
 
 }  // namespace palpate::reference

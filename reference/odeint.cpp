@@ -127,8 +127,8 @@ Trace solve_odeint_dormand_prince(const Problem& problem, const std::vector<doub
                                   const Tolerance& tolerance) {
   constexpr const char* name = "odeint-dormand-prince-5-4";
   DormandPrince integrator(name, problem, tolerance);
-  return march({name, std::string("Boost ") + BOOST_LIB_VERSION}, integrator.system(), times,
-               tolerance, integrator);
+  return integrate({name, std::string("Boost ") + BOOST_LIB_VERSION}, integrator.system(), times,
+                   tolerance, integrator);
 }
 
 }  // namespace palpate::reference

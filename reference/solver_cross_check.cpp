@@ -62,15 +62,6 @@ double digits(double error) {
   return std::clamp(-std::log10(error), 0.0, 17.0);
 }
 
-double mixed_error_digits(const MatrixXd& candidate, const MatrixXd& reference, double scale) {
-  check_sizes(candidate, reference);
-  const Eigen::Index last = reference.cols() - 1;
-  const auto difference = (candidate.col(last) - reference.col(last)).array().abs();
-  const auto size = scale + (reference.col(last) - reference.col(0)).array().abs();
-  const Eigen::ArrayXd error = difference / size;
-  return error.allFinite() ? digits(error.maxCoeff()) : 0.0;
-}
-
 namespace {
 
 struct Scales {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// One number for the distance of two trajectories. A value that is not finite, anywhere, makes the
-/// error infinite: it can never pass a limit.
+/// Distance of two trajectories, and the cross-check of several solvers. Any value that is not
+/// finite makes an error infinite, so that it cannot pass a limit.
 
 #include <Eigen/Core>
 #include <optional>
@@ -13,15 +13,15 @@
 
 namespace palpate::reference {
 
-/// Trajectories are matrices of coordinates x instants; std::invalid_argument when sizes differ.
-/// scale: what counts as 100 %. When it is 0 (nothing moves) any difference is infinite.
+// Trajectories are matrices of coordinates x instants; different sizes throw std::invalid_argument.
+// `scale` is the reference value of relative errors; if it is 0, any difference is infinite.
 
 /// Largest |q - q(first instant)| of a trajectory [m].
 double peak_displacement(const Eigen::MatrixXd& position);
 /// Largest |v| [m/s].
 double peak_speed(const Eigen::MatrixXd& velocity);
 
-/// Largest difference over the coordinates at each instant, over scale.
+/// Largest difference over the coordinates at each instant, divided by `scale`.
 std::vector<double> instant_errors(const Eigen::MatrixXd& candidate,
                                    const Eigen::MatrixXd& reference, double scale);
 
@@ -32,24 +32,18 @@ double trajectory_error(const Eigen::MatrixXd& candidate, const Eigen::MatrixXd&
 /// -log10 of an error, between 0 and 17; 0 for an infinite one.
 double digits(double error);
 
-/// Mixed-error significant digits at the last instant (Bari test set):
-/// -log10 max |candidate - reference| / (scale + |reference - first instant of the reference|).
-double mixed_error_digits(const Eigen::MatrixXd& candidate, const Eigen::MatrixXd& reference,
-                          double scale);
-
-// When a computed trajectory may be called a reference: several methods of different families
-// agree, tighter tolerances come closer, energy balances where it must. Every check that was not
-// made is named in `notes`.
+// A computed trajectory is a reference if several methods of different families agree, if tighter
+// tolerances converge, and if the energy balances. `notes` names every check that was not made.
 
 struct EstablishOptions {
-  int rungs = 4;                 ///< tolerances of the primary; 1 where a ladder costs too much
+  int rungs = 4;                 ///< number of tolerances of the primary solver; 1: no ladder
   double rung_ratio = 100.0;     ///< between neighbouring tolerances
   double demanded_digits = 9.0;  ///< of agreement, in position
-  const Cache* cache = nullptr;  ///< of solutions between runs; nullptr: none
+  const Cache* cache = nullptr;  ///< solutions of earlier runs; nullptr: none
   bool permute_springs = false;  ///< run once more with the springs in another order
 };
 
-/// One tolerance of the primary against its finest.
+/// Error of the primary solver at one tolerance, compared with its finest.
 struct Rung {
   double relative_tolerance = 0.0;
   double position_error = 0.0;  ///< as trajectory_error; infinite when the solver failed
@@ -82,7 +76,7 @@ Reference establish(const Problem& problem, const std::vector<double>& times,
                     const Tolerance& finest, const std::vector<NamedSolver>& families,
                     const EstablishOptions& options = {});
 
-/// Digits of energy conservation along a solution, relative to its largest kinetic energy; nothing
+/// Digits of energy conservation along a solution, relative to its largest kinetic energy. Empty
 /// for a problem that is damped, loaded, or of an unknown kind.
 std::optional<double> energy_digits(const Problem& problem, const Trace& solution);
 

@@ -245,8 +245,8 @@ class Cvode final : public Integrator {
 Trace solve(const char* name, int multistep, const Problem& problem,
             const std::vector<double>& times, const Tolerance& tolerance) {
   Cvode integrator(name, multistep, problem, tolerance);
-  return march({name, sundials::version()}, integrator.session().system(), times, tolerance,
-               integrator);
+  return integrate({name, sundials::version()}, integrator.session().system(), times, tolerance,
+                   integrator);
 }
 
 }  // namespace
@@ -387,9 +387,9 @@ class Implicit final : public Integrator {
 
 template <class Method>
 Trace solve(const char* name, Method&& integrator, const std::vector<double>& times,
-            const Tolerance& tolerance) {
-  return march({name, sundials::version()}, integrator.session().system(), times, tolerance,
-               integrator);
+               const Tolerance& tolerance) {
+  return integrate({name, sundials::version()}, integrator.session().system(), times, tolerance,
+                   integrator);
 }
 
 }  // namespace

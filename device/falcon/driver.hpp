@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The host's side: what a simulator uses to talk to a Falcon through a link. Raw words and counts;
-/// what they mean in space is the kinematics' business.
+/// The host's side of the Falcon link, for a simulator. Driver exchanges raw words and counts;
+/// DriverProfile converts them to positions and forces.
 
 #include <cstdint>
 #include <optional>
@@ -15,8 +15,8 @@
 namespace palpate::device::falcon {
 
 struct DriverOptions {
-  double reply_deadline = 4e-3;  ///< [s] after which a reply counts as lost
-  /// A reply to an earlier request is better than none: for loops that never wait.
+  double reply_deadline = 4e-3;  ///< [s] after which a reply is treated as lost
+  /// Accept the reply to an earlier request, for loops that never wait.
   bool keep_late = false;
   int hails = 20;                ///< tries to find a boot loader (libnifalcon: up to 100)
   int probes = 20;               ///< tries to find firmware that runs
@@ -24,10 +24,10 @@ struct DriverOptions {
 };
 
 enum class OpenResult {
-  loaded,       ///< the image was echoed rightly, and packets are answered
+  loaded,       ///< the image was echoed correctly, and packets are answered
   was_running,  ///< no boot loader answered, but packets are
   no_answer,
-  echo_differs,  ///< the upload was damaged; try again after the device has given it up
+  echo_differs,  ///< the upload was damaged; retry after the device has abandoned it
 };
 
 struct DriverCounts {
@@ -51,8 +51,8 @@ class Driver {
   bool probe() noexcept;
 
   /// One request and its reply; nothing when none came in time. Replies bear no number, so one
-  /// that comes after the next request was sent is taken for that request's; one that waits already
-  /// is thrown away first, unless keep_late says that an old place is better than none.
+  /// that arrives after the next request is treated as the reply to that request. One that waits
+  /// already is discarded first, unless keep_late is set.
   std::optional<DevicePacket> exchange(const HostPacket& request) noexcept;
 
   [[nodiscard]] const DriverCounts& counts() const noexcept { return counts_; }
@@ -71,15 +71,14 @@ class Driver {
   DriverCounts counts_{};
 };
 
-// What a driver makes of counts and forces. `CorrectProfile` solves the mechanism; `StockProfile`
-// errs the way libnifalcon (f7c727a) does, so that results can be given for both.
-
+/// Conversion of counts and forces by a driver. `CorrectProfile` is exact; `StockProfile`
+/// reproduces the errors of libnifalcon (f7c727a), so that results can be given for both.
 class DriverProfile {
  public:
   virtual ~DriverProfile() = default;
   /// Position [m] that the driver reports for these counts; the last one when it finds none.
   virtual Eigen::Vector3d position(const Counts& counts) noexcept = 0;
-  /// Words that it sends for a force on the hand [N], with the grip where it believes it to be.
+  /// Words for a force on the hand [N] at the reported position of the grip [m].
   virtual Command words(const Eigen::Vector3d& position,
                         const Eigen::Vector3d& force_on_hand) noexcept = 0;
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A Falcon in lock step with its user: driver, wire, firmware, motors, mechanism and hand in one
-/// process and in virtual time.
+/// An emulated Falcon in lock step with its user: driver, wire, firmware, motors, mechanism and
+/// hand in one process and in virtual time.
 
 #include <memory>
 
@@ -16,7 +16,7 @@ namespace palpate::device::falcon {
 struct EmulatedFalconOptions {
   PlantBodyOptions body{};
   bool stock_profile = false;  ///< libnifalcon's defects in the driver; needs the wire
-  /// Through counts, words and packets; false: positions and torques pass as they are.
+  /// Exchange counts, words and packets; false: exact positions and torques.
   bool wire = true;
   FaultScript faults{};
 };
@@ -27,15 +27,15 @@ class EmulatedFalcon final : public HapticDevice {
 
   /// Over the wire, or past it.
   DeviceSample exchange(const Eigen::Vector3d& force) noexcept override;
-  /// Moves the clock to this time [s]; packets take no time.
+  /// Advances the clock to this time [s]. Packets take no time.
   void run_until(double time) noexcept;
 
   [[nodiscard]] double time() const noexcept { return body_.plant().time(); }  ///< [s]
   [[nodiscard]] const PlantBody& body() const noexcept { return body_; }
   [[nodiscard]] Hand& hand() noexcept { return body_.hand(); }
-  /// A word of the last request was clamped, or wrapped.
+  /// True if a word of the last request was clamped or wrapped.
   [[nodiscard]] bool saturated() const noexcept { return saturated_; }
-  /// Who is told of every packet; outlives this.
+  /// Sets the observer of every packet, which must outlive this object.
   void observe(EmulatorObserver* observer) noexcept { emulator_.observe(observer); }
   [[nodiscard]] const DriverCounts& counts() const noexcept { return driver_.counts(); }
 

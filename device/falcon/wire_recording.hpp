@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Every packet of a session with its time, to be looked at or played again.
+/// Recording of every packet of a session with its time, for inspection and replay.
 
 #include <cstdint>
 #include <iosfwd>
@@ -18,7 +18,7 @@ struct WireRecord {
   bool operator==(const WireRecord&) const = default;
 };
 
-/// Fills memory that is reserved beforehand; what comes after is counted and not kept.
+/// Fills memory that is reserved at construction. Further packets are counted but not kept.
 class WireRecording final : public EmulatorObserver {
  public:
   explicit WireRecording(std::size_t most_records) { records_.reserve(most_records); }
@@ -41,7 +41,7 @@ struct ReplayResult {
 };
 
 /// Sends the recorded requests at their recorded times into an emulator and compares its replies
-/// bit for bit. The same body from the same start gives the same ones.
+/// bit for bit. The same body from the same start gives the same replies.
 ReplayResult replay(const WireRecording& recording, Emulator& emulator);
 
 /// CSV: time_s (shortest digits that read back the same), direction, the 16 bytes in hexadecimal.
@@ -51,8 +51,8 @@ void write_csv(std::ostream& out, const WireRecording& recording);
 struct RecordingError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-/// Throws RecordingError at the first thing that is not as write_csv() writes it, and for packets
-/// that are not well-formed.
+/// Throws RecordingError at the first line that write_csv() would not write, and for packets that
+/// are not well-formed.
 WireRecording read_csv(std::istream& in);
 
 }  // namespace palpate::device::falcon

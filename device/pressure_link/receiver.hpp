@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The host's end of the pressure link: a thread of its own reads the line, so that a 1 kHz tick
-/// only looks at what is there.
+/// The host's end of the pressure link. A separate thread reads the line, so that a 1 kHz tick
+/// reads only what has arrived.
 
 #include <array>
 #include <atomic>
@@ -17,9 +17,9 @@
 namespace palpate::device::pressure_link {
 
 struct PressureSample {
-  std::int64_t index = -1;  ///< frame periods since the first frame; -1: none has come yet
-  /// Clock of the link when its last byte came, told back from when it was read by the bytes behind
-  /// it [s].
+  std::int64_t index = -1;  ///< frame periods since the first frame; -1: no frame yet
+  /// Time of the link at which the last byte of the frame arrived [s], computed from the time of
+  /// the read and the number of bytes behind it.
   double arrival = 0.0;
   std::int16_t pressure = 0;  ///< gauge [0.1 mmHg]
   bool over_range = false;
@@ -28,7 +28,7 @@ struct PressureSample {
 
 class Receiver {
  public:
-  /// Samples that wait for the consumer at most: 34 s of line.
+  /// Largest number of samples that wait for the consumer: 34 s of line.
   static constexpr std::size_t queue_capacity = 4096;
 
   /// Reads `link` until it ends or the receiver is destroyed.
@@ -37,15 +37,15 @@ class Receiver {
   Receiver& operator=(const Receiver&) = delete;
   ~Receiver();
 
-  /// For one consumer's thread; these neither wait nor allocate nor call the operating system.
+  /// For the thread of one consumer. They do not wait or allocate and make no system call.
   const PressureSample& latest() noexcept { return latest_.get(); }
   std::optional<PressureSample> next() noexcept { return queue_.pop(); }
-  /// Samples that the queue had no room for; latest() did see them.
+  /// Number of samples that did not fit in the queue; latest() returned them nevertheless.
   [[nodiscard]] std::int64_t overflowed() const noexcept { return overflowed_.load(); }
-  /// The link has ended and every sample of it was handed over.
+  /// True if the link has ended and all its samples are in the queue.
   [[nodiscard]] bool ended() const noexcept { return ended_.load(); }
 
-  /// Ends the thread, after which the counts are final.
+  /// Ends the thread. The counts do not change any more.
   void stop();
   [[nodiscard]] const ReaderCounts& counts() const noexcept { return reader_.counts(); }
 

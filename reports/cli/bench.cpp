@@ -13,10 +13,15 @@
 #include "validation/bench/bench_cases.hpp"
 
 namespace palpate::cli {
-
 namespace {
 
-/// A lattice, a list of springs, a needle: what most of the code is in.
+struct BenchOptions : ValidateOptions {
+  std::string against{};            ///< revision or step library, timed in pairs with this build
+  int self_test = 0;                ///< number of comparisons of this build with itself
+  std::filesystem::path history{};  ///< file with one line per run; empty: no history
+};
+
+/// A lattice, a list of springs and a needle: together they run most of the code.
 const std::vector<std::string> paired_scenes{"s26", "seven-layers", "epidural"};
 
 timing::PairedRuns runs_with(const std::filesystem::path& base) {
@@ -39,7 +44,7 @@ int bench_against(const BenchOptions& options, Judging judging) {
 int bench_itself(const BenchOptions& options, Judging judging) {
   const io::ScratchFolder folder;
   const std::filesystem::path copy =
-      folder.path() / "base.so";  // a file that is loaded twice is one library
+      folder.path() / "base.so";  // the same file loaded twice gives one library only
   std::filesystem::copy_file(timing::own_library(), copy);
   judging.further = " --self-test " + std::to_string(options.self_test);
   judging.cases = bench::self_test_cases(paired_scenes, options.self_test,
@@ -47,7 +52,7 @@ int bench_itself(const BenchOptions& options, Judging judging) {
   return judge(options, judging);
 }
 
-/// The history is read before anything runs, so that a damaged one costs nothing.
+/// Reads the history at once, so that a damaged file is refused before anything runs.
 std::function<Outcome(const Results&)> keep_history(const std::filesystem::path& file) {
   return [file, history = timing::read_history(file)](const Results& results) mutable {
     history.push_back(timing::history_line_of(results));
@@ -56,10 +61,8 @@ std::function<Outcome(const Results&)> keep_history(const std::filesystem::path&
   };
 }
 
-}  // namespace
-
-/// One at a time: what is timed has the machine to itself.
-int bench(const BenchOptions& options) {
+/// Cases run one at a time, so that they do not disturb each other's timing.
+int run_bench(const BenchOptions& options) {
   catch_interrupts();
   Judging judging{.command = "bench", .title = "Palpate benchmark", .jobs = 1};
   if (!options.history.empty()) { judging.afterwards = keep_history(options.history); }
@@ -67,6 +70,37 @@ int bench(const BenchOptions& options) {
   if (options.self_test > 0) { return bench_itself(options, judging); }
   judging.cases = bench::all_benches(timing::callgrind_counter(&interrupted));
   return judge(options, judging);
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "bench", "run time against error, and the cost of a spring", run_bench);
+  command.add_option("cases", options.cases, "benches or groups; all when none")->type_name("CASE");
+  add_common(command, options, "bench");
+  command.add_flag("--list", options.list, "list all benches and exit");
+  command.add_flag("--quick", options.quick, "the short form");
+  command
+      .add_option("--history", options.history,
+                  "append the results as a line of JSON, and test the recorded runs for slow drift")
+      ->type_name("FILE");
+  command
+      .add_option("--cache", options.cache,
+                  "folder of kept references and of libraries of revisions [user's cache]")
+      ->type_name("DIR");
+  CLI::Option* against = command
+                             .add_option("--against", options.against,
+                                         "time this build in pairs with that of a revision "
+                                         "(scripts/build-base makes it), or with a library")
+                             ->type_name("REV|FILE");
+  command
+      .add_option(
+          "--self-test", options.self_test,
+          "number of comparisons of this build with itself, and with itself slowed down by 5 %")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10000))
+      ->excludes(against);
 }
 
 }  // namespace palpate::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// What `palpate calibrate` is given, read and checked.
+/// The command `calibrate`.
 
 #include <algorithm>
 #include <charconv>
@@ -19,17 +19,16 @@
 #include "reports/recording_input.hpp"
 
 namespace palpate::cli {
-
-/// Every recording observed. Throws InputError, one line per problem, for one that cannot be read,
-/// was pumped, shows no loss of resistance, or stands there twice.
-std::vector<CalibratedRecording> read_calibrated(const std::vector<std::filesystem::path>& paths);
-
-/// Parameters of the scene, as options change them: --parameter, --prior KEY=VALUE:SPREAD, --bounds
-/// KEY=LOWER:UPPER. Throws InputError.
-std::vector<calibration::Parameter> chosen_parameters(const CalibrateOptions& options,
-                                                      const Scene& scene);
-
 namespace {
+
+struct CalibrateOptions : CommonOptions {
+  std::vector<std::filesystem::path> recordings{};
+  std::filesystem::path scene{};
+  std::vector<std::string> parameters{};  ///< keys; empty: all
+  std::vector<std::string> priors{};      ///< KEY=VALUE:SPREAD
+  std::vector<std::string> bounds{};      ///< KEY=LOWER:UPPER
+  int jobs = 0;                           ///< parallel simulations; 0: one per core
+};
 
 using calibration::Parameter;
 
@@ -38,9 +37,8 @@ constexpr std::size_t most_bytes = std::size_t{1} << 30U;
 CalibratedRecording read_one(const std::filesystem::path& path) {
   const Recording recording = read_any_recording(path).recording;
   if (recording.regime == Recording::Regime::pump) {
-    throw InputError(
-        path.string() +
-        ": a pump injected; a thumb on the plunger is what the scene's syringe is under");
+    throw InputError(path.string() +
+                     ": recorded with a pump; the syringe of a scene is pressed by a thumb");
   }
   calibration::ObservedInsertion seen = calibration::observe(recording);
   if (!seen.refusal.empty()) {
@@ -59,7 +57,7 @@ CalibratedRecording read_one(const std::filesystem::path& path) {
                       .plunger_area = recording.plunger_area}};
 }
 
-/// "KEY=A:B" of an option.
+/// The parts of an option value "KEY=A:B".
 struct Pair {
   std::string key{};
   double first = 0.0;
@@ -108,11 +106,11 @@ Parameter& find(std::vector<Parameter>& parameters, const std::string& key,
 void refuse_outside(const Parameter& p) {
   if (p.prior > p.lower && p.prior < p.upper) { return; }
   throw InputError("--bounds " + p.key + ": the prior " + std::to_string(p.prior) + " " + p.unit +
-                   " lies outside; bounds must hold it between them");
+                   " is outside; the prior must be between the bounds");
 }
 
-}  // namespace
-
+/// Reads and observes every recording. Throws InputError with one line per problem for a recording
+/// that cannot be read, was made with a pump, shows no loss of resistance, or is listed twice.
 std::vector<CalibratedRecording> read_calibrated(const std::vector<std::filesystem::path>& paths) {
   std::vector<CalibratedRecording> recordings;
   std::string problems;
@@ -133,6 +131,8 @@ std::vector<CalibratedRecording> read_calibrated(const std::vector<std::filesyst
   return recordings;
 }
 
+/// Parameters of the scene with the changes of --parameter, --prior KEY=VALUE:SPREAD and --bounds
+/// KEY=LOWER:UPPER. Throws InputError.
 std::vector<Parameter> chosen_parameters(const CalibrateOptions& options, const Scene& scene) {
   std::vector<Parameter> all = calibration::parameters_of(scene);
   for (const std::string& text : options.priors) {
@@ -164,8 +164,6 @@ std::vector<Parameter> chosen_parameters(const CalibrateOptions& options, const 
   return chosen;
 }
 
-namespace {
-
 using namespace calibration;
 
 void tell_stage(const char* stage) { std::fprintf(stderr, "palpate: %s\n", stage); }
@@ -191,7 +189,7 @@ std::string command_of(const CalibrateOptions& options) {
   return command;
 }
 
-/// What stands above fitted.toml; nothing in it differs between two runs.
+/// Comment at the start of fitted.toml. It contains nothing that differs between two runs.
 std::vector<std::string> comment_of(const CalibrationReport& report) {
   std::vector<std::string> lines{"Calibrated from " + report.scene + " by `palpate calibrate`: " +
                                      calibration_verdict(report) + ".",
@@ -234,16 +232,14 @@ void tell(const CalibrationReport& report, const std::filesystem::path& folder) 
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
 
-/// The values of the priors that were asked for are those that the scene starts with.
+/// The scene with every parameter at its prior value.
 Scene scene_at_priors(const Scene& scene, const std::vector<Parameter>& parameters) {
   std::vector<double> values;
   for (const Parameter& each : parameters) { values.push_back(each.prior); }
   return with_values(scene, parameters, values);
 }
 
-}  // namespace
-
-int calibrate(const CalibrateOptions& options) {
+int run_calibrate(const CalibrateOptions& options) {
   catch_interrupts();
   const LoadedScene loaded = load_scene(options.scene, options, false);
   const Scene& scene = loaded.file.scene;
@@ -275,6 +271,48 @@ int calibrate(const CalibrateOptions& options) {
   io::replace_file(folder / "report.html", page);
   if (!options.quiet) { tell(report, folder); }
   return report.result.outcome().status == Status::pass ? done : fell_short;
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "calibrate", "fit layers and syringe of a scene to recordings", run_calibrate);
+  command
+      .add_option("recordings", options.recordings, "recordings in any format that import reads")
+      ->required()
+      ->type_name("RECORDING");
+  command
+      .add_option("--scene", options.scene, "scene file: needle, layers, syringe (docs/scenes.md)")
+      ->required()
+      ->type_name("SCENE");
+  add_overrides(command, options, "scene");
+  command
+      .add_option("--parameter", options.parameters,
+                  "fit this key, as material.NAME.friction; repeatable [all]")
+      ->type_name("KEY")
+      ->allow_extra_args(false);
+  command
+      .add_option("--prior", options.priors,
+                  "value and SD of its logarithm, instead of the scene's; repeatable")
+      ->type_name("KEY=VALUE:SPREAD")
+      ->allow_extra_args(false);
+  command
+      .add_option("--bounds", options.bounds,
+                  "least and largest value [4 spreads either side]; repeatable")
+      ->type_name("KEY=LOWER:UPPER")
+      ->allow_extra_args(false);
+  command.add_option("--jobs", options.jobs, "simulations at a time [one per core]")
+      ->check(CLI::Range(1, 1024));
+  add_common(command, options, "calibrate");
+  command.footer(
+      "Keys: material.NAME.cutting_force, friction, youngs_modulus; layer.INDEX.thickness of the "
+      "fat;\n"
+      "syringe.thumb_force, compliance, tissue_resistance, epidural_resistance. What recordings "
+      "cannot\n"
+      "tell stays as it is and is named. Nothing is drawn at random: the same input, the same "
+      "fit.\n"
+      "Writes fitted.toml, calibration.json, report.html. docs/calibration.md shows how.");
 }
 
 }  // namespace palpate::cli

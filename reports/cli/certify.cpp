@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The program stress-ng as other work on the machine.
+/// The command `certify`.
 
 #include <algorithm>
 #include <array>
@@ -31,14 +31,22 @@
 #include "validation/number_text.hpp"
 
 namespace palpate::cli {
+namespace {
 
-/// Whether it is on the search path.
-bool has_stress_ng();
+struct CertifyOptions : CommonOptions {
+  std::filesystem::path scene{};
+  std::optional<double> rate{};      ///< [Hz]; empty: the scene's
+  double duration = 10.0;            ///< [s] of each phase
+  std::optional<double> deadline{};  ///< [us]; empty: the period
+  std::vector<std::string> loads{};  ///< empty: idle
+  bool ordinary = false;             ///< no request for real-time scheduling and locked memory
+};
 
-/// Runs while this lives: computing, caches, memory and files, on these processors.
+/// Runs the program stress-ng during the lifetime of the object: load on processors, caches, memory
+/// and disk of the given processors.
 class StressNg {
  public:
-  /// Throws std::runtime_error where it cannot be started.
+  /// Throws std::runtime_error if the program cannot be started.
   explicit StressNg(const std::vector<int>& processors);
   ~StressNg();
   StressNg(const StressNg&) = delete;
@@ -48,6 +56,7 @@ class StressNg {
   int process_ = -1;
 };
 
+/// True if stress-ng is on the search path.
 bool has_stress_ng() { return !timing::find_program("stress-ng").empty(); }
 
 StressNg::StressNg(const std::vector<int>& processors) {
@@ -71,13 +80,11 @@ StressNg::~StressNg() {
   waitpid(process_, nullptr, 0);
 }
 
-namespace {
-
 using namespace certificate;
 
 constexpr double least_rate = 0.01;  // [Hz]
 constexpr double most_rate = 20000.0;
-constexpr std::string_view costliest_tick = "costliest tick";  // as provocation.cpp names it
+constexpr std::string_view costliest_tick = "costliest tick";  // its name in worst_case_probe.cpp
 
 void refuse_unknown_loads(const CertifyOptions& options) {
   for (const std::string& load : options.loads) {
@@ -110,7 +117,8 @@ Claim claim_of(const CertifyOptions& options, const LoadedScene& loaded) {
   return claim;
 }
 
-/// Of a tool that no device holds [N/m]; nothing where the tissue moves freely.
+/// Stiffness of the tissue at the tool [N/m], without a device; empty if the tissue can move
+/// freely.
 std::optional<double> tissue_stiffness(const LoadedScene& loaded) {
   const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation().problem());
   const Scene& scene = loaded.file.scene;
@@ -141,7 +149,7 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
   return plan;
 }
 
-/// On a thread of its own; this one shows how far it is.
+/// Runs the certification on a new thread; the calling thread shows the progress.
 Certificate certify_aside(const Scene& scene, const CertifyPlan& plan, bool quiet) {
   const bool show = !quiet && isatty(STDERR_FILENO) != 0;
   std::future<Certificate> work =
@@ -160,7 +168,7 @@ Certificate certify_aside(const Scene& scene, const CertifyPlan& plan, bool quie
   return work.get();
 }
 
-/// Of the tick of the scene that took longest, once more and alone.
+/// Counts the instructions of the slowest tick of the scene in a separate run.
 void count_worst(const CertifyOptions& options, const Claim& claim, CertificateReport& report) {
   ComputeBudget& budget = report.result.budget;
   const auto worst = std::ranges::find(budget.provocations, costliest_tick, &Provocation::name);
@@ -208,9 +216,7 @@ int exit_code(const Certificate& certificate, Status status) {
   return status == Status::pass ? done : status == Status::fail ? fell_short : machine_cannot;
 }
 
-}  // namespace
-
-int certify(const CertifyOptions& options) {
+int run_certify(const CertifyOptions& options) {
   catch_interrupts();
   refuse_unknown_loads(options);
   if (std::ranges::find(options.loads, "stress-ng") != options.loads.end() && !has_stress_ng()) {
@@ -235,8 +241,7 @@ int certify(const CertifyOptions& options) {
       environment_of(report.result.rights, plan.priority, report.cycles_per_second);
   count_worst(options, plan.claim, report);
   if (loaded.file.scene.simulation.threads > 1) {
-    report.result.notes.emplace_back(
-        "The scene asks for more threads; the loop stepped it with one.");
+    report.result.notes.emplace_back("The scene requests more threads; the loop used one.");
   }
   const Outcome outcome = outcome_of(report.result);
   io::replace_file(folder / "certificate.json", to_json(report));
@@ -244,6 +249,43 @@ int certify(const CertifyOptions& options) {
   io::replace_file(folder / "report.html", to_html(report));
   if (!options.quiet) { tell(report, outcome, folder); }
   return exit_code(report.result, outcome.status);
+}
+
+}  // namespace
+
+void add_certify(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] =
+      add_command(app, chosen, "certify",
+                  "test whether a scene keeps its deadlines on this machine", run_certify);
+  add_scene(command, options, options.scene);
+  command
+      .add_option("--rate", options.rate, "ticks per second [falcon.rate, or one tick per step]")
+      ->type_name("HZ")
+      ->check(number_range(0.01, 20000.0));
+  command
+      .add_option("--duration", options.duration,
+                  "duration of the empty loop and of the scene, under each load [10]")
+      ->type_name("S")
+      ->check(number_range(1e-3, 86400.0));
+  command
+      .add_option("--deadline", options.deadline,
+                  "longest allowed time from the release to the end of a tick [the period]")
+      ->type_name("US")
+      ->check(number_range(1.0, 1e8));
+  command
+      .add_option("--load", options.loads,
+                  "background load: idle, cpu, cache, memory or stress-ng; repeatable, one "
+                  "after the other [idle]")
+      ->type_name("LOAD")
+      ->allow_extra_args(false);
+  command.add_flag("--ordinary", options.ordinary,
+                   "ordinary scheduling and memory: no certificate, but all figures");
+  add_common(command, options, "certify");
+  command.footer(
+      "Writes certificate.json, histogram.csv and report.html; docs/certificate.md explains the "
+      "claims\nand how to prepare a machine. Exit codes: 0 certified, 1 not certified, 2 bad "
+      "input,\n"
+      "3 environment not qualified, 130 Ctrl-C, with a certificate for what ran.");
 }
 
 }  // namespace palpate::cli

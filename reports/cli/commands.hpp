@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The commands of `palpate`: what each is given, and its exit code.
+/// The commands of `palpate`, their exit codes and the arguments that several of them share.
 
 #include <CLI/CLI.hpp>
 #include <atomic>
-#include <cstdint>
 #include <filesystem>
-#include <optional>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,7 +20,7 @@ enum ExitCode : int {
   interrupted_code = 130
 };
 
-/// What every command takes.
+/// Options of every command.
 struct CommonOptions {
   std::filesystem::path out{};           ///< empty: palpate-out/COMMAND
   std::vector<std::string> overrides{};  ///< --set dotted.key=value
@@ -31,168 +31,13 @@ struct CommonOptions {
   }
 };
 
-struct RunOptions : CommonOptions {
-  std::filesystem::path scene{};
-  bool no_skip = false;
-  bool real_time = false;
-  bool no_view = false;            ///< a page without pictures in three dimensions
-  bool packets = false;            ///< write what went over the Falcon's line
-  std::filesystem::path script{};  ///< faults on it
-};
-int run(const RunOptions& options);
-
-struct InspectOptions : CommonOptions {
-  std::filesystem::path scene{};
-  bool json = false;
-  bool no_skip = false;
-};
-int inspect(const InspectOptions& options);
-
-struct ValidateOptions : CommonOptions {
-  std::vector<std::string> cases{};
-  bool list = false;
-  bool quick = false;
-  bool no_skip = false;
-  int jobs = 0;             ///< 0: one per core
-  std::uint64_t order = 0;  ///< seed of another order of summation; 0: none
-  std::filesystem::path
-      cache{};  ///< of references, judged cases, libraries; empty: the user's cache folder
-  std::filesystem::path data{};  ///< of networks outside the project; empty: searched
-};
-int validate(const ValidateOptions& options);
-
-struct BenchOptions : ValidateOptions {
-  std::string against{};            ///< revision, or a step library: timed in pairs with this build
-  int self_test = 0;                ///< comparisons of this build with itself; 0: none
-  std::filesystem::path history{};  ///< of runs, one line each; empty: none is kept
-};
-/// The same of what is timed; cases run one after the other, whatever `jobs` says.
-int bench(const BenchOptions& options);
-
-struct StepsOptions : CommonOptions {
-  std::string what{};  ///< name of a workload, or a scene file
-  std::optional<long>
-      before{};  ///< ticks that a profiler does not look at; empty: the workload's, or none
-  std::optional<long> ticks{};   ///< that it looks at; empty: the workload's, or one
-  std::optional<double> rate{};  ///< of a scene [Hz]; empty: its own
-  int times = 1;
-  std::filesystem::path library{};  ///< whose code steps the scene; empty: the program's own
-  std::filesystem::path beside{};   ///< another that is timed in turn with it
-  int pairs = 40;
-  std::uint64_t seed = 1;
-  bool head_first = false;  ///< `beside` is loaded first
-  bool planted = false;     ///< `beside` takes one tick in twenty more
-};
-/// Ticks and nothing else; or pairs of them.
-int steps(const StepsOptions& options);
-
-struct CertifyOptions : CommonOptions {
-  std::filesystem::path scene{};
-  std::optional<double> rate{};      ///< [Hz]; empty: the scene's
-  double duration = 10.0;            ///< [s] of each phase
-  std::optional<double> deadline{};  ///< [us]; empty: the period
-  std::vector<std::string> loads{};  ///< empty: idle
-  bool ordinary = false;  ///< as if the system refused real-time scheduling and locked memory
-};
-int certify(const CertifyOptions& options);
-
-struct ReportOptions : CommonOptions {
-  std::filesystem::path results{};
-};
-int report(const ReportOptions& options);
-
-/// Exactly one of the modes.
-struct FalconOptions : CommonOptions {
-  bool pty = false;
-  bool stdio = false;
-  std::filesystem::path script{};  ///< empty: no faults; a hand that rests, and homes when asked
-  std::filesystem::path solve{};   ///< poses whose kinematics are asked for
-};
-int falcon(const FalconOptions& options);
-/// Kinematics of poses: writes solution.csv.
-int falcon_solve(const FalconOptions& options);
-
-struct ImportOptions : CommonOptions {
-  std::filesystem::path file{};
-  std::string format = "auto";
-  std::vector<std::string> columns{};       ///< NAME=ROLE
-  std::optional<double> sample_rate{};      ///< [Hz], for a file without time
-  std::optional<double> body_mass_index{};  ///< [kg/m^2]
-  std::optional<double> plunger_area{};     ///< [m^2]
-  std::string technique{}, source{}, group{}, subject{}, name{};
-  bool pump = false;  ///< pressure of a pump, not of a thumb
-};
-int import_recording(const ImportOptions& options);
-
-/// Exactly one of the modes.
-struct TransducerCommandOptions : CommonOptions {
-  std::filesystem::path recording{};
-  bool pty = false;
-  bool stdio = false;
-  bool fast = false;         ///< --stdio at the reader's pace
-  bool repeat = false;       ///< begins again after the last sample
-  bool battery_low = false;  ///< said in every frame
-  double drop = 0.0, duplicate = 0.0, corrupt = 0.0, burst = 0.0;  ///< chance of each byte
-  int burst_bytes = 20;
-  std::uint64_t seed = 1;
-};
-int transducer(const TransducerCommandOptions& options);
-
-struct CalibrateOptions : CommonOptions {
-  std::vector<std::filesystem::path> recordings{};
-  std::filesystem::path scene{};
-  std::vector<std::string> parameters{};  ///< keys; empty: all
-  std::vector<std::string> priors{};      ///< KEY=VALUE:SPREAD
-  std::vector<std::string> bounds{};      ///< KEY=LOWER:UPPER
-  int jobs = 0;                           ///< simulations at a time; 0: one per core
-};
-int calibrate(const CalibrateOptions& options);
-
-struct GateOptions : CommonOptions {
-  std::filesystem::path results{};
-  std::filesystem::path baseline{};
-  std::vector<std::string> cases{};  ///< names or groups; empty: all
-};
-/// Results against a baseline (docs/gate.md).
-int gate(const GateOptions& options);
-
-struct ApproveOptions : GateOptions {
-  std::string reason{};
-  std::vector<std::filesystem::path>
-      spreads{};  ///< results of the same cases by other builds or orders
-};
-/// Takes results as the new baseline.
-int approve(const ApproveOptions& options);
-
-struct ReconstructOptions : CommonOptions {
-  std::filesystem::path table{};
-};
-/// Recordings rebuilt from a table of published values: writes one .h5 each.
-int reconstruct(const ReconstructOptions& options);
-
-/// Exactly one of scene and trace.
-struct CompareOptions : CommonOptions {
-  std::vector<std::filesystem::path> recordings{};  ///< files, or folders of them
-  std::filesystem::path scene{}, trace{};
-  std::filesystem::path results{};  ///< of a validation, for the table of credibility
-  std::string quantity = "pressure";
-  std::string alignment = "automatic";
-  double cutoff = 20.0;                   ///< [Hz]; 0: none
-  std::vector<std::string> tolerances{};  ///< tolerance_text.hpp
-  double numerical_uncertainty = 0.0;     ///< u_num [1] of simulated values
-  double input_uncertainty = 0.0;         ///< u_input [1] of simulated values
-};
-int compare_recordings(const CompareOptions& options);
-
-// Ctrl-C: long work looks at this flag and ends with what is finished.
-
-/// Set by SIGINT and SIGTERM once catch_interrupts() was called, which is for commands that look at
-/// it; others end at once, and so does every command that is asked twice.
+/// Set by SIGINT and SIGTERM after a call of catch_interrupts(). A command that calls it must check
+/// the flag and end with the results so far. A second signal ends the program at once.
 extern std::atomic<bool> interrupted;
 void catch_interrupts();
 
-/// A number from `least` to `most`, and nothing else: CLI::Range lets NaN pass, as no comparison
-/// with it holds.
+/// Accepts a number from `least` to `most`. CLI::Range would accept NaN, for which every comparison
+/// is false.
 inline CLI::Validator number_range(double least, double most) {
   const auto check = [least, most](std::string& text) -> std::string {
     double value = 0.0;
@@ -204,24 +49,50 @@ inline CLI::Validator number_range(double least, double most) {
                                    CLI::detail::to_string(most) + "]");
 }
 
-// Arguments that several commands take.
-
-/// --out and --quiet.
+/// Adds --out and --quiet.
 void add_common(CLI::App& command, CommonOptions& options, const std::string& name);
 
-/// --set; `file`: what the keys are of.
+/// Adds --set. `file` names the kind of file that the keys belong to.
 void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file);
 
-// Command lines of what is timed and counted.
+/// Adds the argument SCENE, and --set.
+void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene);
 
-void add_bench(CLI::App& command, BenchOptions& options);
-void add_steps(CLI::App& command, StepsOptions& options);
+/// The list of integrators for the end of a help text.
+std::string integrator_help();
 
-// Command lines of what reads recordings.
+template <class Options> struct Command {
+  CLI::App& command;
+  Options& options;
+};
 
-void add_import(CLI::App& command, ImportOptions& options);
-void add_transducer(CLI::App& command, TransducerCommandOptions& options);
-void add_compare(CLI::App& command, CompareOptions& options);
-void add_calibrate(CLI::App& command, CalibrateOptions& options);
+/// Adds a command. Its options live as long as the application; if the command line names it,
+/// `chosen` becomes a call of `run`.
+template <class Options>
+Command<Options> add_command(CLI::App& app, std::function<int()>& chosen, const std::string& name,
+                             const std::string& summary, int (*run)(const Options&)) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(name, summary);
+  command->callback([options, run, &chosen] { chosen = [options, run] { return run(*options); }; });
+  return {*command, *options};
+}
+
+// Each command has one file with its options, its command line and its function.
+
+void add_run(CLI::App& app, std::function<int()>& chosen);
+void add_inspect(CLI::App& app, std::function<int()>& chosen);
+void add_validate(CLI::App& app, std::function<int()>& chosen);
+void add_bench(CLI::App& app, std::function<int()>& chosen);
+void add_steps(CLI::App& app, std::function<int()>& chosen);
+void add_certify(CLI::App& app, std::function<int()>& chosen);
+void add_report(CLI::App& app, std::function<int()>& chosen);
+void add_falcon(CLI::App& app, std::function<int()>& chosen);
+void add_import(CLI::App& app, std::function<int()>& chosen);
+void add_transducer(CLI::App& app, std::function<int()>& chosen);
+void add_gate(CLI::App& app, std::function<int()>& chosen);
+void add_approve(CLI::App& app, std::function<int()>& chosen);
+void add_compare(CLI::App& app, std::function<int()>& chosen);
+void add_calibrate(CLI::App& app, std::function<int()>& chosen);
+void add_reconstruct(CLI::App& app, std::function<int()>& chosen);
 
 }  // namespace palpate::cli

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// What `palpate compare` lays over each other: recordings from files or folders, and a simulated
-/// trace.
+/// The command `compare`: recordings from files or folders, compared with a simulated trace.
 
 #include <algorithm>
 #include <array>
@@ -25,31 +24,32 @@
 #include "validation/roll_out.hpp"
 
 namespace palpate::cli {
+namespace {
 
-/// Files, and of each folder its .h5 files in the order of names. Throws an InputError of one line
-/// per problem.
-std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem::path>& paths);
+/// Exactly one of `scene` and `trace` is given.
+struct CompareOptions : CommonOptions {
+  std::vector<std::filesystem::path> recordings{};  ///< files, or folders of files
+  std::filesystem::path scene{}, trace{};
+  std::filesystem::path results{};  ///< of a validation, for the credibility table
+  std::string quantity = "pressure";
+  std::string alignment = "automatic";
+  double cutoff = 20.0;                   ///< [Hz]; 0: none
+  std::vector<std::string> tolerances{};  ///< syntax in tolerance_text.hpp
+  double numerical_uncertainty = 0.0;     ///< u_num [1] of simulated values
+  double input_uncertainty = 0.0;         ///< u_input [1] of simulated values
+};
 
-/// Throws InputError, also where it has no column of that name or no number in it.
-ComparedSimulation read_simulation(const std::filesystem::path& trace, const std::string& column);
-
-/// A scene made ready to run for as long as it says, and after a loss of resistance until the rule
-/// that finds it can decide.
+/// A scene that is ready to run for its duration, or until `rest` after a loss of resistance, so
+/// that the detection rule has enough samples.
 struct SceneRun {
   LoadedScene loaded;
   double rest = 6.0;  ///< [s] after the event
 };
-/// Throws InputError, also where the scene will have no column of that name.
-SceneRun prepare_scene(const CompareOptions& options, const std::string& column, double rest);
-
 struct SimulatedScene {
   ComparedSimulation simulation{};
   std::map<std::string, std::string> provenance{};
   bool interrupted = false;
 };
-SimulatedScene simulate_scene(SceneRun& scene, bool quiet);
-
-namespace {
 
 constexpr std::size_t most_compared_bytes = std::size_t{4} << 30U;
 
@@ -69,14 +69,14 @@ void add_folder(const std::filesystem::path& folder, std::vector<std::filesystem
   std::ranges::move(found, std::back_inserter(files));
 }
 
-/// Behind "FILE: no column ".
+/// End of the message "FILE: no column ...".
 std::string needed(const std::string& column) {
   return column +
          "; needed for what is compared (--quantity pressure: a [syringe]; force: a needle or "
          "probe)";
 }
 
-/// Over once a loss of resistance is old enough, else once the scene's own duration is.
+/// True `rest` after a loss of resistance, or without one at the end of the duration.
 bool long_enough(const Trace& trace, double duration, double rest) {
   const double slack = 1e-9 * duration;
   if (trace.time.back() < duration - slack) { return false; }
@@ -88,7 +88,7 @@ bool long_enough(const Trace& trace, double duration, double rest) {
   return true;
 }
 
-/// Throws InputError where a trace holds nothing that could be compared.
+/// Throws InputError if a trace has no samples to compare.
 void check_samples(const std::filesystem::path& file, const Trace& trace, const Column& column) {
   const auto refuse = [&](const std::string& what) {
     throw InputError(file.string() + ": " + what +
@@ -100,8 +100,8 @@ void check_samples(const std::filesystem::path& file, const Trace& trace, const 
   }
 }
 
-}  // namespace
-
+/// Reads files, and the .h5 files of folders in the order of their names. Throws an InputError with
+/// one line per problem.
 std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem::path>& paths) {
   std::vector<std::filesystem::path> files;
   std::vector<ComparedRecording> recordings;
@@ -136,6 +136,7 @@ std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem
   return recordings;
 }
 
+/// Throws InputError, also if the trace has no column of that name or no number in it.
 ComparedSimulation read_simulation(const std::filesystem::path& file, const std::string& column) {
   ComparedSimulation simulation{.origin = ComparedSimulation::Origin::trace, .file = file};
   simulation.trace = io::read_trace(file);
@@ -146,6 +147,7 @@ ComparedSimulation read_simulation(const std::filesystem::path& file, const std:
   return simulation;
 }
 
+/// Throws InputError, also if the scene will have no column of that name.
 SceneRun prepare_scene(const CompareOptions& options, const std::string& column, double rest) {
   SceneRun run{.loaded = load_scene(options.scene, options, false, rest), .rest = rest};
   const auto& columns = run.loaded.subject.columns();
@@ -174,8 +176,6 @@ SimulatedScene simulate_scene(SceneRun& scene, bool quiet) {
   done.simulation.trace = std::move(run);
   return done;
 }
-
-namespace {
 
 using namespace comparison;
 
@@ -223,7 +223,7 @@ GroupOptions group_options(const CompareOptions& asked) {
   return options;
 }
 
-/// As a shell takes it.
+/// Quoted for a shell.
 std::string quoted(const std::string& word) {
   const bool plain =
       word.find_first_not_of(
@@ -283,13 +283,14 @@ void judge(const CompareOptions& asked, ComparisonReport& report) {
 void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
   std::printf("%s: %s\n", verdict_text(report).c_str(), verdict_sentence(report).c_str());
   std::printf("recordings: %s\n", tally_of(report).c_str());
-  const bool more = report.found.outcome.reasons.size() > 1;  // one is in the sentence
+  const bool more = report.found.outcome.reasons.size() > 1;  // the first is in the sentence already
   for (const std::string& reason : report.found.outcome.reasons) {
     if (more) { std::printf("  %s\n", reason.c_str()); }
   }
   if (report.simulation.run_longer > 0.0) {
     std::printf(
-        "simulated %.4g s longer than the scene says, until the loss of resistance could be told\n",
+        "simulated %.4g s longer than the duration of the scene, until the loss of resistance "
+        "could be detected\n",
         report.simulation.run_longer);
   }
   for (const Comparison& one : report.found.recordings) {
@@ -307,7 +308,7 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
               (folder / "report.html").string().c_str());
 }
 
-/// Everything is made before anything is written.
+/// Makes all contents before it writes the first file.
 void write(const ComparisonReport& report, const std::filesystem::path& folder) {
   const std::string json = to_json(report);
   const std::string page = to_html(report);
@@ -318,9 +319,7 @@ void write(const ComparisonReport& report, const std::filesystem::path& folder) 
   io::replace_file(folder / "report.html", page);
 }
 
-}  // namespace
-
-int compare_recordings(const CompareOptions& options) {
+int run_compare(const CompareOptions& options) {
   catch_interrupts();
   if (options.scene.empty() == options.trace.empty()) {
     throw InputError("compare: exactly one of --scene and --trace is needed");
@@ -353,6 +352,60 @@ int compare_recordings(const CompareOptions& options) {
   write(report, folder);
   if (!options.quiet) { tell(report, folder); }
   return holds(report) ? done : fell_short;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "compare", "compare recorded insertions with a simulated one", run_compare);
+  command
+      .add_option("recordings", options.recordings,
+                  "recordings in any format that import reads, or folders of .h5 files")
+      ->required()
+      ->type_name("RECORDING");
+  command.add_option("--scene", options.scene, "scene to simulate")->type_name("SCENE");
+  command.add_option("--trace", options.trace, "trace.h5 or trace.csv of an earlier run")
+      ->type_name("TRACE");
+  add_overrides(command, options, "scene");
+  command.add_option("--quantity", options.quantity, "pressure or force [pressure]");
+  command.add_option("--align", options.alignment,
+                     "alignment of the clocks: automatic (depth, else event, else start), depth, "
+                     "event or start [automatic]");
+  command
+      .add_option("--cutoff", options.cutoff,
+                  "cut-off of the low-pass filter, from 1 to a quarter of a sample rate; 0: no "
+                  "filter, and noise is not estimated [20]")
+      ->type_name("HZ")
+      ->check(number_range(0.0, 1e6));
+  command
+      .add_option("--tolerance", options.tolerances,
+                  "FEATURE=WIDTH instead of its default; repeatable")
+      ->type_name("FEATURE=WIDTH")
+      ->allow_extra_args(false);
+  const CLI::Validator share = number_range(0.0, 10.0);
+  command
+      .add_option("--numerical-uncertainty", options.numerical_uncertainty,
+                  "u_num, standard, as a share of simulated values [0]")
+      ->type_name("SHARE")
+      ->check(share);
+  command
+      .add_option("--input-uncertainty", options.input_uncertainty,
+                  "u_input, standard, as a share of simulated values [0]")
+      ->type_name("SHARE")
+      ->check(share);
+  command
+      .add_option("--results", options.results,
+                  "results folder of `palpate validate`, shown as evidence at the end")
+      ->type_name("DIR");
+  add_common(command, options, "compare");
+  command.footer(
+      "One of --scene and --trace is needed. Default tolerances of a pressure:\n" +
+      tolerance_help(comparison::QuantityKind::pressure) +
+      "A width is a share (15%), a number with its unit (7mmHg), their sum (30%+5mmHg/s)\n"
+      "or a factor (x2). Writes comparison.json and report.html, and with --scene trace.h5;\n"
+      "docs/comparison.md describes the criteria. Exit codes: 0 agrees, 1 differs, is not "
+      "distinguishable\nor not comparable, 2 bad input.");
 }
 
 }  // namespace palpate::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// log.csv of `palpate falcon`: one row per request and per event (docs/formats.md).
+/// The command `falcon`.
 
 #include <cerrno>
 #include <csignal>
@@ -27,34 +27,47 @@
 #include "reports/cli/loaded_scene.hpp"
 
 namespace palpate::cli {
+namespace {
 
-/// Rows wait in memory, reserved beforehand, until flush(): nothing is written between a request
-/// and its reply. The file has a temporary name until finish().
-class FalconLog final : public device::falcon::EmulatorObserver {
+using namespace device;
+using namespace device::falcon;
+
+/// Exactly one of the modes `pty`, `stdio` and `solve` is given.
+struct FalconOptions : CommonOptions {
+  bool pty = false;
+  bool stdio = false;
+  std::filesystem::path script{};  ///< empty: no faults, and a hand at rest that homes on request
+  std::filesystem::path solve{};   ///< poses to solve
+};
+
+/// log.csv: one row per request and per event (docs/formats.md). Rows are kept in reserved memory
+/// until flush(), so that nothing is written between a request and its reply. The file has a
+/// temporary name until finish().
+class FalconLog final : public EmulatorObserver {
  public:
-  /// Throws InputError when nothing can be written there.
-  FalconLog(const std::filesystem::path& path, const device::falcon::Firmware& firmware);
+  /// Throws InputError if the file cannot be written.
+  FalconLog(const std::filesystem::path& path, const Firmware& firmware);
   FalconLog(const FalconLog&) = delete;
   FalconLog& operator=(const FalconLog&) = delete;
   ~FalconLog() override;
 
-  void served(double time_s, const device::falcon::HostPacket& request,
-              const device::falcon::DevicePacket& reply) noexcept override;
-  void happened(double time_s, device::falcon::FirmwareEvent event) noexcept override;
+  void served(double time_s, const HostPacket& request,
+              const DevicePacket& reply) noexcept override;
+  void happened(double time_s, FirmwareEvent event) noexcept override;
 
-  /// Writes the rows that wait, once there are many.
+  /// Writes the kept rows if there are many.
   void flush_if_many() noexcept;
-  /// Writes the rest and gives the file its name. Throws InputError.
+  /// Writes the remaining rows and renames the file. Throws InputError.
   void finish();
   [[nodiscard]] std::int64_t left_out() const noexcept { return left_out_; }
 
  private:
   struct Row {
     double time = 0.0;
-    std::optional<device::falcon::FirmwareEvent> event{};  ///< empty: a request
-    device::falcon::FirmwareState state{};
-    device::falcon::HostPacket request{};
-    device::falcon::DevicePacket reply{};
+    std::optional<FirmwareEvent> event{};  ///< empty: a request
+    FirmwareState state{};
+    HostPacket request{};
+    DevicePacket reply{};
   };
   void add(const Row& row) noexcept;
   void write(const Row& row) noexcept;
@@ -63,15 +76,11 @@ class FalconLog final : public device::falcon::EmulatorObserver {
   std::filesystem::path path_;
   std::filesystem::path temporary_;
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
-  const device::falcon::Firmware& firmware_;
+  const Firmware& firmware_;
   std::vector<Row> rows_{};
   std::int64_t left_out_ = 0;
   bool failed_ = false;
 };
-
-namespace {
-
-using namespace device::falcon;
 
 constexpr std::size_t most_rows = 1U << 16U;  // a minute at 1 kHz
 constexpr std::size_t many_rows = 256;
@@ -81,8 +90,6 @@ constexpr unsigned homed_shift = 4;
 [[noreturn]] void fail(const std::filesystem::path& path) {
   throw InputError(path.string() + ": cannot be written: " + std::strerror(errno));
 }
-
-}  // namespace
 
 FalconLog::FalconLog(const std::filesystem::path& path, const Firmware& firmware)
     : path_(path),
@@ -151,37 +158,33 @@ void FalconLog::finish() {
   fail(path_);
 }
 
-namespace {
-
-namespace falcon = device::falcon;
-
 constexpr std::string_view header =
     "theta1_1_rad,theta1_2_rad,theta1_3_rad,count_1,count_2,count_3,forward_x_m,forward_y_m,"
     "forward_z_m,torque_1_nm,torque_2_nm,torque_3_nm,word_1,word_2,word_3,packet\n";
 
-/// What the device makes of one pose: angles and torques at the pose itself, the position that its
-/// whole counts stand for, the words of the torques.
+/// Kinematics of one pose: angles and torques at the exact pose, the position of its rounded
+/// counts, and the motor words of the torques.
 struct Solution {
   Eigen::Vector3d theta1{};
-  falcon::Counts counts{};
+  Counts counts{};
   Eigen::Vector3d forward{};
   Eigen::Vector3d torque{};
-  falcon::Words words{};
+  Words words{};
 };
 
-std::optional<Solution> solve(const falcon::Kinematics& kinematics, const io::Pose& pose) {
+std::optional<Solution> solve(const Kinematics& kinematics, const io::Pose& pose) {
   const auto angles = kinematics.inverse(pose.position);
   const auto jacobian = kinematics.jacobian(pose.position);
   if (!angles || !jacobian) { return std::nullopt; }
   Solution solution{.theta1 = angles->theta1};
-  solution.counts = falcon::counts_of_angles(kinematics.geometry(), angles->theta1);
-  const Eigen::Vector3d rounded = falcon::angles_of_counts(kinematics.geometry(), solution.counts);
+  solution.counts = counts_of_angles(kinematics.geometry(), angles->theta1);
+  const Eigen::Vector3d rounded = angles_of_counts(kinematics.geometry(), solution.counts);
   const auto forward = kinematics.forward(rounded);
   if (!forward) { return std::nullopt; }
   solution.forward = *forward;
-  const Eigen::Vector3d torque = falcon::torque_of_force(*jacobian, pose.force);
+  const Eigen::Vector3d torque = torque_of_force(*jacobian, pose.force);
   solution.torque = torque.array() + 0.0;  // no negative zero
-  solution.words = falcon::words_of_torque({}, solution.torque).sent;
+  solution.words = words_of_torque({}, solution.torque).sent;
   return solution;
 }
 
@@ -199,16 +202,14 @@ std::string row(const Solution& solution) {
   append(text, solution.forward);
   append(text, solution.torque);
   append(text, solution.words);
-  for (const std::uint8_t byte : falcon::encode(falcon::HostPacket{.words = solution.words})) {
+  for (const std::uint8_t byte : encode(HostPacket{.words = solution.words})) {
     text += static_cast<char>(byte);  // printable: markers and nibbles alone
   }
   return text + '\n';
 }
 
-}  // namespace
-
 int falcon_solve(const FalconOptions& options) {
-  const falcon::Kinematics kinematics;
+  const Kinematics kinematics;
   io::Problems problems;
   std::string text(header);
   const auto within_reach = [&](const Eigen::Vector3d& position) -> std::string_view {
@@ -226,12 +227,7 @@ int falcon_solve(const FalconOptions& options) {
   return done;
 }
 
-namespace {
-
-using namespace device;
-using namespace device::falcon;
-
-/// Until the input ends or somebody interrupts; what is on its way when the input ends is
+/// Serves until the input ends or an interrupt. Bytes in transit at the end of the input are still
 /// delivered.
 void serve(ByteLink& link, Emulator& emulator, FalconLog& log) {
   while (!interrupted && (!link.ended() || emulator.busy())) {
@@ -269,18 +265,18 @@ void tell(const Emulator& emulator, const FalconLog& log) {
   tell_faults("to device", emulator.faults_to_device());
   tell_faults("to host", emulator.faults_to_host());
   if (log.left_out() + emulator.lost_replies() > 0) {
-    std::fprintf(stderr, "rows left out of the log: %lld; writes that nobody took: %lld\n",
+    std::fprintf(stderr, "rows left out of the log: %lld; writes that were not taken: %lld\n",
                  static_cast<long long>(log.left_out()),
                  static_cast<long long>(emulator.lost_replies()));
   }
 }
 
-/// A script may move the grip itself; else a hand holds the mechanism, and homes it when asked to.
+/// A grip moved by the script, or else a hand that holds the mechanism and homes it on request.
 std::unique_ptr<Body> make_body(const FalconScript& script) {
   if (script.moves_grip) { return std::make_unique<ScriptedGrip>(script.grip); }
   const PlantBodyOptions options{.homed = false, .homes = true, .seed = script.faults.seed};
-  device::Hand hand;
-  hand.intent = device::Intent({.start = options.start});
+  Hand hand;
+  hand.intent = Intent({.start = options.start});
   return std::make_unique<PlantBody>(options, hand);
 }
 
@@ -292,9 +288,7 @@ std::unique_ptr<ByteLink> make_link(bool pty) {
   return link;
 }
 
-}  // namespace
-
-int falcon(const FalconOptions& options) {
+int run_falcon(const FalconOptions& options) {
   catch_interrupts();
   const int modes = int(options.pty) + int(options.stdio) + int(!options.solve.empty());
   if (modes != 1) {
@@ -303,7 +297,8 @@ int falcon(const FalconOptions& options) {
   if (!options.solve.empty()) { return falcon_solve(options); }
   const FalconScript script = read_falcon_script(options.script, options.overrides);
   const std::filesystem::path folder = make_folder(options.folder("falcon"));
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that left is a write that fails, not an end
+  std::signal(SIGPIPE,
+              SIG_IGN);  // a closed reader then causes a failed write, not the end of the program
   const std::unique_ptr<Body> body = make_body(script);
   Emulator emulator(*body, script.firmware, script.faults);
   FalconLog log(folder / "log.csv", emulator.firmware());
@@ -318,6 +313,33 @@ int falcon(const FalconOptions& options) {
   log.finish();
   if (!options.quiet) { tell(emulator, log); }
   return interrupted ? interrupted_code : done;
+}
+
+}  // namespace
+
+void add_falcon(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "falcon", "the emulated Novint Falcon: on its wire protocol, or its kinematics",
+      run_falcon);
+  command.add_flag("--pty", options.pty,
+                   "on a new pseudo-terminal, whose path is the first line of output");
+  command.add_flag("--stdio", options.stdio, "on standard input and output, until the input ends");
+  command
+      .add_option(
+          "--solve", options.solve,
+          "kinematics of the poses in a CSV file with x_m,y_m,z_m and optionally fx_n,fy_n,fz_n")
+      ->type_name("FILE");
+  command
+      .add_option("--script", options.script,
+                  "faults, grip and buttons by time (TOML, docs/falcon.md)")
+      ->type_name("FILE");
+  add_overrides(command, options, "script");
+  add_common(command, options, "falcon");
+  command.footer(
+      "One of --pty, --stdio and --solve is needed. Ctrl-C ends the service; log.csv in DIR has "
+      "every\n"
+      "request. --solve writes solution.csv.\n"
+      "docs/falcon.md shows how to connect.");
 }
 
 }  // namespace palpate::cli

@@ -127,7 +127,7 @@ template <class Visitor> void fields(Visitor& v, cli::ScriptDraft& s) {
 namespace palpate::cli {
 namespace {
 
-/// What no single key can tell.
+/// Checks of several keys together.
 class ScriptCheck {
  public:
   ScriptCheck(const io::Places& places, io::Problems& problems)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The script of `palpate falcon`: what goes wrong when, and what the hand does (docs/falcon.md).
+/// The script of `palpate falcon`: faults by time, and motion of the hand (docs/falcon.md).
 
 #include <filesystem>
 #include <string>
@@ -21,7 +21,7 @@ struct FalconScript {
 };
 
 /// Reads and checks a script; an empty path is an empty script. Throws InputError with one line per
-/// problem, each with its place.
+/// problem, with file and line.
 FalconScript read_falcon_script(const std::filesystem::path& path,
                                 const std::vector<std::string>& overrides);
 

@@ -63,7 +63,9 @@ reference::Cache cache_in(const std::filesystem::path& folder) {
     if (!entry) { return std::nullopt; }
     try {
       return solution_of(*entry);
-    } catch (const std::out_of_range&) { return std::nullopt; }  // of an older format: a miss
+    } catch (const std::out_of_range&) {
+      return std::nullopt;
+    }  // of an older format: treated as absent
   };
   cache.save = [store](const std::string& key, const Trace& solution) {
     store->save(key, entry_of(solution));

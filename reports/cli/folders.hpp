@@ -7,8 +7,7 @@
 
 namespace palpate::cli {
 
-/// Where this program was built from: shipped scenes lie there, and data shared with other projects
-/// beside it.
+/// Folder of the sources that this program was built from. It contains the shipped scenes.
 std::filesystem::path source_folder();
 
 // The kept references of reference::Cache, in a folder of HDF5 files.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// What gate and approve read alike.
+/// The commands `gate` and `approve`.
 
 #include <algorithm>
 #include <cstdio>
@@ -19,22 +19,31 @@
 #include "validation/gate/baseline.hpp"
 
 namespace palpate::cli {
+namespace {
 
-/// Of validate or bench, or the folder of a run. Throws InputError.
-Results read_judged(const std::filesystem::path& folder);
+struct GateOptions : CommonOptions {
+  std::filesystem::path results{};
+  std::filesystem::path baseline{};
+  std::vector<std::string> cases{};  ///< names or groups; empty: all
+};
 
-/// Names of the cases that patterns select as validate does; empty where there is no pattern.
-/// Throws InputError where one selects nothing.
-std::vector<std::string> names_of(const std::vector<std::string>& patterns,
-                                  const std::vector<std::string>& names);
+struct ApproveOptions : GateOptions {
+  std::string reason{};
+  std::vector<std::filesystem::path>
+      spreads{};  ///< results of the same cases by other builds or orders
+};
 
+/// Reads a results folder of validate or bench, or the folder of a run. Throws InputError.
 Results read_judged(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder)) {
-    throw InputError(folder.string() + ": is no folder; one that validate, bench or run wrote");
+    throw InputError(folder.string() +
+                     ": is not a folder; the results folder of validate, bench or run is needed");
   }
   return is_run_folder(folder) ? read_run_folder(folder) : read_results_folder(folder);
 }
 
+/// Names of the cases that the patterns select, by the rule of `validate`; empty without patterns.
+/// Throws InputError for a pattern that selects nothing.
 std::vector<std::string> names_of(const std::vector<std::string>& patterns,
                                   const std::vector<std::string>& names) {
   std::vector<std::string> selected;
@@ -54,8 +63,6 @@ std::vector<std::string> names_of(const std::vector<std::string>& patterns,
   return selected;
 }
 
-namespace {
-
 GateReport judged(const GateOptions& options) {
   const gate::Baseline baseline = read_baseline(options.baseline);
   const Results results = read_judged(options.results);
@@ -74,9 +81,7 @@ GateReport judged(const GateOptions& options) {
   return report;
 }
 
-}  // namespace
-
-int gate(const GateOptions& options) {
+int run_gate(const GateOptions& options) {
   const GateReport report = judged(options);
   const std::filesystem::path folder = make_folder(options.folder("gate"));
   io::replace_file(folder / "gate.json", to_json(report));
@@ -90,9 +95,7 @@ int gate(const GateOptions& options) {
   return report.result.holds() ? done : fell_short;
 }
 
-namespace {
-
-/// What it replaces, what replaces it, and what the truth is by the case's own bounds.
+/// Prints old value, new value and the bounds of every changed quantity.
 void show(const gate::Baseline& baseline, const gate::Baseline& updated) {
   for (const std::string& line : gate::described_changes(baseline, updated)) {
     std::printf("%s\n", line.c_str());
@@ -113,11 +116,9 @@ std::vector<std::string> names_in(const Results& results) {
   return names;
 }
 
-}  // namespace
-
-int approve(const ApproveOptions& options) {
+int run_approve(const ApproveOptions& options) {
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
-    throw InputError("--reason: is empty; why the numbers may change, for who reads the ledger");
+    throw InputError("--reason: is empty; the reason of the change is recorded in the ledger");
   }
   const Results results = read_judged(options.results);
   const bool exists = std::filesystem::exists(options.baseline);
@@ -133,10 +134,55 @@ int approve(const ApproveOptions& options) {
   if (!options.quiet) { show(old, updated); }
   write_baseline(options.baseline, updated);
   if (!options.quiet) {
-    std::printf("%zu of %zu cases taken in; %s\n", updated.ledger.back().cases.size(),
+    std::printf("%zu of %zu cases accepted; %s\n", updated.ledger.back().cases.size(),
                 updated.cases.size(), options.baseline.string().c_str());
   }
   return done;
+}
+
+void add_judged(CLI::App& command, GateOptions& options, const std::string& name) {
+  command.add_option("results", options.results, "results folder of validate, bench or run")
+      ->required()
+      ->type_name("RESULTS");
+  command
+      .add_option("--baseline", options.baseline,
+                  "accepted results (JSON; curves in an .h5 file beside it)")
+      ->required()
+      ->type_name("FILE");
+  command.add_option("--case", options.cases, "only this case or group; repeatable [all]")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  add_common(command, options, name);
+}
+
+}  // namespace
+
+void add_gate(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] =
+      add_command(app, chosen, "gate", "compare results with a baseline", run_gate);
+  add_judged(command, options, "gate");
+  command.footer(
+      "Writes gate.json, gate.xml (JUnit) and report.html. Exit codes: 0 no case became worse, 1 a "
+      "case\ndid or cannot be compared, 2 bad input. docs/gate.md has the rules.");
+}
+
+void add_approve(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] =
+      add_command(app, chosen, "approve", "accept results as the new baseline", run_approve);
+  add_judged(command, options, "approve");
+  command.add_option("--reason", options.reason, "why numbers may change; recorded in the ledger")
+      ->required()
+      ->type_name("TEXT");
+  command
+      .add_option("--spread", options.spreads,
+                  "results of the same cases by another build or order of summation, to measure "
+                  "the effect of rounding; repeatable")
+      ->type_name("RESULTS")
+      ->allow_extra_args(false);
+  command.footer(
+      "Prints the old value, the new value and the bound of every change, then writes FILE\nand "
+      "its curves. Results that ended in an error or are not finite are refused. docs/gate.md has "
+      "more.");
 }
 
 }  // namespace palpate::cli

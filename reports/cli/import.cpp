@@ -14,6 +14,17 @@
 namespace palpate::cli {
 namespace {
 
+struct ImportOptions : CommonOptions {
+  std::filesystem::path file{};
+  std::string format = "auto";
+  std::vector<std::string> columns{};       ///< NAME=ROLE
+  std::optional<double> sample_rate{};      ///< [Hz], for a file without time
+  std::optional<double> body_mass_index{};  ///< [kg/m^2]
+  std::optional<double> plunger_area{};     ///< [m^2]
+  std::string technique{}, source{}, group{}, subject{}, name{};
+  bool pump = false;  ///< pressure of a pump, not of a thumb
+};
+
 constexpr std::size_t most_imported_bytes = std::size_t{1} << 30U;
 
 RecordingFormat format_named(const std::string& name) {
@@ -24,7 +35,7 @@ RecordingFormat format_named(const std::string& name) {
   throw InputError("--format " + name + "; must be auto, csv, raw or hdf5");
 }
 
-/// What a person says of the recording goes before what the file says.
+/// Options of the command line override the contents of the file.
 void apply(const ImportOptions& options, Recording& recording) {
   if (options.body_mass_index) { recording.body_mass_index = options.body_mass_index; }
   if (options.plunger_area) { recording.plunger_area = *options.plunger_area; }
@@ -76,9 +87,7 @@ void tell_defects(const InputRecording& read) {
   }
 }
 
-}  // namespace
-
-int import_recording(const ImportOptions& options) {
+int run_import(const ImportOptions& options) {
   InputRecording read =
       read_any_recording(options.file, format_named(options.format),
                          {.columns = options.columns, .sample_rate = options.sample_rate});
@@ -91,6 +100,51 @@ int import_recording(const ImportOptions& options) {
   tell_defects(read);
   std::printf("%s\n%s\n", (folder / "recording.h5").c_str(), (folder / "recording.csv").c_str());
   return done;
+}
+
+}  // namespace
+
+void add_import(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] =
+      add_command(app, chosen, "import",
+                  "convert a recording of any supported format to recording.h5", run_import);
+  command
+      .add_option("file", options.file, "CSV, recording.h5, MATLAB 7.3, or bytes of the raw link")
+      ->required()
+      ->type_name("FILE");
+  command.add_option("--format", options.format, "auto (by content), csv, raw or hdf5 [auto]");
+  command
+      .add_option(
+          "--column", options.columns,
+          "content of a column: time_ms, pressure_kPa, depth_mm, force_N, ignore; repeatable")
+      ->type_name("NAME=ROLE")
+      ->allow_extra_args(false);
+  const CLI::Validator positive = number_range(1e-12, 1e12);
+  command.add_option("--rate", options.sample_rate, "samples per second, for a file without time")
+      ->type_name("HZ")
+      ->check(positive);
+  command.add_option("--bmi", options.body_mass_index, "body mass index, kg/m^2")
+      ->type_name("BMI")
+      ->check(positive);
+  command.add_option("--plunger-area", options.plunger_area, "m^2 [1.767e-4]")
+      ->type_name("AREA")
+      ->check(positive);
+  command.add_option("--technique", options.technique, "continuous or intermittent")
+      ->check(CLI::IsMember({"continuous", "intermittent"}));
+  command.add_option("--source", options.source, "publication, hospital or device")
+      ->type_name("TEXT");
+  command.add_option("--group", options.group, "group of subjects")->type_name("TEXT");
+  command
+      .add_option("--subject", options.subject,
+                  "code of the person; all recordings of one person count once")
+      ->type_name("TEXT");
+  command.add_option("--name", options.name, "display name [the file's]")->type_name("TEXT");
+  command.add_flag("--pump", options.pump,
+                   "the pressure is that of an injection pump, not of a thumb");
+  add_common(command, options, "import");
+  command.footer(
+      "Units: a column is named like pressure_mmHg, \"pressure (kPa)\" or \"t [s]\", or has its\n"
+      "role from --column. Writes recording.h5 and recording.csv. docs/recordings.md shows how.");
 }
 
 }  // namespace palpate::cli

@@ -23,8 +23,13 @@
 #include "reports/results/results_json.hpp"
 
 namespace palpate::cli {
-
 namespace {
+
+struct InspectOptions : CommonOptions {
+  std::filesystem::path scene{};
+  bool json = false;
+  bool no_skip = false;
+};
 
 using Json = nlohmann::ordered_json;
 
@@ -43,7 +48,7 @@ std::string name_of(TissueRole role) {
   return "tissue";
 }
 
-/// The thinnest to the thickest that is made, where the diameter is one of them.
+/// Gauge of a needle, if the diameter is a standard one.
 std::optional<int> gauge_of(double diameter) {
   for (int gauge = 1; gauge < 40; ++gauge) {
     const std::optional<double> made = diameter_of_gauge(gauge);
@@ -84,7 +89,7 @@ std::string drive_in_words(const Drive& drive) {
   const std::string from =
       drive.from == 0.0 ? "from the skin" : "from " + millimetres(drive.from) + " along its line";
   const std::string who =
-      drive.kind == Drive::Kind::falcon ? "as a hand on an emulated Falcon wants it, " : "";
+      drive.kind == Drive::Kind::falcon ? "as the hand on an emulated Falcon intends, " : "";
   return who + from + " at t = " + with(drive.start, "s") + ": " +
          (drive.kind == Drive::Kind::force ? pushes(drive) : advances(drive));
 }
@@ -137,7 +142,7 @@ Json probe_facts(const Probe& probe, const NeedlePath& path) {
   return facts;
 }
 
-/// c = w.K^-1 w at the first knot (EQUATIONS.md, "Needle tip").
+/// c = w.K^-1 w at the first contact point (EQUATIONS.md, "Needle tip").
 double static_compliance(const NeedlePath& path, const NetworkProblem& problem) {
   Eigen::VectorXd w = Eigen::VectorXd::Zero(problem.dof());
   for (const NeedlePath::Support& support : path.supports(path.knots().front())) {
@@ -145,7 +150,7 @@ double static_compliance(const NeedlePath& path, const NetworkProblem& problem) 
     if (at >= 0) { w.segment<3>(at) += support.weight * path.direction(); }
   }
   if (w.isZero(0.0)) { return 0.0; }
-  constexpr Eigen::Index quickly_factorised = 6000;  // for a single answer
+  constexpr Eigen::Index quickly_factorised = 6000;  // for one right-hand side
   constexpr int most_rounds = 3000;
   return reference::StaticResponse(problem, quickly_factorised, most_rounds).compliance(w);
 }
@@ -155,7 +160,7 @@ double static_compliance(const NeedlePath& path, const NetworkProblem& problem) 
 bool is_believable(double compliance, const NetworkProblem& problem) {
   const SpringNetwork& network = problem.network();
   const auto nodes = static_cast<std::size_t>(network.node_count());
-  if (problem.free_nodes().size() == nodes) { return false; }  // nothing holds it
+  if (problem.free_nodes().size() == nodes) { return false; }  // no fixed node
   double least = std::numeric_limits<double>::infinity();
   for (const Spring& spring : network.springs) {
     if (spring.stiffness > 0.0) { least = std::min(least, spring.stiffness); }
@@ -164,7 +169,7 @@ bool is_believable(double compliance, const NetworkProblem& problem) {
   return compliance >= 0.0 && compliance <= 1e3 * chain;
 }
 
-/// Free nodes of which a stiffness matrix is made, at some 15 kB each.
+/// Largest number of free nodes for a stiffness matrix, at about 15 kB each.
 constexpr std::size_t most_nodes_in_matrix = 100'000;
 
 void add_compliance(Json& facts, const NeedlePath& path, const NetworkProblem& problem) {
@@ -236,8 +241,6 @@ void print_tool(const nlohmann::ordered_json& tool) {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json network_facts(const NetworkProblem& problem) {
   const SpringNetwork& network = problem.network();
   double least = std::numeric_limits<double>::infinity();
@@ -292,7 +295,7 @@ Json voxel_facts(const VoxelTissue& tissue) {
   return facts;
 }
 
-/// Where the surface lies, and how much of a block of layers is beneath it.
+/// Extent of the surface, and the share of a block of layers below it.
 Json skin_facts(const Scene& scene) {
   const TriangleSurface& surface = scene.tissue.skin->surface();
   const auto list = [](const Eigen::Vector3d& v) {
@@ -352,7 +355,9 @@ void print(const Json& facts) {
       print_tool(value);
       continue;
     }
-    if (name == "static_compliance_m_per_n" && value.is_null()) { continue; }  // its reason follows
+    if (name == "static_compliance_m_per_n" && value.is_null()) {
+      continue;
+    }  // the next key gives the reason
     if (value.is_object() || value.is_array()) {
       std::printf("%s\n", name.c_str());
       for (const auto& [key, item] : value.items()) {
@@ -365,9 +370,7 @@ void print(const Json& facts) {
   }
 }
 
-}  // namespace
-
-int inspect(const InspectOptions& options) {
+int run_inspect(const InspectOptions& options) {
   const LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const Json facts = facts_of(loaded);
   if (options.json) {
@@ -376,6 +379,19 @@ int inspect(const InspectOptions& options) {
     print(facts);
   }
   return done;
+}
+
+}  // namespace
+
+void add_inspect(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "inspect", "show contents, cost and skipped work of a scene, without simulating",
+      run_inspect);
+  add_scene(command, options, options.scene);
+  add_common(command, options, "inspect");
+  command.add_flag("--json", options.json, "as JSON on standard output");
+  command.add_flag("--no-skip", options.no_skip, "plan without skipping");
+  command.footer(integrator_help());
 }
 
 }  // namespace palpate::cli

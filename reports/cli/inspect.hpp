@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What `palpate inspect` says of a needle or a probe.
+/// The part of `palpate inspect` about a needle or a probe.
 
 #include <nlohmann/json.hpp>
 
@@ -8,7 +8,7 @@
 
 namespace palpate::cli {
 
-/// Keys "tool", "static_compliance_m_per_n" and, where that is null, "static_compliance_reason";
+/// Keys "tool", "static_compliance_m_per_n" and, if that is null, "static_compliance_reason";
 /// empty for a scene without a tool.
 nlohmann::ordered_json tool_inspection(const Scene& scene, const NetworkProblem& problem);
 

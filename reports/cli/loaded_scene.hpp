@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A scene file read, checked and ready to run.
+/// A scene file that is read and checked, with its simulation.
 
 #include <map>
 #include <string>
@@ -21,19 +21,17 @@ struct LoadedScene {
 };
 
 /// Throws InputError, also for an integrator that is unknown or does not fit the scene. The
-/// simulation may go on for `spare` [s] after the scene's duration.
+/// simulation can continue for `spare` [s] after the duration of the scene.
 LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options,
                        bool no_skip, double spare = 0.0);
 
-/// The folder, made if need be. Throws InputError when it cannot be.
+/// Creates the folder if it does not exist, and returns it. Throws InputError.
 std::filesystem::path make_folder(const std::filesystem::path& folder);
 
-// What every command that simulates a scene shares.
-
-/// Ctrl-C ends it; progress goes to standard error where that is a terminal.
+/// Control of a run that Ctrl-C ends and that shows progress on standard error if it is a terminal.
 RunControl run_control(bool quiet);
 
-/// build_provenance() with the text of the scene and what the command line overrode in it.
+/// build_provenance() with the text of the scene and the overrides of the command line.
 std::map<std::string, std::string> scene_provenance(const LoadedScene& loaded);
 
 }  // namespace palpate::cli

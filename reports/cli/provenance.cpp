@@ -55,7 +55,7 @@ namespace {
 
 using Value = decltype(EnvironmentFact::value);
 
-/// Empty where there is no such file.
+/// First line of a file; empty if there is none.
 std::string first_line(const std::string& file) {
   std::ifstream in(file);
   std::string line;
@@ -65,7 +65,7 @@ std::string first_line(const std::string& file) {
 
 Value text(const std::string& found) { return found.empty() ? Value{} : Value{found}; }
 
-/// A file that holds 0 or 1.
+/// Reads a file that contains 0 or 1.
 Value yes_or_no(const std::string& file, bool yes_is_one = true) {
   const std::string found = first_line(file);
   return found.empty() ? Value{} : Value{(found == "1" || found == "Y") == yes_is_one};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Where a result came from: version, commit, compiler, flags, processor, date.
+/// Origin of a result: version, commit, compiler, flags, processor, date. Facts about the machine.
 
 #include <map>
 #include <optional>
@@ -15,27 +15,25 @@ std::map<std::string, std::string> build_provenance();
 /// "palpate 0.1.0 (commit)".
 std::string version_text();
 
-// What the system says about the machine, as far as it matters to a loop with deadlines.
-
-/// A line of /proc/cpuinfo, of the first processor; empty where there is none of that name.
+/// Value of a line of /proc/cpuinfo for the first processor; empty if there is no such line.
 std::string processor_line(const std::string& name);
 
-/// Bytes of the largest cache, 32 MiB where the system does not say.
+/// Size of the largest cache [bytes]; 32 MiB if the system does not report it.
 std::size_t largest_cache();
 
-/// "2-4,7": the processors of such a list.
+/// The processors of a list such as "2-4,7".
 std::vector<int> processors_in(const std::string& list);
-/// Processors that the boot line keeps free of other work.
+/// Processors that the kernel command line isolates from other work.
 std::vector<int> isolated_processors();
 
-/// Since the start of the machine, from /proc/stat.
+/// Times since the start of the machine, from /proc/stat.
 certificate::ProcessorTimes processor_times(int processor);
 
-/// Of the processor's own counter, measured against the clock; nothing where it stops or changes
-/// its pace.
+/// Rate of the processor's time stamp counter [1/s], compared with the clock; empty if the counter
+/// stops or changes its rate.
 std::optional<double> cycles_per_second();
 
-/// With the rights that the loop was granted.
+/// Facts for the report, with the rights that the system granted to the loop.
 std::vector<EnvironmentFact> environment_of(const certificate::Rights& rights, int priority,
                                             const std::optional<double>& cycles);
 

@@ -8,8 +8,13 @@
 #include "reports/reconstructed_set.hpp"
 
 namespace palpate::cli {
+namespace {
 
-int reconstruct(const ReconstructOptions& options) {
+struct ReconstructOptions : CommonOptions {
+  std::filesystem::path table{};
+};
+
+int run_reconstruct(const ReconstructOptions& options) {
   const std::vector<Recording> recordings =
       reconstructed_recordings(io::read_published_values(options.table));
   const std::filesystem::path folder = make_folder(options.folder("reconstruct"));
@@ -21,6 +26,22 @@ int reconstruct(const ReconstructOptions& options) {
                 recordings.size(), folder.c_str());
   }
   return done;
+}
+
+}  // namespace
+
+void add_reconstruct(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] =
+      add_command(app, chosen, "reconstruct", "recordings rebuilt from a table of published values",
+                  run_reconstruct);
+  command
+      .add_option("table", options.table, "fixtures/clinical/published_values.csv, or one like it")
+      ->required()
+      ->type_name("TABLE");
+  add_common(command, options, "reconstruct");
+  command.footer(
+      "Writes one .h5 per recording into DIR. They are no measurements, and each says so\n"
+      "(fixtures/recordings/README.md).");
 }
 
 }  // namespace palpate::cli

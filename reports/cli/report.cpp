@@ -9,8 +9,13 @@
 #include "reports/results/results_folder.hpp"
 
 namespace palpate::cli {
+namespace {
 
-int report(const ReportOptions& options) {
+struct ReportOptions : CommonOptions {
+  std::filesystem::path results{};
+};
+
+int run_report(const ReportOptions& options) {
   const Results results = read_results_folder(options.results);
   const std::string page = to_html(results);
   const std::filesystem::path folder =
@@ -18,6 +23,17 @@ int report(const ReportOptions& options) {
   io::replace_file(folder / "report.html", page);
   if (!options.quiet) { std::printf("%s\n", (folder / "report.html").string().c_str()); }
   return done;
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "report", "render report.html again from a results folder", run_report);
+  command.add_option("results", options.results, "folder with results.json and traces/")
+      ->required()
+      ->type_name("RESULTS");
+  add_common(command, options, "report");
 }
 
 }  // namespace palpate::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The palpation map of `palpate run`, where a scene's probe asks for one.
+/// The command `run`.
 
 #include <algorithm>
 #include <cmath>
@@ -30,6 +30,16 @@
 #include "validation/roll_out.hpp"
 
 namespace palpate::cli {
+namespace {
+
+struct RunOptions : CommonOptions {
+  std::filesystem::path scene{};
+  bool no_skip = false;
+  bool real_time = false;
+  bool no_view = false;            ///< no 3-D view in report.html
+  bool packets = false;            ///< write packets.csv
+  std::filesystem::path script{};  ///< faults on the Falcon's line
+};
 
 /// Trace of a run with what its device and its clock found.
 struct FinishedRun {
@@ -46,14 +56,10 @@ struct FinishedRun {
 };
 
 struct Palpation {
-  std::optional<Figure> figure{};  ///< empty: not asked for, or the warning says why there is none
+  std::optional<Figure> figure{};  ///< empty: not requested, or not possible (see warnings)
   std::vector<std::string> warnings{};
   std::string csv{};  ///< x_m,y_m,stiffness_n_per_m; a row per site, x fastest
 };
-
-Palpation palpate_skin(const LoadedScene& loaded);
-
-namespace {
 
 std::string csv_of(const HeatMap& map) {
   std::string text = "x_m,y_m,stiffness_n_per_m\n";
@@ -67,8 +73,7 @@ std::string csv_of(const HeatMap& map) {
   return text;
 }
 
-}  // namespace
-
+/// The palpation map, if the probe of the scene requests one.
 Palpation palpate_skin(const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
   const auto* problem = dynamic_cast<const NetworkProblem*>(&loaded.simulation().problem());
@@ -91,12 +96,6 @@ Palpation palpate_skin(const LoadedScene& loaded) {
   }
   return palpation;
 }
-
-// summary.json of a run, and the facts its report shows.
-
-std::string summary_json(const LoadedScene& loaded, const FinishedRun& run);
-
-namespace {
 
 using Json = nlohmann::ordered_json;
 
@@ -126,8 +125,6 @@ Json real_time_json(const device::DeadlineFacts& facts) {
           {"worst_wake_s", facts.worst_wake},
           {"worst_lateness_s", facts.worst_lateness}};
 }
-
-}  // namespace
 
 std::string summary_json(const LoadedScene& loaded, const FinishedRun& run) {
   const Simulation& simulation = loaded.simulation();
@@ -171,19 +168,13 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run) {
   return json.dump(2) + "\n";
 }
 
-// report.html of `palpate run`.
-
 struct RunPage {
   const LoadedScene& loaded;
   const FinishedRun& run;
   const Palpation& palpation;
   const std::map<std::string, std::string>& provenance;
-  std::string no_view{};  ///< why the page has no view in three dimensions; empty: it has one
+  std::string no_view{};  ///< reason for a page without 3-D view; empty: it has one
 };
-
-void write_run_report(const std::filesystem::path& folder, const RunPage& page);
-
-namespace {
 
 std::vector<Fact> scene_facts(const LoadedScene& loaded) {
   const Simulation& simulation = loaded.simulation();
@@ -206,7 +197,7 @@ void add_step_facts(std::vector<Fact>& facts, const StepPlan& plan) {
   facts.push_back({"kernel", plan.kernel, ""});
 }
 
-/// What a tick takes of the time that it has in a haptic loop.
+/// Mean time of a tick as a share of the time between ticks of a haptic loop.
 Fact tick_cost(const StepPlan& plan, const FinishedRun& run) {
   const double tick = plan.h * plan.substeps;
   const double mean =
@@ -219,7 +210,7 @@ Fact tick_cost(const StepPlan& plan, const FinishedRun& run) {
               quantity(1e3 * run.trace.slowest_tick, "ms")};
 }
 
-/// How well ticks kept to the wall clock.
+/// Lateness of the ticks on the wall clock.
 Fact punctuality(const device::DeadlineFacts& facts) {
   return {"ticks too late", std::to_string(facts.missed),
           "of " + std::to_string(facts.ticks) + ", by a period or more; latest by " +
@@ -262,8 +253,7 @@ void add_view(RunReport& report, const RunPage& page) {
   }
 }
 
-}  // namespace
-
+/// Writes report.html. Throws DrawingError.
 void write_run_report(const std::filesystem::path& folder, const RunPage& page) {
   const auto& [loaded, run, palpation, provenance, no_view] = page;
   const StepPlan& plan = loaded.simulation().plan();
@@ -304,8 +294,6 @@ void write_run_report(const std::filesystem::path& folder, const RunPage& page) 
   report.command = "palpate run " + loaded.file.inputs.front().filename().string();
   io::replace_file(folder / "report.html", to_html(report, run.trace));
 }
-
-namespace {
 
 void tell(const FinishedRun& run, const LoadedScene& loaded, const std::filesystem::path& folder) {
   const StepPlan& plan = loaded.simulation().plan();
@@ -372,9 +360,7 @@ void write_packets(const std::filesystem::path& folder,
   }
 }
 
-}  // namespace
-
-int run(const RunOptions& options) {
+int run_scene(const RunOptions& options) {
   catch_interrupts();
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const Scene& scene = loaded.file.scene;
@@ -415,6 +401,27 @@ int run(const RunOptions& options) {
   if (!options.quiet) { tell(result, loaded, folder); }
   if (result.trace.interrupted) { return interrupted_code; }
   return result.trace.diverged ? fell_short : done;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(app, chosen, "run", "simulate one scene", run_scene);
+  add_scene(command, options, options.scene);
+  add_common(command, options, "run");
+  command.add_flag("--no-skip", options.no_skip,
+                   "compute what the scene does not need; same result");
+  command.add_flag("--no-view", options.no_view,
+                   "no 3-D view in report.html, and no data recorded for it");
+  command.add_flag("--real-time", options.real_time,
+                   "run every tick at its time on the wall clock");
+  command
+      .add_option("--script", options.script,
+                  "faults on the Falcon's line, by time (TOML, docs/falcon.md)")
+      ->type_name("FILE");
+  command.add_flag("--packets", options.packets,
+                   "write packets.csv: all packets on the Falcon's line");
+  command.footer(integrator_help());
 }
 
 }  // namespace palpate::cli

@@ -13,10 +13,24 @@
 #include "validation/certificate/scene_loop.hpp"
 
 namespace palpate::cli {
-
 namespace {
 
-/// Whatever takes ticks.
+struct StepsOptions : CommonOptions {
+  std::string what{};  ///< name of a workload, or a scene file
+  std::optional<long>
+      before{};  ///< ticks before the profiled ones; empty: those of the workload, or none
+  std::optional<long> ticks{};   ///< profiled ticks; empty: those of the workload, or one
+  std::optional<double> rate{};  ///< ticks per second of a scene [Hz]; empty: its own rate
+  int times = 1;
+  std::filesystem::path library{};  ///< step library to use; empty: the code of the program
+  std::filesystem::path beside{};   ///< second step library, timed alternately with the first
+  int pairs = 40;
+  std::uint64_t seed = 1;
+  bool head_first = false;  ///< `beside` is loaded first
+  bool planted = false;     ///< `beside` computes one extra tick in twenty
+};
+
+/// A source of ticks.
 struct Stepped {
   std::string kernel{};
   long before = 0;
@@ -35,7 +49,7 @@ Stepped stepped_workload(const std::string& name) {
           }};
 }
 
-/// As `palpate certify` steps it, with its device and its lines.
+/// The loop of `palpate certify`, with device and links.
 Stepped stepped_scene(const StepsOptions& options) {
   const auto loaded = std::make_shared<LoadedScene>(load_scene(options.what, options, false));
   const Scene& scene = loaded->file.scene;
@@ -76,9 +90,7 @@ int print_pairs(const StepsOptions& options) {
   return done;
 }
 
-}  // namespace
-
-int steps(const StepsOptions& options) {
+int run_steps(const StepsOptions& options) {
   if (!options.beside.empty()) { return print_pairs(options); }
   for (int n = 0; n < options.times; ++n) {
     const Stepped work = stepped(options);
@@ -88,6 +100,62 @@ int steps(const StepsOptions& options) {
     if (!options.quiet) { std::printf("%ld ticks by %s\n", ticks, work.kernel.c_str()); }
   }
   return done;
+}
+
+}  // namespace
+
+void add_steps(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "steps", "compute ticks of a scene and nothing else, for profilers", run_steps);
+  command.add_option("what", options.what, "a workload of bench/instructions, or a scene file")
+      ->required()
+      ->type_name("WORKLOAD|SCENE");
+  add_overrides(command, options, "scene");
+  command
+      .add_option("--before", options.before, "ticks before the profiled ones [the workload's; 0]")
+      ->type_name("N")
+      ->check(CLI::Range(0L, 1000000000L));
+  command.add_option("--ticks", options.ticks, "profiled ticks [the workload's; 1]")
+      ->type_name("N")
+      ->check(CLI::Range(1L, 1000000000L));
+  command.add_option("--times", options.times, "number of repetitions, each with a new set-up [1]")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
+  command
+      .add_option("--rate", options.rate,
+                  "ticks per second of a scene [falcon.rate, or one tick per step]")
+      ->type_name("HZ")
+      ->check(number_range(0.01, 20000.0));
+  CLI::Option* library = command
+                             .add_option("--library", options.library,
+                                         "step library whose code is used [the program's own]")
+                             ->type_name("FILE");
+  CLI::Option* beside =
+      command
+          .add_option(
+              "--beside", options.beside,
+              "second step library, timed alternately with the first; prints pairs of seconds")
+          ->type_name("FILE")
+          ->needs(library);
+  command.add_option("--pairs", options.pairs, "number of pairs of batches [40]")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000))
+      ->needs(beside);
+  command.add_option("--seed", options.seed, "seed of the order within pairs [1]")
+      ->type_name("N")
+      ->needs(beside);
+  command.add_flag("--head-first", options.head_first, "load the second library first")
+      ->needs(beside);
+  command
+      .add_flag("--planted", options.planted,
+                "the second library computes one extra tick in twenty")
+      ->needs(beside);
+  command.add_flag("--quiet", options.quiet, "print errors only");
+  command.footer(
+      "Computes ticks and nothing else, for profilers. `valgrind --tool=callgrind "
+      "--instr-atstart=no "
+      "palpate\n"
+      "steps cube-list-double` counts the instructions of these ticks alone (docs/bench.md).");
 }
 
 }  // namespace palpate::cli

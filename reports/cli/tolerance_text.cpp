@@ -54,7 +54,7 @@ Feature feature_named(const std::string& name, const std::string& text) {
       (nearest.empty() ? std::string(allowed_forms) : "did you mean " + std::string(nearest)));
 }
 
-/// Number in front, unit behind.
+/// Splits a text into a number and the unit after it.
 struct Written {
   double number = 0.0;
   std::string unit{};

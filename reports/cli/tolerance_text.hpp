@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Tolerances as people write them on a command line.
+/// Tolerances on a command line.
 
 #include <string>
 
@@ -13,7 +13,7 @@ namespace palpate {
 /// Throws InputError.
 comparison::Tolerance tolerance_from(const std::string& text, comparison::QuantityKind quantity);
 
-/// Of every feature, one a line, in the same form: "peak=10.2%".
+/// Default tolerances of every feature, one per line in the same syntax: "peak=10.2%".
 std::string tolerance_help(comparison::QuantityKind quantity);
 
 }  // namespace palpate

@@ -19,15 +19,28 @@
 namespace palpate::cli {
 namespace {
 
+/// Exactly one of the modes `pty` and `stdio` is given.
+struct TransducerCommandOptions : CommonOptions {
+  std::filesystem::path recording{};
+  bool pty = false;
+  bool stdio = false;
+  bool fast = false;         ///< --stdio at the reader's pace
+  bool repeat = false;       ///< restart after the last sample
+  bool battery_low = false;  ///< flag of every frame
+  double drop = 0.0, duplicate = 0.0, corrupt = 0.0, burst = 0.0;  ///< probability per byte
+  int burst_bytes = 20;
+  std::uint64_t seed = 1;
+};
+
 using device::falcon::FaultScript;
 using device::falcon::LinkFault;
 using device::pressure_link::Transducer;
 
-constexpr double longest_wait = 0.1;   // [s], after which an interrupt is seen
-constexpr double last_patience = 5.0;  // [s] for a client to take what a terminal still holds
-constexpr double settling = 0.2;       // [s] in which what was written reaches the client's end
+constexpr double longest_wait = 0.1;   // [s] until an interrupt is noticed
+constexpr double last_patience = 5.0;  // [s] for a client to read the rest of a terminal
+constexpr double settling = 0.2;       // [s] for written bytes to reach the client's end
 
-/// Standard output at the pace of its reader: time passes as soon as it is waited for.
+/// Standard output at the pace of its reader: waiting advances the time at once.
 class HastyOutput final : public device::ByteLink {
  public:
   [[nodiscard]] double now() const noexcept override { return time_; }
@@ -59,7 +72,7 @@ FaultScript faults_of(const TransducerCommandOptions& options) {
   return script;
 }
 
-/// Whether nobody will ever read what is written there.
+/// True if the reader of this output has closed it.
 bool reader_left(int output) {
   pollfd state{.fd = output, .events = 0, .revents = 0};
   return ::poll(&state, 1, 0) > 0 && (state.revents & (POLLERR | POLLNVAL)) != 0;
@@ -81,7 +94,7 @@ void serve_terminal(Transducer& transducer) {
   std::printf("%s\n", link.path().c_str());
   std::fflush(stdout);
   serve(link, transducer, false);
-  // Closing would take from a client what it has not read yet.
+  // Closing the terminal would discard bytes that the client has not read yet.
   const double end = link.now();
   double empty_since = end;
   while (!interrupted && link.now() < end + last_patience && link.now() < empty_since + settling) {
@@ -99,7 +112,7 @@ void serve_output(Transducer& transducer, bool fast) {
     throw InputError(
         "standard output: cannot be written; a place with room for all bytes is needed");
   }
-  device::DescriptorLink link(-1, STDOUT_FILENO);  // nothing is read: poll passes over -1
+  device::DescriptorLink link(-1, STDOUT_FILENO);  // nothing is read: poll ignores -1
   serve(link, transducer, true);
 }
 
@@ -107,14 +120,14 @@ void tell(const Transducer& transducer) {
   const device::falcon::FaultCounts& faults = transducer.faults();
   std::fprintf(stderr,
                "%lld frames, %lld bytes; dropped %lld, doubled %lld, corrupted %lld; writes that "
-               "nobody took: %lld\n",
+               "were not taken: %lld\n",
                static_cast<long long>(transducer.frames_sent()),
                static_cast<long long>(faults.bytes), static_cast<long long>(faults.dropped),
                static_cast<long long>(faults.duplicated), static_cast<long long>(faults.corrupted),
                static_cast<long long>(transducer.lost_writes()));
 }
 
-/// Every frame period takes a place, those of gaps too.
+/// Gaps use frame periods, too.
 void refuse_too_long(const Recording& recording, const std::filesystem::path& path) {
   constexpr double longest = double{io::most_samples} / device::pressure_link::frames_per_second;
   const double span = recording.time.back() - recording.time.front();
@@ -132,9 +145,7 @@ void tell_resampling(const Recording& recording) {
                recording.sample_rate, device::pressure_link::frames_per_second);
 }
 
-}  // namespace
-
-int transducer(const TransducerCommandOptions& options) {
+int run_transducer(const TransducerCommandOptions& options) {
   catch_interrupts();
   if (int(options.pty) + int(options.stdio) != 1 || (options.fast && !options.stdio)) {
     throw InputError(
@@ -143,7 +154,8 @@ int transducer(const TransducerCommandOptions& options) {
   const Recording recording = read_any_recording(options.recording).recording;
   refuse_too_long(recording, options.recording);
   if (!options.quiet) { tell_resampling(recording); }
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that left is a write that fails, not an end
+  std::signal(SIGPIPE,
+              SIG_IGN);  // a closed reader then causes a failed write, not the end of the program
   Transducer source(link_frames(recording), {.faults = faults_of(options),
                                              .battery_low = options.battery_low,
                                              .repeats = options.repeat});
@@ -159,6 +171,42 @@ int transducer(const TransducerCommandOptions& options) {
   }
   if (!options.quiet) { tell(source); }
   return interrupted ? interrupted_code : done;
+}
+
+}  // namespace
+
+void add_transducer(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] =
+      add_command(app, chosen, "transducer", "replay a recording as the 9600 baud pressure link",
+                  run_transducer);
+  command.add_option("recording", options.recording, "recording in any format that import reads")
+      ->required()
+      ->type_name("RECORDING");
+  command.add_flag("--pty", options.pty,
+                   "on a new pseudo-terminal, whose path is the first line of output");
+  command.add_flag("--stdio", options.stdio, "on standard output");
+  command.add_flag("--fast", options.fast,
+                   "with --stdio: as fast as the reader takes them, not at 9600 baud");
+  command.add_flag("--repeat", options.repeat, "begin again after the last sample, until Ctrl-C");
+  const CLI::Validator share = number_range(0.0, 1.0);
+  command.add_option("--drop", options.drop, "chance of each byte to be lost [0]")->check(share);
+  command.add_option("--double", options.duplicate, "chance of each byte to be doubled [0]")
+      ->check(share);
+  command
+      .add_option("--corrupt", options.corrupt, "chance of each byte to be replaced by another [0]")
+      ->check(share);
+  command
+      .add_option("--burst", options.burst,
+                  "chance of each byte to start a burst of corrupted bytes [0]")
+      ->check(share);
+  command.add_option("--burst-bytes", options.burst_bytes, "number of bytes of a burst [20]")
+      ->check(CLI::Range(1, 1000000));
+  command.add_option("--seed", options.seed, "seed of the faults [1]");
+  command.add_flag("--battery-low", options.battery_low, "set the low-battery flag in every frame");
+  add_common(command, options, "transducer");
+  command.footer(
+      "One of --pty and --stdio is needed. 8 bytes a sample, 120 samples/s (docs/formats.md).\n"
+      "Ends with the recording, or at Ctrl-C. The same seed gives the same faults.");
 }
 
 }  // namespace palpate::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Runs cases on several threads and gives their outcomes in the order asked for.
+/// The command `validate`, and the part that it shares with `bench`: runs cases on several threads.
 
 #include "reports/cli/validate.hpp"
 
@@ -23,8 +23,6 @@
 #include <unistd.h>
 #include <vector>
 
-#include "palpate_code_hash.hpp"
-
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/network_csv.hpp"
 #include "model/problem/input_error.hpp"
@@ -37,23 +35,22 @@
 #include "reports/results/results_json.hpp"
 #include "validation/case.hpp"
 
+namespace palpate::build {
+
+/// Hash of the object code that determines what cases find; build/.../code_hash.cpp defines it.
+const char* code_hash();
+
+}  // namespace palpate::build
+
 namespace palpate::cli {
+namespace {
 
 struct RunnerResult {
   std::vector<Outcome> outcomes{};  ///< of the finished cases, in the order of `cases`
-  bool interrupted = false;         ///< then some cases are still running on their threads
+  bool interrupted = false;         ///< if true, some cases still run on their threads
 };
 
-/// finished(outcome, done, total) is called on the calling thread as cases end. After an interrupt
-/// it returns within a fraction of a second without waiting for the running cases, so the caller
-/// must end the process without destroying what they use.
-RunnerResult run_cases(
-    std::vector<Case> cases, const CaseContext& context, int jobs, const std::atomic<bool>& stop,
-    const std::function<void(const Outcome&, std::size_t, std::size_t)>& finished);
-
-namespace {
-
-/// Shared with the threads, and owned by them too: after an interrupt they outlive the caller.
+/// Data shared by all threads, which own it together: after an interrupt they outlive the caller.
 struct Work {
   std::vector<Case> cases;
   CaseContext context;
@@ -62,7 +59,7 @@ struct Work {
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<std::optional<Outcome>> outcomes;
-  std::vector<std::size_t> fresh;  ///< finished and not yet told
+  std::vector<std::size_t> fresh;  ///< finished and not yet reported
 };
 
 void work_on(const std::shared_ptr<Work>& work, const std::atomic<bool>& stop) {
@@ -78,8 +75,9 @@ void work_on(const std::shared_ptr<Work>& work, const std::atomic<bool>& stop) {
   }
 }
 
-}  // namespace
-
+/// Runs the cases on `jobs` threads and calls finished(outcome, done, total) on the calling thread
+/// when a case ends. After an interrupt it returns within a fraction of a second without waiting
+/// for the running cases; the caller must then end the process without destroying their data.
 RunnerResult run_cases(
     std::vector<Case> cases, const CaseContext& context, int jobs, const std::atomic<bool>& stop,
     const std::function<void(const Outcome&, std::size_t, std::size_t)>& finished) {
@@ -118,18 +116,17 @@ RunnerResult run_cases(
   return result;
 }
 
-// Cases that need not run again: what they found is kept under everything that it depends on.
-
+/// Cache of the outcomes of passed cases, keyed by everything that an outcome depends on.
 class KeptCases {
  public:
-  /// `given`: what cases depend on beside the code, as text: options, data outside the project.
+  /// `given`: text of all that cases depend on except the code: options, data outside the project.
   KeptCases(const std::filesystem::path& cache, const std::string& given);
 
-  /// Nothing where the case never ran so, where it did not pass, or where what was kept is damaged.
+  /// Empty if the case has not passed under the same conditions, or if its file is damaged.
   [[nodiscard]] std::optional<Outcome> find(const Case& definition) const;
-  /// Takes those out of a list that need not run again, and gives what they found, by name.
+  /// Removes the cases with a kept outcome from the list and returns these outcomes by name.
   [[nodiscard]] std::map<std::string, Outcome> take(std::vector<Case>& cases) const;
-  /// Cases that passed. A disk that is full or read-only is no error.
+  /// Keeps the outcome if the case passed. A full or read-only disk is not an error.
   void keep(const Outcome& outcome) const;
 
  private:
@@ -137,14 +134,6 @@ class KeptCases {
 
   std::filesystem::path folder_;
 };
-
-/// Object code, processor, and the shared libraries that are loaded, with their sizes and times.
-std::string what_runs();
-
-/// Names, sizes and times of the files below folders.
-std::string what_lies_in(const std::vector<std::filesystem::path>& folders);
-
-namespace {
 
 namespace fs = std::filesystem;
 
@@ -164,7 +153,38 @@ int add_library(dl_phdr_info* info, std::size_t, void* list) {
   return 0;
 }
 
-}  // namespace
+/// Object code, processor, and the loaded shared libraries with their sizes and times.
+std::string what_runs() {
+  std::vector<std::string> libraries;
+  dl_iterate_phdr(add_library, &libraries);
+  std::ranges::sort(libraries);
+  std::string text =
+      std::string(build::code_hash()) + "\n" + build_provenance().at("processor") + "\n";
+  for (const char* choice :
+       {"GLIBC_TUNABLES",
+        "PALPATE_INSTRUCTIONS"}) {  // they select functions of the C library and kernels
+    const char* value = std::getenv(choice);
+    text += std::string(value != nullptr ? value : "") + "\n";
+  }
+  for (const std::string& library : libraries) { text += file_facts(library); }
+  return text;
+}
+
+/// Names, sizes and times of all files below the folders.
+std::string what_lies_in(const std::vector<fs::path>& folders) {
+  std::vector<std::string> files;
+  for (const fs::path& folder : folders) {
+    std::error_code problem;
+    for (fs::recursive_directory_iterator at(folder, problem), end; !problem && at != end;
+         at.increment(problem)) {
+      if (at->is_regular_file(problem)) { files.push_back(file_facts(at->path())); }
+    }
+  }
+  std::ranges::sort(files);
+  std::string text;
+  for (const std::string& file : files) { text += file; }
+  return text;
+}
 
 KeptCases::KeptCases(const fs::path& cache, const std::string& given)
     : folder_(cache / "cases" / io::content_hash(what_runs() + given)) {}
@@ -182,7 +202,7 @@ std::optional<Outcome> KeptCases::find(const Case& definition) const {
     read_figure_data(folder_, outcome);
     const bool same = outcome.name == definition.name && outcome.status == Status::pass;
     return same ? std::optional(std::move(outcome)) : std::nullopt;
-  } catch (const std::exception&) { return std::nullopt; }  // damaged: as if it had never run
+  } catch (const std::exception&) { return std::nullopt; }  // a damaged file is treated as absent
 }
 
 void KeptCases::keep(const Outcome& outcome) const {
@@ -192,7 +212,7 @@ void KeptCases::keep(const Outcome& outcome) const {
     write_figure_data(folder_, outcome);
     io::replace_file(file_of(outcome.name),
                      to_json(Results{.title = "kept", .outcomes = {outcome}}));
-  } catch (const std::exception&) {}  // it will run again
+  } catch (const std::exception&) {}  // the case will run again
 }
 
 std::map<std::string, Outcome> KeptCases::take(std::vector<Case>& cases) const {
@@ -204,39 +224,6 @@ std::map<std::string, Outcome> KeptCases::take(std::vector<Case>& cases) const {
   return taken;
 }
 
-std::string what_runs() {
-  std::vector<std::string> libraries;
-  dl_iterate_phdr(add_library, &libraries);
-  std::ranges::sort(libraries);
-  std::string text =
-      std::string(build::code_hash) + "\n" + build_provenance().at("processor") + "\n";
-  for (const char* choice :
-       {"GLIBC_TUNABLES",
-        "PALPATE_INSTRUCTIONS"}) {  // of functions of the C library, and of kernels
-    const char* value = std::getenv(choice);
-    text += std::string(value != nullptr ? value : "") + "\n";
-  }
-  for (const std::string& library : libraries) { text += file_facts(library); }
-  return text;
-}
-
-std::string what_lies_in(const std::vector<fs::path>& folders) {
-  std::vector<std::string> files;
-  for (const fs::path& folder : folders) {
-    std::error_code problem;
-    for (fs::recursive_directory_iterator at(folder, problem), end; !problem && at != end;
-         at.increment(problem)) {
-      if (at->is_regular_file(problem)) { files.push_back(file_facts(at->path())); }
-    }
-  }
-  std::ranges::sort(files);
-  std::string text;
-  for (const std::string& file : files) { text += file; }
-  return text;
-}
-
-namespace {
-
 int list(const std::vector<Case>& cases) {
   for (const Case& one : cases) {
     std::printf("%-40s %-10s %s\n", one.name.c_str(), one.suite.c_str(), one.claim.c_str());
@@ -244,7 +231,7 @@ int list(const std::vector<Case>& cases) {
   return done;
 }
 
-/// Folders that may hold data sets which the project does not contain.
+/// Folders to search for data sets that are not part of the project.
 std::vector<std::filesystem::path> data_folders(const std::filesystem::path& given) {
   if (!given.empty()) { return {given}; }
   std::vector<std::filesystem::path> folders;
@@ -304,7 +291,7 @@ std::string command_text(const ValidateOptions& options, const std::string& comm
   return text;
 }
 
-/// Everything that cases depend on beside code, libraries and processor.
+/// Key: everything that cases depend on except code, libraries and processor.
 KeptCases kept_cases(const ValidateOptions& options, const std::filesystem::path& cache) {
   return {cache, std::string(options.quick ? "quick " : "whole ") + std::to_string(options.order) +
                      "\n" + what_lies_in(data_folders(options.data))};
@@ -322,7 +309,7 @@ std::string told_of(const std::map<std::string, Outcome>& kept) {
   return text.data();
 }
 
-/// In the order asked for; what was interrupted is not there.
+/// Outcomes in the order of `cases`, without the interrupted ones.
 std::vector<Outcome> in_order(const std::vector<Case>& cases, std::map<std::string, Outcome> kept,
                               const std::vector<Outcome>& ran) {
   for (const Outcome& outcome : ran) { kept.emplace(outcome.name, outcome); }
@@ -350,7 +337,7 @@ void look_at_all(const ValidateOptions& options, const Judging& what, Results& r
   }
 }
 
-/// A selection of which nothing could run here is no verdict on the program.
+/// If no selected case could run on this machine, the result says nothing about the program.
 int exit_code(const std::vector<Outcome>& outcomes) {
   if (tally(outcomes).holds()) { return done; }
   const bool none_ran = std::ranges::all_of(outcomes, [](const Outcome& one) {
@@ -369,7 +356,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
   const std::filesystem::path folder = make_folder(options.folder(what.command));
   const std::filesystem::path cache_folder =
       options.cache.empty() ? default_cache_folder() : options.cache;
-  // Threads of an interrupted run still use it when this function is gone.
+  // Threads of an interrupted run still use it after this function has returned.
   static const reference::Cache cache = cache_in(cache_folder);
   const KeptCases keeper = kept_cases(options, cache_folder);
   std::vector<Case> to_run = cases;
@@ -400,7 +387,9 @@ int judge(const ValidateOptions& options, const Judging& what) {
   return exit_code(results.outcomes);
 }
 
-int validate(const ValidateOptions& options) {
+namespace {
+
+int run_validate(const ValidateOptions& options) {
   catch_interrupts();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   return judge(options, {.command = "validate",
@@ -408,6 +397,34 @@ int validate(const ValidateOptions& options) {
                          .cases = all_cases(),
                          .jobs = options.jobs > 0 ? options.jobs : cores,
                          .keeps = true});
+}
+
+}  // namespace
+
+void add_validate(CLI::App& app, std::function<int()>& chosen) {
+  const auto [command, options] = add_command(
+      app, chosen, "validate", "judge the model: accuracy, stability, physics", run_validate);
+  command.add_option("cases", options.cases, "cases, groups or suites; all when none")
+      ->type_name("CASE");
+  add_common(command, options, "validate");
+  command.add_flag("--list", options.list, "list all cases and exit");
+  command.add_flag("--quick", options.quick, "the short form");
+  command.add_flag("--no-skip", options.no_skip,
+                   "run also cases whose code has not changed, compute also what scenes do not "
+                   "need; same verdicts");
+  command.add_option("--jobs", options.jobs, "cases at a time [one per core]")
+      ->check(CLI::Range(1, 1024));
+  command
+      .add_option("--order", options.order,
+                  "put nodes and springs in a random order with this seed, to show the effect of "
+                  "rounding (docs/gate.md)")
+      ->type_name("SEED");
+  command
+      .add_option("--cache", options.cache,
+                  "folder of kept references and judged cases [user's cache]")
+      ->type_name("DIR");
+  command.add_option("--data", options.data, "folder of data outside the project")
+      ->type_name("DIR");
 }
 
 }  // namespace palpate::cli

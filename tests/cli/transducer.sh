@@ -33,7 +33,7 @@ all=$((good + missing))
 [ "$all" -le 1938 ] && [ "$all" -ge 1920 ] || fail "$good good and $missing missing of 1938"
 [ "$missing" -gt 50 ] || fail "faults were asked for, and $missing frames are missing"
 
-# Two seconds of a line of 960 bytes a second, through a pipe: no more than it carries.
+# Two seconds of a line of 960 bytes a second, through a pipe: no more than it carries. A busy machine only takes longer.
 printf 'time_s,pressure_mmHg\n0,100\n1,200\n2,150\n' >"$out/slow.csv"
 begin=$(date +%s%N)
 "$palpate" transducer "$out/slow.csv" --stdio >"$out/slow.bin" 2>"$out/slow.txt"
@@ -56,7 +56,7 @@ wait "$pid" || fail "the transducer did not end well"
 cmp "$out/pty.bin" "$out/slow.bin" || fail "pipe and terminal differ"
 
 # A reader that leaves ends a transducer that repeats for ever; so does a signal.
-timeout 20 "$palpate" transducer "$out/slow.csv" --stdio --repeat --quiet | head -c 800 >/dev/null ||
+"$palpate" transducer "$out/slow.csv" --stdio --repeat --quiet | head -c 800 >/dev/null ||
   fail "no end without a reader"
 status=0
 timeout -s INT 1 "$palpate" transducer "$out/slow.csv" --stdio --repeat --quiet >/dev/null || status=$?
@@ -65,7 +65,7 @@ timeout -s INT 1 "$palpate" transducer "$out/slow.csv" --stdio --repeat --quiet 
 # A place without room is an error, not a recording that was sent; one that repeats ends there.
 for repeat in '' --repeat; do
   status=0
-  timeout 20 "$palpate" transducer "$out/slow.csv" --stdio --fast $repeat >/dev/full 2>"$out/stderr" || status=$?
+  "$palpate" transducer "$out/slow.csv" --stdio --fast $repeat >/dev/full 2>"$out/stderr" || status=$?
   [ "$status" -eq 2 ] || fail "exit status $status where nothing could be written"
   grep -q '^palpate: standard output: cannot be written;' "$out/stderr" || fail "no word of what was not written"
 done

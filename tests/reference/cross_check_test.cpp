@@ -41,9 +41,6 @@ TEST("a NaN or an infinity anywhere makes the error infinite") {
       CHECK(std::isinf(trajectory_error(ramp(), candidate, peak_displacement(candidate))));
       CHECK(digits(trajectory_error(candidate, ramp(), 4.0)) == 0.0);
     }
-    MatrixXd candidate = ramp();
-    candidate(0, 2) = poison;
-    CHECK(mixed_error_digits(candidate, ramp(), 1.0) == 0.0);
   }
 }
 
@@ -65,12 +62,6 @@ TEST("digits are the negative logarithm, between 0 and 17") {
   CHECK(digits(0.0) == 17.0);
   CHECK(digits(3.0) == 0.0);
   CHECK(digits(std::nan("")) == 0.0);
-}
-
-TEST("mixed-error digits weigh each coordinate by its own motion") {
-  MatrixXd candidate = ramp();
-  candidate(1, 2) += 2e-3;  // that coordinate has moved by 1; the scale adds 1
-  CHECK_NEAR(mixed_error_digits(candidate, ramp(), 1.0), 3.0, 1e-10);
 }
 
 using palpate::NetworkProblem;

@@ -287,9 +287,9 @@ class Certifier {
   template <class Run> void measure(Phase& phase, const char* stage, Run&& run_phase) {
     tell(stage, plan_.claim.ticks());
     const ProcessorTimes before = processor_times();
-    const double begin = device::monotonic_now();
+    const double begin = plan_.clock->now();
     run_phase(phase);
-    phase.seconds = device::monotonic_now() - begin;
+    phase.seconds = plan_.clock->now() - begin;
     const ProcessorTimes after = processor_times();
     phase.times = {.stolen = after.stolen - before.stolen,
                    .others = after.others - before.others,
@@ -309,7 +309,8 @@ class Certifier {
     }
     PacedLoop loop{.period = plan_.claim.period(),
                    .stop = plan_.stop,
-                   .done = plan_.progress != nullptr ? &plan_.progress->done : nullptr};
+                   .done = plan_.progress != nullptr ? &plan_.progress->done : nullptr,
+                   .clock = plan_.clock};
     const LoopEnd end = loop.run(ticks, phase.record, work);
     phase.counts += loop.counts;
     phase.hopeless = phase.hopeless || end == LoopEnd::hopeless;
@@ -325,11 +326,11 @@ class Certifier {
   void run_scene(Phase& phase) {
     LoopEnd end = LoopEnd::over;
     while (end == LoopEnd::over && phase.record.ticks() < plan_.claim.ticks()) {
-      const double begin = device::monotonic_now();
+      const double begin = plan_.clock->now();
       SceneLoop scene(scene_, plan_.claim.rate);
       if (phase.record.ticks() > 0) {
         ++phase.restarts;
-        phase.paused += device::monotonic_now() - begin;
+        phase.paused += plan_.clock->now() - begin;
       }
       end = run_paced(phase, plan_.claim.ticks() - phase.record.ticks(), [&scene](Moment& moment) {
         (void)scene.tick();  // one that diverges was told by the provocations

@@ -132,6 +132,7 @@ struct CertifyPlan {
   /// Times of the loop's processor and of all others since the start of the machine; empty: not
   /// known.
   std::function<ProcessorTimes(int processor)> processor_times{};
+  device::Clock* clock = &device::monotonic_clock();  ///< of the loops
   /// A load that is not one of background_load.hpp, until what is returned is gone.
   std::function<std::shared_ptr<void>(const std::string& load, const std::vector<int>& processors)>
       outside_load{};

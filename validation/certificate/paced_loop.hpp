@@ -123,10 +123,7 @@ class LoopRecord {
   double deadline_;
 };
 
-// A loop with absolute deadlines: woken at every release, it works and sleeps until the next one.
-// It allocates nothing and calls the system for nothing but the clock and its sleep.
-
-/// A loop that is so late will not catch up while anybody waits [s].
+/// A loop that is later than this is ended: it will not catch up in useful time [s].
 inline constexpr double hopeless_lateness = 2.0;
 
 enum class LoopEnd {
@@ -136,27 +133,29 @@ enum class LoopEnd {
   hopeless,  ///< later than hopeless_lateness
 };
 
+/// Loop with absolute deadlines: it is woken at every release, works, and sleeps until the next
+/// release. It allocates nothing and makes no system call but those of the clock.
 struct PacedLoop {
   double period = 1e-3;                     ///< [s]
   const std::atomic<bool>* stop = nullptr;  ///< looked at between ticks
   std::atomic<long>* done = nullptr;        ///< ticks so far, for whoever shows progress
   device::ThreadCounts counts{};            ///< of what the system did to the thread in its ticks
+  device::Clock* clock = &device::monotonic_clock();
 
   /// `work(moment)` is one tick, tells where in the scene it was, and is false where it was the
   /// last one.
   template <class Work> LoopEnd run(long ticks, LoopRecord& record, Work&& work) noexcept {
-    (void)
-        device::monotonic_now();  // the page that the clock is read from comes with the first look
+    (void)clock->now();  // the first read of the clock loads its page
     const device::ThreadCounts before = device::thread_counts();
-    device::DeadlineClock clock(period);
+    device::DeadlineClock releases(period, *clock);
     LoopEnd end = LoopEnd::done;
     for (long n = 0; n < ticks && end == LoopEnd::done; ++n) {
       TickTimes times;
       Moment moment;
-      times.due = clock.wait();
-      times.begin = device::monotonic_now();
+      times.due = releases.wait();
+      times.begin = clock->now();
       const bool more = work(moment);
-      times.end = device::monotonic_now();
+      times.end = clock->now();
       record.add(times, moment);
       if (done != nullptr) { done->fetch_add(1, std::memory_order_relaxed); }
       end = !more                                                      ? LoopEnd::over

@@ -4,7 +4,6 @@
 #include "device/pressure_link/receiver.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 
 #include "device/byte_link.hpp"
@@ -73,12 +72,7 @@ bool many_ticks(Receiver& receiver, int ticks) noexcept {
 
 struct Rig {
   explicit Rig(StagedLink::Act act) : link(act), receiver(link) {
-    const auto begun = std::chrono::steady_clock::now();
-    // Until the reading thread is at it, or asleep in its stall.
-    while (link.reads() < 3 &&
-           std::chrono::steady_clock::now() - begun < std::chrono::milliseconds(200)) {
-      ::usleep(1000);
-    }
+    while (link.reads() < 1) { ::usleep(1000); }  // until the reading thread has begun
   }
   StagedLink link;
   Receiver receiver;
@@ -116,8 +110,9 @@ TEST("nor does it lock or allocate, and the flooded reader does not allocate eit
     CHECK(good);
     CHECK(more_allocations == 0);
     CHECK(more_locks == 0);
+    // The queue holds 4096 frames, so an overflow is proof of as many read.
+    while (act == StagedLink::Act::flood && rig.receiver.overflowed() == 0) { ::usleep(1000); }
     rig.receiver.stop();
-    if (act == StagedLink::Act::flood) { CHECK(rig.receiver.counts().frames > 1000); }
   }
 }
 
@@ -231,8 +226,7 @@ TEST("over a terminal with bytes lost on the way every sample has its place in t
     (void)device.wait_until(transducer.next_call());
     transducer.serve(device);
   }
-  // The machine may be busy: the deadline only decides how long a failure takes.
-  for (int n = 0; n < 200 && receiver.latest().pressure < 230; ++n) { ::usleep(10000); }
+  while (receiver.latest().pressure < 230) { ::usleep(1000); }  // frames after it may be lost
   receiver.stop();
   CHECK(transducer.faults().dropped > 5);
   CHECK(receiver.counts().missing > 5);
