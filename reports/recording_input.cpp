@@ -6,6 +6,7 @@
 #include <span>
 
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/hdf5_file.hpp"
 #include "fixtures/io/recording_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "validation/comparison/link_recording.hpp"
@@ -21,15 +22,6 @@ constexpr std::size_t most_raw_bytes = 2 * link::frame_bytes * io::most_samples;
 
 std::span<const std::uint8_t> bytes_of(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
-/// The signature stands at 0 or behind a block of another program's: 512, 1024, ... bytes.
-bool is_hdf5(std::string_view bytes) {
-  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
-  for (std::size_t at = 0; at + signature.size() <= bytes.size(); at = at == 0 ? 512 : 2 * at) {
-    if (bytes.substr(at, signature.size()) == signature) { return true; }
-  }
-  return false;
 }
 
 bool has_frames(const std::string& bytes) {
@@ -98,7 +90,7 @@ std::string_view name_of(RecordingFormat format) {
 RecordingFormat format_of(const std::filesystem::path& path) {
   const std::string beginning = io::read_beginning(path, first_look);
   if (beginning.empty()) { throw InputError(path.string() + ": is empty; a recording is needed"); }
-  if (is_hdf5(beginning)) { return RecordingFormat::hdf5; }
+  if (io::is_hdf5(beginning)) { return RecordingFormat::hdf5; }
   if (beginning.starts_with("MATLAB 5.0")) {
     throw InputError(path.string() + ": is a MATLAB file of an older kind; save it with -v7.3");
   }

@@ -46,60 +46,62 @@ Buttons buttons_of(ButtonName name) {
 }  // namespace
 }  // namespace palpate::cli
 
-namespace palpate::io {
+namespace palpate {
 
 using cli::ButtonName;
 using device::falcon::LinkFault;
 
-template <> struct Choices<LinkFault::Kind> {
-  static constexpr std::array words{
-      std::pair{std::string_view("latency"), LinkFault::Kind::latency},
-      std::pair{std::string_view("drop"), LinkFault::Kind::drop},
-      std::pair{std::string_view("duplicate"), LinkFault::Kind::duplicate},
-      std::pair{std::string_view("corrupt"), LinkFault::Kind::corrupt},
-      std::pair{std::string_view("unplug"), LinkFault::Kind::unplug},
-      std::pair{std::string_view("power-loss"), LinkFault::Kind::power_loss},
-      std::pair{std::string_view("stuck-encoder"), LinkFault::Kind::stuck_encoder},
-      std::pair{std::string_view("stuck-button"), LinkFault::Kind::stuck_button}};
-};
-template <> struct Choices<LinkFault::Direction> {
-  static constexpr std::array words{
-      std::pair{std::string_view("both"), LinkFault::Direction::both},
-      std::pair{std::string_view("to-device"), LinkFault::Direction::to_device},
-      std::pair{std::string_view("to-host"), LinkFault::Direction::to_host}};
-};
-template <> struct Choices<ButtonName> {
-  static constexpr std::array words{std::pair{std::string_view("plus"), ButtonName::plus},
-                                    std::pair{std::string_view("forward"), ButtonName::forward},
-                                    std::pair{std::string_view("centre"), ButtonName::centre},
-                                    std::pair{std::string_view("minus"), ButtonName::minus}};
-};
+template <>
+inline constexpr auto words<LinkFault::Kind> =
+    std::to_array<WordOf<LinkFault::Kind>>({{"latency", LinkFault::Kind::latency},
+                                            {"drop", LinkFault::Kind::drop},
+                                            {"duplicate", LinkFault::Kind::duplicate},
+                                            {"corrupt", LinkFault::Kind::corrupt},
+                                            {"unplug", LinkFault::Kind::unplug},
+                                            {"power-loss", LinkFault::Kind::power_loss},
+                                            {"stuck-encoder", LinkFault::Kind::stuck_encoder},
+                                            {"stuck-button", LinkFault::Kind::stuck_button}});
+template <>
+inline constexpr auto words<LinkFault::Direction> =
+    std::to_array<WordOf<LinkFault::Direction>>({{"both", LinkFault::Direction::both},
+                                                 {"to-device", LinkFault::Direction::to_device},
+                                                 {"to-host", LinkFault::Direction::to_host}});
+template <>
+inline constexpr auto words<ButtonName> =
+    std::to_array<WordOf<ButtonName>>({{"plus", ButtonName::plus},
+                                       {"forward", ButtonName::forward},
+                                       {"centre", ButtonName::centre},
+                                       {"minus", ButtonName::minus}});
 
-constexpr Rule seconds{.unit = "s", .range = Range::non_negative};
+}  // namespace palpate
 
-// The keys of a script, each listed once, as in scene_fields.hpp; found through io::TomlReader.
+namespace palpate::io {
+
+constexpr Key seconds{.unit = "s", .range = range::non_negative};
+
+// The keys of a script, each listed once, as in scene_keys.hpp; found through io::TomlReader.
 template <class Visitor> void fields(Visitor& v, cli::FaultDraft& f) {
   v.value("kind", f.fault.kind, {.required = true});
   v.value("direction", f.fault.direction, {});
-  v.value("probability", f.fault.probability, {.range = Range::share});
+  v.value("probability", f.fault.probability, {.range = range::share});
   v.value("start", f.fault.start, seconds);
-  v.value("end", f.fault.end, {.unit = "s", .range = Range::positive});
+  v.value("end", f.fault.end, {.unit = "s", .range = range::positive});
   v.value("latency", f.fault.latency, seconds);
   v.value("jitter", f.fault.jitter, seconds);
-  v.value("run", f.fault.run, {.range = Range::at_least_one});
-  v.value("leg", f.fault.leg, {.range = Range::at_least_one});
+  v.value("run", f.fault.run, {.range = range::at_least(1)});
+  v.value("leg", f.fault.leg, {.range = range::at_least(1)});
   v.value("button", f.button, {});
 }
 
 template <class Visitor> void fields(Visitor& v, device::falcon::GripScript::Pose& p) {
-  v.value("time", p.time, {.unit = "s", .range = Range::non_negative, .required = true});
+  v.value("time", p.time, {.unit = "s", .range = range::non_negative, .required = true});
   v.value("counts", p.counts, {.required = true});
 }
 
 template <class Visitor> void fields(Visitor& v, cli::PressDraft& p) {
   v.value("button", p.button, {.required = true});
   v.value("start", p.start, seconds);
-  v.value("end", p.end, {.unit = "s", .range = Range::positive});
+  v.value("end", p.end, {.unit = "s", .range = range::positive});
 }
 
 template <class Visitor> void fields(Visitor& v, cli::GripDraft& g) {
@@ -110,13 +112,13 @@ template <class Visitor> void fields(Visitor& v, cli::GripDraft& g) {
 }
 
 template <class Visitor> void fields(Visitor& v, device::falcon::FirmwareOptions& f) {
-  v.value("watchdog", f.watchdog, {.unit = "s", .range = Range::positive});
-  v.value("load_silence", f.load_silence, {.unit = "s", .range = Range::positive});
+  v.value("watchdog", f.watchdog, {.unit = "s", .range = range::positive});
+  v.value("load_silence", f.load_silence, {.unit = "s", .range = range::positive});
   v.value("loaded", f.loaded, {});
 }
 
 template <class Visitor> void fields(Visitor& v, cli::ScriptDraft& s) {
-  v.value("seed", s.seed, {.range = Range::non_negative});
+  v.value("seed", s.seed, {.range = range::non_negative});
   v.optional_table("firmware", s.firmware);
   v.optional_table("grip", s.grip);
   v.list("fault", s.faults);

@@ -1,0 +1,605 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Every key of a Scene, listed once with its unit, range, words and one sentence. The default of a
+/// key is the default of its member.
+///
+/// The reader of scene files, check_scene() and docs/scenes.md are visitors of these lists. A
+/// visitor has the members
+///   value(name, member, key)       a key
+///   table(name, member)            a table [name] of keys
+///   optional_table(name, member)   a table that may be absent, held as std::optional
+///   list(name, members)            a list [[name]] of tables
+///   exactly_one(a, b), at_most_one(a, b)   keys that exclude each other
+/// Lists accept constant objects, so that a scene can be visited without a copy.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "model/problem/rules.hpp"
+#include "model/problem/scene.hpp"
+
+namespace palpate {
+
+/// Allowed values of a number. Values of a key with several numbers obey the range one by one.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool above_low = false;       ///< `low` itself is not allowed
+  bool below_high = false;      ///< `high` itself is not allowed
+  std::span<const int> only{};  ///< when not empty: the allowed values, and the bounds are unused
+
+  [[nodiscard]] bool holds(double value) const;  ///< `value` must be finite
+  [[nodiscard]] std::string text() const;        ///< "must be > 0"; empty for any number
+};
+
+inline bool Range::holds(double value) const {
+  if (!only.empty()) {
+    return std::ranges::any_of(only, [&](int allowed) { return value == allowed; });
+  }
+  return (above_low ? value > low : !(value < low)) &&
+         (below_high ? value < high : !(value > high));
+}
+
+inline std::string Range::text() const {
+  const bool bottom = std::isfinite(low);
+  const bool top = std::isfinite(high);
+  if (!only.empty()) {
+    std::string list;
+    for (std::size_t n = 0; n < only.size(); ++n) {
+      list += (n == 0 ? "" : n + 1 == only.size() ? " or " : ", ") + std::to_string(only[n]);
+    }
+    return "must be " + list;
+  }
+  if (bottom && top && !above_low && !below_high) {
+    return "must be from " + number_in_words(low) + " to " + number_in_words(high);
+  }
+  const std::string least = (above_low ? "> " : ">= ") + number_in_words(low);
+  const std::string most = (below_high ? "< " : "<= ") + number_in_words(high);
+  if (!bottom && !top) { return {}; }
+  return "must be " + (bottom && top ? least + " and " + most : bottom ? least : most);
+}
+
+namespace range {
+inline constexpr std::array neighbour_counts{6, 18, 26};
+inline constexpr Range any{};
+inline constexpr Range positive{.low = 0.0, .above_low = true};
+inline constexpr Range non_negative{.low = 0.0};
+inline constexpr Range share{.low = 0.0, .high = 1.0};
+inline constexpr Range percent{.low = 0.0, .high = 100.0};
+inline constexpr Range neighbours{.only = neighbour_counts};
+constexpr Range at_least(double low) { return {.low = low}; }
+constexpr Range at_most(double high) { return {.high = high}; }
+constexpr Range from_to(double low, double high) { return {.low = low, .high = high}; }
+constexpr Range from_to_below(double low, double high) {
+  return {.low = low, .high = high, .below_high = true};
+}
+}  // namespace range
+
+/// Properties of a key apart from its name and its type.
+struct Key {
+  std::string_view unit{};
+  Range range{};
+  bool required = false;
+  bool endless = false;  ///< the default is infinity and means "no end"; a file cannot give it
+  std::string_view doc{};
+
+  /// The unit after a number in a message: " m", or nothing for pure numbers.
+  [[nodiscard]] std::string after_number() const {
+    return unit.empty() || unit == "1" ? std::string() : " " + std::string(unit);
+  }
+};
+
+template <class E> using WordOf = std::pair<std::string_view, E>;
+/// The words of a key that takes one of a few: an array of WordOf<E>, one for each value of E.
+template <class E> inline constexpr int words = 0;
+
+template <>
+inline constexpr auto words<Precision> = std::to_array<WordOf<Precision>>(
+    {{"double", Precision::double_precision}, {"float", Precision::single_precision}});
+template <>
+inline constexpr auto words<Source> = std::to_array<WordOf<Source>>({{"lattice", Source::lattice},
+                                                                     {"layers", Source::layers},
+                                                                     {"network", Source::network},
+                                                                     {"oscillator",
+                                                                      Source::oscillator},
+                                                                     {"mesh", Source::mesh},
+                                                                     {"mri", Source::mri}});
+template <>
+inline constexpr auto words<Face> = std::to_array<WordOf<Face>>({{"x-min", Face::x_min},
+                                                                 {"x-max", Face::x_max},
+                                                                 {"y-min", Face::y_min},
+                                                                 {"y-max", Face::y_max},
+                                                                 {"z-min", Face::z_min},
+                                                                 {"z-max", Face::z_max}});
+template <>
+inline constexpr auto words<LatticeWeights> = std::to_array<WordOf<LatticeWeights>>(
+    {{"cell", LatticeWeights::cell}, {"uniform", LatticeWeights::uniform}});
+template <>
+inline constexpr auto words<Inclusion::Shape> = std::to_array<WordOf<Inclusion::Shape>>(
+    {{"sphere", Inclusion::Shape::sphere}, {"box", Inclusion::Shape::box}});
+template <>
+inline constexpr auto words<Profile> = std::to_array<WordOf<Profile>>(
+    {{"constant", Profile::constant}, {"ramp", Profile::ramp}, {"half-sine", Profile::half_sine}});
+template <>
+inline constexpr auto words<RecordedQuantity> =
+    std::to_array<WordOf<RecordedQuantity>>({{"position", RecordedQuantity::position},
+                                             {"velocity", RecordedQuantity::velocity},
+                                             {"force", RecordedQuantity::force}});
+template <>
+inline constexpr auto words<TissueRole> =
+    std::to_array<WordOf<TissueRole>>({{"tissue", TissueRole::tissue},
+                                       {"epidural-space", TissueRole::epidural_space},
+                                       {"dura", TissueRole::dura},
+                                       {"bone", TissueRole::bone}});
+template <>
+inline constexpr auto words<Probe::Shape> = std::to_array<WordOf<Probe::Shape>>(
+    {{"fingertip", Probe::Shape::fingertip}, {"ultrasound", Probe::Shape::ultrasound}});
+template <>
+inline constexpr auto words<Drive::Kind> =
+    std::to_array<WordOf<Drive::Kind>>({{"trajectory", Drive::Kind::trajectory},
+                                        {"force", Drive::Kind::force},
+                                        {"falcon", Drive::Kind::falcon}});
+template <>
+inline constexpr auto words<Drive::Technique> =
+    std::to_array<WordOf<Drive::Technique>>({{"continuous", Drive::Technique::continuous},
+                                             {"intermittent", Drive::Technique::intermittent}});
+template <>
+inline constexpr auto words<FalconDrive::Hand> =
+    std::to_array<WordOf<FalconDrive::Hand>>({{"light", FalconDrive::Hand::light},
+                                              {"medium", FalconDrive::Hand::medium},
+                                              {"firm", FalconDrive::Hand::firm},
+                                              {"two-stage", FalconDrive::Hand::two_stage}});
+template <>
+inline constexpr auto words<FalconDrive::Geometry> = std::to_array<WordOf<FalconDrive::Geometry>>(
+    {{"libnifalcon", FalconDrive::Geometry::libnifalcon},
+     {"martin-hillier", FalconDrive::Geometry::martin_hillier}});
+template <>
+inline constexpr auto words<FalconDrive::Profile> = std::to_array<WordOf<FalconDrive::Profile>>(
+    {{"correct", FalconDrive::Profile::correct}, {"stock", FalconDrive::Profile::stock}});
+template <>
+inline constexpr auto words<FalconDrive::Between> = std::to_array<WordOf<FalconDrive::Between>>(
+    {{"hold", FalconDrive::Between::hold}, {"extrapolate", FalconDrive::Between::extrapolate}});
+
+// Keys whose value in a file is not simply the value of one member. Each refers to the member that
+// the key sets; numbers() returns those that the key's range is about.
+
+/// "auto" or a whole number.
+template <class T> struct AutoOrCount {
+  T& count;
+  [[nodiscard]] std::optional<int> numbers() const { return count; }
+};
+/// "physical" or "as-printed".
+template <class T> struct EquationsWord { T& printed; };
+/// "fixed" or "heavy".
+template <class T> struct HoldWord { T& by_mass; };
+/// "none", one face or a list of faces.
+template <class T> struct FixedFaces { T& faces; };
+/// The index of a node.
+template <class T> struct NodeOf {
+  T& where;
+  [[nodiscard]] std::optional<int> numbers() const {
+    const int* node = std::get_if<int>(&where);
+    return node != nullptr ? std::optional(*node) : std::nullopt;
+  }
+};
+/// A point, instead of the index of a node.
+template <class T> struct PointOf {
+  T& where;
+  [[nodiscard]] std::optional<Eigen::Vector3d> numbers() const {
+    const Eigen::Vector3d* point = std::get_if<Eigen::Vector3d>(&where);
+    return point != nullptr ? std::optional(*point) : std::nullopt;
+  }
+};
+/// Edge lengths: one number for all edges or one number for each.
+template <class T> struct Edges {
+  T& size;
+  [[nodiscard]] const T& numbers() const { return size; }
+};
+/// A needle gauge, which sets the diameter.
+template <class T> struct GaugeOf { T& diameter; };
+/// The shape of a probe, which also sets the size that the probe has by default.
+template <class T> struct ProbeShape { T& probe; };
+/// "saline" or "air": sets the defaults of all other keys of a syringe.
+template <class T> struct SyringePreset { T& syringe; };
+/// Text that becomes part of a column name.
+template <class T> struct Label { T& text; };
+
+/// Default footprint of an ultrasound probe [m].
+inline const Eigen::Vector2d ultrasound_footprint{0.06, 0.015};
+
+/// Calls `holds(number)` for each number of a member until one call returns false; returns whether
+/// all calls returned true. Texts, words and flags have no numbers.
+template <class T, class Check> bool all_numbers(const T& member, Check holds) {
+  if constexpr (std::same_as<T, double> || std::same_as<T, int>) {
+    return holds(member);
+  } else if constexpr (requires { member.numbers(); }) {
+    return all_numbers(member.numbers(), holds);
+  } else if constexpr (requires { member.has_value(); }) {
+    return !member || all_numbers(*member, holds);
+  } else if constexpr (requires { member.data()[member.size()]; }) {
+    using Number = std::remove_cvref_t<decltype(*member.data())>;
+    if constexpr (std::same_as<Number, double> || std::same_as<Number, int>) {
+      const std::span<const Number> all(member.data(), static_cast<std::size_t>(member.size()));
+      for (const Number number : all) {
+        if (!holds(number)) { return false; }
+      }
+    }
+  }
+  return true;
+}
+
+/// T, constant or not.
+template <class T, class Plain>
+concept Is = std::same_as<std::remove_const_t<T>, Plain>;
+
+template <class Visitor, Is<PrintedForm> T> void fields(Visitor& v, T& p) {
+  v.value("sign", p.sign, {.doc = "Eqs. 11-13: a stretched spring pushes its ends apart"});
+  v.value("reversed", p.reversed, {.doc = "With `sign`: the whole printed force, reversed"});
+  v.value("direction", p.direction,
+          {.doc = "Eq. 12: the force is multiplied by d instead of its unit vector"});
+  v.value("half_force", p.half_force, {.doc = "Eq. 14: half of the force of each spring"});
+  v.value("no_time_step", p.no_time_step, {.doc = "Pseudo-code: updates without the time step"});
+  v.value("lagged_velocity", p.lagged_velocity,
+          {.doc = "Eq. 9: spring velocity from the previous displacement"});
+}
+
+template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s) {
+  v.value("duration", s.duration, {.unit = "s", .range = range::positive, .doc = "Simulated time"});
+  v.value("step", s.step, {.unit = "s", .range = range::positive, .doc = "Length of one tick"});
+  v.value("substeps", AutoOrCount{s.substeps},
+          {.range = range::at_least(1), .doc = "Integrator steps per tick"});
+  v.value("integrator", s.integrator, {.doc = "`palpate run --help` lists the names"});
+  v.value("solver_tolerance", s.solver_tolerance,
+          {.unit = "1",
+           .range = range::from_to_below(0, 1),
+           .doc = "Implicit integrators: error left in the change of velocity of a step, relative; "
+                  "0: rounding error only"});
+  v.value("precision", s.precision,
+          {.doc = "Precision of the steps; the reference always uses double"});
+  v.value("threads", s.threads,
+          {.range = range::from_to(1, 64),
+           .doc = "Maximum number of threads for a regular lattice; each occupies one processor "
+                  "also while it waits"});
+  v.value("sleep_force", s.sleep_force,
+          {.unit = "N",
+           .range = range::non_negative,
+           .doc = "Largest sum of the residual forces of all sleeping nodes; 0: no node sleeps"});
+  v.value("near_radius", s.near_radius,
+          {.unit = "m",
+           .range = range::non_negative,
+           .doc = "Distance from a tool or a load beyond which the tissue becomes a linear "
+                  "reduced-order model; 0: no reduction"});
+  v.value("far_modes", s.far_modes,
+          {.range = range::from_to(1, 1000), .doc = "Modes of the reduced-order model"});
+  v.value("equations", EquationsWord{s.printed},
+          {.doc = "Corrected physics, or the equations of the paper as printed (all errata)"});
+  v.table("printed", s.printed);
+}
+
+template <class Visitor, Is<Lattice> T> void fields(Visitor& v, T& l) {
+  v.value("nodes", l.nodes, {.range = range::at_least(2), .doc = "Nodes along x, y and z"});
+  v.value("spacing", l.spacing,
+          {.unit = "m", .range = range::positive, .doc = "Distance between nodes"});
+  v.value("connectivity", l.connectivity,
+          {.range = range::neighbours, .doc = "Number of neighbours of a node"});
+  v.value("weights", l.weights,
+          {.doc = "Springs from a material, or the same stiffness for all springs"});
+  v.value("material", l.material, {.doc = "With weights = \"cell\": name of a material"});
+  v.value("stiffness", l.stiffness,
+          {.unit = "N/m",
+           .range = range::positive,
+           .doc = "With weights = \"uniform\": stiffness of a spring"});
+  v.value("viscosity", l.viscosity,
+          {.unit = "N s/m",
+           .range = range::non_negative,
+           .doc = "With weights = \"uniform\": viscosity of a spring"});
+  v.value("node_mass", l.node_mass,
+          {.unit = "kg",
+           .range = range::positive,
+           .doc = "With weights = \"uniform\": mass of a node"});
+}
+
+template <class Visitor, Is<LayerBlock> T> void fields(Visitor& v, T& b) {
+  v.value("nodes", b.nodes, {.range = range::at_least(2), .doc = "Nodes along x and y"});
+  v.value("spacing", b.spacing,
+          {.unit = "m", .range = range::positive, .doc = "Distance between nodes"});
+  v.value("connectivity", b.connectivity,
+          {.range = range::neighbours, .doc = "Number of neighbours of a node"});
+}
+
+template <class Visitor, Is<Oscillator> T> void fields(Visitor& v, T& o) {
+  v.value("mass", o.mass, {.unit = "kg", .range = range::positive, .doc = "Mass m"});
+  v.value("stiffness", o.stiffness,
+          {.unit = "N/m", .range = range::non_negative, .doc = "Stiffness k"});
+  v.value("viscosity", o.viscosity,
+          {.unit = "N s/m", .doc = "Viscosity c; a negative value adds energy"});
+  v.value("displacement", o.displacement, {.unit = "m", .doc = "Displacement at t = 0"});
+  v.value("velocity", o.velocity, {.unit = "m/s", .doc = "Velocity at t = 0"});
+  v.value("drive_amplitude", o.drive_amplitude,
+          {.unit = "N", .doc = "Amplitude F0 of the force F0 cos(W t)"});
+  v.value("drive_frequency", o.drive_frequency,
+          {.unit = "rad/s", .doc = "Angular frequency W of the force"});
+}
+
+template <class Visitor, Is<Tissue> T> void fields(Visitor& v, T& t) {
+  v.value("source", t.source, {.doc = "Table below that defines the tissue"});
+  v.value("fixed", FixedFaces{t.fixed}, {.doc = "Faces whose nodes do not move"});
+  v.value("hold", HoldWord{t.hold_by_mass},
+          {.doc = "Nodes of fixed faces are fixed exactly, or made very heavy"});
+  v.value("heavy_mass_factor", t.heavy_mass_factor,
+          {.unit = "1",
+           .range = range::positive,
+           .doc = "With hold = \"heavy\": factor on the mass of these nodes"});
+  v.value("gravity", t.gravity, {.unit = "m/s^2", .doc = "Acceleration of every free node"});
+  v.table("lattice", t.lattice);
+  v.table("layers", t.block);
+  v.table("oscillator", t.oscillator);
+}
+
+template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
+  v.value("name", m.name,
+          {.required = true, .doc = "Name; replaces the library material of the same name"});
+  v.value("youngs_modulus", m.youngs_modulus,
+          {.unit = "Pa", .range = range::positive, .required = true, .doc = "Young's modulus E"});
+  v.value("density", m.density,
+          {.unit = "kg/m^3", .range = range::positive, .doc = "Density of the tissue"});
+  v.value("damping_ratio", m.damping_ratio,
+          {.unit = "1",
+           .range = range::non_negative,
+           .doc = "Damping ratio of each spring with its reduced mass"});
+  v.value("viscosity", m.viscosity,
+          {.unit = "N s/m",
+           .range = range::non_negative,
+           .doc = "Viscosity of a spring, instead of damping_ratio"});
+  v.at_most_one("damping_ratio", "viscosity");
+  v.value("cutting_force", m.cutting_force,
+          {.unit = "N", .range = range::non_negative, .doc = "Cutting force at the needle tip"});
+  v.value("friction", m.friction,
+          {.unit = "N/m",
+           .range = range::non_negative,
+           .doc = "Friction force per metre of needle shaft"});
+  v.value("role", m.role, {.doc = "Kind of tissue for a needle; left out: from the name"});
+}
+
+template <class Visitor, Is<Layer> T> void fields(Visitor& v, T& l) {
+  v.value("tissue", l.tissue, {.doc = "Label in results; left out: the material's name"});
+  v.value("material", l.material, {.required = true, .doc = "Name of a material"});
+  v.value(
+      "thickness", l.thickness,
+      {.unit = "m", .range = range::positive, .required = true, .doc = "Thickness of the layer"});
+}
+
+template <class Visitor, Is<Inclusion> T> void fields(Visitor& v, T& i) {
+  v.value("shape", i.shape, {.doc = "Shape of the body"});
+  v.value("centre", i.centre, {.unit = "m", .required = true, .doc = "Centre of the body"});
+  v.value("size", Edges{i.size},
+          {.unit = "m",
+           .range = range::positive,
+           .required = true,
+           .doc = "Sphere: diameter; box: edge lengths"});
+  v.value("material", i.material,
+          {.required = true, .doc = "Material of cells whose centre is inside the body"});
+}
+
+template <class Visitor, Is<Load> T> void fields(Visitor& v, T& l) {
+  v.value("nodes", l.nodes, {.range = range::non_negative, .doc = "Indices of the loaded nodes"});
+  v.value("face", l.face, {.doc = "Instead of nodes: all nodes of a face"});
+  v.exactly_one("nodes", "face");
+  v.value("force", l.force, {.unit = "N", .required = true, .doc = "Force on each node"});
+  v.value("start", l.start,
+          {.unit = "s", .range = range::non_negative, .doc = "Time at which the load begins"});
+  v.value("end", l.end,
+          {.unit = "s",
+           .range = range::positive,
+           .endless = true,
+           .doc = "Time at which the load ends"});
+  v.value("profile", l.profile, {.doc = "Course of the force over [start, end)"});
+}
+
+template <class Visitor, Is<Record> T> void fields(Visitor& v, T& r) {
+  v.value("name", Label{r.name}, {.required = true, .doc = "First part of the column names"});
+  v.value("node", NodeOf{r.where}, {.range = range::non_negative, .doc = "Index of the node"});
+  v.value("point", PointOf{r.where}, {.unit = "m", .doc = "Instead of node: the nearest node"});
+  v.exactly_one("node", "point");
+  v.value("quantities", r.quantities, {.doc = "Recorded quantities"});
+}
+
+template <class Visitor, Is<Output> T> void fields(Visitor& v, T& o) {
+  v.value("frames", o.frames,
+          {.range = range::non_negative, .doc = "Number of stored states of all nodes"});
+}
+
+template <class Visitor, Is<Needle> T> void fields(Visitor& v, T& n) {
+  v.value("gauge", GaugeOf{n.diameter}, {.doc = "Stubs gauge; sets the diameter"});
+  v.value("diameter", n.diameter,
+          {.unit = "m",
+           .range = range::positive,
+           .doc = "Outer diameter; reported, has no effect on forces"});
+  v.at_most_one("gauge", "diameter");
+  v.value("entry", n.entry,
+          {.unit = "m", .doc = "Point where the needle line crosses the undeformed skin"});
+  v.value("direction", n.direction,
+          {.doc = "Direction of insertion, of any length; at most 60 degrees from z"});
+  v.value("mass", n.mass,
+          {.unit = "kg",
+           .range = range::positive,
+           .doc = "Mass of needle and syringe, used when a force drives them"});
+}
+
+template <class Visitor, Is<PalpationGrid> T> void fields(Visitor& v, T& g) {
+  v.value("sites", g.sites, {.range = range::at_least(1), .doc = "Sites along x and y"});
+  v.value("spacing", g.spacing,
+          {.unit = "m", .range = range::positive, .doc = "Distance between neighbouring sites"});
+}
+
+template <class Visitor, Is<Probe> T> void fields(Visitor& v, T& p) {
+  v.value("shape", ProbeShape{p}, {.doc = "Shape of the footprint: a disc or a rectangle"});
+  v.value("size", Edges{p.size},
+          {.unit = "m",
+           .range = range::positive,
+           .doc = "Fingertip: diameter; ultrasound: edges along x and y"});
+  v.value("entry", p.entry, {.unit = "m", .doc = "Centre of the footprint on the skin"});
+  v.value("mass", p.mass,
+          {.unit = "kg",
+           .range = range::positive,
+           .doc = "Mass of the probe, used when a force drives it"});
+  v.optional_table("map", p.map);
+}
+
+template <class Visitor, Is<Drive> T> void fields(Visitor& v, T& d) {
+  v.value("kind", d.kind,
+          {.doc = "The position of the tool is prescribed, or the force of the hand, or a haptic "
+                  "device holds the tool"});
+  v.value("technique", d.technique,
+          {.doc = "Continuous advance, or steps with pauses between them"});
+  v.value("start", d.start,
+          {.unit = "s", .range = range::non_negative, .doc = "The tool rests before this time"});
+  v.value("from", d.from,
+          {.unit = "m",
+           .range = range::at_most(0),
+           .doc = "Position of the tip along its line before the start; 0: on the skin, < 0: "
+                  "outside the tissue"});
+  v.value("pause", d.pause,
+          {.unit = "s",
+           .range = range::non_negative,
+           .doc = "Intermittent: time between two advances or two pushes"});
+  v.value("hold", d.hold,
+          {.unit = "s",
+           .range = range::non_negative,
+           .doc = "Time at full depth, or at full force, before the withdrawal"});
+  v.value("speed", d.speed,
+          {.unit = "m/s", .range = range::positive, .doc = "Trajectory: speed of the advance"});
+  v.value("advance", d.advance,
+          {.unit = "m",
+           .range = range::positive,
+           .doc = "Trajectory, intermittent: length of one advance"});
+  v.value("depth", d.depth,
+          {.unit = "m",
+           .doc = "Trajectory: position where the advance ends; left out: it does not end"});
+  v.value("withdraw_speed", d.withdraw_speed,
+          {.unit = "m/s",
+           .range = range::non_negative,
+           .doc = "Trajectory: speed of the withdrawal after `hold`; 0: the tool stays"});
+  v.value("grip_stiffness", d.grip_stiffness,
+          {.unit = "N/m",
+           .range = range::positive,
+           .doc = "Trajectory: stiffness between hand and tool when bone stops the tool"});
+  v.value("force", d.force,
+          {.unit = "N", .range = range::positive, .doc = "Force: largest force of the hand"});
+  v.value("rise", d.rise,
+          {.unit = "s",
+           .range = range::non_negative,
+           .doc = "Force: time in which the force rises from zero to its largest value"});
+  v.value(
+      "push", d.push,
+      {.unit = "s", .range = range::positive, .doc = "Force, intermittent: duration of one push"});
+  v.value("withdraw_force", d.withdraw_force,
+          {.unit = "N",
+           .range = range::non_negative,
+           .doc = "Force: force of the withdrawal after `hold`; 0: the push does not end"});
+  v.value("hand_viscosity", d.hand_viscosity,
+          {.unit = "N s/m",
+           .range = range::non_negative,
+           .doc = "Force: viscosity of the hand, which opposes the velocity of the tool"});
+}
+
+template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
+  v.value("hand", f.hand, {.doc = "Preset of mass, viscosity and stiffness of the hand"});
+  v.value("geometry", f.geometry, {.doc = "Published lengths of the device's legs"});
+  v.value("profile", f.profile,
+          {.doc = "Driver: exact, or with the defects of the common open-source driver"});
+  v.value("rate", f.rate,
+          {.unit = "Hz", .range = range::from_to(100, 20000), .doc = "Rate of the haptic loop"});
+  v.value("delay", f.delay,
+          {.range = range::from_to(0, 100),
+           .doc = "Ticks between a position and the force computed from it"});
+  v.value("between", f.between,
+          {.doc = "Tool position between two steps when the tissue is slower than the loop"});
+  v.value("coupling_stiffness", f.coupling_stiffness,
+          {.unit = "N/m", .range = range::positive, .doc = "Stiffness between grip and tool"});
+  v.value(
+      "coupling_viscosity", f.coupling_viscosity,
+      {.unit = "N s/m", .range = range::non_negative, .doc = "Viscosity between grip and tool"});
+  v.value("start_height", f.start_height,
+          {.unit = "m",
+           .range = range::from_to(0.08, 0.175),
+           .doc = "z of the grip in the device frame when the tip is on the skin; the range is the "
+                  "reach of the device"});
+  v.value("tremor", f.tremor,
+          {.unit = "m",
+           .range = range::non_negative,
+           .doc = "Amplitude of the hand tremor, 8 to 12 Hz"});
+  v.value("reaction_delay", f.reaction_delay,
+          {.unit = "s",
+           .range = range::non_negative,
+           .doc = "Time from a loss of resistance to the reaction of the hand"});
+  v.value("quantised", f.quantised, {.doc = "Use whole encoder counts and motor words"});
+  v.value("friction", f.friction, {.doc = "Friction in the joints of the device"});
+  v.value("passivity_controller", f.passivity_controller,
+          {.doc = "Dissipates energy that the rendering would generate"});
+  v.value("seed", f.seed,
+          {.range = range::non_negative, .doc = "Seed of all random numbers of the device"});
+}
+
+template <class Visitor, Is<Syringe> T> void fields(Visitor& v, T& s) {
+  v.value("preset", SyringePreset{s}, {.doc = "Fluid; sets the defaults of the keys below"});
+  v.value("plunger_area", s.plunger_area,
+          {.unit = "m^2",
+           .range = range::positive,
+           .doc = "Area of the plunger; default: bore of 15 mm"});
+  v.value(
+      "compliance", s.compliance,
+      {.unit = "m^3/Pa", .range = range::positive, .doc = "Compliance of the wall and any air"});
+  v.value("thumb_force", s.thumb_force,
+          {.unit = "N", .range = range::non_negative, .doc = "Largest force of the thumb"});
+  v.value("thumb_flow", s.thumb_flow,
+          {.unit = "m^3/s",
+           .range = range::non_negative,
+           .doc = "Largest flow that the thumb can maintain"});
+  v.value("tissue_resistance", s.tissue_resistance,
+          {.unit = "Pa s/m^3", .range = range::positive, .doc = "Flow resistance of solid tissue"});
+  v.value("epidural_resistance", s.epidural_resistance,
+          {.unit = "Pa s/m^3",
+           .range = range::positive,
+           .doc = "Flow resistance of the epidural space"});
+  v.value("open_resistance", s.open_resistance,
+          {.unit = "Pa s/m^3",
+           .range = range::positive,
+           .doc = "Flow resistance of the needle with its tip in air"});
+}
+
+/// The keys of a scene; `tissue` is the scene's own tissue or an object that adds keys to it.
+template <class Visitor, Is<Scene> T, class TissueKeys>
+void scene_fields(Visitor& v, T& s, TissueKeys& tissue) {
+  v.value("title", s.title, {.doc = "Any text"});
+  v.table("simulation", s.simulation);
+  v.table("tissue", tissue);
+  v.list("material", s.materials);
+  v.list("layer", s.tissue.layers);
+  v.list("inclusion", s.tissue.inclusions);
+  v.list("load", s.loads);
+  v.list("record", s.records);
+  v.table("output", s.output);
+  v.optional_table("needle", s.needle);
+  v.optional_table("probe", s.probe);
+  v.optional_table("drive", s.drive);
+  v.optional_table("falcon", s.falcon);
+  v.optional_table("syringe", s.syringe);
+}
+
+template <class Visitor, Is<Scene> T> void fields(Visitor& v, T& s) {
+  scene_fields(v, s, s.tissue);
+}
+
+}  // namespace palpate
