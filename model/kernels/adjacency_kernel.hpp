@@ -109,8 +109,7 @@ template <bool is_damped, bool is_measured, class Real, class Arch> class FanLoo
         .rest = load(numbers_ + lanes),
         .viscosity = is_damped ? load(numbers_ + 2 * lanes) : Batch(Real(0))};
     if constexpr (is_measured) {
-      const Batch extension = lengths.length() - spring.rest;
-      energy_ = fused::add(spring.stiffness * extension, extension, energy_);
+      energy_ = add_twice_energy(spring, Batch(lengths.length()), energy_);
     }
     if constexpr (is_damped) { return lengths.pull(spring, Four::sums(closing)); }
     return lengths.pull(spring);

@@ -93,8 +93,7 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
         .stiffness = Batch(Real(0)), .rest = Batch(*springs.rest), .viscosity = Batch(Real(0))};
     if constexpr (task != Task::damping) { spring.stiffness = load(springs.constants); }
     if constexpr (measures_energy(task)) {
-      const Batch extension = lengths.length() - spring.rest;
-      energy_ = fused::add(spring.stiffness * extension, extension, energy_);
+      energy_ = add_twice_energy(spring, Batch(lengths.length()), energy_);
     }
     if constexpr (task == Task::energy) { return; }
     Batch factor;

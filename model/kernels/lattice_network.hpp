@@ -187,7 +187,7 @@ template <class Real> class LatticeSleep {
 
 template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
  public:
-  /// Throws std::invalid_argument for a network that lattice_of() does not know. `may_fold`: see
+  /// Throws std::invalid_argument for a network that is no regular lattice. `may_fold`: see
   /// LatticeRows.
   LatticeNetwork(const NetworkProblem& problem, bool skip, int threads = 1,
                  const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front(),

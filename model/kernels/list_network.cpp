@@ -10,33 +10,6 @@ namespace palpate {
 
 namespace {
 
-/// Derivative of the force on end a by d and by the relative velocity (cf. NetworkProblem).
-template <class Real> struct Gradient {
-  Eigen::Matrix<Real, 3, 3> position = Eigen::Matrix<Real, 3, 3>::Zero();
-  Eigen::Matrix<Real, 3, 3> velocity = Eigen::Matrix<Real, 3, 3>::Zero();
-};
-
-template <class Real, class Element>
-Gradient<Real> gradient_of(const SpringLaw& law, const Element& spring,
-                           const Eigen::Matrix<Real, 3, 1>& d,
-                           const Eigen::Matrix<Real, 3, 1>& w) noexcept {
-  using Matrix = Eigen::Matrix<Real, 3, 3>;
-  using Vector3 = Eigen::Matrix<Real, 3, 1>;
-  const Real length = d.norm();
-  if (!(length > static_cast<Real>(zero_length))) { return {}; }
-  const Vector3 u = d / length;
-  const Real k = static_cast<Real>(law.scale * law.elastic) * spring.stiffness;
-  const Real c = static_cast<Real>(law.scale * law.viscous) * spring.viscosity;
-  const Real rate = w.dot(u);
-  const Real tension = k * (length - spring.rest_length) + c * rate;
-  const Vector3 slope = k * u + (c / length) * (w - rate * u);
-  const Vector3 e = law.along_displacement ? d : u;
-  const Matrix turn = law.along_displacement
-                          ? Matrix(Matrix::Identity())
-                          : Matrix((Matrix::Identity() - u * u.transpose()) / length);
-  return {e * slope.transpose() + tension * turn, c * e * u.transpose()};
-}
-
 template <class Real>
 void add_block(Real* values, const std::int64_t* columns, Real factor,
                const Eigen::Matrix<Real, 3, 3>& block) noexcept {
@@ -108,7 +81,7 @@ void SpringMatrices<Real>::jacobian(const SpringSet<Real>& springs, const At& at
     const auto& s = springs.links[n];
     const Vector3 d = at.q.template segment<3>(s.b) - at.q.template segment<3>(s.a);
     const Vector3 w = at.v.template segment<3>(s.b) - at.v.template segment<3>(s.a);
-    const auto g = gradient_of<Real>(springs.law, s, d, w);
+    const auto g = spring_gradient<Real>(springs.law, numbers_of<Real>(s), d, w);
     const Eigen::Matrix<Real, 3, 3> block =
         at.on_stiffness * g.position + at.on_damping * g.velocity;
     const auto& slots = link_slots_[n];
@@ -121,7 +94,7 @@ void SpringMatrices<Real>::jacobian(const SpringSet<Real>& springs, const At& at
     const auto& s = springs.anchors[n];
     const Vector3 d = Eigen::Map<const Vector3>(s.place) - at.q.template segment<3>(s.a);
     const Vector3 w = -at.v.template segment<3>(s.a);
-    const auto g = gradient_of<Real>(springs.law, s, d, w);
+    const auto g = spring_gradient<Real>(springs.law, numbers_of<Real>(s), d, w);
     const Eigen::Matrix<Real, 3, 3> block =
         at.on_stiffness * g.position + at.on_damping * g.velocity;
     add_block(values, anchor_slots_[n].data(), Real(1), block);
@@ -341,8 +314,7 @@ template <class Real>
 double ListNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
   double energy = 0.0;
   const auto elastic = [](const auto& s, double length) {
-    const double extension = length - static_cast<double>(s.rest_length);
-    return 0.5 * static_cast<double>(s.stiffness) * extension * extension;
+    return 0.5 * add_twice_energy(numbers_of<double>(s), length, 0.0);
   };
   for (const auto& s : springs_.links) {
     energy += elastic(

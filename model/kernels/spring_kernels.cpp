@@ -39,9 +39,9 @@ template <bool damped, class Real, class Element>
 Real pull(const Element& spring, const Three<Real>& d, const Three<Real>& w) noexcept {
   const Real length = std::sqrt(dot(d, d));
   const Real inverse = inverse_or_zero(length);
-  Real tension = spring.stiffness * (length - spring.rest_length);
-  if constexpr (damped) { tension += spring.viscosity * (dot(w, d) * inverse); }
-  return tension * inverse;
+  constexpr SpringTerms terms{.viscous = damped};
+  return SpringTension<terms>::of(numbers_of<Real>(spring), length, Real(dot(w, d) * inverse)) *
+         inverse;
 }
 
 template <bool damped, class Real>
@@ -73,10 +73,8 @@ Real printed_pull(SpringSet<Real>& springs, std::size_t index, const Element& sp
     rate = (length - springs.previous_length[index]) / springs.lag;
     springs.previous_length[index] = length;
   }
-  const Eigen::Matrix<Real, 3, 1> unit(Real(1), Real(0), Real(0));
   return spring_force<Real>(springs.law, spring.stiffness, spring.viscosity, spring.rest_length,
-                            unit, length, rate)
-      .x();
+                            Real(1), length, rate);
 }
 
 template <class Real>
@@ -105,9 +103,13 @@ template <class Real> SpringKernel<Real> spring_kernel_for(KernelTraits traits) 
 template <class Real>
 void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, Real* f) noexcept {
   const auto factor = [&](const auto& s, const Three<Real>& d, const Three<Real>& relative) {
-    const Real inverse = inverse_or_zero(std::sqrt(dot(d, d)));
-    const Real c = static_cast<Real>(springs.law.scale * springs.law.viscous) * s.viscosity;
-    return c * (dot(relative, d) * inverse) * (springs.law.along_displacement ? Real(1) : inverse);
+    constexpr SpringTerms damper{.elastic = false};
+    const Real length = std::sqrt(dot(d, d));
+    const Real inverse = inverse_or_zero(length);
+    const Real tension = static_cast<Real>(springs.law.scale) *
+                         SpringTension<damper>::of(springs.law.with_signs(numbers_of<Real>(s)),
+                                                   length, Real(dot(relative, d) * inverse));
+    return tension * (springs.law.along_displacement ? Real(1) : inverse);
   };
   for (const Link<Real>& s : springs.links) {
     const Three<Real> d = between(q + s.a, q + s.b);

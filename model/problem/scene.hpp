@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -171,6 +172,9 @@ struct Material {
 /// of it, in this order), else tissue.
 TissueRole role_of(const Material& material);
 
+/// The first material of that name, or null.
+const Material* find_material(const std::vector<Material>& materials, std::string_view name);
+
 enum class LatticeWeights { cell, uniform };
 
 /// Regular lattice; node (i, j, l) has index (l * ny + j) * nx + i; x and y are centred on 0,
@@ -281,5 +285,17 @@ struct Scene {
   std::optional<Syringe> syringe{};     ///< only with a needle
   Output output{};
 };
+
+/// Nodes of a face: those within a millionth of the body's extent of its extreme coordinate.
+std::vector<int> face_nodes(const NodeVectors& rest_position, Face face);
+
+/// The scene's loads with every face replaced by its nodes.
+std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network);
+
+/// Node of a record: its index, or the node nearest to its point (the lowest of equals).
+int record_node(const Record& record, const SpringNetwork& network);
+
+/// Name as in scene files, "z-max".
+std::string_view name_of(Face face);
 
 }  // namespace palpate

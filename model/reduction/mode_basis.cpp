@@ -130,7 +130,7 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
   if (const char* obstacle = obstacle_to_far_field(scene, problem)) {
     return {.obstacle = obstacle};
   }
-  const std::optional<LatticeShape> shape = lattice_of(problem.network());
+  const std::optional<LatticeShape>& shape = problem.network().springs.lattice();
   if (!shape) { return {.obstacle = "only a regular lattice can"}; }
   const std::vector<Push> pushes = pushes_of(scene, problem);
   if (pushes.empty()) {

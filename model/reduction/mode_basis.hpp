@@ -13,7 +13,6 @@
 #include "model/problem/needle_path.hpp"
 #include "model/problem/problem.hpp"
 #include "model/problem/spring_network.hpp"
-#include "model/tissue/lattice.hpp"
 
 namespace palpate {
 
@@ -54,7 +53,7 @@ class GradedLattice {
     std::array<double, corners> weight{};            ///< sum to one, or all zero for a held node
   };
 
-  /// `shape` is lattice_of() the problem's network.
+  /// `shape` is the lattice of the problem's network.
   GradedLattice(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box);
 
   [[nodiscard]] Eigen::Index dof() const { return dof_; }
@@ -145,7 +144,7 @@ struct FarShapes {
   }
 };
 
-/// `shape` is lattice_of() the problem's network.
+/// `shape` is the lattice of the problem's network.
 FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape,
                      const FarFieldSetting& setting);
 

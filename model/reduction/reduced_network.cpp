@@ -211,7 +211,7 @@ template class FarField<double>;
 template class FarField<float>;
 
 NearAndFar NearAndFar::of(const NetworkProblem& problem, const FarFieldSetting& setting) {
-  const LatticeShape shape = lattice_of(problem.network()).value();
+  const LatticeShape shape = problem.network().springs.lattice().value();
   SpringNetwork near = problem.network();
   const auto is_far = [&](int node) { return !near.is_fixed(node) && !setting.near.holds(node); };
   near.springs.edit([&](std::vector<Spring>& springs) {

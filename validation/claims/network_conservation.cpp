@@ -564,6 +564,7 @@ Changed in_units(double length, double mass, double time, bool exact) {
     s.viscosity *= mass / time;
     s.rest_length *= length;
   });
+  recognise_lattice(network);
   changed.scene.tissue.gravity *= length / (time * time);
   for (Load& load : changed.scene.loads) {
     load.force *= mass * length / (time * time);

@@ -52,7 +52,7 @@ struct Setting {
   [[nodiscard]] const NetworkProblem& problem() const {
     return dynamic_cast<const NetworkProblem&>(*made);
   }
-  [[nodiscard]] LatticeShape shape() const { return lattice_of(problem().network()).value(); }
+  [[nodiscard]] LatticeShape shape() const { return problem().network().springs.lattice().value(); }
   [[nodiscard]] FarFieldSetting leaving(int modes) const {
     return {.near = near(), .pushes = pushes_of(scene, problem()), .modes = modes};
   }
@@ -253,7 +253,7 @@ TEST("nodes of a far field are told where they are") {
   exact.simulation.near_radius = 0.01;
   exact.simulation.far_modes = 150;
   Simulation reduced(exact);
-  CHECK(reduced.plan().near.has_value());
+  CHECK(reduced.plan().far != nullptr);
   for (int n = 0; n < 20; ++n) {
     (void)whole.tick();
     (void)reduced.tick();
@@ -266,7 +266,7 @@ TEST("nodes of a far field are told where they are") {
   double off = 0.0;
   for (int node = 0; node < static_cast<int>(rest.cols()); ++node) {
     off = std::max(off, (here.col(node) - there.col(node)).norm());
-    if (reduced.plan().near->holds(node)) { continue; }
+    if (reduced.plan().far->near.holds(node)) { continue; }
     far_motion = std::max(far_motion, (there.col(node) - rest.col(node)).norm());
   }
   // Outside the box the whole tissue is not quite linear either: a twentieth of what moves there.
@@ -311,7 +311,7 @@ double error_of_far_field(const Scene& scene) {
   all.simulation.near_radius = 0.0;
   Simulation whole(all);
   Simulation reduced(scene);
-  CHECK(reduced.plan().near.has_value());
+  CHECK(reduced.plan().far != nullptr);
   CHECK(!reduced.plan().integrator->implicit);
   CHECK(!reduced.plan().lattice);
   const int node = scene.loads.front().nodes.front();
@@ -350,7 +350,8 @@ TEST("near is what lies within the radius of a pushed node, along every line") {
   const NodeVectors rest = simulation.node_positions();
   const Vector3d middle = rest.col(pulled_cube(0.0, 1).loads.front().nodes.front());
   for (int node = 0; node < static_cast<int>(rest.cols()); ++node) {
-    CHECK(simulation.plan().near->holds(node) == ((rest.col(node) - middle).norm() < 0.02 + 1e-9));
+    CHECK(simulation.plan().far->near.holds(node) ==
+          ((rest.col(node) - middle).norm() < 0.02 + 1e-9));
   }
 }
 
@@ -388,7 +389,7 @@ TEST("gravity, printed equations, and tissue that nothing holds or pushes keep e
   for (const Scene& scene :
        {heavy, near_alone, without_push, floating, pulled_where_held, printed}) {
     const Simulation simulation(scene);
-    CHECK(!simulation.plan().near);
+    CHECK(simulation.plan().far == nullptr);
     CHECK(std::ranges::any_of(simulation.plan().warnings, [](const std::string& w) {
       return w.starts_with("nothing is left to a far field: ");
     }));
@@ -436,7 +437,7 @@ TEST("tissue that is held at a single node has no far field to answer at rest") 
   SpringNetwork hung = problem.network();
   std::fill(hung.fixed.begin() + 1, hung.fixed.end(), static_cast<unsigned char>(0));
   const NetworkProblem turning(hung, problem.loads());
-  const GradedLattice graded(turning, lattice_of(hung).value(),
+  const GradedLattice graded(turning, hung.springs.lattice().value(),
                              {.first = {2, 2, 6}, .last = {6, 6, 8}});
   CHECK_THROWS((void)GradedLattice::Statics(graded), "nothing holds the tissue");
 }
