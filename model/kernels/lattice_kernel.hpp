@@ -5,7 +5,6 @@
 /// other files compile too, so that no instruction strays.
 
 #include <type_traits>
-#include <utility>
 #include <xsimd/xsimd.hpp>
 
 #include "model/kernels/kernel_views.hpp"
@@ -50,69 +49,40 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
       if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * lanes); }
     }
   }
-  /// Springs to another vector, which are gone through in three stages: begin(), measure() and
-  /// end().
-  struct Springs {
-    Batch d[3];  ///< from there to here [m]
-    Batch square;
-    Batch rate;  ///< of the length, times the length
-    Lengths lengths;
-    const Real* constants;
-    const Real* rest;
-    Real* f;  ///< there
-  };
-  /// To the vector at element `i` of another row; `constants` of these springs, `rest` their
-  /// length.
-  PALPATE_ALWAYS_INLINE void begin(Springs& springs, const Nodes<Real>& row, long i,
-                                   const Real* constants, const Real& rest) const noexcept {
+  /// Adds the forces of the springs between this vector and the one at element `i` of another row.
+  /// `constants`: of these springs; `rest`: their length at rest [m].
+  PALPATE_ALWAYS_INLINE void join(const Nodes<Real>& row, long i, const Real* constants,
+                                  const Real& rest) noexcept {
     if constexpr (fetch == Fetch::rows_and_constants) { fetch_constants(constants); }
     const Real* q = row.q + i;
-    springs.d[0] = position_[0] - load(q);
-    springs.d[1] = position_[1] - load(q + lanes);
-    springs.d[2] = position_[2] - load(q + 2 * lanes);
-    const auto& [dx, dy, dz] = springs.d;
-    springs.square =
-        fused::add(dz, dz, fused::add(dy, dy, fused::add(dx, dx, Batch(least_square<Real>))));
-    if constexpr (sees_velocity(task)) {
-      const Real* v = row.v + i;
-      const Batch wx = velocity_[0] - load(v);
-      const Batch wy = velocity_[1] - load(v + lanes);
-      const Batch wz = velocity_[2] - load(v + 2 * lanes);
-      springs.rate = fused::add(wz, dz, fused::add(wy, dy, wx * dx));
-    }
-    springs.constants = constants;
-    springs.rest = &rest;
-    if constexpr (task != Task::energy) { springs.f = row.f + i; }
-  }
-  PALPATE_ALWAYS_INLINE void measure(Springs& springs) const noexcept {
-    springs.lengths = Lengths(springs.square);
-  }
-  PALPATE_ALWAYS_INLINE void end(const Springs& springs) noexcept {
-    const Lengths& lengths = springs.lengths;
+    const Batch dx = position_[0] - load(q);  // from there to here [m]
+    const Batch dy = position_[1] - load(q + lanes);
+    const Batch dz = position_[2] - load(q + 2 * lanes);
+    const Lengths lengths(
+        fused::add(dz, dz, fused::add(dy, dy, fused::add(dx, dx, Batch(least_square<Real>)))));
     SpringNumbers<Batch> spring{
-        .stiffness = Batch(Real(0)), .rest = Batch(*springs.rest), .viscosity = Batch(Real(0))};
-    if constexpr (task != Task::damping) { spring.stiffness = load(springs.constants); }
+        .stiffness = Batch(Real(0)), .rest = Batch(rest), .viscosity = Batch(Real(0))};
+    if constexpr (task != Task::damping) { spring.stiffness = load(constants); }
     if constexpr (measures_energy(task)) {
       energy_ = add_twice_energy(spring, Batch(lengths.length()), energy_);
     }
     if constexpr (task == Task::energy) { return; }
     Batch factor;
     if constexpr (sees_velocity(task)) {
-      spring.viscosity = load(springs.constants + lanes);
-      factor = lengths.pull(spring, springs.rate);
+      const Real* v = row.v + i;
+      const Batch wx = velocity_[0] - load(v);
+      const Batch wy = velocity_[1] - load(v + lanes);
+      const Batch wz = velocity_[2] - load(v + 2 * lanes);
+      const Batch rate = fused::add(wz, dz, fused::add(wy, dy, wx * dx));  // L' L
+      spring.viscosity = load(constants + lanes);
+      factor = lengths.pull(spring, rate);
     } else {
       factor = lengths.pull(spring);
     }
-    pull(0, springs.f, factor, springs.d[0]);
-    pull(1, springs.f + lanes, factor, springs.d[1]);
-    pull(2, springs.f + 2 * lanes, factor, springs.d[2]);
-  }
-  PALPATE_ALWAYS_INLINE void join(const Nodes<Real>& row, long i, const Real* constants,
-                                  const Real& rest) noexcept {
-    Springs springs;
-    begin(springs, row, i, constants, rest);
-    measure(springs);
-    end(springs);
+    Real* f = row.f + i;
+    pull(0, f, factor, dx);
+    pull(1, f + lanes, factor, dy);
+    pull(2, f + 2 * lanes, factor, dz);
   }
   /// Keeps the forces of this vector.
   void finish() noexcept {
@@ -167,7 +137,6 @@ template <class Arch, class Real> struct Neighbours {
   Nodes<Real> own;
   int count = 0;
   bool within = false;  ///< springs within the row
-  bool all = false;     ///< these, and all of every kind to other rows
   struct Row {
     Nodes<Real> at;
     const Link<Real>* link;
@@ -196,10 +165,11 @@ template <class Arch, class Real> struct Columns {
   }
 };
 
-/// One after the other.
+/// Visits the springs of a vector in a fixed order.
 template <class Vector, class Arch, class Real>
-PALPATE_ALWAYS_INLINE inline void join_in_turn(Vector& vector, const Neighbours<Arch, Real>& near,
-                                               const Columns<Arch, Real>& at) noexcept {
+PALPATE_ALWAYS_INLINE inline void join_neighbours(Vector& vector,
+                                                  const Neighbours<Arch, Real>& near,
+                                                  const Columns<Arch, Real>& at) noexcept {
   if (near.within) { vector.join(near.own, at.right, at.constants, at.own_rest); }
   for (int n = 0; n < near.count; ++n) {
     const auto& [there, link] = near.rows[n];
@@ -210,37 +180,6 @@ PALPATE_ALWAYS_INLINE inline void join_in_turn(Vector& vector, const Neighbours<
   }
 }
 
-/// The same, to the bit, for a vector that has springs of every kind: each begins while the one
-/// before is measured and the one before that ends, so that no processor has to look far ahead for
-/// something to do. It takes the registers of AVX-512.
-template <class Vector, class Arch, class Real>
-PALPATE_ALWAYS_INLINE inline void join_staggered(Vector& vector, const Neighbours<Arch, Real>& near,
-                                                 const Columns<Arch, Real>& at) noexcept {
-  typename Vector::Springs springs[slots];
-  const auto begin = [&](int n) PALPATE_ALWAYS_INLINE {
-    if (n == 0) {
-      vector.begin(springs[0], near.own, at.right, at.constants, at.own_rest);
-      return;
-    }
-    const auto& [there, link] = near.rows[(n - 1) / 3];
-    const int side = (n - 1) % 3;
-    const Real* constants = at.constants + link->constants + side * at.slot_length;
-    const long column = side == 0 ? at.left : side == 1 ? at.here : at.right;
-    vector.begin(springs[n], there, column, constants,
-                 side == 1 ? link->rest_across : link->rest_aside);
-  };
-  const auto stage = [&]<int n>(std::integral_constant<int, n>) PALPATE_ALWAYS_INLINE {
-    if constexpr (n < slots) { begin(n); }
-    asm volatile("" ::: "memory");  // g++ 12 would put some of that off
-    if constexpr (n >= 1 && n <= slots) { vector.measure(springs[n - 1]); }
-    if constexpr (n >= 2) { vector.end(springs[n - 2]); }
-  };
-  [&]<int... n>(std::integer_sequence<int, n...>) PALPATE_ALWAYS_INLINE {
-    (stage(std::integral_constant<int, n>{}), ...);
-  }
-  (std::make_integer_sequence<int, slots + 2>{});
-}
-
 /// Goes through the springs of vector `i` of a row. Returns their energy [J] if the task measures
 /// it.
 template <Task task, Fetch fetch, class Arch, class Real>
@@ -248,15 +187,9 @@ PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
                                                       const Neighbours<Arch, Real>& near, long i,
                                                       const Real* table) noexcept {
   using Vector = RowVector<task, fetch, Real, Arch>;
-  constexpr bool staggers =
-      fused::is_avx512<Arch> && !measures_energy(task) && task != Task::damping;
   const Columns<Arch, Real> at(view, i, table);
   Vector vector(near.own, at.here);
-  if (staggers && near.all) {
-    if constexpr (staggers) { join_staggered(vector, near, at); }
-  } else {
-    join_in_turn(vector, near, at);
-  }
+  join_neighbours(vector, near, at);
   vector.finish();
   if constexpr (measures_energy(task)) { return static_cast<double>(vector.energy()); }
   return 0.0;
@@ -266,22 +199,14 @@ PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
 // (model/EQUATIONS.md, "Lattice in lanes"). Included by one source file per instruction set;
 // includes no code that other files compile too, so that no instruction strays.
 
-/// From element `begin` on, forces from `force_begin`. What a task does not need stays null. `Arch`
-/// in what follows makes functions of this instruction set alone.
+/// Nodes from element `begin` on. Pointers that a task does not need stay null. `Arch` in what
+/// follows makes functions of this instruction set alone.
 template <Task task, class Arch, class Real>
-Nodes<Real> from_element(const Nodes<Real>& nodes, long begin, long force_begin) noexcept {
+Nodes<Real> from_element(const Nodes<Real>& nodes, long begin) noexcept {
   Nodes<Real> row{.q = nodes.q + begin};
   if constexpr (sees_velocity(task)) { row.v = nodes.v + begin; }
-  if constexpr (task != Task::energy) { row.f = nodes.f + force_begin; }
+  if constexpr (task != Task::energy) { row.f = nodes.f + begin; }
   return row;
-}
-
-/// Where the forces of a layer's first row begin.
-template <Task task, class Arch, class Real>
-long force_begin(const View<Real>& view, const Fields<Real>& fields, int layer) noexcept {
-  const int kept =
-      takes_step(task) && fields.force_layers > 0 ? layer % fields.force_layers : layer;
-  return view.lead + kept * view.layer_length;
 }
 
 /// A layer and the next, from where their first rows begin. Where another thread moves one, its
@@ -293,8 +218,7 @@ LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab
                                   const Fields<Real>& fields, int row2) noexcept {
   const Nodes<Real> all{fields.q, fields.v, fields.f};
   const auto layer = [&](int number) {
-    return from_element<task, Arch>(all, view.lead + number * view.layer_length,
-                                    force_begin<task, Arch>(view, fields, number));
+    return from_element<task, Arch>(all, view.lead + number * view.layer_length);
   };
   LayerPair<Arch, Real> pair{};
   pair.nodes[0] = slab.below != nullptr ? *slab.below : layer(row2);
@@ -313,24 +237,22 @@ PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(
   const unsigned char* const moves = view.row_moves + static_cast<long>(row2) * view.rows1 + row1;
   const long row = row1 * view.row_length;
   Neighbours<Arch, Real> found;
-  found.own = from_element<task, Arch>(layers.nodes[0], row, row);
+  found.own = from_element<task, Arch>(layers.nodes[0], row);
   found.within = *moves != 0 && view.own_springs && !below;
   const int end = row2 + 1 < view.rows2 ? links.count : links.within;
   for (int n = below ? links.within : 0; n < end; ++n) {
     const Link<Real>& link = links.to[n];
     if (*moves == 0 && moves[link.rows] == 0) { continue; }
     const long there = row + link.elements;
-    found.rows[found.count++] = {from_element<task, Arch>(layers.nodes[link.layers], there, there),
-                                 &link};
+    found.rows[found.count++] = {from_element<task, Arch>(layers.nodes[link.layers], there), &link};
   }
-  found.all = found.within && found.count == neighbour_kinds && links.sides;
   return found;
 }
 
-/// v += h f / m, x += h v, f = 0 of the row that begins at element `begin`, whose forces are at
-/// `f`; returns the sum of squares of v.
+/// v += h f / m, x += h v and f = weight of the row that begins at element `begin`; returns the sum
+/// of squares of v.
 template <class Arch, class Real>
-PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long begin, Real* f,
+PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long begin,
                                              long row_length) noexcept {
   using Batch = xsimd::batch<Real, Arch>;
   const Move<Real>& move = *fields.move;
@@ -341,12 +263,14 @@ PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long be
     const Batch inverse_mass = Batch::load_unaligned(move.inverse_mass + begin + i);
     for (long c = 0; c < 3; ++c) {
       const long at = begin + i + c * lanes;
-      Real* force = f + i + c * lanes;
+      Real* force = fields.f + at;
       const Batch a = Batch::load_unaligned(force) * inverse_mass;
       const Batch v = Batch::load_unaligned(move.v + at) + h * a;
       v.store_unaligned(move.v + at);
       (Batch::load_unaligned(move.q + at) + h * v).store_unaligned(move.q + at);
-      Batch(Real(0)).store_unaligned(force);
+      const Batch next =
+          move.weight != nullptr ? Batch::load_unaligned(move.weight + at) : Batch(Real(0));
+      next.store_unaligned(force);
       squares = fused::add(v, v, squares);
     }
   }
@@ -355,13 +279,13 @@ PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long be
 
 /// The last row of a folded layer leads to its first: all stand until it is gone through.
 template <class Arch, class Real>
-double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, Real* f,
+double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2,
                   long row_length) noexcept {
   double sum = 0.0;
   for (long row1 = 0; row1 < view.rows1; ++row1) {
     const long row = static_cast<long>(row2) * view.rows1 + row1;
     if (view.row_moves[row] == 0) { continue; }
-    sum += move_row<Arch>(fields, view.lead + row * row_length, f + row1 * row_length, row_length);
+    sum += move_row<Arch>(fields, view.lead + row * row_length, row_length);
   }
   return sum;
 }
@@ -380,12 +304,10 @@ PALPATE_ALWAYS_INLINE inline void fetch_row(const View<Real>& view, const Fields
   for (long c = 0; c < 3; ++c) {
     __builtin_prefetch(fields.q + ahead + c * lanes);
     if constexpr (sees_velocity(task)) { __builtin_prefetch(fields.v + ahead + c * lanes); }
+    __builtin_prefetch(fields.f + ahead + c * lanes);
   }
   if constexpr (takes_step(task)) {
     __builtin_prefetch(fields.move->inverse_mass + own + view.row_length);
-  }
-  if (fields.force_layers == 0) {
-    for (long c = 0; c < 3; ++c) { __builtin_prefetch(fields.f + ahead + c * lanes); }
   }
 }
 
@@ -409,14 +331,12 @@ double go_through(const View<Real>& view, const Slab<Real>& slab,
       }
       if constexpr (takes_step(task)) {
         if (moves && !view.folded && view.row_moves[row] != 0) {
-          sum += move_row<Arch>(fields, view.lead + row * row_length, near.own.f, row_length);
+          sum += move_row<Arch>(fields, view.lead + row * row_length, row_length);
         }
       }
     }
     if constexpr (takes_step(task)) {
-      if (moves && view.folded) {
-        sum += move_layer<Arch>(view, fields, row2, layers.nodes[0].f, row_length);
-      }
+      if (moves && view.folded) { sum += move_layer<Arch>(view, fields, row2, row_length); }
     }
   }
   return sum;
