@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the springs between two vectors of a regular lattice's nodes do (model/EQUATIONS.md,
-/// "Lattice in lanes"). Included by one source file per instruction set; includes no code that
-/// other files compile too, so that no instruction strays.
+/// Kernels of a regular lattice (model/EQUATIONS.md, "Lattice in lanes"). One source file per
+/// instruction set includes this. It includes no code that other files compile too: else the linker
+/// could keep the version for the wrong instruction set.
 
 #include <type_traits>
 #include <xsimd/xsimd.hpp>
@@ -12,8 +12,8 @@
 
 namespace palpate::lattice {
 
-/// A step is one of semi-implicit Euler in the same pass: a row whose springs have all been gone
-/// through moves, and its forces begin anew, while later rows still stand where they were.
+/// Work of a kernel. A step is one of semi-implicit Euler in the same pass: a row moves as soon as
+/// all of its springs have been computed, and later rows still have their old positions.
 enum class Task {
   force,
   undamped_force,
@@ -35,7 +35,7 @@ constexpr bool measures_energy(Task task) {
 }
 constexpr bool takes_step(Task task) { return task == Task::step || task == Task::undamped_step; }
 
-/// Vector `i` of a node row against one vector of a neighbour's: what their springs do.
+/// One vector of nodes and the forces of its springs.
 template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
  public:
   using Batch = xsimd::batch<Real, Arch>;
@@ -128,11 +128,7 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
   Batch energy_ = Batch(Real(0));
 };
 
-// In which order the springs of a vector of a regular lattice's nodes are gone through
-// (model/EQUATIONS.md, "Lattice in lanes"). Included by one source file per instruction set;
-// includes no code that other files compile too, so that no instruction strays.
-
-/// The rows that a row's springs lead to, of those that a slab asks for.
+/// Rows that the springs of a row lead to, within a slab.
 template <class Arch, class Real> struct Neighbours {
   Nodes<Real> own;
   int count = 0;
@@ -195,10 +191,6 @@ PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
   return 0.0;
 }
 
-// The loop over the springs of a regular lattice, without indices, for one instruction set
-// (model/EQUATIONS.md, "Lattice in lanes"). Included by one source file per instruction set;
-// includes no code that other files compile too, so that no instruction strays.
-
 /// Nodes from element `begin` on. Pointers that a task does not need stay null. `Arch` in what
 /// follows makes functions of this instruction set alone.
 template <Task task, class Arch, class Real>
@@ -227,7 +219,7 @@ LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab
   return pair;
 }
 
-/// Springs between two rows at rest are not looked at.
+/// Skips springs between two rows that do not move.
 template <Task task, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(
     const View<Real>& view, const Slab<Real>& slab, const LayerPair<Arch, Real>& layers, int row1,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A regular lattice as rows of nodes along one of its axes, cut and folded into the lanes of
-/// registers (model/EQUATIONS.md, "Lattice in lanes").
+/// Regular lattice as rows of nodes along one of its axes, divided and interleaved into the lanes
+/// of registers (model/EQUATIONS.md, "Lattice in lanes").
 
 #include <cstdint>
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A network as an integrator sees it: loads, weight and energies here, springs in the class that
-/// suits the network.
+/// Interface of a network to an integrator. This class adds loads, weight and energies; derived
+/// classes compute the springs.
 
 #include <vector>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// WHAT is solved: M q'' = f(t, q, q'), the executable specification of a scene. It is plain and
-/// slow on purpose. References integrate it; every fast kernel of model/stepping has a test that
-/// it equals it. Nothing here knows how a step is taken.
+/// Equation of motion of a scene, M q'' = f(t, q, q'): its executable specification, plain and slow
+/// on purpose. References integrate it; every fast kernel has a test that compares it with this.
+/// Nothing here depends on how a step is taken.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>

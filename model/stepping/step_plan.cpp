@@ -54,10 +54,10 @@ void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     plan.warnings.push_back(std::string("nothing is left to a far field: ") + choice.obstacle);
     return;
   }
-  plan.far =
-      std::make_shared<const FarFieldSetting>(FarFieldSetting{.near = *std::move(choice.nodes),
-                                                              .pushes = pushes_of(scene, problem),
-                                                              .modes = scene.simulation.far_modes});
+  plan.far = std::make_shared<const ReductionSetting>(
+      ReductionSetting{.near = *std::move(choice.nodes),
+                       .load_cases = load_cases_of(scene, problem),
+                       .modes = scene.simulation.far_modes});
   plan.skipped.push_back("nodes further than " + number(radius) + " m from what is pushed: " +
                          std::to_string(choice.far_nodes) + ", linear about rest in " +
                          std::to_string(scene.simulation.far_modes) + " modes");
@@ -237,7 +237,7 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
 }
 
 template <class Real> std::string instructions_of(bool lattice) {
-  return lattice ? lattice_kernels<Real>().front().name : fan_kernels<Real>().front().name;
+  return lattice ? lattice_kernels<Real>().front().name : adjacency_kernels<Real>().front().name;
 }
 
 std::string kernel_name(bool lattice, bool printed, bool damped, bool single) {
@@ -304,11 +304,11 @@ std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& p
     if (plan.sleep_force > 0.0) { lattice->let_sleep(plan.sleep_force, plan.touched); }
     return lattice;
   }
-  if (plan.far) { return std::make_unique<FarFieldNetwork<Real>>(problem, *plan.far); }
+  if (plan.far) { return std::make_unique<ReducedNetwork<Real>>(problem, *plan.far); }
   const bool implicit = plan.integrator != nullptr && plan.integrator->implicit;
-  const bool quads = !implicit && !SpringLaw::is_printed(plan.printed);
+  const bool padded = !implicit && !SpringLaw::is_printed(plan.printed);
   return std::make_unique<ListNetwork<Real>>(problem, plan.printed, plan.h, plan.skip,
-                                             ListVectors{.quads = quads});
+                                             ListVectors{.padded = padded});
 }
 
 template std::unique_ptr<NetworkSystem<double>> make_network_system(const NetworkProblem&,

@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-struct FarFieldSetting;                     // mode_basis.hpp
+struct ReductionSetting;                    // mode_basis.hpp
 template <class Real> class NetworkSystem;  // network_system.hpp
 
 /// Automatic substeps keep h below this share of the stable step.
@@ -32,7 +32,7 @@ struct StepPlan {
   int threads = 1;                              ///< that share a lattice
   double sleep_force = 0.0;  ///< [N] that sleeping nodes of a lattice may withhold; 0: none sleeps
   std::vector<int> touched{};  ///< nodes that a tool may push, whose rows never sleep
-  std::shared_ptr<const FarFieldSetting> far{};  ///< tissue left to a reduced-order model, or null
+  std::shared_ptr<const ReductionSetting> far{};  ///< tissue left to a reduced-order model, or null
   PrintedForm printed{};
   std::string kernel{};
   std::vector<std::string> skipped{};  ///< "dampers: every spring has zero viscosity"

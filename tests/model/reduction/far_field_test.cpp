@@ -53,8 +53,8 @@ struct Setting {
     return dynamic_cast<const NetworkProblem&>(*made);
   }
   [[nodiscard]] LatticeShape shape() const { return problem().network().springs.lattice().value(); }
-  [[nodiscard]] FarFieldSetting leaving(int modes) const {
-    return {.near = near(), .pushes = pushes_of(scene, problem()), .modes = modes};
+  [[nodiscard]] ReductionSetting leaving(int modes) const {
+    return {.near = near(), .load_cases = load_cases_of(scene, problem()), .modes = modes};
   }
   /// All of the box.
   [[nodiscard]] NearNodes near() const {
@@ -133,7 +133,7 @@ TEST("with shapes enough a far field answers to forces at rest as the whole tiss
   const Setting setting(9);
   const NetworkProblem& problem = setting.problem();
   const LatticeShape shape = setting.shape();
-  FarFieldNetwork<double> reduced(problem, setting.leaving(200));
+  ReducedNetwork<double> reduced(problem, setting.leaving(200));
   CHECK(reduced.dof() < problem.dof());
   SparseMatrix<double> a;
   reduced.pattern(a);
@@ -180,7 +180,7 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
       VectorXd::Unit(problem.dof(), coordinate));
   double before = 0.0;
   for (const int modes : {1, 4, 40, 100}) {
-    FarFieldNetwork<double> reduced(problem, setting.leaving(modes));
+    ReducedNetwork<double> reduced(problem, setting.leaving(modes));
     SparseMatrix<double> a;
     reduced.pattern(a);
     reduced.jacobian(reduced.initial_position(), VectorXd::Zero(reduced.dof()), 0.0, 1.0, a);
@@ -199,7 +199,7 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
 
 TEST("forces of a far field are the slope of its energy, and its matrices theirs") {
   const Setting setting(13);
-  FarFieldNetwork<double> reduced(setting.problem(), setting.leaving(30));
+  ReducedNetwork<double> reduced(setting.problem(), setting.leaving(30));
   const Eigen::Index n = reduced.dof();
   const VectorXd q = reduced.initial_position() + random_vector(n, 1e-3);
   const VectorXd v = random_vector(n, 1e-2).reverse();
@@ -415,13 +415,13 @@ TEST("a far field that a push does not reach has no shapes and stays at rest") {
   SpringNetwork walled = problem.network();
   for (int n = 0; n < 81; ++n) { walled.fixed[static_cast<std::size_t>(5 * 81 + n)] = 1; }
   const NetworkProblem beyond_a_wall(walled, problem.loads());
-  FarFieldSetting setting{.near = {.near = std::vector<unsigned char>(729, 0),
-                                   .box = {.first = {0, 0, 6}, .last = {8, 8, 8}}},
-                          .pushes = pushes_of(scene, beyond_a_wall),
-                          .modes = 8};
+  ReductionSetting setting{.near = {.near = std::vector<unsigned char>(729, 0),
+                                    .box = {.first = {0, 0, 6}, .last = {8, 8, 8}}},
+                           .load_cases = load_cases_of(scene, beyond_a_wall),
+                           .modes = 8};
   std::fill(setting.near.near.begin() + 6 * 81, setting.near.near.end(),
             static_cast<unsigned char>(1));
-  FarFieldNetwork<double> reduced(beyond_a_wall, setting);
+  ReducedNetwork<double> reduced(beyond_a_wall, setting);
   CHECK(reduced.dof() == 3 * 3 * 81);
   const VectorXd q = reduced.initial_position();
   CHECK_NEAR(reduced.moved(q, 3 * 81 + 40).norm(), 0.0, 0.0);
