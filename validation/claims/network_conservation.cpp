@@ -509,6 +509,8 @@ Changed base_case() {
 void map_vectors(Changed& changed, const Matrix3d& linear, const Vector3d& shift) {
   NodeVectors& rest = changed.network.rest_position;
   rest = (linear * rest).colwise() + shift;
+  changed.network.springs = SpringList(changed.network.springs.listed());
+  recognise_lattice(changed.network);  // in the new frame
   changed.network.initial_displacement = linear * changed.network.initial_displacement;
   changed.scene.tissue.gravity = linear * changed.scene.tissue.gravity;
   for (Load& load : changed.scene.loads) { load.force = linear * load.force; }

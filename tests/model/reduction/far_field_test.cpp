@@ -394,7 +394,7 @@ TEST("gravity, printed equations, and tissue that nothing holds or pushes keep e
       return w.starts_with("nothing is left to a far field: ");
     }));
   }
-  CHECK(!Simulation(pulled_cube(0.02, 8), false).plan().near);
+  CHECK(Simulation(pulled_cube(0.02, 8), false).plan().far == nullptr);
 }
 
 TEST(
