@@ -75,16 +75,17 @@ template <class Real> struct Move {
   Real* q = nullptr;                   ///< as in Fields, [m]
   Real* v = nullptr;                   ///< [m/s]
   const Real* inverse_mass = nullptr;  ///< [1/kg]; only that of x is read
-  const Real* weight = nullptr;        ///< first term of the next step's forces [N]; null: zero
   Real h = Real(0);                    ///< [s]
 };
 
-/// Vectors of all coordinates. Those that a task does not need may be null.
+/// What a task does not need may be null. Forces of a step may be kept for the layers alone whose
+/// springs are gone through: then layer n is where layer n + force_layers will be.
 template <class Real> struct Fields {
   const Real* q = nullptr;
   const Real* v = nullptr;
   Real* f = nullptr;
   const Move<Real>* move = nullptr;
+  int force_layers = 0;  ///< 0: all
 };
 
 /// Adds forces to f, or -C v. Returns the elastic energy [J] if the task measures it, or the sum of

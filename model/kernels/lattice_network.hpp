@@ -53,6 +53,19 @@ class Team {
   std::vector<std::thread> threads_;
 };
 
+/// Load on one node of a layer.
+template <class Real> struct Pull {
+  long element = 0;  ///< of the node's x, after the layer's first
+  Real force[3]{};   ///< [N]
+};
+
+/// Forces on nodes other than those of springs.
+template <class Real> struct Outside {
+  const Real* weight = nullptr;       ///< of all coordinates [N]; null: none
+  const Pull<Real>* pulls = nullptr;  ///< by layers
+  const int* pulls_begin = nullptr;   ///< of each layer, and the last one's end
+};
+
 /// Partition of a lattice among threads by layers. Results have the same bits as with one thread
 /// (model/EQUATIONS.md, "Lattice in lanes").
 template <class Real> class LatticeSlabs {
@@ -66,10 +79,20 @@ template <class Real> class LatticeSlabs {
 
   /// Applies the kernel to the whole lattice and returns the sum of its results.
   double sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept;
+  /// The same with a kernel that takes a step. Forces need no room of the caller's: they are kept
+  /// for two layers at a time, which stay in the cache.
+  double step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move,
+              const Outside<Real>& outside) noexcept;
+  /// Before the first step(): allocates.
+  void prepare_steps();
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
+  static constexpr int layers_kept = 2;  ///< a layer's springs lead to itself and the next
+  [[nodiscard]] long few_length() const noexcept {
+    return layers_kept * layer_length_ + 2 * view_.lead;
+  }
   /// Between two slabs: both layers as they were before either moved, and room for forces on them
   /// that the other slab's thread computes itself.
   struct Boundary {
@@ -80,9 +103,15 @@ template <class Real> class LatticeSlabs {
   /// q, v and f of a layer in one vector.
   [[nodiscard]] lattice::Nodes<Real> layer_in(AlignedVector<Real>& numbers) const noexcept;
   void copy(const lattice::Fields<Real>& fields, int layer, AlignedVector<Real>& to) const noexcept;
-  /// The sum over a slab, whose outermost layers read copies of those of its neighbours.
+  /// visit_layers(begin, end) goes through layers that lead to no other slab.
+  template <class VisitLayers>
   double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
-                    const lattice::Fields<Real>& fields) noexcept;
+                    const lattice::Fields<Real>& fields, const VisitLayers& visit_layers) noexcept;
+  [[nodiscard]] Real* forces_of(const lattice::Fields<Real>& fields, int layer) const noexcept;
+  /// Where a layer's forces were come those of the one after next: rows that moved left none.
+  void clear_standing_rows(const lattice::Fields<Real>& fields, int layer) const noexcept;
+  void add_outside(const lattice::Fields<Real>& fields, const Outside<Real>& outside,
+                   int layer) const noexcept;
   template <class Work> double share_out(const Work& work) noexcept;
 
   lattice::View<Real> view_;
@@ -90,6 +119,8 @@ template <class Real> class LatticeSlabs {
   long copy_length_;         ///< of a layer's q, with what the outermost lanes touch on both sides
   std::vector<int> begins_;  ///< of the slabs, and the last one's end
   std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< n: under slab n + 1
+  std::vector<AlignedVector<Real>> few_forces_;        ///< of two layers, for each slab
+  std::vector<unsigned char> stands_;                  ///< of each layer: some row does
   std::vector<double> sums_;
   long round_ = 0;
   std::unique_ptr<Team> team_;  ///< last member: its threads end before the data go
@@ -187,6 +218,9 @@ template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
   [[nodiscard]] std::size_t spring_bytes() const noexcept override;
 
+  double one_pass_with_sleep(double t, double gate, Real h, State<Real>& state) noexcept;
+  void sort_loads();
+
   LatticeSprings<Real> springs_;
   bool damped_;
   lattice::Kernels<Real> kernels_;
@@ -194,7 +228,11 @@ template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
   lattice::Kernel<Real> step_ = nullptr;
   std::optional<LatticeSleep<Real>> sleep_;  ///< where rows may sleep
   std::unique_ptr<LatticeSlabs<Real>> slabs_;
-  Vector<Real> next_force_;  ///< forces between two steps in one pass: weight, or withheld ones [N]
+  Vector<Real> next_force_;  ///< between two steps in one pass, where rows may sleep [N]
+  std::vector<typename NetworkSystem<Real>::LoadOnCoordinate>
+      loaded_;  ///< by layers, for steps in one pass
+  std::vector<Pull<Real>> pulls_;
+  std::vector<int> pulls_begin_;
 };
 
 }  // namespace palpate
