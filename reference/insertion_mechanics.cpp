@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "model/tissue/network_builder.hpp"
-
 namespace palpate::reference {
 
 namespace {

@@ -10,8 +10,6 @@
 #include <optional>
 #include <vector>
 
-#include "model/tissue/lattice.hpp"
-#include "model/tissue/network_builder.hpp"
 #include "reference/solution.hpp"
 
 namespace palpate::reference {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the kernels of a regular lattice see, and the kernels that this machine can run.
+/// Data that the kernels read and write, and tables of kernels for each instruction set.
 
 namespace palpate::lattice {
 
@@ -8,11 +8,11 @@ namespace palpate::lattice {
 /// the two other axes: (1,0), (-1,1), (0,1), (1,1); all other neighbours see it from the other end.
 inline constexpr int neighbour_kinds = 4;
 inline constexpr int neighbour_steps[neighbour_kinds][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};
-/// Springs that a node can have with such rows: one in its own, three (left, across, right) to each
-/// other.
+/// Springs of a node to such rows: one within its own row, three (left, across, right) to each
+/// other row.
 inline constexpr int slots = 1 + 3 * neighbour_kinds;
 
-/// A row that another's springs lead to, which does not come before it.
+/// Neighbouring row that receives spring forces from this row. Each pair of rows appears once.
 template <class Real> struct Link {
   int layers = 0;     ///< further on: 0 or 1
   int rows = 0;       ///< further on, with those of the layers
@@ -26,15 +26,14 @@ template <class Real> struct Link {
 
 template <class Real> struct Links {
   int count = 0;
-  int within = 0;      ///< of them, in the row's own layer; the first ones
-  bool sides = false;  ///< all have springs to the left and to the right
+  int within = 0;  ///< of them, in the row's own layer; the first ones
   Link<Real> to[neighbour_kinds];
 };
 
-/// A row of n nodes is cut into as many pieces as there are lanes; vector i holds the i-th node of
-/// every piece: x of all, then y, then z. Neighbours along the row are then neighbouring vectors,
-/// and no lane meets another. Short rows are folded: several, as far apart as there are rows in a
-/// layer, share the lanes, each cut into fewer pieces.
+/// A row of n nodes is divided into as many segments as there are lanes. Vector i holds the i-th
+/// node of every segment: x of all, then y, then z. Neighbours along the row are then neighbouring
+/// vectors, and no operation crosses lanes. Short rows are interleaved: several rows share the
+/// lanes, each divided into fewer segments.
 template <class Real> struct View {
   int rows1 = 0;                    ///< rows along the second axis
   int rows2 = 0;                    ///< and along the third
@@ -60,18 +59,18 @@ template <class Real> struct Nodes {
   Real* f = nullptr;
 };
 
-/// Layers [begin, end) of a lattice, which one thread goes through. A layer is all rows at one
-/// place along the third axis.
+/// Layers [begin, end) of a lattice that one thread visits. A layer is all rows at one position
+/// along the third axis.
 template <class Real> struct Slab {
   int begin = 0;
   int end = 0;
-  const Nodes<Real>* beyond = nullptr;  ///< stands for layer `end`, which another thread moves
-  /// Stands for layer `begin`, which another thread moves: only what its springs do to layer `end`
-  /// is wanted.
+  const Nodes<Real>* beyond = nullptr;  ///< copy of layer `end`, which another thread moves
+  /// Copy of layer `begin`, which another thread moves. Only the forces of its springs on layer
+  /// `end` are used.
   const Nodes<Real>* below = nullptr;
 };
 
-/// What a step moves, see Task::step.
+/// State that a step changes, see Task::step.
 template <class Real> struct Move {
   Real* q = nullptr;                   ///< as in Fields, [m]
   Real* v = nullptr;                   ///< [m/s]
@@ -95,8 +94,8 @@ template <class Real>
 using Kernel = double (*)(const View<Real>& view, const Slab<Real>& slab,
                           const Fields<Real>& fields) noexcept;
 
-/// What a kernel asks memory for ahead, which changes no bit and pays where that outgrows the
-/// caches: nothing, the rows of nodes to come, or these and their springs' constants.
+/// Data that a kernel prefetches: nothing, rows of nodes, or these and the constants of their
+/// springs. It does not change results and helps where the data exceed the caches.
 enum class Fetch { nothing, rows, rows_and_constants };
 
 /// One for each Fetch.
@@ -118,8 +117,7 @@ template <class Real> struct Kernels {
   FetchingKernels<Real> undamped_step{};
   Kernel<Real> damping = nullptr;
   Kernel<Real> energy = nullptr;
-  /// to = 1 / sqrt(from), as a spring's length needs it: what no kernel can do without. `count` is
-  /// a multiple of 64.
+  /// to = 1 / sqrt(from), the least work for the length of a spring. `count` is a multiple of 64.
   void (*roots_and_quotients)(const Real* from, Real* to, long count) noexcept = nullptr;
 };
 
@@ -131,45 +129,46 @@ template <class Real> Kernels<Real> avx512_kernels() noexcept;
 
 }  // namespace palpate::lattice
 
-namespace palpate::fans {
+namespace palpate::adjacency {
 
-// What the kernels of springs in fans see, and the kernels that this machine can run.
+// Springs grouped by nodes.
 
-/// Springs that one free node answers for: groups of as many as there are lanes, filled up with
-/// springs of no stiffness back to the node itself.
-struct Fan {
-  int node = 0;  ///< its first coordinate
-  int groups = 0;
+/// Adjacency group: springs that one free node computes, in batches of as many as there are lanes.
+/// Springs without stiffness from the node to itself fill the last batch.
+struct Group {
+  int node = 0;  ///< first coordinate of the node
+  int batches = 0;
 };
 
-/// Numbers of a node in every vector: x, y, z and a zero, which fill a register together.
-inline constexpr int quad = 4;
-/// Numbers of a group, one vector after the other: stiffness, rest length and viscosity.
-inline constexpr int group_numbers(bool damped) { return damped ? 3 : 2; }
-/// Whose numbers and partners memory is asked for, that many groups before they are gone through;
-/// as many follow the last one.
-inline constexpr int groups_ahead = 24;
+/// Numbers of a node in a padded vector: x, y, z and a zero, which fill a register together.
+inline constexpr int node_stride = 4;
+/// Constants of a batch, one vector after the other: stiffness, rest length and viscosity.
+inline constexpr int batch_numbers(bool damped) { return damped ? 3 : 2; }
+/// Distance, in batches, at which constants and partners are prefetched; as many unused batches
+/// follow the last one.
+inline constexpr int batches_ahead = 24;
 
 template <class Real> struct View {
-  const Fan* fans = nullptr;
+  const Group* groups = nullptr;
   long count = 0;
-  const int* partners = nullptr;  ///< first coordinates of the other ends, by groups
-  const Real* numbers = nullptr;  ///< by groups
+  const int* partners = nullptr;  ///< first coordinates of the other ends, by batches
+  const Real* numbers = nullptr;  ///< constants of the springs, by batches
 };
 
-/// Adds the forces of springs, and of dampers if there are any, to f. Vectors have a quad for each
-/// node, and for each place that never moves, on which forces are written too. Those that measure
-/// do the same to the same bits and return the springs' energy [J], the others 0.
+/// Adds the forces of springs, and of dampers if there are any, to f. Vectors have four numbers for
+/// each node, and for each place that never moves, on which forces are written too. Those that
+/// measure do the same to the same bits and return the springs' energy [J], the others 0.
 template <class Real>
 using Force = double (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
-/// Quads of nodes from vectors with three numbers each.
-template <class Real> using Spread = void (*)(const Real* packed, long nodes, Real* quads) noexcept;
-/// Adds quads to a vector with three numbers for each node.
+/// PaddedVectors of nodes from vectors with three numbers each.
 template <class Real>
-using Collect = void (*)(const Real* quads, long nodes, Real* packed) noexcept;
+using Spread = void (*)(const Real* packed, long nodes, Real* padded) noexcept;
+/// Adds padded vectors to a vector with three numbers for each node.
+template <class Real>
+using Collect = void (*)(const Real* padded, long nodes, Real* packed) noexcept;
 
 /// A step of semi-implicit Euler with forces that are known, to the bits of one sweep after
-/// another. All have a quad for each node.
+/// another. All have four numbers for each node.
 template <class Real> struct Move {
   Real* q = nullptr;
   Real* v = nullptr;
@@ -194,15 +193,15 @@ template <class Real> struct Kernels {
 };
 
 template <class Real> Kernels<Real> baseline_kernels() noexcept;
-/// Only where the processor has AVX2 and FMA. Longer registers gained nothing (docs/bench.md).
+/// Only where the processor has AVX2 and FMA. Longer registers are not faster.
 template <class Real> Kernels<Real> avx2_kernels() noexcept;
 
-}  // namespace palpate::fans
+}  // namespace palpate::adjacency
 
-namespace palpate::panels {
+namespace palpate::supernodes {
 
-// What the kernels of a triangular solve in panels see, and the kernels that this machine can run
-// (model/EQUATIONS.md, "Panels of a factorisation").
+// What the kernels of a triangular solve in supernodes see, and the kernels that this machine can
+// run (model/EQUATIONS.md, "Panels of a factorisation").
 
 /// Columns that a block of rows has at most side by side: their sums stay in registers.
 inline constexpr int tile = 8;
@@ -211,7 +210,7 @@ inline constexpr int tile = 8;
 /// but what solves with it: the inverse of its own square, and the rows below times that inverse.
 /// Tiles of columns one after the other, each in blocks of as many rows as there are lanes, each
 /// block by columns.
-struct Panel {
+struct Supernode {
   int first = 0;
   int width = 0;
   int blocks = 0;   ///< of rows
@@ -221,7 +220,7 @@ struct Panel {
 };
 
 struct View {
-  const Panel* panels = nullptr;
+  const Supernode* supernodes = nullptr;
   long count = 0;
   const int* rows = nullptr;
   const float* values = nullptr;
@@ -232,7 +231,8 @@ struct View {
 struct Kernels {
   const char* name = "";
   int lanes = 1;
-  /// y = (L D L^T)^-1 y. `work` has a place for every row of the highest panel, in whole blocks.
+  /// y = (L D L^T)^-1 y. `work` has a place for every row of the highest supernode, in whole
+  /// blocks.
   void (*solve)(const View& view, float* y, float* work) noexcept = nullptr;
 };
 
@@ -242,4 +242,4 @@ Kernels avx2_kernels() noexcept;
 /// Only where the processor has AVX-512.
 Kernels avx512_kernels() noexcept;
 
-}  // namespace palpate::panels
+}  // namespace palpate::supernodes

@@ -25,12 +25,14 @@ template <class Real> lattice::Kernels<Real> lattice::avx2_kernels() noexcept {
 template lattice::Kernels<double> lattice::avx2_kernels<double>() noexcept;
 template lattice::Kernels<float> lattice::avx2_kernels<float>() noexcept;
 
-template <class Real> fans::Kernels<Real> fans::avx2_kernels() noexcept {
+template <class Real> adjacency::Kernels<Real> adjacency::avx2_kernels() noexcept {
   return kernels_for<Real, Fours<Real>>("avx2");
 }
-template fans::Kernels<double> fans::avx2_kernels<double>() noexcept;
-template fans::Kernels<float> fans::avx2_kernels<float>() noexcept;
+template adjacency::Kernels<double> adjacency::avx2_kernels<double>() noexcept;
+template adjacency::Kernels<float> adjacency::avx2_kernels<float>() noexcept;
 
-panels::Kernels panels::avx2_kernels() noexcept { return kernels_for<Instructions>("avx2"); }
+supernodes::Kernels supernodes::avx2_kernels() noexcept {
+  return kernels_for<Instructions>("avx2");
+}
 
 }  // namespace palpate

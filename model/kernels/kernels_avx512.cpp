@@ -18,6 +18,8 @@ template <class Real> lattice::Kernels<Real> lattice::avx512_kernels() noexcept 
 template lattice::Kernels<double> lattice::avx512_kernels<double>() noexcept;
 template lattice::Kernels<float> lattice::avx512_kernels<float>() noexcept;
 
-panels::Kernels panels::avx512_kernels() noexcept { return kernels_for<Instructions>("avx512"); }
+supernodes::Kernels supernodes::avx512_kernels() noexcept {
+  return kernels_for<Instructions>("avx512");
+}
 
 }  // namespace palpate

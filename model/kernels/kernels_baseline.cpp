@@ -15,13 +15,13 @@ template <class Real> lattice::Kernels<Real> lattice::baseline_kernels() noexcep
 template lattice::Kernels<double> lattice::baseline_kernels<double>() noexcept;
 template lattice::Kernels<float> lattice::baseline_kernels<float>() noexcept;
 
-template <class Real> fans::Kernels<Real> fans::baseline_kernels() noexcept {
+template <class Real> adjacency::Kernels<Real> adjacency::baseline_kernels() noexcept {
   return kernels_for<Real, Instructions>("baseline");
 }
-template fans::Kernels<double> fans::baseline_kernels<double>() noexcept;
-template fans::Kernels<float> fans::baseline_kernels<float>() noexcept;
+template adjacency::Kernels<double> adjacency::baseline_kernels<double>() noexcept;
+template adjacency::Kernels<float> adjacency::baseline_kernels<float>() noexcept;
 
-panels::Kernels panels::baseline_kernels() noexcept {
+supernodes::Kernels supernodes::baseline_kernels() noexcept {
   return kernels_for<Instructions>("baseline");
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the springs between two vectors of a regular lattice's nodes do (model/EQUATIONS.md,
-/// "Lattice in lanes"). Included by one source file per instruction set; includes no code that
-/// other files compile too, so that no instruction strays.
+/// Kernels of a regular lattice (model/EQUATIONS.md, "Lattice in lanes"). One source file per
+/// instruction set includes this. It includes no code that other files compile too: else the linker
+/// could keep the version for the wrong instruction set.
 
 #include <type_traits>
-#include <utility>
 #include <xsimd/xsimd.hpp>
 
 #include "model/kernels/kernel_views.hpp"
@@ -13,8 +12,8 @@
 
 namespace palpate::lattice {
 
-/// A step is one of semi-implicit Euler in the same pass: a row whose springs have all been gone
-/// through moves, and its forces begin anew, while later rows still stand where they were.
+/// Work of a kernel. A step is one of semi-implicit Euler in the same pass: a row moves as soon as
+/// all of its springs have been computed, and later rows still have their old positions.
 enum class Task {
   force,
   undamped_force,
@@ -36,7 +35,7 @@ constexpr bool measures_energy(Task task) {
 }
 constexpr bool takes_step(Task task) { return task == Task::step || task == Task::undamped_step; }
 
-/// Vector `i` of a node row against one vector of a neighbour's: what their springs do.
+/// One vector of nodes and the forces of its springs.
 template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
  public:
   using Batch = xsimd::batch<Real, Arch>;
@@ -50,70 +49,40 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
       if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * lanes); }
     }
   }
-  /// Springs to another vector, which are gone through in three stages: begin(), measure() and
-  /// end().
-  struct Springs {
-    Batch d[3];  ///< from there to here [m]
-    Batch square;
-    Batch rate;  ///< of the length, times the length
-    Lengths lengths;
-    const Real* constants;
-    const Real* rest;
-    Real* f;  ///< there
-  };
-  /// To the vector at element `i` of another row; `constants` of these springs, `rest` their
-  /// length.
-  PALPATE_ALWAYS_INLINE void begin(Springs& springs, const Nodes<Real>& row, long i,
-                                   const Real* constants, const Real& rest) const noexcept {
+  /// Adds the forces of the springs between this vector and the one at element `i` of another row.
+  /// `constants`: of these springs; `rest`: their length at rest [m].
+  PALPATE_ALWAYS_INLINE void join(const Nodes<Real>& row, long i, const Real* constants,
+                                  const Real& rest) noexcept {
     if constexpr (fetch == Fetch::rows_and_constants) { fetch_constants(constants); }
     const Real* q = row.q + i;
-    springs.d[0] = position_[0] - load(q);
-    springs.d[1] = position_[1] - load(q + lanes);
-    springs.d[2] = position_[2] - load(q + 2 * lanes);
-    const auto& [dx, dy, dz] = springs.d;
-    springs.square =
-        fused::add(dz, dz, fused::add(dy, dy, fused::add(dx, dx, Batch(least_square<Real>))));
+    const Batch dx = position_[0] - load(q);  // from there to here [m]
+    const Batch dy = position_[1] - load(q + lanes);
+    const Batch dz = position_[2] - load(q + 2 * lanes);
+    const Lengths lengths(
+        fused::add(dz, dz, fused::add(dy, dy, fused::add(dx, dx, Batch(least_square<Real>)))));
+    SpringNumbers<Batch> spring{
+        .stiffness = Batch(Real(0)), .rest = Batch(rest), .viscosity = Batch(Real(0))};
+    if constexpr (task != Task::damping) { spring.stiffness = load(constants); }
+    if constexpr (measures_energy(task)) {
+      energy_ = add_twice_energy(spring, Batch(lengths.length()), energy_);
+    }
+    if constexpr (task == Task::energy) { return; }
+    Batch factor;
     if constexpr (sees_velocity(task)) {
       const Real* v = row.v + i;
       const Batch wx = velocity_[0] - load(v);
       const Batch wy = velocity_[1] - load(v + lanes);
       const Batch wz = velocity_[2] - load(v + 2 * lanes);
-      springs.rate = fused::add(wz, dz, fused::add(wy, dy, wx * dx));
-    }
-    springs.constants = constants;
-    springs.rest = &rest;
-    if constexpr (task != Task::energy) { springs.f = row.f + i; }
-  }
-  PALPATE_ALWAYS_INLINE void measure(Springs& springs) const noexcept {
-    springs.lengths = Lengths(springs.square);
-  }
-  PALPATE_ALWAYS_INLINE void end(const Springs& springs) noexcept {
-    const Lengths& lengths = springs.lengths;
-    SpringNumbers<Batch> spring{
-        .stiffness = Batch(Real(0)), .rest = Batch(*springs.rest), .viscosity = Batch(Real(0))};
-    if constexpr (task != Task::damping) { spring.stiffness = load(springs.constants); }
-    if constexpr (measures_energy(task)) {
-      const Batch extension = lengths.length() - spring.rest;
-      energy_ = fused::add(spring.stiffness * extension, extension, energy_);
-    }
-    if constexpr (task == Task::energy) { return; }
-    Batch factor;
-    if constexpr (sees_velocity(task)) {
-      spring.viscosity = load(springs.constants + lanes);
-      factor = lengths.pull(spring, springs.rate);
+      const Batch rate = fused::add(wz, dz, fused::add(wy, dy, wx * dx));  // L' L
+      spring.viscosity = load(constants + lanes);
+      factor = lengths.pull(spring, rate);
     } else {
       factor = lengths.pull(spring);
     }
-    pull(0, springs.f, factor, springs.d[0]);
-    pull(1, springs.f + lanes, factor, springs.d[1]);
-    pull(2, springs.f + 2 * lanes, factor, springs.d[2]);
-  }
-  PALPATE_ALWAYS_INLINE void join(const Nodes<Real>& row, long i, const Real* constants,
-                                  const Real& rest) noexcept {
-    Springs springs;
-    begin(springs, row, i, constants, rest);
-    measure(springs);
-    end(springs);
+    Real* f = row.f + i;
+    pull(0, f, factor, dx);
+    pull(1, f + lanes, factor, dy);
+    pull(2, f + 2 * lanes, factor, dz);
   }
   /// Keeps the forces of this vector.
   void finish() noexcept {
@@ -159,16 +128,11 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
   Batch energy_ = Batch(Real(0));
 };
 
-// In which order the springs of a vector of a regular lattice's nodes are gone through
-// (model/EQUATIONS.md, "Lattice in lanes"). Included by one source file per instruction set;
-// includes no code that other files compile too, so that no instruction strays.
-
-/// The rows that a row's springs lead to, of those that a slab asks for.
+/// Rows that the springs of a row lead to, within a slab.
 template <class Arch, class Real> struct Neighbours {
   Nodes<Real> own;
   int count = 0;
   bool within = false;  ///< springs within the row
-  bool all = false;     ///< these, and all of every kind to other rows
   struct Row {
     Nodes<Real> at;
     const Link<Real>* link;
@@ -197,10 +161,11 @@ template <class Arch, class Real> struct Columns {
   }
 };
 
-/// One after the other.
+/// Visits the springs of a vector in a fixed order.
 template <class Vector, class Arch, class Real>
-PALPATE_ALWAYS_INLINE inline void join_in_turn(Vector& vector, const Neighbours<Arch, Real>& near,
-                                               const Columns<Arch, Real>& at) noexcept {
+PALPATE_ALWAYS_INLINE inline void join_neighbours(Vector& vector,
+                                                  const Neighbours<Arch, Real>& near,
+                                                  const Columns<Arch, Real>& at) noexcept {
   if (near.within) { vector.join(near.own, at.right, at.constants, at.own_rest); }
   for (int n = 0; n < near.count; ++n) {
     const auto& [there, link] = near.rows[n];
@@ -211,37 +176,6 @@ PALPATE_ALWAYS_INLINE inline void join_in_turn(Vector& vector, const Neighbours<
   }
 }
 
-/// The same, to the bit, for a vector that has springs of every kind: each begins while the one
-/// before is measured and the one before that ends, so that no processor has to look far ahead for
-/// something to do. It takes the registers of AVX-512.
-template <class Vector, class Arch, class Real>
-PALPATE_ALWAYS_INLINE inline void join_staggered(Vector& vector, const Neighbours<Arch, Real>& near,
-                                                 const Columns<Arch, Real>& at) noexcept {
-  typename Vector::Springs springs[slots];
-  const auto begin = [&](int n) PALPATE_ALWAYS_INLINE {
-    if (n == 0) {
-      vector.begin(springs[0], near.own, at.right, at.constants, at.own_rest);
-      return;
-    }
-    const auto& [there, link] = near.rows[(n - 1) / 3];
-    const int side = (n - 1) % 3;
-    const Real* constants = at.constants + link->constants + side * at.slot_length;
-    const long column = side == 0 ? at.left : side == 1 ? at.here : at.right;
-    vector.begin(springs[n], there, column, constants,
-                 side == 1 ? link->rest_across : link->rest_aside);
-  };
-  const auto stage = [&]<int n>(std::integral_constant<int, n>) PALPATE_ALWAYS_INLINE {
-    if constexpr (n < slots) { begin(n); }
-    asm volatile("" ::: "memory");  // g++ 12 would put some of that off
-    if constexpr (n >= 1 && n <= slots) { vector.measure(springs[n - 1]); }
-    if constexpr (n >= 2) { vector.end(springs[n - 2]); }
-  };
-  [&]<int... n>(std::integer_sequence<int, n...>) PALPATE_ALWAYS_INLINE {
-    (stage(std::integral_constant<int, n>{}), ...);
-  }
-  (std::make_integer_sequence<int, slots + 2>{});
-}
-
 /// Goes through the springs of vector `i` of a row. Returns their energy [J] if the task measures
 /// it.
 template <Task task, Fetch fetch, class Arch, class Real>
@@ -249,26 +183,16 @@ PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
                                                       const Neighbours<Arch, Real>& near, long i,
                                                       const Real* table) noexcept {
   using Vector = RowVector<task, fetch, Real, Arch>;
-  constexpr bool staggers =
-      fused::is_avx512<Arch> && !measures_energy(task) && task != Task::damping;
   const Columns<Arch, Real> at(view, i, table);
   Vector vector(near.own, at.here);
-  if (staggers && near.all) {
-    if constexpr (staggers) { join_staggered(vector, near, at); }
-  } else {
-    join_in_turn(vector, near, at);
-  }
+  join_neighbours(vector, near, at);
   vector.finish();
   if constexpr (measures_energy(task)) { return static_cast<double>(vector.energy()); }
   return 0.0;
 }
 
-// The loop over the springs of a regular lattice, without indices, for one instruction set
-// (model/EQUATIONS.md, "Lattice in lanes"). Included by one source file per instruction set;
-// includes no code that other files compile too, so that no instruction strays.
-
-/// From element `begin` on, forces from `force_begin`. What a task does not need stays null. `Arch`
-/// in what follows makes functions of this instruction set alone.
+/// Nodes from element `begin` on, with their forces from `force_begin`. Pointers that a task does
+/// not need stay null. `Arch` in what follows makes functions of this instruction set alone.
 template <Task task, class Arch, class Real>
 Nodes<Real> from_element(const Nodes<Real>& nodes, long begin, long force_begin) noexcept {
   Nodes<Real> row{.q = nodes.q + begin};
@@ -304,7 +228,7 @@ LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab
   return pair;
 }
 
-/// Springs between two rows at rest are not looked at.
+/// Skips springs between two rows that do not move.
 template <Task task, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(
     const View<Real>& view, const Slab<Real>& slab, const LayerPair<Arch, Real>& layers, int row1,
@@ -324,7 +248,6 @@ PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(
     found.rows[found.count++] = {from_element<task, Arch>(layers.nodes[link.layers], there, there),
                                  &link};
   }
-  found.all = found.within && found.count == neighbour_kinds && links.sides;
   return found;
 }
 

@@ -354,7 +354,7 @@ namespace {
 template <class Real>
 LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool skip,
                                 bool may_fold) {
-  const auto shape = lattice_of(problem.network());
+  const auto& shape = problem.network().springs.lattice();
   if (!shape) { throw std::invalid_argument("the network is no regular lattice"); }
   return LatticeSprings<Real>(problem, *shape, lanes, skip, may_fold);
 }

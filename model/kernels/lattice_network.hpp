@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Threads that do one task together again and again, a few microseconds at a time: they wait
-/// without sleeping, so nothing in a tick locks or calls the system.
+/// Regular lattice in lanes, on one thread or several.
 
 #include <atomic>
 #include <memory>
@@ -17,16 +16,18 @@
 
 namespace palpate {
 
-/// Tells the processor that a thread only waits.
+/// Tells the processor that the thread is in a spin loop.
 inline void relax() noexcept {
 #if defined(__x86_64__)
   __builtin_ia32_pause();
 #endif
 }
 
+/// Threads that run one task together, a few microseconds at a time. They wait in spin loops, so
+/// that a tick neither locks nor calls the system.
 class Team {
  public:
-  /// `members` with the caller, who is number 0.
+  /// `members` includes the caller, who is number 0.
   explicit Team(int members);
   ~Team();
   Team(const Team&) = delete;
@@ -34,7 +35,7 @@ class Team {
 
   [[nodiscard]] int members() const { return static_cast<int>(threads_.size()) + 1; }
 
-  /// work(number) by every member at a time; returns when all have done theirs.
+  /// Every member calls work(number) once; returns when all have finished.
   template <class Work> void run(Work& work) noexcept {
     work_ = &work;
     call_ = [](void* what, int number) noexcept { (*static_cast<Work*>(what))(number); };
@@ -47,37 +48,36 @@ class Team {
 
   void* work_ = nullptr;
   void (*call_)(void* work, int number) noexcept = nullptr;
-  std::atomic<long> round_{0};     ///< how many tasks were given; negative: go home
+  std::atomic<long> round_{0};     ///< number of tasks so far; negative: threads end
   std::atomic<long> finished_{0};  ///< by members other than the caller, of all rounds
   std::vector<std::thread> threads_;
 };
 
-// A lattice shared out among threads by layers, to the bits of one thread
-// (model/EQUATIONS.md, "Lattice in lanes").
-
-/// A load on one node of a layer.
+/// Load on one node of a layer.
 template <class Real> struct Pull {
   long element = 0;  ///< of the node's x, after the layer's first
   Real force[3]{};   ///< [N]
 };
 
-/// What acts on nodes beside their springs.
+/// Forces on nodes other than those of springs.
 template <class Real> struct Outside {
   const Real* weight = nullptr;       ///< of all coordinates [N]; null: none
   const Pull<Real>* pulls = nullptr;  ///< by layers
   const int* pulls_begin = nullptr;   ///< of each layer, and the last one's end
 };
 
+/// Partition of a lattice among threads by layers. Results have the same bits as with one thread
+/// (model/EQUATIONS.md, "Lattice in lanes").
 template <class Real> class LatticeSlabs {
  public:
-  /// Fewer threads than asked for where there are not two layers for each.
+  /// Uses fewer than `threads` threads if there are not two layers for each.
   LatticeSlabs(const lattice::View<Real>& view, int threads);
 
-  /// Vectors at the ends of a row of one vector reach into rows of other layers: those are not
-  /// shared out.
+  /// Largest useful number of threads. Rows of one vector are not partitioned: vectors at the ends
+  /// of such a row reach into rows of other layers.
   [[nodiscard]] static int most_threads(int layers, long vectors, int wanted);
 
-  /// Goes through the whole lattice; returns the sum of what the kernel returns.
+  /// Applies the kernel to the whole lattice and returns the sum of its results.
   double sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept;
   /// The same with a kernel that takes a step. Forces need no room of the caller's: they are kept
   /// for two layers at a time, which stay in the cache.
@@ -123,7 +123,7 @@ template <class Real> class LatticeSlabs {
   std::vector<unsigned char> stands_;                  ///< of each layer: some row does
   std::vector<double> sums_;
   long round_ = 0;
-  std::unique_ptr<Team> team_;  ///< last, so that it goes home first
+  std::unique_ptr<Team> team_;  ///< last member: its threads end before the data go
 };
 
 // Rows of a lattice at rest, which are not stepped until they are pulled (model/EQUATIONS.md,
@@ -187,7 +187,7 @@ template <class Real> class LatticeSleep {
 
 template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
  public:
-  /// Throws std::invalid_argument for a network that lattice_of() does not know. `may_fold`: see
+  /// Throws std::invalid_argument for a network that is no regular lattice. `may_fold`: see
   /// LatticeRows.
   LatticeNetwork(const NetworkProblem& problem, bool skip, int threads = 1,
                  const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front(),

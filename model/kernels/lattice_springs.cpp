@@ -265,8 +265,6 @@ template <class Real> lattice::Links<Real> LatticeSprings<Real>::links_of(int ro
         .sides = sides};
     links.within += 1 - step[1];
   }
-  links.sides =
-      std::all_of(links.to, links.to + links.count, [](const auto& link) { return link.sides; });
   return links;
 }
 

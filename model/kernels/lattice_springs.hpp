@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A regular lattice as rows of nodes along one of its axes, cut and folded into the lanes of
-/// registers (model/EQUATIONS.md, "Lattice in lanes").
+/// Regular lattice as rows of nodes along one of its axes, divided and interleaved into the lanes
+/// of registers (model/EQUATIONS.md, "Lattice in lanes").
 
 #include <cstdint>
 #include <vector>
@@ -9,7 +9,6 @@
 #include "model/kernels/kernel_views.hpp"
 #include "model/kernels/system.hpp"
 #include "model/problem/problem.hpp"
-#include "model/tissue/lattice.hpp"
 
 namespace palpate {
 
@@ -62,7 +61,7 @@ template <class Real> std::vector<lattice::Kernels<Real>> lattice_kernels();
 
 template <class Real> class LatticeSprings {
  public:
-  /// `shape` is lattice_of() the problem's network. skip = false goes through dampers and rows of
+  /// `shape` is the lattice of the problem's network. skip = false goes through dampers and rows of
   /// fixed nodes that are not there or do nothing, to the same bits.
   LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes, bool skip,
                  bool may_fold);

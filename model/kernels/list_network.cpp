@@ -10,33 +10,6 @@ namespace palpate {
 
 namespace {
 
-/// Derivative of the force on end a by d and by the relative velocity (cf. NetworkProblem).
-template <class Real> struct Gradient {
-  Eigen::Matrix<Real, 3, 3> position = Eigen::Matrix<Real, 3, 3>::Zero();
-  Eigen::Matrix<Real, 3, 3> velocity = Eigen::Matrix<Real, 3, 3>::Zero();
-};
-
-template <class Real, class Element>
-Gradient<Real> gradient_of(const SpringLaw& law, const Element& spring,
-                           const Eigen::Matrix<Real, 3, 1>& d,
-                           const Eigen::Matrix<Real, 3, 1>& w) noexcept {
-  using Matrix = Eigen::Matrix<Real, 3, 3>;
-  using Vector3 = Eigen::Matrix<Real, 3, 1>;
-  const Real length = d.norm();
-  if (!(length > static_cast<Real>(zero_length))) { return {}; }
-  const Vector3 u = d / length;
-  const Real k = static_cast<Real>(law.scale * law.elastic) * spring.stiffness;
-  const Real c = static_cast<Real>(law.scale * law.viscous) * spring.viscosity;
-  const Real rate = w.dot(u);
-  const Real tension = k * (length - spring.rest_length) + c * rate;
-  const Vector3 slope = k * u + (c / length) * (w - rate * u);
-  const Vector3 e = law.along_displacement ? d : u;
-  const Matrix turn = law.along_displacement
-                          ? Matrix(Matrix::Identity())
-                          : Matrix((Matrix::Identity() - u * u.transpose()) / length);
-  return {e * slope.transpose() + tension * turn, c * e * u.transpose()};
-}
-
 template <class Real>
 void add_block(Real* values, const std::int64_t* columns, Real factor,
                const Eigen::Matrix<Real, 3, 3>& block) noexcept {
@@ -108,7 +81,7 @@ void SpringMatrices<Real>::jacobian(const SpringSet<Real>& springs, const At& at
     const auto& s = springs.links[n];
     const Vector3 d = at.q.template segment<3>(s.b) - at.q.template segment<3>(s.a);
     const Vector3 w = at.v.template segment<3>(s.b) - at.v.template segment<3>(s.a);
-    const auto g = gradient_of<Real>(springs.law, s, d, w);
+    const auto g = spring_gradient<Real>(springs.law, numbers_of<Real>(s), d, w);
     const Eigen::Matrix<Real, 3, 3> block =
         at.on_stiffness * g.position + at.on_damping * g.velocity;
     const auto& slots = link_slots_[n];
@@ -121,7 +94,7 @@ void SpringMatrices<Real>::jacobian(const SpringSet<Real>& springs, const At& at
     const auto& s = springs.anchors[n];
     const Vector3 d = Eigen::Map<const Vector3>(s.place) - at.q.template segment<3>(s.a);
     const Vector3 w = -at.v.template segment<3>(s.a);
-    const auto g = gradient_of<Real>(springs.law, s, d, w);
+    const auto g = spring_gradient<Real>(springs.law, numbers_of<Real>(s), d, w);
     const Eigen::Matrix<Real, 3, 3> block =
         at.on_stiffness * g.position + at.on_damping * g.velocity;
     add_block(values, anchor_slots_[n].data(), Real(1), block);
@@ -133,7 +106,7 @@ template class SpringMatrices<float>;
 
 namespace {
 
-int spacing_of(const ListVectors& vectors) { return vectors.quads ? fans::quad : 3; }
+int spacing_of(const ListVectors& vectors) { return vectors.padded ? adjacency::node_stride : 3; }
 
 /// Of the fixed nodes that a spring joins to a free one, in the order of all nodes; -1 for others.
 std::vector<int> places_of(const SpringNetwork& network) {
@@ -174,7 +147,7 @@ ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm&
   kernel_ = spring_kernel_for<Real>(
       {.damped = damped_ || !skip, .printed = SpringLaw::is_printed(printed)});
   if (springs_.lagged) { remember_lengths(); }
-  if (!SpringLaw::is_printed(printed)) { fans_.take(springs_, damped_ || !skip, spacing_); }
+  if (!SpringLaw::is_printed(printed)) { groups_.take(springs_, damped_ || !skip, spacing_); }
   this->spread_weight();
 }
 
@@ -188,10 +161,10 @@ NodeLayout ListNetwork<Real>::layout_of(const NetworkProblem& problem, const Lis
   for (int node = 0; node < problem.network().node_count(); ++node) {
     layout.first.push_back(at(problem.coordinate(node)));
   }
-  if (vectors.quads) {
+  if (vectors.padded) {
     const auto held =
         std::ranges::count_if(places_of(problem.network()), [](int place) { return place >= 0; });
-    layout.size += fans::quad * held;
+    layout.size += adjacency::node_stride * held;
   }
   return layout;
 }
@@ -261,7 +234,7 @@ void ListNetwork<Real>::sort_springs(const NetworkProblem& problem, bool skip) {
 template <class Real> Vector<Real> ListNetwork<Real>::initial_position() const {
   Vector<Real> q = Vector<Real>::Zero(this->layout().size);
   scatter(this->problem().initial_position(), this->layout(), q);
-  if (spacing_ == fans::quad) {
+  if (spacing_ == adjacency::node_stride) {
     for (const auto& s : springs_.anchors) {
       q.template segment<3>(s.b) = Eigen::Map<const Eigen::Matrix<Real, 3, 1>>(s.place);
     }
@@ -272,10 +245,10 @@ template <class Real> Vector<Real> ListNetwork<Real>::initial_position() const {
 template <class Real>
 void ListNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
                                     Vector<Real>& f) noexcept {
-  if (fans_.empty()) {
+  if (groups_.empty()) {
     kernel_(springs_, q.data(), v.data(), f.data());
   } else {
-    fans_.add(q.data(), v.data(), f.data());
+    groups_.add(q.data(), v.data(), f.data());
   }
   add_fixed_pairs();
 }
@@ -283,8 +256,8 @@ void ListNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v
 template <class Real>
 double ListNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                                           Vector<Real>& f) noexcept {
-  if (fans_.empty()) { return NetworkSystem<Real>::measure_springs(q, v, f); }
-  const double energy = fans_.measure(q.data(), v.data(), f.data());
+  if (groups_.empty()) { return NetworkSystem<Real>::measure_springs(q, v, f); }
+  const double energy = groups_.measure(q.data(), v.data(), f.data());
   add_fixed_pairs();
   return energy;
 }
@@ -304,13 +277,13 @@ template <class Real>
 double ListNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>& state) noexcept {
   this->add_loads(t, gate, Real(1), next_force_);
   add_springs(state.position, state.velocity, next_force_);
-  return fans_.advance({.q = state.position.data(),
-                        .v = state.velocity.data(),
-                        .f = next_force_.data(),
-                        .inverse_mass = this->inverse_mass().data(),
-                        .weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
-                        .h = h},
-                       this->layout().size / fans::quad);
+  return groups_.advance({.q = state.position.data(),
+                          .v = state.velocity.data(),
+                          .f = next_force_.data(),
+                          .inverse_mass = this->inverse_mass().data(),
+                          .weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
+                          .h = h},
+                         this->layout().size / adjacency::node_stride);
 }
 
 template <class Real>
@@ -341,8 +314,7 @@ template <class Real>
 double ListNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
   double energy = 0.0;
   const auto elastic = [](const auto& s, double length) {
-    const double extension = length - static_cast<double>(s.rest_length);
-    return 0.5 * static_cast<double>(s.stiffness) * extension * extension;
+    return 0.5 * add_twice_energy(numbers_of<double>(s), length, 0.0);
   };
   for (const auto& s : springs_.links) {
     energy += elastic(
@@ -359,7 +331,7 @@ template <class Real> std::size_t ListNetwork<Real>::spring_bytes() const noexce
   return springs_.links.size() * sizeof(Link<Real>) +
          springs_.anchors.size() * sizeof(Anchor<Real>) +
          springs_.previous_length.size() * sizeof(Real) + matrices_.memory_bytes() +
-         static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + fans_.memory_bytes();
+         static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + groups_.memory_bytes();
 }
 
 template class ListNetwork<double>;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The matrices of springs in lists, as implicit schemes ask for them.
+/// Network of springs in a list, with the matrices that implicit schemes use.
 
 #include <Eigen/SparseCore>
 #include <array>
@@ -49,8 +49,8 @@ template <class Real> class SpringMatrices {
 /// What the vectors of a list hold: free nodes one after the other, and behind them one of the
 /// following.
 struct ListVectors {
-  bool quads = false;  ///< a zero after each node's coordinates, and places that never move behind
-                       ///< all: as springs in fans want them, and no matrix does
+  bool padded = false;  ///< a zero after each node's coordinates, and places that never move behind
+                        ///< all: as springs in fans want them, and no matrix does
   Eigen::Index further = 0;  ///< coordinates of whose masses a derived class tells
 };
 
@@ -62,8 +62,8 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
   [[nodiscard]] bool has_dampers() const override { return damped_; }
-  /// Of forces, and of places and velocities: with quads.
-  [[nodiscard]] bool has_one_pass() const override { return spacing_ == fans::quad; }
+  /// Of forces, and of places and velocities: with padded vectors.
+  [[nodiscard]] bool has_one_pass() const override { return spacing_ == adjacency::node_stride; }
   void prepare_one_pass() override;
   double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override;
   void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
@@ -88,7 +88,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
 
   int spacing_;  ///< from one node's coordinates to the next one's
   SpringSet<Real> springs_;
-  SpringFans<Real> fans_{};  ///< the same springs, unless they pull as printed
+  AdjacencySprings<Real> groups_{};  ///< the same springs, unless they pull as printed
   SpringKernel<Real> kernel_ = nullptr;
   bool damped_ = true;
   Vector<Real> next_force_;      ///< between two steps in one pass: the weight [N]

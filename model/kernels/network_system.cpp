@@ -5,10 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "model/kernels/lattice_network.hpp"
-#include "model/kernels/list_network.hpp"
 #include "model/problem/spring_law.hpp"
-#include "model/reduction/reduced_network.hpp"
 
 namespace palpate {
 
@@ -108,27 +105,7 @@ template <class Real> std::size_t NetworkSystem<Real>::memory_bytes() const noex
          loaded_.capacity() * sizeof(LoadOnCoordinate);
 }
 
-template <class Real>
-std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
-                                                         const NetworkOptions& options) {
-  if (options.lattice) {
-    auto lattice = std::make_unique<LatticeNetwork<Real>>(problem, options.skip, options.threads,
-                                                          lattice_kernels<Real>().front(),
-                                                          options.sleep_force <= 0.0);
-    if (options.sleep_force > 0.0) { lattice->let_sleep(options.sleep_force, options.touched); }
-    return lattice;
-  }
-  if (options.far) { return std::make_unique<FarFieldNetwork<Real>>(problem, *options.far); }
-  const bool quads = !options.matrices && !SpringLaw::is_printed(options.printed);
-  return std::make_unique<ListNetwork<Real>>(problem, options.printed, options.h, options.skip,
-                                             ListVectors{.quads = quads});
-}
-
 template class NetworkSystem<double>;
 template class NetworkSystem<float>;
-template std::unique_ptr<NetworkSystem<double>> make_network_system(const NetworkProblem&,
-                                                                    const NetworkOptions&);
-template std::unique_ptr<NetworkSystem<float>> make_network_system(const NetworkProblem&,
-                                                                   const NetworkOptions&);
 
 }  // namespace palpate

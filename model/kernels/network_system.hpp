@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A network as an integrator sees it: loads, weight and energies here, springs in the class that
-/// suits the network.
+/// Interface of a network to an integrator. This class adds loads, weight and energies; derived
+/// classes compute the springs.
 
-#include <memory>
-#include <optional>
+#include <vector>
 
 #include "model/kernels/system.hpp"
 #include "model/problem/problem.hpp"
-#include "model/reduction/mode_basis.hpp"
 
 namespace palpate {
 
@@ -87,21 +85,5 @@ template <class Real> class NetworkSystem : public System<Real> {
   std::size_t spring_count_ = 0;
   Vector<Real> weight_;  ///< m g per coordinate [N]; empty where it is skipped
 };
-
-/// How a network is stepped.
-struct NetworkOptions {
-  PrintedForm printed{};
-  double h = 0.0;            ///< as in step() [s]
-  bool lattice = false;      ///< in lanes, which lattice_of() the network must allow
-  bool matrices = false;     ///< a list has them, as implicit schemes want
-  int threads = 1;           ///< that share a lattice
-  double sleep_force = 0.0;  ///< [N] that sleeping nodes of a lattice may withhold; 0: none sleeps
-  std::vector<int> touched{};  ///< nodes that a tool may push, whose rows never sleep
-  bool skip = true;
-  std::optional<FarFieldSetting> far{};  ///< where there is one
-};
-template <class Real>
-std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
-                                                         const NetworkOptions& options);
 
 }  // namespace palpate

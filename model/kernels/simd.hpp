@@ -6,6 +6,8 @@
 #include <type_traits>
 #include <xsimd/xsimd.hpp>
 
+#include "model/problem/spring_law.hpp"
+
 #if defined(PALPATE_SANITIZED)
 #define PALPATE_ALWAYS_INLINE
 #else
@@ -50,6 +52,13 @@ xsimd::batch<Real, Arch> subtract(const xsimd::batch<Real, Arch>& a,
 
 namespace palpate {
 
+template <class Real, class Arch> struct MultiplyAdd<xsimd::batch<Real, Arch>> {
+  using Batch = xsimd::batch<Real, Arch>;
+  PALPATE_ALWAYS_INLINE static Batch of(const Batch& a, const Batch& b, const Batch& c) noexcept {
+    return fused::add(a, b, c);
+  }
+};
+
 // Lengths of springs and their inverses, a vector at a time. Included by one source file per
 // instruction set; `Arch` makes functions of that instruction set alone.
 
@@ -76,13 +85,6 @@ xsimd::batch<float, Arch> inverse_root(const xsimd::batch<float, Arch>& square) 
 }
 #endif
 
-/// Stiffness, natural length and viscosity of springs.
-template <class Batch> struct SpringNumbers {
-  Batch stiffness;  ///< [N/m]
-  Batch rest;       ///< [m]
-  Batch viscosity;  ///< [N s/m]; unused where there are no dampers
-};
-
 /// What squared lengths begin with [m^2]: 1 / length is then finite, and springs whose ends are at
 /// one place pull with it times nothing. To lengths above 1e-6 m it adds less than a rounding.
 template <class Real> inline constexpr Real least_square = Real(1e-30);
@@ -97,16 +99,14 @@ template <class Real, class Arch, bool estimated = fused::is_avx512<Arch>> class
   SpringLengths() noexcept = default;
   explicit SpringLengths(const Batch& square) noexcept : length_(xsimd::sqrt(square)) {}
   [[nodiscard]] const Batch& length() const noexcept { return length_; }
-  /// Tension over length.
+  /// Tension over length without dampers.
   [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring) const noexcept {
-    return spring.stiffness * (length_ - spring.rest) * inverse();
+    return SpringTension<SpringTerms{.viscous = false}>::of(spring, length_, length_) * inverse();
   }
-  /// With dampers; `rate` is that of the length, times the length.
+  /// Tension over length with dampers; `rate` is L' times the length.
   [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring, const Batch& rate) const noexcept {
     const Batch inverse = this->inverse();
-    return fused::add(spring.viscosity, rate * inverse,
-                      spring.stiffness * (length_ - spring.rest)) *
-           inverse;
+    return SpringTension<>::of(spring, length_, Batch(rate * inverse)) * inverse;
   }
 
  private:

@@ -39,9 +39,9 @@ template <bool damped, class Real, class Element>
 Real pull(const Element& spring, const Three<Real>& d, const Three<Real>& w) noexcept {
   const Real length = std::sqrt(dot(d, d));
   const Real inverse = inverse_or_zero(length);
-  Real tension = spring.stiffness * (length - spring.rest_length);
-  if constexpr (damped) { tension += spring.viscosity * (dot(w, d) * inverse); }
-  return tension * inverse;
+  constexpr SpringTerms terms{.viscous = damped};
+  return SpringTension<terms>::of(numbers_of<Real>(spring), length, Real(dot(w, d) * inverse)) *
+         inverse;
 }
 
 template <bool damped, class Real>
@@ -73,10 +73,8 @@ Real printed_pull(SpringSet<Real>& springs, std::size_t index, const Element& sp
     rate = (length - springs.previous_length[index]) / springs.lag;
     springs.previous_length[index] = length;
   }
-  const Eigen::Matrix<Real, 3, 1> unit(Real(1), Real(0), Real(0));
   return spring_force<Real>(springs.law, spring.stiffness, spring.viscosity, spring.rest_length,
-                            unit, length, rate)
-      .x();
+                            Real(1), length, rate);
 }
 
 template <class Real>
@@ -105,9 +103,13 @@ template <class Real> SpringKernel<Real> spring_kernel_for(KernelTraits traits) 
 template <class Real>
 void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, Real* f) noexcept {
   const auto factor = [&](const auto& s, const Three<Real>& d, const Three<Real>& relative) {
-    const Real inverse = inverse_or_zero(std::sqrt(dot(d, d)));
-    const Real c = static_cast<Real>(springs.law.scale * springs.law.viscous) * s.viscosity;
-    return c * (dot(relative, d) * inverse) * (springs.law.along_displacement ? Real(1) : inverse);
+    constexpr SpringTerms damper{.elastic = false};
+    const Real length = std::sqrt(dot(d, d));
+    const Real inverse = inverse_or_zero(length);
+    const Real tension = static_cast<Real>(springs.law.scale) *
+                         SpringTension<damper>::of(springs.law.with_signs(numbers_of<Real>(s)),
+                                                   length, Real(dot(relative, d) * inverse));
+    return tension * (springs.law.along_displacement ? Real(1) : inverse);
   };
   for (const Link<Real>& s : springs.links) {
     const Three<Real> d = between(q + s.a, q + s.b);
@@ -126,29 +128,29 @@ template SpringKernel<float> spring_kernel_for<float>(KernelTraits) noexcept;
 template void add_damping(const SpringSet<double>&, const double*, const double*, double*) noexcept;
 template void add_damping(const SpringSet<float>&, const float*, const float*, float*) noexcept;
 
-template <class Real> std::vector<fans::Kernels<Real>> fan_kernels() {
-  return kernels_here(&fans::avx2_kernels<Real>, &fans::baseline_kernels<Real>);
+template <class Real> std::vector<adjacency::Kernels<Real>> adjacency_kernels() {
+  return kernels_here(&adjacency::avx2_kernels<Real>, &adjacency::baseline_kernels<Real>);
 }
 
-template <class Real> void SpringFans<Real>::make_quads(const SpringSet<Real>& springs) {
+template <class Real> void AdjacencySprings<Real>::make_padded(const SpringSet<Real>& springs) {
   long nodes = free_nodes_;
   for (const Anchor<Real>& s : springs.anchors) { nodes = std::max(nodes, s.b / 3 + 1L); }
-  const auto numbers = static_cast<std::size_t>(fans::quad * nodes);
+  const auto numbers = static_cast<std::size_t>(adjacency::node_stride * nodes);
   q_.assign(numbers, Real(0));
   f_.assign(numbers, Real(0));
   if (damped_) { v_.assign(numbers, Real(0)); }
   for (const Anchor<Real>& s : springs.anchors) {
-    std::ranges::copy(s.place, q_.begin() + fans::quad * (s.b / 3));
+    std::ranges::copy(s.place, q_.begin() + adjacency::node_stride * (s.b / 3));
   }
 }
 
 template <class Real>
-double SpringFans<Real>::add_with(fans::Force<Real> kernel, const Real* q, const Real* v,
-                                  Real* f) noexcept {
-  const fans::View<Real> view{.fans = fans_.data(),
-                              .count = static_cast<long>(fans_.size()),
-                              .partners = partners_.data(),
-                              .numbers = numbers_.data()};
+double AdjacencySprings<Real>::add_with(adjacency::Force<Real> kernel, const Real* q, const Real* v,
+                                        Real* f) noexcept {
+  const adjacency::View<Real> view{.groups = groups_.data(),
+                                   .count = static_cast<long>(groups_.size()),
+                                   .partners = partners_.data(),
+                                   .numbers = numbers_.data()};
   if (q_.empty()) { return kernel(view, q, v, f); }
   kernels_.spread(q, free_nodes_, q_.data());
   if (damped_) { kernels_.spread(v, free_nodes_, v_.data()); }
@@ -158,31 +160,32 @@ double SpringFans<Real>::add_with(fans::Force<Real> kernel, const Real* q, const
   return energy;
 }
 
-template <class Real> void SpringFans<Real>::add_fan(int node, std::span<const Member> members) {
+template <class Real>
+void AdjacencySprings<Real>::add_group(int node, std::span<const Member> members) {
   const auto lanes = static_cast<std::size_t>(kernels_.lanes);
-  const auto numbers_of_group = lanes * static_cast<std::size_t>(fans::group_numbers(damped_));
-  fans::Fan fan{.node = fans::quad * node};
-  for (; !members.empty(); ++fan.groups) {
+  const auto numbers_of_batch = lanes * static_cast<std::size_t>(adjacency::batch_numbers(damped_));
+  adjacency::Group group{.node = adjacency::node_stride * node};
+  for (; !members.empty(); ++group.batches) {
     const std::size_t partner = partners_.size();
     const std::size_t number = numbers_.size();
-    partners_.resize(partner + lanes, fan.node);
-    numbers_.resize(number + numbers_of_group, Real(0));
+    partners_.resize(partner + lanes, group.node);
+    numbers_.resize(number + numbers_of_batch, Real(0));
     const std::size_t count = std::min(lanes, members.size());
     for (std::size_t n = 0; n < count; ++n) {
-      partners_[partner + n] = fans::quad * members[n].partner;
+      partners_[partner + n] = adjacency::node_stride * members[n].partner;
       numbers_[number + n] = members[n].stiffness;
       numbers_[number + lanes + n] = members[n].rest_length;
       if (damped_) { numbers_[number + 2 * lanes + n] = members[n].viscosity; }
     }
     members = members.subspan(count);
   }
-  fans_.push_back(fan);
+  groups_.push_back(group);
 }
 
 /// Node by node, each answers for the springs that no earlier one does: as many as fill its groups,
 /// the others are left to the nodes at their other ends.
 template <class Real>
-void SpringFans<Real>::take(const SpringSet<Real>& springs, bool damped, int spacing) {
+void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, int spacing) {
   damped_ = damped;
   force_ = damped ? kernels_.damped : kernels_.undamped;
   measured_force_ = damped ? kernels_.damped_measured : kernels_.undamped_measured;
@@ -193,7 +196,7 @@ void SpringFans<Real>::take(const SpringSet<Real>& springs, bool damped, int spa
   for (const Anchor<Real>& s : springs.anchors) {
     free_nodes_ = std::max(free_nodes_, s.a / spacing + 1L);
   }
-  if (spacing != fans::quad) { make_quads(springs); }
+  if (spacing != adjacency::node_stride) { make_padded(springs); }
   const auto lanes = static_cast<std::size_t>(kernels_.lanes);
   std::vector<std::vector<Member>> must(static_cast<std::size_t>(free_nodes_));
   for (const Anchor<Real>& s : springs.anchors) {
@@ -223,16 +226,17 @@ void SpringFans<Real>::take(const SpringSet<Real>& springs, bool damped, int spa
             {node, link->stiffness, link->viscosity, link->rest_length});
       }
     }
-    if (!members.empty()) { add_fan(node, members); }
+    if (!members.empty()) { add_group(node, members); }
   }
-  const auto ahead = lanes * static_cast<std::size_t>(fans::groups_ahead);
+  const auto ahead = lanes * static_cast<std::size_t>(adjacency::batches_ahead);
   partners_.resize(partners_.size() + ahead);
-  numbers_.resize(numbers_.size() + ahead * static_cast<std::size_t>(fans::group_numbers(damped_)));
+  numbers_.resize(numbers_.size() +
+                  ahead * static_cast<std::size_t>(adjacency::batch_numbers(damped_)));
 }
 
-template std::vector<fans::Kernels<double>> fan_kernels<double>();
-template std::vector<fans::Kernels<float>> fan_kernels<float>();
-template class SpringFans<double>;
-template class SpringFans<float>;
+template std::vector<adjacency::Kernels<double>> adjacency_kernels<double>();
+template std::vector<adjacency::Kernels<float>> adjacency_kernels<float>();
+template class AdjacencySprings<double>;
+template class AdjacencySprings<float>;
 
 }  // namespace palpate

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The loops over springs one by one: of the printed forms, and of the physical law between fixed
-/// nodes that nothing leaves out. Each equals the specification (NetworkProblem::force) to
-/// rounding, and springs in fans are compared with them.
+/// Loops over single springs, for the printed forms and for pairs of fixed nodes when nothing is
+/// skipped. Each equals NetworkProblem::force to rounding; tests compare the kernels of adjacency
+/// groups with them.
 
 #include <span>
 #include <vector>
@@ -62,29 +62,31 @@ void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, R
 // once. Equals spring_kernel_for() of the physical law to rounding.
 
 /// All that this processor can run, the best first.
-template <class Real> std::vector<fans::Kernels<Real>> fan_kernels();
+template <class Real> std::vector<adjacency::Kernels<Real>> adjacency_kernels();
 
-template <class Real> class SpringFans {
+template <class Real> class AdjacencySprings {
  public:
-  explicit SpringFans(const fans::Kernels<Real>& kernels = fan_kernels<Real>().front())
+  explicit AdjacencySprings(
+      const adjacency::Kernels<Real>& kernels = adjacency_kernels<Real>().front())
       : kernels_(kernels) {}
   /// Links and anchors; without their dampers unless `damped`. Vectors have `spacing` numbers for
-  /// each node: fans::quad with places that never move behind the free nodes, read and written as
-  /// they lie; or 3 and no such places, copied to quads and back at every evaluation. Allocates.
+  /// each node: adjacency::node_stride with places that never move behind the free nodes, read and
+  /// written as they lie; or 3 and no such places, copied to padded vectors and back at every
+  /// evaluation. Allocates.
   void take(const SpringSet<Real>& springs, bool damped, int spacing);
-  [[nodiscard]] bool empty() const { return fans_.empty(); }
+  [[nodiscard]] bool empty() const { return groups_.empty(); }
   /// Adds the forces of all springs to f.
   void add(const Real* q, const Real* v, Real* f) noexcept { add_with(force_, q, v, f); }
   /// add(), and returns the springs' energy [J].
   double measure(const Real* q, const Real* v, Real* f) noexcept {
     return add_with(measured_force_, q, v, f);
   }
-  /// For vectors of quads; see fans::Move.
-  [[nodiscard]] double advance(const fans::Move<Real>& move, long nodes) const noexcept {
+  /// For padded vectors; see adjacency::Move.
+  [[nodiscard]] double advance(const adjacency::Move<Real>& move, long nodes) const noexcept {
     return kernels_.advance(move, nodes);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return fans_.size() * sizeof(fans::Fan) + partners_.size() * sizeof(int) +
+    return groups_.size() * sizeof(adjacency::Group) + partners_.size() * sizeof(int) +
            (numbers_.size() + q_.size() + v_.size() + f_.size()) * sizeof(Real);
   }
 
@@ -96,21 +98,21 @@ template <class Real> class SpringFans {
     Real viscosity;
     Real rest_length;
   };
-  void add_fan(int node, std::span<const Member> members);
-  /// Quads of one's own, for vectors without.
-  void make_quads(const SpringSet<Real>& springs);
-  double add_with(fans::Force<Real> kernel, const Real* q, const Real* v, Real* f) noexcept;
+  void add_group(int node, std::span<const Member> members);
+  /// PaddedVectors of one's own, for vectors without.
+  void make_padded(const SpringSet<Real>& springs);
+  double add_with(adjacency::Force<Real> kernel, const Real* q, const Real* v, Real* f) noexcept;
 
-  fans::Kernels<Real> kernels_;
+  adjacency::Kernels<Real> kernels_;
   bool damped_ = true;
-  fans::Force<Real> force_ = nullptr;
-  fans::Force<Real> measured_force_ = nullptr;
-  std::vector<fans::Fan> fans_;
+  adjacency::Force<Real> force_ = nullptr;
+  adjacency::Force<Real> measured_force_ = nullptr;
+  std::vector<adjacency::Group> groups_;
   std::vector<int> partners_;
   AlignedVector<Real> numbers_;
   long free_nodes_ = 0;
   AlignedVector<Real> q_, v_,
-      f_;  ///< free nodes, then places that never move; empty where the vectors have quads
+      f_;  ///< free nodes, then places that never move; empty where the vectors are padded
 };
 
 }  // namespace palpate

@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr Eigen::Index widest = 32;
-/// Share of a panel that may be zeros which a column of its own would not store.
+/// Share of a supernode that may be zeros which a column of its own would not store.
 constexpr double padding = 0.25;
 
 template <class Real> Eigen::Index entries_of(const Eigen::SparseMatrix<Real>& l, Eigen::Index j) {
@@ -24,12 +24,14 @@ template <class Real> const int* rows_of(const Eigen::SparseMatrix<Real>& l, Eig
 
 }  // namespace
 
-std::vector<panels::Kernels> panel_kernels() {
-  return kernels_here(&panels::avx512_kernels, &panels::avx2_kernels, &panels::baseline_kernels);
+std::vector<supernodes::Kernels> supernode_kernels() {
+  return kernels_here(&supernodes::avx512_kernels, &supernodes::avx2_kernels,
+                      &supernodes::baseline_kernels);
 }
 
 template <class Real>
-panels::Panel PanelFactors<Real>::panel_at(const Lower& l, Eigen::Index first) const {
+supernodes::Supernode SupernodeFactors<Real>::supernode_at(const Lower& l,
+                                                           Eigen::Index first) const {
   Eigen::Index width = 1;
   Eigen::Index stored = entries_of(l, first);
   // The next column joins if it is the parent in the elimination tree: its rows contain these.
@@ -51,28 +53,30 @@ panels::Panel PanelFactors<Real>::panel_at(const Lower& l, Eigen::Index first) c
 }
 
 /// The columns as they are, then times the inverse of their unit lower square, then in tiles.
-template <class Real> void PanelFactors<Real>::store(const Lower& l, const panels::Panel& panel) {
-  const Eigen::Index last = panel.first + panel.width - 1;
+template <class Real>
+void SupernodeFactors<Real>::store(const Lower& l, const supernodes::Supernode& supernode) {
+  const Eigen::Index last = supernode.first + supernode.width - 1;
   const int* begin = rows_of(l, last);
-  const int* end = begin + panel.below;
+  const int* end = begin + supernode.below;
   rows_.insert(rows_.end(), begin, end);
-  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(panel.blocks * kernels_.lanes, panel.width);
-  full.topRows(panel.width).diagonal().setOnes();
-  for (Eigen::Index j = panel.first; j <= last; ++j) {
+  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(supernode.blocks * kernels_.lanes, supernode.width);
+  full.topRows(supernode.width).diagonal().setOnes();
+  for (Eigen::Index j = supernode.first; j <= last; ++j) {
     for (typename Lower::InnerIterator it(l, j); it; ++it) {
-      const Eigen::Index row = it.row() <= last
-                                   ? it.row() - panel.first
-                                   : panel.width + (std::lower_bound(begin, end, it.row()) - begin);
-      full(row, j - panel.first) = static_cast<double>(it.value());
+      const Eigen::Index row =
+          it.row() <= last ? it.row() - supernode.first
+                           : supernode.width + (std::lower_bound(begin, end, it.row()) - begin);
+      full(row, j - supernode.first) = static_cast<double>(it.value());
     }
   }
-  const Eigen::MatrixXd inverse = full.topRows(panel.width)
-                                      .triangularView<Eigen::UnitLower>()
-                                      .solve(Eigen::MatrixXd::Identity(panel.width, panel.width));
-  full.bottomRows(full.rows() - panel.width) *= inverse;
-  full.topRows(panel.width) = inverse;
-  for (Eigen::Index tile = 0; tile < panel.width; tile += panels::tile) {
-    const Eigen::Index columns = std::min<Eigen::Index>(panels::tile, panel.width - tile);
+  const Eigen::MatrixXd inverse =
+      full.topRows(supernode.width)
+          .triangularView<Eigen::UnitLower>()
+          .solve(Eigen::MatrixXd::Identity(supernode.width, supernode.width));
+  full.bottomRows(full.rows() - supernode.width) *= inverse;
+  full.topRows(supernode.width) = inverse;
+  for (Eigen::Index tile = 0; tile < supernode.width; tile += supernodes::tile) {
+    const Eigen::Index columns = std::min<Eigen::Index>(supernodes::tile, supernode.width - tile);
     for (Eigen::Index row = 0; row < full.rows(); row += kernels_.lanes) {
       const Eigen::MatrixXf block = full.block(row, tile, kernels_.lanes, columns).cast<float>();
       values_.insert(values_.end(), block.data(), block.data() + block.size());
@@ -80,17 +84,17 @@ template <class Real> void PanelFactors<Real>::store(const Lower& l, const panel
   }
 }
 
-template <class Real> void PanelFactors<Real>::take(const Factors& factors) {
+template <class Real> void SupernodeFactors<Real>::take(const Factors& factors) {
   const Lower& l = factors.matrixL().nestedExpression();
   const Eigen::Index n = l.cols();
-  panels_.clear();
+  supernodes_.clear();
   rows_.clear();
   values_.clear();
   int highest = 0;
-  for (Eigen::Index first = 0; first < n; first += panels_.back().width) {
-    panels_.push_back(panel_at(l, first));
-    store(l, panels_.back());
-    highest = std::max(highest, panels_.back().blocks);
+  for (Eigen::Index first = 0; first < n; first += supernodes_.back().width) {
+    supernodes_.push_back(supernode_at(l, first));
+    store(l, supernodes_.back());
+    highest = std::max(highest, supernodes_.back().blocks);
   }
   order_ = factors.permutationP().indices();
   if (order_.size() == 0) { order_.setLinSpaced(n, 0, static_cast<int>(n) - 1); }
@@ -104,10 +108,10 @@ template <class Real> void PanelFactors<Real>::take(const Factors& factors) {
 }
 
 template <class Real>
-void PanelFactors<Real>::solve(const Vector<Real>& right, Vector<Real>& out) noexcept {
+void SupernodeFactors<Real>::solve(const Vector<Real>& right, Vector<Real>& out) noexcept {
   for (Eigen::Index i = 0; i < right.size(); ++i) { y_(order_(i)) = static_cast<float>(right(i)); }
-  kernels_.solve({.panels = panels_.data(),
-                  .count = static_cast<long>(panels_.size()),
+  kernels_.solve({.supernodes = supernodes_.data(),
+                  .count = static_cast<long>(supernodes_.size()),
                   .rows = rows_.data(),
                   .values = values_.data(),
                   .inverse_pivots = inverse_pivots_.data(),
@@ -116,7 +120,7 @@ void PanelFactors<Real>::solve(const Vector<Real>& right, Vector<Real>& out) noe
   for (Eigen::Index i = 0; i < right.size(); ++i) { out(i) = static_cast<Real>(y_(order_(i))); }
 }
 
-template class PanelFactors<double>;
-template class PanelFactors<float>;
+template class SupernodeFactors<double>;
+template class SupernodeFactors<float>;
 
 }  // namespace palpate

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A sparse L D L^T in dense panels of single precision, for a preconditioner: neighbouring columns
-/// with the same rows are one panel, which is read once and in order. Solving is several times
-/// faster than entry by entry in double, and as close as a preconditioner has to be
+/// A sparse L D L^T in dense supernodes of single precision, for a preconditioner: neighbouring
+/// columns with the same rows are one supernode, which is read once and in order. Solving is
+/// several times faster than entry by entry in double, and as close as a preconditioner has to be
 /// (model/EQUATIONS.md, "Panels of a factorisation").
 
 #include <Eigen/SparseCholesky>
@@ -14,12 +14,12 @@
 namespace palpate {
 
 /// All that this processor can run, the best first.
-std::vector<panels::Kernels> panel_kernels();
+std::vector<supernodes::Kernels> supernode_kernels();
 
-template <class Real> class PanelFactors {
+template <class Real> class SupernodeFactors {
  public:
   using Factors = Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>;
-  explicit PanelFactors(const panels::Kernels& kernels = panel_kernels().front())
+  explicit SupernodeFactors(const supernodes::Kernels& kernels = supernode_kernels().front())
       : kernels_(kernels) {}
   /// A successful factorisation; allocates.
   void take(const Factors& factors);
@@ -27,19 +27,19 @@ template <class Real> class PanelFactors {
   [[nodiscard]] bool usable() const { return usable_; }
   /// out = (L D L^T)^-1 right, to about 1e-7 of what the condition makes of it.
   void solve(const Vector<Real>& right, Vector<Real>& out) noexcept;
-  [[nodiscard]] std::size_t panel_count() const { return panels_.size(); }
+  [[nodiscard]] std::size_t supernode_count() const { return supernodes_.size(); }
   /// Read twice by every solve.
   [[nodiscard]] std::size_t memory_bytes() const { return values_.size() * sizeof(float); }
 
  private:
   using Lower = Eigen::SparseMatrix<Real>;
-  /// The panel that begins at a column.
-  [[nodiscard]] panels::Panel panel_at(const Lower& l, Eigen::Index first) const;
-  void store(const Lower& l, const panels::Panel& panel);
+  /// The supernode that begins at a column.
+  [[nodiscard]] supernodes::Supernode supernode_at(const Lower& l, Eigen::Index first) const;
+  void store(const Lower& l, const supernodes::Supernode& supernode);
 
-  panels::Kernels kernels_;
+  supernodes::Kernels kernels_;
   bool usable_ = false;
-  std::vector<panels::Panel> panels_;
+  std::vector<supernodes::Supernode> supernodes_;
   std::vector<int> rows_;
   AlignedVector<float> values_;
   Eigen::VectorXi order_;  ///< coordinate i is row order_(i) of L

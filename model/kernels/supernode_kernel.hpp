@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The triangular solves in panels for one instruction set (model/EQUATIONS.md, "Panels of a
+/// The triangular solves in supernodes for one instruction set (model/EQUATIONS.md, "Panels of a
 /// factorisation"). Included by one source file per instruction set; includes no code that other
 /// files compile too.
 
@@ -9,7 +9,7 @@
 #include "model/kernels/kernel_views.hpp"
 #include "model/kernels/simd.hpp"
 
-namespace palpate::panels {
+namespace palpate::supernodes {
 
 template <class Arch> struct Lanes {
   using Batch = xsimd::batch<float, Arch>;
@@ -66,47 +66,49 @@ template <class Arch> struct Tiles {
 };
 
 template <class Arch>
-void forward(const View& view, const Panel& panel, float* y, float* work) noexcept {
+void forward(const View& view, const Supernode& supernode, float* y, float* work) noexcept {
   constexpr long lanes = Lanes<Arch>::count;
-  for (long i = 0; i < panel.blocks * lanes; ++i) { work[i] = 0.0F; }
-  const float* values = view.values + panel.values;
-  float* x = y + panel.first;
-  for (int c = 0; c < panel.width; c += tile) {
-    const int columns = panel.width - c < tile ? panel.width - c : tile;
-    Tiles<Arch>::add[columns - 1](values, panel.blocks, x + c, work);
-    values += static_cast<long>(columns) * panel.blocks * lanes;
+  for (long i = 0; i < supernode.blocks * lanes; ++i) { work[i] = 0.0F; }
+  const float* values = view.values + supernode.values;
+  float* x = y + supernode.first;
+  for (int c = 0; c < supernode.width; c += tile) {
+    const int columns = supernode.width - c < tile ? supernode.width - c : tile;
+    Tiles<Arch>::add[columns - 1](values, supernode.blocks, x + c, work);
+    values += static_cast<long>(columns) * supernode.blocks * lanes;
   }
-  for (int i = 0; i < panel.width; ++i) { x[i] = work[i]; }
-  const int* rows = view.rows + panel.rows;
-  const float* below = work + panel.width;
-  for (int i = 0; i < panel.below; ++i) { y[rows[i]] -= below[i]; }
+  for (int i = 0; i < supernode.width; ++i) { x[i] = work[i]; }
+  const int* rows = view.rows + supernode.rows;
+  const float* below = work + supernode.width;
+  for (int i = 0; i < supernode.below; ++i) { y[rows[i]] -= below[i]; }
 }
 
 template <class Arch>
-void backward(const View& view, const Panel& panel, float* y, float* work) noexcept {
+void backward(const View& view, const Supernode& supernode, float* y, float* work) noexcept {
   constexpr long lanes = Lanes<Arch>::count;
-  float* x = y + panel.first;
-  for (int i = 0; i < panel.width; ++i) { work[i] = x[i]; }
-  const int* rows = view.rows + panel.rows;
-  float* below = work + panel.width;
-  for (int i = 0; i < panel.below; ++i) { below[i] = -y[rows[i]]; }
-  for (long i = panel.width + panel.below; i < panel.blocks * lanes; ++i) { work[i] = 0.0F; }
-  const float* values = view.values + panel.values;
-  for (int c = 0; c < panel.width; c += tile) {
-    const int columns = panel.width - c < tile ? panel.width - c : tile;
-    Tiles<Arch>::sum[columns - 1](values, panel.blocks, work, x + c);
-    values += static_cast<long>(columns) * panel.blocks * lanes;
+  float* x = y + supernode.first;
+  for (int i = 0; i < supernode.width; ++i) { work[i] = x[i]; }
+  const int* rows = view.rows + supernode.rows;
+  float* below = work + supernode.width;
+  for (int i = 0; i < supernode.below; ++i) { below[i] = -y[rows[i]]; }
+  for (long i = supernode.width + supernode.below; i < supernode.blocks * lanes; ++i) {
+    work[i] = 0.0F;
+  }
+  const float* values = view.values + supernode.values;
+  for (int c = 0; c < supernode.width; c += tile) {
+    const int columns = supernode.width - c < tile ? supernode.width - c : tile;
+    Tiles<Arch>::sum[columns - 1](values, supernode.blocks, work, x + c);
+    values += static_cast<long>(columns) * supernode.blocks * lanes;
   }
 }
 
 template <class Arch> void solve(const View& view, float* y, float* work) noexcept {
-  for (long p = 0; p < view.count; ++p) { forward<Arch>(view, view.panels[p], y, work); }
+  for (long p = 0; p < view.count; ++p) { forward<Arch>(view, view.supernodes[p], y, work); }
   for (long i = 0; i < view.size; ++i) { y[i] *= view.inverse_pivots[i]; }
-  for (long p = view.count; p-- > 0;) { backward<Arch>(view, view.panels[p], y, work); }
+  for (long p = view.count; p-- > 0;) { backward<Arch>(view, view.supernodes[p], y, work); }
 }
 
 template <class Arch> Kernels kernels_for(const char* name) noexcept {
   return {.name = name, .lanes = static_cast<int>(Lanes<Arch>::count), .solve = &solve<Arch>};
 }
 
-}  // namespace palpate::panels
+}  // namespace palpate::supernodes

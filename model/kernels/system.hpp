@@ -113,12 +113,12 @@ template <class Real> class System {
   /// product = A x becomes that of the Jacobian with what sticks to a tool held; see force().
   virtual void hold(const Vector<Real>& /*x*/, Vector<Real>& /*product*/) noexcept {}
   /// Before the first step: `solve` is P^-1 of a preconditioner that knows nothing of what sticks.
-  virtual void learn_response(
+  virtual void learn_compliance(
       const std::function<void(const Vector<Real>&, Vector<Real>&)>& /*solve*/) {}
   /// Before the products of one linear solve.
-  virtual void begin_holding() noexcept {}
+  virtual void begin_linear_solve() noexcept {}
   /// solution = P^-1 r becomes that with what sticks held.
-  virtual void hold_solution(const Vector<Real>& /*r*/, Vector<Real>& /*solution*/) noexcept {}
+  virtual void constrain_solution(const Vector<Real>& /*r*/, Vector<Real>& /*solution*/) noexcept {}
 
   void acceleration(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                     Vector<Real>& a) noexcept {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The line of a needle through a network: which nodes move with it and what it cuts and rubs
-/// against (model/EQUATIONS.md, "Needle line"). A probe is a path of one knot.
+/// Path of a needle through a network: the nodes that move with it, and the materials that it cuts
+/// and rubs against (model/EQUATIONS.md, "Needle line"). The path of a probe has one contact point.
 
 #include <limits>
 #include <span>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-/// What fills the line from `begin` to `end`, along the undeformed line from the skin [m].
+/// Material on the path from `begin` to `end`, along the undeformed line from the skin [m].
 struct PathInterval {
   double begin = 0.0;
   double end = std::numeric_limits<double>::infinity();
@@ -31,8 +31,7 @@ PathInterval interval_in(const Material& material, std::string label, double beg
 std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double first);
 
-/// What the tissue at a point is called, as intervals_along calls it on the line along z through
-/// the point.
+/// Label of the tissue at a point: that of intervals_along() on the line along z through the point.
 std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first);
 
 struct NodeGrid;  // node_grid.hpp
@@ -41,14 +40,15 @@ class NeedlePath {
  public:
   struct Support {
     int node = 0;
-    double weight = 0.0;  ///< of a knot sum to one
+    double weight = 0.0;  ///< weights of a contact point sum to one
   };
+  /// Contact point: a material point on the path whose motion is a weighted mean of nodes.
   struct Knot {
     double depth = 0.0;     ///< xi_k on the undeformed line [m]
     std::size_t first = 0;  ///< of its supports
     std::size_t count = 0;
   };
-  /// A material point between two knots: (1 - share) of knot and share of knot + 1.
+  /// Material point between two contact points: (1 - share) of `knot` and share of knot + 1.
   struct Place {
     std::size_t knot = 0;
     double share = 0.0;
@@ -71,11 +71,12 @@ class NeedlePath {
   [[nodiscard]] Place place(double depth) const noexcept;
   /// Index of the interval that holds the point at `depth`, an end belonging to the next.
   [[nodiscard]] std::size_t interval_at(double depth) const noexcept;
-  /// Largest friction of a shaft with its tip at `depth`, l_k of each knot [N], and their sum.
+  /// Largest friction of a shaft with its tip at `depth`: l_k of each contact point [N]. Returns
+  /// the sum.
   double friction(double depth, std::span<double> of_knot) const noexcept;
 
  private:
-  /// Stretch between two knots within one interval, with what friction it brings to either.
+  /// Part of an interval between two contact points, with its friction.
   struct Piece {
     double begin = 0.0;
     double end = 0.0;
@@ -97,7 +98,7 @@ class NeedlePath {
   double bone_ = std::numeric_limits<double>::infinity();
 };
 
-/// What a scene's tool meets; the scene has a needle or a probe.
+/// Path of the tool of a scene, which has a needle or a probe.
 NeedlePath tool_path(const Scene& scene, const SpringNetwork& network);
 
 }  // namespace palpate

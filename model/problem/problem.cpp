@@ -7,26 +7,30 @@
 #include <limits>
 #include <numbers>
 
-#include "model/problem/spring_law.hpp"
-#include "model/tissue/network_builder.hpp"
-
 namespace palpate {
+
+bool SpringLaw::is_printed(const PrintedForm& printed) {
+  return printed.sign || printed.reversed || printed.direction || printed.half_force ||
+         printed.lagged_velocity;
+}
+
+SpringLaw SpringLaw::from(const PrintedForm& printed) {
+  SpringLaw law;
+  if (printed.half_force) { law.scale = 0.5; }
+  if (printed.reversed) {
+    law.viscous = -1.0;
+  } else if (printed.sign) {
+    law.elastic = -1.0;
+  }
+  law.along_displacement = printed.direction;
+  return law;
+}
 
 double load_factor(const Load& load, double t, double gate) noexcept {
   if (gate < load.start || gate >= load.end) { return 0.0; }
   if (load.profile == Profile::constant) { return 1.0; }
   const double phase = (t - load.start) / (load.end - load.start);
   return load.profile == Profile::ramp ? phase : std::sin(std::numbers::pi * phase);
-}
-
-std::unique_ptr<Problem> make_problem(const Scene& scene) {
-  if (scene.tissue.source == Source::oscillator) {
-    return std::make_unique<OscillatorProblem>(scene.tissue.oscillator);
-  }
-  SpringNetwork network = build_network(scene);
-  std::vector<Load> loads = resolve_loads(scene, network);
-  return std::make_unique<NetworkProblem>(std::move(network), std::move(loads),
-                                          scene.tissue.gravity, scene.simulation.printed);
 }
 
 namespace {
@@ -37,31 +41,6 @@ using Eigen::Vector3d;
 Vector3d at_node(const Eigen::Ref<const Eigen::VectorXd>& q, Eigen::Index first,
                  const NodeVectors& fallback, int node) {
   return first < 0 ? Vector3d(fallback.col(node)) : Vector3d(q.segment<3>(first));
-}
-
-/// Derivatives of the force on end a: with respect to d, and with respect to the relative velocity.
-struct SpringGradient {
-  Matrix3d position;
-  Matrix3d velocity;
-};
-
-SpringGradient spring_gradient(const SpringLaw& law, const Spring& spring, const Vector3d& d,
-                               const Vector3d& relative_velocity) {
-  const double length = d.norm();
-  if (length < zero_length) { return {Matrix3d::Zero(), Matrix3d::Zero()}; }
-  const Vector3d u = d / length;
-  const double rate = relative_velocity.dot(u);
-  const double tension = law.elastic * spring.stiffness * (length - spring.rest_length) +
-                         law.viscous * spring.viscosity * rate;
-  const Vector3d tension_gradient =
-      law.elastic * spring.stiffness * u +
-      law.viscous * spring.viscosity / length * (relative_velocity - rate * u);
-  const Matrix3d across = Matrix3d::Identity() - u * u.transpose();
-  const Vector3d e = law.along_displacement ? d : u;
-  const Matrix3d e_gradient =
-      law.along_displacement ? Matrix3d(Matrix3d::Identity()) : Matrix3d(across / length);
-  return {law.scale * (e * tension_gradient.transpose() + tension * e_gradient),
-          law.scale * law.viscous * spring.viscosity * e * u.transpose()};
 }
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
@@ -175,7 +154,8 @@ void NetworkProblem::jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
         at_node(q, b, held_position(), spring.b) - at_node(q, a, held_position(), spring.a);
     const Vector3d velocity_a = a < 0 ? still : Vector3d(v.segment<3>(a));
     const Vector3d velocity_b = b < 0 ? still : Vector3d(v.segment<3>(b));
-    const SpringGradient gradient = spring_gradient(law, spring, d, velocity_b - velocity_a);
+    const SpringGradient<double> gradient =
+        spring_gradient<double>(law, numbers_of<double>(spring), d, velocity_b - velocity_a);
     add_blocks(position_triplets, a, b, gradient.position);
     add_blocks(velocity_triplets, a, b, gradient.velocity);
   }
@@ -213,8 +193,7 @@ double NetworkProblem::energy(const Eigen::Ref<const Eigen::VectorXd>& q,
   for (const Spring& spring : network_.springs) {
     const Vector3d d = at_node(q, coordinate(spring.b), held_position(), spring.b) -
                        at_node(q, coordinate(spring.a), held_position(), spring.a);
-    const double extension = d.norm() - spring.rest_length;
-    energy += 0.5 * spring.stiffness * extension * extension;
+    energy += 0.5 * add_twice_energy(numbers_of<double>(spring), d.norm(), 0.0);
   }
   for (const int i : free_) {
     energy -= network_.mass(i) * gravity_.dot(q.segment<3>(coordinate(i)));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// WHAT is solved: M q'' = f(t, q, q'), the executable specification of a scene. It is plain and
-/// slow on purpose. References integrate it; every fast kernel of model/stepping has a test that
-/// it equals it. Nothing here knows how a step is taken.
+/// Equation of motion of a scene, M q'' = f(t, q, q'): its executable specification, plain and slow
+/// on purpose. References integrate it; every fast kernel has a test that compares it with this.
+/// Nothing here depends on how a step is taken.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/problem/scene.hpp"
+#include "model/problem/spring_law.hpp"
 
 namespace palpate {
 
@@ -44,11 +45,40 @@ class Problem {
 /// Factor of a load's force at time t: its profile where `gate` lies in [start, end), else 0.
 double load_factor(const Load& load, double t, double gate) noexcept;
 
+/// Derivatives of the force on end a of a spring with respect to d = x_b - x_a and to the relative
+/// velocity w = v_b - v_a; zero for a spring without direction.
+template <class Real> struct SpringGradient {
+  Eigen::Matrix<Real, 3, 3> position = Eigen::Matrix<Real, 3, 3>::Zero();
+  Eigen::Matrix<Real, 3, 3> velocity = Eigen::Matrix<Real, 3, 3>::Zero();
+};
+
+template <class Real>
+SpringGradient<Real> spring_gradient(const SpringLaw& law, const SpringNumbers<Real>& numbers,
+                                     const Eigen::Matrix<Real, 3, 1>& d,
+                                     const Eigen::Matrix<Real, 3, 1>& w) noexcept {
+  using Matrix = Eigen::Matrix<Real, 3, 3>;
+  using Vector3 = Eigen::Matrix<Real, 3, 1>;
+  const Real length = d.norm();
+  if (!(length > static_cast<Real>(zero_length))) { return {}; }
+  SpringNumbers<Real> spring = law.with_signs(numbers);
+  spring.stiffness *= static_cast<Real>(law.scale);
+  spring.viscosity *= static_cast<Real>(law.scale);
+  const Vector3 u = d / length;
+  const Real rate = w.dot(u);
+  const Real tension = SpringTension<>::of(spring, length, rate);
+  const Vector3 slope = spring.stiffness * u + (spring.viscosity / length) * (w - rate * u);
+  const Vector3 e = law.along_displacement ? d : u;
+  const Matrix turn = law.along_displacement
+                          ? Matrix(Matrix::Identity())
+                          : Matrix((Matrix::Identity() - u * u.transpose()) / length);
+  return {e * slope.transpose() + tension * turn, spring.viscosity * e * u.transpose()};
+}
+
 /// Coordinates of the free nodes, three each, in node order. Errata of the force law are honoured;
 /// those of the stepping (no_time_step, lagged_velocity) have no meaning here.
 class NetworkProblem final : public Problem {
  public:
-  /// `loads` name nodes (faces are resolved by resolve_loads of network_builder.hpp).
+  /// `loads` name nodes (faces are resolved by resolve_loads()).
   NetworkProblem(SpringNetwork network, std::vector<Load> loads = {},
                  const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(),
                  const PrintedForm& printed = {});
@@ -120,7 +150,7 @@ class OscillatorProblem final : public Problem {
   Eigen::VectorXd mass_;
 };
 
-/// The scene as an equation of motion.
+/// The scene as an equation of motion; defined with the builders of networks in model/tissue.
 std::unique_ptr<Problem> make_problem(const Scene& scene);
 
 }  // namespace palpate

@@ -2,7 +2,9 @@
 
 #include "model/problem/scene.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace palpate {
 
@@ -44,6 +46,51 @@ TissueRole role_of(const Material& material) {
   if (names(material, "dura")) { return TissueRole::dura; }
   if (names(material, "bone")) { return TissueRole::bone; }
   return TissueRole::tissue;
+}
+
+const Material* find_material(const std::vector<Material>& materials, std::string_view name) {
+  const auto found = std::ranges::find(materials, name, &Material::name);
+  return found == materials.end() ? nullptr : &*found;
+}
+
+std::vector<int> face_nodes(const NodeVectors& rest_position, Face face) {
+  const int axis = static_cast<int>(face) / 2;
+  const bool maximum = static_cast<int>(face) % 2 == 1;
+  std::vector<int> nodes;
+  if (rest_position.cols() == 0) { return nodes; }
+  const double extent =
+      (rest_position.rowwise().maxCoeff() - rest_position.rowwise().minCoeff()).maxCoeff();
+  const auto row = rest_position.row(axis);
+  const double extreme = maximum ? row.maxCoeff() : row.minCoeff();
+  for (Eigen::Index i = 0; i < row.size(); ++i) {
+    if (std::abs(row(i) - extreme) <= 1e-6 * extent) { nodes.push_back(static_cast<int>(i)); }
+  }
+  return nodes;
+}
+
+std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network) {
+  std::vector<Load> loads = scene.loads;
+  for (Load& load : loads) {
+    if (load.face) { load.nodes = face_nodes(network.rest_position, *load.face); }
+    load.face.reset();
+  }
+  return loads;
+}
+
+int record_node(const Record& record, const SpringNetwork& network) {
+  if (const int* node = std::get_if<int>(&record.where)) { return *node; }
+  Eigen::Index nearest = 0;
+  (network.rest_position.colwise() - std::get<Eigen::Vector3d>(record.where))
+      .colwise()
+      .squaredNorm()
+      .minCoeff(&nearest);
+  return static_cast<int>(nearest);
+}
+
+std::string_view name_of(Face face) {
+  constexpr std::array<std::string_view, 6> names{"x-min", "x-max", "y-min",
+                                                  "y-max", "z-min", "z-max"};
+  return names[static_cast<std::size_t>(face)];
 }
 
 }  // namespace palpate

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a person writes about a tool that a hand holds through a haptic device: `[falcon]` of a
-/// scene. Plain data with documented defaults, SI units; the device itself is of no concern here.
+/// Scene: plain data with documented defaults, SI units throughout.
+/// Frame: right-handed, metres, +z points into the tissue, the undeformed skin is z = 0.
+/// fixtures/io/scene_file.hpp reads it from a file, model/tissue/scene_check.hpp has its rules, and
+/// problem.hpp has what it becomes.
 
 #include <Eigen/Core>
 #include <array>
@@ -9,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -16,6 +19,7 @@
 
 namespace palpate {
 
+/// Tool that a hand holds through a haptic device: `[falcon]` of a scene file.
 struct FalconDrive {
   /// How the hand on the grip resists: presets of mass, viscosity and stiffness.
   enum class Hand { light, medium, firm, two_stage } hand = Hand::medium;
@@ -39,9 +43,6 @@ struct FalconDrive {
   bool passivity_controller = false;  ///< damps what the rendering would feed in
   int seed = 1;                       ///< of everything random
 };
-
-// What a person writes about the tool of a scene: needle or probe, what drives it, the syringe.
-// Plain data with documented defaults, SI units.
 
 /// Rigid needle with a sharp tip on the line entry + s direction; s = 0 on the undeformed skin.
 struct Needle {
@@ -81,7 +82,7 @@ struct Drive {
   // Kind::trajectory
   double speed = 0.005;            ///< [m/s] while advancing
   double advance = 0.002;          ///< [m] of one advance, intermittent
-  double pause = 0.5;              ///< [s] between two advances or two pushes, intermittent
+  double pause = 0.5;              ///< [s] between two advances or two load_cases, intermittent
   std::optional<double> depth{};   ///< [m] where the advance ends; empty: it does not
   double hold = 0.5;               ///< [s] at that depth, or at full force, before the withdrawal
   double withdraw_speed = 0.0;     ///< [m/s]; 0: the tool stays
@@ -107,11 +108,6 @@ struct Syringe {
 
 /// 10 ml of air instead: C = V / p0, and flows 55 times those of saline, the ratio of viscosities.
 Syringe air_syringe();
-
-// What a person writes: a Scene is plain data with documented defaults, SI units throughout.
-// Frame: right-handed, metres, +z points into the tissue, the undeformed skin is z = 0.
-// The file format that fills it is fixtures/io/scene_file.hpp; the rules it must obey are in
-// scene_check.hpp; what it becomes is SpringNetwork or the oscillator of problem.hpp.
 
 enum class Precision { double_precision, single_precision };
 
@@ -151,8 +147,8 @@ struct SimulationSettings {
   PrintedForm printed{};  ///< all false: the corrected physics
 };
 
-/// What a needle meets in a tissue (model/EQUATIONS.md, "Needle tip"). Bone is rigid: nodes in it
-/// are fixed, and it is never pierced.
+/// Mechanical role of a tissue for a needle (model/EQUATIONS.md, "Needle tip"). Bone is rigid:
+/// nodes in it are fixed, and it is never pierced.
 enum class TissueRole { tissue, epidural_space, dura, bone };
 
 /// Tissue as a homogeneous isotropic solid; springs follow from it (PHYSICS, lattice elasticity).
@@ -170,6 +166,9 @@ struct Material {
 /// A material's role: what it states, else what its name says ("epidural", "dura", "bone" as part
 /// of it, in this order), else tissue.
 TissueRole role_of(const Material& material);
+
+/// The first material of that name, or null.
+const Material* find_material(const std::vector<Material>& materials, std::string_view name);
 
 enum class LatticeWeights { cell, uniform };
 
@@ -281,5 +280,17 @@ struct Scene {
   std::optional<Syringe> syringe{};     ///< only with a needle
   Output output{};
 };
+
+/// Nodes of a face: those within a millionth of the body's extent of its extreme coordinate.
+std::vector<int> face_nodes(const NodeVectors& rest_position, Face face);
+
+/// The scene's loads with every face replaced by its nodes.
+std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network);
+
+/// Node of a record: its index, or the node nearest to its point (the lowest of equals).
+int record_node(const Record& record, const SpringNetwork& network);
+
+/// Name as in scene files, "z-max".
+std::string_view name_of(Face face);
 
 }  // namespace palpate

@@ -3,10 +3,32 @@
 #include "model/problem/spring_network.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 
-SpringList::SpringList(std::span<const Spring> springs) {
+Eigen::Vector3d LatticeShape::position(int i, int j, int l) const {
+  return {spacing * (i - 0.5 * (nodes[0] - 1)), spacing * (j - 0.5 * (nodes[1] - 1)), spacing * l};
+}
+
+double LatticeShape::bond_length(const std::array<int, 3>& step) const {
+  return (spacing * Eigen::Vector3d(step[0], step[1], step[2])).norm();
+}
+
+bool LatticeShape::has_bond(const Spring& spring) const {
+  const int count = node_count();
+  if (spring.a < 0 || spring.b < 0 || spring.a >= count || spring.b >= count) { return false; }
+  const std::array<int, 3> a = place(spring.a);
+  const std::array<int, 3> b = place(spring.b);
+  const std::array<int, 3> step{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  if (!std::ranges::all_of(step, [](int s) { return std::abs(s) <= 1; })) { return false; }
+  constexpr double rounding = 1e-12;  // of a length that was computed in another order
+  const double natural = bond_length(step);
+  return std::abs(spring.rest_length - natural) <= rounding * natural;  // false for NaN
+}
+
+SpringList::SpringList(std::span<const Spring> springs, const std::optional<LatticeShape>& lattice)
+    : lattice_(lattice) {
   for (const Spring& spring : springs) { push_back(spring); }
   settle();
   runs_.shrink_to_fit();
@@ -14,6 +36,7 @@ SpringList::SpringList(std::span<const Spring> springs) {
 }
 
 void SpringList::push_back(const Spring& spring) {
+  if (lattice_ && !lattice_->has_bond(spring)) { lattice_.reset(); }
   if (!open_ || spring.a != runs_.back().first_node) {
     settle();
     runs_.push_back({.first_node = spring.a,

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Springs in their order. Nodes that follow each other with the same springs, as most of a
-/// lattice's do, keep them once: a lattice of a million nodes takes a megabyte, and a network whose
-/// springs all differ less than twice their size.
+/// Tissue as point masses joined by spring-dampers (model/EQUATIONS.md, "Network").
 
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <initializer_list>
 #include <iterator>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,9 +22,32 @@ struct Spring {
   double rest_length = 0.0;  ///< L0 [m]
 };
 
+/// Numbering of the nodes of a regular lattice: x fastest, then y, then z.
+struct LatticeShape {
+  std::array<int, 3> nodes{};
+  double spacing = 0.0;  ///< [m]
+  int connectivity = 26;
+
+  [[nodiscard]] int node_count() const { return nodes[0] * nodes[1] * nodes[2]; }
+  [[nodiscard]] int index(int i, int j, int l) const { return (l * nodes[1] + j) * nodes[0] + i; }
+  [[nodiscard]] std::array<int, 3> place(int node) const {  ///< (i, j, l) of an index
+    return {node % nodes[0], node / nodes[0] % nodes[1], node / (nodes[0] * nodes[1])};
+  }
+  /// Position of a node [m], with x and y centred on 0 and z from 0 inwards.
+  [[nodiscard]] Eigen::Vector3d position(int i, int j, int l) const;
+  /// Natural length of a spring that leads by `step` nodes along each axis [m].
+  [[nodiscard]] double bond_length(const std::array<int, 3>& step) const;
+  /// Whether a spring joins two of 26 neighbours and has its natural length, to rounding.
+  [[nodiscard]] bool has_bond(const Spring& spring) const;
+};
+
+/// Springs in their order. Consecutive nodes with the same springs, as in a lattice, store them
+/// once: a lattice of a million nodes takes a megabyte, and a network whose springs all differ less
+/// than twice their size. The list of a regular lattice keeps its shape for as long as every spring
+/// that is added is one of the lattice.
 class SpringList {
  public:
-  /// A spring as its node a sees it.
+  /// A spring relative to its node a.
   struct Bond {
     int to = 0;  ///< b - a
     double stiffness = 0.0;
@@ -49,16 +71,20 @@ class SpringList {
   SpringList(std::initializer_list<Spring> springs)
       : SpringList(std::span(springs.begin(), springs.size())) {}
   SpringList(const std::vector<Spring>& springs) : SpringList(std::span(springs)) {}
-  explicit SpringList(std::span<const Spring> springs);
+  explicit SpringList(std::span<const Spring> springs,
+                      const std::optional<LatticeShape>& lattice = {});
+  /// No springs yet, between the nodes of a lattice with two nodes or more along each axis.
+  explicit SpringList(const LatticeShape& lattice) : lattice_(lattice) {}
 
+  /// A spring that is none of the lattice's makes this a list without structure.
   void push_back(const Spring& spring);
-  /// Calls change(std::vector<Spring>&) and keeps what it left.
+  /// Calls change(std::vector<Spring>&) and replaces the springs by the result.
   template <class Change> void edit(Change change) {
     std::vector<Spring> all = listed();
     change(all);
-    *this = SpringList(all);
+    *this = SpringList(all, lattice_);
   }
-  /// Calls change(Spring&) for each.
+  /// Calls change(Spring&) for each spring.
   template <class Change> void change_each(Change change) {
     edit([&](std::vector<Spring>& all) {
       for (Spring& spring : all) { change(spring); }
@@ -66,6 +92,8 @@ class SpringList {
   }
   [[nodiscard]] std::vector<Spring> listed() const;
 
+  /// The regular lattice that the springs belong to; empty for any other network.
+  [[nodiscard]] const std::optional<LatticeShape>& lattice() const { return lattice_; }
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
   [[nodiscard]] Spring operator[](std::size_t n) const;  ///< n < size()
@@ -95,6 +123,7 @@ class SpringList {
   void settle();
   [[nodiscard]] bool same(const Pattern& known, const Run& run) const;
 
+  std::optional<LatticeShape> lattice_{};
   std::vector<Run> runs_{};
   std::vector<Bond> bonds_{};
   std::size_t size_ = 0;
@@ -149,12 +178,10 @@ inline auto SpringList::end() const -> Iterator {
   return {runs_.data() + runs_.size(), bonds_.data()};
 }
 
-// Tissue as point masses joined by spring-dampers (model/EQUATIONS.md, "Network").
-// Built once (lattice.hpp, or read from files) and never changed afterwards, so that
-// simulations and references can share it.
-
 using NodeVectors = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< one column per node
 
+/// Built once (model/tissue, or read from files) and not changed afterwards, so that simulations
+/// and references can share it.
 struct SpringNetwork {
   NodeVectors rest_position{};         ///< X   [m]
   NodeVectors initial_displacement{};  ///< x(0) - X [m]; no columns: all zero

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the hand prescribes over time: the tool's place, or a force on it (model/EQUATIONS.md,
-/// "Tool forces"). Everything is laid out on construction; asking allocates nothing.
+/// Motion or force that the hand prescribes over time (model/EQUATIONS.md, "Tool forces"), and the
+/// pressure of a syringe. Only construction allocates.
 
 #include <span>
 #include <vector>
@@ -10,8 +10,8 @@
 
 namespace palpate {
 
-/// Piecewise linear place s(t) of a prescribed trajectory. Before `start` and after the last vertex
-/// it rests.
+/// Piecewise linear position s(t) of a prescribed trajectory, constant before `start` and after the
+/// last vertex.
 class Trajectory {
  public:
   struct Vertex {
@@ -30,13 +30,13 @@ class Trajectory {
 /// Force of the hand along the needle [N], positive into the tissue, without its viscosity.
 double hand_force(const Drive& drive, double t) noexcept;
 
-// Pressure of the fluid behind the needle's tip (model/EQUATIONS.md, "Syringe").
-
+/// Pressure of the fluid behind the needle's tip (model/EQUATIONS.md, "Syringe").
 class SyringePressure {
  public:
   explicit SyringePressure(const Syringe& syringe) : syringe_(syringe) {}
 
-  /// h seconds on, with the tip in open air or in tissue of this role; exact for constant outflow.
+  /// Advances by h seconds, with the tip in open air or in tissue of this role. Exact for constant
+  /// outflow.
   void advance(double h, bool in_tissue, TissueRole role) noexcept;
   [[nodiscard]] double pressure() const noexcept { return pressure_; }  ///< gauge [Pa]
   [[nodiscard]] double thumb() const noexcept {

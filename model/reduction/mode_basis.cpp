@@ -14,9 +14,9 @@ namespace palpate {
 
 namespace {
 
-class Pushes {
+class LoadCases {
  public:
-  explicit Pushes(const NetworkProblem& problem) : problem_(problem) {}
+  explicit LoadCases(const NetworkProblem& problem) : problem_(problem) {}
 
   void add(const NeedlePath& path) {
     for (const NeedlePath::Knot& knot : path.knots()) {
@@ -31,27 +31,27 @@ class Pushes {
     for (const int node : load.nodes) { add_free({.node = node, .weight = 1.0}, on); }
     add(std::move(on), load.force.normalized());
   }
-  std::vector<Push> take() { return std::move(pushes_); }
+  std::vector<LoadCase> take() { return std::move(load_cases_); }
 
  private:
   void add_free(const NeedlePath::Support& support, std::vector<NeedlePath::Support>& on) const {
     if (problem_.coordinate(support.node) >= 0) { on.push_back(support); }
   }
   void add(std::vector<NeedlePath::Support> on, const Eigen::Vector3d& direction) {
-    if (!on.empty()) { pushes_.push_back({.on = std::move(on), .direction = direction}); }
+    if (!on.empty()) { load_cases_.push_back({.on = std::move(on), .direction = direction}); }
   }
 
   const NetworkProblem& problem_;
-  std::vector<Push> pushes_{};
+  std::vector<LoadCase> load_cases_{};
 };
 
 }  // namespace
 
-std::vector<Push> pushes_of(const Scene& scene, const NetworkProblem& problem) {
-  Pushes pushes(problem);
-  if (scene.needle || scene.probe) { pushes.add(tool_path(scene, problem.network())); }
-  for (const Load& load : problem.loads()) { pushes.add(load); }
-  return pushes.take();
+std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& problem) {
+  LoadCases load_cases(problem);
+  if (scene.needle || scene.probe) { load_cases.add(tool_path(scene, problem.network())); }
+  for (const Load& load : problem.loads()) { load_cases.add(load); }
+  return load_cases.take();
 }
 
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network) {
@@ -97,11 +97,12 @@ void add_ball(const LatticeShape& shape, const Place& middle, double radius, Nea
 }
 
 /// Nodes of a lattice within `radius` [m] of those that are pushed.
-NearNodes nodes_about(const std::vector<Push>& pushes, const LatticeShape& shape, double radius) {
+NearNodes nodes_about(const std::vector<LoadCase>& load_cases, const LatticeShape& shape,
+                      double radius) {
   NearNodes nodes{.near = std::vector<unsigned char>(static_cast<std::size_t>(shape.node_count())),
                   .box = {.first = shape.nodes, .last = {0, 0, 0}}};
   std::set<int> pushed;
-  for (const Push& push : pushes) {
+  for (const LoadCase& push : load_cases) {
     for (const NeedlePath::Support& support : push.on) { pushed.insert(support.node); }
   }
   for (const int node : pushed) {
@@ -130,13 +131,13 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
   if (const char* obstacle = obstacle_to_far_field(scene, problem)) {
     return {.obstacle = obstacle};
   }
-  const std::optional<LatticeShape> shape = lattice_of(problem.network());
+  const std::optional<LatticeShape>& shape = problem.network().springs.lattice();
   if (!shape) { return {.obstacle = "only a regular lattice can"}; }
-  const std::vector<Push> pushes = pushes_of(scene, problem);
-  if (pushes.empty()) {
+  const std::vector<LoadCase> load_cases = load_cases_of(scene, problem);
+  if (load_cases.empty()) {
     return {.obstacle = "neither tool nor load pushes a free node that the rest would be far from"};
   }
-  NearNodes nodes = nodes_about(pushes, *shape, scene.simulation.near_radius);
+  NearNodes nodes = nodes_about(load_cases, *shape, scene.simulation.near_radius);
   const auto is_far = [&](int node) { return !nodes.holds(node); };
   const auto far = std::ranges::count_if(problem.free_nodes(), is_far);
   if (far == 0) { return {.obstacle = "no free node lies further away"}; }
@@ -345,13 +346,13 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 /// Loads on coarse coordinates [N], one column each.
-MatrixXd loads_of(const std::vector<Push>& pushes, const GradedLattice& graded) {
-  MatrixXd loads = MatrixXd::Zero(graded.dof(), static_cast<Index>(pushes.size()));
-  for (std::size_t n = 0; n < pushes.size(); ++n) {
-    for (const NeedlePath::Support& support : pushes[n].on) {
+MatrixXd loads_of(const std::vector<LoadCase>& load_cases, const GradedLattice& graded) {
+  MatrixXd loads = MatrixXd::Zero(graded.dof(), static_cast<Index>(load_cases.size()));
+  for (std::size_t n = 0; n < load_cases.size(); ++n) {
+    for (const NeedlePath::Support& support : load_cases[n].on) {
       const Index at = graded.coordinate(support.node);
       if (at >= 0) {
-        loads.col(static_cast<Index>(n)).segment<3>(at) += support.weight * pushes[n].direction;
+        loads.col(static_cast<Index>(n)).segment<3>(at) += support.weight * load_cases[n].direction;
       }
     }
   }
@@ -384,13 +385,14 @@ MatrixXd add_orthogonal(const VectorXd& mass, MatrixXd more, Index most, MatrixX
   return basis.rightCols(basis.cols() - before);
 }
 
-/// Responses at rest to pushes, then to the inertia of these responses, and so on, until there are
-/// enough.
-MatrixXd responses(const std::vector<Push>& pushes, const GradedLattice& graded, Index most) {
+/// Responses at rest to load_cases, then to the inertia of these responses, and so on, until there
+/// are enough.
+MatrixXd responses(const std::vector<LoadCase>& load_cases, const GradedLattice& graded,
+                   Index most) {
   const GradedLattice::Statics statics(graded);
   const VectorXd mass = graded.mass();
   MatrixXd basis(graded.dof(), 0);
-  for (MatrixXd loads = loads_of(pushes, graded); loads.cols() > 0 && basis.cols() < most;) {
+  for (MatrixXd loads = loads_of(load_cases, graded); loads.cols() > 0 && basis.cols() < most;) {
     const Index left = most - basis.cols();
     if (left < loads.cols()) { loads = (loads * random_matrix(loads.cols(), left)).eval(); }
     loads = mass.asDiagonal() * add_orthogonal(mass, statics.respond(loads), most, basis);
@@ -413,9 +415,9 @@ MatrixXd independent(const MatrixXd& a) {
 
 /// Which columns far nodes have, and in them what `response` (coarse coordinates in columns) moves
 /// them by.
-FarShapes far_part(const NetworkProblem& problem, const NearNodes& near,
+ModeBasis far_part(const NetworkProblem& problem, const NearNodes& near,
                    const GradedLattice& graded, const MatrixXd& response) {
-  FarShapes shapes;
+  ModeBasis shapes;
   shapes.column.assign(static_cast<std::size_t>(problem.network().node_count()), -1);
   std::ptrdiff_t columns = 0;
   for (const int node : problem.free_nodes()) {
@@ -442,7 +444,7 @@ FarShapes far_part(const NetworkProblem& problem, const NearNodes& near,
 }
 
 /// Each with the mass of a mean node, and none between two.
-void share_out_mass(const SpringNetwork& network, FarShapes& shapes) {
+void share_out_mass(const SpringNetwork& network, ModeBasis& shapes) {
   VectorXd mass(shapes.phi.cols());
   for (int node = 0; node < network.node_count(); ++node) {
     if (!shapes.holds(node)) { continue; }
@@ -457,11 +459,11 @@ void share_out_mass(const SpringNetwork& network, FarShapes& shapes) {
 
 }  // namespace
 
-FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape,
-                     const FarFieldSetting& setting) {
+ModeBasis mode_basis(const NetworkProblem& problem, const LatticeShape& shape,
+                     const ReductionSetting& setting) {
   const GradedLattice graded(problem, shape, setting.near.box);
-  const MatrixXd response = responses(setting.pushes, graded, setting.modes).transpose();
-  FarShapes shapes = far_part(problem, setting.near, graded, response);
+  const MatrixXd response = responses(setting.load_cases, graded, setting.modes).transpose();
+  ModeBasis shapes = far_part(problem, setting.near, graded, response);
   share_out_mass(problem.network(), shapes);
   if (shapes.modes() == 0) { return shapes; }  // what is pushed does not reach it
   GramSum stiffness(shapes.modes());

@@ -13,19 +13,18 @@
 #include "model/problem/needle_path.hpp"
 #include "model/problem/problem.hpp"
 #include "model/problem/spring_network.hpp"
-#include "model/tissue/lattice.hpp"
 
 namespace palpate {
 
 /// A force that a scene may put on its tissue.
-struct Push {
+struct LoadCase {
   std::vector<NeedlePath::Support> on{};  ///< free nodes, each with its part of the force
   Eigen::Vector3d direction{};            ///< of length 1
 };
 
 /// Along x, y and z at every knot of the scene's tool, and what its loads pull at; where no free
 /// node is, there is none.
-std::vector<Push> pushes_of(const Scene& scene, const NetworkProblem& problem);
+std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& problem);
 
 /// Nodes that the scene's tool may push, fixed ones too; some several times.
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network);
@@ -54,7 +53,7 @@ class GradedLattice {
     std::array<double, corners> weight{};            ///< sum to one, or all zero for a held node
   };
 
-  /// `shape` is lattice_of() the problem's network.
+  /// `shape` is the lattice of the problem's network.
   GradedLattice(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box);
 
   [[nodiscard]] Eigen::Index dof() const { return dof_; }
@@ -118,22 +117,22 @@ struct NearChoice {
   const char* obstacle = "";  ///< why none is left to a far field
 };
 
-/// All nodes of a lattice within simulation.near_radius of those that the scene pushes.
+/// All nodes of a lattice within simulation.near_radius of those that the scene load_cases.
 NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem);
 
 // The few shapes in which tissue away from a tool is left to move (model/EQUATIONS.md, "Far
 // field").
 
 /// What is left to a far field: all but what is near to what is pushed.
-struct FarFieldSetting {
+struct ReductionSetting {
   NearNodes near{};
-  std::vector<Push> pushes{};
+  std::vector<LoadCase> load_cases{};
   int modes = 0;  ///< at most
 };
 
 /// A far node moves by phi^T z, z the coordinates of the shapes: phi has 3 columns, of modes()
 /// numbers each.
-struct FarShapes {
+struct ModeBasis {
   std::vector<std::ptrdiff_t> column{};  ///< first of each node; -1: a near node, or a held one
   Eigen::MatrixXd phi{};                 ///< modes x 3 far nodes
   double mass = 0.0;                     ///< of each shape: that of a mean far node [kg]
@@ -145,9 +144,9 @@ struct FarShapes {
   }
 };
 
-/// `shape` is lattice_of() the problem's network.
-FarShapes far_shapes(const NetworkProblem& problem, const LatticeShape& shape,
-                     const FarFieldSetting& setting);
+/// `shape` is the lattice of the problem's network.
+ModeBasis mode_basis(const NetworkProblem& problem, const LatticeShape& shape,
+                     const ReductionSetting& setting);
 
 // Springs that move with the shapes of a far field, and sums over them.
 
@@ -179,7 +178,7 @@ class GramSum {
 /// visit(spring, u, s) for each spring that moves with the shapes: it grows by s^T z less u . x of
 /// its near end, if it has one, u being its direction towards the far one.
 template <class Visit>
-void visit_far_springs(const SpringNetwork& network, const FarShapes& shapes, Visit visit) {
+void visit_far_springs(const SpringNetwork& network, const ModeBasis& shapes, Visit visit) {
   Eigen::VectorXd grows(shapes.modes());
   for (const Spring& spring : network.springs) {
     const bool from = shapes.holds(spring.a);

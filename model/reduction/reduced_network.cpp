@@ -20,8 +20,8 @@ using Eigen::VectorXd;
 }  // namespace
 
 template <class Real>
-FarField<Real>::FarField(const NetworkProblem& problem, const NetworkProblem& near,
-                         const FarShapes& shapes)
+ReducedModel<Real>::ReducedModel(const NetworkProblem& problem, const NetworkProblem& near,
+                                 const ModeBasis& shapes)
     : first_(near.dof()) {
   const SpringNetwork& network = problem.network();
   const Index modes = shapes.modes();
@@ -78,7 +78,8 @@ FarField<Real>::FarField(const NetworkProblem& problem, const NetworkProblem& ne
 }
 
 template <class Real>
-void FarField<Real>::add(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept {
+void ReducedModel<Real>::add(const Vector<Real>& q, const Vector<Real>& v,
+                             Vector<Real>& f) noexcept {
   const auto z = q.segment(first_, modes());
   const auto rate = v.segment(first_, modes());
   // K u + C v of a spring between near and far is K (u + lag v).
@@ -104,7 +105,7 @@ void FarField<Real>::add(const Vector<Real>& q, const Vector<Real>& v, Vector<Re
 }
 
 template <class Real>
-void FarField<Real>::add_damping(const Vector<Real>& w, Vector<Real>& f) noexcept {
+void ReducedModel<Real>::add_damping(const Vector<Real>& w, Vector<Real>& f) noexcept {
   const auto rate = w.segment(first_, modes());
   pulled_.noalias() = coupling_.transpose() * rate;
   Index at = 0;
@@ -119,7 +120,7 @@ void FarField<Real>::add_damping(const Vector<Real>& w, Vector<Real>& f) noexcep
   on_shapes.noalias() += damping_ * rate;
 }
 
-template <class Real> double FarField<Real>::energy(const Vector<Real>& q) noexcept {
+template <class Real> double ReducedModel<Real>::energy(const Vector<Real>& q) noexcept {
   const auto z = q.segment(first_, modes());
   double energy = 0.5 * static_cast<double>(z.cwiseAbs2().dot(stiffness_));
   pulled_.noalias() = coupling_.transpose() * z;
@@ -134,7 +135,7 @@ template <class Real> double FarField<Real>::energy(const Vector<Real>& q) noexc
 }
 
 template <class Real>
-void FarField<Real>::add_pattern(std::vector<Eigen::Triplet<Real>>& entries) const {
+void ReducedModel<Real>::add_pattern(std::vector<Eigen::Triplet<Real>>& entries) const {
   const auto add = [&](Index row, Index column) {
     entries.emplace_back(static_cast<int>(row), static_cast<int>(column), Real(0));
   };
@@ -149,7 +150,7 @@ void FarField<Real>::add_pattern(std::vector<Eigen::Triplet<Real>>& entries) con
   }
 }
 
-template <class Real> void FarField<Real>::find_slots(const Eigen::SparseMatrix<Real>& a) {
+template <class Real> void ReducedModel<Real>::find_slots(const Eigen::SparseMatrix<Real>& a) {
   const auto slot = [&a](Index row, Index column) -> std::ptrdiff_t {
     const int* begin = a.innerIndexPtr() + a.outerIndexPtr()[column];
     const int* end = a.innerIndexPtr() + a.outerIndexPtr()[column + 1];
@@ -169,8 +170,8 @@ template <class Real> void FarField<Real>::find_slots(const Eigen::SparseMatrix<
 }
 
 template <class Real>
-void FarField<Real>::add_jacobian(Real on_damping, Real on_stiffness,
-                                  Eigen::SparseMatrix<Real>& a) const noexcept {
+void ReducedModel<Real>::add_jacobian(Real on_damping, Real on_stiffness,
+                                      Eigen::SparseMatrix<Real>& a) const noexcept {
   Real* values = a.valuePtr();
   Index at = 0;
   for (const Edge& edge : edges_) {
@@ -200,18 +201,18 @@ void FarField<Real>::add_jacobian(Real on_damping, Real on_stiffness,
   }
 }
 
-template <class Real> std::size_t FarField<Real>::memory_bytes() const noexcept {
+template <class Real> std::size_t ReducedModel<Real>::memory_bytes() const noexcept {
   const auto numbers = static_cast<std::size_t>(coupling_.size() + damping_.size() +
                                                 stiffness_.size() + moved_.size() + pulled_.size());
   return numbers * sizeof(Real) + edges_.size() * sizeof(Edge) +
          shape_slots_.size() * sizeof(std::ptrdiff_t);
 }
 
-template class FarField<double>;
-template class FarField<float>;
+template class ReducedModel<double>;
+template class ReducedModel<float>;
 
-NearAndFar NearAndFar::of(const NetworkProblem& problem, const FarFieldSetting& setting) {
-  const LatticeShape shape = lattice_of(problem.network()).value();
+NearAndFar NearAndFar::of(const NetworkProblem& problem, const ReductionSetting& setting) {
+  const LatticeShape shape = problem.network().springs.lattice().value();
   SpringNetwork near = problem.network();
   const auto is_far = [&](int node) { return !near.is_fixed(node) && !setting.near.holds(node); };
   near.springs.edit([&](std::vector<Spring>& springs) {
@@ -221,16 +222,15 @@ NearAndFar NearAndFar::of(const NetworkProblem& problem, const FarFieldSetting& 
   for (int node = 0; node < shape.node_count(); ++node) {
     if (!setting.near.holds(node)) { near.fixed[static_cast<std::size_t>(node)] = 1; }
   }
-  return {NetworkProblem(std::move(near), problem.loads()), far_shapes(problem, shape, setting)};
+  return {NetworkProblem(std::move(near), problem.loads()), mode_basis(problem, shape, setting)};
 }
 
 template <class Real>
-FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem,
-                                       const FarFieldSetting& setting)
-    : FarFieldNetwork(problem, NearAndFar::of(problem, setting)) {}
+ReducedNetwork<Real>::ReducedNetwork(const NetworkProblem& problem, const ReductionSetting& setting)
+    : ReducedNetwork(problem, NearAndFar::of(problem, setting)) {}
 
 template <class Real>
-FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem, NearAndFar parts)
+ReducedNetwork<Real>::ReducedNetwork(const NetworkProblem& problem, NearAndFar parts)
     : NearAndFar(std::move(parts)),
       ListNetwork<Real>(NearAndFar::near, {}, 0.0, true, {.further = shapes.modes()}),
       far_(problem, NearAndFar::near, shapes) {
@@ -240,58 +240,58 @@ FarFieldNetwork<Real>::FarFieldNetwork(const NetworkProblem& problem, NearAndFar
 }
 
 template <class Real>
-Eigen::Vector3d FarFieldNetwork<Real>::moved(const Vector<Real>& all, int node) const noexcept {
+Eigen::Vector3d ReducedNetwork<Real>::moved(const Vector<Real>& all, int node) const noexcept {
   if (!shapes.holds(node)) { return Eigen::Vector3d::Zero(); }
   return shapes.of(node).transpose() *
          all.segment(this->problem().dof(), far_.modes()).template cast<double>();
 }
 
 template <class Real>
-void FarFieldNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
-                                        Vector<Real>& f) noexcept {
+void ReducedNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
+                                       Vector<Real>& f) noexcept {
   ListNetwork<Real>::add_springs(q, v, f);
   far_.add(q, v, f);
 }
 
 template <class Real>
-double FarFieldNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Real>& v,
-                                              Vector<Real>& f) noexcept {
+double ReducedNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Real>& v,
+                                             Vector<Real>& f) noexcept {
   const double of_near = ListNetwork<Real>::measure_springs(q, v, f);
   far_.add(q, v, f);
   return of_near + far_.energy(q);
 }
 
 template <class Real>
-double FarFieldNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
+double ReducedNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
   return ListNetwork<Real>::elastic_energy(q) + far_.energy(q);
 }
 
 template <class Real>
-void FarFieldNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
-                                    Vector<Real>& f) noexcept {
+void ReducedNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
+                                   Vector<Real>& f) noexcept {
   ListNetwork<Real>::damping(q, w, f);
   far_.add_damping(w, f);
 }
 
-template <class Real> void FarFieldNetwork<Real>::pattern(Eigen::SparseMatrix<Real>& a) {
+template <class Real> void ReducedNetwork<Real>::pattern(Eigen::SparseMatrix<Real>& a) {
   ListNetwork<Real>::pattern(a);
   far_.find_slots(a);
 }
 
 template <class Real>
-void FarFieldNetwork<Real>::jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping,
-                                     Real on_stiffness, Eigen::SparseMatrix<Real>& a) noexcept {
+void ReducedNetwork<Real>::jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping,
+                                    Real on_stiffness, Eigen::SparseMatrix<Real>& a) noexcept {
   ListNetwork<Real>::jacobian(q, v, on_damping, on_stiffness, a);
   far_.add_jacobian(on_damping, on_stiffness, a);
 }
 
-template <class Real> std::size_t FarFieldNetwork<Real>::spring_bytes() const noexcept {
+template <class Real> std::size_t ReducedNetwork<Real>::spring_bytes() const noexcept {
   return ListNetwork<Real>::spring_bytes() + far_.memory_bytes() + near.memory_bytes() +
          static_cast<std::size_t>(shapes.phi.size()) * sizeof(double) +
          shapes.column.capacity() * sizeof(shapes.column[0]);
 }
 
-template class FarFieldNetwork<double>;
-template class FarFieldNetwork<float>;
+template class ReducedNetwork<double>;
+template class ReducedNetwork<float>;
 
 }  // namespace palpate

@@ -16,10 +16,10 @@ namespace palpate {
 
 /// What a far field does to near nodes, and to itself. Coordinates of shapes follow those of near
 /// nodes.
-template <class Real> class FarField {
+template <class Real> class ReducedModel {
  public:
   /// `near` is the problem without far nodes: there they are held.
-  FarField(const NetworkProblem& problem, const NetworkProblem& near, const FarShapes& shapes);
+  ReducedModel(const NetworkProblem& problem, const NetworkProblem& near, const ModeBasis& shapes);
 
   [[nodiscard]] Eigen::Index modes() const { return stiffness_.size(); }
   [[nodiscard]] const Eigen::VectorXd& mass() const { return mass_; }  ///< of the shapes [kg]
@@ -63,14 +63,14 @@ template <class Real> class FarField {
 /// What is made before the network of it.
 struct NearAndFar {
   NetworkProblem near;  ///< without far nodes: there they are held, and no spring leads to them
-  FarShapes shapes;
+  ModeBasis shapes;
   /// Of a lattice at its natural lengths, at rest and without weight, loaded at near nodes alone.
-  static NearAndFar of(const NetworkProblem& problem, const FarFieldSetting& setting);
+  static NearAndFar of(const NetworkProblem& problem, const ReductionSetting& setting);
 };
 
-template <class Real> class FarFieldNetwork final : private NearAndFar, public ListNetwork<Real> {
+template <class Real> class ReducedNetwork final : private NearAndFar, public ListNetwork<Real> {
  public:
-  FarFieldNetwork(const NetworkProblem& problem, const FarFieldSetting& setting);
+  ReducedNetwork(const NetworkProblem& problem, const ReductionSetting& setting);
 
   [[nodiscard]] bool has_dampers() const override { return true; }
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
@@ -80,7 +80,7 @@ template <class Real> class FarFieldNetwork final : private NearAndFar, public L
   [[nodiscard]] Eigen::Vector3d moved(const Vector<Real>& all, int node) const noexcept override;
 
  private:
-  FarFieldNetwork(const NetworkProblem& problem, NearAndFar parts);
+  ReducedNetwork(const NetworkProblem& problem, NearAndFar parts);
   void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
   double measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                          Vector<Real>& f) noexcept override;
@@ -90,7 +90,7 @@ template <class Real> class FarFieldNetwork final : private NearAndFar, public L
     far_.add_pattern(entries);
   }
 
-  mutable FarField<Real> far_;
+  mutable ReducedModel<Real> far_;
 };
 
 }  // namespace palpate

@@ -8,9 +8,9 @@
 namespace palpate {
 
 template <class Real>
-void HeldResponse<Real>::learn(std::vector<Support> supports, std::vector<std::size_t> begin,
-                               Eigen::Index tool, double tool_mass, Eigen::Index dof,
-                               const Solve& solve) {
+void ConstraintCompliance<Real>::learn(std::vector<Support> supports,
+                                       std::vector<std::size_t> begin, Eigen::Index tool,
+                                       double tool_mass, Eigen::Index dof, const Solve& solve) {
   supports_ = std::move(supports);
   begin_ = std::move(begin);
   tool_ = tool;
@@ -54,8 +54,8 @@ void HeldResponse<Real>::learn(std::vector<Support> supports, std::vector<std::s
 }
 
 template <class Real>
-std::span<Eigen::Vector3d> HeldResponse<Real>::add_row(std::size_t first, std::size_t count,
-                                                       double on_tool) noexcept {
+std::span<Eigen::Vector3d> ConstraintCompliance<Real>::add_row(std::size_t first, std::size_t count,
+                                                               double on_tool) noexcept {
   if (rows_ == 0) { used_ = 0; }
   row_[rows_++] = {first, count, on_tool, used_};
   used_ += count;
@@ -63,8 +63,9 @@ std::span<Eigen::Vector3d> HeldResponse<Real>::add_row(std::size_t first, std::s
 }
 
 template <class Real>
-double HeldResponse<Real>::along(const Row& row, const Eigen::Ref<const Eigen::VectorXd>& knots,
-                                 double tool) const noexcept {
+double ConstraintCompliance<Real>::along(const Row& row,
+                                         const Eigen::Ref<const Eigen::VectorXd>& knots,
+                                         double tool) const noexcept {
   double sum = row.on_tool * tool;
   for (std::size_t n = 0; n < row.count; ++n) {
     const auto at = static_cast<Eigen::Index>(3 * (row.first + n));
@@ -74,8 +75,8 @@ double HeldResponse<Real>::along(const Row& row, const Eigen::Ref<const Eigen::V
 }
 
 template <class Real>
-double HeldResponse<Real>::response_at(std::size_t knot, double share,
-                                       const Eigen::Vector3d& n) const noexcept {
+double ConstraintCompliance<Real>::response_at(std::size_t knot, double share,
+                                               const Eigen::Vector3d& n) const noexcept {
   const auto low = static_cast<Eigen::Index>(3 * knot);
   const auto at = [&](Eigen::Index row, Eigen::Index column) {
     return n.dot(gram_.template block<3, 3>(row, column) * n);
@@ -86,7 +87,7 @@ double HeldResponse<Real>::response_at(std::size_t knot, double share,
          share * share * at(low + 3, low + 3);
 }
 
-template <class Real> void HeldResponse<Real>::factorise() noexcept {
+template <class Real> void ConstraintCompliance<Real>::factorise() noexcept {
   const auto count = static_cast<Eigen::Index>(rows_);
   for (Eigen::Index j = 0; j < count; ++j) {
     const Row& row = row_[static_cast<std::size_t>(j)];
@@ -116,7 +117,7 @@ template <class Real> void HeldResponse<Real>::factorise() noexcept {
 }
 
 template <class Real>
-void HeldResponse<Real>::correct(const Vector<Real>& r, Vector<Real>& x) const noexcept {
+void ConstraintCompliance<Real>::correct(const Vector<Real>& r, Vector<Real>& x) const noexcept {
   const auto count = static_cast<Eigen::Index>(rows_);
   if (count == 0) { return; }
   knots_.setZero();
@@ -163,7 +164,7 @@ void HeldResponse<Real>::correct(const Vector<Real>& r, Vector<Real>& x) const n
   if (tool_ >= 0) { x(tool_) += static_cast<Real>(on_tool * tool_response_); }
 }
 
-template class HeldResponse<double>;
-template class HeldResponse<float>;
+template class ConstraintCompliance<double>;
+template class ConstraintCompliance<float>;
 
 }  // namespace palpate

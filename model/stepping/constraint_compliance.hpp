@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-template <class Real> class HeldResponse {
+template <class Real> class ConstraintCompliance {
  public:
   /// A free node under a knot.
   struct Support {

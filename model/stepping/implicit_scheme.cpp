@@ -45,7 +45,7 @@ void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& stat
   if (factors.info() == Eigen::Success) { factors_.take(factors); }
   elastic_ = a_.diagonal() - system.mass();
   factor_reach_ = elastic_reach_ = th;
-  system.learn_response(
+  system.learn_compliance(
       [this](const Vector<Real>& right, Vector<Real>& solution) { precondition(right, solution); });
 }
 
@@ -64,10 +64,10 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
   const Real size = right.template lpNorm<Eigen::Infinity>();
   if (size == Real(0)) { return; }
   r_ = right / size;  // of size one, so that no square leaves the range of the numbers
-  system.begin_holding();
+  system.begin_linear_solve();
   if (alone_) {
     precondition(r_, correction_);
-    system.hold_solution(r_, correction_);
+    system.constrain_solution(r_, correction_);
     correction_ *= size;
     return;
   }
@@ -83,7 +83,7 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
     p_ = r_ + (next / rho * (alpha / omega)) * (p_ - omega * v_);
     rho = next;
     precondition(p_, p_hat_);
-    system.hold_solution(p_, p_hat_);
+    system.constrain_solution(p_, p_hat_);
     v_.noalias() = a_ * p_hat_;
     system.hold(p_hat_, v_);
     alpha = rho / shadow_.dot(v_);
@@ -91,7 +91,7 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
     r_ -= alpha * v_;
     if (!(r_.norm() > enough)) { break; }
     precondition(r_, s_hat_);
-    system.hold_solution(r_, s_hat_);
+    system.constrain_solution(r_, s_hat_);
     t_.noalias() = a_ * s_hat_;
     system.hold(s_hat_, t_);
     omega = t_.dot(r_) / t_.squaredNorm();

@@ -47,7 +47,7 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
   bool renew_ = true;          ///< a_ is to be computed again
   Real reach_ = Real(0);       ///< theta h that a_ was computed for
   Eigen::SparseMatrix<Real> a_;
-  PanelFactors<Real> factors_{};
+  SupernodeFactors<Real> factors_{};
   Real factor_reach_ = Real(0);  ///< theta h of the factors, which serve steps of that length alone
   Vector<Real> elastic_;         ///< diagonal of the Jacobian without the masses
   Real elastic_reach_ = Real(0);  ///< theta h of that

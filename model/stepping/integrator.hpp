@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// How a step is taken. A scheme is one file in integrators/ and one line in
-/// integrator_registry.cpp; everything else (orders, stability limits, help, reports) follows.
+/// Integrators. A scheme is one class and one line of the list in integrator.cpp; everything else
+/// (orders, stability limits, help, reports) follows from its IntegratorInfo.
 
 #include <memory>
 #include <optional>
-#include <span>
-#include <string_view>
-#include <type_traits>
 
 #include "model/kernels/system.hpp"
+#include "model/stepping/integrator_info.hpp"
 
 namespace palpate {
 
@@ -45,31 +43,6 @@ template <class... Vectors> std::size_t bytes_of(const Vectors&... vectors) noex
           (static_cast<std::size_t>(vectors.size()) * sizeof(vectors.data()[0])));
 }
 
-/// Facts of a scheme. Orders are of the error at fixed time against the exact motion.
-struct IntegratorInfo {
-  std::string_view name;
-  std::string_view summary;
-  int order_undamped = 1;
-  int order_damped = 1;
-  int evaluations = 1;          ///< of the force per step; implicit schemes: per iteration
-  bool implicit = false;        ///< A-stable: no limit on the step
-  bool one_evaluation = false;  ///< can carry the lagged spring velocity of the printed Eq. 9
-  std::unique_ptr<Integrator<double>> (*make_double)() = nullptr;
-  std::unique_ptr<Integrator<float>> (*make_float)() = nullptr;
-
-  template <class Real> [[nodiscard]] std::unique_ptr<Integrator<Real>> make() const {
-    if constexpr (std::is_same_v<Real, float>) {
-      return make_float();
-    } else {
-      return make_double();
-    }
-  }
-};
-
-std::span<const IntegratorInfo* const> integrators();
-/// nullptr when there is none of that name.
-const IntegratorInfo* find_integrator(std::string_view name);
-
 /// Instant that decides which loads act in a step that begins at t: a millionth of the step on, so
 /// that rounding of t never moves a load by a whole step.
 inline double load_gate(double t, double h) noexcept { return t + 1e-6 * h; }
@@ -78,7 +51,7 @@ inline double load_gate(double t, double h) noexcept { return t + 1e-6 * h; }
 
 namespace palpate::schemes {
 
-// One declaration per scheme file; integrator_registry.cpp collects them.
+// The schemes that integrators() lists.
 
 extern const IntegratorInfo euler;
 extern const IntegratorInfo euler_cromer;

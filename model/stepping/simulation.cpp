@@ -15,12 +15,9 @@
 #include "model/kernels/network_system.hpp"
 #include "model/kernels/system.hpp"
 #include "model/problem/problem.hpp"
-#include "model/problem/spring_law.hpp"
 #include "model/problem/trace.hpp"
-#include "model/reduction/mode_basis.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/stepping/tool_system.hpp"
-#include "model/tissue/network_builder.hpp"
 
 namespace palpate {
 
@@ -234,7 +231,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     update_length_ = scene.simulation.printed.no_time_step ? 1.0 : plan.h;
     bound_ = static_cast<Real>(bound_of_motion(*problem));
     if (const auto* network = dynamic_cast<const NetworkProblem*>(problem.get())) {
-      add_network(scene, *network, skip);
+      add_network(scene, *network);
     } else {
       add_oscillator(scene.tissue.oscillator);
     }
@@ -326,24 +323,8 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   }
 
  private:
-  void add_network(const Scene& scene, const NetworkProblem& network, bool skip) {
-    std::optional<FarFieldSetting> far;
-    if (plan.near) {
-      far = {.near = *plan.near,
-             .pushes = pushes_of(scene, network),
-             .modes = scene.simulation.far_modes};
-    }
-    auto made = make_network_system<Real>(
-        network, {.printed = scene.simulation.printed,
-                  .h = plan.h,
-                  .lattice = plan.lattice,
-                  .matrices = plan.integrator->implicit,
-                  .threads = plan.threads,
-                  .sleep_force = plan.sleep_force,
-                  .touched = plan.sleep_force > 0.0 ? nodes_of_tool(scene, network.network())
-                                                    : std::vector<int>{},
-                  .skip = skip,
-                  .far = std::move(far)});
+  void add_network(const Scene& scene, const NetworkProblem& network) {
+    auto made = make_network_system<Real>(network, plan);
     network_ = made.get();
     system_ = std::move(made);
     recorder = std::make_unique<Recorder>(scene, network);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A scene in motion, one tick at a time. Everything is allocated on construction: tick() allocates
-/// nothing, locks nothing and does no input or output, in either precision.
+/// Simulation of a scene, one tick at a time. Everything is allocated on construction: tick()
+/// allocates nothing, locks nothing and does no input or output, in either precision.
 
 #include <memory>
 #include <span>
@@ -19,16 +19,16 @@ class Simulation {
  public:
   /// The scene must have passed check_scene. Throws what plan_steps throws.
   explicit Simulation(const Scene& scene, bool skip = true);
-  /// A network made in memory, stepped as the scene's settings, loads and records say.
+  /// A network made in memory, with the settings, loads and records of the scene.
   Simulation(const Scene& scene, const SpringNetwork& network, bool skip = true);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// Where the hand holds its end of the coupling during the next ticks: place s along the tool's
-  /// line [m] and velocity [m/s]. Only a drive of kind falcon asks for it.
+  /// Position s of the hand's end of the coupling along the tool's line [m] and its velocity [m/s]
+  /// during the next ticks. Only a drive of kind falcon uses it.
   void move_handle(double place, double velocity) noexcept;
-  /// To the next tick. After `diverged` the state is what it was when that was seen.
+  /// Advances by one tick. After `diverged` the state is that in which divergence was detected.
   StepStatus tick() noexcept;
 
   [[nodiscard]] double time() const noexcept;      ///< [s]
@@ -39,11 +39,11 @@ class Simulation {
 
   /// Name and unit of what sample() writes, in order.
   [[nodiscard]] const std::vector<Column>& columns() const noexcept;
-  /// Values of the columns now; `row` has one place for each.
+  /// Writes the present values of the columns; `row` has one element for each.
   void sample(std::span<double> row) noexcept;
   /// Names of the columns of text; empty without a tool.
   [[nodiscard]] const std::vector<TextColumn>& text_columns() const noexcept;
-  /// Their values now. What happened since the last call is told and forgotten.
+  /// Writes their present values, appends the events since the last call and clears them.
   void sample_text(std::span<std::string> row, std::vector<Event>& events);
   /// Position of the coordinates of problem() [m].
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept;
@@ -54,17 +54,17 @@ class Simulation {
   void node_positions(Eigen::Ref<NodeVectors> all) noexcept;
   /// Kinetic plus elastic energy and the potential of gravity [J].
   [[nodiscard]] double energy() noexcept;
-  /// Place s [m] and velocity s' [m/s] of the tool now, without any evaluation; zero without one.
+  /// Position s [m] and velocity s' [m/s] of the tool, without evaluating forces; zero without one.
   [[nodiscard]] ToolMotion tool_motion() const noexcept;
-  /// What happened to the tool since sample_text() told it.
+  /// Events of the tool since the last sample_text() or forget_tool_happenings().
   [[nodiscard]] std::span<const ToolHappening> tool_happenings() const noexcept;
-  /// The same as telling it to nobody, without allocating.
+  /// Clears the events without allocating.
   void forget_tool_happenings() noexcept;
-  /// The tool now; zero without one.
+  /// Present state of the tool; zero without one.
   [[nodiscard]] ToolReport tool() noexcept;
   [[nodiscard]] int zero_length_springs() const noexcept;
   [[nodiscard]] std::size_t spring_count() const noexcept;  ///< that are computed
-  /// Of what can move: the part that is stepped now; 1 where nothing may sleep.
+  /// Share of the movable rows that is stepped now; 1 where nothing may sleep.
   [[nodiscard]] double awake_share() const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 

@@ -18,7 +18,7 @@
 
 #include "model/kernels/system.hpp"
 #include "model/problem/problem.hpp"
-#include "model/problem/spring_law.hpp"
+#include "model/stepping/integrator.hpp"
 
 namespace palpate::spring_blocks {
 
@@ -105,7 +105,8 @@ std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d
   const Vector3d u = d / length;
   const Matrix3d along = u * u.transpose();
   if (which == Which::damping) { return bond.viscosity * along; }
-  double tension = bond.stiffness * (length - bond.rest_length);
+  constexpr SpringTerms elastic{.viscous = false};
+  double tension = SpringTension<elastic>::of(numbers_of<double>(bond), length, 0.0);
   if (which == Which::stretched_stiffness) { tension = std::max(0.0, tension); }
   return bond.stiffness * along + tension / length * (Matrix3d::Identity() - along);
 }

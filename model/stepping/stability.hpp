@@ -3,7 +3,7 @@
 /// How fast a network can move, from its springs alone (model/EQUATIONS.md, "Spectral bounds").
 
 #include "model/problem/problem.hpp"
-#include "model/stepping/integrator.hpp"
+#include "model/stepping/integrator_info.hpp"
 
 namespace palpate {
 

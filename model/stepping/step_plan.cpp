@@ -13,8 +13,11 @@
 
 #include "model/kernels/lattice_network.hpp"
 #include "model/kernels/lattice_springs.hpp"
+#include "model/kernels/list_network.hpp"
 #include "model/kernels/spring_kernels.hpp"
 #include "model/reduction/mode_basis.hpp"
+#include "model/reduction/reduced_network.hpp"
+#include "model/stepping/integrator.hpp"
 #include "model/stepping/stability.hpp"
 
 namespace palpate {
@@ -51,7 +54,10 @@ void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     plan.warnings.push_back(std::string("nothing is left to a far field: ") + choice.obstacle);
     return;
   }
-  plan.near = std::move(choice.nodes);
+  plan.far = std::make_shared<const ReductionSetting>(
+      ReductionSetting{.near = *std::move(choice.nodes),
+                       .load_cases = load_cases_of(scene, problem),
+                       .modes = scene.simulation.far_modes});
   plan.skipped.push_back("nodes further than " + number(radius) + " m from what is pushed: " +
                          std::to_string(choice.far_nodes) + ", linear about rest in " +
                          std::to_string(scene.simulation.far_modes) + " modes");
@@ -59,9 +65,9 @@ void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
 
 /// As many as there are coordinates for.
 std::size_t stepped_nodes(const Scene& scene, const NetworkProblem& problem, const StepPlan& plan) {
-  if (!plan.near) { return problem.free_nodes().size(); }
-  const auto near =
-      std::ranges::count_if(problem.free_nodes(), [&](int node) { return plan.near->holds(node); });
+  if (!plan.far) { return problem.free_nodes().size(); }
+  const auto near = std::ranges::count_if(problem.free_nodes(),
+                                          [&](int node) { return plan.far->near.holds(node); });
   return static_cast<std::size_t>(near + scene.simulation.far_modes / 3);
 }
 
@@ -161,7 +167,7 @@ void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, 
 
 /// Springs of a lattice have their natural length, so a row at rest stays there until something
 /// pulls.
-void choose_sleep(const Scene& scene, StepPlan& plan) {
+void choose_sleep(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
   const double wanted = scene.simulation.sleep_force;
   if (!(wanted > 0.0) || !plan.skip) { return; }
   const char* obstacle = !plan.lattice
@@ -173,6 +179,7 @@ void choose_sleep(const Scene& scene, StepPlan& plan) {
     return;
   }
   plan.sleep_force = wanted;
+  plan.touched = nodes_of_tool(scene, problem.network());
   plan.skipped.push_back("nodes at rest, until more than " + number(wanted) +
                          " N in all pulls at them");
 }
@@ -230,7 +237,7 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
 }
 
 template <class Real> std::string instructions_of(bool lattice) {
-  return lattice ? lattice_kernels<Real>().front().name : fan_kernels<Real>().front().name;
+  return lattice ? lattice_kernels<Real>().front().name : adjacency_kernels<Real>().front().name;
 }
 
 std::string kernel_name(bool lattice, bool printed, bool damped, bool single) {
@@ -246,6 +253,7 @@ std::string kernel_name(bool lattice, bool printed, bool damped, bool single) {
 StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   StepPlan plan;
   plan.skip = skip;
+  plan.printed = scene.simulation.printed;
   const auto* network = dynamic_cast<const NetworkProblem*>(&problem);
   const bool single = scene.simulation.precision == Precision::single_precision;
   plan.bounds =
@@ -274,17 +282,38 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool damped = is_damped(network->network().springs);
   const bool law_as_printed = SpringLaw::is_printed(printed);
   std::optional<LatticeShape> shape;
-  if (!plan.integrator->implicit && !law_as_printed && !plan.near) {
-    shape = lattice_of(network->network());
+  if (!plan.integrator->implicit && !law_as_printed && !plan.far) {
+    shape = network->network().springs.lattice();
   }
   plan.lattice = shape.has_value();
   plan.kernel = kernel_name(plan.lattice, law_as_printed, damped || !skip, single);
-  if (plan.near) { plan.kernel += "-far-field"; }
-  choose_sleep(scene, plan);
+  if (plan.far) { plan.kernel += "-far-field"; }
+  choose_sleep(scene, *network, plan);
   const std::optional<LatticeRows> rows = lattice_rows(shape, single, plan.sleep_force <= 0.0);
   choose_threads(scene, rows, plan);
   if (skip) { list_skipped(scene, *network, rows, plan); }
   return plan;
 }
+
+template <class Real>
+std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
+                                                         const StepPlan& plan) {
+  if (plan.lattice) {
+    auto lattice = std::make_unique<LatticeNetwork<Real>>(
+        problem, plan.skip, plan.threads, lattice_kernels<Real>().front(), plan.sleep_force <= 0.0);
+    if (plan.sleep_force > 0.0) { lattice->let_sleep(plan.sleep_force, plan.touched); }
+    return lattice;
+  }
+  if (plan.far) { return std::make_unique<ReducedNetwork<Real>>(problem, *plan.far); }
+  const bool implicit = plan.integrator != nullptr && plan.integrator->implicit;
+  const bool padded = !implicit && !SpringLaw::is_printed(plan.printed);
+  return std::make_unique<ListNetwork<Real>>(problem, plan.printed, plan.h, plan.skip,
+                                             ListVectors{.padded = padded});
+}
+
+template std::unique_ptr<NetworkSystem<double>> make_network_system(const NetworkProblem&,
+                                                                    const StepPlan&);
+template std::unique_ptr<NetworkSystem<float>> make_network_system(const NetworkProblem&,
+                                                                   const StepPlan&);
 
 }  // namespace palpate

@@ -165,8 +165,8 @@ template <class Real> bool ToolContact<Real>::may_hold_shaft() const noexcept {
 }
 
 template <class Real>
-Eigen::Vector2d ToolContact<Real>::answer(double tip, double shaft, bool tip_held,
-                                          bool shaft_held) const noexcept {
+Eigen::Vector2d ToolContact<Real>::solve_contact_forces(double tip, double shaft, bool tip_held,
+                                                        bool shaft_held) const noexcept {
   const Contact& c = contact_;
   if (tip_held && shaft_held) {
     const double determinant = c.tip_tip * c.shaft_shaft - c.tip_shaft * c.tip_shaft;
@@ -198,7 +198,7 @@ template <class Real> void ToolContact<Real>::solve(double tool_acceleration) no
   shaft_force_ =
       shaft_ == ShaftMode::stick && !sticks ? std::clamp(shaft_force_, -limit_, limit_) : slipping;
   if (stuck && sticks) {
-    const Eigen::Vector2d both = answer(tip, shaft, true, true);
+    const Eigen::Vector2d both = solve_contact_forces(tip, shaft, true, true);
     take_tip(both.x());
     take_shaft(both.y());
     if (contact_.tip_held && contact_.shaft_held) { return; }
@@ -212,7 +212,8 @@ template <class Real> void ToolContact<Real>::solve(double tool_acceleration) no
 }
 
 /// What sticking needs, or the nearest force within the law. An implicit step takes what is needed,
-/// so that Newton's method sees one set of constraints, and revise() looks at the law when it ends.
+/// so that Newton's method sees one set of constraints, and update_active_set() looks at the law
+/// when it ends.
 template <class Real> void ToolContact<Real>::take_tip(double needed) noexcept {
   const double within = std::clamp(needed, 0.0, cutting_force());
   contact_.tip_held = predict_ || within == needed;
@@ -307,7 +308,7 @@ bool ToolContact<Real>::begin_step(double t, double h, State<Real>& state, bool 
     gather(state.position, state.velocity);
     weigh();
     lag_ = Eigen::Vector2d(velocity_ - velocity_at(at_), slip_now()) / h;
-    foresee_cutting();
+    predict_cutting();
   }
   return changed;
 }
@@ -327,10 +328,10 @@ bool ToolContact<Real>::follow(double t, double h, State<Real>& state) noexcept 
   gather(state.position, state.velocity);
   weigh();
   contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0 &&
-                      velocity_ > velocity_at(at_);  // the tip pushes, it cannot pull
+                      velocity_ > velocity_at(at_);  // the tip load_cases, it cannot pull
   turn_shaft(h);
   match_velocities(state);
-  losing_begin_ = losing();
+  dissipated_power_begin_ = dissipated_power();
   return true;
 }
 
@@ -355,7 +356,7 @@ template <class Real> void ToolContact<Real>::turn_shaft(double h) noexcept {
   }
 }
 
-template <class Real> Eigen::Vector2d ToolContact<Real>::losing() const noexcept {
+template <class Real> Eigen::Vector2d ToolContact<Real>::dissipated_power() const noexcept {
   const double slip = slip_now();
   const double cut = cutting_force() * (velocity_ - velocity_at(at_));
   return {tip_ == TipMode::cutting ? cut : 0.0,
@@ -383,7 +384,7 @@ template <class Real> void ToolContact<Real>::end_step(double t, State<Real>& st
     match_positions(state);
     match_velocities(state);
   }
-  losing_begin_ = losing();
+  dissipated_power_begin_ = dissipated_power();
   depth_rate_ = depth_rate();
 }
 
@@ -392,7 +393,7 @@ template <class Real> void ToolContact<Real>::account(double h) noexcept {
   losses_.hand += 0.5 * h * (hand_power_begin_ + hand_power_end_);
   if (!in_tissue()) { return; }
   weigh();
-  const Eigen::Vector2d lost = 0.5 * h * (losing_begin_ + losing());
+  const Eigen::Vector2d lost = 0.5 * h * (dissipated_power_begin_ + dissipated_power());
   losses_.cutting += lost.x();
   losses_.friction += lost.y();
 }
@@ -558,7 +559,8 @@ template <class Real> void ToolContact<Real>::match_velocities(State<Real>& stat
     tip -= tip_share(k) * knots_[k].velocity;
     if (limit_ > 0.0) { shaft -= shaft_share_[k] * knots_[k].velocity; }
   }
-  const Eigen::Vector2d impulse = answer(tip, shaft, contact_.tip_held, contact_.shaft_held);
+  const Eigen::Vector2d impulse =
+      solve_contact_forces(tip, shaft, contact_.tip_held, contact_.shaft_held);
   losses_.impact += 0.5 * (impulse.x() * tip + impulse.y() * shaft);
   losses_.impulse += impulse.sum();
   if (!is_coordinate()) { losses_.jerk += impulse.sum() * velocity_; }
@@ -632,7 +634,8 @@ void ToolContact<Real>::hold(const Vector<Real>& x, const Vector<Real>& mass,
     }
   }
   if (!contact_.tip_held && !contact_.shaft_held) { return; }
-  const Eigen::Vector2d force = answer(tip, shaft, contact_.tip_held, contact_.shaft_held);
+  const Eigen::Vector2d force =
+      solve_contact_forces(tip, shaft, contact_.tip_held, contact_.shaft_held);
   for (std::size_t k = 0; k < knots_.size(); ++k) {
     push(k, tip_share(k) * force.x() + (limit_ > 0.0 ? shaft_share_[k] * force.y() : 0.0), product);
   }
@@ -640,8 +643,8 @@ void ToolContact<Real>::hold(const Vector<Real>& x, const Vector<Real>& mass,
 }
 
 template <class Real>
-void ToolContact<Real>::learn_response(Eigen::Index dof,
-                                       const typename HeldResponse<Real>::Solve& solve) {
+void ToolContact<Real>::learn_compliance(Eigen::Index dof,
+                                         const typename ConstraintCompliance<Real>::Solve& solve) {
   std::vector<std::size_t> begin;
   for (const Knot& knot : knots_) { begin.push_back(knot.first); }
   begin.push_back(supports_.size());
@@ -650,7 +653,7 @@ void ToolContact<Real>::learn_response(Eigen::Index dof,
 
 /// What hold() holds, as rows: tip, shaft, two directions across the needle for each locked knot,
 /// and a tool that bone stops.
-template <class Real> void ToolContact<Real>::begin_holding() noexcept {
+template <class Real> void ToolContact<Real>::begin_linear_solve() noexcept {
   held_.clear();
   const double own = is_coordinate() && !at_bone_ ? 1.0 : 0.0;
   if (contact_.tip_held) {
@@ -677,22 +680,22 @@ template <class Real> void ToolContact<Real>::begin_holding() noexcept {
 
 /// A tip that stuck goes on pushing by as much more as in the last step; one that begins to stick
 /// has to bring the tissue to its own velocity, whose response to that is known. Where that is more
-/// than F_c the step is begun cutting, so that it need not be solved twice; revise() has the last
-/// word.
-template <class Real> void ToolContact<Real>::foresee_cutting() noexcept {
+/// than F_c the step is begun cutting, so that it need not be solved twice; update_active_set() has
+/// the last word.
+template <class Real> void ToolContact<Real>::predict_cutting() noexcept {
   if (tip_ != TipMode::stuck || !held_.learned() || !(contact_.tip_tip > 0.0)) { return; }
   const double response = held_.response_at(at_.knot, at_.share, n_) + tool_mobility();
   const double more = stuck_before_ ? step_tip_change_ : stopped_ / (step_length_ * response);
   if (step_tip_force_ + more > cutting_force()) { tip_ = TipMode::cutting; }
 }
 
-template <class Real> bool ToolContact<Real>::revise(const State<Real>& state) noexcept {
+template <class Real> bool ToolContact<Real>::update_active_set(const State<Real>& state) noexcept {
   if (!in_tissue()) { return false; }
   gather(state.position, state.velocity);
   if (is_coordinate()) { velocity_ = static_cast<double>(state.velocity(tool_)); }
   const Slack allowed = slack();
-  const bool tip = revise_tip(velocity_ - velocity_at(at_), allowed);
-  const bool shaft = revise_shaft(slip_now(), allowed);
+  const bool tip = update_tip(velocity_ - velocity_at(at_), allowed);
+  const bool shaft = update_shaft(slip_now(), allowed);
   first_evaluation_ = true;
   return tip || shaft;
 }
@@ -717,7 +720,7 @@ template <class Real> typename ToolContact<Real>::Slack ToolContact<Real>::slack
 }
 
 /// `rate`: of the tip against the tissue when the step ended [m/s].
-template <class Real> bool ToolContact<Real>::revise_tip(double rate, const Slack& slack) noexcept {
+template <class Real> bool ToolContact<Real>::update_tip(double rate, const Slack& slack) noexcept {
   const TipMode before = tip_;
   switch (tip_) {
     case TipMode::outside: break;
@@ -738,7 +741,7 @@ template <class Real> bool ToolContact<Real>::revise_tip(double rate, const Slac
 }
 
 template <class Real>
-bool ToolContact<Real>::revise_shaft(double slip, const Slack& slack) noexcept {
+bool ToolContact<Real>::update_shaft(double slip, const Slack& slack) noexcept {
   if (!may_hold_shaft()) { return false; }
   const ShaftMode before = shaft_;
   if (shaft_ == ShaftMode::stick) {

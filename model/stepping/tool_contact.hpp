@@ -48,16 +48,16 @@ template <class Real> class ToolContact {
   void apply(double t, const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept;
   /// product = A x of the free Jacobian becomes that of the Jacobian with what sticks held.
   void hold(const Vector<Real>& x, const Vector<Real>& mass, Vector<Real>& product) noexcept;
-  /// The same for a preconditioner; learn_response() allocates.
-  void learn_response(Eigen::Index dof, const typename HeldResponse<Real>::Solve& solve);
-  void begin_holding() noexcept;
-  void hold_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
+  /// The same for a preconditioner; learn_compliance() allocates.
+  void learn_compliance(Eigen::Index dof, const typename ConstraintCompliance<Real>::Solve& solve);
+  void begin_linear_solve() noexcept;
+  void constrain_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
     held_.correct(r, solution);
   }
   /// After an implicit step: false if tip and shaft kept to their laws in it. Else they now do what
   /// the law they broke says, and the step is to be taken again (model/EQUATIONS.md, "Held
   /// constraints").
-  bool revise(const State<Real>& state) noexcept;
+  bool update_active_set(const State<Real>& state) noexcept;
   /// After a step that ended at t: changes of mode, and no drift where something sticks.
   void end_step(double t, State<Real>& state) noexcept;
 
@@ -82,7 +82,7 @@ template <class Real> class ToolContact {
   void clear_happenings() { happening_count_ = 0; }
 
  private:
-  using Support = typename HeldResponse<Real>::Support;
+  using Support = typename ConstraintCompliance<Real>::Support;
   struct Knot {
     std::size_t first;
     std::size_t count;
@@ -120,8 +120,8 @@ template <class Real> class ToolContact {
   /// Share of the tip's and the shaft's force that falls to a knot.
   [[nodiscard]] double tip_share(std::size_t knot) const noexcept;
   /// Impulses or forces (tip, shaft) that bring the given differences of what is held to zero.
-  [[nodiscard]] Eigen::Vector2d answer(double tip, double shaft, bool tip_held,
-                                       bool shaft_held) const noexcept;
+  [[nodiscard]] Eigen::Vector2d solve_contact_forces(double tip, double shaft, bool tip_held,
+                                                     bool shaft_held) const noexcept;
   void match_velocities(State<Real>& state) noexcept;
   void match_positions(State<Real>& state) noexcept;
   void account(double h) noexcept;
@@ -142,15 +142,15 @@ template <class Real> class ToolContact {
     double shaft = 0.0;     ///< [N]
   };
   [[nodiscard]] Slack slack() const noexcept;
-  void foresee_cutting() noexcept;
-  bool revise_tip(double rate, const Slack& slack) noexcept;
-  bool revise_shaft(double slip, const Slack& slack) noexcept;
+  void predict_cutting() noexcept;
+  bool update_tip(double rate, const Slack& slack) noexcept;
+  bool update_shaft(double slip, const Slack& slack) noexcept;
   void change_shaft() noexcept;
   void turn_shaft(double h) noexcept;
   [[nodiscard]] double slip_now() const noexcept;
   void enter(std::size_t interval, double t) noexcept;
   /// What cutting and rubbing take at this instant [W].
-  [[nodiscard]] Eigen::Vector2d losing() const noexcept;
+  [[nodiscard]] Eigen::Vector2d dissipated_power() const noexcept;
   void happen(double t, ToolEvent event, std::size_t interval) noexcept;
   /// F_c that the tip meets; its interval changes only between steps.
   [[nodiscard]] double cutting_force() const noexcept {
@@ -174,10 +174,10 @@ template <class Real> class ToolContact {
 
   std::vector<Support> supports_;
   std::vector<Knot> knots_;
-  HeldResponse<Real> held_{};        ///< only implicit schemes ask for it
-  std::vector<double> shaft_share_;  ///< l_k / L
-  double limit_ = 0.0;               ///< L [N]
-  NeedlePath::Place at_{};           ///< of the tip between the knots
+  ConstraintCompliance<Real> held_{};  ///< only implicit schemes ask for it
+  std::vector<double> shaft_share_;    ///< l_k / L
+  double limit_ = 0.0;                 ///< L [N]
+  NeedlePath::Place at_{};             ///< of the tip between the knots
   Contact contact_{};
 
   TipMode tip_ = TipMode::outside;
@@ -213,7 +213,7 @@ template <class Real> class ToolContact {
   double depth_rate_ = 0.0;
   Eigen::Vector2d lag_{0.0,
                        0.0};  ///< what tip and shaft must lose in an implicit step to stick [m/s^2]
-  Eigen::Vector2d losing_begin_{0.0, 0.0};
+  Eigen::Vector2d dissipated_power_begin_{0.0, 0.0};
   bool first_evaluation_ = false;
   double hand_power_begin_ = 0.0;
   double hand_power_end_ = 0.0;

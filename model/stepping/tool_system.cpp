@@ -44,7 +44,7 @@ void ToolRun<Real>::step(Integrator<Real>& integrator, State<Real>& state, doubl
   const double before = audit_ ? damping_power(state) : 0.0;
   if (implicit_) { before_ = state; }
   integrator.step(system_, state, t, h);
-  for (int n = 0; implicit_ && n < most_revisions && contact_.revise(state); ++n) {
+  for (int n = 0; implicit_ && n < most_revisions && contact_.update_active_set(state); ++n) {
     state = before_;
     integrator.step(system_, state, t, h);
   }

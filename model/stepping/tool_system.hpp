@@ -90,13 +90,13 @@ template <class Real> class ToolSystem final : public System<Real> {
   void hold(const Vector<Real>& x, Vector<Real>& product) noexcept override {
     contact_.hold(x, this->mass(), product);
   }
-  void learn_response(
+  void learn_compliance(
       const std::function<void(const Vector<Real>&, Vector<Real>&)>& solve) override {
-    contact_.learn_response(this->dof(), solve);
+    contact_.learn_compliance(this->dof(), solve);
   }
-  void begin_holding() noexcept override { contact_.begin_holding(); }
-  void hold_solution(const Vector<Real>& r, Vector<Real>& solution) noexcept override {
-    contact_.hold_solution(r, solution);
+  void begin_linear_solve() noexcept override { contact_.begin_linear_solve(); }
+  void constrain_solution(const Vector<Real>& r, Vector<Real>& solution) noexcept override {
+    contact_.constrain_solution(r, solution);
   }
 
  private:

@@ -23,8 +23,8 @@ class VoxelMaterials {
                         std::vector<Violation>& broken) {
     const auto used = std::ranges::find(names_, name);
     if (used != names_.end()) { return static_cast<std::uint16_t>(used - names_.begin() + 1); }
-    const auto found = std::ranges::find(known_, name, &Material::name);
-    if (found == known_.end()) {
+    const Material* found = find_material(known_, name);
+    if (found == nullptr) {
       broken.push_back({key, unknown_material(name, known_)});
       return 0;
     }
@@ -80,6 +80,10 @@ SpringNetwork grid_network(const NodeGrid& nodes, int connectivity, Cell cell) {
       if (material != nullptr) { network.mass(node) += material->density * volume / 8.0; }
     });
   });
+  if (count == static_cast<std::ptrdiff_t>(nodes.node.size())) {
+    network.springs =
+        springs_of_lattice({nodes.count, nodes.spacing.x(), connectivity}, network.rest_position);
+  }
   const BoxBonds bonds = box_bonds(nodes.spacing, connectivity);
   const auto directions = bond_directions(connectivity);
   grid::for_each_node(nodes, [&](const std::array<int, 3>& at, int node) {

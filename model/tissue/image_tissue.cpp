@@ -35,8 +35,8 @@ Lookup::Lookup(const std::vector<LookupPoint>& points, const std::vector<Materia
   int rises = 0;
   int falls = 0;
   for (std::size_t n = 0; n < points_.size(); ++n) {
-    const auto found = std::ranges::find(materials, points_[n].material, &Material::name);
-    if (found == materials.end()) {
+    const Material* found = find_material(materials, points_[n].material);
+    if (found == nullptr) {
       broken.push_back({at("tissue.mri.lookup", n, "material"),
                         unknown_material(points_[n].material, materials)});
       return;

@@ -62,10 +62,6 @@ template <class Visit> void for_each_bond(const LatticeShape& shape, int l, Visi
   }
 }
 
-double bond_length(const LatticeShape& shape, const std::array<int, 3>& direction) {
-  return (shape.spacing * Eigen::Vector3d(direction[0], direction[1], direction[2])).norm();
-}
-
 /// What fills the cells of three layers: those around a layer of nodes, and those below them, which
 /// the mass of the next layer's nodes is of.
 class CellLayers {
@@ -122,11 +118,11 @@ void add_masses(const LatticeShape& shape, int l, CellLayers& cells, Eigen::Vect
   }
 }
 
-/// What rounding may make of a place or length in a regular lattice, as a share of the spacing.
+/// Tolerance on positions in a regular lattice, as a share of its extent: rounding.
 constexpr double regular = 1e-12;
 
-/// Nodes along an axis: how many of the first `of` nodes, `every` apart, differ from node 0 in
-/// nothing but that coordinate and those before it.
+/// Number of nodes along an axis: how many of the nodes 0, `every`, 2 `every` and so on differ from
+/// node 0 in no later coordinate.
 int count_along(const NodeVectors& places, int axis, int every, double near) {
   const int of = static_cast<int>(places.cols());
   int count = 1;
@@ -142,8 +138,9 @@ int count_along(const NodeVectors& places, int axis, int every, double near) {
   return count;
 }
 
-/// The grid of nodes in the order of index(), whichever way its axes point.
-std::optional<LatticeShape> grid_of(const NodeVectors& places) {
+/// The lattice whose nodes have these positions in the order of LatticeShape::index(); its axes may
+/// point either way.
+std::optional<LatticeShape> lattice_at(const NodeVectors& places) {
   const int count = static_cast<int>(places.cols());
   if (count < 8) { return {}; }
   const double near = regular * (places.col(count - 1) - places.col(0)).norm();
@@ -168,24 +165,26 @@ std::optional<LatticeShape> grid_of(const NodeVectors& places) {
   return shape;
 }
 
-/// Whether a spring of a node leads to one of its 26 neighbours, with its natural length; no NaN
-/// does.
-bool is_bond(const LatticeShape& shape, int node, const SpringList::Bond& bond) {
-  const int neighbour = node + bond.to;
-  if (neighbour < 0 || neighbour >= shape.node_count()) { return false; }
-  const std::array<int, 3> a = shape.place(node);
-  const std::array<int, 3> b = shape.place(neighbour);
-  std::array<int, 3> step{};
-  for (std::size_t n = 0; n < 3; ++n) { step[n] = b[n] - a[n]; }
-  if (!std::ranges::all_of(step, [](int s) { return std::abs(s) <= 1; })) { return false; }
-  const double natural = bond_length(shape, step);
-  return std::abs(bond.rest_length - natural) <= regular * natural;
-}
-
 }  // namespace
 
-Eigen::Vector3d LatticeShape::position(int i, int j, int l) const {
-  return {spacing * (i - 0.5 * (nodes[0] - 1)), spacing * (j - 0.5 * (nodes[1] - 1)), spacing * l};
+/// The spacing is the distance of the first two nodes, which differs by a rounding from that of
+/// `shape`: lengths at rest are those of the positions.
+SpringList springs_of_lattice(const LatticeShape& shape, const NodeVectors& position) {
+  if (*std::ranges::min_element(shape.nodes) < 2) { return {}; }
+  return SpringList(
+      LatticeShape{shape.nodes, std::abs(position(0, 1) - position(0, 0)), shape.connectivity});
+}
+
+void recognise_lattice(SpringNetwork& network) {
+  if (network.springs.lattice()) { return; }
+  const std::optional<LatticeShape> shape = lattice_at(network.rest_position);
+  if (!shape) { return; }
+  SpringList springs(*shape);
+  for (const Spring& spring : network.springs) {
+    springs.push_back(spring);
+    if (!springs.lattice()) { return; }
+  }
+  network.springs = std::move(springs);
 }
 
 std::span<const std::array<int, 3>> bond_directions(int connectivity) {
@@ -196,6 +195,7 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
                            const std::function<CellMaterial(int, int, int)>& cell) {
   SpringNetwork network;
   network.rest_position = lattice_positions(shape);
+  network.springs = springs_of_lattice(shape, network.rest_position);
   network.mass = Eigen::VectorXd::Zero(shape.node_count());
   network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
   CellLayers cells(shape, cell);
@@ -214,40 +214,23 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
       const int node = shape.index(place[0], place[1], place[2]);
       network.springs.push_back({node, neighbour, bond.stiffness,
                                  bond.viscosity(network.mass(node), network.mass(neighbour)),
-                                 bond_length(shape, directions[d])});
+                                 shape.bond_length(directions[d])});
     });
   }
   return network;
-}
-
-std::optional<LatticeShape> lattice_of(const SpringNetwork& network) {
-  const std::optional<LatticeShape> shape = grid_of(network.rest_position);
-  if (!shape) { return {}; }
-  for (const SpringList::Run& run : network.springs.runs()) {
-    const int end = run.first_node + run.nodes;
-    for (int node = run.first_node; node < end;) {  // piece by piece of a row
-      const int row_end = std::min(end, (node / shape->nodes[0] + 1) * shape->nodes[0]);
-      const bool fits =
-          std::ranges::all_of(network.springs.bonds(run), [&](const SpringList::Bond& bond) {
-            return is_bond(*shape, node, bond) && is_bond(*shape, row_end - 1, bond);
-          });
-      if (!fits) { return {}; }
-      node = row_end;
-    }
-  }
-  return shape;
 }
 
 SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, double viscosity,
                               double node_mass) {
   SpringNetwork network;
   network.rest_position = lattice_positions(shape);
+  network.springs = springs_of_lattice(shape, network.rest_position);
   network.mass = Eigen::VectorXd::Constant(shape.node_count(), node_mass);
   network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
   const auto directions = bond_directions(shape.connectivity);
   std::array<double, 13> rest{};
   for (std::size_t d = 0; d < directions.size(); ++d) {
-    rest[d] = bond_length(shape, directions[d]);
+    rest[d] = shape.bond_length(directions[d]);
   }
   for (int l = 0; l < shape.nodes[2]; ++l) {
     for_each_bond(shape, l, [&](const std::array<int, 3>& place, std::size_t d, int neighbour) {

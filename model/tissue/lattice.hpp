@@ -68,24 +68,12 @@ void for_each_cell_around(const std::array<int, 3>& nodes, const std::array<int,
 
 // Regular lattices, built cell by cell (model/EQUATIONS.md, "Material to springs").
 
-struct LatticeShape {
-  std::array<int, 3> nodes{};
-  double spacing = 0.0;  ///< [m]
-  int connectivity = 26;
+/// An empty list between the nodes of a lattice whose nodes are at `position`.
+SpringList springs_of_lattice(const LatticeShape& shape, const NodeVectors& position);
 
-  [[nodiscard]] int node_count() const { return nodes[0] * nodes[1] * nodes[2]; }
-  [[nodiscard]] int index(int i, int j, int l) const { return (l * nodes[1] + j) * nodes[0] + i; }
-  [[nodiscard]] std::array<int, 3> place(int node) const {  ///< (i, j, l) of an index
-    return {node % nodes[0], node / nodes[0] % nodes[1], node / (nodes[0] * nodes[1])};
-  }
-  [[nodiscard]] Eigen::Vector3d position(int i, int j, int l) const;  ///< [m]
-};
-
-/// The lattice that a network is, whatever it was made from: nodes in the order of index(), at
-/// least two along each axis, whichever way it points, and no springs but bonds of 26 neighbours
-/// with their natural length (both to rounding; position() is that of the shape, not of the
-/// network). Nothing for any other network.
-std::optional<LatticeShape> lattice_of(const SpringNetwork& network);
+/// Gives a network that was not built as a lattice the structure of one, if its nodes and springs
+/// are those of a regular lattice to rounding.
+void recognise_lattice(SpringNetwork& network);
 
 /// Offsets (i, j, l) of the neighbours with a higher index: 3, 9 or 13 of them.
 std::span<const std::array<int, 3>> bond_directions(int connectivity);

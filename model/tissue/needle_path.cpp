@@ -24,11 +24,6 @@ struct Stretch {
   double end = -infinity;
 };
 
-const Material* find_material(const Scene& scene, const std::string& name) {
-  const auto found = std::ranges::find(scene.materials, name, &Material::name);
-  return found == scene.materials.end() ? nullptr : &*found;
-}
-
 /// Where the line origin + xi n is inside a body; begin >= end when nowhere.
 Stretch inside(const Inclusion& body, const Eigen::Vector3d& origin, const Eigen::Vector3d& n) {
   const Eigen::Vector3d from = origin - body.centre;
@@ -60,7 +55,7 @@ PathInterval interval_of(const Material* material, std::string label) {
 }
 
 PathInterval interval_of(const Scene& scene, const Layer& layer) {
-  return interval_of(find_material(scene, layer.material),
+  return interval_of(find_material(scene.materials, layer.material),
                      layer.tissue.empty() ? layer.material : layer.tissue);
 }
 
@@ -149,7 +144,7 @@ std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& orig
   }
   if (intervals.empty()) {
     const std::string& name = scene.tissue.lattice.material;
-    intervals.push_back(interval_of(find_material(scene, name), name));
+    intervals.push_back(interval_of(find_material(scene.materials, name), name));
     intervals.front().begin = first;
   }
   intervals.back().end = infinity;
@@ -178,7 +173,7 @@ std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vecto
     Stretch within = inside(body, origin, direction);
     within.begin = std::max(within.begin, first);
     if (!(within.end > within.begin)) { continue; }
-    PathInterval middle = interval_of(find_material(scene, body.material), body.material);
+    PathInterval middle = interval_of(find_material(scene.materials, body.material), body.material);
     middle.begin = within.begin;
     middle.end = within.end;
     std::vector<PathInterval> cut;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/problem/problem.hpp"
 #include "model/tissue/grid_network.hpp"
 #include "model/tissue/lattice.hpp"
 #include "model/tissue/tissue_grid.hpp"
@@ -82,7 +83,10 @@ SpringNetwork unheld_network(const Scene& scene) {
   if (scene.tissue.source == Source::lattice) { return build_lattice(scene); }
   if (layers_follow_skin(scene)) { return build_beneath_skin(scene); }
   if (scene.tissue.source == Source::layers) { return build_cells(scene, block_shape(scene)); }
-  return scene.tissue.voxels ? scene.tissue.voxels->network : scene.tissue.network;
+  if (scene.tissue.voxels) { return scene.tissue.voxels->network; }
+  SpringNetwork network = scene.tissue.network;
+  recognise_lattice(network);
+  return network;
 }
 
 }  // namespace
@@ -92,21 +96,6 @@ BondStiffness bond_stiffness(double youngs_modulus, double spacing, int connecti
   if (connectivity == 6) { return {ea, 0.0, 0.0}; }              // C11 = k1 / a, no shear
   if (connectivity == 18) { return {ea / 2.5, ea / 2.5, 0.0}; }  // isotropic: k1 = k2
   return {2.0 * ea / 3.75, ea / 3.75, 0.375 * ea / 3.75};        // k1 = 2 k2, k3 = 3/8 k2
-}
-
-std::vector<int> face_nodes(const NodeVectors& rest_position, Face face) {
-  const int axis = static_cast<int>(face) / 2;
-  const bool maximum = static_cast<int>(face) % 2 == 1;
-  std::vector<int> nodes;
-  if (rest_position.cols() == 0) { return nodes; }
-  const double extent =
-      (rest_position.rowwise().maxCoeff() - rest_position.rowwise().minCoeff()).maxCoeff();
-  const auto row = rest_position.row(axis);
-  const double extreme = maximum ? row.maxCoeff() : row.minCoeff();
-  for (Eigen::Index i = 0; i < row.size(); ++i) {
-    if (std::abs(row(i) - extreme) <= 1e-6 * extent) { nodes.push_back(static_cast<int>(i)); }
-  }
-  return nodes;
 }
 
 Eigen::Index layered_node_count(const Scene& scene) {
@@ -122,29 +111,14 @@ SpringNetwork build_network(const Scene& scene) {
   return network;
 }
 
-std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network) {
-  std::vector<Load> loads = scene.loads;
-  for (Load& load : loads) {
-    if (load.face) { load.nodes = face_nodes(network.rest_position, *load.face); }
-    load.face.reset();
+std::unique_ptr<Problem> make_problem(const Scene& scene) {
+  if (scene.tissue.source == Source::oscillator) {
+    return std::make_unique<OscillatorProblem>(scene.tissue.oscillator);
   }
-  return loads;
-}
-
-int record_node(const Record& record, const SpringNetwork& network) {
-  if (const int* node = std::get_if<int>(&record.where)) { return *node; }
-  Eigen::Index nearest = 0;
-  (network.rest_position.colwise() - std::get<Eigen::Vector3d>(record.where))
-      .colwise()
-      .squaredNorm()
-      .minCoeff(&nearest);
-  return static_cast<int>(nearest);
-}
-
-std::string_view name_of(Face face) {
-  constexpr std::array<std::string_view, 6> names{"x-min", "x-max", "y-min",
-                                                  "y-max", "z-min", "z-max"};
-  return names[static_cast<std::size_t>(face)];
+  SpringNetwork network = build_network(scene);
+  std::vector<Load> loads = resolve_loads(scene, network);
+  return std::make_unique<NetworkProblem>(std::move(network), std::move(loads),
+                                          scene.tissue.gravity, scene.simulation.printed);
 }
 
 }  // namespace palpate

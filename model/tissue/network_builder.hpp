@@ -2,9 +2,6 @@
 #pragma once
 /// From a Scene to the SpringNetwork that is simulated (model/EQUATIONS.md, "Material to springs").
 
-#include <string_view>
-#include <vector>
-
 #include "model/problem/scene.hpp"
 
 namespace palpate {
@@ -26,17 +23,5 @@ SpringNetwork build_network(const Scene& scene);
 
 /// Nodes that build_network makes of a scene with source = layers, without building it.
 Eigen::Index layered_node_count(const Scene& scene);
-
-/// Nodes of a face: those within a millionth of the body's extent of its extreme coordinate.
-std::vector<int> face_nodes(const NodeVectors& rest_position, Face face);
-
-/// The scene's loads with every face replaced by its nodes.
-std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network);
-
-/// Node of a record: its index, or the node nearest to its point (the lowest of equals).
-int record_node(const Record& record, const SpringNetwork& network);
-
-/// Name as in scene files, "z-max".
-std::string_view name_of(Face face);
 
 }  // namespace palpate

@@ -219,8 +219,8 @@ namespace {
 constexpr double on_surface = 1e-9;  // what counts as on a surface [m]
 
 const Material& material_named(const Scene& scene, std::string_view name) {
-  const auto found = std::ranges::find(scene.materials, name, &Material::name);
-  if (found == scene.materials.end()) {
+  const Material* found = find_material(scene.materials, name);
+  if (found == nullptr) {
     throw std::invalid_argument("no material " +
                                 std::string(name));  // check_scene refuses it first
   }

@@ -264,8 +264,8 @@ PathInterval interval_of(const VoxelTissue& tissue, const std::vector<Material>&
   PathInterval interval{.begin = run.begin, .end = run.end, .label = "gap"};
   if (run.material == 0) { return interval; }
   const std::string& name = tissue.materials[run.material - 1U];
-  const auto found = std::ranges::find(materials, name, &Material::name);
-  return found == materials.end() ? interval : interval_in(*found, name, run.begin, run.end);
+  const Material* found = find_material(materials, name);
+  return found == nullptr ? interval : interval_in(*found, name, run.begin, run.end);
 }
 
 /// Where the skin is steep, nodes beside the line carry it before its own box is tissue.

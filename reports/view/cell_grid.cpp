@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "model/tissue/lattice.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/plot/shown_units.hpp"
 
@@ -67,7 +66,7 @@ std::vector<GridPlace> places_by_planes(const NodeVectors& position) {
 }
 
 std::vector<GridPlace> places_of(const SpringNetwork& network) {
-  const auto shape = lattice_of(network);
+  const auto& shape = network.springs.lattice();
   if (!shape) { return places_by_planes(network.rest_position); }
   std::vector<GridPlace> places;
   for (int node = 0; node < shape->node_count(); ++node) { places.push_back(shape->place(node)); }

@@ -12,6 +12,7 @@
 #include "model/kernels/lattice_springs.hpp"
 #include "model/kernels/network_system.hpp"
 #include "model/stepping/integrator.hpp"
+#include "model/stepping/step_plan.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "validation/bench/bench_cases.hpp"
 

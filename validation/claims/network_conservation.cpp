@@ -509,6 +509,8 @@ Changed base_case() {
 void map_vectors(Changed& changed, const Matrix3d& linear, const Vector3d& shift) {
   NodeVectors& rest = changed.network.rest_position;
   rest = (linear * rest).colwise() + shift;
+  changed.network.springs = SpringList(changed.network.springs.listed());
+  recognise_lattice(changed.network);  // in the new frame
   changed.network.initial_displacement = linear * changed.network.initial_displacement;
   changed.scene.tissue.gravity = linear * changed.scene.tissue.gravity;
   for (Load& load : changed.scene.loads) { load.force = linear * load.force; }
@@ -564,6 +566,7 @@ Changed in_units(double length, double mass, double time, bool exact) {
     s.viscosity *= mass / time;
     s.rest_length *= length;
   });
+  recognise_lattice(network);
   changed.scene.tissue.gravity *= length / (time * time);
   for (Load& load : changed.scene.loads) {
     load.force *= mass * length / (time * time);

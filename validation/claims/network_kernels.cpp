@@ -122,8 +122,8 @@ template <class Real>
 double list_error(const NetworkProblem& kernel, const NetworkProblem& specification,
                   const Variant& variant, int states) {
   double error = 0.0;
-  for (const bool quads : {false, true}) {
-    ListNetwork<Real> system(kernel, variant.printed, 1e-4, variant.skip, {.quads = quads});
+  for (const bool padded : {false, true}) {
+    ListNetwork<Real> system(kernel, variant.printed, 1e-4, variant.skip, {.padded = padded});
     error = worse(error, force_error<Real>(system, specification, states));
   }
   return error;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/kernels/lattice_network.hpp"
+#include "model/tissue/lattice.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
@@ -207,34 +208,51 @@ TEST("fixed nodes, and what fills rows up, have no inverse mass") {
   CHECK(system.inverse_mass().allFinite());
 }
 
-TEST("a network is taken for a lattice only where every node and spring fits") {
+TEST("a lattice keeps its structure until a spring is none of its own") {
   const LatticeShape shape{{4, 3, 5}, 0.01, 26};
   const SpringNetwork regular = uniform_lattice(shape, 50.0, 0.05, 1e-3);
-  const auto found = lattice_of(regular);
+  const auto& found = regular.springs.lattice();
   REQUIRE(found);
   CHECK(found->nodes == shape.nodes);
-  SpringNetwork mirrored = regular;
-  mirrored.rest_position.row(0) *= -1.0;
-  CHECK(lattice_of(mirrored).has_value());
-  SpringNetwork flat = regular;
-  flat.rest_position.row(2) *= 1.5;
-  CHECK(!lattice_of(flat));
+  SpringNetwork stiffer = regular;
+  stiffer.springs.change_each([](Spring& spring) { spring.stiffness *= 2.0; });
+  CHECK(stiffer.springs.lattice().has_value());
   SpringNetwork fewer = regular;
   fewer.springs.edit([&](std::vector<Spring>& all) { all.erase(all.begin() + 7); });
-  CHECK(lattice_of(fewer).has_value());
-  SpringNetwork moved = regular;
-  moved.rest_position(1, 17) += 1e-6;
-  CHECK(!lattice_of(moved));
+  CHECK(fewer.springs.lattice().has_value());
   SpringNetwork longer = regular;
   longer.springs.edit([](std::vector<Spring>& all) { all[11].rest_length *= 1.0 + 1e-9; });
-  CHECK(!lattice_of(longer));
+  CHECK(!longer.springs.lattice());
   SpringNetwork reaching = regular;
   reaching.springs.push_back({0, 2, 50.0, 0.05, 0.02});
-  CHECK(!lattice_of(reaching));
+  CHECK(!reaching.springs.lattice());
+}
+
+TEST("a network of a list is recognised as a lattice only where every node and spring fits") {
+  const LatticeShape shape{{4, 3, 5}, 0.01, 26};
+  SpringNetwork regular = uniform_lattice(shape, 50.0, 0.05, 1e-3);
+  regular.springs = SpringList(regular.springs.listed());
+  const auto is_lattice = [](SpringNetwork network) {
+    recognise_lattice(network);
+    return network.springs.lattice().has_value();
+  };
+  CHECK(is_lattice(regular));
+  SpringNetwork mirrored = regular;
+  mirrored.rest_position.row(0) *= -1.0;
+  CHECK(is_lattice(mirrored));
+  SpringNetwork flat = regular;
+  flat.rest_position.row(2) *= 1.5;
+  CHECK(!is_lattice(flat));
+  SpringNetwork moved = regular;
+  moved.rest_position(1, 17) += 1e-6;
+  CHECK(!is_lattice(moved));
+  SpringNetwork reaching = regular;
+  reaching.springs.push_back({0, 2, 50.0, 0.05, 0.02});
+  CHECK(!is_lattice(reaching));
   SpringNetwork renumbered = regular;
   renumbered.rest_position.col(3).swap(renumbered.rest_position.col(9));
-  CHECK(!lattice_of(renumbered));
-  CHECK(!lattice_of(SpringNetwork{}));
+  CHECK(!is_lattice(renumbered));
+  CHECK(!is_lattice(SpringNetwork{}));
 }
 
 TEST("rows are folded where that fills registers better, and not where they may sleep") {

@@ -109,8 +109,8 @@ Setting setting(std::uint64_t seed, const PrintedForm& form = {}, double viscosi
 
 template <class Real>
 VectorXd fast_force(const Setting& at, const PrintedForm& form, double t, bool skip = true,
-                    bool quads = false) {
-  ListNetwork<Real> system(at.problem, form, h, skip, {.quads = quads});
+                    bool padded = false) {
+  ListNetwork<Real> system(at.problem, form, h, skip, {.padded = padded});
   Vector<Real> q = system.initial_position();
   Vector<Real> v = system.initial_velocity();
   scatter(at.q, system.layout(), q);
@@ -144,8 +144,8 @@ TEST("every kernel equals the specification to rounding, in double") {
         for (const double t : {0.0, 1.3, 5.0}) {
           const VectorXd expected = specified_force(at, t);
           const double rounding = 20 * 2.3e-16 * expected.cwiseAbs().maxCoeff();
-          for (const bool quads : {false, true}) {
-            CHECK_NEAR(fast_force<double>(at, form, t, true, quads), expected, rounding);
+          for (const bool padded : {false, true}) {
+            CHECK_NEAR(fast_force<double>(at, form, t, true, padded), expected, rounding);
           }
         }
       }
@@ -158,8 +158,8 @@ TEST("every kernel equals the specification to rounding, in float") {
     const Setting at = setting(6, form);
     const VectorXd expected = specified_force(at, 0.0);
     // Positions of 0.01 m round to 1e-9 m; the stiffest springs have 1e3 N/m.
-    for (const bool quads : {false, true}) {
-      CHECK_NEAR(fast_force<float>(at, form, 0.0, true, quads), expected,
+    for (const bool padded : {false, true}) {
+      CHECK_NEAR(fast_force<float>(at, form, 0.0, true, padded), expected,
                  1e-5 + 1e-5 * expected.norm());
     }
   }
@@ -168,11 +168,11 @@ TEST("every kernel equals the specification to rounding, in float") {
 TEST("computing what a scene does not need changes no bit") {
   for (const double viscosity : {0.1, 0.0}) {
     const Setting at = setting(7, {}, viscosity);
-    for (const bool quads : {false, true}) {
-      CHECK_NEAR(fast_force<double>(at, {}, 0.0, false, quads),
-                 fast_force<double>(at, {}, 0.0, true, quads), 0.0);
-      CHECK_NEAR(fast_force<float>(at, {}, 0.0, false, quads),
-                 fast_force<float>(at, {}, 0.0, true, quads), 0.0);
+    for (const bool padded : {false, true}) {
+      CHECK_NEAR(fast_force<double>(at, {}, 0.0, false, padded),
+                 fast_force<double>(at, {}, 0.0, true, padded), 0.0);
+      CHECK_NEAR(fast_force<float>(at, {}, 0.0, false, padded),
+                 fast_force<float>(at, {}, 0.0, true, padded), 0.0);
     }
   }
 }
@@ -180,7 +180,7 @@ TEST("computing what a scene does not need changes no bit") {
 /// 20 steps of semi-implicit Euler, in one pass each or in the scheme's own sweeps: places, then
 /// velocities.
 template <class Real> VectorXd stepped(const Setting& at, bool skip, bool one_pass) {
-  ListNetwork<Real> system(at.problem, {}, h, skip, {.quads = true});
+  ListNetwork<Real> system(at.problem, {}, h, skip, {.padded = true});
   State<Real> state{system.initial_position(), system.initial_velocity()};
   scatter(at.q, system.layout(), state.position);
   scatter(at.v, system.layout(), state.velocity);
@@ -221,7 +221,7 @@ TEST("a step of a list in one pass gives the bits of sweeps one after another") 
   }
 }
 
-TEST("only vectors of quads are stepped in one pass") {
+TEST("only padded vectors are stepped in one pass") {
   const Setting at = setting(9);
   CHECK(!ListNetwork<double>(at.problem, {}, h, true).has_one_pass());
 }
@@ -336,26 +336,26 @@ Vector<Real> plain_forces(SpringSet<Real>& springs, const Motion<Real>& motion, 
 
 /// A vector with a zero after every three numbers, and room for `further` more nodes.
 template <class Real> Vector<Real> in_quads(const Vector<Real>& packed, std::size_t further) {
-  Vector<Real> quads =
+  Vector<Real> padded =
       Vector<Real>::Zero(packed.size() / 3 * 4 + 4 * static_cast<Eigen::Index>(further));
   for (Eigen::Index n = 0; n < packed.size() / 3; ++n) {
-    quads.template segment<3>(4 * n) = packed.template segment<3>(3 * n);
+    padded.template segment<3>(4 * n) = packed.template segment<3>(3 * n);
   }
-  return quads;
+  return padded;
 }
 
-/// Vectors of quads give the same, but for the order in which 0.25 is added, and leave zeros zero.
+/// Padded vectors give the same, but for the order in which 0.25 is added, and leave zeros zero.
 template <class Real>
-void compare_quads(const fans::Kernels<Real>& kernels, bool damped, const Motion<Real>& motion,
+void compare_quads(const adjacency::Kernels<Real>& kernels, bool damped, const Motion<Real>& motion,
                    const Vector<Real>& packed, double energy_there) {
-  const SpringSet<Real> springs = some_springs<Real>(fans::quad);
+  const SpringSet<Real> springs = some_springs<Real>(adjacency::node_stride);
   const std::size_t places = springs.anchors.size();
   Vector<Real> q = in_quads(motion.q, places);
   for (const Anchor<Real>& s : springs.anchors) { std::ranges::copy(s.place, q.data() + s.b); }
   const Vector<Real> v = in_quads(motion.v, places);
   Vector<Real> f = in_quads<Real>(Vector<Real>::Constant(3 * node_count, Real(0.25)), places);
-  SpringFans<Real> fans(kernels);
-  fans.take(springs, damped, fans::quad);
+  AdjacencySprings<Real> fans(kernels);
+  fans.take(springs, damped, adjacency::node_stride);
   CHECK(fans.measure(q.data(), v.data(), f.data()) == energy_there);
   for (Eigen::Index n = 0; n < node_count; ++n) {
     const auto difference = f.template segment<3>(4 * n) - packed.template segment<3>(3 * n);
@@ -365,10 +365,10 @@ void compare_quads(const fans::Kernels<Real>& kernels, bool damped, const Motion
   }
 }
 
-template <class Real> void compare(const fans::Kernels<Real>& kernels, bool damped) {
+template <class Real> void compare(const adjacency::Kernels<Real>& kernels, bool damped) {
   SpringSet<Real> springs = some_springs<Real>();
   const Motion<Real> motion;
-  SpringFans<Real> fans(kernels);
+  AdjacencySprings<Real> fans(kernels);
   fans.take(springs, damped, 3);
   Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
   Vector<Real> measured = f;
@@ -397,7 +397,7 @@ template <class Real> void compare(const fans::Kernels<Real>& kernels, bool damp
 
 /// One spring of stiffness 1 each, of rest length 0 (energy: half the length squared) or 1e6
 /// (force: 1 - 1e6 / length).
-template <class Real> void compare_lengths(const fans::Kernels<Real>& kernels) {
+template <class Real> void compare_lengths(const adjacency::Kernels<Real>& kernels) {
   constexpr double rounding = 0.5 * static_cast<double>(std::numeric_limits<Real>::epsilon());
   std::mt19937 random(5);
   std::uniform_real_distribution<double> exponent(-6.0, 2.0);
@@ -413,13 +413,13 @@ template <class Real> void compare_lengths(const fans::Kernels<Real>& kernels) {
       return springs;
     };
     Vector<Real> f = v;
-    SpringFans<Real> slack(kernels);
+    AdjacencySprings<Real> slack(kernels);
     slack.take(spring(Real(0)), true, 3);
     const double energy = slack.measure(q.data(), v.data(), f.data());
     // Square and product are rounded, and the length by two of its own, twice.
     CHECK_NEAR(energy / (0.5 * length * length), 1.0, 8.0 * rounding);
     f.setZero();
-    SpringFans<Real> pressed(kernels);
+    AdjacencySprings<Real> pressed(kernels);
     pressed.take(spring(Real(1e6)), true, 3);
     pressed.add(q.data(), v.data(), f.data());
     // Square, length, difference, inverse and two products.
@@ -431,20 +431,20 @@ template <class Real> void compare_lengths(const fans::Kernels<Real>& kernels) {
 
 TEST("springs in fans pull as they do one by one, and store the same energy") {
   for (const bool damped : {true, false}) {
-    for (const auto& kernels : fan_kernels<double>()) { compare(kernels, damped); }
-    for (const auto& kernels : fan_kernels<float>()) { compare(kernels, damped); }
+    for (const auto& kernels : adjacency_kernels<double>()) { compare(kernels, damped); }
+    for (const auto& kernels : adjacency_kernels<float>()) { compare(kernels, damped); }
   }
 }
 
 TEST("lengths and their inverses are good to two roundings with every instruction set") {
-  for (const auto& kernels : fan_kernels<double>()) { compare_lengths(kernels); }
-  for (const auto& kernels : fan_kernels<float>()) { compare_lengths(kernels); }
+  for (const auto& kernels : adjacency_kernels<double>()) { compare_lengths(kernels); }
+  for (const auto& kernels : adjacency_kernels<float>()) { compare_lengths(kernels); }
 }
 
 TEST("a spring without length exerts no force, and a force that is not finite is not hidden") {
   SpringSet<double> springs;
   springs.links.push_back({0, 3, 1.0, 1.0, 0.5});
-  SpringFans<double> fans;
+  AdjacencySprings<double> fans;
   fans.take(springs, true, 3);
   Eigen::VectorXd q = Eigen::VectorXd::Zero(6);
   const Eigen::VectorXd v = Eigen::VectorXd::Ones(6);
@@ -464,7 +464,7 @@ TEST("an anchor at a place that is not a number says so, and others do not") {
       springs.anchors.push_back(
           {3 * n, 6 + 3 * n, 1.0, 0.0, 0.5, {n == lost ? nan : 1.0, 0.0, 0.0}});
     }
-    SpringFans<double> fans;
+    AdjacencySprings<double> fans;
     fans.take(springs, true, 3);
     const Eigen::VectorXd still = Eigen::VectorXd::Zero(6);
     Eigen::VectorXd f = still;

@@ -52,9 +52,9 @@ struct Setting {
   [[nodiscard]] const NetworkProblem& problem() const {
     return dynamic_cast<const NetworkProblem&>(*made);
   }
-  [[nodiscard]] LatticeShape shape() const { return lattice_of(problem().network()).value(); }
-  [[nodiscard]] FarFieldSetting leaving(int modes) const {
-    return {.near = near(), .pushes = pushes_of(scene, problem()), .modes = modes};
+  [[nodiscard]] LatticeShape shape() const { return problem().network().springs.lattice().value(); }
+  [[nodiscard]] ReductionSetting leaving(int modes) const {
+    return {.near = near(), .load_cases = load_cases_of(scene, problem()), .modes = modes};
   }
   /// All of the box.
   [[nodiscard]] NearNodes near() const {
@@ -133,7 +133,7 @@ TEST("with shapes enough a far field answers to forces at rest as the whole tiss
   const Setting setting(9);
   const NetworkProblem& problem = setting.problem();
   const LatticeShape shape = setting.shape();
-  FarFieldNetwork<double> reduced(problem, setting.leaving(200));
+  ReducedNetwork<double> reduced(problem, setting.leaving(200));
   CHECK(reduced.dof() < problem.dof());
   SparseMatrix<double> a;
   reduced.pattern(a);
@@ -180,7 +180,7 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
       VectorXd::Unit(problem.dof(), coordinate));
   double before = 0.0;
   for (const int modes : {1, 4, 40, 100}) {
-    FarFieldNetwork<double> reduced(problem, setting.leaving(modes));
+    ReducedNetwork<double> reduced(problem, setting.leaving(modes));
     SparseMatrix<double> a;
     reduced.pattern(a);
     reduced.jacobian(reduced.initial_position(), VectorXd::Zero(reduced.dof()), 0.0, 1.0, a);
@@ -199,7 +199,7 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
 
 TEST("forces of a far field are the slope of its energy, and its matrices theirs") {
   const Setting setting(13);
-  FarFieldNetwork<double> reduced(setting.problem(), setting.leaving(30));
+  ReducedNetwork<double> reduced(setting.problem(), setting.leaving(30));
   const Eigen::Index n = reduced.dof();
   const VectorXd q = reduced.initial_position() + random_vector(n, 1e-3);
   const VectorXd v = random_vector(n, 1e-2).reverse();
@@ -253,7 +253,7 @@ TEST("nodes of a far field are told where they are") {
   exact.simulation.near_radius = 0.01;
   exact.simulation.far_modes = 150;
   Simulation reduced(exact);
-  CHECK(reduced.plan().near.has_value());
+  CHECK(reduced.plan().far != nullptr);
   for (int n = 0; n < 20; ++n) {
     (void)whole.tick();
     (void)reduced.tick();
@@ -266,7 +266,7 @@ TEST("nodes of a far field are told where they are") {
   double off = 0.0;
   for (int node = 0; node < static_cast<int>(rest.cols()); ++node) {
     off = std::max(off, (here.col(node) - there.col(node)).norm());
-    if (reduced.plan().near->holds(node)) { continue; }
+    if (reduced.plan().far->near.holds(node)) { continue; }
     far_motion = std::max(far_motion, (there.col(node) - rest.col(node)).norm());
   }
   // Outside the box the whole tissue is not quite linear either: a twentieth of what moves there.
@@ -311,7 +311,7 @@ double error_of_far_field(const Scene& scene) {
   all.simulation.near_radius = 0.0;
   Simulation whole(all);
   Simulation reduced(scene);
-  CHECK(reduced.plan().near.has_value());
+  CHECK(reduced.plan().far != nullptr);
   CHECK(!reduced.plan().integrator->implicit);
   CHECK(!reduced.plan().lattice);
   const int node = scene.loads.front().nodes.front();
@@ -350,7 +350,8 @@ TEST("near is what lies within the radius of a pushed node, along every line") {
   const NodeVectors rest = simulation.node_positions();
   const Vector3d middle = rest.col(pulled_cube(0.0, 1).loads.front().nodes.front());
   for (int node = 0; node < static_cast<int>(rest.cols()); ++node) {
-    CHECK(simulation.plan().near->holds(node) == ((rest.col(node) - middle).norm() < 0.02 + 1e-9));
+    CHECK(simulation.plan().far->near.holds(node) ==
+          ((rest.col(node) - middle).norm() < 0.02 + 1e-9));
   }
 }
 
@@ -388,12 +389,12 @@ TEST("gravity, printed equations, and tissue that nothing holds or pushes keep e
   for (const Scene& scene :
        {heavy, near_alone, without_push, floating, pulled_where_held, printed}) {
     const Simulation simulation(scene);
-    CHECK(!simulation.plan().near);
+    CHECK(simulation.plan().far == nullptr);
     CHECK(std::ranges::any_of(simulation.plan().warnings, [](const std::string& w) {
       return w.starts_with("nothing is left to a far field: ");
     }));
   }
-  CHECK(!Simulation(pulled_cube(0.02, 8), false).plan().near);
+  CHECK(Simulation(pulled_cube(0.02, 8), false).plan().far == nullptr);
 }
 
 TEST(
@@ -414,13 +415,13 @@ TEST("a far field that a push does not reach has no shapes and stays at rest") {
   SpringNetwork walled = problem.network();
   for (int n = 0; n < 81; ++n) { walled.fixed[static_cast<std::size_t>(5 * 81 + n)] = 1; }
   const NetworkProblem beyond_a_wall(walled, problem.loads());
-  FarFieldSetting setting{.near = {.near = std::vector<unsigned char>(729, 0),
-                                   .box = {.first = {0, 0, 6}, .last = {8, 8, 8}}},
-                          .pushes = pushes_of(scene, beyond_a_wall),
-                          .modes = 8};
+  ReductionSetting setting{.near = {.near = std::vector<unsigned char>(729, 0),
+                                    .box = {.first = {0, 0, 6}, .last = {8, 8, 8}}},
+                           .load_cases = load_cases_of(scene, beyond_a_wall),
+                           .modes = 8};
   std::fill(setting.near.near.begin() + 6 * 81, setting.near.near.end(),
             static_cast<unsigned char>(1));
-  FarFieldNetwork<double> reduced(beyond_a_wall, setting);
+  ReducedNetwork<double> reduced(beyond_a_wall, setting);
   CHECK(reduced.dof() == 3 * 3 * 81);
   const VectorXd q = reduced.initial_position();
   CHECK_NEAR(reduced.moved(q, 3 * 81 + 40).norm(), 0.0, 0.0);
@@ -436,7 +437,7 @@ TEST("tissue that is held at a single node has no far field to answer at rest") 
   SpringNetwork hung = problem.network();
   std::fill(hung.fixed.begin() + 1, hung.fixed.end(), static_cast<unsigned char>(0));
   const NetworkProblem turning(hung, problem.loads());
-  const GradedLattice graded(turning, lattice_of(hung).value(),
+  const GradedLattice graded(turning, hung.springs.lattice().value(),
                              {.first = {2, 2, 6}, .last = {6, 6, 8}});
   CHECK_THROWS((void)GradedLattice::Statics(graded), "nothing holds the tissue");
 }

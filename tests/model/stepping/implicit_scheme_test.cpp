@@ -51,11 +51,11 @@ template <class Real> Eigen::SparseMatrix<Real> grid(int n) {
 
 template <class Real>
 double residual(const Eigen::SparseMatrix<Real>& matrix,
-                const panels::Kernels& kernels = panel_kernels().front()) {
-  PanelFactors<Real> factors(kernels);
+                const supernodes::Kernels& kernels = supernode_kernels().front()) {
+  SupernodeFactors<Real> factors(kernels);
   factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>(matrix));
   CHECK(factors.usable());
-  CHECK(factors.panel_count() <= static_cast<std::size_t>(matrix.cols()));
+  CHECK(factors.supernode_count() <= static_cast<std::size_t>(matrix.cols()));
   const Vector<Real> right = Vector<Real>::LinSpaced(matrix.cols(), Real(-1), Real(2));
   Vector<Real> x = Vector<Real>::Zero(matrix.cols());
   factors.solve(right, x);
@@ -67,7 +67,7 @@ double residual(const Eigen::SparseMatrix<Real>& matrix,
 TEST("panels solve what the factors solve, to single precision") {
   // Condition below (12 + 0.1) / 0.1; rounding of 6e-8 along a column of up to 375 entries.
   for (const int n : {1, 2, 5}) {
-    for (const panels::Kernels& kernels : panel_kernels()) {
+    for (const supernodes::Kernels& kernels : supernode_kernels()) {
       CHECK(residual(grid<double>(n), kernels) < 120.0 * 375.0 * 6e-8);
       CHECK(residual(grid<float>(n), kernels) < 120.0 * 375.0 * 6e-8);
     }
@@ -77,9 +77,9 @@ TEST("panels solve what the factors solve, to single precision") {
 TEST("columns with the same rows share a panel, and nothing is lost where there are none") {
   Eigen::SparseMatrix<double> full = Eigen::MatrixXd::Ones(40, 40).sparseView();
   full.diagonal().array() += 40.0;
-  PanelFactors<double> factors;
+  SupernodeFactors<double> factors;
   factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(full));
-  CHECK(factors.panel_count() == 2);  // of 32 columns at most
+  CHECK(factors.supernode_count() == 2);  // of 32 columns at most
   CHECK_NEAR(residual(full), 0.0, 1e-6);
   Eigen::SparseMatrix<double> diagonal(4, 4);
   diagonal.setIdentity();
@@ -91,7 +91,7 @@ TEST("what single precision cannot hold is not usable") {
   Eigen::SparseMatrix<double> tiny(2, 2);
   tiny.setIdentity();
   tiny *= 1e-60;
-  PanelFactors<double> factors;
+  SupernodeFactors<double> factors;
   factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(tiny));
   CHECK(!factors.usable());
 }
@@ -256,7 +256,7 @@ Setting setting() {
 
 TEST("a corrected solution is that of the saddle system") {
   const Setting s = setting();
-  using Response = HeldResponse<double>;
+  using Response = ConstraintCompliance<double>;
   const std::vector<Response::Support> supports{{0, 0.25, 1.0 / s.mass(0)},
                                                 {3, 0.75, 1.0 / s.mass(3)},
                                                 {3, 0.5, 1.0 / s.mass(3)},
@@ -300,7 +300,7 @@ TEST("a corrected solution is that of the saddle system") {
 
 TEST("the response of a row, and of a place between two knots, is that of the matrix") {
   const Setting s = setting();
-  HeldResponse<double> response;
+  ConstraintCompliance<double> response;
   const Eigen::PartialPivLU<Square> factors(s.p);
   response.learn({{0, 1.0, 1.0}, {3, 1.0, 1.0}}, {0, 1, 2}, -1, 1.0, 10,
                  [&](const VectorXd& right, VectorXd& x) { x = factors.solve(right); });
@@ -323,7 +323,7 @@ TEST("the response of a row, and of a place between two knots, is that of the ma
 
 TEST("nothing held changes nothing") {
   const Setting s = setting();
-  HeldResponse<double> response;
+  ConstraintCompliance<double> response;
   const Eigen::PartialPivLU<Square> factors(s.p);
   response.learn({{0, 1.0, 1.0}}, {0, 1}, -1, 1.0, 10,
                  [&](const VectorXd& right, VectorXd& x) { x = factors.solve(right); });

@@ -140,8 +140,8 @@ TEST("a list's kernel is named for its dampers, its precision and its instructio
   const auto name = [](const char* kind, const std::string& instruction_set) {
     return std::string("springs-") + kind + "-" + instruction_set;
   };
-  const std::string in_double = fan_kernels<double>().front().name;
-  const std::string in_float = fan_kernels<float>().front().name;
+  const std::string in_double = adjacency_kernels<double>().front().name;
+  const std::string in_float = adjacency_kernels<float>().front().name;
   Scene scene = moving_scene("implicit-midpoint");
   CHECK(plan_of(scene).kernel == name("damped-double", in_double));
   scene.simulation.precision = Precision::single_precision;

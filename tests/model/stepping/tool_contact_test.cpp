@@ -439,8 +439,7 @@ class Stage {
   Stage(const Scene& scene, const IntegratorInfo& scheme)
       : scheme_(scheme),
         problem_(make_problem(scene)),
-        network_(
-            make_network_system<double>(network_problem(), {.h = h, .matrices = scheme.implicit})),
+        network_(make_network_system<double>(network_problem(), {.integrator = &scheme, .h = h})),
         contact_(scene, network_problem(), network_->layout()),
         system_(*network_, contact_),
         integrator_(scheme.make<double>()) {
