@@ -170,7 +170,7 @@ void check_outcome(const Trace& solution, std::size_t segment_count) {
 }  // namespace
 
 Trace integrate(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
-                   const Tolerance& tolerance, Integrator& integrator) {
+                const Tolerance& tolerance, Integrator& integrator) {
   const auto begun = std::chrono::steady_clock::now();
   const std::vector<Segment> segments = segments_of(system.problem(), times);
   Trace solution{.time = times,

@@ -115,7 +115,7 @@ struct Method {
 /// Integrates to each requested time: restarts at each break, stores and counts. Throws
 /// SolverError, also if steps < breaks + 10 or the result is not finite.
 Trace integrate(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
-                   const Tolerance& tolerance, Integrator& integrator);
+                const Tolerance& tolerance, Integrator& integrator);
 
 /// "cvode-adams: CVode failed with CV_TOO_MUCH_WORK at t = 0.01 s: <why>"
 [[noreturn]] void fail(const std::string& solver, const std::string& function,

@@ -77,8 +77,8 @@ Trace modal_solution(const Problem& problem, const std::vector<double>& times);
 
 /// modal_solution() as a Solver; the tolerance is ignored.
 Trace solve_modal(const Problem& problem, const std::vector<double>& times,
-                     const Tolerance& tolerance);
+                  const Tolerance& tolerance);
 Trace solve_modal_long_double(const Problem& problem, const std::vector<double>& times,
-                                 const Tolerance& tolerance);
+                              const Tolerance& tolerance);
 
 }  // namespace palpate::reference

@@ -387,7 +387,7 @@ class Implicit final : public Integrator {
 
 template <class Method>
 Trace solve(const char* name, Method&& integrator, const std::vector<double>& times,
-               const Tolerance& tolerance) {
+            const Tolerance& tolerance) {
   return integrate({name, sundials::version()}, integrator.session().system(), times, tolerance,
                    integrator);
 }

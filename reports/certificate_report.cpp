@@ -508,11 +508,11 @@ std::vector<Fact> environment_facts(const CertificateReport& report) {
 
 std::string tail_text(const Tail& tail) {
   if (!tail.refusal.empty()) { return "Extrapolation refused: " + tail.refusal + "."; }
-  return tail.beyond_deadline
-             ? "One tick in " + short_number(1.0 / *tail.beyond_deadline, 3) +
-                   " is expected beyond the deadline."
-             : "The deadline is more than two decades beyond the data; only the limit above applies to "
-               "it.";
+  return tail.beyond_deadline ? "One tick in " + short_number(1.0 / *tail.beyond_deadline, 3) +
+                                    " is expected beyond the deadline."
+                              : "The deadline is more than two decades beyond the data; only the "
+                                "limit above applies to "
+                                "it.";
 }
 
 Section loop_section(const CertificateReport& report, const std::vector<Table>& tables) {
@@ -532,8 +532,7 @@ Section tail_section(const Tail& tail, const std::vector<Table>& tables) {
   for (std::size_t n = 3; n < tables.size(); ++n) {
     if (!tables[n].rows.empty()) { exhibits.parts.emplace_back(tables[n]); }
   }
-  return {.heading = "Extrapolation",
-          .parts = {Notes{{tail_text(tail)}}, std::move(exhibits)}};
+  return {.heading = "Extrapolation", .parts = {Notes{{tail_text(tail)}}, std::move(exhibits)}};
 }
 
 }  // namespace

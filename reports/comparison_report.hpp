@@ -81,8 +81,8 @@ std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_
 /// The compared quantity over time.
 Figure overlay_figure(const ComparisonReport& report, std::size_t recording);
 
-/// Figures of a group: the corridor with the simulated trace, and its difference from the mean. Empty
-/// without a corridor.
+/// Figures of a group: the corridor with the simulated trace, and its difference from the mean.
+/// Empty without a corridor.
 std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t group);
 
 // comparison.json (docs/formats.md).

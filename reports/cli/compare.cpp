@@ -283,7 +283,8 @@ void judge(const CompareOptions& asked, ComparisonReport& report) {
 void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
   std::printf("%s: %s\n", verdict_text(report).c_str(), verdict_sentence(report).c_str());
   std::printf("recordings: %s\n", tally_of(report).c_str());
-  const bool more = report.found.outcome.reasons.size() > 1;  // the first is in the sentence already
+  const bool more =
+      report.found.outcome.reasons.size() > 1;  // the first is in the sentence already
   for (const std::string& reason : report.found.outcome.reasons) {
     if (more) { std::printf("  %s\n", reason.c_str()); }
   }

@@ -10,6 +10,7 @@
 
 using Eigen::MatrixXd;
 using namespace palpate::reference;
+using palpate::Trace;
 
 namespace {
 MatrixXd ramp() {  // two coordinates, three instants; moves by at most 4

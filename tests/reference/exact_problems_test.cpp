@@ -87,6 +87,7 @@ TEST("rest coordinates are rest positions, whatever the initial displacement") {
 using Eigen::VectorXd;
 using palpate::NetworkProblem;
 using namespace palpate::reference;
+using palpate::Trace;
 
 namespace {
 const NetworkProblem base(sample::block({.nodes = 3}), {sample::pulse(0.5)});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Comparison of one recording with one simulated insertion: tolerances, alignment of clocks, features
-/// and their verdicts.
+/// Comparison of one recording with one simulated insertion: tolerances, alignment of clocks,
+/// features and their verdicts.
 
 #include <optional>
 #include <string>
@@ -61,7 +61,8 @@ std::vector<Tolerance> default_tolerances(QuantityKind kind);
 
 std::string_view verdict_word(Status status);
 
-/// Standard uncertainties of ASME V&V 20. The error E = S - D has the uncertainty u_val = sqrt(num^2
+/// Standard uncertainties of ASME V&V 20. The error E = S - D has the uncertainty u_val =
+/// sqrt(num^2
 /// + input^2 + data^2); an error below it is no evidence about the model.
 struct ValidationUncertainty {
   double numerical = 0.0;  ///< u_num, of the simulated value: step, sampling
@@ -90,8 +91,8 @@ struct Alignment {
   std::string
       not_by_depth{};  ///< why another rule was used though both have depth; part of `how` as well
   std::string refusal{};  ///< why the rule that was asked for cannot be followed
-  /// True if instants can be judged. Alignment by the event makes them equal, and after alignment by
-  /// depth the depth of the event is judged instead, as hands move at different speeds.
+  /// True if instants can be judged. Alignment by the event makes them equal, and after alignment
+  /// by depth the depth of the event is judged instead, as hands move at different speeds.
   [[nodiscard]] bool judges_times() const { return used == AlignmentRule::start; }
 };
 
@@ -196,8 +197,8 @@ double data_uncertainty(Feature feature, const Features& recorded,
 /// "loss of resistance" of "loss_of_resistance".
 std::string in_words(Feature feature);
 
-/// Value [SI] of a feature in its clinical unit, rounded to a ten-thousandth of that unit; "found" or
-/// "not found" for the event, "-" for NaN.
+/// Value [SI] of a feature in its clinical unit, rounded to a ten-thousandth of that unit; "found"
+/// or "not found" for the event, "-" for NaN.
 std::string shown(Feature feature, double value, std::string_view unit);
 /// "300 to 367 mmHg".
 std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit);

@@ -91,8 +91,8 @@ FeatureSummary summarise(Feature feature, const Members& members,
 bool has_numbers(const FeatureComparison& one) { return one.recorded.value && one.simulated.value; }
 
 /// The verdict of the first recording that tells most of the feature: judged by numbers, else
-/// judged. Which recording comes first must not matter for the rest: compare_mean() replaces what is
-/// its own.
+/// judged. Which recording comes first must not matter for the rest: compare_mean() replaces what
+/// is its own.
 FeatureComparison most_telling(Feature feature, const Members& members) {
   const auto n = static_cast<std::size_t>(feature);
   const auto rank = [&](const Comparison* one) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Comparison of several recordings with one simulated insertion: each alone, and each group with its
-/// corridor.
+/// Comparison of several recordings with one simulated insertion: each alone, and each group with
+/// its corridor.
 
 #include <optional>
 #include <span>

@@ -236,9 +236,7 @@ struct ViewSample {
   std::unique_ptr<NetworkProblem> problem{};
   Trace trace{};
 
-  [[nodiscard]] std::optional<View> view() const {
-    return make_view({scene, *problem, trace, moments});
-  }
+  [[nodiscard]] std::optional<View> view() const { return make_view({scene, *problem, trace}); }
 };
 
 /// A block that is pressed at its middle, deeper in every frame, by a load that grows.

@@ -74,9 +74,9 @@ TEST("workloads go through the kernels that they are named after") {
     return simulation_of(find_workload(name)).plan().kernel;
   };
   CHECK(kernel("cube-list-double") ==
-        std::string("springs-damped-double-") + fan_kernels<double>().front().name);
+        std::string("springs-damped-double-") + adjacency_kernels<double>().front().name);
   CHECK(kernel("cube-list-float") ==
-        std::string("springs-damped-float-") + fan_kernels<float>().front().name);
+        std::string("springs-damped-float-") + adjacency_kernels<float>().front().name);
   CHECK(kernel("cube-lattice-double").starts_with("lattice-damped-double"));
   CHECK(kernel("cube-lattice-float").starts_with("lattice-damped-float"));
   CHECK(simulation_of(find_workload("needle-implicit")).plan().integrator->implicit);
