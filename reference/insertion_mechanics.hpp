@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// What the hand does over time, as straight pieces: its place [m] under a prescribed trajectory,
-/// its force [N] otherwise (model/dynamics/tool.hpp, Drive). Written for the references alone.
+/// its force [N] otherwise (model/problem/scene.hpp, Drive). Written for the references alone.
 
 #include <Eigen/Core>
 #include <vector>
