@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Kernels of adjacency groups. One source file per instruction set includes this; `Arch` makes
-/// functions of that instruction set alone.
+/// Kernels of adjacency groups. One source file per instruction set includes this header; `Arch`
+/// gives each instantiation its own functions.
 
 #include <bit>
 #include <type_traits>
@@ -12,8 +12,8 @@
 
 namespace palpate::adjacency {
 
-/// Four numbers in one register, or in two where registers are short, in the compiler's own
-/// vectors: four doubles are two of SSE's registers, which no xsimd batch is.
+/// Padded 4-vectors in one register, or in two if registers are short. Uses the compiler's vector
+/// types, because xsimd has no batch of four doubles for SSE.
 template <class Real, class Arch> struct PaddedVectors {
   static constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
   using Batch = xsimd::batch<Real, Arch>;
@@ -34,7 +34,7 @@ template <class Real, class Arch> struct PaddedVectors {
     __builtin_memcpy(to, &from, sizeof from);
   }
   static Padded all(Real number) noexcept { return Padded{number, number, number, number}; }
-  /// a b + c, rounded once where the processor can.
+  /// a b + c, with a single rounding if the processor supports it.
   static Padded add(const Padded& a, const Padded& b, const Padded& c) noexcept {
 #if defined(__FMA__)
     if constexpr (std::is_same_v<Real, double>) {
@@ -47,7 +47,7 @@ template <class Real, class Arch> struct PaddedVectors {
     return c + a * b;
   }
 
-  /// The sum of the four numbers of each of `lanes` vectors.
+  /// Returns the sum of the four numbers of each of `lanes` vectors.
   static Batch sums(const Padded* padded) noexcept {
     return Batch(std::bit_cast<typename Batch::register_type>(row<lanes>(padded)));
   }
@@ -70,7 +70,8 @@ template <class Real, class Arch> struct PaddedVectors {
   static Padded neighbours(const Padded& a, const Padded& b) noexcept {
     return __builtin_shufflevector(a, b, 0, 2, 4, 6) + __builtin_shufflevector(a, b, 1, 3, 5, 7);
   }
-  /// (a0 + a1, b1 + b0, a2 + a3, b3 + b2), which stays within halves of a long register.
+  /// (a0 + a1, b1 + b0, a2 + a3, b3 + b2), without moving data between the halves of a long
+  /// register.
   static Padded halves(const Padded& a, const Padded& b) noexcept {
     return __builtin_shufflevector(a, b, 0, 5, 2, 7) + __builtin_shufflevector(a, b, 1, 4, 3, 6);
   }
@@ -101,7 +102,8 @@ template <bool is_damped, bool is_measured, class Real, class Arch> class GroupL
 
  private:
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
-  /// Tension over length, of springs of that squared length, and that rate times the length.
+  /// Returns tension divided by length of springs with the given squared length; `closing` is the
+  /// elongation rate times the length.
   Batch pull(const Batch& square, const Padded* closing) noexcept {
     const SpringLengths<Real, Arch> lengths(square + Batch(least_square<Real>));
     const SpringNumbers<Batch> spring{
@@ -114,8 +116,8 @@ template <bool is_damped, bool is_measured, class Real, class Arch> class GroupL
     if constexpr (is_damped) { return lengths.pull(spring, Four::sums(closing)); }
     return lengths.pull(spring);
   }
-  /// Hardware prefetchers do not keep up with this stream. Always inline: g++ 12 removes a call
-  /// that only prefetches.
+  /// Prefetches constants and partners: hardware prefetchers are too slow for this stream. Always
+  /// inline, because g++ 12 removes a call that only prefetches.
   PALPATE_ALWAYS_INLINE inline void fetch_ahead() noexcept {
     constexpr long length = batch_numbers(is_damped) * lanes;
     for (long n = 0; n < length; n += 64 / static_cast<long>(sizeof(Real))) {
@@ -191,7 +193,7 @@ template <class Real, class Arch> double advance(const Move<Real>& move, long no
     Four::store(move.weight != nullptr ? Four::load(move.weight + n) : Padded{}, move.f + n);
     squares = Four::add(v, v, squares);
   };
-  constexpr long sums = 4;  // none waits for another
+  constexpr long sums = 4;  // independent partial sums
   Padded squares[sums] = {};
   long node = 0;
   for (; node + sums <= nodes; node += sums) {

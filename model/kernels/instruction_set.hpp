@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Numbers below the normal range, which some processors take twenty times as long for.
+/// Flushing of denormal numbers to zero; arithmetic with denormals is much slower on some
+/// processors.
 
 #include <cstdlib>
 #include <stdexcept>
@@ -14,9 +15,9 @@
 
 namespace palpate {
 
-/// While it lives they count as zero on this thread, in what is read and in what comes out;
-/// afterwards they mean what they did before. Below 2.2e-308 in double and 1.2e-38 in float: no
-/// tissue moves by so little.
+/// Flushes denormal operands and results to zero on this thread during the lifetime of the object,
+/// and restores the previous mode afterwards. The limit is 2.2e-308 in double and 1.2e-38 in float,
+/// far below any displacement of the tissue.
 class FlushedDenormals {
  public:
 #if defined(__SSE2__)
@@ -39,7 +40,7 @@ class FlushedDenormals {
 #endif
 };
 
-// What the processor that we run on has beyond the baseline of its architecture.
+// Instruction sets of the current processor beyond the baseline of its architecture.
 
 inline bool has_avx2() noexcept {
 #if defined(__x86_64__)
@@ -49,7 +50,7 @@ inline bool has_avx2() noexcept {
 #endif
 }
 
-/// The parts of it that kernels use.
+/// Returns true if the processor has the parts of AVX-512 that the kernels use.
 inline bool has_avx512() noexcept {
 #if defined(__x86_64__)
   return has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
@@ -60,8 +61,8 @@ inline bool has_avx512() noexcept {
 
 enum class Widest { baseline, avx2, avx512 };
 
-/// What the variable PALPATE_INSTRUCTIONS of the environment lets kernels have: "avx512", "avx2" or
-/// "baseline"; without it, the first. Throws std::invalid_argument for anything else.
+/// Returns the widest instruction set that the environment variable PALPATE_INSTRUCTIONS allows:
+/// "avx512" (the default), "avx2" or "baseline". Throws std::invalid_argument for any other value.
 inline Widest widest_allowed() {
   const char* asked = std::getenv("PALPATE_INSTRUCTIONS");
   const std::string_view name = asked == nullptr ? "avx512" : asked;
@@ -72,8 +73,8 @@ inline Widest widest_allowed() {
                               "; must be avx512, avx2 or baseline");
 }
 
-/// Kernels for what this processor has and may use, the best first. Only those that it can run are
-/// asked for.
+/// Returns the kernels that this processor supports and the environment allows, widest first.
+/// Functions for unsupported instruction sets are not called.
 template <class Kernels>
 std::vector<Kernels> kernels_here(Kernels (*avx2)() noexcept, Kernels (*baseline)() noexcept) {
   std::vector<Kernels> kernels;

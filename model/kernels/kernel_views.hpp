@@ -4,29 +4,30 @@
 
 namespace palpate::lattice {
 
-/// Rows of nodes lead along one axis. Springs join a row to itself and to rows one further along
-/// the two other axes: (1,0), (-1,1), (0,1), (1,1); all other neighbours see it from the other end.
+/// Offsets to neighbouring rows along the second and third axis. Rows of nodes run along the first
+/// axis. Springs connect a row to itself and to rows at (1,0), (-1,1), (0,1), (1,1); the springs to
+/// all other neighbours are stored with those neighbours.
 inline constexpr int neighbour_kinds = 4;
 inline constexpr int neighbour_steps[neighbour_kinds][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};
-/// Springs of a node to such rows: one within its own row, three (left, across, right) to each
-/// other row.
+/// Number of springs of a node in the tables: one within its own row and three (left, across,
+/// right) to each neighbouring row.
 inline constexpr int slots = 1 + 3 * neighbour_kinds;
 
 /// Neighbouring row that receives spring forces from this row. Each pair of rows appears once.
 template <class Real> struct Link {
-  int layers = 0;     ///< further on: 0 or 1
-  int rows = 0;       ///< further on, with those of the layers
-  long elements = 0;  ///< further on in its layer
+  int layers = 0;     ///< offset: 0 or 1
+  int rows = 0;       ///< offset, including that of the layers
+  long elements = 0;  ///< offset within the layer
   long constants =
-      0;  ///< of springs to the left, from where those straight across and to the right follow
-  Real rest_across = Real(0);  ///< length [m] of springs straight across
-  Real rest_aside = Real(0);   ///< and of those to the left and to the right
-  bool sides = false;          ///< there are such
+      0;  ///< first slot of the springs to the left; those across and to the right follow
+  Real rest_across = Real(0);  ///< rest length of springs straight across [m]
+  Real rest_aside = Real(0);   ///< rest length of springs to the left and to the right [m]
+  bool sides = false;          ///< springs to the left and right exist
 };
 
 template <class Real> struct Links {
   int count = 0;
-  int within = 0;  ///< of them, in the row's own layer; the first ones
+  int within = 0;  ///< number of links in the row's own layer, which come first
   Link<Real> to[neighbour_kinds];
 };
 
@@ -35,51 +36,51 @@ template <class Real> struct Links {
 /// vectors, and no operation crosses lanes. Short rows are interleaved: several rows share the
 /// lanes, each divided into fewer segments.
 template <class Real> struct View {
-  int rows1 = 0;                    ///< rows along the second axis
-  int rows2 = 0;                    ///< and along the third
-  long vectors = 0;                 ///< of a row
-  long row_length = 0;              ///< elements
-  long layer_length = 0;            ///< likewise, of rows1 rows
-  bool folded = false;              ///< a layer's last row leads to its first
-  long lead = 0;                    ///< elements before the first row
-  long lanes = 1;                   ///< from x to y, and from y to z
-  long numbers = 2;                 ///< of a spring: stiffness, and viscosity where there is any
-  const Real* tables = nullptr;     ///< [vector][slot][number][lane] of a row, as they are read
-  const long* row_table = nullptr;  ///< where a row's begins; equal rows share theirs
-  const unsigned char* row_moves = nullptr;  ///< 0: no node of a row is free, or all sleep
-  Real own_rest = Real(0);                   ///< length [m] of springs within a row
-  bool own_springs = false;                  ///< some row has springs within it
-  Links<Real> links[3];  ///< of a layer's first row, of those between, and of the last
+  int rows1 = 0;          ///< number of rows along the second axis
+  int rows2 = 0;          ///< number of rows along the third axis
+  long vectors = 0;       ///< vectors per row
+  long row_length = 0;    ///< in elements
+  long layer_length = 0;  ///< of rows1 rows, in elements
+  bool folded = false;    ///< the last row of a layer is connected to its first
+  long lead = 0;          ///< elements before the first row
+  long lanes = 1;         ///< offset from x to y and from y to z
+  long numbers = 2;       ///< constants per spring: stiffness, and viscosity if there are dampers
+  const Real* tables = nullptr;     ///< [vector][slot][number][lane] of a row, in reading order
+  const long* row_table = nullptr;  ///< first element of each row's table; equal rows share a table
+  const unsigned char* row_moves = nullptr;  ///< 0: all nodes of the row are fixed or asleep
+  Real own_rest = Real(0);                   ///< rest length of springs within a row [m]
+  bool own_springs = false;                  ///< at least one row has springs within it
+  Links<Real> links[3];  ///< of a layer's first row, of the rows between, and of the last row
 };
 
-/// Vectors of nodes that follow each other in memory.
+/// Consecutive vectors of nodes in memory.
 template <class Real> struct Nodes {
   const Real* q = nullptr;
   const Real* v = nullptr;
   Real* f = nullptr;
 };
 
-/// Layers [begin, end) of a lattice that one thread visits. A layer is all rows at one position
+/// Layers [begin, end) of a lattice that one thread computes. A layer is all rows at one position
 /// along the third axis.
 template <class Real> struct Slab {
   int begin = 0;
   int end = 0;
-  const Nodes<Real>* beyond = nullptr;  ///< copy of layer `end`, which another thread moves
-  /// Copy of layer `begin`, which another thread moves. Only the forces of its springs on layer
-  /// `end` are used.
+  const Nodes<Real>* beyond = nullptr;  ///< copy of layer `end`, which belongs to another thread
+  /// Copy of layer `begin`, which belongs to another thread. Only the forces of its springs on
+  /// layer `end` are used.
   const Nodes<Real>* below = nullptr;
 };
 
-/// State that a step changes, see Task::step.
+/// State that a step changes; see Task::step.
 template <class Real> struct Move {
   Real* q = nullptr;                   ///< as in Fields, [m]
   Real* v = nullptr;                   ///< [m/s]
-  const Real* inverse_mass = nullptr;  ///< [1/kg]; only that of x is read
+  const Real* inverse_mass = nullptr;  ///< only the entry of x is read [1/kg]
   Real h = Real(0);                    ///< [s]
 };
 
-/// What a task does not need may be null. Forces of a step may be kept for the layers alone whose
-/// springs are gone through: then layer n is where layer n + force_layers will be.
+/// Arrays of a kernel; arrays that a task does not use may be null. A step may store forces of few
+/// layers only: the forces of layer n then share memory with those of layer n + force_layers.
 template <class Real> struct Fields {
   const Real* q = nullptr;
   const Real* v = nullptr;
@@ -88,17 +89,17 @@ template <class Real> struct Fields {
   int force_layers = 0;  ///< 0: all
 };
 
-/// Adds forces to f, or -C v. Returns the elastic energy [J] if the task measures it, or the sum of
-/// squares of the new velocities if it takes a step.
+/// Computes the springs of a slab: adds forces to f, or -C v. Returns the elastic energy [J] if the
+/// task measures it, or the sum of squares of the new velocities if it takes a step.
 template <class Real>
 using Kernel = double (*)(const View<Real>& view, const Slab<Real>& slab,
                           const Fields<Real>& fields) noexcept;
 
-/// Data that a kernel prefetches: nothing, rows of nodes, or these and the constants of their
-/// springs. It does not change results and helps where the data exceed the caches.
+/// Data that a kernel prefetches: nothing, rows of nodes, or rows and spring constants. Results do
+/// not depend on it. Prefetching helps if the data exceed the caches.
 enum class Fetch { nothing, rows, rows_and_constants };
 
-/// One for each Fetch.
+/// One kernel for each Fetch.
 template <class Real> struct FetchingKernels {
   Kernel<Real> kernels[3]{};
   [[nodiscard]] Kernel<Real> at(Fetch fetch) const noexcept {
@@ -117,14 +118,15 @@ template <class Real> struct Kernels {
   FetchingKernels<Real> undamped_step{};
   Kernel<Real> damping = nullptr;
   Kernel<Real> energy = nullptr;
-  /// to = 1 / sqrt(from), the least work for the length of a spring. `count` is a multiple of 64.
+  /// Computes to = 1 / sqrt(from), the minimum work for the length of a spring. `count` must be a
+  /// multiple of 64.
   void (*roots_and_quotients)(const Real* from, Real* to, long count) noexcept = nullptr;
 };
 
 template <class Real> Kernels<Real> baseline_kernels() noexcept;
-/// Only where the processor has AVX2 and FMA.
+/// Kernels for processors with AVX2 and FMA; must not be called on others.
 template <class Real> Kernels<Real> avx2_kernels() noexcept;
-/// Only where the processor has AVX-512.
+/// Kernels for processors with AVX-512; must not be called on others.
 template <class Real> Kernels<Real> avx512_kernels() noexcept;
 
 }  // namespace palpate::lattice
@@ -133,51 +135,51 @@ namespace palpate::adjacency {
 
 // Springs grouped by nodes.
 
-/// Adjacency group: springs that one free node computes, in batches of as many as there are lanes.
-/// Springs without stiffness from the node to itself fill the last batch.
+/// Adjacency group: springs that one free node computes, in batches of one spring per lane. Springs
+/// of zero stiffness from the node to itself fill the last batch.
 struct Group {
   int node = 0;  ///< first coordinate of the node
   int batches = 0;
 };
 
-/// Numbers of a node in a padded vector: x, y, z and a zero, which fill a register together.
+/// Length of a padded 4-vector: x, y, z and a zero.
 inline constexpr int node_stride = 4;
-/// Constants of a batch, one vector after the other: stiffness, rest length and viscosity.
+/// Number of constant vectors per batch: stiffness, rest length and, with dampers, viscosity.
 inline constexpr int batch_numbers(bool damped) { return damped ? 3 : 2; }
-/// Distance, in batches, at which constants and partners are prefetched; as many unused batches
-/// follow the last one.
+/// Prefetch distance in batches. The arrays have this many unused batches at the end.
 inline constexpr int batches_ahead = 24;
 
 template <class Real> struct View {
   const Group* groups = nullptr;
   long count = 0;
-  const int* partners = nullptr;  ///< first coordinates of the other ends, by batches
-  const Real* numbers = nullptr;  ///< constants of the springs, by batches
+  const int* partners = nullptr;  ///< first coordinates of the other ends, per batch
+  const Real* numbers = nullptr;  ///< constants of the springs, per batch
 };
 
-/// Adds the forces of springs, and of dampers if there are any, to f. Vectors have four numbers for
-/// each node, and for each place that never moves, on which forces are written too. Those that
-/// measure do the same to the same bits and return the springs' energy [J], the others 0.
+/// Adds the forces of springs, and of dampers if there are any, to f. Vectors hold padded
+/// 4-vectors, one per free node and one per fixed point; forces on fixed points are written as
+/// well. Measuring kernels compute bitwise identical forces and return the elastic energy [J]; the
+/// others return 0.
 template <class Real>
 using Force = double (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
-/// PaddedVectors of nodes from vectors with three numbers each.
+/// Converts vectors with three numbers per node to padded 4-vectors.
 template <class Real>
 using Spread = void (*)(const Real* packed, long nodes, Real* padded) noexcept;
-/// Adds padded vectors to a vector with three numbers for each node.
+/// Adds padded 4-vectors to a vector with three numbers per node.
 template <class Real>
 using Collect = void (*)(const Real* padded, long nodes, Real* packed) noexcept;
 
-/// A step of semi-implicit Euler with forces that are known, to the bits of one sweep after
-/// another. All have four numbers for each node.
+/// Semi-implicit Euler step with known forces, bitwise identical to separate loops. All vectors are
+/// padded.
 template <class Real> struct Move {
   Real* q = nullptr;
   Real* v = nullptr;
-  Real* f = nullptr;  ///< becomes the weight
+  Real* f = nullptr;  ///< on return, equal to `weight`
   const Real* inverse_mass = nullptr;
-  const Real* weight = nullptr;  ///< or zero without
+  const Real* weight = nullptr;  ///< weight; null for zero
   Real h = Real(0);              ///< [s]
 };
-/// Returns the sum of squares of the new velocities.
+/// Advances the state and returns the sum of squares of the new velocities.
 template <class Real> using Advance = double (*)(const Move<Real>& move, long nodes) noexcept;
 
 template <class Real> struct Kernels {
@@ -193,30 +195,31 @@ template <class Real> struct Kernels {
 };
 
 template <class Real> Kernels<Real> baseline_kernels() noexcept;
-/// Only where the processor has AVX2 and FMA. Longer registers are not faster.
+/// Kernels for processors with AVX2 and FMA; must not be called on others. Longer registers are not
+/// faster.
 template <class Real> Kernels<Real> avx2_kernels() noexcept;
 
 }  // namespace palpate::adjacency
 
 namespace palpate::supernodes {
 
-// What the kernels of a triangular solve in supernodes see, and the kernels that this machine can
-// run (model/EQUATIONS.md, "Panels of a factorisation").
+// Data of the kernels of a triangular solve in supernodes, and their tables (model/EQUATIONS.md,
+// "Panels of a factorisation").
 
-/// Columns that a block of rows has at most side by side: their sums stay in registers.
+/// Maximum number of columns of a tile, chosen so that the sums stay in registers.
 inline constexpr int tile = 8;
 
-/// Columns [first, first + width) and the rows that they touch, their own first. Stored is not L
-/// but what solves with it: the inverse of its own square, and the rows below times that inverse.
-/// Tiles of columns one after the other, each in blocks of as many rows as there are lanes, each
-/// block by columns.
+/// Supernode: columns [first, first + width) with the rows that they touch, its own rows first. The
+/// stored values are the inverse of the diagonal block, and the rows below multiplied by that
+/// inverse. Tiles of columns are consecutive; a tile consists of blocks with one row per lane,
+/// stored by columns.
 struct Supernode {
   int first = 0;
   int width = 0;
-  int blocks = 0;   ///< of rows
-  int below = 0;    ///< rows below its own
-  long rows = 0;    ///< where those begin in View::rows
-  long values = 0;  ///< where the first tile begins in View::values
+  int blocks = 0;   ///< number of row blocks
+  int below = 0;    ///< number of rows below the diagonal block
+  long rows = 0;    ///< index of these rows in View::rows
+  long values = 0;  ///< index of the first tile in View::values
 };
 
 struct View {
@@ -225,21 +228,21 @@ struct View {
   const int* rows = nullptr;
   const float* values = nullptr;
   const float* inverse_pivots = nullptr;
-  long size = 0;  ///< of the whole matrix
+  long size = 0;  ///< order of the matrix
 };
 
 struct Kernels {
   const char* name = "";
   int lanes = 1;
-  /// y = (L D L^T)^-1 y. `work` has a place for every row of the highest supernode, in whole
-  /// blocks.
+  /// Solves y = (L D L^T)^-1 y in place. `work` has one element for each row of the largest
+  /// supernode, rounded up to whole blocks.
   void (*solve)(const View& view, float* y, float* work) noexcept = nullptr;
 };
 
 Kernels baseline_kernels() noexcept;
-/// Only where the processor has AVX2 and FMA.
+/// Kernels for processors with AVX2 and FMA; must not be called on others.
 Kernels avx2_kernels() noexcept;
-/// Only where the processor has AVX-512.
+/// Kernels for processors with AVX-512; must not be called on others.
 Kernels avx512_kernels() noexcept;
 
 }  // namespace palpate::supernodes

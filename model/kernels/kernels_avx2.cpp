@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Every kernel for AVX2 and FMA; called only where the processor has both.
+/// Kernels for AVX2 and FMA; called only on processors with both.
 
 #include <type_traits>
 
@@ -11,7 +11,8 @@ namespace palpate {
 
 #if defined(__AVX2__)
 using Instructions = xsimd::fma3<xsimd::avx2>;
-/// Of springs, four at a time: not all that eight in float need would fit into registers.
+/// Instruction set of the spring kernels with four lanes: eight lanes in float need more registers
+/// than there are.
 template <class Real>
 using Fours = std::conditional_t<std::is_same_v<Real, double>, Instructions, xsimd::sse4_2>;
 #else  // another architecture, where has_avx2() is false

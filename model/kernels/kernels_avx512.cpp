@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Kernels for AVX-512; called only where the processor has it.
+/// Kernels for AVX-512; called only on processors with it.
 
 #include "model/kernels/lattice_kernel.hpp"
 #include "model/kernels/supernode_kernel.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Every kernel for what all processors of the build's architecture have.
+/// Kernels for the baseline of the build's architecture.
 
 #include "model/kernels/adjacency_kernel.hpp"
 #include "model/kernels/lattice_kernel.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// Kernels of a regular lattice (model/EQUATIONS.md, "Lattice in lanes"). One source file per
-/// instruction set includes this. It includes no code that other files compile too: else the linker
-/// could keep the version for the wrong instruction set.
+/// instruction set includes this header. It must not include code that other files compile: the
+/// linker could keep the version for the wrong instruction set.
 
 #include <type_traits>
 #include <xsimd/xsimd.hpp>
@@ -12,8 +12,8 @@
 
 namespace palpate::lattice {
 
-/// Work of a kernel. A step is one of semi-implicit Euler in the same pass: a row moves as soon as
-/// all of its springs have been computed, and later rows still have their old positions.
+/// Task of a kernel. Task::step takes a semi-implicit Euler step in the same pass: a row moves as
+/// soon as all its springs are computed, while later rows still have their old positions.
 enum class Task {
   force,
   undamped_force,
@@ -42,20 +42,20 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
   using Lengths = SpringLengths<Real, Arch>;
   static constexpr long lanes = static_cast<long>(Batch::size);
 
-  /// Vector that begins at element `i` of a row.
+  /// Loads the vector that begins at element `i` of a row.
   RowVector(const Nodes<Real>& row, long i) noexcept : own_(row), place_(i) {
     for (int c = 0; c < 3; ++c) {
       position_[c] = load(row.q + i + c * lanes);
       if constexpr (sees_velocity(task)) { velocity_[c] = load(row.v + i + c * lanes); }
     }
   }
-  /// Adds the forces of the springs between this vector and the one at element `i` of another row.
-  /// `constants`: of these springs; `rest`: their length at rest [m].
+  /// Adds the forces of the springs between this vector and the vector at element `i` of another
+  /// row. `constants` belong to these springs; `rest` is their rest length [m].
   PALPATE_ALWAYS_INLINE void join(const Nodes<Real>& row, long i, const Real* constants,
                                   const Real& rest) noexcept {
     if constexpr (fetch == Fetch::rows_and_constants) { fetch_constants(constants); }
     const Real* q = row.q + i;
-    const Batch dx = position_[0] - load(q);  // from there to here [m]
+    const Batch dx = position_[0] - load(q);  // from the other node to this one [m]
     const Batch dy = position_[1] - load(q + lanes);
     const Batch dz = position_[2] - load(q + 2 * lanes);
     const Lengths lengths(
@@ -84,7 +84,7 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
     pull(1, f + lanes, factor, dy);
     pull(2, f + 2 * lanes, factor, dz);
   }
-  /// Keeps the forces of this vector.
+  /// Stores the forces of this vector.
   void finish() noexcept {
     if constexpr (task != Task::energy) {
       for (int c = 0; c < 3; ++c) {
@@ -96,8 +96,8 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
   [[nodiscard]] Real energy() const noexcept { return Real(0.5) * xsimd::hadd(energy_); }
 
  private:
-  /// Asks the second cache, which can wait for more lines than the first, for those of the vector
-  /// four further on.
+  /// Prefetches the constants of the vector four positions ahead into the second-level cache, which
+  /// supports more outstanding lines than the first.
   static void fetch_constants(const Real* constants) noexcept {
     constexpr int second_cache = 2;
     constexpr long numbers = sees_velocity(task) ? 2 : 1;
@@ -105,14 +105,16 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
     for (long n = 0; n < numbers; ++n) { __builtin_prefetch(ahead + n * lanes, 0, second_cache); }
   }
   static Batch load(const Real* from) noexcept { return Batch::load_unaligned(from); }
-  /// `d` leads here from there. With AVX-512 one product serves both ends: Zen 4 adds beside it
-  /// multiplies, and is quicker with fewer multiplications. The others take an instruction less.
+  /// Adds the force of a spring to both ends; `d` points from the other node to this one. With
+  /// AVX-512 a single product is used for both ends, because Zen 4 issues additions in parallel
+  /// with multiplications. Other instruction sets need one instruction less without it.
   void pull(int c, Real* f, const Batch& factor, const Batch& d) noexcept {
     if constexpr (fused::is_avx512<Arch>) {
       const Batch force = factor * d;
       force_[c] = force_[c] - force;
       asm(""
-          : "+v"(force_[c].data));  // g++ 12 would put the subtraction off and run out of registers
+          : "+v"(force_[c].data));  // keeps the subtraction here; g++ 12 would delay it and run out
+                                    // of registers
       (load(f) + force).store_unaligned(f);
     } else {
       force_[c] = fused::subtract(factor, d, force_[c]);
@@ -128,31 +130,32 @@ template <Task task, Fetch fetch, class Real, class Arch> class RowVector {
   Batch energy_ = Batch(Real(0));
 };
 
-/// Rows that the springs of a row lead to, within a slab.
+/// Neighbouring rows that receive spring forces from a row, within a slab.
 template <class Arch, class Real> struct Neighbours {
   Nodes<Real> own;
   int count = 0;
-  bool within = false;  ///< springs within the row
+  bool within = false;  ///< springs within the row exist
   struct Row {
     Nodes<Real> at;
     const Link<Real>* link;
   } rows[neighbour_kinds];
 };
 
-/// Where vector `i` of a row is, those beside it are, and its springs' constants.
+/// Element offsets of vector `i` of a row and of its neighbours, and the constants of its springs.
 template <class Arch, class Real> struct Columns {
   long left;
   long here;
   long right;
   const Real* constants;
   long slot_length;
-  Real own_rest;  ///< length [m] of springs within the row
+  Real own_rest;  ///< rest length of springs within the row [m]
 
   PALPATE_ALWAYS_INLINE Columns(const View<Real>& view, long i, const Real* table) noexcept
       : own_rest(view.own_rest) {
     constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
     constexpr long block = 3 * lanes;
-    // The piece's last node is beside the next piece's first: the same vector, one lane on.
+    // The last node of a segment is next to the first node of the next segment: the same vector,
+    // one lane further.
     left = i > 0 ? (i - 1) * block : (view.vectors - 1) * block - 1;
     here = i * block;
     right = i + 1 < view.vectors ? (i + 1) * block : 1;
@@ -176,8 +179,7 @@ PALPATE_ALWAYS_INLINE inline void join_neighbours(Vector& vector,
   }
 }
 
-/// Goes through the springs of vector `i` of a row. Returns their energy [J] if the task measures
-/// it.
+/// Computes the springs of vector `i` of a row. Returns their energy [J] if the task measures it.
 template <Task task, Fetch fetch, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
                                                       const Neighbours<Arch, Real>& near, long i,
@@ -191,8 +193,9 @@ PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
   return 0.0;
 }
 
-/// Nodes from element `begin` on, with their forces from `force_begin`. Pointers that a task does
-/// not need stay null. `Arch` in what follows makes functions of this instruction set alone.
+/// Returns the nodes from element `begin` on, with their forces from `force_begin`. Pointers that a
+/// task does not use stay null. `Arch` in the following templates gives each instruction set its
+/// own functions.
 template <Task task, class Arch, class Real>
 Nodes<Real> from_element(const Nodes<Real>& nodes, long begin, long force_begin) noexcept {
   Nodes<Real> row{.q = nodes.q + begin};
@@ -201,7 +204,7 @@ Nodes<Real> from_element(const Nodes<Real>& nodes, long begin, long force_begin)
   return row;
 }
 
-/// Where the forces of a layer's first row begin.
+/// Returns the first element of the forces of a layer.
 template <Task task, class Arch, class Real>
 long force_begin(const View<Real>& view, const Fields<Real>& fields, int layer) noexcept {
   const int kept =
@@ -209,8 +212,8 @@ long force_begin(const View<Real>& view, const Fields<Real>& fields, int layer) 
   return view.lead + kept * view.layer_length;
 }
 
-/// A layer and the next, from where their first rows begin. Where another thread moves one, its
-/// copy stands for it.
+/// Two consecutive layers, from their first rows. A layer that belongs to another thread is
+/// replaced by its copy.
 template <class Arch, class Real> struct LayerPair { Nodes<Real> nodes[2]; };
 
 template <Task task, class Arch, class Real>
@@ -228,7 +231,7 @@ LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab
   return pair;
 }
 
-/// Skips springs between two rows that do not move.
+/// Returns the neighbours of a row; springs between two rows that do not move are omitted.
 template <Task task, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(
     const View<Real>& view, const Slab<Real>& slab, const LayerPair<Arch, Real>& layers, int row1,
@@ -251,8 +254,8 @@ PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(
   return found;
 }
 
-/// v += h f / m, x += h v, f = 0 of the row that begins at element `begin`, whose forces are at
-/// `f`; returns the sum of squares of v.
+/// Moves a row: v += h f / m, x += h v, f = 0. The row begins at element `begin` and its forces at
+/// `f`. Returns the sum of squares of v.
 template <class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long begin, Real* f,
                                              long row_length) noexcept {
@@ -277,7 +280,8 @@ PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long be
   return static_cast<double>(xsimd::hadd(squares));
 }
 
-/// The last row of a folded layer leads to its first: all stand until it is gone through.
+/// Moves the rows of a folded layer. Its last row is connected to its first, so no row moves before
+/// all springs of the layer are computed.
 template <class Arch, class Real>
 double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, Real* f,
                   long row_length) noexcept {
@@ -290,15 +294,14 @@ double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, 
   return sum;
 }
 
-/// Asks memory for vector `i` of the row after the next that this row's springs lead to, and of
-/// what is read besides: more streams than processors foresee. g++ 12 leaves a call out that does
-/// nothing else.
+/// Prefetches vector `i` of the row after the next neighbouring row; there are more streams than
+/// hardware prefetchers track. Always inline, because g++ 12 removes a call that only prefetches.
 template <Task task, class Arch, class Real>
 PALPATE_ALWAYS_INLINE inline void fetch_row(const View<Real>& view, const Fields<Real>& fields,
                                             long row, long i) noexcept {
   constexpr long lanes = static_cast<long>(xsimd::batch<Real, Arch>::size);
   const long next_layer =
-      row < (view.rows2 - 2L) * view.rows1 ? view.rows1 : 0;  // beyond the last there is nothing
+      row < (view.rows2 - 2L) * view.rows1 ? view.rows1 : 0;  // there is no row after the last one
   const long own = view.lead + row * view.row_length + i * 3 * lanes;
   const long ahead = own + (next_layer + 2) * view.row_length;
   for (long c = 0; c < 3; ++c) {

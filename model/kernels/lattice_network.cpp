@@ -14,8 +14,7 @@
 namespace palpate {
 
 namespace {
-/// Looks without a task before a member lets others have the processor in between: about a
-/// millisecond.
+/// Number of polls without a task before a member yields the processor: about a millisecond.
 constexpr long patience = 20000;
 }  // namespace
 
@@ -39,7 +38,7 @@ void Team::run_call() noexcept {
 }
 
 void Team::serve(int number) noexcept {
-  const FlushedDenormals flushed;  // as on the thread that calls
+  const FlushedDenormals flushed;  // same mode as on the calling thread
   for (long seen = 0;;) {
     long idle = 0;
     long round = seen;
@@ -91,9 +90,9 @@ void LatticeSlabs<Real>::copy(const lattice::Fields<Real>& fields, int layer,
   if (fields.v != nullptr) { std::memcpy(q + copy_length_, fields.v + begin, bytes); }
 }
 
-/// The thread of the upper slab copies the two layers that meet and adds what the lower one does to
-/// the upper; the lower slab's thread waits for the copy before its last layer, which is long
-/// after.
+/// Computes one slab. The thread of the upper slab copies the two layers at the boundary and adds
+/// the forces of the lower slab's springs on the upper slab. The thread of the lower slab waits for
+/// the copy only before its last layer.
 template <class Real>
 template <class VisitLayers>
 double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
@@ -117,7 +116,7 @@ double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> 
   return sum + kernel(view_, {.begin = end - 1, .end = end, .beyond = &above}, fields);
 }
 
-/// Sum of what work(number) returns for each slab.
+/// Returns the sum of work(number) over the slabs.
 template <class Real>
 template <class Work>
 double LatticeSlabs<Real>::share_out(const Work& work) noexcept {
@@ -256,7 +255,7 @@ template <class Real> void LatticeSleep<Real>::watch_around(int row) noexcept {
       Row& state = state_[static_cast<std::size_t>(there)];
       if (state != Row::asleep) { continue; }
       state = Row::border;
-      border_.push_back(there);  // reserved for all rows
+      border_.push_back(there);  // capacity is reserved for all rows
     }
   }
 }
@@ -297,7 +296,7 @@ template <class Real> void LatticeSleep<Real>::clear(Real* f, int row) const noe
   std::fill_n(f + begin_of(row), static_cast<std::size_t>(row_length_), Real(0));
 }
 
-/// Each row may withhold its share of what all may. A pull that is no number wakes.
+/// Withholds at most an equal share of the total limit on each row. A NaN force wakes the row.
 template <class Real>
 template <class Visit>
 void LatticeSleep<Real>::judge_border(Real* f, const Real* inverse_mass, Visit visit) noexcept {
@@ -320,7 +319,8 @@ void LatticeSleep<Real>::wake_pulled(Real* f, const Real* inverse_mass) noexcept
   judge_border(f, inverse_mass, [](int) {});
 }
 
-/// As lattice::move_row() does it, without weight: where anything weighs, nothing sleeps.
+/// Moves the woken rows as lattice::move_row() does, without weight: rows never sleep under
+/// gravity.
 template <class Real>
 double LatticeSleep<Real>::wake_in_step(const lattice::Fields<Real>& fields) noexcept {
   const lattice::Move<Real>& move = *fields.move;
@@ -359,11 +359,11 @@ LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool s
   return LatticeSprings<Real>(problem, *shape, lanes, skip, may_fold);
 }
 
-/// What is larger [bytes] outgrows the caches; at 7 MB asking for rows ahead gains nothing, at 14 a
-/// sixth (docs/bench.md).
+/// Size [bytes] above which the data exceed the caches and prefetching of rows is faster
+/// (docs/bench.md).
 constexpr std::size_t largest_cached = 8UL << 20U;
 
-/// Places, velocities and masses, and what springs are by.
+/// Chooses the prefetched data from the sizes of the node arrays and of the spring constants.
 template <class Real> lattice::Fetch fetch_for(Eigen::Index coordinates, std::size_t spring_bytes) {
   if (spring_bytes > largest_cached) { return lattice::Fetch::rows_and_constants; }
   const bool fits = 7 * sizeof(Real) * static_cast<std::size_t>(coordinates) / 3 <= largest_cached;
@@ -435,7 +435,7 @@ double LatticeNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector
   return energy;
 }
 
-/// Loads of a layer keep their order.
+/// Sorts the loads by layer; the sort is stable.
 template <class Real> void LatticeNetwork<Real>::sort_loads() {
   const lattice::View<Real> view = springs_.view();
   const long layer_length = view.layer_length;
@@ -478,7 +478,8 @@ double LatticeNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>
                        .pulls_begin = pulls_begin_.data()});
 }
 
-/// Sleeping rows keep the forces that are withheld from them, so those of all rows are kept.
+/// Takes a step in one pass. The forces of all rows are stored, because sleeping rows keep their
+/// withheld forces.
 template <class Real>
 double LatticeNetwork<Real>::one_pass_with_sleep(double t, double gate, Real h,
                                                  State<Real>& state) noexcept {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Regular lattice in lanes, on one thread or several.
+/// Regular lattice in SIMD lanes, on one thread or several.
 
 #include <atomic>
 #include <memory>
@@ -16,18 +16,18 @@
 
 namespace palpate {
 
-/// Tells the processor that the thread is in a spin loop.
+/// Signals a spin loop to the processor.
 inline void relax() noexcept {
 #if defined(__x86_64__)
   __builtin_ia32_pause();
 #endif
 }
 
-/// Threads that run one task together, a few microseconds at a time. They wait in spin loops, so
-/// that a tick neither locks nor calls the system.
+/// Team of threads that run one task together for a few microseconds at a time. Members wait in
+/// spin loops, so that a tick neither locks nor makes a system call.
 class Team {
  public:
-  /// `members` includes the caller, who is number 0.
+  /// Starts the threads. `members` includes the caller, which is number 0.
   explicit Team(int members);
   ~Team();
   Team(const Team&) = delete;
@@ -35,7 +35,7 @@ class Team {
 
   [[nodiscard]] int members() const { return static_cast<int>(threads_.size()) + 1; }
 
-  /// Every member calls work(number) once; returns when all have finished.
+  /// Runs work(number) once on every member and returns when all have finished.
   template <class Work> void run(Work& work) noexcept {
     work_ = &work;
     call_ = [](void* what, int number) noexcept { (*static_cast<Work*>(what))(number); };
@@ -49,108 +49,113 @@ class Team {
   void* work_ = nullptr;
   void (*call_)(void* work, int number) noexcept = nullptr;
   std::atomic<long> round_{0};     ///< number of tasks so far; negative: threads end
-  std::atomic<long> finished_{0};  ///< by members other than the caller, of all rounds
+  std::atomic<long> finished_{0};  ///< completed by members other than the caller, over all rounds
   std::vector<std::thread> threads_;
 };
 
 /// Load on one node of a layer.
 template <class Real> struct Pull {
-  long element = 0;  ///< of the node's x, after the layer's first
+  long element = 0;  ///< of the node's x, relative to the layer's first element
   Real force[3]{};   ///< [N]
 };
 
-/// Forces on nodes other than those of springs.
+/// External forces on the nodes.
 template <class Real> struct Outside {
-  const Real* weight = nullptr;       ///< of all coordinates [N]; null: none
-  const Pull<Real>* pulls = nullptr;  ///< by layers
-  const int* pulls_begin = nullptr;   ///< of each layer, and the last one's end
+  const Real* weight = nullptr;       ///< per coordinate [N]; null: none
+  const Pull<Real>* pulls = nullptr;  ///< ordered by layers
+  const int* pulls_begin = nullptr;   ///< first load of each layer, then the total number
 };
 
-/// Partition of a lattice among threads by layers. Results have the same bits as with one thread
-/// (model/EQUATIONS.md, "Lattice in lanes").
+/// Partition of a lattice among threads by layers. Results are bitwise identical to those of one
+/// thread (model/EQUATIONS.md, "Lattice in lanes").
 template <class Real> class LatticeSlabs {
  public:
-  /// Uses fewer than `threads` threads if there are not two layers for each.
+  /// Partitions the lattice. Uses fewer than `threads` threads if there are fewer than two layers
+  /// for each.
   LatticeSlabs(const lattice::View<Real>& view, int threads);
 
-  /// Largest useful number of threads. Rows of one vector are not partitioned: vectors at the ends
-  /// of such a row reach into rows of other layers.
+  /// Returns the largest useful number of threads, at most `wanted`. Rows of one vector are not
+  /// partitioned, because vectors at the ends of such a row access rows of other layers.
   [[nodiscard]] static int most_threads(int layers, long vectors, int wanted);
 
   /// Applies the kernel to the whole lattice and returns the sum of its results.
   double sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept;
-  /// The same with a kernel that takes a step. Forces need no room of the caller's: they are kept
-  /// for two layers at a time, which stay in the cache.
+  /// Applies a kernel that takes a step. The forces are stored internally for two layers at a time,
+  /// which stay in the cache.
   double step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move,
               const Outside<Real>& outside) noexcept;
-  /// Before the first step(): allocates.
+  /// Allocates the memory of step(); call it before the first step.
   void prepare_steps();
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
-  static constexpr int layers_kept = 2;  ///< a layer's springs lead to itself and the next
+  static constexpr int layers_kept = 2;  ///< springs of a layer act on that layer and the next
   [[nodiscard]] long few_length() const noexcept {
     return layers_kept * layer_length_ + 2 * view_.lead;
   }
-  /// Between two slabs: both layers as they were before either moved, and room for forces on them
-  /// that the other slab's thread computes itself.
+  /// Boundary between two slabs: copies of both layers before either moves, and memory for the
+  /// forces on them that the thread of the other slab computes for itself.
   struct Boundary {
     AlignedVector<Real> below;
     AlignedVector<Real> above;
     std::atomic<long> copied{0};  ///< round
   };
-  /// q, v and f of a layer in one vector.
+  /// Returns q, v and f of a layer that are stored in one vector.
   [[nodiscard]] lattice::Nodes<Real> layer_in(AlignedVector<Real>& numbers) const noexcept;
   void copy(const lattice::Fields<Real>& fields, int layer, AlignedVector<Real>& to) const noexcept;
-  /// visit_layers(begin, end) goes through layers that lead to no other slab.
+  /// Calls visit_layers(begin, end) for the layers without springs to other slabs.
   template <class VisitLayers>
   double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
                     const lattice::Fields<Real>& fields, const VisitLayers& visit_layers) noexcept;
   [[nodiscard]] Real* forces_of(const lattice::Fields<Real>& fields, int layer) const noexcept;
-  /// Where a layer's forces were come those of the one after next: rows that moved left none.
+  /// Clears the forces of rows that did not move, so that their memory can be used for the layer
+  /// after the next.
   void clear_standing_rows(const lattice::Fields<Real>& fields, int layer) const noexcept;
   void add_outside(const lattice::Fields<Real>& fields, const Outside<Real>& outside,
                    int layer) const noexcept;
   template <class Work> double share_out(const Work& work) noexcept;
 
   lattice::View<Real> view_;
-  long layer_length_;        ///< elements
-  long copy_length_;         ///< of a layer's q, with what the outermost lanes touch on both sides
-  std::vector<int> begins_;  ///< of the slabs, and the last one's end
-  std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< n: under slab n + 1
-  std::vector<AlignedVector<Real>> few_forces_;        ///< of two layers, for each slab
-  std::vector<unsigned char> stands_;                  ///< of each layer: some row does
+  long layer_length_;  ///< in elements
+  long copy_length_;   ///< length of the copy of q, including elements that the outermost lanes
+                       ///< access on both sides
+  std::vector<int> begins_;  ///< first layer of each slab, then the number of layers
+  std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< entry n is below slab n + 1
+  std::vector<AlignedVector<Real>> few_forces_;        ///< two layers for each slab
+  std::vector<unsigned char> stands_;  ///< per layer; 1: at least one row does not move
   std::vector<double> sums_;
   long round_ = 0;
-  std::unique_ptr<Team> team_;  ///< last member: its threads end before the data go
+  std::unique_ptr<Team>
+      team_;  ///< last member, so that the threads end before the data are destroyed
 };
 
-// Rows of a lattice at rest, which are not stepped until they are pulled (model/EQUATIONS.md,
-// "Sleeping rows").
+// Rows of a lattice at rest, which are not integrated until a sufficient force acts on them
+// (model/EQUATIONS.md, "Sleeping rows").
 
 template <class Real> class LatticeSleep {
  public:
-  /// `view` of the whole lattice, whose rows of `row_length` elements move or never do; 1 in
-  /// `awake` for those that move from the beginning. `most_withheld`: size of all forces on
-  /// sleeping nodes together [N].
+  /// Prepares the rows of the whole lattice `view`; a row of `row_length` elements moves or is
+  /// fixed as a whole. `awake` is 1 for rows that are integrated from the start. `most_withheld`
+  /// limits the sum of all forces on sleeping nodes [N].
   LatticeSleep(const lattice::View<Real>& view, std::vector<unsigned char> awake,
                double most_withheld);
 
-  /// 1 for a row that is stepped; the same vector for ever, to stand in a View.
+  /// Returns 1 for each row that is integrated. The pointer stays valid, so that a View can keep
+  /// it.
   [[nodiscard]] const unsigned char* awake() const noexcept { return awake_.data(); }
-  /// Share of the rows that can move.
+  /// Returns the fraction of the movable rows that are awake.
   [[nodiscard]] double awake_share() const noexcept {
     return static_cast<double>(awake_count_) / static_cast<double>(able_count_);
   }
 
-  /// After forces were added to f [N]: rows that are pulled too hard wake; those on the others are
-  /// withheld.
+  /// Wakes rows with too large forces in f [N] and withholds the forces on the other sleeping rows.
+  /// Call it after forces were added to f.
   void wake_pulled(Real* f, const Real* inverse_mass) noexcept;
-  /// After a step (lattice::Task::step): likewise, and rows that wake take theirs. Returns the sum
-  /// of squares of their velocities.
+  /// Wakes rows after a step (lattice::Task::step) and moves them by that step. Returns the sum of
+  /// squares of their velocities.
   double wake_in_step(const lattice::Fields<Real>& fields) noexcept;
-  /// Takes from f what is on sleeping rows.
+  /// Removes the forces on sleeping rows from f.
   void withhold(Real* f) const noexcept;
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
@@ -159,13 +164,14 @@ template <class Real> class LatticeSleep {
   enum class Row : unsigned char { fixed, asleep, border, awake };
 
   [[nodiscard]] long begin_of(int row) const noexcept { return lead_ + row * row_length_; }
-  /// visit(where the x of a node stands)
+  /// Calls visit(index of x) for each node of a row.
   template <class Visit> void visit_nodes(int row, Visit visit) const noexcept;
   void clear(Real* f, int row) const noexcept;
   [[nodiscard]] double pull_on(const Real* f, const Real* inverse_mass, int row) const noexcept;
   void wake(std::size_t place_in_border) noexcept;
   void watch_around(int row) noexcept;
-  /// visit(row) for each that wakes; the others' forces are taken away.
+  /// Calls visit(row) for each row that wakes, and removes the forces on the other rows at the
+  /// border.
   template <class Visit> void judge_border(Real* f, const Real* inverse_mass, Visit visit) noexcept;
 
   int rows1_;
@@ -176,25 +182,26 @@ template <class Real> class LatticeSleep {
   double most_withheld_;
   std::vector<Row> state_;
   std::vector<unsigned char> awake_;
-  std::vector<int> border_;  ///< sleeping rows beside one that is awake
+  std::vector<int> border_;  ///< sleeping rows next to an awake row
   long awake_count_ = 0;
   long able_count_ = 0;
 };
 
-// A regular lattice under an explicit scheme: no index arrays, one pass over memory, explicit SIMD
-// (model/EQUATIONS.md, "Lattice in lanes"). Fixed nodes and the elements that fill rows up have no
-// inverse mass and never move.
+// Regular lattice for explicit schemes: no index arrays, one pass over memory, explicit SIMD
+// (model/EQUATIONS.md, "Lattice in lanes"). Fixed nodes and padding elements have zero inverse mass
+// and never move.
 
 template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
  public:
-  /// Throws std::invalid_argument for a network that is no regular lattice. `may_fold`: see
-  /// LatticeRows.
+  /// Builds the lattice. Throws std::invalid_argument if the network is not a regular lattice.
+  /// `may_fold`: see LatticeRows.
   LatticeNetwork(const NetworkProblem& problem, bool skip, int threads = 1,
                  const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front(),
                  bool may_fold = true);
 
-  /// Rows that nothing displaces, moves or loads in the beginning sleep, but those of `touched`
-  /// nodes (lattice_sleep.hpp). For one thread, without weight and without folds.
+  /// Enables sleeping rows. Rows without initial displacement, velocity or load sleep, except the
+  /// rows of `touched` nodes. Requires one thread, no weight and no folded
+  /// rows.
   void let_sleep(double most_withheld, std::span<const int> touched = {});
   [[nodiscard]] double awake_share() const noexcept override {
     return sleep_ ? sleep_->awake_share() : 1.0;
@@ -226,11 +233,11 @@ template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
   lattice::Kernels<Real> kernels_;
   lattice::Kernel<Real> force_ = nullptr;
   lattice::Kernel<Real> step_ = nullptr;
-  std::optional<LatticeSleep<Real>> sleep_;  ///< where rows may sleep
+  std::optional<LatticeSleep<Real>> sleep_;  ///< only if rows may sleep
   std::unique_ptr<LatticeSlabs<Real>> slabs_;
-  Vector<Real> next_force_;  ///< between two steps in one pass, where rows may sleep [N]
+  Vector<Real> next_force_;  ///< force between two one-pass steps if rows may sleep [N]
   std::vector<typename NetworkSystem<Real>::LoadOnCoordinate>
-      loaded_;  ///< by layers, for steps in one pass
+      loaded_;  ///< ordered by layers, for one-pass steps
   std::vector<Pull<Real>> pulls_;
   std::vector<int> pulls_begin_;
 };

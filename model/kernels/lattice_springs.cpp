@@ -19,15 +19,16 @@ namespace {
 
 int whole(int nodes, int share) { return (nodes + share - 1) / share; }
 
-/// A folded layer moves once all its rows are gone through; that has to be worth it.
+/// Minimum gain of interleaved rows. Such a layer moves only after all its rows are computed, which
+/// costs time.
 constexpr double worth_folding = 1.1;
 
-/// The two others keep their order.
+/// Returns the order of the axes; the two others keep their order.
 std::array<std::size_t, 3> axes_from(std::size_t along) {
   return {along, along == 0 ? 1U : 0U, along == 2 ? 1U : 2U};
 }
 
-/// Elements of a layer's row for each of its nodes.
+/// Returns the number of elements of a layer's rows per node.
 double elements_per_node(int nodes0, int nodes1, int lanes, int folds) {
   const double elements =
       static_cast<double>(whole(nodes0, lanes / folds) * lanes) * whole(nodes1, folds);
@@ -42,7 +43,8 @@ LatticeRows::LatticeRows(const LatticeShape& shape, int lanes, bool may_fold) : 
     const std::array<std::size_t, 3> axes = axes_from(along);
     const int nodes0 = shape.nodes[axes[0]];
     const int nodes1 = shape.nodes[axes[1]];
-    // Two rows of a layer at least: what a vector touches beside its row stays in the layer.
+    // At least two rows per layer, so that the accesses of a vector beyond its row stay in the
+    // layer.
     for (int folds = 1; folds == 1 || (may_fold && folds <= lanes && whole(nodes1, folds) > 1);
          folds *= 2) {
       const double cost =
@@ -87,16 +89,15 @@ long springs_between_fixed_rows(const NetworkProblem& problem, const LatticeRows
 
 namespace {
 
-/// Elements before and after the rows, which the outermost lanes touch and which mean nothing: a
-/// cache line of them.
+/// Unused elements before and after the rows that the outermost lanes access: one cache line.
 template <class Real> constexpr Eigen::Index margin = 64 / sizeof(Real);
 
-/// Of a vector of all coordinates: a whole number of margins.
+/// Returns the length of a vector of all coordinates: a multiple of the margin.
 template <class Real> Eigen::Index size_for(Eigen::Index elements) {
   return (elements + 3 * margin<Real> - 1) / margin<Real> * margin<Real>;
 }
 
-/// Slot of a spring that leads by `step` along (row, second, third).
+/// Returns the slot of a spring with offset `step` along (row, second, third).
 std::size_t slot_of(const std::array<int, 3>& step) {
   for (int kind = 0; kind < lattice::neighbour_kinds; ++kind) {
     const auto& to = lattice::neighbour_steps[kind];
@@ -169,8 +170,8 @@ auto LatticeSprings<Real>::stretch_of(int node, int nodes, const SpringList::Bon
           .bond = &bond};
 }
 
-/// Sorted by the row that they lead from, and in a row as the list has them; row n has those from
-/// begins[n] to begins[n + 1].
+/// Returns the springs sorted by the row that computes them, in list order within a row. Row n has
+/// the springs begins[n] to begins[n + 1].
 template <class Real>
 auto LatticeSprings<Real>::by_row(const SpringList& springs, std::vector<std::size_t>& begins) const
     -> std::vector<Stretch> {
@@ -196,7 +197,7 @@ auto LatticeSprings<Real>::by_row(const SpringList& springs, std::vector<std::si
   return sorted;
 }
 
-/// One row at a time; rows that are equal share a table.
+/// Fills the tables row by row; equal rows share a table.
 template <class Real>
 void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip) {
   const SpringList& springs = problem.network().springs;
@@ -208,7 +209,7 @@ void LatticeSprings<Real>::fill_tables(const NetworkProblem& problem, bool skip)
   const std::vector<Stretch> stretches = by_row(springs, begins);
   const auto before = [](const std::vector<Real>& a, const std::vector<Real>& b) {
     return std::memcmp(a.data(), b.data(), a.size() * sizeof(Real)) <
-           0;  // NaN is equal to no number
+           0;  // NaN compares unequal to every number
   };
   std::map<std::vector<Real>, long, decltype(before)> known(before);
   std::vector<Real> row(static_cast<std::size_t>(vectors_) * lattice::slots * slot_length);
@@ -244,7 +245,8 @@ template <class Real> Real LatticeSprings<Real>::length_along(int axes) const {
   return static_cast<Real>(spacing_ * std::sqrt(static_cast<double>(axes)));
 }
 
-/// Beyond the last of folded rows come the first one's nodes of the next fold.
+/// Returns the links of a row. After the last interleaved row follow the nodes of the first row in
+/// the next lane group.
 template <class Real> lattice::Links<Real> LatticeSprings<Real>::links_of(int row1) const {
   const int rows1 = rows_.rows1();
   lattice::Links<Real> links;
@@ -252,7 +254,8 @@ template <class Real> lattice::Links<Real> LatticeSprings<Real>::links_of(int ro
     const auto& step = lattice::neighbour_steps[kind];
     const std::size_t slot = 1 + 3 * static_cast<std::size_t>(kind);
     const bool sides = used_[slot] || used_[slot + 2];
-    const int folds = row1 + step[0] < 0 ? -1 : (row1 + step[0]) / rows1;  // further on
+    const int folds =
+        row1 + step[0] < 0 ? -1 : (row1 + step[0]) / rows1;  // offset in interleaved rows
     if ((!sides && !used_[slot + 1]) || (folds != 0 && rows_.folds() == 1)) { continue; }
     const int rows = step[0] - folds * rows1;
     links.to[links.count++] = {

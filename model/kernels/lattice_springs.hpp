@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Regular lattice as rows of nodes along one of its axes, divided and interleaved into the lanes
-/// of registers (model/EQUATIONS.md, "Lattice in lanes").
+/// Regular lattice as rows of nodes along one of its axes, divided and interleaved into SIMD lanes
+/// (model/EQUATIONS.md, "Lattice in lanes").
 
 #include <cstdint>
 #include <vector>
@@ -14,19 +14,19 @@ namespace palpate {
 
 class LatticeRows {
  public:
-  using Place = std::array<int, 3>;  ///< along the rows' axis, the second and the third
+  using Place = std::array<int, 3>;  ///< index along the rows' axis, the second and the third axis
 
-  /// Along the axis, and folded so often, that vectors of so many lanes are filled with the least
-  /// waste. Rows that may sleep are not folded: what lies in one vector wakes together.
+  /// Chooses the axis and the number of interleaved rows that leave the fewest lanes unused. Rows
+  /// that may sleep are not interleaved, because all nodes of a vector wake together.
   LatticeRows(const LatticeShape& shape, int lanes, bool may_fold);
 
-  [[nodiscard]] const Place& nodes() const { return nodes_; }  ///< along the three
-  [[nodiscard]] int folds() const { return folds_; }  ///< rows of the lattice that make one
+  [[nodiscard]] const Place& nodes() const { return nodes_; }  ///< along the three axes
+  [[nodiscard]] int folds() const { return folds_; }           ///< lattice rows per stored row
   [[nodiscard]] int pieces() const {
     return pieces_;
-  }  ///< that each of them is cut into, a lane each
-  [[nodiscard]] int vectors() const { return vectors_; }  ///< of a row
-  [[nodiscard]] int rows1() const { return rows1_; }      ///< of a layer
+  }  ///< segments of each lattice row, one per lane
+  [[nodiscard]] int vectors() const { return vectors_; }  ///< per row
+  [[nodiscard]] int rows1() const { return rows1_; }      ///< per layer
   [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(rows1_ * nodes_[2]); }
   [[nodiscard]] Place place_of(int node) const;
   [[nodiscard]] std::size_t row_of(const Place& place) const {
@@ -35,14 +35,15 @@ class LatticeRows {
   [[nodiscard]] int first_lane(const Place& place) const {
     return place[1] / rows1_ * pieces_;
   }  ///< of its fold
-  /// Whether a row's nodes follow each other in the network.
+  /// Returns true if the nodes of a row are consecutive in the network.
   [[nodiscard]] bool follows_index() const { return axes_[0] == 0; }
-  /// 1 for a row with a free node.
+  /// Returns 1 for each row with a free node.
   [[nodiscard]] std::vector<unsigned char> moving(const NetworkProblem& problem) const;
 
  private:
   LatticeShape shape_;
-  std::array<std::size_t, 3> axes_{};  ///< the lattice's axis along the rows, the second, the third
+  std::array<std::size_t, 3>
+      axes_{};  ///< lattice axis of the rows, of the second and of the third direction
   Place nodes_{};
   int folds_ = 1;
   int pieces_ = 1;
@@ -50,41 +51,40 @@ class LatticeRows {
   int rows1_ = 0;
 };
 
-/// Springs whose two rows have no free node.
+/// Returns the number of springs between two rows without free nodes.
 long springs_between_fixed_rows(const NetworkProblem& problem, const LatticeRows& rows);
 
-// A regular lattice as its kernels see it: nodes in lanes, springs in tables of a row that equal
+// Kernel data of a regular lattice: nodes in SIMD lanes, and tables of spring constants that equal
 // rows share (model/EQUATIONS.md, "Lattice in lanes").
 
-/// All that this processor can run, the best first.
+/// Returns all kernels that this processor supports, widest first.
 template <class Real> std::vector<lattice::Kernels<Real>> lattice_kernels();
 
 template <class Real> class LatticeSprings {
  public:
-  /// `shape` is the lattice of the problem's network. skip = false goes through dampers and rows of
-  /// fixed nodes that are not there or do nothing, to the same bits.
+  /// Builds the tables. `shape` is the lattice of the problem's network. With skip = false, absent
+  /// dampers and rows of fixed nodes are computed too; results are bitwise identical.
   LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes, bool skip,
                  bool may_fold);
 
-  [[nodiscard]] NodeLayout layout() const;  ///< made anew
+  [[nodiscard]] NodeLayout layout() const;  ///< newly built by each call
   [[nodiscard]] const LatticeRows& rows() const { return rows_; }
   [[nodiscard]] lattice::View<Real> view() const;
-  /// Places of all nodes, and far from each other of what the vectors hold beside them.
+  /// Returns the initial position of all nodes. Padding elements get positions far from each other.
   [[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> initial_position() const;
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
   [[nodiscard]] Eigen::Index element_of(const LatticeRows::Place& place) const;
-  /// Equal springs of nodes that follow each other in a row, as the row sees them that they lead
-  /// from.
+  /// Equal springs of consecutive nodes in a row, stored with the row that computes them.
   struct Stretch {
     std::uint32_t row = 0;
-    int place = 0;  ///< of the first in the row
+    int place = 0;  ///< position of the first node in the row
     int nodes = 0;
     std::uint16_t slot = 0;
-    std::uint16_t first_lane = 0;  ///< of its fold
+    std::uint16_t first_lane = 0;  ///< first lane of its lattice row
     const SpringList::Bond* bond = nullptr;
-    /// In all but the row.
+    /// Returns true if all members except the row are equal.
     [[nodiscard]] bool equals(const Stretch& other) const {
       return place == other.place && nodes == other.nodes && slot == other.slot &&
              first_lane == other.first_lane && bond->stiffness == other.bond->stiffness &&
@@ -92,7 +92,7 @@ template <class Real> class LatticeSprings {
     }
   };
   [[nodiscard]] Stretch stretch_of(int node, int nodes, const SpringList::Bond& bond) const;
-  [[nodiscard]] Real length_along(int axes) const;  ///< of springs at rest [m]
+  [[nodiscard]] Real length_along(int axes) const;  ///< rest length of the springs [m]
   [[nodiscard]] lattice::Links<Real> links_of(int row1) const;
   void fill_tables(const NetworkProblem& problem, bool skip);
   [[nodiscard]] std::vector<Stretch> by_row(const SpringList& springs,
@@ -103,12 +103,12 @@ template <class Real> class LatticeSprings {
   LatticeRows rows_;
   int lanes_;
   int vectors_;
-  Eigen::Index size_;  ///< of a vector of all coordinates
+  Eigen::Index size_;  ///< length of a vector of all coordinates
   std::vector<unsigned char> row_moves_;
   bool damped_ = false;
   AlignedVector<Real> tables_{};
   std::vector<long> row_table_{};
-  std::array<bool, lattice::slots> used_{};  ///< slots that some row has a spring in
+  std::array<bool, lattice::slots> used_{};  ///< slots with a spring in at least one row
 };
 
 }  // namespace palpate

@@ -108,7 +108,8 @@ namespace {
 
 int spacing_of(const ListVectors& vectors) { return vectors.padded ? adjacency::node_stride : 3; }
 
-/// Of the fixed nodes that a spring joins to a free one, in the order of all nodes; -1 for others.
+/// Returns an index for each fixed node with a spring to a free node, in node order; -1 for all
+/// other nodes.
 std::vector<int> places_of(const SpringNetwork& network) {
   std::vector<int> places(static_cast<std::size_t>(network.node_count()), -1);
   const auto find = [&](int node, int other) {
@@ -214,7 +215,7 @@ void ListNetwork<Real>::sort_springs(const NetworkProblem& problem, bool skip) {
       springs_.anchors.push_back(anchor);
     }
   }
-  // Neighbours in memory are neighbours in space; a stable order keeps sums reproducible.
+  // Nodes close in memory are close in space. A stable order makes sums reproducible.
   std::ranges::stable_sort(springs_.links, [](const auto& l, const auto& r) {
     return std::min(l.a, l.b) < std::min(r.a, r.b);
   });

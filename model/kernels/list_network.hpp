@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Network of springs in a list, with the matrices that implicit schemes use.
+/// Network of springs in a list, and the matrices of implicit schemes.
 
 #include <Eigen/SparseCore>
 #include <array>
@@ -13,11 +13,12 @@
 
 namespace palpate {
 
-/// Of vectors with three numbers for each node.
+/// Assembles the matrices of springs for vectors with three numbers per node.
 template <class Real> class SpringMatrices {
  public:
-  /// a becomes a square matrix of `size` rows with an entry for all that jacobian() may fill, and
-  /// for `further`, which are beside the first `of_nodes`. Allocates.
+  /// Builds the sparsity pattern of `a`: a square matrix of `size` rows with all entries that
+  /// jacobian() may set, and the entries `further` outside the first `of_nodes` coordinates.
+  /// Allocates.
   void pattern(const SpringSet<Real>& springs, Eigen::Index of_nodes, Eigen::Index size,
                std::vector<Eigen::Triplet<Real>> further, Eigen::SparseMatrix<Real>& a);
   struct At {
@@ -26,7 +27,7 @@ template <class Real> class SpringMatrices {
     Real on_damping;
     Real on_stiffness;
   };
-  /// a = M + on_damping C + on_stiffness K of the springs that pattern() was made for.
+  /// Computes a = M + on_damping C + on_stiffness K for the springs of the last pattern().
   void jacobian(const SpringSet<Real>& springs, const At& at, const Vector<Real>& mass,
                 Eigen::SparseMatrix<Real>& a) const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const {
@@ -36,33 +37,33 @@ template <class Real> class SpringMatrices {
   }
 
  private:
-  /// Index of the first row of each of the three columns of blocks (a,a) (b,b) (a,b) (b,a), then
-  /// of the anchors' (a,a).
+  /// Index of the first row of each of the three columns of the blocks (a,a) (b,b) (a,b) (b,a),
+  /// then of the blocks (a,a) of the anchors.
   std::vector<std::array<std::int64_t, 12>> link_slots_;
   std::vector<std::array<std::int64_t, 3>> anchor_slots_;
   std::vector<std::int64_t> diagonal_slots_;
 };
 
-// Any network at all: free nodes one after the other, springs in lists, and the matrices that
-// implicit schemes ask for.
+// Network of any topology: consecutive free nodes, springs in lists, and the matrices of implicit
+// schemes.
 
-/// What the vectors of a list hold: free nodes one after the other, and behind them one of the
-/// following.
+/// Layout of the vectors of a list network.
 struct ListVectors {
-  bool padded = false;  ///< a zero after each node's coordinates, and places that never move behind
-                        ///< all: as springs in fans want them, and no matrix does
-  Eigen::Index further = 0;  ///< coordinates of whose masses a derived class tells
+  bool padded = false;  ///< padded 4-vectors, with fixed points after the free nodes, as adjacency
+                        ///< groups require; not available with matrices
+  Eigen::Index further = 0;  ///< additional coordinates, with masses from a derived class
 };
 
 template <class Real> class ListNetwork : public NetworkSystem<Real> {
  public:
-  /// skip = false computes what the scene does not need, to the same bits.
+  /// Builds the network. With skip = false, unnecessary terms are computed too; results are bitwise
+  /// identical.
   ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip,
               const ListVectors& vectors = {});
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
   [[nodiscard]] bool has_dampers() const override { return damped_; }
-  /// Of forces, and of places and velocities: with padded vectors.
+  /// Returns true for padded vectors: the one-pass step combines forces, positions and velocities.
   [[nodiscard]] bool has_one_pass() const override { return spacing_ == adjacency::node_stride; }
   void prepare_one_pass() override;
   double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override;
@@ -77,7 +78,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
                          Vector<Real>& f) noexcept override;
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
   [[nodiscard]] std::size_t spring_bytes() const noexcept override;
-  /// Entries of a pattern() that are not the nodes'.
+  /// Adds entries of the pattern that do not belong to nodes.
   virtual void add_entries(std::vector<Eigen::Triplet<Real>>& /*entries*/) const {}
 
  private:
@@ -86,13 +87,13 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
   void sort_springs(const NetworkProblem& problem, bool skip);
   void remember_lengths();
 
-  int spacing_;  ///< from one node's coordinates to the next one's
+  int spacing_;  ///< offset between the coordinates of consecutive nodes
   SpringSet<Real> springs_;
-  AdjacencySprings<Real> groups_{};  ///< the same springs, unless they pull as printed
+  AdjacencySprings<Real> groups_{};  ///< the same springs, unless a printed form is selected
   SpringKernel<Real> kernel_ = nullptr;
   bool damped_ = true;
-  Vector<Real> next_force_;      ///< between two steps in one pass: the weight [N]
-  SpringSet<Real> fixed_pairs_;  ///< only without skipping
+  Vector<Real> next_force_;      ///< weight, between two one-pass steps [N]
+  SpringSet<Real> fixed_pairs_;  ///< only with skip = false
   Vector<Real> fixed_q_, fixed_v_, fixed_f_;
   SpringMatrices<Real> matrices_;
 };

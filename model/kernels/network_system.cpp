@@ -56,7 +56,7 @@ double NetworkSystem<Real>::measure(double t, double gate, const Vector<Real>& q
   return measure_springs(q, v, f);
 }
 
-/// f may be longer than this network: a tool's coordinate comes after it.
+/// Writes the weight. f may be longer than this network: a tool's coordinate follows.
 template <class Real> void NetworkSystem<Real>::put_weight(Vector<Real>& f) const noexcept {
   f.head(weight_.size()) = weight_;
   f.tail(f.size() - weight_.size()).setZero();

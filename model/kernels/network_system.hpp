@@ -14,7 +14,7 @@ template <class Real> class NetworkSystem : public System<Real> {
  public:
   void force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
              Vector<Real>& f) noexcept final;
-  /// force(), and returns the springs' energy [J].
+  /// Computes the force as force() does and returns the elastic energy [J].
   double measure(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                  Vector<Real>& f) noexcept;
   void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept final;
@@ -22,36 +22,38 @@ template <class Real> class NetworkSystem : public System<Real> {
   [[nodiscard]] const NodeLayout& layout() const { return layout_; }
   [[nodiscard]] virtual Vector<Real> initial_position() const = 0;
   [[nodiscard]] Vector<Real> initial_velocity() const;
-  /// Displacement, or velocity, of a node without coordinates of its own; zero where it is held.
+  /// Returns the displacement or velocity of a node without coordinates of its own; zero for a
+  /// fixed node.
   [[nodiscard]] virtual Eigen::Vector3d moved(const Vector<Real>& /*all*/,
                                               int /*node*/) const noexcept {
     return Eigen::Vector3d::Zero();
   }
-  /// Vectors may be longer: a tool's coordinate comes after those of the network.
+  /// Returns the total energy [J]. The vectors may be longer than the network: a tool's coordinate
+  /// follows.
   [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v) const noexcept {
     return energy(q, v, elastic_energy(q));
   }
-  /// Where the springs' energy is known.
+  /// Returns the total energy [J] for a known elastic energy [J].
   [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v,
                               double elastic) const noexcept;
   [[nodiscard]] int zero_length_springs(const Vector<Real>& q) const noexcept;
-  /// With a free end; all of them without skipping.
+  /// Returns the number of springs with a free end; with skip = false, of all springs.
   [[nodiscard]] std::size_t spring_count() const { return spring_count_; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
-  /// Of what can move: the part that is stepped.
+  /// Returns the fraction of the movable part that is currently integrated.
   [[nodiscard]] virtual double awake_share() const noexcept { return 1.0; }
 
  protected:
   NetworkSystem(const NetworkProblem& problem, NodeLayout layout, bool skip);
   [[nodiscard]] const NetworkProblem& problem() const { return problem_; }
-  /// After set_mass().
+  /// Computes the weight per coordinate; call it after set_mass().
   void spread_weight();
-  /// Sets all of f.
+  /// Overwrites f with the weight.
   void put_weight(Vector<Real>& f) const noexcept;
   [[nodiscard]] const Vector<Real>& weight() const {
     return weight_;
-  }  ///< empty where it is skipped [N]
-  /// add_springs(), and returns their energy [J].
+  }  ///< empty if there is no gravity [N]
+  /// Adds the spring forces and returns the elastic energy [J].
   virtual double measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                                  Vector<Real>& f) noexcept {
     add_springs(q, v, f);
@@ -64,7 +66,7 @@ template <class Real> class NetworkSystem : public System<Real> {
     Eigen::Index coordinate;
   };
   [[nodiscard]] const std::vector<LoadOnCoordinate>& loaded() const { return loaded_; }
-  /// Of one of loaded() [N].
+  /// Returns the load on one entry of loaded() [N].
   [[nodiscard]] Eigen::Vector3d load_at(const LoadOnCoordinate& on, double t,
                                         double gate) const noexcept {
     const Load& load = loads_[static_cast<std::size_t>(on.load)];
@@ -83,7 +85,7 @@ template <class Real> class NetworkSystem : public System<Real> {
   std::vector<Load> loads_;
   std::vector<LoadOnCoordinate> loaded_;
   std::size_t spring_count_ = 0;
-  Vector<Real> weight_;  ///< m g per coordinate [N]; empty where it is skipped
+  Vector<Real> weight_;  ///< m g per coordinate [N]; empty if there is no gravity
 };
 
 }  // namespace palpate

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a step goes through is inlined, whatever the compiler thinks of its size. Sanitizers
-/// multiply code, so that there it takes calls: else a file of kernels would compile for minutes.
+/// Forces inlining of the code of a step, independent of the compiler's size limit. Sanitizer
+/// builds use calls, because inlining would make compilation of the kernels take minutes.
 
 #include <type_traits>
 #include <xsimd/xsimd.hpp>
@@ -16,10 +16,10 @@
 
 namespace palpate::fused {
 
-// Multiplication and addition in one rounding, where the instruction set has it. Included by one
-// source file per instruction set; `Arch` makes functions of that instruction set alone.
+// Multiplication and addition with one rounding, if the instruction set supports it. One source
+// file per instruction set includes this header; `Arch` gives each its own functions.
 
-/// Vectors of 512 bits, for which xsimd 8 has no such operation.
+/// True for 512-bit vectors, for which xsimd 8 has no fused operation.
 template <class Arch> inline constexpr bool is_avx512 = std::is_base_of_v<xsimd::avx512f, Arch>;
 
 /// a b + c
@@ -59,13 +59,13 @@ template <class Real, class Arch> struct MultiplyAdd<xsimd::batch<Real, Arch>> {
   }
 };
 
-// Lengths of springs and their inverses, a vector at a time. Included by one source file per
-// instruction set; `Arch` makes functions of that instruction set alone.
+// Lengths of springs and their inverses, one vector at a time. One source file per instruction set
+// includes this header; `Arch` gives each its own functions.
 
 #if defined(__AVX512F__)
-/// From the processor's estimate of 1 / sqrt(square), good to 2^-14: with r = 1 - square estimate^2
-/// it is the estimate times (1 - r)^(-1/2), by the series of that, without the divider. What waits
-/// for r is short: much else waits for this.
+/// Returns 1 / sqrt(square) from the processor's estimate with a relative error of 2^-14. With r =
+/// 1 - square estimate^2, the result is the estimate times the series of (1 - r)^(-1/2), without a
+/// division. The dependency chain after r is short, because r is available late.
 template <class Arch>
 xsimd::batch<double, Arch> inverse_root(const xsimd::batch<double, Arch>& square) noexcept {
   using Batch = xsimd::batch<double, Arch>;
@@ -79,19 +79,19 @@ xsimd::batch<float, Arch> inverse_root(const xsimd::batch<float, Arch>& square) 
   using Batch = xsimd::batch<float, Arch>;
   const Batch estimate = _mm512_rsqrt14_ps(square);
   const Batch r = fused::subtract(square * estimate, estimate, Batch(1.0F));
-  // Half the estimate: one less in its exponent, for which no multiplier is needed.
+  // Half of the estimate: the exponent less one, without a multiplication.
   const __m512i half = _mm512_sub_epi32(_mm512_castps_si512(estimate), _mm512_set1_epi32(1 << 23));
   return fused::add(r, Batch(_mm512_castsi512_ps(half)), estimate);
 }
 #endif
 
-/// What squared lengths begin with [m^2]: 1 / length is then finite, and springs whose ends are at
-/// one place pull with it times nothing. To lengths above 1e-6 m it adds less than a rounding.
+/// Offset added to squared lengths [m^2]. It keeps 1 / length finite, so that springs of zero
+/// length exert no force. For lengths above 1e-6 m it is below rounding error.
 template <class Real> inline constexpr Real least_square = Real(1e-30);
 static_assert(least_square<double> < 0.5 * 2.2e-16 * 1e-6 * 1e-6);
 
-/// Of springs whose squared lengths, least_square added, are `square`; from a square root and a
-/// quotient.
+/// Lengths of springs from a square root and a division. `square` is the squared length plus
+/// least_square.
 template <class Real, class Arch, bool estimated = fused::is_avx512<Arch>> class SpringLengths {
  public:
   using Batch = xsimd::batch<Real, Arch>;
@@ -99,11 +99,11 @@ template <class Real, class Arch, bool estimated = fused::is_avx512<Arch>> class
   SpringLengths() noexcept = default;
   explicit SpringLengths(const Batch& square) noexcept : length_(xsimd::sqrt(square)) {}
   [[nodiscard]] const Batch& length() const noexcept { return length_; }
-  /// Tension over length without dampers.
+  /// Returns tension over length without dampers.
   [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring) const noexcept {
     return SpringTension<SpringTerms{.viscous = false}>::of(spring, length_, length_) * inverse();
   }
-  /// Tension over length with dampers; `rate` is L' times the length.
+  /// Returns tension over length with dampers; `rate` is L' times the length.
   [[nodiscard]] Batch pull(const SpringNumbers<Batch>& spring, const Batch& rate) const noexcept {
     const Batch inverse = this->inverse();
     return SpringTension<>::of(spring, length_, Batch(rate * inverse)) * inverse;
@@ -116,8 +116,8 @@ template <class Real, class Arch, bool estimated = fused::is_avx512<Arch>> class
 };
 
 #if defined(__AVX512F__)
-/// From the processor's estimate. Tension over length is k - (k L - c rate / length) / length: two
-/// operations less, at a rounding more of k, where the divider does not set the pace.
+/// Lengths of springs from the processor's estimate. Tension over length is k - (k L - c rate /
+/// length) / length: two operations less, with one more rounding of k.
 template <class Real, class Arch> class SpringLengths<Real, Arch, true> {
  public:
   using Batch = xsimd::batch<Real, Arch>;

@@ -23,7 +23,7 @@ template <class Real> Real dot(const Three<Real>& a, const Three<Real>& b) noexc
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-/// 1 / L, or 0 for a spring without direction, so that it exerts no force and makes no NaN.
+/// Returns 1 / L, or 0 for a spring of zero length, so that it exerts no force and gives no NaN.
 template <class Real> Real inverse_or_zero(Real length) noexcept {
   return length > static_cast<Real>(zero_length) ? Real(1) / length : Real(0);
 }
@@ -34,7 +34,7 @@ template <class Real> void add(Real* f, Real factor, const Three<Real>& d) noexc
   f[2] += factor * d.z;
 }
 
-/// The corrected physics. Returns tension / L.
+/// Returns tension / L of the corrected force law.
 template <bool damped, class Real, class Element>
 Real pull(const Element& spring, const Three<Real>& d, const Three<Real>& w) noexcept {
   const Real length = std::sqrt(dot(d, d));
@@ -62,7 +62,7 @@ void physical_kernel(SpringSet<Real>& springs, const Real* q, const Real* v, Rea
   }
 }
 
-/// Any erratum of the force law. Returns the factor of d.
+/// Returns the factor of d for a force law with any erratum.
 template <class Real, class Element>
 Real printed_pull(SpringSet<Real>& springs, std::size_t index, const Element& spring,
                   const Three<Real>& d, const Three<Real>& w) noexcept {
@@ -182,8 +182,9 @@ void AdjacencySprings<Real>::add_group(int node, std::span<const Member> members
   groups_.push_back(group);
 }
 
-/// Node by node, each answers for the springs that no earlier one does: as many as fill its groups,
-/// the others are left to the nodes at their other ends.
+/// Assigns each spring to the adjacency group of one of its ends, in node order. A node computes as
+/// many unassigned springs as fill its batches; the others are left to the nodes at their other
+/// ends.
 template <class Real>
 void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, int spacing) {
   damped_ = damped;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Loops over single springs, for the printed forms and for pairs of fixed nodes when nothing is
-/// skipped. Each equals NetworkProblem::force to rounding; tests compare the kernels of adjacency
-/// groups with them.
+/// Loops over single springs, for the printed forms, and for pairs of fixed nodes if nothing is
+/// skipped. Each loop equals NetworkProblem::force to rounding error; tests compare the kernels of
+/// adjacency groups with them.
 
 #include <span>
 #include <vector>
@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-/// A spring between two free nodes; a and b are first coordinates.
+/// Spring between two free nodes; a and b are first coordinates.
 template <class Real> struct Link {
   int a;
   int b;
@@ -22,8 +22,8 @@ template <class Real> struct Link {
   Real rest_length;
 };
 
-/// A spring from a free node to a place that never moves; b is where that place's coordinates are,
-/// or would be, behind those of the free nodes.
+/// Spring from a free node to a fixed point; b is the index of the fixed point's coordinates after
+/// those of the free nodes, whether or not they are stored.
 template <class Real> struct Anchor {
   int a;
   int b;
@@ -36,32 +36,32 @@ template <class Real> struct Anchor {
 template <class Real> struct SpringSet {
   std::vector<Link<Real>> links;
   std::vector<Anchor<Real>> anchors;
-  SpringLaw law{};                      ///< of the printed kernels only
+  SpringLaw law{};                      ///< used by the printed kernels only
   bool lagged = false;                  ///< printed Eq. 9
-  std::vector<Real> previous_length{};  ///< links, then anchors; lagged only
-  Real lag = Real(1);                   ///< [s] between two evaluations; lagged only
+  std::vector<Real> previous_length{};  ///< links, then anchors; used if `lagged`
+  Real lag = Real(1);                   ///< time between two evaluations; used if `lagged` [s]
 };
 
-/// Adds all spring forces; f is not cleared.
+/// Adds all spring forces to f without clearing it.
 template <class Real>
 using SpringKernel = void (*)(SpringSet<Real>& springs, const Real* q, const Real* v,
                               Real* f) noexcept;
 
 struct KernelTraits {
   bool damped = true;
-  bool printed = false;  ///< any erratum of the force law
+  bool printed = false;  ///< any erratum of the force law is selected
 };
 
 template <class Real> SpringKernel<Real> spring_kernel_for(KernelTraits traits) noexcept;
 
-/// Adds -C(q) w.
+/// Adds -C(q) w to f.
 template <class Real>
 void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, Real* f) noexcept;
 
-// The springs of a list, gathered by nodes, so that as many as a register holds are computed at
-// once. Equals spring_kernel_for() of the physical law to rounding.
+// Springs of a list in adjacency groups, which fill SIMD registers. The forces equal those of
+// spring_kernel_for() of the physical law to rounding error.
 
-/// All that this processor can run, the best first.
+/// Returns all kernels that this processor supports, widest first.
 template <class Real> std::vector<adjacency::Kernels<Real>> adjacency_kernels();
 
 template <class Real> class AdjacencySprings {
@@ -69,19 +69,19 @@ template <class Real> class AdjacencySprings {
   explicit AdjacencySprings(
       const adjacency::Kernels<Real>& kernels = adjacency_kernels<Real>().front())
       : kernels_(kernels) {}
-  /// Links and anchors; without their dampers unless `damped`. Vectors have `spacing` numbers for
-  /// each node: adjacency::node_stride with places that never move behind the free nodes, read and
-  /// written as they lie; or 3 and no such places, copied to padded vectors and back at every
-  /// evaluation. Allocates.
+  /// Groups the links and anchors; includes dampers only if `damped`. Vectors have `spacing`
+  /// numbers per node. With adjacency::node_stride, fixed points follow the free nodes and the
+  /// vectors are used in place. With 3, there are no fixed points and each evaluation copies to
+  /// padded vectors and back. Allocates.
   void take(const SpringSet<Real>& springs, bool damped, int spacing);
   [[nodiscard]] bool empty() const { return groups_.empty(); }
   /// Adds the forces of all springs to f.
   void add(const Real* q, const Real* v, Real* f) noexcept { add_with(force_, q, v, f); }
-  /// add(), and returns the springs' energy [J].
+  /// Adds the forces of all springs to f and returns the elastic energy [J].
   double measure(const Real* q, const Real* v, Real* f) noexcept {
     return add_with(measured_force_, q, v, f);
   }
-  /// For padded vectors; see adjacency::Move.
+  /// Advances padded vectors by one step; see adjacency::Move.
   [[nodiscard]] double advance(const adjacency::Move<Real>& move, long nodes) const noexcept {
     return kernels_.advance(move, nodes);
   }
@@ -91,15 +91,15 @@ template <class Real> class AdjacencySprings {
   }
 
  private:
-  /// A spring as one of its ends sees it.
+  /// Spring in the adjacency group of one of its ends.
   struct Member {
-    int partner;  ///< a node
+    int partner;  ///< node at the other end
     Real stiffness;
     Real viscosity;
     Real rest_length;
   };
   void add_group(int node, std::span<const Member> members);
-  /// PaddedVectors of one's own, for vectors without.
+  /// Allocates padded vectors for callers without padded vectors.
   void make_padded(const SpringSet<Real>& springs);
   double add_with(adjacency::Force<Real> kernel, const Real* q, const Real* v, Real* f) noexcept;
 
@@ -112,7 +112,7 @@ template <class Real> class AdjacencySprings {
   AlignedVector<Real> numbers_;
   long free_nodes_ = 0;
   AlignedVector<Real> q_, v_,
-      f_;  ///< free nodes, then places that never move; empty where the vectors are padded
+      f_;  ///< free nodes, then fixed points; empty if the caller's vectors are padded
 };
 
 }  // namespace palpate

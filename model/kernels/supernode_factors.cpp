@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr Eigen::Index widest = 32;
-/// Share of a supernode that may be zeros which a column of its own would not store.
+/// Largest fraction of zeros in a supernode that separate columns would not store.
 constexpr double padding = 0.25;
 
 template <class Real> Eigen::Index entries_of(const Eigen::SparseMatrix<Real>& l, Eigen::Index j) {
@@ -34,7 +34,7 @@ supernodes::Supernode SupernodeFactors<Real>::supernode_at(const Lower& l,
                                                            Eigen::Index first) const {
   Eigen::Index width = 1;
   Eigen::Index stored = entries_of(l, first);
-  // The next column joins if it is the parent in the elimination tree: its rows contain these.
+  // The next column is added if it is the parent in the elimination tree: its rows contain these.
   for (Eigen::Index next = first + 1; next < l.cols() && width < widest; ++next, ++width) {
     if (entries_of(l, next - 1) == 0 || *rows_of(l, next - 1) != next) { break; }
     const Eigen::Index entries = stored + entries_of(l, next);
@@ -52,7 +52,8 @@ supernodes::Supernode SupernodeFactors<Real>::supernode_at(const Lower& l,
           .values = static_cast<long>(values_.size())};
 }
 
-/// The columns as they are, then times the inverse of their unit lower square, then in tiles.
+/// Stores a supernode: copies the columns, multiplies by the inverse of their unit lower triangle,
+/// and divides the result into tiles.
 template <class Real>
 void SupernodeFactors<Real>::store(const Lower& l, const supernodes::Supernode& supernode) {
   const Eigen::Index last = supernode.first + supernode.width - 1;

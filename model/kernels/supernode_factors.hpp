@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A sparse L D L^T in dense supernodes of single precision, for a preconditioner: neighbouring
-/// columns with the same rows are one supernode, which is read once and in order. Solving is
-/// several times faster than entry by entry in double, and as close as a preconditioner has to be
+/// Sparse L D L^T factorisation in dense supernodes of single precision, for a preconditioner. A
+/// supernode is a set of neighbouring columns with the same rows; it is read once and sequentially.
+/// It is faster than a sparse solve in double, and its accuracy is sufficient for a preconditioner
 /// (model/EQUATIONS.md, "Panels of a factorisation").
 
 #include <Eigen/SparseCholesky>
@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-/// All that this processor can run, the best first.
+/// Returns all kernels that this processor supports, widest first.
 std::vector<supernodes::Kernels> supernode_kernels();
 
 template <class Real> class SupernodeFactors {
@@ -21,19 +21,20 @@ template <class Real> class SupernodeFactors {
   using Factors = Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>;
   explicit SupernodeFactors(const supernodes::Kernels& kernels = supernode_kernels().front())
       : kernels_(kernels) {}
-  /// A successful factorisation; allocates.
+  /// Copies a successful factorisation; allocates.
   void take(const Factors& factors);
-  /// Whether single precision holds the factors.
+  /// Returns true if the factors are in the range of single precision.
   [[nodiscard]] bool usable() const { return usable_; }
-  /// out = (L D L^T)^-1 right, to about 1e-7 of what the condition makes of it.
+  /// Computes out = (L D L^T)^-1 right with a relative error of about 1e-7 times the condition
+  /// number.
   void solve(const Vector<Real>& right, Vector<Real>& out) noexcept;
   [[nodiscard]] std::size_t supernode_count() const { return supernodes_.size(); }
-  /// Read twice by every solve.
+  /// Returns the size of the values, which every solve reads twice.
   [[nodiscard]] std::size_t memory_bytes() const { return values_.size() * sizeof(float); }
 
  private:
   using Lower = Eigen::SparseMatrix<Real>;
-  /// The supernode that begins at a column.
+  /// Returns the supernode that begins at column `first`.
   [[nodiscard]] supernodes::Supernode supernode_at(const Lower& l, Eigen::Index first) const;
   void store(const Lower& l, const supernodes::Supernode& supernode);
 

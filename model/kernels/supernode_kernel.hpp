@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The triangular solves in supernodes for one instruction set (model/EQUATIONS.md, "Panels of a
-/// factorisation"). Included by one source file per instruction set; includes no code that other
-/// files compile too.
+/// Triangular solves in supernodes for one instruction set (model/EQUATIONS.md, "Panels of a
+/// factorisation"). One source file per instruction set includes this header. It must not include
+/// code that other files compile.
 
 #include <xsimd/xsimd.hpp>
 
@@ -16,7 +16,8 @@ template <class Arch> struct Lanes {
   static constexpr long count = static_cast<long>(Batch::size);
 };
 
-/// sums += tile x, `columns` of it. Two sums a block, so that they do not wait for each other.
+/// Computes sums += tile x for `columns` columns. Two independent sums per block shorten the
+/// dependency chain.
 template <int columns, class Arch>
 void add_rows(const float* values, long blocks, const float* x, float* sums) noexcept {
   using Batch = typename Lanes<Arch>::Batch;
@@ -36,7 +37,7 @@ void add_rows(const float* values, long blocks, const float* x, float* sums) noe
   }
 }
 
-/// x = tile^T of the rows in `from`.
+/// Computes x = tile^T applied to the rows in `from`.
 template <int columns, class Arch>
 void sum_columns(const float* values, long blocks, const float* from, float* x) noexcept {
   using Batch = typename Lanes<Arch>::Batch;
@@ -55,7 +56,7 @@ void sum_columns(const float* values, long blocks, const float* from, float* x) 
 using TileKernel = void (*)(const float* values, long blocks, const float* from,
                             float* to) noexcept;
 
-/// By the number of columns, less one.
+/// Kernels by number of columns; index 0 is one column.
 template <class Arch> struct Tiles {
   static constexpr TileKernel add[tile] = {
       &add_rows<1, Arch>, &add_rows<2, Arch>, &add_rows<3, Arch>, &add_rows<4, Arch>,

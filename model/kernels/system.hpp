@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Numbers that kernels read: they begin where a cache line does, so that no register is loaded
-/// from two lines.
+/// Vector aligned to a cache line, so that no SIMD load crosses two lines.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -20,16 +19,15 @@ static_assert(EIGEN_DEFAULT_ALIGN_BYTES >= 64,
 
 template <class Real> using AlignedVector = std::vector<Real, Eigen::aligned_allocator<Real>>;
 
-// Where the coordinates of nodes stand in the vectors of the stepping. Kernels choose it; all else
-// asks it.
+// Layout of the node coordinates in the state vectors of the integrators. The kernels choose it.
 
 struct NodeLayout {
-  Eigen::Index size = 0;              ///< of a vector of all coordinates, without that of a tool
-  Eigen::Index stride = 1;            ///< from a node's x to its y, and from y to z
-  std::vector<Eigen::Index> first{};  ///< of each node's x; -1 for a fixed node
+  Eigen::Index size = 0;    ///< length of a vector of all coordinates, without that of a tool
+  Eigen::Index stride = 1;  ///< offset from a node's x to its y, and from y to z
+  std::vector<Eigen::Index> first{};  ///< index of each node's x; -1 for a fixed node
 };
 
-/// The three coordinates of a node whose x stands at `first`.
+/// Returns the three coordinates of a node with its x at index `first`.
 template <class Real>
 auto at_node(const Eigen::Matrix<Real, Eigen::Dynamic, 1>& all, Eigen::Index first,
              Eigen::Index stride) noexcept {
@@ -43,7 +41,8 @@ auto at_node(Eigen::Matrix<Real, Eigen::Dynamic, 1>& all, Eigen::Index first,
       all.data() + first, Eigen::InnerStride<>(stride));
 }
 
-/// Coordinates of the free nodes in their order, three each, as a Problem has them.
+/// Copies the coordinates of the free nodes to a packed vector in the order of a Problem, three per
+/// node.
 template <class Real>
 void gather(const Eigen::Matrix<Real, Eigen::Dynamic, 1>& all, const NodeLayout& layout,
             Eigen::Ref<Eigen::VectorXd> packed) noexcept {
@@ -54,7 +53,7 @@ void gather(const Eigen::Matrix<Real, Eigen::Dynamic, 1>& all, const NodeLayout&
     n += 3;
   }
 }
-/// And back; what belongs to no free node stays as it is.
+/// Copies a packed vector back; elements of no free node are unchanged.
 template <class Real>
 void scatter(const Eigen::VectorXd& packed, const NodeLayout& layout,
              Eigen::Matrix<Real, Eigen::Dynamic, 1>& all) noexcept {
@@ -66,14 +65,14 @@ void scatter(const Eigen::VectorXd& packed, const NodeLayout& layout,
   }
 }
 
-// What an integrator sees of a scene: M q'' = f(t, q, q') in the precision of the stepping.
-// Everything is allocated on construction; calls after that allocate nothing.
+// System that an integrator advances: M q'' = f(t, q, q') in the precision of the stepping. The
+// constructor allocates all memory; later calls do not allocate.
 
 template <class Real> using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 
 template <class Real> struct State {
   Vector<Real> position;  ///< q [m]
-  Vector<Real> velocity;  ///< [m/s]; schemes that stagger hold the one of their half step
+  Vector<Real> velocity;  ///< staggered schemes store the velocity at the half step [m/s]
 };
 
 template <class Real> class System {
@@ -83,17 +82,18 @@ template <class Real> class System {
   [[nodiscard]] const Vector<Real>& inverse_mass() const { return masses_->inverse; }  ///< [1/kg]
   [[nodiscard]] const Vector<Real>& mass() const { return masses_->mass; }             ///< [kg]
 
-  /// f [N]; `gate` is the beginning of the step, which decides the loads that act.
+  /// Computes f [N]; `gate` is the activation time, i.e. the beginning of the step, which
+  /// determines the active loads.
   virtual void force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                      Vector<Real>& f) noexcept = 0;
-  /// Adds weight times the loads alone, for schemes whose kick straddles two steps.
+  /// Adds `weight` times the loads only, for schemes whose kick spans two steps.
   virtual void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept = 0;
-  /// C(q) w [N]: what the dampers would resist velocity w with.
+  /// Computes C(q) w [N], the resistance of the dampers to velocity w.
   virtual void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept = 0;
-  /// Whether damping() is ever anything but zero.
+  /// Returns false if damping() is always zero.
   [[nodiscard]] virtual bool has_dampers() const { return true; }
-  /// A whole step of semi-implicit Euler in one pass over memory, for systems that say they have
-  /// one; returns the sum of squares of the new velocities.
+  /// Takes a complete semi-implicit Euler step in one pass over memory and returns the sum of
+  /// squares of the new velocities. Call it only if has_one_pass() is true.
   [[nodiscard]] virtual bool has_one_pass() const { return false; }
   virtual void prepare_one_pass() {}  ///< allocates
   virtual double one_pass(double /*t*/, double /*gate*/, Real /*h*/,
@@ -101,8 +101,8 @@ template <class Real> class System {
     assert(!"this system has none");
     return 0.0;
   }
-  /// A = M + on_damping C + on_stiffness K, K = -df/dq and C = -df/dv, into a matrix that
-  /// `pattern` made.
+  /// Computes A = M + on_damping C + on_stiffness K with K = -df/dq and C = -df/dv, in a matrix
+  /// from `pattern`.
   virtual void jacobian(const Vector<Real>& /*q*/, const Vector<Real>& /*v*/, Real /*on_damping*/,
                         Real /*on_stiffness*/, Eigen::SparseMatrix<Real>& /*a*/) noexcept {
     assert(!"only systems for implicit schemes have matrices");
@@ -110,14 +110,16 @@ template <class Real> class System {
   virtual void pattern(Eigen::SparseMatrix<Real>& /*a*/) {  ///< allocates
     assert(!"only systems for implicit schemes have matrices");
   }
-  /// product = A x becomes that of the Jacobian with what sticks to a tool held; see force().
+  /// Changes product = A x to the product with the Jacobian under the active contact constraints;
+  /// see force().
   virtual void hold(const Vector<Real>& /*x*/, Vector<Real>& /*product*/) noexcept {}
-  /// Before the first step: `solve` is P^-1 of a preconditioner that knows nothing of what sticks.
+  /// Computes the constraint compliance before the first step. `solve` applies P^-1 of a
+  /// preconditioner without contact constraints.
   virtual void learn_compliance(
       const std::function<void(const Vector<Real>&, Vector<Real>&)>& /*solve*/) {}
-  /// Before the products of one linear solve.
+  /// Prepares the constraints for one linear solve; call it before the products.
   virtual void begin_linear_solve() noexcept {}
-  /// solution = P^-1 r becomes that with what sticks held.
+  /// Changes solution = P^-1 r to the solution under the active contact constraints.
   virtual void constrain_solution(const Vector<Real>& /*r*/, Vector<Real>& /*solution*/) noexcept {}
 
   void acceleration(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
@@ -127,13 +129,13 @@ template <class Real> class System {
   }
 
  protected:
-  /// What has no mass never moves.
+  /// Sets the masses; coordinates with zero mass never move.
   void set_mass(const Eigen::VectorXd& mass) {
     const auto inverse = mass.unaryExpr([](double m) { return m == 0.0 ? 0.0 : 1.0 / m; });
     masses_ =
         std::make_shared<const Masses>(Masses{mass.cast<Real>(), inverse.template cast<Real>()});
   }
-  /// Those of another system with the same coordinates.
+  /// Uses the masses of another system with the same coordinates.
   void share_mass(const System& other) { masses_ = other.masses_; }
 
  private:
@@ -144,7 +146,7 @@ template <class Real> class System {
   std::shared_ptr<const Masses> masses_ = std::make_shared<const Masses>();
 };
 
-// The single spring-mass-damper as an integrator sees it.
+// Single spring-mass-damper as the system of an integrator.
 
 template <class Real> class OscillatorSystem final : public System<Real> {
  public:
@@ -156,7 +158,7 @@ template <class Real> class OscillatorSystem final : public System<Real> {
     f(0) = static_cast<Real>(drive(t)) - static_cast<Real>(o_.stiffness) * q(0) -
            static_cast<Real>(o_.viscosity) * v(0);
   }
-  /// The drive never switches, so both halves of a kick see the same and nothing changes.
+  /// The drive does not switch, so the activation time has no effect.
   void add_loads(double t, double /*gate*/, Real weight, Vector<Real>& f) noexcept override {
     f(0) += weight * static_cast<Real>(drive(t));
   }

@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-/// Bad input: one line per problem, each already in the form "FILE:LINE: found; allowed".
+/// Invalid input, with one line per problem in the form "FILE:LINE: found; allowed".
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Path of a needle through a network: the nodes that move with it, and the materials that it cuts
-/// and rubs against (model/EQUATIONS.md, "Needle line"). The path of a probe has one contact point.
+/// Path of a needle through a network: its contact points and the materials along it
+/// (model/EQUATIONS.md, "Needle line"). The path of a probe has one contact point.
 
 #include <limits>
 #include <span>
@@ -12,49 +12,53 @@
 
 namespace palpate {
 
-/// Material on the path from `begin` to `end`, along the undeformed line from the skin [m].
+/// Material of the path from `begin` to `end` [m], measured along the undeformed line from the
+/// skin.
 struct PathInterval {
   double begin = 0.0;
   double end = std::numeric_limits<double>::infinity();
   double cutting_force = 0.0;  ///< [N]
   double friction = 0.0;       ///< [N/m] per metre of shaft
   TissueRole role = TissueRole::tissue;
-  std::string label{};  ///< of the layer, or its material's name
+  std::string label{};  ///< name of the layer or of its material
 };
 
-/// A material between two depths, under a label.
+/// Returns the interval of a material between two depths [m].
 PathInterval interval_in(const Material& material, std::string label, double begin, double end);
 
-/// Materials along entry + xi n in order of xi, from the skin for ever: layers, the lattice's
-/// material, inclusions, or the boxes of voxels. `first` is where the tissue begins (layers of a
-/// bare network count from it).
+/// Returns the materials along entry + xi n in order of xi, from the skin to infinity: layers, the
+/// lattice's material, inclusions, or the boxes of voxels. `first` is the depth at which the tissue
+/// begins; layers of a bare network are measured from it.
 std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double first);
 
-/// Label of the tissue at a point: that of intervals_along() on the line along z through the point.
+/// Returns the label of the tissue at a point: that of intervals_along() on the line along z
+/// through the point.
 std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first);
 
-struct NodeGrid;  // node_grid.hpp
+struct NodeGrid;  // tissue_grid.hpp
 
 class NeedlePath {
  public:
   struct Support {
     int node = 0;
-    double weight = 0.0;  ///< weights of a contact point sum to one
+    double weight = 0.0;  ///< the weights of a contact point sum to one
   };
-  /// Contact point: a material point on the path whose motion is a weighted mean of nodes.
+  /// Contact point: a material point on the path, with a displacement that is a weighted mean over
+  /// nodes.
   struct Knot {
     double depth = 0.0;     ///< xi_k on the undeformed line [m]
-    std::size_t first = 0;  ///< of its supports
+    std::size_t first = 0;  ///< index of its first support
     std::size_t count = 0;
   };
-  /// Material point between two contact points: (1 - share) of `knot` and share of knot + 1.
+  /// Material point between two contact points, with weight 1 - share on `knot` and share on knot +
+  /// 1.
   struct Place {
     std::size_t knot = 0;
     double share = 0.0;
   };
 
-  /// Throws std::invalid_argument where no node lies near the line.
+  /// Builds the path of a needle. Throws std::invalid_argument if no node is near the line.
   static NeedlePath of_needle(const Scene& scene, const SpringNetwork& network);
   static NeedlePath of_probe(const Scene& scene, const SpringNetwork& network);
 
@@ -65,14 +69,15 @@ class NeedlePath {
     return {supports_.data() + knot.first, knot.count};
   }
   [[nodiscard]] const std::vector<PathInterval>& intervals() const { return intervals_; }
-  /// Where bone begins [m]; infinite without.
+  /// Returns the depth at which bone begins [m]; infinite without bone.
   [[nodiscard]] double bone() const { return bone_; }
 
   [[nodiscard]] Place place(double depth) const noexcept;
-  /// Index of the interval that holds the point at `depth`, an end belonging to the next.
+  /// Returns the index of the interval that contains the point at `depth`. A boundary belongs to
+  /// the next interval.
   [[nodiscard]] std::size_t interval_at(double depth) const noexcept;
-  /// Largest friction of a shaft with its tip at `depth`: l_k of each contact point [N]. Returns
-  /// the sum.
+  /// Computes the friction limit l_k of each contact point [N] for a tip at `depth` and returns the
+  /// sum.
   double friction(double depth, std::span<double> of_knot) const noexcept;
 
  private:
@@ -81,7 +86,7 @@ class NeedlePath {
     double begin = 0.0;
     double end = 0.0;
     double friction = 0.0;  ///< [N/m]
-    std::size_t knot = 0;   ///< before it
+    std::size_t knot = 0;   ///< contact point before it
   };
   void add_knot(double depth, const std::vector<Support>& supports);
   void lattice_knots(const Scene& scene, const SpringNetwork& network);
@@ -98,7 +103,7 @@ class NeedlePath {
   double bone_ = std::numeric_limits<double>::infinity();
 };
 
-/// Path of the tool of a scene, which has a needle or a probe.
+/// Builds the path of the tool of a scene, which must have a needle or a probe.
 NeedlePath tool_path(const Scene& scene, const SpringNetwork& network);
 
 }  // namespace palpate

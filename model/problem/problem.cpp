@@ -45,7 +45,7 @@ Vector3d at_node(const Eigen::Ref<const Eigen::VectorXd>& q, Eigen::Index first,
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
-/// Adds the 3x3 blocks of one spring; coordinates below zero belong to fixed nodes.
+/// Adds the 3x3 blocks of one spring; negative coordinates denote fixed nodes.
 void add_blocks(Triplets& triplets, Eigen::Index a, Eigen::Index b, const Matrix3d& block) {
   const auto add = [&](Eigen::Index row, Eigen::Index column, double sign) {
     if (row < 0 || column < 0) { return; }
@@ -159,7 +159,7 @@ void NetworkProblem::jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
     add_blocks(position_triplets, a, b, gradient.position);
     add_blocks(velocity_triplets, a, b, gradient.velocity);
   }
-  for (Eigen::Index i = 0; i < dof(); i += 3) {  // free nodes without springs keep their block
+  for (Eigen::Index i = 0; i < dof(); i += 3) {  // free nodes without springs need a block as well
     add_blocks(position_triplets, i, -1, Matrix3d::Zero());
     add_blocks(velocity_triplets, i, -1, Matrix3d::Zero());
   }

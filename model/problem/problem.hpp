@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Equation of motion of a scene, M q'' = f(t, q, q'): its executable specification, plain and slow
-/// on purpose. References integrate it; every fast kernel has a test that compares it with this.
-/// Nothing here depends on how a step is taken.
+/// Equation of motion of a scene, M q'' = f(t, q, q'). It is the executable specification and is
+/// not optimised: reference solvers integrate it, and the tests compare every kernel with it. It
+/// does not depend on the time integration.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -14,39 +14,40 @@
 
 namespace palpate {
 
-/// Loads switch at breaks, so f is smooth only between them. `gate` is the instant that decides
-/// which loads are on: a stepping scheme passes the beginning of its step, a reference any time
-/// strictly inside the segment between two breaks that it integrates.
+/// Equation of motion with switched loads. f is smooth between the breaks at which loads switch.
+/// The activation time `gate` determines the active loads: an integrator passes the beginning of
+/// its step, a reference solver any time strictly inside the segment between two breaks.
 class Problem {
  public:
   virtual ~Problem() = default;
   [[nodiscard]] virtual Eigen::Index dof() const = 0;
-  [[nodiscard]] virtual const Eigen::VectorXd& mass() const = 0;  ///< [kg] per coordinate
+  [[nodiscard]] virtual const Eigen::VectorXd& mass() const = 0;  ///< per coordinate [kg]
   [[nodiscard]] virtual Eigen::VectorXd initial_position() const = 0;
   [[nodiscard]] virtual Eigen::VectorXd initial_velocity() const = 0;
-  /// Total force [N] per coordinate; q [m], v [m/s].
+  /// Computes the total force per coordinate [N]; q [m], v [m/s].
   virtual void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
                      const Eigen::Ref<const Eigen::VectorXd>& v,
                      Eigen::Ref<Eigen::VectorXd> f) const = 0;
-  /// K = -df/dq and C = -df/dv, complete and exact; both have the same pattern on every call.
+  /// Computes the exact K = -df/dq and C = -df/dv. The sparsity pattern is the same on every call.
   virtual void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
                         const Eigen::Ref<const Eigen::VectorXd>& v,
                         Eigen::SparseMatrix<double>& stiffness,
                         Eigen::SparseMatrix<double>& damping) const = 0;
-  /// Instants where a load begins or ends [s], sorted, without duplicates.
+  /// Returns the times at which a load begins or ends [s], sorted and without duplicates.
   [[nodiscard]] virtual std::vector<double> breaks() const = 0;
-  /// Shortest time over which a load changes [s] (infinite when all are constant).
+  /// Returns the shortest time over which a load changes [s]; infinite if all loads are constant.
   [[nodiscard]] virtual double shortest_feature() const = 0;
-  /// Kinetic plus elastic energy, plus the potential of gravity [J].
+  /// Returns the sum of kinetic energy, elastic energy and potential energy of gravity [J].
   [[nodiscard]] virtual double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
                                       const Eigen::Ref<const Eigen::VectorXd>& v) const = 0;
 };
 
-/// Factor of a load's force at time t: its profile where `gate` lies in [start, end), else 0.
+/// Returns the factor of a load's force at time t: its profile if `gate` is in [start, end),
+/// otherwise 0.
 double load_factor(const Load& load, double t, double gate) noexcept;
 
-/// Derivatives of the force on end a of a spring with respect to d = x_b - x_a and to the relative
-/// velocity w = v_b - v_a; zero for a spring without direction.
+/// Derivatives of the force on end a of a spring with respect to d = x_b - x_a and to w = v_b -
+/// v_a. Zero for a spring of zero length.
 template <class Real> struct SpringGradient {
   Eigen::Matrix<Real, 3, 3> position = Eigen::Matrix<Real, 3, 3>::Zero();
   Eigen::Matrix<Real, 3, 3> velocity = Eigen::Matrix<Real, 3, 3>::Zero();
@@ -74,11 +75,12 @@ SpringGradient<Real> spring_gradient(const SpringLaw& law, const SpringNumbers<R
   return {e * slope.transpose() + tension * turn, spring.viscosity * e * u.transpose()};
 }
 
-/// Coordinates of the free nodes, three each, in node order. Errata of the force law are honoured;
-/// those of the stepping (no_time_step, lagged_velocity) have no meaning here.
+/// Equation of motion of a network. The coordinates are those of the free nodes, three each, in
+/// node order. Errata of the force law are applied; those of the time step (no_time_step,
+/// lagged_velocity) are ignored.
 class NetworkProblem final : public Problem {
  public:
-  /// `loads` name nodes (faces are resolved by resolve_loads()).
+  /// Builds the problem. `loads` must refer to nodes; resolve_loads() replaces faces.
   NetworkProblem(SpringNetwork network, std::vector<Load> loads = {},
                  const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(),
                  const PrintedForm& printed = {});
@@ -104,12 +106,12 @@ class NetworkProblem final : public Problem {
   [[nodiscard]] const std::vector<Load>& loads() const { return loads_; }
   [[nodiscard]] const Eigen::Vector3d& gravity() const { return gravity_; }
   [[nodiscard]] const std::vector<int>& free_nodes() const { return free_; }  ///< ascending
-  /// Initial positions of all nodes: where fixed ones stay.
+  /// Returns the initial positions of all nodes; fixed nodes keep them.
   [[nodiscard]] const NodeVectors& held_position() const {
     return network_.initial_displacement.cols() == 0 ? network_.rest_position : displaced_;
   }
   [[nodiscard]] std::size_t memory_bytes() const;
-  /// First coordinate of a node, or -1 when it is fixed.
+  /// Returns the first coordinate of a node, or -1 for a fixed node.
   [[nodiscard]] Eigen::Index coordinate(int node) const {
     return coordinate_[static_cast<std::size_t>(node)];
   }
@@ -119,13 +121,13 @@ class NetworkProblem final : public Problem {
   std::vector<Load> loads_;
   Eigen::Vector3d gravity_;
   PrintedForm printed_;
-  NodeVectors displaced_;  ///< initial positions, where they are not those at rest
+  NodeVectors displaced_;  ///< initial positions, if they differ from the rest positions
   std::vector<int> free_;
   std::vector<Eigen::Index> coordinate_;
   Eigen::VectorXd mass_;
 };
 
-/// Eqs. 3-5: one coordinate, driven by F0 cos(W t).
+/// Oscillator of Eqs. 3-5: one coordinate, driven by F0 cos(W t).
 class OscillatorProblem final : public Problem {
  public:
   explicit OscillatorProblem(const Oscillator& oscillator);
@@ -150,7 +152,7 @@ class OscillatorProblem final : public Problem {
   Eigen::VectorXd mass_;
 };
 
-/// The scene as an equation of motion; defined with the builders of networks in model/tissue.
+/// Builds the equation of motion of a scene; defined with the network builders in model/tissue.
 std::unique_ptr<Problem> make_problem(const Scene& scene);
 
 }  // namespace palpate

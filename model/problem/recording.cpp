@@ -8,10 +8,10 @@
 namespace palpate {
 namespace {
 
-constexpr double near_median = 0.25;   // of the median: steps that the nominal rate is taken from
-constexpr double most_missing = 1e12;  // of one gap: what a number of any size still fits in
-constexpr double longest_span = 1e9;   // [s], thirty years
-constexpr double uneven_by = 0.2;      // of the median: more than rounding to milliseconds makes
+constexpr double near_median = 0.25;   // fraction of the median: steps that define the nominal rate
+constexpr double most_missing = 1e12;  // upper limit for one gap, which any integer type can store
+constexpr double longest_span = 1e9;   // thirty years [s]
+constexpr double uneven_by = 0.2;      // fraction of the median: above rounding to milliseconds
 
 std::vector<double> steps_of(std::span<const double> time) {
   std::vector<double> steps;
@@ -38,7 +38,7 @@ std::size_t clear_what_is_not_finite(std::vector<double>& values) {
   return count;
 }
 
-/// Samples in runs of at least `least_run` values that equal `extreme`.
+/// Counts the samples in runs of at least `least_run` values equal to `extreme`.
 std::size_t flat_samples(std::span<const double> values, double extreme, std::size_t least_run) {
   std::size_t total = 0;
   std::size_t run = 0;
@@ -121,7 +121,7 @@ void count_defects(Recording& recording, const DefectRules& rules,
   }
   const Extremes extremes = extremes_of(recording.pressure);
   defects.clipped = 0;
-  if (!(extremes.least < extremes.largest)) { return; }  // constant: flat, but not cut
+  if (!(extremes.least < extremes.largest)) { return; }  // a constant signal is not clipped
   for (const double extreme : {extremes.least, extremes.largest}) {
     defects.clipped += flat_samples(recording.pressure, extreme, rules.flat_run);
   }

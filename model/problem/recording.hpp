@@ -10,40 +10,40 @@
 
 namespace palpate {
 
-/// One millimetre of mercury, as the conventional unit is defined [Pa] (NIST SP 811, appendix B.8).
+/// One millimetre of mercury, conventional unit [Pa] (NIST SP 811, appendix B.8).
 inline constexpr double pascals_per_mmhg = 133.322387415;
 
-// What a pressure transducer left behind: a measured insertion, or one rebuilt from published
+// Recording of a pressure transducer: a measured insertion, or one reconstructed from published
 // values.
 
-/// What was found wrong with the samples when they were read; nothing of it is mended.
+/// Defects of the samples that were detected during reading. They are counted and not corrected.
 struct RecordingDefects {
-  std::size_t missing = 0;     ///< samples that never arrived; time goes on, no row stands for them
-  std::size_t gaps = 0;        ///< places where they are missing
-  std::size_t bad_frames = 0;  ///< of the raw link, that failed their check or were cut short
-  std::size_t not_finite = 0;  ///< samples without a number; they stay in as NaN
-  std::size_t out_of_range = 0;    ///< told so by the transducer, or beyond what one can measure
-  std::size_t clipped = 0;         ///< samples of a flat top at the largest or smallest value
-  std::size_t not_increasing = 0;  ///< rows whose time does not come after the row before; left out
-  std::size_t battery_low = 0;     ///< samples whose transducer said that its battery is low
+  std::size_t missing = 0;  ///< samples that were not received; they have no row
+  std::size_t gaps = 0;     ///< gaps in time
+  std::size_t bad_frames =
+      0;  ///< frames of the raw link that are truncated or have a wrong checksum
+  std::size_t not_finite = 0;      ///< samples without a number; stored as NaN
+  std::size_t out_of_range = 0;    ///< reported by the transducer, or outside its possible range
+  std::size_t clipped = 0;         ///< samples of a constant run at the largest or smallest value
+  std::size_t not_increasing = 0;  ///< rows whose time is not after that of the row before; removed
+  std::size_t battery_low = 0;     ///< samples for which the transducer reported a low battery
   bool operator==(const RecordingDefects&) const = default;
 };
 
 struct Recording {
   enum class Kind { measured, reconstructed };
-  /// Never compared with each other: the pressure of a thumb on the plunger, of a pump that
-  /// injects.
+  /// Method of injection: by thumb on the plunger, or by pump. Pressures of the two are not
+  /// comparable.
   enum class Regime { thumb, pump };
 
-  std::string name{};  ///< for people, as "bmi-18-continuous-03"
+  std::string name{};  ///< identifier for people, e.g. "bmi-18-continuous-03"
   Kind kind = Kind::measured;
   Regime regime = Regime::thumb;
   std::string source{};  ///< publication, hospital, device
-  std::string
-      note{};  ///< what else a reader must know; of a reconstructed one, from what it was rebuilt
-  std::string group{};  ///< of subjects that belong together, as "BMI 18-24.9"
-  /// Who was recorded, as a code that names nobody, so that several recordings of one count once;
-  /// empty: somebody of whom there is no other recording.
+  std::string note{};    ///< remarks; for a reconstructed recording, its source data
+  std::string group{};   ///< group of subjects, e.g. "BMI 18-24.9"
+  /// Anonymous code of the subject, so that several recordings of one subject count once. Empty if
+  /// there is no other recording of the subject.
   std::string subject{};
   std::optional<double> body_mass_index{};  ///< [kg/m^2]
   std::string technique{};                  ///< "continuous", "intermittent" or empty
@@ -52,50 +52,54 @@ struct Recording {
 
   std::vector<double> time{};      ///< [s], strictly increasing
   std::vector<double> pressure{};  ///< gauge [Pa], one per time; NaN where none was measured
-  std::vector<double> depth{};     ///< of the tip below the skin [m]; empty: not recorded
-  std::vector<double> force{};     ///< along the needle [N]; empty: not recorded
+  std::vector<double> depth{};     ///< of the tip below the skin [m]; empty if not recorded
+  std::vector<double> force{};     ///< along the needle [N]; empty if not recorded
   RecordingDefects defects{};
 };
 
-// What is wrong with the samples of a recording, counted in one place for every format. Samples
-// are left as they are: nothing is interpolated, and only rows out of order are left out.
+// Detection of defects in the samples of a recording, common to all formats. Samples are not
+// interpolated; only rows out of order are removed.
 
 struct DefectRules {
-  /// Gauge [Pa]: no vacuum is deeper than the atmosphere (ISO 2533, sea level).
+  /// Lower limit of the gauge pressure [Pa]: vacuum at sea level (ISO 2533).
   double least_pressure = -101325.0;
-  /// Gauge [Pa]: half a step beyond the largest that the raw link can carry (docs/formats.md).
+  /// Upper limit of the gauge pressure [Pa]: half a step above the largest value of the raw link
+  /// (docs/formats.md).
   double largest_pressure = 3276.75 * pascals_per_mmhg;
-  /// Equal samples in a row at the largest or smallest pressure that count as clipped. A choice: a
-  /// tenth of a second of the raw link, in which a pressure seldom stays within one step.
+  /// Number of equal consecutive samples at the largest or smallest pressure that are treated as
+  /// clipped. The default is a tenth of a second of the raw link.
   std::size_t flat_run = 12;
-  /// Steps longer than this many nominal periods are gaps. A choice: halfway to the step that one
-  /// missing sample makes.
+  /// Steps longer than this many nominal periods are gaps. The default is halfway between a normal
+  /// step and a step with one missing sample.
   double gap_periods = 1.5;
 };
 
-/// How time goes on. All zero with fewer than two samples.
+/// Statistics of the sample times. All values are zero if there are fewer than two samples.
 struct Sampling {
   double period = 0.0;  ///< median step [s]
-  double rate = 0.0;    ///< over the mean of the steps within a quarter of the median [Hz]
-  double uneven = 0.0;  ///< share of the steps, without gaps, that differ from the median by > 20 %
+  double rate = 0.0;    ///< inverse of the mean of the steps within a quarter of the median [Hz]
+  double uneven =
+      0.0;  ///< fraction of the steps, without gaps, that differ from the median by > 20 %
   double shortest = 0.0;  ///< [s]
   double longest = 0.0;   ///< [s]
 };
 Sampling sampling_of(std::span<const double> time, const DefectRules& rules = {});
 
-/// Leaves out and counts rows whose time does not come after that of the row before, or is NaN.
+/// Removes and counts rows whose time is NaN or not after that of the row before.
 void leave_out_rows_out_of_order(Recording& recording);
 
-/// Counts gaps, missing, not finite, out of range and clipped samples of a recording in order, and
-/// does so anew at each call. `told_out_of_range`: per sample, other than 0 where the transducer
-/// said that it was over its range; empty: it cannot say so. Infinite values become NaN.
+/// Counts the gaps and the missing, non-finite, out-of-range and clipped samples of a recording in
+/// order of time; replaces earlier counts. `told_out_of_range` has one entry per sample, non-zero
+/// if the transducer reported an overrange; empty if it has no such flag. Infinite values become
+/// NaN.
 void count_defects(Recording& recording, const DefectRules& rules = {},
                    std::span<const char> told_out_of_range = {});
 
-/// Why a recording cannot be used, as "found; allowed"; empty when it can. A constant pressure can.
+/// Returns the reason why a recording cannot be used, as "found; allowed"; empty for a usable
+/// recording. A constant pressure is usable.
 std::string why_unusable(const Recording& recording);
 
-/// Smallest and largest finite value; both NaN when there is none.
+/// Smallest and largest finite value; both are NaN if there is none.
 struct Extremes {
   double least = std::numeric_limits<double>::quiet_NaN();
   double largest = std::numeric_limits<double>::quiet_NaN();

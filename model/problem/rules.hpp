@@ -10,20 +10,20 @@
 
 namespace palpate {
 
-/// The number with at most six digits, for messages.
+/// Formats a number with at most six digits for messages.
 inline std::string number_in_words(double value) {
   std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%g", value);
   return buffer.data();
 }
 
-/// Dotted key of a member of a list: "layer[2].thickness".
+/// Returns the dotted key of a list member, e.g. "layer[2].thickness".
 inline std::string at(std::string_view table, std::size_t index, std::string_view key) {
   return std::string(table) + "[" + std::to_string(index) + "]." + std::string(key);
 }
 
-/// One broken rule: its dotted key ("tissue.lattice.spacing", "layer[2].thickness") and a message
-/// that gives the value found and the values allowed.
+/// Violation of a rule: the dotted key ("tissue.lattice.spacing", "layer[2].thickness") and a
+/// message with the value found and the allowed values.
 struct Violation {
   std::string key{};
   std::string message{};
@@ -32,7 +32,7 @@ struct Violation {
 /// Collects violations.
 class Rules {
  public:
-  /// Adds a violation unless `holds`.
+  /// Adds a violation if `holds` is false.
   void must(bool holds, std::string key, std::string message) {
     if (!holds) { broken_.push_back({std::move(key), std::move(message)}); }
   }

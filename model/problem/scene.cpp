@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr int thickest_gauge = 14;
-/// Outer diameters of gauges 14 to 27 [m]: the inches of the Stubs needle scale, rounded to 1 um.
+/// Outer diameters of gauges 14 to 27 [m]: inches of the Stubs needle scale, rounded to 1 um.
 constexpr std::array diameters{2.108e-3, 1.829e-3, 1.651e-3, 1.473e-3, 1.270e-3,
                                1.067e-3, 0.908e-3, 0.819e-3, 0.718e-3, 0.641e-3,
                                0.565e-3, 0.514e-3, 0.464e-3, 0.413e-3};

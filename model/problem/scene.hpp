@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Scene: plain data with documented defaults, SI units throughout.
-/// Frame: right-handed, metres, +z points into the tissue, the undeformed skin is z = 0.
-/// fixtures/io/scene_file.hpp reads it from a file, model/tissue/scene_check.hpp has its rules, and
-/// problem.hpp has what it becomes.
+/// Scene: plain data with documented defaults in SI units. The tissue frame is right-handed, in
+/// metres, with +z into the tissue and the undeformed skin at z = 0. fixtures/io/scene_file.hpp
+/// reads a scene, model/tissue/scene_check.hpp checks it, and problem.hpp defines its equation of
+/// motion.
 
 #include <Eigen/Core>
 #include <array>
@@ -21,41 +21,42 @@ namespace palpate {
 
 /// Tool that a hand holds through a haptic device: `[falcon]` of a scene file.
 struct FalconDrive {
-  /// How the hand on the grip resists: presets of mass, viscosity and stiffness.
+  /// Impedance of the hand on the grip: presets of mass, viscosity and stiffness.
   enum class Hand { light, medium, firm, two_stage } hand = Hand::medium;
-  /// Published lengths of the device's legs.
+  /// Published leg lengths of the device.
   enum class Geometry { libnifalcon, martin_hillier } geometry = Geometry::libnifalcon;
-  /// The driver between loop and wire: exact, or with the defects of the common open one.
+  /// Motor driver between control loop and device: exact, or with the defects of the common
+  /// open-source driver.
   enum class Profile { correct, stock } profile = Profile::correct;
-  /// What the loop takes for the tool's place between two steps of slower tissue.
+  /// Method for the tool position between two steps of slower tissue.
   enum class Between { hold, extrapolate } between = Between::hold;
 
   double rate = 1000.0;                ///< of the haptic loop [Hz]
-  int delay = 0;                       ///< whole ticks from a position to the force it leads to
+  int delay = 0;                       ///< ticks between a position and the resulting force
   double coupling_stiffness = 2000.0;  ///< between grip and tool [N/m]
   double coupling_viscosity = 20.0;    ///< [N s/m]
   double start_height =
-      0.16;             ///< of the grip along the device's z where the tip is on the skin [m]
+      0.16;             ///< position of the grip along the device's z with the tip on the skin [m]
   double tremor = 0.0;  ///< amplitude of the hand's tremor [m]
-  double reaction_delay = 0.175;      ///< from a loss of resistance to the hand's answer [s]
-  bool quantised = true;              ///< whole encoder counts and motor words
+  double reaction_delay = 0.175;      ///< from a loss of resistance to the reaction of the hand [s]
+  bool quantised = true;              ///< encoder counts and motor commands are integers
   bool friction = true;               ///< in the device's joints
-  bool passivity_controller = false;  ///< damps what the rendering would feed in
-  int seed = 1;                       ///< of everything random
+  bool passivity_controller = false;  ///< dissipates energy that the rendering would generate
+  int seed = 1;                       ///< seed of all random numbers
 };
 
-/// Rigid needle with a sharp tip on the line entry + s direction; s = 0 on the undeformed skin.
+/// Rigid needle with a sharp tip on the line entry + s direction; s = 0 is on the undeformed skin.
 struct Needle {
-  double diameter = 1.651e-3;                ///< [m] outer; 16 gauge. Reported, not mechanical
-  Eigen::Vector2d entry{0.0, 0.0};           ///< x and y where the line meets z = 0 [m]
-  Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< of insertion; made a unit vector
-  double mass = 0.02;                        ///< [kg] of needle and syringe; drive by force
+  double diameter = 1.651e-3;  ///< outer, 16 gauge; reported, without effect on the mechanics [m]
+  Eigen::Vector2d entry{0.0, 0.0};           ///< x and y of the intersection with z = 0 [m]
+  Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< of insertion; normalised
+  double mass = 0.02;                        ///< of needle and syringe, for a drive by force [kg]
 };
 
-/// Outer diameter [m] of a Stubs needle gauge (ISO 9626), or nothing for one that is not made.
+/// Returns the outer diameter [m] of a Stubs needle gauge (ISO 9626); empty for an unknown gauge.
 std::optional<double> diameter_of_gauge(int gauge);
 
-/// A grid of places on the skin that a probe feels in turn, its middle at the probe's entry.
+/// Grid of positions on the skin that a probe palpates in sequence, centred on the probe's entry.
 struct PalpationGrid {
   std::array<int, 2> sites{9, 9};  ///< along x and y
   double spacing = 0.004;          ///< [m]
@@ -65,56 +66,59 @@ struct PalpationGrid {
   }
 };
 
-/// Blunt tool that presses on the skin: the force is spread over its footprint, nothing is cut.
+/// Blunt tool that presses on the skin. The force is distributed over its footprint; nothing is
+/// cut.
 struct Probe {
   enum class Shape { fingertip, ultrasound } shape = Shape::fingertip;
-  Eigen::Vector2d size{0.015, 0.015};  ///< [m] fingertip: diameter; ultrasound: along x and y
-  Eigen::Vector2d entry{0.0, 0.0};     ///< centre of the footprint [m]
-  double mass = 0.1;                   ///< [kg] drive by force
-  std::optional<PalpationGrid> map{};  ///< of the stiffness that it feels, beside the run
+  Eigen::Vector2d size{0.015,
+                       0.015};      ///< fingertip: diameter; ultrasound: lengths along x and y [m]
+  Eigen::Vector2d entry{0.0, 0.0};  ///< centre of the footprint [m]
+  double mass = 0.1;                ///< for a drive by force [kg]
+  std::optional<PalpationGrid> map{};  ///< map of the palpated stiffness, in addition to the run
 };
 
 struct Drive {
   enum class Kind { trajectory, force, falcon } kind = Kind::trajectory;
   enum class Technique { continuous, intermittent } technique = Technique::continuous;
-  double start = 0.0;  ///< [s] before it the tool rests
-  double from = 0.0;   ///< tip on its line before the start [m]; 0: at the skin
+  double start = 0.0;  ///< the tool rests before this time [s]
+  double from = 0.0;   ///< tip position on its line before the start [m]; 0: at the skin
   // Kind::trajectory
-  double speed = 0.005;            ///< [m/s] while advancing
-  double advance = 0.002;          ///< [m] of one advance, intermittent
-  double pause = 0.5;              ///< [s] between two advances or two load_cases, intermittent
-  std::optional<double> depth{};   ///< [m] where the advance ends; empty: it does not
-  double hold = 0.5;               ///< [s] at that depth, or at full force, before the withdrawal
-  double withdraw_speed = 0.0;     ///< [m/s]; 0: the tool stays
-  double grip_stiffness = 5000.0;  ///< [N/m] between hand and tool where bone stops the tool
+  double speed = 0.005;           ///< [m/s] while advancing
+  double advance = 0.002;         ///< length of one advance, intermittent [m]
+  double pause = 0.5;             ///< between two advances or two pushes, intermittent [s]
+  std::optional<double> depth{};  ///< end of the advance [m]; empty: no end
+  double hold = 0.5;            ///< time at that depth, or at full force, before the withdrawal [s]
+  double withdraw_speed = 0.0;  ///< 0: no withdrawal [m/s]
+  double grip_stiffness = 5000.0;  ///< between hand and tool when bone stops the tool [N/m]
   // Kind::force
-  double force = 10.0;           ///< [N] of the hand when fully on
-  double rise = 1.0;             ///< [s] from none to full
-  double push = 0.2;             ///< [s] of one push, intermittent
-  double withdraw_force = 0.0;   ///< [N] after hold; 0: the push goes on for ever
-  double hand_viscosity = 50.0;  ///< [N s/m] of the hand, against the tool's velocity
+  double force = 10.0;           ///< full force of the hand [N]
+  double rise = 1.0;             ///< from zero to full force [s]
+  double push = 0.2;             ///< duration of one push, intermittent [s]
+  double withdraw_force = 0.0;   ///< after `hold`; 0: the push does not end [N]
+  double hand_viscosity = 50.0;  ///< of the hand, opposes the tool's velocity [N s/m]
 };
 
-/// Fluid between thumb and needle tip (model/EQUATIONS.md, "Syringe"); saline by default.
+/// Fluid between thumb and needle tip (model/EQUATIONS.md, "Syringe"). The default is saline.
 struct Syringe {
   double plunger_area = 1.767e-4;       ///< [m^2]
-  double compliance = 2.0e-12;          ///< C [m^3/Pa] of the wall and any air
+  double compliance = 2.0e-12;          ///< C of the wall and any air [m^3/Pa]
   double thumb_force = 11.0;            ///< largest force of the thumb [N]
-  double thumb_flow = 1.0e-7;           ///< largest flow that the thumb keeps up [m^3/s]
-  double tissue_resistance = 2.0e12;    ///< R to flow into solid tissue [Pa s/m^3]
+  double thumb_flow = 1.0e-7;           ///< largest flow that the thumb can supply [m^3/s]
+  double tissue_resistance = 2.0e12;    ///< R of solid tissue [Pa s/m^3]
   double epidural_resistance = 2.0e10;  ///< R into the epidural space [Pa s/m^3]
-  double open_resistance = 1.0e9;       ///< R of the needle itself, tip in air [Pa s/m^3]
+  double open_resistance = 1.0e9;       ///< R of the needle with its tip in air [Pa s/m^3]
 };
 
-/// 10 ml of air instead: C = V / p0, and flows 55 times those of saline, the ratio of viscosities.
+/// Returns a syringe with 10 ml of air: C = V / p0, and flows 55 times those of saline, by the
+/// ratio of viscosities.
 Syringe air_syringe();
 
 enum class Precision { double_precision, single_precision };
 
-/// Errata of the paper's printed equations, each on its own (model/EQUATIONS.md, "Errata").
+/// Errata of the paper's printed equations, selectable one by one (model/EQUATIONS.md, "Errata").
 struct PrintedForm {
   bool sign = false;             ///< Eqs. 11-13: a stretched spring pushes its ends apart
-  bool reversed = false;         ///< with `sign`: the printed force turned round as a whole
+  bool reversed = false;         ///< with `sign`: the printed force with opposite sign
   bool direction = false;        ///< Eq. 12: multiplies by d instead of the unit vector d / L
   bool half_force = false;       ///< Eq. 14: half of each spring's force
   bool no_time_step = false;     ///< pseudo-code: velocity += acceleration, position += velocity
@@ -134,46 +138,48 @@ struct PrintedForm {
 
 struct SimulationSettings {
   double duration = 0.5;            ///< [s]
-  double step = 1e-3;               ///< [s] one tick
-  std::optional<int> substeps{};    ///< integrator steps per tick; empty: auto
-  std::string integrator = "auto";  ///< a name of integrator_registry, or "auto"
-  double solver_tolerance = 0.0;    ///< of implicit schemes, relative; 0: rounding
-  Precision precision = Precision::double_precision;  ///< of the stepping, never of the reference
-  int threads = 1;                                    ///< at most, that share a regular lattice
-  double sleep_force = 0.0;  ///< [N] that sleeping nodes may withhold in all; 0: none sleeps
+  double step = 1e-3;               ///< one tick [s]
+  std::optional<int> substeps{};    ///< integrator steps per tick; empty: automatic
+  std::string integrator = "auto";  ///< name in integrators(), or "auto"
+  double solver_tolerance = 0.0;    ///< relative tolerance of implicit schemes; 0: rounding
+  Precision precision =
+      Precision::double_precision;  ///< of the integrator; references always use double
+  int threads = 1;                  ///< upper limit for a regular lattice
+  double sleep_force =
+      0.0;  ///< limit of the total force withheld on sleeping nodes [N]; 0: no node sleeps
   double near_radius =
-      0.0;              ///< [m] about a tool or a load, beyond which tissue is reduced; 0: none is
-  int far_modes = 100;  ///< that are left of it
+      0.0;  ///< radius around a tool or a load of the tissue integrated in full [m]; 0: all of it
+  int far_modes = 100;    ///< number of modes that represent the far tissue
   PrintedForm printed{};  ///< all false: the corrected physics
 };
 
-/// Mechanical role of a tissue for a needle (model/EQUATIONS.md, "Needle tip"). Bone is rigid:
-/// nodes in it are fixed, and it is never pierced.
+/// Mechanical role of a tissue for a needle (model/EQUATIONS.md, "Needle tip"). Bone is rigid: its
+/// nodes are fixed and it cannot be punctured.
 enum class TissueRole { tissue, epidural_space, dura, bone };
 
-/// Tissue as a homogeneous isotropic solid; springs follow from it (PHYSICS, lattice elasticity).
+/// Tissue as a homogeneous isotropic solid, from which the spring constants are computed.
 struct Material {
   std::string name{};
   double youngs_modulus = 0.0;        ///< E [Pa]
   double density = 1000.0;            ///< [kg/m^3]
-  double damping_ratio = 0.0;         ///< of each spring against its reduced mass [1]
-  std::optional<double> viscosity{};  ///< [N s/m] per spring, instead of damping_ratio
+  double damping_ratio = 0.0;         ///< of each spring, relative to its reduced mass [1]
+  std::optional<double> viscosity{};  ///< per spring, replaces damping_ratio [N s/m]
   double cutting_force = 0.0;         ///< [N]
   double friction = 0.0;              ///< [N/m] per metre of shaft
-  std::optional<TissueRole> role{};   ///< empty: from its name, role_of()
+  std::optional<TissueRole> role{};   ///< empty: derived from the name by role_of()
 };
 
-/// A material's role: what it states, else what its name says ("epidural", "dura", "bone" as part
-/// of it, in this order), else tissue.
+/// Returns a material's role: the given one, otherwise the first of "epidural", "dura" and "bone"
+/// that its name contains, otherwise tissue.
 TissueRole role_of(const Material& material);
 
-/// The first material of that name, or null.
+/// Returns the first material of that name, or null.
 const Material* find_material(const std::vector<Material>& materials, std::string_view name);
 
 enum class LatticeWeights { cell, uniform };
 
-/// Regular lattice; node (i, j, l) has index (l * ny + j) * nx + i; x and y are centred on 0,
-/// z runs from 0 inwards.
+/// Regular lattice. Node (i, j, l) has index (l * ny + j) * nx + i; x and y are centred on 0, and z
+/// begins at 0 and increases into the tissue.
 struct Lattice {
   std::array<int, 3> nodes{10, 10, 10};
   double spacing = 0.005;  ///< a [m]
@@ -185,21 +191,22 @@ struct Lattice {
   double node_mass = 1e-3;  ///< [kg], weights = uniform
 };
 
-/// One layer of a layered block, in order from the skin down.
+/// Layer of a layered block; layers are listed from the skin down.
 struct Layer {
   std::string tissue{};  ///< label in results
   std::string material{};
   double thickness = 0.0;  ///< [m]
 };
 
-/// Lateral extent of a layered block; its depth is the sum of the layers.
+/// Lateral size of a layered block; its depth is the sum of the layers.
 struct LayerBlock {
   std::array<int, 2> nodes{10, 10};  ///< along x and y
   double spacing = 0.005;            ///< a [m]
   int connectivity = 26;
 };
 
-/// A body of another material inside a lattice or layered block; later ones win.
+/// Body of another material inside a lattice or layered block. Later inclusions override earlier
+/// ones.
 struct Inclusion {
   enum class Shape { sphere, box } shape = Shape::sphere;
   Eigen::Vector3d centre{0.0, 0.0, 0.0};  ///< [m]
@@ -225,27 +232,27 @@ enum class Face { x_min, x_max, y_min, y_max, z_min, z_max };
 
 struct Tissue {
   Source source = Source::lattice;
-  std::optional<std::vector<Face>> fixed{};  ///< empty: z-max, and none for a network
-  bool hold_by_mass = false;                 ///< fixed faces become very heavy nodes instead
-  double heavy_mass_factor = 1e6;            ///< how much heavier [1]
+  std::optional<std::vector<Face>> fixed{};  ///< empty: z-max; none for a network
+  bool hold_by_mass = false;                 ///< fixed faces become heavy nodes instead
+  double heavy_mass_factor = 1e6;            ///< mass ratio of heavy nodes [1]
   Eigen::Vector3d gravity{0.0, 0.0, 0.0};    ///< [m/s^2]
   Lattice lattice{};
   LayerBlock block{};
   std::vector<Layer> layers{};
   std::vector<Inclusion> inclusions{};
-  SpringNetwork network{};  ///< source = network, as read from its files
+  SpringNetwork network{};  ///< source = network: read from its files
   Oscillator oscillator{};
-  std::shared_ptr<const VoxelTissue> voxels{};  ///< source = mesh or mri, as built from its files
-  std::shared_ptr<const Skin> skin{};  ///< a surface that follows the tissue, as read from its file
+  std::shared_ptr<const VoxelTissue> voxels{};  ///< source = mesh or mri: built from its files
+  std::shared_ptr<const Skin> skin{};  ///< surface that follows the tissue, read from its file
 };
 
 enum class Profile { constant, ramp, half_sine };
 
-/// Force on nodes; acts on the integrator steps that begin in [start, end).
+/// Force on nodes; acts in the integrator steps that begin in [start, end).
 struct Load {
   std::vector<int> nodes{};
-  std::optional<Face> face{};            ///< instead of nodes
-  Eigen::Vector3d force{0.0, 0.0, 0.0};  ///< [N] on each node
+  std::optional<Face> face{};            ///< replaces `nodes`
+  Eigen::Vector3d force{0.0, 0.0, 0.0};  ///< on each node [N]
   double start = 0.0;                    ///< [s]
   double end = std::numeric_limits<double>::infinity();
   Profile profile = Profile::constant;
@@ -255,14 +262,16 @@ enum class RecordedQuantity { position, velocity, force };
 
 struct Record {
   std::string name{};
-  std::variant<int, Eigen::Vector3d> where{0};  ///< node index, or point: the nearest node
+  std::variant<int, Eigen::Vector3d> where{
+      0};  ///< node index, or a point, which selects the nearest node
   std::vector<RecordedQuantity> quantities{RecordedQuantity::position};
 };
 
 struct Output {
-  int frames = 60;  ///< snapshots of all nodes kept, evenly spaced over the ticks; 0: none
-  /// With a tool: what dampers take is summed up in every step, which costs two passes over the
-  /// springs. Not a key of scene files.
+  int frames =
+      60;  ///< number of stored snapshots of all nodes, evenly spaced over the ticks; 0: none
+  /// Sums the energy dissipated by dampers in every step of a run with a tool, at the cost of two
+  /// more passes over the springs. Not a key of scene files.
   bool audit = false;
 };
 
@@ -270,27 +279,29 @@ struct Scene {
   std::string title{};
   SimulationSettings simulation{};
   Tissue tissue{};
-  std::vector<Material> materials{};  ///< those of the file and of the shipped library
+  std::vector<Material> materials{};  ///< from the file and from the shipped library
   std::vector<Load> loads{};
   std::vector<Record> records{};
-  std::optional<Needle> needle{};  ///< at most one of needle and probe
+  std::optional<Needle> needle{};  ///< at most one of needle and probe is set
   std::optional<Probe> probe{};
-  std::optional<Drive> drive{};         ///< of the tool; empty with a tool: the default drive
-  std::optional<FalconDrive> falcon{};  ///< of a drive of that kind; empty: the default one
+  std::optional<Drive> drive{};         ///< of the tool; empty with a tool: default drive
+  std::optional<FalconDrive> falcon{};  ///< for a drive of kind falcon; empty: default values
   std::optional<Syringe> syringe{};     ///< only with a needle
   Output output{};
 };
 
-/// Nodes of a face: those within a millionth of the body's extent of its extreme coordinate.
+/// Returns the nodes of a face: those within a millionth of the body's extent of its extreme
+/// coordinate.
 std::vector<int> face_nodes(const NodeVectors& rest_position, Face face);
 
-/// The scene's loads with every face replaced by its nodes.
+/// Returns the scene's loads with every face replaced by its nodes.
 std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network);
 
-/// Node of a record: its index, or the node nearest to its point (the lowest of equals).
+/// Returns the node of a record: its index, or the node nearest to its point (the lowest index if
+/// several are equally near).
 int record_node(const Record& record, const SpringNetwork& network);
 
-/// Name as in scene files, "z-max".
+/// Returns the name used in scene files, e.g. "z-max".
 std::string_view name_of(Face face);
 
 }  // namespace palpate

@@ -94,7 +94,7 @@ struct Key {
   bool endless = false;  ///< the default is infinity and means "no end"; a file cannot give it
   std::string_view doc{};
 
-  /// The unit after a number in a message: " m", or nothing for pure numbers.
+  /// Returns the unit for use after a number in a message, e.g. " m"; empty for pure numbers.
   [[nodiscard]] std::string after_number() const {
     return unit.empty() || unit == "1" ? std::string() : " " + std::string(unit);
   }
@@ -174,18 +174,18 @@ inline constexpr auto words<FalconDrive::Between> = std::to_array<WordOf<FalconD
 // Keys whose value in a file is not simply the value of one member. Each refers to the member that
 // the key sets; numbers() returns those that the key's range is about.
 
-/// "auto" or a whole number.
+/// Key with the value "auto" or an integer.
 template <class T> struct AutoOrCount {
   T& count;
   [[nodiscard]] std::optional<int> numbers() const { return count; }
 };
-/// "physical" or "as-printed".
+/// Key with the value "physical" or "as-printed".
 template <class T> struct EquationsWord { T& printed; };
-/// "fixed" or "heavy".
+/// Key with the value "fixed" or "heavy".
 template <class T> struct HoldWord { T& by_mass; };
-/// "none", one face or a list of faces.
+/// Key with the value "none", one face or a list of faces.
 template <class T> struct FixedFaces { T& faces; };
-/// The index of a node.
+/// Key with the index of a node.
 template <class T> struct NodeOf {
   T& where;
   [[nodiscard]] std::optional<int> numbers() const {
@@ -193,7 +193,7 @@ template <class T> struct NodeOf {
     return node != nullptr ? std::optional(*node) : std::nullopt;
   }
 };
-/// A point, instead of the index of a node.
+/// Key with a point that replaces the index of a node.
 template <class T> struct PointOf {
   T& where;
   [[nodiscard]] std::optional<Eigen::Vector3d> numbers() const {
@@ -201,18 +201,18 @@ template <class T> struct PointOf {
     return point != nullptr ? std::optional(*point) : std::nullopt;
   }
 };
-/// Edge lengths: one number for all edges or one number for each.
+/// Key with one length for all edges, or one length for each.
 template <class T> struct Edges {
   T& size;
   [[nodiscard]] const T& numbers() const { return size; }
 };
-/// A needle gauge, which sets the diameter.
+/// Key with a needle gauge, which sets the diameter.
 template <class T> struct GaugeOf { T& diameter; };
-/// The shape of a probe, which also sets the size that the probe has by default.
+/// Key with the shape of a probe, which also sets the default size.
 template <class T> struct ProbeShape { T& probe; };
-/// "saline" or "air": sets the defaults of all other keys of a syringe.
+/// Key with the value "saline" or "air", which sets the defaults of the other syringe keys.
 template <class T> struct SyringePreset { T& syringe; };
-/// Text that becomes part of a column name.
+/// Key with a text that becomes part of a column name.
 template <class T> struct Label { T& text; };
 
 /// Default footprint of an ultrasound probe [m].
@@ -239,7 +239,7 @@ template <class T, class Check> bool all_numbers(const T& member, Check holds) {
   return true;
 }
 
-/// T, constant or not.
+/// Concept of a type T, constant or not.
 template <class T, class Plain>
 concept Is = std::same_as<std::remove_const_t<T>, Plain>;
 

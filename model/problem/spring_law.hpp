@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The law of one spring-damper (model/EQUATIONS.md, "Spring force"). Every kernel instantiates it,
-/// for single numbers or for vectors of them. Kernels of each instruction set include this file: it
-/// defines templates only, so that no code is compiled twice under one name.
+/// Force law of one spring-damper (model/EQUATIONS.md, "Spring force"). Every kernel instantiates
+/// it, for scalars or SIMD vectors. The kernels of each instruction set include this file, so it
+/// defines templates only: no function is compiled twice under one name.
 
 namespace palpate {
 
 struct PrintedForm;
 
-/// Below this length [m] a spring has no direction: it exerts no force and is reported.
+/// Length [m] below which a spring has no direction; it then exerts no force and is reported.
 inline constexpr double zero_length = 1e-12;
 
 /// Constants of a spring-damper, or of several in one vector.
 template <class Number> struct SpringNumbers {
   Number stiffness;  ///< k [N/m]
   Number rest;       ///< L0 [m]
-  Number viscosity;  ///< c [N s/m]; not read where there are no dampers
+  Number viscosity;  ///< c [N s/m]; unused without dampers
 };
 
 template <class Number, class Element> SpringNumbers<Number> numbers_of(const Element& spring) {
@@ -23,7 +23,7 @@ template <class Number, class Element> SpringNumbers<Number> numbers_of(const El
           static_cast<Number>(spring.viscosity)};
 }
 
-/// a b + c. Vectors specialise it where the instruction set has an operation with one rounding.
+/// Computes a b + c. SIMD vectors specialise it if the instruction set has a fused operation.
 template <class Number> struct MultiplyAdd {
   static Number of(const Number& a, const Number& b, const Number& c) noexcept { return a * b + c; }
 };
@@ -52,7 +52,7 @@ template <SpringTerms terms = SpringTerms{}> struct SpringTension {
   }
 };
 
-/// `sum` plus twice the elastic energy of a spring, k (L - L0)^2 [J].
+/// Returns `sum` plus twice the elastic energy of a spring, k (L - L0)^2 [J].
 template <class Number>
 Number add_twice_energy(const SpringNumbers<Number>& spring, const Number& length,
                         const Number& sum) noexcept {
@@ -61,14 +61,14 @@ Number add_twice_energy(const SpringNumbers<Number>& spring, const Number& lengt
 }
 
 /// Errata of the printed force law: f_a = scale (elastic k (L - L0) + viscous c L') e, with e = u,
-/// or d for the printed Eq. 12. The corrected law has the defaults.
+/// or e = d for the printed Eq. 12. The defaults give the corrected law.
 struct SpringLaw {
   double scale = 1.0;               ///< 1 or 1/2
   double elastic = 1.0;             ///< 1 or -1
   double viscous = 1.0;             ///< 1 or -1
   bool along_displacement = false;  ///< e = d instead of u
 
-  /// Whether a scene selects any printed form of the force.
+  /// Returns true if a scene selects any printed form of the force.
   static bool is_printed(const PrintedForm& printed);
   static SpringLaw from(const PrintedForm& printed);
 
@@ -79,7 +79,8 @@ struct SpringLaw {
   }
 };
 
-/// Force [N] on end a; end b receives the opposite. d = x_b - x_a [m], extension_rate = L' [m/s].
+/// Returns the force [N] on end a; the force on end b is opposite. d = x_b - x_a [m],
+/// extension_rate = L' [m/s].
 template <class Real, class Vector>
 Vector spring_force(const SpringLaw& law, Real stiffness, Real viscosity, Real rest_length,
                     const Vector& d, Real length, Real extension_rate) noexcept {

@@ -22,7 +22,7 @@ bool LatticeShape::has_bond(const Spring& spring) const {
   const std::array<int, 3> b = place(spring.b);
   const std::array<int, 3> step{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
   if (!std::ranges::all_of(step, [](int s) { return std::abs(s) <= 1; })) { return false; }
-  constexpr double rounding = 1e-12;  // of a length that was computed in another order
+  constexpr double rounding = 1e-12;  // relative; for a length computed in a different order
   const double natural = bond_length(step);
   return std::abs(spring.rest_length - natural) <= rounding * natural;  // false for NaN
 }
@@ -55,8 +55,7 @@ bool SpringList::same(const Pattern& known, const Run& run) const {
   return std::ranges::equal(pattern, bonds(run));
 }
 
-/// All springs of the last run's node are there: where it has those of a node before it, they are
-/// kept there.
+/// Completes the last run: if its node has the bonds of an earlier node, it uses that pattern.
 void SpringList::settle() {
   if (!open_) { return; }
   open_ = false;

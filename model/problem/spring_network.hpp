@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Tissue as point masses joined by spring-dampers (model/EQUATIONS.md, "Network").
+/// Tissue as point masses connected by spring-dampers (model/EQUATIONS.md, "Network").
 
 #include <Eigen/Core>
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-/// A spring with its damper: force on node a is (k (L - L0) + c L') u, u from a to b.
+/// Spring with damper. The force on node a is (k (L - L0) + c L') u, with u from a to b.
 struct Spring {
   int a = 0;
   int b = 0;
@@ -33,18 +33,19 @@ struct LatticeShape {
   [[nodiscard]] std::array<int, 3> place(int node) const {  ///< (i, j, l) of an index
     return {node % nodes[0], node / nodes[0] % nodes[1], node / (nodes[0] * nodes[1])};
   }
-  /// Position of a node [m], with x and y centred on 0 and z from 0 inwards.
+  /// Returns the position of a node [m]; x and y are centred on 0, and z begins at 0.
   [[nodiscard]] Eigen::Vector3d position(int i, int j, int l) const;
-  /// Natural length of a spring that leads by `step` nodes along each axis [m].
+  /// Returns the natural length of a spring with an offset of `step` nodes along each axis [m].
   [[nodiscard]] double bond_length(const std::array<int, 3>& step) const;
-  /// Whether a spring joins two of 26 neighbours and has its natural length, to rounding.
+  /// Returns true if a spring connects two of 26 neighbours and has its natural length, to rounding
+  /// error.
   [[nodiscard]] bool has_bond(const Spring& spring) const;
 };
 
-/// Springs in their order. Consecutive nodes with the same springs, as in a lattice, store them
-/// once: a lattice of a million nodes takes a megabyte, and a network whose springs all differ less
-/// than twice their size. The list of a regular lattice keeps its shape for as long as every spring
-/// that is added is one of the lattice.
+/// Compressed, ordered list of springs. Consecutive nodes with the same springs, as in a lattice,
+/// store them once. Networks without such nodes need less than twice the memory of a plain list.
+/// The list of a regular lattice keeps its shape as long as every added spring belongs to the
+/// lattice.
 class SpringList {
  public:
   /// A spring relative to its node a.
@@ -55,13 +56,13 @@ class SpringList {
     double rest_length = 0.0;
     bool operator==(const Bond&) const = default;
   };
-  /// Nodes first_node, first_node + 1, ... with the same bonds: by node, then by bond.
+  /// Consecutive nodes, from first_node, with the same bonds; ordered by node, then by bond.
   struct Run {
     int first_node = 0;
     int nodes = 0;
     std::uint32_t first_bond = 0;
     std::uint32_t bonds = 0;
-    std::size_t first_spring = 0;  ///< its place in the list
+    std::size_t first_spring = 0;  ///< index in the list
   };
   class Iterator;
   using value_type = Spring;
@@ -73,10 +74,10 @@ class SpringList {
   SpringList(const std::vector<Spring>& springs) : SpringList(std::span(springs)) {}
   explicit SpringList(std::span<const Spring> springs,
                       const std::optional<LatticeShape>& lattice = {});
-  /// No springs yet, between the nodes of a lattice with two nodes or more along each axis.
+  /// Creates an empty list for a lattice with at least two nodes along each axis.
   explicit SpringList(const LatticeShape& lattice) : lattice_(lattice) {}
 
-  /// A spring that is none of the lattice's makes this a list without structure.
+  /// Appends a spring. The list loses its lattice if the spring does not belong to it.
   void push_back(const Spring& spring);
   /// Calls change(std::vector<Spring>&) and replaces the springs by the result.
   template <class Change> void edit(Change change) {
@@ -92,7 +93,7 @@ class SpringList {
   }
   [[nodiscard]] std::vector<Spring> listed() const;
 
-  /// The regular lattice that the springs belong to; empty for any other network.
+  /// Returns the regular lattice of the springs; empty for any other network.
   [[nodiscard]] const std::optional<LatticeShape>& lattice() const { return lattice_; }
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
@@ -105,7 +106,7 @@ class SpringList {
   [[nodiscard]] std::span<const Bond> bonds(const Run& run) const {
     return std::span(bonds_).subspan(run.first_bond, run.bonds);
   }
-  /// Every bond that some node has, at least once.
+  /// Returns every bond of the network, possibly several times.
   [[nodiscard]] std::span<const Bond> kinds() const { return bonds_; }
   static Spring spring_of(int node, const Bond& bond) {
     return {node, node + bond.to, bond.stiffness, bond.viscosity, bond.rest_length};
@@ -115,7 +116,7 @@ class SpringList {
   }
 
  private:
-  /// Bonds that later nodes may have too.
+  /// Bonds that later nodes can share.
   struct Pattern {
     std::uint32_t first_bond = 0;
     std::uint32_t bonds = 0;
@@ -127,8 +128,8 @@ class SpringList {
   std::vector<Run> runs_{};
   std::vector<Bond> bonds_{};
   std::size_t size_ = 0;
-  bool open_ = false;                ///< the last run may get further bonds
-  std::array<Pattern, 9> recent_{};  ///< as many as a layer of a lattice has
+  bool open_ = false;                ///< the last run can receive further bonds
+  std::array<Pattern, 9> recent_{};  ///< as many as a lattice layer has
   std::size_t next_recent_ = 0;
 };
 
@@ -180,7 +181,7 @@ inline auto SpringList::end() const -> Iterator {
 
 using NodeVectors = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< one column per node
 
-/// Built once (model/tissue, or read from files) and not changed afterwards, so that simulations
+/// Network of point masses and springs. It is built once and does not change, so that simulations
 /// and references can share it.
 struct SpringNetwork {
   NodeVectors rest_position{};         ///< X   [m]

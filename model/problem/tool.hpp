@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// Motion or force that the hand prescribes over time (model/EQUATIONS.md, "Tool forces"), and the
-/// pressure of a syringe. Only construction allocates.
+/// pressure of a syringe. Only the constructors allocate.
 
 #include <span>
 #include <vector>
@@ -18,7 +18,7 @@ class Trajectory {
     double time = 0.0;   ///< [s]
     double place = 0.0;  ///< s [m]
   };
-  /// Vertices up to `duration`.
+  /// Computes the vertices up to `duration` [s].
   Trajectory(const Drive& drive, double duration);
   [[nodiscard]] double place(double t) const noexcept;
   [[nodiscard]] std::span<const Vertex> vertices() const { return vertices_; }
@@ -27,15 +27,16 @@ class Trajectory {
   std::vector<Vertex> vertices_;
 };
 
-/// Force of the hand along the needle [N], positive into the tissue, without its viscosity.
+/// Returns the force of the hand along the needle [N], positive into the tissue, without its
+/// viscous part.
 double hand_force(const Drive& drive, double t) noexcept;
 
-/// Pressure of the fluid behind the needle's tip (model/EQUATIONS.md, "Syringe").
+/// Pressure of the fluid behind the needle tip (model/EQUATIONS.md, "Syringe").
 class SyringePressure {
  public:
   explicit SyringePressure(const Syringe& syringe) : syringe_(syringe) {}
 
-  /// Advances by h seconds, with the tip in open air or in tissue of this role. Exact for constant
+  /// Advances by h seconds, with the tip in air or in tissue of the given role. Exact for constant
   /// outflow.
   void advance(double h, bool in_tissue, TissueRole role) noexcept;
   [[nodiscard]] double pressure() const noexcept { return pressure_; }  ///< gauge [Pa]
@@ -48,7 +49,7 @@ class SyringePressure {
   double pressure_ = 0.0;
 };
 
-/// R [Pa s/m^3] where the tip is.
+/// Returns the flow resistance R at the tip [Pa s/m^3].
 double outflow_resistance(const Syringe& syringe, bool in_tissue, TissueRole role) noexcept;
 
 }  // namespace palpate

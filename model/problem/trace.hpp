@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Everything that happens over time: a run of a simulator, a reference solution, a baseline or a
-/// recording.
+/// Time series of a run: a simulator, a reference solution, a baseline or a recording.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -17,8 +16,8 @@
 namespace palpate {
 
 struct Column {
-  std::string name{};            ///< as in trace.csv, "tip.x_m"
-  std::string unit{};            ///< "m"
+  std::string name{};            ///< as in trace.csv, e.g. "tip.x_m"
+  std::string unit{};            ///< e.g. "m"
   std::vector<double> values{};  ///< one per row
 };
 
@@ -33,10 +32,10 @@ struct Event {
   std::string detail{};
 };
 
-/// Positions of all nodes of a network at some instants, in order of time.
+/// Positions of all nodes of a network at selected times, in order of time.
 struct Frames {
   std::vector<double> time{};           ///< [s]
-  std::vector<NodeVectors> position{};  ///< [m], in the numbering of the scene
+  std::vector<NodeVectors> position{};  ///< in the scene's node numbering [m]
 };
 
 /// Kinetic, elastic and potential energy over a run [J].
@@ -52,36 +51,37 @@ struct Trace {
   std::vector<TextColumn> text_columns{};
   std::vector<Event> events{};
   /// Coordinates of the problem (three for each free node, in node order), dof x rows [m, m/s];
-  /// empty unless they were sampled.
+  /// empty if not sampled.
   Eigen::MatrixXd position{};
   Eigen::MatrixXd velocity{};
   Frames frames{};     ///< evenly spaced in time
   Frames keyframes{};  ///< at events and at the largest force on the tool
 
-  std::string method{};             ///< integrator of a run, solver of a reference
-  std::string version{};            ///< of a reference solver: "SUNDIALS 6.4.1"
+  std::string method{};             ///< integrator of a run, or solver of a reference
+  std::string version{};            ///< of a reference solver, e.g. "SUNDIALS 6.4.1"
   double relative_tolerance = 0.0;  ///< of a reference solver
   double h = 0.0;                   ///< step of the integrator [s]
-  int substeps = 1;                 ///< steps in a row
+  int substeps = 1;                 ///< integrator steps per tick
 
-  bool diverged = false;  ///< the rows end before the first state that is not finite or in bounds
+  bool diverged =
+      false;  ///< the rows end before the first state that is not finite or out of bounds
   double diverged_at = 0.0;  ///< [s]
   bool interrupted = false;
 
-  long ticks = 0;             ///< with the one that diverged
+  long ticks = 0;             ///< including the tick that diverged
   long steps = 0;             ///< of the integrator
-  long evaluations = 0;       ///< of the right-hand side, where they are counted
-  double seconds = 0.0;       ///< wall time without sampling and waiting
+  long evaluations = 0;       ///< of the right-hand side, if counted
+  double seconds = 0.0;       ///< wall time without sampling and waiting [s]
   double slowest_tick = 0.0;  ///< [s]
-  EnergyRange energy{};       ///< over all ticks, where it was sampled
+  EnergyRange energy{};       ///< over all ticks, if sampled
 
   [[nodiscard]] std::size_t rows() const { return time.size(); }
-  /// nullptr where there is no such column.
+  /// Returns the column of that name, or nullptr.
   [[nodiscard]] const Column* find(std::string_view name) const {
     const auto found = std::ranges::find(columns, name, &Column::name);
     return found == columns.end() ? nullptr : &*found;
   }
-  /// Throws std::out_of_range where there is no such column.
+  /// Returns the values of a column. Throws std::out_of_range if there is no such column.
   [[nodiscard]] const std::vector<double>& values(std::string_view name) const {
     const Column* column = find(name);
     if (column == nullptr) { throw std::out_of_range("no column " + std::string(name)); }
@@ -93,14 +93,14 @@ struct Trace {
   [[nodiscard]] double at(std::string_view name, std::size_t row) const {
     return values(name)[row];
   }
-  /// Throws std::out_of_range where there is no such column.
+  /// Returns the values of a text column. Throws std::out_of_range if there is no such column.
   [[nodiscard]] const std::vector<std::string>& texts(std::string_view name) const {
     const auto found = std::ranges::find(text_columns, name, &TextColumn::name);
     if (found == text_columns.end()) { throw std::out_of_range("no column " + std::string(name)); }
     return found->values;
   }
-  /// Time of the first event of a kind, in a layer unless `detail` is empty [s]; NaN where there is
-  /// none.
+  /// Returns the time of the first event of a kind [s], in any layer if `detail` is empty; NaN if
+  /// there is none.
   [[nodiscard]] double time_of(std::string_view kind, std::string_view detail = {}) const {
     const auto found = std::ranges::find_if(events, [&](const Event& event) {
       return event.kind == kind && (detail.empty() || event.detail == detail);

@@ -70,7 +70,7 @@ namespace {
 
 using Place = std::array<int, 3>;
 
-/// `radius` in spacings.
+/// Adds the nodes of a ball; `radius` is in spacings.
 void add_ball(const LatticeShape& shape, const Place& middle, double radius, NearNodes& nodes) {
   const double most = radius * radius * (1.0 + 1e-9);
   Place first{};
@@ -96,7 +96,7 @@ void add_ball(const LatticeShape& shape, const Place& middle, double radius, Nea
   }
 }
 
-/// Nodes of a lattice within `radius` [m] of those that are pushed.
+/// Returns the lattice nodes within `radius` [m] of the loaded nodes.
 NearNodes nodes_about(const std::vector<LoadCase>& load_cases, const LatticeShape& shape,
                       double radius) {
   NearNodes nodes{.near = std::vector<unsigned char>(static_cast<std::size_t>(shape.node_count())),
@@ -111,7 +111,7 @@ NearNodes nodes_about(const std::vector<LoadCase>& load_cases, const LatticeShap
   return nodes;
 }
 
-/// Why none of the tissue can be left to a far field, or null.
+/// Returns the reason why the tissue cannot be reduced, or null.
 const char* obstacle_to_far_field(const Scene& scene, const NetworkProblem& problem) {
   const SpringNetwork& network = problem.network();
   if (problem.dof() == 3 * network.node_count()) {
@@ -146,18 +146,18 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
 
 namespace {
 
-/// By how much a cell is longer than the one before, further away from the box.
+/// Ratio of the lengths of consecutive cells, away from the box.
 constexpr double cell_growth = 1.5;
-/// Cells beside the box keep their length, as many as leave no more coarse nodes than this; but so
-/// many at least.
+/// Limit on the coarse nodes, which determines how many cells next to the box keep their length,
+/// and the minimum number of such cells.
 constexpr std::size_t most_coarse_nodes = 1500;
 constexpr int fewest_even_cells = 2;
 
-/// Below this share of the largest one a pivot of the factor is rounding: its square is 1e-12 of a
-/// stiffness.
+/// Smallest pivot of the factor relative to the largest. A smaller pivot is rounding error: its
+/// square is 1e-12 of a stiffness.
 constexpr double least_pivot = 1e-6;
 
-/// From `from` to `to`, which is in it; `even` cells keep their length.
+/// Adds the positions from `from` to `to`, inclusive; `even` cells keep their length.
 void walk(int from, int to, int even, std::vector<int>& places) {
   const int way = to < from ? -1 : 1;
   double length = 1.0;
@@ -265,7 +265,8 @@ Eigen::Index GradedLattice::coordinate(int node) const {
   return *most == 1.0 ? at.coordinate[static_cast<std::size_t>(most - at.weight.begin())] : -1;
 }
 
-/// Springs are shorter than cells: each lies in one.
+/// Returns the cells with their springs. Springs are shorter than cells, so each spring is inside
+/// one cell.
 auto GradedLattice::cells_with_springs() const -> std::vector<CellStiffness> {
   const SpringNetwork& network = problem_.network();
   const std::size_t along[2] = {axes_[0].size() - 1, axes_[1].size() - 1};
@@ -294,7 +295,7 @@ auto GradedLattice::cells_with_springs() const -> std::vector<CellStiffness> {
   return cells;
 }
 
-/// The lower half.
+/// Returns the lower half of the stiffness matrix.
 Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
   std::vector<Eigen::Triplet<double>> entries;
   for (const CellStiffness& cell : cells_with_springs()) {
@@ -345,7 +346,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Loads on coarse coordinates [N], one column each.
+/// Returns the loads on the coarse coordinates [N], one column each.
 MatrixXd loads_of(const std::vector<LoadCase>& load_cases, const GradedLattice& graded) {
   MatrixXd loads = MatrixXd::Zero(graded.dof(), static_cast<Index>(load_cases.size()));
   for (std::size_t n = 0; n < load_cases.size(); ++n) {
@@ -365,8 +366,8 @@ MatrixXd random_matrix(Index rows, Index columns) {
   return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(random); });
 }
 
-/// Adds `more`, as far as it is not in the columns of `basis` yet and there is room for, orthogonal
-/// by mass; returns what was added.
+/// Extends `basis` by the part of `more` that is linearly independent of it, orthogonal with
+/// respect to mass, up to `most` columns. Returns the added columns.
 MatrixXd add_orthogonal(const VectorXd& mass, MatrixXd more, Index most, MatrixXd& basis) {
   const Index before = basis.cols();
   for (Index n = 0; n < more.cols() && basis.cols() < most; ++n) {
@@ -385,8 +386,8 @@ MatrixXd add_orthogonal(const VectorXd& mass, MatrixXd more, Index most, MatrixX
   return basis.rightCols(basis.cols() - before);
 }
 
-/// Responses at rest to load_cases, then to the inertia of these responses, and so on, until there
-/// are enough.
+/// Returns the static responses to the load cases, then to the inertia of these responses, and so
+/// on up to `most` columns.
 MatrixXd responses(const std::vector<LoadCase>& load_cases, const GradedLattice& graded,
                    Index most) {
   const GradedLattice::Statics statics(graded);
@@ -400,10 +401,10 @@ MatrixXd responses(const std::vector<LoadCase>& load_cases, const GradedLattice&
   return basis;
 }
 
-/// Directions in which a Gram matrix is rounding are left out.
+/// Relative eigenvalue of a Gram matrix below which a direction is rounding error and is dropped.
 constexpr double least_share = 1e-11;
 
-/// Columns c with c^T a c = 1 each, and 0 between two.
+/// Returns columns c with c^T a c = 1 that are orthogonal with respect to a.
 MatrixXd independent(const MatrixXd& a) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(a);
   const double least = least_share * modes.eigenvalues().maxCoeff();
@@ -413,8 +414,8 @@ MatrixXd independent(const MatrixXd& a) {
          modes.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-/// Which columns far nodes have, and in them what `response` (coarse coordinates in columns) moves
-/// them by.
+/// Returns the columns of the far nodes with the displacements of `response`, which has coarse
+/// coordinates.
 ModeBasis far_part(const NetworkProblem& problem, const NearNodes& near,
                    const GradedLattice& graded, const MatrixXd& response) {
   ModeBasis shapes;
@@ -435,7 +436,7 @@ ModeBasis far_part(const NetworkProblem& problem, const NearNodes& near,
           place.weight[c] * response.middleCols<3>(place.coordinate[c]);
     }
   }
-  // Loads differ by orders of magnitude in what they move.
+  // Responses to different loads differ by orders of magnitude.
   for (Index n = 0; n < shapes.modes(); ++n) {
     const double size = shapes.phi.row(n).norm();
     if (size > 0.0) { shapes.phi.row(n) /= size; }
@@ -443,7 +444,7 @@ ModeBasis far_part(const NetworkProblem& problem, const NearNodes& near,
   return shapes;
 }
 
-/// Each with the mass of a mean node, and none between two.
+/// Orthonormalises the modes with respect to the mean node mass.
 void share_out_mass(const SpringNetwork& network, ModeBasis& shapes) {
   VectorXd mass(shapes.phi.cols());
   for (int node = 0; node < network.node_count(); ++node) {
@@ -465,7 +466,7 @@ ModeBasis mode_basis(const NetworkProblem& problem, const LatticeShape& shape,
   const MatrixXd response = responses(setting.load_cases, graded, setting.modes).transpose();
   ModeBasis shapes = far_part(problem, setting.near, graded, response);
   share_out_mass(problem.network(), shapes);
-  if (shapes.modes() == 0) { return shapes; }  // what is pushed does not reach it
+  if (shapes.modes() == 0) { return shapes; }  // the loads do not displace the far tissue
   GramSum stiffness(shapes.modes());
   visit_far_springs(problem.network(), shapes,
                     [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {

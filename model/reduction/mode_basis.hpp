@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Where a scene pushes its tissue, and which way.
+/// Load cases of a scene, the choice of near nodes, and the modes that represent the far nodes of a
+/// lattice.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCholesky>
@@ -16,23 +17,25 @@
 
 namespace palpate {
 
-/// A force that a scene may put on its tissue.
+/// Force of unit magnitude that a scene can apply to its tissue.
 struct LoadCase {
-  std::vector<NeedlePath::Support> on{};  ///< free nodes, each with its part of the force
-  Eigen::Vector3d direction{};            ///< of length 1
+  std::vector<NeedlePath::Support> on{};  ///< free nodes, each with its share of the force
+  Eigen::Vector3d direction{};            ///< unit vector
 };
 
-/// Along x, y and z at every knot of the scene's tool, and what its loads pull at; where no free
-/// node is, there is none.
+/// Returns the load cases along x, y and z at every contact point of the scene's tool and at every
+/// loaded node. Points without a free node have none.
 std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& problem);
 
-/// Nodes that the scene's tool may push, fixed ones too; some several times.
+/// Returns the nodes that the scene's tool can load, including fixed nodes. A node may occur
+/// several times.
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network);
 
-// A lattice seen through fewer nodes: all of them in a box, and further apart the further away,
-// with displacements linear between (model/EQUATIONS.md, "Far field").
+// Coarse model of a lattice: all nodes inside a box, and a spacing that grows with the distance
+// from it. Displacements are interpolated linearly between coarse nodes (model/EQUATIONS.md, "Far
+// field").
 
-/// Of nodes (i, j, l), both ends included.
+/// Box of lattice nodes (i, j, l), both ends included.
 struct LatticeBox {
   std::array<int, 3> first{};
   std::array<int, 3> last{};
@@ -47,29 +50,30 @@ struct LatticeBox {
 class GradedLattice {
  public:
   static constexpr int corners = 8;
-  /// A node between the corners of a cell of coarse nodes.
+  /// Position of a lattice node in a cell of coarse nodes, for trilinear interpolation.
   struct Place {
-    std::array<Eigen::Index, corners> coordinate{};  ///< first ones; -1: held
-    std::array<double, corners> weight{};            ///< sum to one, or all zero for a held node
+    std::array<Eigen::Index, corners> coordinate{};  ///< first coordinate of each corner; -1: fixed
+    std::array<double, corners> weight{};            ///< sum to one, or all zero for a fixed node
   };
 
-  /// `shape` is the lattice of the problem's network.
+  /// Builds the coarse model. `shape` is the lattice of the problem's network.
   GradedLattice(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box);
 
   [[nodiscard]] Eigen::Index dof() const { return dof_; }
-  /// Of a node of the box alone: its own first coordinate here, or -1.
+  /// Returns the first coarse coordinate of a node inside the box, or -1 if the node is fixed.
   [[nodiscard]] Eigen::Index coordinate(int node) const;
-  /// Of any node.
+  /// Returns the interpolation of any lattice node.
   [[nodiscard]] Place place_of(int node) const;
-  /// Of each coarse coordinate, which carries its share of the nodes around [kg].
+  /// Returns the mass per coarse coordinate, lumped from the nodes around it [kg].
   [[nodiscard]] Eigen::VectorXd mass() const;
 
   class Statics {
    public:
-    /// Throws std::invalid_argument where nothing holds the lattice.
+    /// Factorises the stiffness matrix. Throws std::invalid_argument if the lattice has no fixed
+    /// node.
     explicit Statics(const GradedLattice& lattice);
-    /// Displacements X (a column for each load; coarse coordinates) that loads F bring about at
-    /// rest, by K X = F with the springs linear about rest.
+    /// Returns the static displacements X from K X = F, one column per load, in coarse coordinates.
+    /// K is linearised about the rest state.
     [[nodiscard]] Eigen::MatrixXd respond(const Eigen::MatrixXd& loads) const {
       return factors_.solve(loads);
     }
@@ -79,13 +83,13 @@ class GradedLattice {
   };
 
  private:
-  using Axis = std::vector<int>;  ///< places of coarse nodes along it
+  using Axis = std::vector<int>;  ///< positions of the coarse nodes along one axis
   using Cell = std::array<int, 3>;
   static constexpr int block = 3 * corners;
   struct CellStiffness {
     std::array<Eigen::Index, corners> coordinate{};
     Eigen::Matrix<double, block, block> matrix =
-        Eigen::Matrix<double, block, block>::Zero();  ///< its lower half [N/m]
+        Eigen::Matrix<double, block, block>::Zero();  ///< lower half of the element stiffness [N/m]
   };
   [[nodiscard]] Eigen::Index index(int i, int j, int l) const;
   [[nodiscard]] Cell cell_from(const std::array<int, 3>& place) const;
@@ -96,61 +100,61 @@ class GradedLattice {
   const NetworkProblem& problem_;
   LatticeShape shape_;
   std::array<Axis, 3> axes_{};
-  std::array<std::vector<int>, 3> cell_of_{};  ///< that begins at or before a place along an axis
-  std::vector<Eigen::Index> coordinate_{};     ///< of coarse nodes
+  std::array<std::vector<int>, 3>
+      cell_of_{};  ///< index of the last cell that begins at or before a position, per axis
+  std::vector<Eigen::Index> coordinate_{};  ///< first coordinate of each coarse node
   Eigen::Index dof_ = 0;
 };
 
-// Which nodes about a tool, or a load, are stepped as they are, while a far field stands for the
-// others.
+// Choice of the nodes near a tool or a load that are integrated in full.
 
-/// Of a lattice.
+/// Set of lattice nodes that are integrated in full; the rest is represented by the reduced-order
+/// model.
 struct NearNodes {
-  std::vector<unsigned char> near{};  ///< of each node: whether it is one
-  LatticeBox box{};                   ///< around all that are
+  std::vector<unsigned char> near{};  ///< 1 for each near node
+  LatticeBox box{};                   ///< bounding box of the near nodes
   [[nodiscard]] bool holds(int node) const { return near[static_cast<std::size_t>(node)] != 0; }
 };
 
 struct NearChoice {
   std::optional<NearNodes> nodes{};
-  long far_nodes = 0;         ///< free ones
-  const char* obstacle = "";  ///< why none is left to a far field
+  long far_nodes = 0;         ///< number of free far nodes
+  const char* obstacle = "";  ///< reason why no reduced-order model is possible
 };
 
-/// All nodes of a lattice within simulation.near_radius of those that the scene load_cases.
+/// Returns all lattice nodes within simulation.near_radius of the nodes that the scene loads.
 NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem);
 
-// The few shapes in which tissue away from a tool is left to move (model/EQUATIONS.md, "Far
-// field").
+// Modes of the tissue far from a tool (model/EQUATIONS.md, "Far field").
 
-/// What is left to a far field: all but what is near to what is pushed.
+/// Settings of the reduced-order model: the near nodes and the number of modes.
 struct ReductionSetting {
   NearNodes near{};
   std::vector<LoadCase> load_cases{};
-  int modes = 0;  ///< at most
+  int modes = 0;  ///< upper limit
 };
 
-/// A far node moves by phi^T z, z the coordinates of the shapes: phi has 3 columns, of modes()
-/// numbers each.
+/// Mode basis. A far node moves by phi^T z, where z are the modal coordinates; phi has three
+/// columns of modes() entries per far node.
 struct ModeBasis {
-  std::vector<std::ptrdiff_t> column{};  ///< first of each node; -1: a near node, or a held one
+  std::vector<std::ptrdiff_t> column{};  ///< first column of each node; -1: near or fixed node
   Eigen::MatrixXd phi{};                 ///< modes x 3 far nodes
-  double mass = 0.0;                     ///< of each shape: that of a mean far node [kg]
+  double mass = 0.0;  ///< mass of each mode, equal to the mean mass of a far node [kg]
   [[nodiscard]] Eigen::Index modes() const { return phi.rows(); }
-  /// The columns of a node, or nothing that moves.
+  /// Returns true if the node is a far node.
   [[nodiscard]] bool holds(int node) const { return column[static_cast<std::size_t>(node)] >= 0; }
   [[nodiscard]] auto of(int node) const {
     return phi.middleCols<3>(column[static_cast<std::size_t>(node)]);
   }
 };
 
-/// `shape` is the lattice of the problem's network.
+/// Computes the mode basis. `shape` is the lattice of the problem's network.
 ModeBasis mode_basis(const NetworkProblem& problem, const LatticeShape& shape,
                      const ReductionSetting& setting);
 
-// Springs that move with the shapes of a far field, and sums over them.
+// Springs with at least one far end, and sums over them.
 
-/// Sums of k s s^T over many s, some at a time.
+/// Sum of k s s^T over many vectors s, accumulated in blocks.
 class GramSum {
  public:
   explicit GramSum(Eigen::Index size)
@@ -175,8 +179,9 @@ class GramSum {
   Eigen::Index count_ = 0;
 };
 
-/// visit(spring, u, s) for each spring that moves with the shapes: it grows by s^T z less u . x of
-/// its near end, if it has one, u being its direction towards the far one.
+/// Calls visit(spring, u, s) for each spring with a far end. Its elongation is s^T z - u . x, where
+/// x is the displacement of its near end, if it has one, and u is the unit vector from the near to
+/// the far end.
 template <class Visit>
 void visit_far_springs(const SpringNetwork& network, const ModeBasis& shapes, Visit visit) {
   Eigen::VectorXd grows(shapes.modes());

@@ -40,7 +40,7 @@ ReducedModel<Real>::ReducedModel(const NetworkProblem& problem, const NetworkPro
   };
   visit_far_springs(
       network, shapes, [&](const Spring& spring, const Vector3d& u, const VectorXd& grows) {
-        stiffness += spring.stiffness * grows.cwiseAbs2();  // shapes are modes: no others
+        stiffness += spring.stiffness * grows.cwiseAbs2();  // modes are orthogonal: diagonal only
         const int end = near_end(spring);
         if (end < 0) {
           damping.add(grows, spring.viscosity);
@@ -53,7 +53,7 @@ ReducedModel<Real>::ReducedModel(const NetworkProblem& problem, const NetworkPro
         sum.stiff += spring.stiffness;
         sum.viscous += spring.viscosity;
       });
-  // Between near and far viscosity is shared out by stiffness.
+  // Viscosity between near and far nodes is distributed in proportion to stiffness.
   visit_far_springs(
       network, shapes, [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {
         const int end = near_end(spring);
@@ -82,7 +82,7 @@ void ReducedModel<Real>::add(const Vector<Real>& q, const Vector<Real>& v,
                              Vector<Real>& f) noexcept {
   const auto z = q.segment(first_, modes());
   const auto rate = v.segment(first_, modes());
-  // K u + C v of a spring between near and far is K (u + lag v).
+  // K u + C v of a spring between a near and a far node is K (u + lag v).
   Index at = 0;
   pulled_.noalias() = coupling_.transpose() * z;
   for (const Edge& edge : edges_) {

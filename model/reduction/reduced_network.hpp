@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What tissue away from a tool, linear about rest and left with few shapes, does to the rest
+/// Reduced-order model of the tissue far from a tool, linear about the rest state
 /// (model/EQUATIONS.md, "Far field").
 
 #include <Eigen/Core>
@@ -14,20 +14,20 @@
 
 namespace palpate {
 
-/// What a far field does to near nodes, and to itself. Coordinates of shapes follow those of near
-/// nodes.
+/// Forces of the reduced-order model on the near nodes and on its own modal coordinates, which
+/// follow the coordinates of the near nodes.
 template <class Real> class ReducedModel {
  public:
-  /// `near` is the problem without far nodes: there they are held.
+  /// Builds the model. `near` is the problem with all far nodes fixed.
   ReducedModel(const NetworkProblem& problem, const NetworkProblem& near, const ModeBasis& shapes);
 
   [[nodiscard]] Eigen::Index modes() const { return stiffness_.size(); }
-  [[nodiscard]] const Eigen::VectorXd& mass() const { return mass_; }  ///< of the shapes [kg]
+  [[nodiscard]] const Eigen::VectorXd& mass() const { return mass_; }  ///< of the modes [kg]
   void add(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept;
-  void add_damping(const Vector<Real>& w, Vector<Real>& f) noexcept;  ///< adds C w
+  void add_damping(const Vector<Real>& w, Vector<Real>& f) noexcept;  ///< adds C w to f
   [[nodiscard]] double energy(const Vector<Real>& q) noexcept;        ///< [J]
   void add_pattern(std::vector<Eigen::Triplet<Real>>& entries) const;
-  /// After add_pattern(): where a matrix has the entries.
+  /// Finds the entries of matrix `a` that add_jacobian() changes; call it after add_pattern().
   void find_slots(const Eigen::SparseMatrix<Real>& a);
   void add_jacobian(Real on_damping, Real on_stiffness,
                     Eigen::SparseMatrix<Real>& a) const noexcept;
@@ -36,35 +36,36 @@ template <class Real> class ReducedModel {
  private:
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   using Matrix3 = Eigen::Matrix<Real, 3, 3>;
-  /// A near node with springs to far ones.
+  /// Near node with springs to far nodes.
   struct Edge {
     Eigen::Index coordinate = 0;
     Eigen::Matrix<Real, 3, 1> rest{};
-    Matrix3 stiffness{};        ///< of these springs [N/m]
-    Real lag{};                 ///< their viscosity over their stiffness [s]
-    std::ptrdiff_t slots[3]{};  ///< of the shapes in its columns
+    Matrix3 stiffness{};        ///< sum over these springs [N/m]
+    Real lag{};                 ///< ratio of their viscosity to their stiffness [s]
+    std::ptrdiff_t slots[3]{};  ///< first row of the modes in its three columns
     std::ptrdiff_t diagonal_slots[3]{};
   };
-  Eigen::Index first_ = 0;  ///< of the shapes' coordinates
+  Eigen::Index first_ = 0;  ///< first modal coordinate
   std::vector<Edge> edges_{};
   Matrix coupling_{};         ///< modes x 3 edges [N/m]
-  Vector<Real> stiffness_{};  ///< of the shapes [N/m]
-  Matrix damping_{};          ///< likewise [N s/m]
+  Vector<Real> stiffness_{};  ///< of the modes [N/m]
+  Matrix damping_{};          ///< of the modes [N s/m]
   Eigen::VectorXd mass_{};
   std::vector<std::ptrdiff_t>
-      shape_slots_{};     ///< of the edges' coordinates in a shape's column, then of the shapes'
-  Vector<Real> moved_{};  ///< of the edges
+      shape_slots_{};     ///< entries of the edges in a mode's column, then of the modes
+  Vector<Real> moved_{};  ///< displacements of the edges
   Vector<Real> pulled_{};
 };
 
-// A lattice about a tool or a load as a list of springs, and what lies further away as a far field:
-// the coordinates of the near nodes, then those of its shapes.
+// List of springs for the near nodes of a lattice plus a reduced-order model of the far nodes. The
+// coordinates of the near nodes come first, then the modal coordinates.
 
-/// What is made before the network of it.
+/// Inputs of the network: the problem of the near nodes and the reduced-order model.
 struct NearAndFar {
-  NetworkProblem near;  ///< without far nodes: there they are held, and no spring leads to them
+  NetworkProblem near;  ///< problem with the far nodes fixed and without their springs
   ModeBasis shapes;
-  /// Of a lattice at its natural lengths, at rest and without weight, loaded at near nodes alone.
+  /// Builds both. The lattice must be at rest at its natural lengths, without weight, and loaded at
+  /// near nodes only.
   static NearAndFar of(const NetworkProblem& problem, const ReductionSetting& setting);
 };
 

@@ -103,7 +103,8 @@ template <class Real> void ConstraintCompliance<Real>::factorise() noexcept {
       small_(i, j) = along(row_[static_cast<std::size_t>(i)], image, row.on_tool * tool_response_);
     }
   }
-  // Cholesky in place, row by row; a pivot that rounding made negative counts as not held.
+  // In-place Cholesky factorisation, row by row. A row whose pivot is negative from rounding is not
+  // constrained.
   for (Eigen::Index i = 0; i < count; ++i) {
     for (Eigen::Index j = 0; j <= i; ++j) {
       const double rest = small_(i, j) - small_.row(i).head(j).dot(small_.row(j).head(j));
@@ -148,7 +149,7 @@ void ConstraintCompliance<Real>::correct(const Vector<Real>& r, Vector<Real>& x)
     mu(i) = (mu(i) - small_.col(i).segment(i + 1, after).dot(mu.tail(after))) / small_(i, i);
   }
   knots_.setZero();
-  std::size_t reached = 0;  // knots that anything is held at: none lies deeper
+  std::size_t reached = 0;  // contact points up to the deepest constrained one
   for (Eigen::Index i = 0; i < count; ++i) {
     const Row& row = row_[static_cast<std::size_t>(i)];
     on_tool += mu(i) * row.on_tool;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a tool holds, inside a preconditioner: corrects x = P^-1 r so that x moves the held knots
-/// as r alone would through their masses (model/EQUATIONS.md, "Held constraints"). Then the
-/// preconditioner knows the constraints and the linear solve does not have to find them.
+/// Compliance of the active contact constraints for a preconditioner P. Corrects x = P^-1 r so that
+/// the constrained contact points move as r alone moves their masses (model/EQUATIONS.md, "Held
+/// constraints"). The linear solver then needs no iterations for the constraints.
 
 #include <Eigen/Core>
 #include <functional>
@@ -15,7 +15,7 @@ namespace palpate {
 
 template <class Real> class ConstraintCompliance {
  public:
-  /// A free node under a knot.
+  /// Free node that a contact point interpolates from.
   struct Support {
     Eigen::Index coordinate;
     double weight;
@@ -23,24 +23,27 @@ template <class Real> class ConstraintCompliance {
   };
   using Solve = std::function<void(const Vector<Real>& right, Vector<Real>& solution)>;
 
-  /// `begin[k]` to `begin[k + 1]` are the supports of knot k. `tool` is the tool's coordinate, or
-  /// -1. Asks `solve` for P^-1 once per knot and axis; allocates.
+  /// Computes P^-1 for each contact point and axis; calls `solve` once for each and allocates. The
+  /// supports of contact point k are `begin[k]` to `begin[k + 1]`. `tool` is the tool's coordinate,
+  /// or -1.
   void learn(std::vector<Support> supports, std::vector<std::size_t> begin, Eigen::Index tool,
              double tool_mass, Eigen::Index dof, const Solve& solve);
   [[nodiscard]] bool learned() const { return dof_ > 0; }
 
-  /// Rows of what is held: sum over knots of coefficient.U plus `on_tool` times the tool's own.
+  /// Removes all constraint rows. A row is the sum over contact points of coefficient . U, plus
+  /// `on_tool` times the tool's coordinate.
   void clear() noexcept { rows_ = 0; }
-  /// One row; the coefficients of knots [first, first + count) are to be filled in.
+  /// Adds a row and returns the coefficients of contact points [first, first + count), which the
+  /// caller must set.
   std::span<Eigen::Vector3d> add_row(std::size_t first, std::size_t count, double on_tool) noexcept;
-  /// After the last row.
+  /// Factorises the constraint matrix; call it after the last row.
   void factorise() noexcept;
   void correct(const Vector<Real>& r, Vector<Real>& x) const noexcept;
-  /// n.U of two neighbouring knots together under a unit impulse along n, shared between them,
-  /// nothing held: w P^-1 w^T [1/kg].
+  /// Returns w P^-1 w^T [1/kg]: the response along n of two neighbouring contact points to a unit
+  /// impulse along n that is divided between them, without constraints.
   [[nodiscard]] double response_at(std::size_t knot, double share,
                                    const Eigen::Vector3d& n) const noexcept;
-  /// W P^-1 W^T of row i, others not held [1/kg].
+  /// Returns W P^-1 W^T of row i without the other constraints [1/kg].
   [[nodiscard]] double response_of(std::size_t i) const noexcept {
     const auto row = static_cast<Eigen::Index>(i);
     return small_.row(row).head(row + 1).squaredNorm();
@@ -51,7 +54,7 @@ template <class Real> class ConstraintCompliance {
     std::size_t first = 0;
     std::size_t count = 0;
     double on_tool = 0.0;
-    std::size_t coefficients = 0;  ///< where they begin
+    std::size_t coefficients = 0;  ///< index of the first coefficient
   };
   [[nodiscard]] double along(const Row& row, const Eigen::Ref<const Eigen::VectorXd>& knots,
                              double tool) const noexcept;
@@ -62,18 +65,18 @@ template <class Real> class ConstraintCompliance {
   double tool_mass_ = 0.0;
   Eigen::Index dof_ = 0;
   Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic> response_{};  ///< P^-1 of each direction
-  Eigen::MatrixXd gram_{};                                          ///< 3 knots x 3 knots
-  double tool_response_ = 0.0;  ///< of the tool's own coordinate, which no spring touches
+  Eigen::MatrixXd gram_{};      ///< 3 contact points x 3 contact points
+  double tool_response_ = 0.0;  ///< P^-1 of the tool's coordinate, on which no spring acts
 
   std::vector<Row> row_{};
   std::vector<Eigen::Vector3d> coefficients_{};
   std::size_t rows_ = 0;
   std::size_t used_ = 0;
   Eigen::MatrixXd image_{};  ///< gram times the rows
-  Eigen::MatrixXd small_{};  ///< of the rows, then its Cholesky factor
+  Eigen::MatrixXd small_{};  ///< matrix of the rows, then its Cholesky factor
   mutable Eigen::VectorXd knots_{};
   mutable Eigen::VectorXd inertial_{};
-  mutable Vector<Real> shares_{};  ///< of the directions in the correction
+  mutable Vector<Real> shares_{};  ///< weights of the directions in the correction
   mutable Eigen::VectorXd multipliers_{};
 };
 

@@ -12,20 +12,20 @@ namespace palpate {
 
 namespace {
 constexpr int most_newton_iterations = 25;
-/// How often a correction is halved that made the next one larger.
+/// Maximum number of halvings of a correction that increased the next one.
 constexpr int most_halvings = 12;
-/// A correction grown by more than this is not taken.
+/// Growth factor of a correction above which it is halved.
 constexpr double growth = 2.0;
-/// Corrections below this, relative, that shrink no more are what a nearly singular Jacobian makes
-/// of rounding.
+/// Relative size below which corrections that no longer decrease are rounding error of a nearly
+/// singular Jacobian.
 constexpr double stagnant = 1e-8;
 constexpr int most_linear_iterations = 100;
-/// Residual that a linear solve may leave, relative: Newton asks again anyway.
+/// Relative residual of a linear solve; Newton's method corrects the rest.
 constexpr double close = 1e-2;
-/// A Jacobian is kept, over steps too, while corrections shrink at least by this.
+/// Contraction rate up to which a Jacobian is kept, also over several steps.
 constexpr double still_good = 0.05;
-/// The factors alone stand for the Jacobian while corrections shrink at least by this, or so few
-/// more are to come: what it costs to compute the Jacobian and to solve with it.
+/// Contraction rate up to which the factors alone replace the Jacobian, and the number of remaining
+/// iterations up to which they do: the cost of computing the Jacobian and solving with it.
 constexpr double serves_alone = 0.1;
 constexpr int most_alone = 8;
 }  // namespace
@@ -38,7 +38,7 @@ void ImplicitScheme<Real>::prepare(System<Real>& system, const State<Real>& stat
     work->setZero(n);
   }
   system.pattern(a_);
-  // At rest velocity the Jacobian is symmetric.
+  // The Jacobian is symmetric at zero velocity.
   const Real th = static_cast<Real>(theta_ * h);
   system.jacobian(state.position, stage_v_, th, th * th, a_);
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factors(a_);
@@ -63,7 +63,7 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
   correction_.setZero();
   const Real size = right.template lpNorm<Eigen::Infinity>();
   if (size == Real(0)) { return; }
-  r_ = right / size;  // of size one, so that no square leaves the range of the numbers
+  r_ = right / size;  // scaled to norm one to avoid overflow and underflow of squares
   system.begin_linear_solve();
   if (alone_) {
     precondition(r_, correction_);
@@ -101,14 +101,14 @@ void ImplicitScheme<Real>::solve(System<Real>& system, const Vector<Real>& right
   correction_ *= size;
 }
 
-/// Positions are stored to a rounding, which moves the residual by h K times it; below that
-/// Newton's method has nothing left to find. (theta h)^2 K_ii <= A_ii - M_ii where all is
-/// stretched, for the h of that A.
+/// Returns true if the residual is rounding error. Rounding of the positions changes the residual
+/// by h K times that rounding. (theta h)^2 K_ii <= A_ii - M_ii if all springs are stretched, for
+/// the h of that A.
 template <class Real> bool ImplicitScheme<Real>::residual_is_rounding(Real h) const noexcept {
   constexpr Real roundings = 8 * std::numeric_limits<Real>::epsilon();
   const Real reach = roundings * stage_q_.template lpNorm<Eigen::Infinity>() * h /
                      (elastic_reach_ * elastic_reach_);
-  // Compressed springs push sideways: their part of the diagonal may be negative.
+  // The transverse stiffness of compressed springs can make their part of the diagonal negative.
   return (residual_.array().abs() <= reach * elastic_.array().abs()).all();
 }
 
@@ -147,7 +147,7 @@ bool ImplicitScheme<Real>::find_change(System<Real>& system, const State<Real>& 
     stage_q_ = state.position + th * stage_v_;
     system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
     residual_ = dt * force_ - system.mass().cwiseProduct(change_);
-    if (!residual_.allFinite()) { break; }  // the norms below may pass over a NaN
+    if (!residual_.allFinite()) { break; }  // the norms below can miss a NaN
     if (!alone_ && (renew_ || reach_ != th)) {
       system.jacobian(stage_q_, stage_v_, th, th * th, a_);
       elastic_ = a_.diagonal() - system.mass();
@@ -156,13 +156,12 @@ bool ImplicitScheme<Real>::find_change(System<Real>& system, const State<Real>& 
     const bool at_rounding = residual_is_rounding(dt);
     solve(system, residual_);
     const Real size = correction_.template lpNorm<Eigen::Infinity>();
-    // A correction that moves no place by more than a few roundings, however slow all is, counts as
-    // noise too.
+    // A correction that moves every position by a few roundings at most is noise as well.
     const auto is_noise = [&] {
       return size <= noise * scale || th * size <= 4 * std::numeric_limits<Real>::epsilon() *
                                                        stage_q_.template lpNorm<Eigen::Infinity>();
     };
-    // Far from the solution a whole correction may lead further away (Deuflhard's natural
+    // Far from the solution a full correction can increase the error (Deuflhard's natural
     // monotonicity).
     if (halvings > 0 && n > 0 && !(size <= static_cast<Real>(growth) * last) && !is_noise()) {
       --halvings;
@@ -176,9 +175,9 @@ bool ImplicitScheme<Real>::find_change(System<Real>& system, const State<Real>& 
     change_ += correction_;
     scale = state.velocity.template lpNorm<Eigen::Infinity>() +
             change_.template lpNorm<Eigen::Infinity>();
-    // Corrections shrink by a steady rate, no faster than the linear solve is close: what is left
-    // after this one is their geometric series. A first correction has the rate of the step before,
-    // trusted less each time (Hairer & Wanner).
+    // Corrections decrease at a constant rate that is limited by the accuracy of the linear solve;
+    // the remaining error is their geometric series. The first correction uses the rate of the step
+    // before, with decreasing confidence (Hairer & Wanner).
     Real& rate = alone_ ? rate_alone_ : rate_;
     rate = std::max(n == 0 ? std::pow(rate, Real(0.8)) : size / last, static_cast<Real>(close));
     if (!alone_) { renew_ = n > 0 && rate > still_good; }

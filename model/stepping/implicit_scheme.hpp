@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// One implicit stage at theta of the step, for the velocity change D over the step:
-///   vs = v + theta D,  qs = q + theta h vs,  M D = h f(t + theta h, qs, vs);  v' = v + D, q' = q +
-///   h vs.
-/// theta = 1 is implicit Euler, theta = 1/2 the implicit midpoint rule. Newton's method with a
-/// sparse LDL^T factorisation that is made once, before the loop, and with what sticks to a tool
-/// held in it. While that serves it stands for the Jacobian; else the complete Jacobian is kept
-/// while it serves, and each linear system solved by BiCGSTAB, which the factors precondition.
+/// Implicit one-stage scheme with parameter theta. The unknown is the velocity change D in a step:
+///   vs = v + theta D,  qs = q + theta h vs,  M D = h f(t + theta h, qs, vs);
+///   v' = v + D,  q' = q + h vs.
+/// theta = 1 is implicit Euler, theta = 1/2 is the implicit midpoint rule. Newton's method uses a
+/// sparse LDL^T factorisation that is computed once, before the first step, and includes the active
+/// contact constraints. If it converges too slowly with these factors alone, the complete Jacobian
+/// is assembled and kept while it converges. Each linear system is then solved by BiCGSTAB with the
+/// factors as preconditioner.
 
 #include <memory>
 
@@ -33,24 +34,25 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
   void precondition(const Vector<Real>& r, Vector<Real>& out) noexcept;
   void solve(System<Real>& system,
              const Vector<Real>& right) noexcept;  ///< correction_ = A^-1 right
-  /// D from the one before, to change_; false where Newton's method does not end. So many
-  /// corrections are halved that lead away.
+  /// Computes change_ with Newton's method, starting from the previous change. Diverging
+  /// corrections are halved at most `halvings` times. Returns false if the iteration does not
+  /// converge.
   bool find_change(System<Real>& system, const State<Real>& state, double t, double h,
                    int halvings) noexcept;
   [[nodiscard]] bool residual_is_rounding(Real h) const noexcept;
 
   double theta_;
-  double tolerance_ = 0.0;     ///< on the change of velocity over a step, relative; 0: rounding
-  Real rate_ = Real(1);        ///< by which corrections shrink with the Jacobian
-  Real rate_alone_ = Real(1);  ///< and with the factors alone
-  bool alone_ = false;         ///< the factors stand for the Jacobian
-  bool renew_ = true;          ///< a_ is to be computed again
-  Real reach_ = Real(0);       ///< theta h that a_ was computed for
+  double tolerance_ = 0.0;     ///< relative tolerance of the velocity change in a step; 0: rounding
+  Real rate_ = Real(1);        ///< contraction rate with the Jacobian
+  Real rate_alone_ = Real(1);  ///< contraction rate with the factors alone
+  bool alone_ = false;         ///< use the factors in place of the Jacobian
+  bool renew_ = true;          ///< a_ must be recomputed
+  Real reach_ = Real(0);       ///< theta h of a_
   Eigen::SparseMatrix<Real> a_;
   SupernodeFactors<Real> factors_{};
-  Real factor_reach_ = Real(0);  ///< theta h of the factors, which serve steps of that length alone
-  Vector<Real> elastic_;         ///< diagonal of the Jacobian without the masses
-  Real elastic_reach_ = Real(0);  ///< theta h of that
+  Real factor_reach_ = Real(0);   ///< theta h of the factors, which are valid for this value only
+  Vector<Real> elastic_;          ///< diagonal of the Jacobian without the masses
+  Real elastic_reach_ = Real(0);  ///< theta h of elastic_
   Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_, taken_, guess_;
   Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_;
 };

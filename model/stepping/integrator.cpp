@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// What the explicit schemes share: an acceleration vector made before the loop.
+/// Base of the explicit schemes: an acceleration vector allocated before the first step.
 
 #include "model/stepping/integrator.hpp"
 
@@ -21,13 +21,13 @@ template <class Real> class ExplicitScheme : public Integrator<Real> {
   Vector<Real> a_;  ///< [m/s^2]
 };
 
-/// The two templates of a scheme for the registry.
+/// Creates a scheme for the registry.
 template <template <class> class Scheme, class Real>
 std::unique_ptr<Integrator<Real>> make_scheme() {
   return std::make_unique<Scheme<Real>>();
 }
 
-// Schemes that carry the velocity of half a step on: v(h/2) to begin with, then drift and kick.
+// Schemes whose state has the velocity at the half step: start with v(h/2), then drift and kick.
 
 template <class Real> class StaggeredScheme : public Integrator<Real> {
  public:
@@ -42,7 +42,7 @@ template <class Real> class StaggeredScheme : public Integrator<Real> {
     previous_ = state.velocity - half * f_;
     state.velocity += half * f_;
   }
-  /// Mean of the velocities half a step before and after: second order.
+  /// Returns the mean of the velocities half a step before and after; second-order accurate.
   const Vector<Real>& velocity_at(const State<Real>& state) noexcept override {
     mean_ = Real(0.5) * (previous_ + state.velocity);
     return mean_;
@@ -53,8 +53,8 @@ template <class Real> class StaggeredScheme : public Integrator<Real> {
   }
 
  protected:
-  /// f_ at t + h, the end of the step from t: half the kick belongs to that step and half to the
-  /// next, so each step's own loads act on its half.
+  /// Computes f_ at t + h, the end of the step from t. Half of the kick belongs to that step and
+  /// half to the next; each half uses the loads of its own step.
   void straddling_force(System<Real>& system, const State<Real>& state, double t,
                         double h) noexcept {
     const double next = load_gate(t + h, h);
@@ -64,7 +64,7 @@ template <class Real> class StaggeredScheme : public Integrator<Real> {
   }
 
   Vector<Real> f_;         ///< [N]
-  Vector<Real> previous_;  ///< velocity half a step ago [m/s]
+  Vector<Real> previous_;  ///< velocity at the previous half step [m/s]
 
  private:
   Vector<Real> mean_;
@@ -133,8 +133,8 @@ const IntegratorInfo schemes::euler_cromer{.name = "euler-cromer",
                                            .make_double = make_scheme<EulerCromer, double>,
                                            .make_float = make_scheme<EulerCromer, float>};
 
-// x' = x + h v; v' = v + h a(x', v). With v taken at t = h/2 to begin with it is Feynman's
-// half-step method; as the paper prints it, v is the one of t = 0, and the order falls to one.
+// x' = x + h v; v' = v + h a(x', v). With the initial v at t = h/2 it is Feynman's half-step
+// method. As printed in the paper, the initial v is that of t = 0, and the scheme is of order one.
 
 namespace {
 
@@ -176,10 +176,10 @@ const IntegratorInfo schemes::feynman_newton{
     .make_double = make_scheme<FeynmanNewton, double>,
     .make_float = make_scheme<FeynmanNewton, float>};
 
-// Kick and drift with the damping taken at the mean of the two half-step velocities:
-// (M + h/2 C) (v+ - v-) = h f(x, v-);  x' = x + h v+. Order two for every damping. The kick's
-// matrix is symmetric and positive definite and near M inside the stability limit, so conjugate
-// gradients with M as preconditioner need few products and no matrix.
+// Kick and drift with the damping at the mean of the two half-step velocities: (M + h/2 C) (v+ -
+// v-) = h f(x, v-);  x' = x + h v+. Second order for any damping. The matrix of the kick is
+// symmetric, positive definite and close to M inside the stability limit, so conjugate gradients
+// with M as preconditioner need few products and no assembled matrix.
 
 namespace {
 
@@ -206,7 +206,7 @@ template <class Real> class Leapfrog final : public StaggeredScheme<Real> {
   }
 
  private:
-  /// kick_ = (M + weight C)^-1 f_.
+  /// Solves kick_ = (M + weight C)^-1 f_.
   void solve_kick(System<Real>& system, const Vector<Real>& q, Real weight) noexcept {
     auto& solution = kick_;
     const auto& f = this->f_;
@@ -219,7 +219,7 @@ template <class Real> class Leapfrog final : public StaggeredScheme<Real> {
     direction_ = scaled_;
     Real rho = residual_.dot(scaled_);
     constexpr Real epsilon = std::numeric_limits<Real>::epsilon();
-    // Squares of a motion that has all but died out underflow, and ratios of them mean nothing.
+    // Squares of a very small motion underflow, and their ratios are meaningless.
     constexpr Real faintest = std::numeric_limits<Real>::min() / epsilon;
     const Real enough = std::max(epsilon * epsilon * f.dot(inverse_mass.cwiseProduct(f)), faintest);
     for (int n = 0; n < most_iterations && rho > enough; ++n) {
@@ -264,7 +264,8 @@ template <class Real> class VelocityVerlet final : public ExplicitScheme<Real> {
     a_end_.setZero(system.dof());
   }
   void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
-    // a(t) is evaluated anew: the loads and the predicted velocity of the last step's end differ.
+    // a(t) is recomputed, because the loads and the predicted velocity at the end of the last step
+    // differ.
     const Real dt = static_cast<Real>(h);
     const double gate = load_gate(t, h);
     auto& a = this->a_;
@@ -293,7 +294,7 @@ const IntegratorInfo schemes::velocity_verlet{.name = "velocity-verlet",
                                               .make_double = make_scheme<VelocityVerlet, double>,
                                               .make_float = make_scheme<VelocityVerlet, float>};
 
-// The classical Runge-Kutta method of order four on (x, v).
+// Classical Runge-Kutta method of order four on (x, v).
 
 namespace {
 
@@ -349,7 +350,7 @@ const IntegratorInfo schemes::rk4{.name = "rk4",
 
 namespace {
 
-/// A new scheme is one more line here.
+/// Registered schemes; a new scheme is one more line here.
 constexpr std::array registry{&schemes::euler,
                               &schemes::euler_cromer,
                               &schemes::feynman_newton,

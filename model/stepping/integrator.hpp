@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Integrators. A scheme is one class and one line of the list in integrator.cpp; everything else
-/// (orders, stability limits, help, reports) follows from its IntegratorInfo.
+/// Time integrators. A scheme is one class and one line of the list in integrator.cpp. Orders,
+/// stability limits, help and reports are derived from its IntegratorInfo.
 
 #include <memory>
 #include <optional>
@@ -14,44 +14,44 @@ namespace palpate {
 template <class Real> class Integrator {
  public:
   virtual ~Integrator() = default;
-  /// Allocates workspace for steps of about h [s]; called once, before the loop.
+  /// Allocates the workspace for steps of about h [s]; called once, before the first step.
   virtual void prepare(System<Real>& system, const State<Real>& state, double h) = 0;
-  /// Relative error that a scheme which iterates may leave in a step's change of velocity; 0, and
-  /// without this call: rounding.
+  /// Sets the relative error of the velocity change in a step at which an iterative scheme stops.
+  /// The default 0 iterates to rounding error.
   virtual void set_tolerance(double /*relative*/) noexcept {}
-  /// From initial values to what the scheme carries, e.g. the velocity of half a step on.
+  /// Converts initial values to the state of the scheme, e.g. to the velocity at the half step.
   virtual void start(System<Real>& /*system*/, State<Real>& /*state*/, double /*t*/,
                      double /*h*/) noexcept {}
-  /// One step from t to t + h. Failure shows as values that are not finite.
+  /// Advances the state from t to t + h. Divergence gives NaN or infinite values.
   virtual void step(System<Real>& system, State<Real>& state, double t, double h) noexcept = 0;
-  /// A way [m] that no coordinate has gone further than since prepare(), not finite once anything
-  /// is not; empty where the scheme does not keep it.
+  /// Upper bound on the displacement of any coordinate since prepare() [m]. NaN or infinite if the
+  /// state is not finite; empty if the scheme does not compute it.
   [[nodiscard]] virtual std::optional<double> most_travelled() const noexcept {
     return std::nullopt;
   }
-  /// Of the workspace that prepare() makes.
+  /// Returns the size of the workspace.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept = 0;
-  /// Velocity at the instant of the position; holds until the next step.
+  /// Returns the velocity at the time of the position; valid until the next step.
   virtual const Vector<Real>& velocity_at(const State<Real>& state) noexcept {
     return state.velocity;
   }
 };
 
-/// Of numbers in vectors.
+/// Returns the total size of the vectors' elements.
 template <class... Vectors> std::size_t bytes_of(const Vectors&... vectors) noexcept {
   return (std::size_t{0} + ... +
           (static_cast<std::size_t>(vectors.size()) * sizeof(vectors.data()[0])));
 }
 
-/// Instant that decides which loads act in a step that begins at t: a millionth of the step on, so
-/// that rounding of t never moves a load by a whole step.
+/// Returns the activation time of a step that begins at t: t plus a millionth of the step. The
+/// offset prevents rounding of t from shifting a load by a whole step.
 inline double load_gate(double t, double h) noexcept { return t + 1e-6 * h; }
 
 }  // namespace palpate
 
 namespace palpate::schemes {
 
-// The schemes that integrators() lists.
+// Schemes in the list integrators().
 
 extern const IntegratorInfo euler;
 extern const IntegratorInfo euler_cromer;

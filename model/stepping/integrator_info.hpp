@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Facts about the integrators, without their code.
+/// Properties of the integrators, independent of their implementation.
 
 #include <memory>
 #include <span>
@@ -11,15 +11,15 @@ namespace palpate {
 
 template <class Real> class Integrator;
 
-/// Facts of a scheme. Orders are of the error at fixed time against the exact motion.
+/// Properties of a scheme. Orders refer to the error at a fixed time against the exact solution.
 struct IntegratorInfo {
   std::string_view name;
   std::string_view summary;
   int order_undamped = 1;
   int order_damped = 1;
-  int evaluations = 1;          ///< of the force per step; implicit schemes: per iteration
+  int evaluations = 1;          ///< force evaluations per step; per iteration for implicit schemes
   bool implicit = false;        ///< A-stable: no limit on the step
-  bool one_evaluation = false;  ///< can carry the lagged spring velocity of the printed Eq. 9
+  bool one_evaluation = false;  ///< supports the lagged spring velocity of the printed Eq. 9
   std::unique_ptr<Integrator<double>> (*make_double)() = nullptr;
   std::unique_ptr<Integrator<float>> (*make_float)() = nullptr;
 
@@ -33,7 +33,7 @@ struct IntegratorInfo {
 };
 
 std::span<const IntegratorInfo* const> integrators();
-/// nullptr when there is none of that name.
+/// Returns nullptr if no integrator has this name.
 const IntegratorInfo* find_integrator(std::string_view name);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The columns of a scene's records, and their values at a tick. Only what is recorded is computed.
+/// Columns of a scene's records, and their values at a tick. Only recorded values are computed.
 
 #include "model/stepping/simulation.hpp"
 
@@ -21,7 +21,7 @@
 
 namespace palpate {
 
-/// Where nodes are at an instant, and how fast.
+/// Positions and velocities of nodes at one time.
 class NodeMotion {
  public:
   virtual ~NodeMotion() = default;
@@ -126,15 +126,15 @@ void Recorder::sample(double t, double gate, NodeMotion& now,
   }
 }
 
-// When a run counts as diverged.
+// Criterion for divergence of a run.
 
-/// How far a coordinate may go [m] in a run that has not diverged: a million times the size of what
-/// moves, beyond where it is at first.
+/// Returns the largest coordinate [m] of a run that has not diverged: a million times the size of
+/// the moving body, in addition to the initial coordinates.
 double bound_of_motion(const Problem& problem);
 
-/// Whether a state is finite and within `bound` [m]. A sum of squares cannot hide what is not
-/// finite, and is quick; only a large one, or one that is no number, asks for a closer look.
-/// `travelled`: most that any coordinate can have gone [m], if the scheme knows.
+/// Returns true if a state is finite and within `bound` [m]. The sum of squares detects values that
+/// are not finite; single coordinates are compared only if the sum is large or NaN. `travelled`:
+/// upper bound on the displacement of any coordinate [m], if the scheme computes it.
 template <class Real>
 bool is_sane(const State<Real>& state, Real bound, std::optional<double> travelled) noexcept {
   if (travelled && *travelled <= static_cast<double>(bound)) { return true; }
@@ -146,14 +146,14 @@ bool is_sane(const State<Real>& state, Real bound, std::optional<double> travell
 
 namespace {
 
-/// Motion further than this many times the body's own size is divergence.
+/// Displacement in units of the body's size above which a run counts as diverged.
 constexpr double out_of_bounds = 1e6;
 
 double extent_of(const NodeVectors& place) {
   return place.cols() == 0 ? 0.0 : (place.rowwise().maxCoeff() - place.rowwise().minCoeff()).norm();
 }
 
-/// How far it goes without damping.
+/// Returns the amplitude without damping [m].
 double reach_of(const Oscillator& o) {
   const double omega = std::sqrt(o.stiffness / o.mass);
   if (omega > 0.0) {
@@ -173,7 +173,7 @@ double bound_of_motion(const Problem& problem) {
   return out_of_bounds * std::max(size, 1e-3);
 }
 
-/// Hides the precision.
+/// Interface of a simulation, independent of its precision.
 class Simulation::Core : public NodeMotion {
  public:
   virtual StepStatus tick() noexcept = 0;
@@ -340,7 +340,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     system_ = std::move(made);
     columns = {{"x_m", "m", {}}, {"v_m_per_s", "m/s", {}}};
   }
-  /// Of a network's node; fixed ones stay.
+  /// Returns the value of a network's node; fixed nodes keep their initial value.
   [[nodiscard]] Eigen::Vector3d value_at(const Vector<Real>& all, int node) const noexcept {
     const NodeLayout& layout = network_->layout();
     const Eigen::Index first = layout.first[static_cast<std::size_t>(node)];
@@ -349,7 +349,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     if (&all != &state_.position) { return moved; }
     return static_cast<const NetworkProblem&>(*problem).network().initial_place(node) + moved;
   }
-  /// In the problem's order.
+  /// Copies a vector to the order of the problem.
   void read(const Vector<Real>& from, Eigen::Ref<Eigen::VectorXd> to) const noexcept {
     if (network_ == nullptr) {
       to = from.template cast<double>();
@@ -361,14 +361,15 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
       n += 3;
     }
   }
-  /// Staggered schemes carry another instant's velocity; the one of t = 0 is the given one.
+  /// Returns the velocity at the current time. Staggered schemes store the velocity of another
+  /// time; at t = 0 the given velocity is returned.
   const Vector<Real>& velocity_now() noexcept {
     if (ticks == 0) { return state_.velocity; }
     if (velocity_ == nullptr) { velocity_ = &integrator_->velocity_at(state_); }
     return *velocity_;
   }
   System<Real>& stepped() noexcept { return tool_ != nullptr ? tool_->system() : *system_; }
-  /// What a tick is there for, so it is part of the tick's time.
+  /// Evaluates the tool's forces. A tick delivers them, so this is part of its measured time.
   void measure_tool() noexcept {
     const double t = static_cast<double>(ticks) * tick_length;
     elastic_energy_ = tool_->measure(t, load_gate(t, plan.h), state_, velocity_now());
@@ -380,10 +381,10 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   OscillatorSystem<Real>* oscillator_ = nullptr;
   std::unique_ptr<Integrator<Real>> integrator_;
   State<Real> state_;
-  const Vector<Real>* velocity_ = nullptr;  ///< of the present instant, once it was asked for
-  std::optional<double> elastic_energy_;    ///< likewise [J]
-  double update_length_ = 0.0;  ///< h, or 1 where the printed form leaves the time step out
-  Real bound_ = 0;              ///< of a coordinate that has not diverged [m]
+  const Vector<Real>* velocity_ = nullptr;  ///< at the current time, if already requested
+  std::optional<double> elastic_energy_;    ///< at the current time, if already requested [J]
+  double update_length_ = 0.0;              ///< h, or 1 if the printed form omits the time step
+  Real bound_ = 0;  ///< largest coordinate of a run that has not diverged [m]
 };
 
 void Simulation::build(const Scene& scene, std::unique_ptr<Problem> problem, bool skip) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Simulation of a scene, one tick at a time. Everything is allocated on construction: tick()
-/// allocates nothing, locks nothing and does no input or output, in either precision.
+/// Simulation of a scene, one tick at a time. The constructor allocates all memory. tick() does not
+/// allocate, lock, read or write files, in either precision.
 
 #include <memory>
 #include <span>
@@ -17,54 +17,58 @@ enum class StepStatus { ok, diverged };
 
 class Simulation {
  public:
-  /// The scene must have passed check_scene. Throws what plan_steps throws.
+  /// Prepares a simulation. The scene must have passed check_scene. Throws the exceptions of
+  /// plan_steps.
   explicit Simulation(const Scene& scene, bool skip = true);
-  /// A network made in memory, with the settings, loads and records of the scene.
+  /// Prepares a simulation of the given network with the settings, loads and records of the scene.
   Simulation(const Scene& scene, const SpringNetwork& network, bool skip = true);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// Position s of the hand's end of the coupling along the tool's line [m] and its velocity [m/s]
-  /// during the next ticks. Only a drive of kind falcon uses it.
+  /// Sets the hand's end of the coupling for the next ticks: position s along the tool's line [m]
+  /// and velocity [m/s]. Only a drive of kind falcon uses it.
   void move_handle(double place, double velocity) noexcept;
-  /// Advances by one tick. After `diverged` the state is that in which divergence was detected.
+  /// Advances by one tick. If it returns `diverged`, the state is the one in which divergence was
+  /// detected.
   StepStatus tick() noexcept;
 
   [[nodiscard]] double time() const noexcept;      ///< [s]
-  [[nodiscard]] long ticks() const noexcept;       ///< done so far
-  [[nodiscard]] long tick_count() const noexcept;  ///< in the scene's duration
+  [[nodiscard]] long ticks() const noexcept;       ///< completed
+  [[nodiscard]] long tick_count() const noexcept;  ///< number of ticks in the scene's duration
   [[nodiscard]] const StepPlan& plan() const noexcept;
   [[nodiscard]] const Problem& problem() const noexcept;
 
-  /// Name and unit of what sample() writes, in order.
+  /// Names and units of the values that sample() writes, in the same order.
   [[nodiscard]] const std::vector<Column>& columns() const noexcept;
-  /// Writes the present values of the columns; `row` has one element for each.
+  /// Writes the current values of the columns; `row` has one element per column.
   void sample(std::span<double> row) noexcept;
-  /// Names of the columns of text; empty without a tool.
+  /// Names of the text columns; empty without a tool.
   [[nodiscard]] const std::vector<TextColumn>& text_columns() const noexcept;
-  /// Writes their present values, appends the events since the last call and clears them.
+  /// Writes the current text values, appends the events since the last call to `events` and clears
+  /// them.
   void sample_text(std::span<std::string> row, std::vector<Event>& events);
-  /// Position of the coordinates of problem() [m].
+  /// Writes the position of the coordinates of problem() [m].
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept;
   void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept;  ///< at the tick [m/s]
-  /// All nodes [m], 3 x nodes; the oscillator has none.
+  /// Positions of all nodes [m], 3 x nodes; empty for the oscillator.
   [[nodiscard]] NodeVectors node_positions() const;
-  /// The same without allocating; `all` is 3 x nodes.
+  /// Writes the positions of all nodes [m] without allocating; `all` is 3 x nodes.
   void node_positions(Eigen::Ref<NodeVectors> all) noexcept;
   /// Kinetic plus elastic energy and the potential of gravity [J].
   [[nodiscard]] double energy() noexcept;
-  /// Position s [m] and velocity s' [m/s] of the tool, without evaluating forces; zero without one.
+  /// Position s [m] and velocity s' [m/s] of the tool, without a force evaluation; zero without a
+  /// tool.
   [[nodiscard]] ToolMotion tool_motion() const noexcept;
-  /// Events of the tool since the last sample_text() or forget_tool_happenings().
+  /// Events of the tool since the last call of sample_text() or forget_tool_happenings().
   [[nodiscard]] std::span<const ToolHappening> tool_happenings() const noexcept;
   /// Clears the events without allocating.
   void forget_tool_happenings() noexcept;
-  /// Present state of the tool; zero without one.
+  /// Current state of the tool; zero without a tool.
   [[nodiscard]] ToolReport tool() noexcept;
   [[nodiscard]] int zero_length_springs() const noexcept;
-  [[nodiscard]] std::size_t spring_count() const noexcept;  ///< that are computed
-  /// Share of the movable rows that is stepped now; 1 where nothing may sleep.
+  [[nodiscard]] std::size_t spring_count() const noexcept;  ///< number of springs that are computed
+  /// Fraction of the movable rows that is currently integrated; 1 if no row may sleep.
   [[nodiscard]] double awake_share() const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 

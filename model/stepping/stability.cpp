@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// What springs of a network add to its matrices of stiffness and damping at the initial positions,
-/// spring by spring.
+/// Contributions of a network's springs to the stiffness and damping matrices at the initial
+/// positions, spring by spring.
 
 #include "model/stepping/stability.hpp"
 
@@ -25,22 +25,22 @@ namespace palpate::spring_blocks {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double roundings = 1e-12;  ///< of sums and eigenvalues, as a share
+constexpr double roundings = 1e-12;  ///< relative, for sums and eigenvalues
 
 enum class Which { stiffness, stretched_stiffness, damping };
 
-/// k u u^T with the geometric stiffness, of all springs or of stretched ones only (which leaves
-/// nothing negative and can only raise the frequencies); or c u u^T. Nothing for a spring without
-/// length.
+/// Returns k u u^T with the geometric stiffness, of all springs or of stretched ones only, or c u
+/// u^T. Omitting compressed springs leaves no negative stiffness and can only raise the
+/// frequencies. Empty for a spring of zero length.
 std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d, Which which);
 
-/// Blocks of the bonds that a run of nodes shares: computed anew only where a spring differs from
-/// that of the node before by more than rounding.
+/// Blocks of the bonds that a run of nodes shares. A block is recomputed only if a spring differs
+/// from that of the node before by more than rounding error.
 class RunBlocks {
  public:
   RunBlocks(std::span<const SpringList::Bond> bonds, Which which)
       : bonds_(bonds), which_(which), known_(bonds.size()) {}
-  /// Null for a spring without length.
+  /// Returns null for a spring of zero length.
   const Matrix3d* at(std::size_t bond, const Vector3d& d) {
     Known& known = known_[bond];
     const double near = 0.1 * roundings * known.d.cwiseAbs().maxCoeff();
@@ -61,11 +61,11 @@ class RunBlocks {
   std::vector<Known> known_;
 };
 
-/// Nodes by their index.
+/// Range of node indices.
 struct NodeRange {
   int first = 0;
   int last = std::numeric_limits<int>::max();
-  /// Whether a run may have a spring with an end in it.
+  /// Returns true if a run can have a spring with an end in the range.
   [[nodiscard]] bool meets(const SpringList::Run& run,
                            std::span<const SpringList::Bond> bonds) const {
     const auto [least, most] = std::ranges::minmax(bonds, {}, &SpringList::Bond::to);
@@ -75,7 +75,8 @@ struct NodeRange {
   }
 };
 
-/// visit(a, b, matrix) for springs with an end at a coordinate that `wanted` allows, in `range`.
+/// Calls visit(a, b, matrix) for the springs in `range` with an end at a coordinate that `wanted`
+/// accepts.
 template <class Wanted, class Visit>
 void visit_blocks(const NetworkProblem& problem, Which which, const NodeRange& range, Wanted wanted,
                   Visit visit) {
@@ -115,34 +116,35 @@ std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d
 
 namespace palpate {
 
-// The fastest mode of a network, sought from below.
+// Lower bound on the highest frequency of a network.
 
-/// Part of a problem's coordinates, in which all others stand still. No motion of the part is
-/// faster than the fastest of the whole, so what it says is said of the whole from below.
+/// Subset of a problem's coordinates, with all others fixed. Its highest frequency does not exceed
+/// that of the whole network, so it is a lower bound.
 struct Part {
-  std::vector<Eigen::Index> coordinate;  ///< by that of the whole: in the part, or -1
-  Eigen::VectorXd mass;                  ///< [kg]
+  std::vector<Eigen::Index>
+      coordinate;        ///< index in the subset for each coordinate of the whole, or -1
+  Eigen::VectorXd mass;  ///< [kg]
   spring_blocks::NodeRange nodes;
 };
 
-/// All of a network whose modes are still sought as a whole; of a larger one what lies around free
-/// node `fastest`.
+/// Returns all coordinates of a small network. For a larger one it returns those around free node
+/// `fastest`.
 Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest);
 
-/// Lanczos' method for M^-1 B in the M inner product, three vectors at a time; going through it
-/// again with the coordinates of a Ritz vector adds that vector up.
+/// Lanczos' method for M^-1 B in the M inner product, with three vectors in memory. A second pass
+/// with the coordinates of a Ritz vector computes that vector.
 class Lanczos {
  public:
-  /// B: of the springs of `part`, which outlives this.
+  /// Uses B of the springs of `part`, which must outlive this object.
   Lanczos(const NetworkProblem& problem, spring_blocks::Which which, const Part& part);
 
-  /// Largest eigenvalue [1/s^2 or 1/s], from below: a Ritz value can only fall short of it.
+  /// Returns the largest eigenvalue [1/s^2 or 1/s]; a Ritz value is a lower bound of it.
   double largest();
-  /// The vector of the value that largest() found.
+  /// Returns the Ritz vector of the value from largest().
   Eigen::VectorXd vector();
 
  private:
-  /// Of one spring between two coordinates (-1: fixed).
+  /// Block of one spring between two coordinates (-1: fixed).
   struct Block {
     Eigen::Index a;
     Eigen::Index b;
@@ -156,7 +158,7 @@ class Lanczos {
   const Eigen::VectorXd& mass_;
   std::vector<Block> blocks_;
   Eigen::VectorXd before_, now_, next_;
-  std::vector<double> alpha_, beta_;  ///< diagonal of the tridiagonal matrix, and beside it
+  std::vector<double> alpha_, beta_;  ///< diagonal and off-diagonal of the tridiagonal matrix
   Eigen::VectorXd ritz_;
 };
 
@@ -168,10 +170,11 @@ using Eigen::VectorXd;
 
 constexpr int most_vectors = 200;
 constexpr double accuracy = 1e-5;
-/// Free nodes of a network whose modes are still sought as a whole; of a larger one this many.
+/// Largest number of free nodes whose modes are computed for the whole network, and the size of the
+/// subset of a larger one.
 constexpr Eigen::Index most_nodes = 8000;
 
-/// Fixed, with every wave length in it.
+/// Returns a fixed start vector with components of every wavelength.
 VectorXd start_vector(Eigen::Index size) {
   VectorXd x(size);
   for (Eigen::Index i = 0; i < size; ++i) {
@@ -190,7 +193,7 @@ Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest) {
   if (nodes > most_nodes) {
     const NodeVectors& places = problem.network().rest_position;
     const Vector3d middle = places.col(free[static_cast<std::size_t>(fastest)]);
-    const auto distance = [&](Eigen::Index i) {  // in the largest norm: cubes suit lattices
+    const auto distance = [&](Eigen::Index i) {  // maximum norm: cubes suit lattices
       return (places.col(free[static_cast<std::size_t>(i)]) - middle).lpNorm<Eigen::Infinity>();
     };
     std::ranges::nth_element(order, order.begin() + most_nodes, {}, distance);
@@ -238,7 +241,7 @@ double Lanczos::largest() {
                                 Eigen::Map<const VectorXd>(beta_.data(), steps - 1));
     value = ritz.eigenvalues()(steps - 1);
     ritz_ = ritz.eigenvectors().col(steps - 1);
-    // What the vector is off by; the value is off by its square.
+    // Error of the vector; the error of the value is its square.
     if (!(beta_.back() * std::abs(ritz_(steps - 1)) > accuracy * value)) { break; }
   }
   return value * (1.0 - spring_blocks::roundings);
@@ -254,7 +257,7 @@ VectorXd Lanczos::vector() {
   return sum;
 }
 
-/// y = M^-1 (sum of blocks) x.
+/// Computes y = M^-1 (sum of blocks) x.
 void Lanczos::apply(const VectorXd& x, VectorXd& y) const {
   y.setZero();
   for (const Block& block : blocks_) {
@@ -296,7 +299,7 @@ using spring_blocks::roundings;
 using spring_blocks::visit_blocks;
 using spring_blocks::Which;
 
-/// Of a symmetric matrix: xx, xy, xz, yy, yz, zz.
+/// Upper triangle of a symmetric matrix: xx, xy, xz, yy, yz, zz.
 using Upper = Eigen::Matrix<double, 6, 1>;
 Upper upper_of(const Matrix3d& m) {
   Upper upper;
@@ -311,12 +314,12 @@ Matrix3d whole_of(const Upper& m) {
 
 struct Fastest {
   double bound = 0.0;
-  Eigen::Index free_node = 0;  ///< that it comes from
+  Eigen::Index free_node = 0;  ///< node of the bound
 };
 
-/// For any positive weights w, |x_a - x_b|_B^2 <= (1 + w_b/w_a) |x_a|_B^2 + (1 + w_a/w_b)
-/// |x_b|_B^2, so no eigenvalue of M^-1 B exceeds the largest over nodes of lambda_max(sum (1 +
-/// w_b/w_a) B) / m.
+/// Computes a bound on the eigenvalues. For any positive weights w, |x_a - x_b|_B^2 <= (1 +
+/// w_b/w_a) |x_a|_B^2 + (1 + w_a/w_b) |x_b|_B^2. No eigenvalue of M^-1 B therefore exceeds the
+/// maximum over nodes of lambda_max(sum (1 + w_b/w_a) B) / m.
 Fastest bound_with_weights(const NetworkProblem& problem, Which which, const VectorXd& weight) {
   const VectorXd& mass = problem.mass();
   std::vector<Upper> sums(static_cast<std::size_t>(mass.size() / 3), Upper::Zero());
@@ -332,16 +335,16 @@ Fastest bound_with_weights(const NetworkProblem& problem, Which which, const Vec
                  add(b, a, matrix);
                });
   Fastest fastest;
-  Upper before = Upper::Zero();  // of the last node that was looked at, over its mass
+  Upper before = Upper::Zero();  // matrix of the last evaluated node, divided by its mass
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    // No eigenvalue exceeds the largest sum of a row's magnitudes, which spares most nodes of a
-    // lattice.
+    // No eigenvalue exceeds the largest row sum of magnitudes; this test is sufficient for most
+    // nodes of a lattice.
     const auto at = static_cast<Eigen::Index>(i);
     const Matrix3d sum = whole_of(sums[i]);
     const double most = sum.cwiseAbs().rowwise().sum().maxCoeff() / mass(3 * at);
     if (most <= fastest.bound * (1.0 + roundings)) { continue; }
     const Upper now = sums[i] / mass(3 * at);
-    // An eigenvalue differs by no more than the entries together.
+    // The change of an eigenvalue does not exceed the sum of the changes of the entries.
     if ((now - before).cwiseAbs().sum() <= 0.1 * roundings * fastest.bound) { continue; }
     before = now;
     const double top =
@@ -354,18 +357,19 @@ Fastest bound_with_weights(const NetworkProblem& problem, Which which, const Vec
 struct Extreme {
   double estimate;
   double upper;
-  Eigen::Index free_node = 0;  ///< that looks fastest
+  Eigen::Index free_node = 0;  ///< node of the largest bound
 };
 
-/// The best of three choices of weights: equal, inverse masses (exact for one spring), and, where
-/// modes of the whole network are sought, the shape of the fastest with a floor under it.
+/// Returns the best of three bounds, with equal weights, with inverse masses (exact for one
+/// spring), and, for a network that is small enough, with the shape of the fastest mode plus a
+/// lower limit.
 Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
   const VectorXd& mass = problem.mass();
   const Eigen::Index nodes = mass.size() / 3;
   const Fastest equal = bound_with_weights(problem, which, VectorXd::Ones(nodes));
   if (!(equal.bound > 0.0)) { return {0.0, 0.0}; }
   double upper = equal.bound;
-  if (mass.minCoeff() < mass.maxCoeff()) {  // else the weights are equal once more
+  if (mass.minCoeff() < mass.maxCoeff()) {  // otherwise the weights are equal again
     const VectorXd inverse_mass =
         Eigen::Map<const VectorXd, 0, Eigen::InnerStride<3>>(mass.data(), nodes).cwiseInverse();
     upper = std::min(upper, bound_with_weights(problem, which, inverse_mass).bound);
@@ -389,7 +393,7 @@ Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
 }
 
 bool any_compressed(const NetworkProblem& problem) {
-  constexpr double counts = 1e-9;  // less changes no digit of a frequency that anybody reads
+  constexpr double counts = 1e-9;  // relative change that is too small to matter
   const NodeVectors& place = problem.held_position();
   return std::ranges::any_of(problem.network().springs, [&](const Spring& s) {
     const double least = (1.0 - counts) * s.rest_length;
@@ -397,8 +401,8 @@ bool any_compressed(const NetworkProblem& problem) {
   });
 }
 
-/// Compressed springs lower the frequencies, so the bound above leaves that out and the estimate
-/// does not.
+/// Bounds the stiffness. Compressed springs lower the frequencies, so the bound omits them and the
+/// estimate includes them.
 Extreme stiffness_extreme(const NetworkProblem& problem) {
   Extreme extreme = largest_eigenvalue(problem, Which::stretched_stiffness);
   if (extreme.upper > 0.0 && any_compressed(problem)) {
@@ -434,14 +438,15 @@ SpectralBounds spectral_bounds(const Oscillator& o) {
 
 namespace {
 
-/// What the conditions of stability may be missed by: rounding.
+/// Tolerance of the stability conditions for rounding error.
 constexpr double rounding = 1e-13;
 
-/// Of the fastest rate: a scheme that amplifies so short a step is taken to amplify every one.
+/// Shortest and longest step times the fastest rate. A scheme that amplifies the shortest step is
+/// assumed to amplify every step.
 constexpr double shortest_step = 1e-4;
 constexpr double longest_step = 100.0;
 
-/// One scheme on oscillators of unit mass, with workspace made once.
+/// One scheme on oscillators of unit mass, with workspace allocated once.
 class ScalarStepper {
  public:
   ScalarStepper(const IntegratorInfo& scheme, double omega, double damping)
@@ -452,13 +457,13 @@ class ScalarStepper {
     if (!implicit_) { scheme_->prepare(system_, state_, 1.0); }
   }
 
-  /// Of (position, h times velocity) over one step.
+  /// Returns the matrix of one step for (position, h times velocity).
   Eigen::Matrix2d step_matrix(double h) {
     if (implicit_) { scheme_->prepare(system_, state_, h); }
     Eigen::Matrix2d step;
     for (int column = 0; column < 2; ++column) {
       state_.position(0) = column == 0 ? 1.0 : 0.0;
-      state_.velocity(0) = column == 0 ? 0.0 : 1.0 / h;  // scaled: position per step
+      state_.velocity(0) = column == 0 ? 0.0 : 1.0 / h;  // scaled: position change per step
       scheme_->step(system_, state_, 0.0, h);
       step.col(column) << state_.position(0), state_.velocity(0) * h;
     }
@@ -472,14 +477,14 @@ class ScalarStepper {
   bool implicit_;
 };
 
-/// Both eigenvalues within the unit circle, by the conditions of Jury: unlike the eigenvalues
-/// themselves these lose no digits where two of them meet.
+/// Returns true if both eigenvalues are inside the unit circle, by Jury's conditions. These lose no
+/// digits where the eigenvalues coincide.
 bool keeps_bounded(const Eigen::Matrix2d& step) {
   const double determinant = step.determinant();
   return determinant <= 1.0 + rounding && std::abs(step.trace()) <= 1.0 + determinant + rounding;
 }
 
-/// As stable_step(); what is `enough` or longer counts as infinite.
+/// Computes stable_step(); values of `enough` or more are returned as infinite.
 double stable_step_below(double enough, const IntegratorInfo& scheme, double omega,
                          double damping) {
   const double rate = std::max(omega, damping);
@@ -487,7 +492,7 @@ double stable_step_below(double enough, const IntegratorInfo& scheme, double ome
   ScalarStepper stepper(scheme, omega, damping);
   const auto stable = [&](double h) { return keeps_bounded(stepper.step_matrix(h)); };
   if (!stable(shortest_step / rate)) { return 0.0; }
-  // Upwards in steps of 5 % until the first growth, then bisection.
+  // Increases the step by 5 % until the first growth, then bisects.
   double low = shortest_step / rate;
   double high = 10.0 * low;
   const double longest = std::min(enough, longest_step / rate);
@@ -522,7 +527,7 @@ double stable_step(const IntegratorInfo& scheme, const SpectralBounds& bounds) {
   constexpr int grid = 12;
   double smallest = std::numeric_limits<double>::infinity();
   for (int i = grid; i >= 0;
-       --i) {  // from the fastest oscillator, which mostly decides, to pure drag (omega = 0)
+       --i) {  // from the fastest oscillator, which is usually decisive, to pure drag (omega = 0)
     const double omega = bounds.omega_upper * i / grid;
     const double least = std::min(bounds.relaxation_lower * omega * omega, bounds.damping_upper);
     for (int j = 0; j <= grid; ++j) {

@@ -24,12 +24,14 @@ namespace palpate {
 
 namespace {
 
-/// Above this many explicit substeps a tick an implicit scheme is chosen: the midpoint rule, or
-/// with a tool implicit Euler, which damps what each change between sticking and slipping sets off.
+/// Number of explicit substeps per tick above which an implicit scheme is chosen: the midpoint
+/// rule, or with a tool implicit Euler, which damps the oscillations after changes between sticking
+/// and slipping.
 constexpr int most_automatic_substeps = 200;
 constexpr int most_automatic_substeps_with_tool = 25;
-/// Making the factors of an implicit step grows with the square of the nodes (of 9100 free ones in
-/// three dimensions it took half a minute), and a tick with them faster than an explicit substep.
+/// Limits for large networks. The cost of the factorisation of an implicit step grows with the
+/// square of the number of nodes, but a tick with the factors is cheaper than many explicit
+/// substeps.
 constexpr std::size_t most_nodes_factorised = 8000;
 constexpr int most_automatic_substeps_of_many = 1000;
 
@@ -39,7 +41,7 @@ std::string number(double value) {
   return buffer.data();
 }
 
-/// Substeps of a tick that keep h at stability_margin of the limit.
+/// Returns the number of substeps per tick that keeps h at stability_margin of the limit.
 double substeps_for(double step, double limit) {
   if (!std::isfinite(limit)) { return 1.0; }
   return limit > 0.0 ? std::max(1.0, std::ceil(step / (stability_margin * limit)))
@@ -63,7 +65,7 @@ void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
                          std::to_string(scene.simulation.far_modes) + " modes");
 }
 
-/// As many as there are coordinates for.
+/// Returns the number of integrated nodes.
 std::size_t stepped_nodes(const Scene& scene, const NetworkProblem& problem, const StepPlan& plan) {
   if (!plan.far) { return problem.free_nodes().size(); }
   const auto near = std::ranges::count_if(problem.free_nodes(),
@@ -127,7 +129,7 @@ void choose_substeps(const Scene& scene, StepPlan& plan) {
   }
 }
 
-/// Of a lattice that steps in lanes.
+/// Returns the rows of a lattice in SIMD lanes.
 std::optional<LatticeRows> lattice_rows(const std::optional<LatticeShape>& shape, bool single,
                                         bool may_fold) {
   if (!shape) { return {}; }
@@ -165,8 +167,8 @@ void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, 
   if (plan.threads > 1) { plan.kernel += "-" + std::to_string(plan.threads) + "-threads"; }
 }
 
-/// Springs of a lattice have their natural length, so a row at rest stays there until something
-/// pulls.
+/// Chooses whether rows sleep. Lattice springs have their natural length, so a row at rest stays at
+/// rest until a force acts on it.
 void choose_sleep(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
   const double wanted = scene.simulation.sleep_force;
   if (!(wanted > 0.0) || !plan.skip) { return; }
@@ -197,7 +199,8 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem,
   if (!is_damped(springs)) {
     plan.skipped.emplace_back("dampers: every spring has zero viscosity");
   }
-  // Lanes go through whole rows: fixed nodes among free ones are stepped, without an inverse mass.
+  // SIMD lanes process complete rows: fixed nodes among free ones are computed with zero inverse
+  // mass.
   const long left_out = rows ? springs_between_fixed_rows(problem, *rows) : fixed_pairs();
   if (left_out > 0) {
     plan.skipped.push_back("springs between fixed nodes: " + std::to_string(left_out));
@@ -218,8 +221,8 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem,
   }
 }
 
-/// A tool that is a coordinate has a frequency and a damping of its own; sticking to the tissue
-/// only brings frequencies closer together.
+/// Adds the frequency and damping of a tool with a coordinate. Sticking to the tissue only moves
+/// frequencies closer together.
 void add_tool(const Scene& scene, SpectralBounds& bounds) {
   if (scene.drive->kind == Drive::Kind::trajectory) { return; }
   const double mass = scene.needle ? scene.needle->mass : scene.probe->mass;

@@ -17,7 +17,7 @@ namespace palpate {
 struct ReductionSetting;                    // mode_basis.hpp
 template <class Real> class NetworkSystem;  // network_system.hpp
 
-/// Automatic substeps keep h below this share of the stable step.
+/// Automatic substeps keep h below this fraction of the stable step.
 inline constexpr double stability_margin = 0.5;
 
 struct StepPlan {
@@ -25,25 +25,29 @@ struct StepPlan {
   std::string integrator_reason{};
   int substeps = 1;
   std::string substeps_reason{};
-  double h = 0.0;  ///< [s] step of the integrator
+  double h = 0.0;  ///< step of the integrator [s]
   SpectralBounds bounds{};
-  std::map<std::string, double> stable_step{};  ///< [s] by integrator; infinite: no limit
-  bool lattice = false;                         ///< a regular lattice, stepped in lanes
-  int threads = 1;                              ///< that share a lattice
-  double sleep_force = 0.0;  ///< [N] that sleeping nodes of a lattice may withhold; 0: none sleeps
-  std::vector<int> touched{};  ///< nodes that a tool may push, whose rows never sleep
-  std::shared_ptr<const ReductionSetting> far{};  ///< tissue left to a reduced-order model, or null
+  std::map<std::string, double> stable_step{};  ///< by integrator [s]; infinite: no limit
+  bool lattice = false;                         ///< regular lattice, computed in SIMD lanes
+  int threads = 1;                              ///< number of threads for a lattice
+  double sleep_force =
+      0.0;  ///< limit of the force withheld on sleeping lattice nodes [N]; 0: no node sleeps
+  std::vector<int> touched{};  ///< nodes that a tool can load; their rows never sleep
+  std::shared_ptr<const ReductionSetting>
+      far{};  ///< reduced-order model of the far tissue, or null
   PrintedForm printed{};
   std::string kernel{};
-  std::vector<std::string> skipped{};  ///< "dampers: every spring has zero viscosity"
+  std::vector<std::string> skipped{};  ///< omitted computations with the reason, e.g. "dampers:
+                                       ///< every spring has zero viscosity"
   std::vector<std::string> warnings{};
   bool skip = true;
 };
 
-/// Throws std::invalid_argument for an unknown integrator, or one that cannot carry an erratum.
+/// Plans the steps of a scene. Throws std::invalid_argument for an unknown integrator, or for one
+/// that does not support an erratum of the scene.
 StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip = true);
 
-/// The network in the form that the plan steps: a lattice in lanes, a list of springs, or a list
+/// Builds the network in the planned form: a lattice in SIMD lanes, a list of springs, or a list
 /// with a reduced-order model. `problem` must outlive it.
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,

@@ -12,7 +12,7 @@ namespace palpate {
 
 namespace {
 
-/// Below this share of independence the constraints of tip and shaft count as one.
+/// Relative determinant below which the constraints of tip and shaft are treated as one.
 constexpr double independent = 1e-6;
 
 Coupling coupling_of(const Scene& scene, const Drive& drive) {
@@ -176,7 +176,7 @@ Eigen::Vector2d ToolContact<Real>::solve_contact_forces(double tip, double shaft
   return {tip_held ? tip / c.tip_tip : 0.0, shaft_held ? shaft / c.shaft_shaft : 0.0};
 }
 
-/// T and F_f within their laws. `tool_acceleration` is that of the tool without them.
+/// Computes T and F_f within their laws. `tool_acceleration` is that of the tool without them.
 template <class Real> void ToolContact<Real>::solve(double tool_acceleration) noexcept {
   double tip = tool_acceleration + lag_.x();
   double shaft = tool_acceleration + lag_.y();
@@ -187,9 +187,10 @@ template <class Real> void ToolContact<Real>::solve(double tool_acceleration) no
   const bool sticks = shaft_ == ShaftMode::stick && may_hold_shaft();
   const bool stuck = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
   const double slipping = shaft_ == ShaftMode::backward ? -limit_ : limit_;
-  const bool rigid = tip_ == TipMode::stuck && !stuck;  // only fixed nodes around the tip
+  const bool rigid = tip_ == TipMode::stuck && !stuck;  // only fixed nodes support the tip
   if (tip_ == TipMode::cutting || (rigid && velocity_ > 0.0)) {
-    // Bone has none: there the tip keeps the force with which it arrived, and bone adds its own.
+    // Bone has no finite cutting force: the tip keeps its force at arrival, and the reaction of the
+    // bone is added.
     if (std::isfinite(cutting_force())) { tip_force_ = cutting_force(); }
   } else if (!rigid || velocity_ < 0.0) {
     tip_force_ = 0.0;
@@ -211,9 +212,9 @@ template <class Real> void ToolContact<Real>::solve(double tool_acceleration) no
   }
 }
 
-/// What sticking needs, or the nearest force within the law. An implicit step takes what is needed,
-/// so that Newton's method sees one set of constraints, and update_active_set() looks at the law
-/// when it ends.
+/// Sets the tip force to the one that sticking needs, or to the nearest force within the law.
+/// Implicit steps take the needed force, so that Newton's method has a fixed set of constraints;
+/// update_active_set() checks the law at the end of the step.
 template <class Real> void ToolContact<Real>::take_tip(double needed) noexcept {
   const double within = std::clamp(needed, 0.0, cutting_force());
   contact_.tip_held = predict_ || within == needed;
@@ -283,11 +284,12 @@ void ToolContact<Real>::apply(double t, const Vector<Real>& q, const Vector<Real
   sideways_.setZero();
 }
 
-// What changes between two steps: modes of tip and shaft, and the velocities of what begins to
+// Changes between two steps: modes of tip and shaft, and the velocities of parts that begin to
 // stick.
 
 namespace {
-/// A tip this far off the skin has left it; one that rests there is not told of every rebound [m].
+/// Distance from the skin [m] at which the tip has left it. Smaller rebounds of a resting tip are
+/// not reported.
 constexpr double clear_of_skin = 1e-6;
 }  // namespace
 
@@ -318,7 +320,7 @@ bool ToolContact<Real>::follow(double t, double h, State<Real>& state) noexcept 
   const double from = std::min(trajectory_.place(t), path_.bone());
   const double to = std::min(trajectory_.place(t + h), path_.bone());
   const double velocity = (to - from) / h;
-  // Differences of places are rounded: that alone is no jump.
+  // Rounding of position differences is not a jump.
   const double rounding =
       8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(to)) / h;
   place_begin_ = from;
@@ -328,7 +330,7 @@ bool ToolContact<Real>::follow(double t, double h, State<Real>& state) noexcept 
   gather(state.position, state.velocity);
   weigh();
   contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0 &&
-                      velocity_ > velocity_at(at_);  // the tip load_cases, it cannot pull
+                      velocity_ > velocity_at(at_);  // the tip can push but not pull
   turn_shaft(h);
   match_velocities(state);
   dissipated_power_begin_ = dissipated_power();
@@ -343,8 +345,8 @@ template <class Real> double ToolContact<Real>::slip_now() const noexcept {
   return slip;
 }
 
-/// After a jump of the drive the shaft slides the way it is moved; it rests where its friction,
-/// which is bounded, can stop the slip within the step.
+/// Sets the shaft's mode after a jump of the drive. The shaft slides in the direction of motion, or
+/// sticks if its limited friction can stop the slip within the step.
 template <class Real> void ToolContact<Real>::turn_shaft(double h) noexcept {
   slip_ = limit_ > 0.0 ? slip_now() : 0.0;
   const bool rests = may_hold_shaft() && std::abs(slip_) <= limit_ * contact_.shaft_shaft * h;
@@ -370,7 +372,7 @@ template <class Real> void ToolContact<Real>::end_step(double t, State<Real>& st
   step_tip_change_ = stuck && stuck_before_ ? tip_force_ - step_tip_force_ : 0.0;
   step_tip_force_ = tip_force_;
   stuck_before_ = stuck;
-  if (predict_) {  // where revising found no answer, the law has the last word
+  if (predict_) {  // if update_active_set found no solution, the force is limited by the law
     predict_ = false;
     if (contact_.tip_held) { take_tip(tip_force_); }
     if (contact_.shaft_held) { take_shaft(shaft_force_); }
@@ -388,7 +390,7 @@ template <class Real> void ToolContact<Real>::end_step(double t, State<Real>& st
   depth_rate_ = depth_rate();
 }
 
-/// What the hand gave and the tissue took in a step of h.
+/// Adds the work of the hand and the dissipated energy in a step of h.
 template <class Real> void ToolContact<Real>::account(double h) noexcept {
   losses_.hand += 0.5 * h * (hand_power_begin_ + hand_power_end_);
   if (!in_tissue()) { return; }
@@ -417,7 +419,7 @@ template <class Real> void ToolContact<Real>::meet_bone(double t, State<Real>& s
   }
 }
 
-/// `held`: what was when the step ended.
+/// Changes the modes of tip and shaft; `held` is the contact at the end of the step.
 template <class Real> void ToolContact<Real>::change_modes(double t, const Contact& held) noexcept {
   contact_.tip_held = held.tip_held;
   if (tip_ == TipMode::cutting) { enter(path_.interval_at(cut_), t); }
@@ -431,7 +433,8 @@ template <class Real> void ToolContact<Real>::change_modes(double t, const Conta
   stopped_ = tip_ == TipMode::stuck ? velocity_ - velocity_at(at_) : 0.0;
 }
 
-/// How fast the tip moves on through the undeformed tissue [m/s], for schemes that predict it.
+/// Returns the velocity of the tip through the undeformed tissue [m/s], for schemes that predict
+/// the depth.
 template <class Real> double ToolContact<Real>::depth_rate() const noexcept {
   const bool moves = tip_ == TipMode::cutting || tip_ == TipMode::in_track;
   if (!moves || at_.knot + 1 >= knots_.size()) { return 0.0; }
@@ -494,7 +497,7 @@ template <class Real> void ToolContact<Real>::change_stuck(double t) noexcept {
 template <class Real> void ToolContact<Real>::change_cutting(double here, double t) noexcept {
   const std::size_t before = path_.interval_at(cut_);
   cut_ = depth_ =
-      std::max(here, knots_.front().depth);  // a step may end a little behind the deepest point
+      std::max(here, knots_.front().depth);  // a step can end slightly behind the deepest point
   const std::size_t after = path_.interval_at(cut_);
   if (after <= before) {
     if (!(velocity_ > velocity_at(path_.place(cut_)))) { tip_ = TipMode::stuck; }
@@ -522,15 +525,15 @@ template <class Real> void ToolContact<Real>::change_shaft() noexcept {
   if (turned) {
     shaft_ = ShaftMode::stick;
   } else if (shaft_ == ShaftMode::stick && !contact_.shaft_held) {
-    // What was held gives way to the force that was too much; the slip itself is rounding still. A
-    // shaft that only now has tissue to rub against was not held.
+    // The slip follows the force that exceeded the limit, because its own value is still rounding
+    // error. A shaft that has just reached tissue was not sticking.
     const double sense = may_hold_shaft() && shaft_force_ != 0.0 ? shaft_force_ : slip_;
     shaft_ = sense > 0.0 ? ShaftMode::forward : ShaftMode::backward;
   }
 }
 
-// Between two steps: places and velocities of the tissue that tip and shaft hold meet those of the
-// tool.
+// Velocity and position corrections between two steps: sticking parts of tissue and tool get a
+// common velocity.
 
 template <class Real> void ToolContact<Real>::match_positions(State<Real>& state) noexcept {
   if (!contact_.tip_held) { return; }
@@ -595,8 +598,8 @@ template <class Real> void ToolContact<Real>::match_velocities(State<Real>& stat
   }
 }
 
-// What tip, shaft and bone hold, as a system of equations has to know it (model/EQUATIONS.md, "Held
-// constraints").
+// Active contact constraints of tip, shaft and bone for the linear solver (model/EQUATIONS.md,
+// "Held constraints").
 
 template <class Real>
 void ToolContact<Real>::hold(const Vector<Real>& x, const Vector<Real>& mass,
@@ -651,8 +654,8 @@ void ToolContact<Real>::learn_compliance(Eigen::Index dof,
   held_.learn(supports_, begin, tool_, mass_, dof, solve);
 }
 
-/// What hold() holds, as rows: tip, shaft, two directions across the needle for each locked knot,
-/// and a tool that bone stops.
+/// Adds the constraint rows of hold(): tip, shaft, two directions across the needle for each locked
+/// contact point, and a tool stopped by bone.
 template <class Real> void ToolContact<Real>::begin_linear_solve() noexcept {
   held_.clear();
   const double own = is_coordinate() && !at_bone_ ? 1.0 : 0.0;
@@ -675,13 +678,13 @@ template <class Real> void ToolContact<Real>::begin_linear_solve() noexcept {
   held_.factorise();
 }
 
-// Implicit steps hold tip and shaft by what was foreseen when they began; here it is foreseen, and
-// revised (model/EQUATIONS.md, "Held constraints").
+// Implicit steps use the active contact constraints predicted at their beginning. These functions
+// predict and update them (model/EQUATIONS.md, "Held constraints").
 
-/// A tip that stuck goes on pushing by as much more as in the last step; one that begins to stick
-/// has to bring the tissue to its own velocity, whose response to that is known. Where that is more
-/// than F_c the step is begun cutting, so that it need not be solved twice; update_active_set() has
-/// the last word.
+/// Predicts whether the tip cuts in an implicit step. The force of a sticking tip is extrapolated
+/// from the last step. A tip that begins to stick must accelerate the tissue to its own velocity,
+/// with the known compliance. If the predicted force exceeds F_c, the step begins with a cutting
+/// tip, which avoids a second solve; update_active_set() corrects a wrong prediction.
 template <class Real> void ToolContact<Real>::predict_cutting() noexcept {
   if (tip_ != TipMode::stuck || !held_.learned() || !(contact_.tip_tip > 0.0)) { return; }
   const double response = held_.response_at(at_.knot, at_.share, n_) + tool_mobility();
@@ -700,9 +703,10 @@ template <class Real> bool ToolContact<Real>::update_active_set(const State<Real
   return tip || shaft;
 }
 
-/// The solver's tolerance on velocities and the rounding of places, and the forces over a step that
-/// change what is held by as much. A law that is broken by less is the solver's doing: solving
-/// again finds it broken the other way. What is left of it is settled when the step ends.
+/// Returns the tolerances on the contact laws: the solver's tolerance on velocities, the rounding
+/// of positions, and the forces that change the constrained velocities by these amounts. A smaller
+/// violation is solver error, and another solve would give the opposite violation. The remainder is
+/// corrected at the end of the step.
 template <class Real> typename ToolContact<Real>::Slack ToolContact<Real>::slack() const noexcept {
   constexpr double roundings = 8.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
   double fastest = std::abs(velocity_);
@@ -719,7 +723,8 @@ template <class Real> typename ToolContact<Real>::Slack ToolContact<Real>::slack
   return allowed;
 }
 
-/// `rate`: of the tip against the tissue when the step ended [m/s].
+/// Updates the constraint of the tip; `rate` is its velocity relative to the tissue at the end of
+/// the step [m/s].
 template <class Real> bool ToolContact<Real>::update_tip(double rate, const Slack& slack) noexcept {
   const TipMode before = tip_;
   switch (tip_) {
@@ -754,7 +759,7 @@ bool ToolContact<Real>::update_shaft(double slip, const Slack& slack) noexcept {
   return shaft_ != before;
 }
 
-// What happens to a tool, and what of it is told.
+// Events of a tool, and their reports.
 
 std::string_view name_of(ToolEvent event) {
   switch (event) {
@@ -775,7 +780,7 @@ void ToolContact<Real>::happen(double t, ToolEvent event, std::size_t interval) 
   }
 }
 
-/// The tip begins to cut an interval: reported once each, in order.
+/// Reports that the tip begins to cut an interval, once for each interval and in order.
 template <class Real> void ToolContact<Real>::enter(std::size_t interval, double t) noexcept {
   for (std::size_t next = entered_ ? deepest_ + 1 : 0; next <= interval; ++next) {
     const TissueRole role = path_.intervals()[next].role;

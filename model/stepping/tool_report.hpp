@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a tool reports: its modes, forces, losses and what happened to it.
+/// Report of a tool: modes, forces, energy losses and events.
 
 #include <cstddef>
 #include <string_view>
@@ -10,54 +10,54 @@ namespace palpate {
 enum class TipMode { outside, stuck, cutting, in_track };
 enum class ShaftMode { stick, forward, backward };  ///< forward: the needle slides into the tissue
 
-/// Forces on the tool along its direction [N], resisting ones positive.
+/// Forces on the tool along its direction [N]; resisting forces are positive.
 struct ToolForces {
   double cutting = 0.0;
   double friction = 0.0;
   double stiffness = 0.0;
-  double total = 0.0;    ///< their sum
-  double applied = 0.0;  ///< of the hand
-  double lateral = 0.0;  ///< magnitude of what the tissue presses sideways
+  double total = 0.0;    ///< sum of the above
+  double applied = 0.0;  ///< by the hand
+  double lateral = 0.0;  ///< magnitude of the lateral tissue force
 };
 
 enum class ToolEvent { contact, puncture, loss_of_resistance, bone, dural_puncture, withdrawn };
 
 struct ToolHappening {
-  double time = 0.0;  ///< [s] end of the step in which it was seen
+  double time = 0.0;  ///< end of the step in which it was detected [s]
   ToolEvent event = ToolEvent::contact;
-  std::size_t interval = 0;  ///< of the path
+  std::size_t interval = 0;  ///< interval of the path
 };
 
-/// Energy that left the mechanics since the start, or came in [J].
+/// Energy dissipated or supplied since the start [J].
 struct ToolLosses {
   double cutting = 0.0;
   double friction = 0.0;
-  double damping = 0.0;  ///< of the tissue; only where the scene asks for an audit
-  double impact = 0.0;   ///< plastic impacts where contacts begin or the drive jumps
-  double jerk = 0.0;     ///< work of the hand in such impacts
-  double impulse = 0.0;  ///< momentum along the tool that impacts gave the tissue [N s]
-  double hand = 0.0;     ///< its other work: trapezoids over each step, from its first and last
-                         ///< evaluation, so for schemes that evaluate at both ends
+  double damping = 0.0;  ///< of the tissue; computed only if the scene requests an audit
+  double impact = 0.0;   ///< plastic impacts at contact onset and at jumps of the drive
+  double jerk = 0.0;     ///< work of the hand in these impacts
+  double impulse = 0.0;  ///< momentum along the tool that impacts transferred to the tissue [N s]
+  double hand = 0.0;  ///< other work of the hand: trapezoidal rule over each step, for schemes that
+                      ///< evaluate at both ends
 };
 
-/// As in traces: "contact", "puncture", "loss-of-resistance", "bone", "dural-puncture",
-/// "withdrawn".
+/// Returns the name used in traces: "contact", "puncture", "loss-of-resistance", "bone",
+/// "dural-puncture" or "withdrawn".
 std::string_view name_of(ToolEvent event);
 
-// A scene's tool at an instant.
+// State of a scene's tool at one time.
 
 struct ToolMotion {
   double place = 0.0;     ///< s [m]
   double velocity = 0.0;  ///< s' [m/s]
 };
 
-/// For audits of momentum and energy.
+/// State of a tool for audits of momentum and energy.
 struct ToolReport {
   double place = 0.0;     ///< s [m]
   double velocity = 0.0;  ///< s' [m/s]
-  double depth = 0.0;     ///< of the tip in undeformed tissue [m]
-  double cut = 0.0;       ///< deepest cut [m]
-  double slip = 0.0;      ///< of the shaft against the tissue [m/s]
+  double depth = 0.0;     ///< of the tip, in undeformed tissue [m]
+  double cut = 0.0;       ///< largest cut depth so far [m]
+  double slip = 0.0;      ///< sliding velocity of the shaft relative to the tissue [m/s]
   double mass = 0.0;      ///< [kg]; zero under a prescribed trajectory
   ToolForces forces{};
   ToolLosses losses{};

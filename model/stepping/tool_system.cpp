@@ -8,7 +8,7 @@ namespace palpate {
 
 namespace {
 
-/// How often a step is taken again because tip or shaft broke their laws in it.
+/// Maximum number of repetitions of a step that violates the contact laws of tip or shaft.
 constexpr int most_revisions = 6;
 
 }  // namespace
@@ -59,7 +59,7 @@ double ToolRun<Real>::measure(double t, double gate, const State<Real>& state,
   return system_.measure(t, gate, state.position, velocity, scratch_);
 }
 
-/// What the tissue's dampers take now [W].
+/// Returns the power dissipated by the tissue's dampers [W].
 template <class Real> double ToolRun<Real>::damping_power(const State<Real>& state) noexcept {
   tissue_.damping(state.position, state.velocity, scratch_);
   const Eigen::Index n = tissue_.layout().size;

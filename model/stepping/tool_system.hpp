@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A network with a tool in it, as an integrator sees it. The tool's forces are added to those of
-/// the network; under an applied force the tool's place is the last coordinate.
+/// Network with a tool, as the system of an integrator. The tool's forces are added to those of the
+/// network. Under an applied force the tool's position is the last coordinate.
 
 #include <optional>
 #include <span>
@@ -20,7 +20,7 @@ namespace palpate {
 
 template <class Real> class ToolSystem final : public System<Real> {
  public:
-  /// Both outlive this.
+  /// Refers to both arguments, which must outlive this object.
   ToolSystem(NetworkSystem<Real>& network, ToolContact<Real>& contact)
       : network_(network), contact_(contact) {
     if (contact.is_coordinate()) {
@@ -33,7 +33,7 @@ template <class Real> class ToolSystem final : public System<Real> {
     }
     kept_f_.setZero(this->dof());
   }
-  /// Beside those of the network.
+  /// Returns the memory in addition to that of the network.
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
     const Eigen::Index masses = contact_.is_coordinate() ? 2 * this->dof() : 0;
     return static_cast<std::size_t>(kept_f_.size() + masses) * sizeof(Real);
@@ -49,9 +49,8 @@ template <class Real> class ToolSystem final : public System<Real> {
     forget();
     contact_.apply(t, q, v, f);
   }
-  /// The same, and keeps what the network says until the next force() or forget(): a step that
-  /// begins with the very vectors that were looked at need not ask it again. Returns the springs'
-  /// energy [J].
+  /// Computes the force and keeps the network's force until the next force() or forget(). A step
+  /// that begins with the same vectors reuses it. Returns the elastic energy [J].
   double measure(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                  Vector<Real>& f) noexcept {
     const double energy = network_.measure(t, gate, q, v, kept_f_);
@@ -60,7 +59,7 @@ template <class Real> class ToolSystem final : public System<Real> {
     contact_.apply(t, q, v, f);
     return energy;
   }
-  /// To be called when a state that was looked at has changed.
+  /// Discards the kept force; call it after a change of the measured state.
   void forget() noexcept { kept_ = {}; }
   void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept override {
     network_.add_loads(t, gate, weight, f);
@@ -111,44 +110,44 @@ template <class Real> class ToolSystem final : public System<Real> {
   NetworkSystem<Real>& network_;
   ToolContact<Real>& contact_;
   Instant kept_{};
-  Vector<Real> kept_f_;  ///< of the network then [N]
+  Vector<Real> kept_f_;  ///< force of the network for the kept state [N]
 };
 
-// A needle or a probe in a run: its contact with the tissue, its syringe, and what is recorded of
-// them.
+// Needle or probe in a run: contact with the tissue, syringe, and recorded values.
 
 template <class Real> class ToolRun {
  public:
-  /// The scene has a needle or a probe; `tissue` outlives this. An `implicit` scheme's steps may be
-  /// taken again.
+  /// Prepares the tool of a scene with a needle or a probe. `tissue` must outlive this object.
+  /// Steps of an `implicit` scheme may be repeated.
   ToolRun(const Scene& scene, const NetworkProblem& problem, NetworkSystem<Real>& tissue,
           bool implicit);
   ToolRun(const ToolRun&) = delete;
   ToolRun& operator=(const ToolRun&) = delete;
 
-  /// The tissue's first state, to which a tool that is a coordinate adds its own.
+  /// Adds the tool's initial state to the initial state of the tissue.
   void begin(State<Real>& state);
-  /// The tissue with the tool in it.
+  /// Returns the system of tissue and tool.
   [[nodiscard]] System<Real>& system() noexcept { return system_; }
-  /// From t to t + h [s]. Steps are taken again while tip or shaft broke their laws in them.
+  /// Advances from t to t + h [s]. Repeats the step while it violates the contact laws of tip or
+  /// shaft.
   void step(Integrator<Real>& integrator, State<Real>& state, double t, double h) noexcept;
-  /// Forces of a state, not of the last stage of a step: what a tick is there for. Returns the
-  /// springs' energy [J].
+  /// Computes the contact forces of a state at a tick, not of the last stage of a step. Returns the
+  /// elastic energy [J].
   double measure(double t, double gate, const State<Real>& state,
                  const Vector<Real>& velocity) noexcept;
 
-  /// Beside those of the tissue, in the order of sample() and sample_text().
+  /// Columns in addition to those of the tissue, in the order of sample() and sample_text().
   [[nodiscard]] std::vector<Column> columns() const;
   [[nodiscard]] static std::vector<TextColumn> text_columns();
   void sample(std::span<double> row) const noexcept;
-  /// The layer and what happened since the last call, which goes to `events` too.
+  /// Writes the layer and the events since the last call, and appends the events to `events`.
   void sample_text(std::span<std::string> row, std::vector<Event>& events);
   [[nodiscard]] ToolReport report() const noexcept;
   [[nodiscard]] ToolMotion motion() const noexcept {
     return {contact_.place(), contact_.velocity()};
   }
   [[nodiscard]] double kinetic_energy()
-      const noexcept;  ///< [J]; none where its trajectory is prescribed
+      const noexcept;  ///< [J]; empty if the trajectory is prescribed
   void move_handle(double place, double velocity) noexcept {
     contact_.move_handle(place, velocity);
   }
@@ -168,7 +167,7 @@ template <class Real> class ToolRun {
   bool implicit_;
   bool audit_;
   double damped_ = 0.0;  ///< [J]
-  State<Real> before_;   ///< the step that may be taken again
+  State<Real> before_;   ///< start of a step that may be repeated
   Vector<Real> scratch_;
 };
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Which way a file's axes lie in the tissue frame: meshes and images come in frames of their own.
+/// Mapping from the axes of a mesh or image file to the tissue frame.
 
 #include <Eigen/Core>
 #include <array>
 
 namespace palpate {
 
-/// The direction of a file that points into the tissue. x, y and z are a mesh's own axes; of an
-/// image x runs along its rows, y down its columns and z across its slices. The others are for
-/// images that know how the patient lay.
+/// Direction of a file that points into the tissue. For a mesh, x, y and z are its own axes. For an
+/// image, x runs along the rows, y down the columns and z across the slices. The anatomical
+/// directions are for images with a known patient orientation.
 enum class FileAxis {
   x_plus,
   x_minus,
@@ -25,7 +25,7 @@ enum class FileAxis {
   inferior
 };
 
-/// A signed permutation: axis n of the tissue is sign[n] times axis from[n] of the file.
+/// Signed permutation of axes: axis n of the tissue is sign[n] times axis from[n] of the file.
 struct AxisMap {
   std::array<int, 3> from{0, 1, 2};
   std::array<int, 3> sign{1, 1, 1};
@@ -40,9 +40,9 @@ struct AxisMap {
   }
 };
 
-/// The right-handed map whose z is the file's `inward` (one of the first six). z keeps x and y; x
-/// and y take the axes that follow in the circle x, y, z, and x turns round where z points
-/// backwards.
+/// Returns the right-handed map whose z is the file direction `inward`, one of the first six. For
+/// z, x and y keep their axes. Otherwise x and y take the axes that follow in the cycle x, y, z; x
+/// is reversed if z points backwards.
 inline AxisMap axis_map(FileAxis inward) {
   const int axis = static_cast<int>(inward) / 2;
   const int sign = static_cast<int>(inward) % 2 == 0 ? 1 : -1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The materials of a tissue of voxels, each named once.
+/// Codes of the materials of a voxel tissue; each material has one code.
 
 #include <algorithm>
 #include <cstdlib>
@@ -17,8 +17,8 @@ class VoxelMaterials {
  public:
   explicit VoxelMaterials(const std::vector<Material>& known) : known_(known) {}
 
-  /// Code of a material for VoxelTissue::material; 0, with a violation of `key`, for one that is
-  /// unknown.
+  /// Returns the code of a material for VoxelTissue::material. For an unknown name it returns 0 and
+  /// adds a violation of `key`.
   std::uint16_t code_of(const std::string& name, const std::string& key,
                         std::vector<Violation>& broken) {
     const auto used = std::ranges::find(names_, name);
@@ -45,7 +45,7 @@ class VoxelMaterials {
   std::vector<bool> bone_{};
 };
 
-// Network of the nodes of a grid that exist, gathered bond by bond from the cells around each
+// Network of the existing nodes of a grid. Each bond is the sum over the cells around it
 // (model/EQUATIONS.md, "Material to springs", "Springs of a box").
 
 namespace grid {
@@ -62,9 +62,9 @@ template <class Visit> void for_each_node(const NodeGrid& nodes, Visit visit) {
 
 }  // namespace grid
 
-/// `cell(i, j, l, a, b)` is what fills a cell as the bond between the network's nodes a and b sees
-/// it, or null where it is empty; with a == b it is asked for the mass that the node owns. Nodes
-/// without mass must not be in the grid.
+/// Builds the network. `cell(i, j, l, a, b)` returns the material of a cell for the bond between
+/// network nodes a and b, or null if the cell is empty; with a == b the material is used for the
+/// mass of that node. The grid must not contain nodes without mass.
 template <class Cell>
 SpringNetwork grid_network(const NodeGrid& nodes, int connectivity, Cell cell) {
   SpringNetwork network;

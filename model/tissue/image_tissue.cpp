@@ -85,7 +85,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double most_image_nodes = 2e7;
-constexpr double rounding = 1e-6;  // of a place, in pixels
+constexpr double rounding = 1e-6;  // of a position, in pixels
 
 /// First and last pixel of the region along each axis of the image.
 struct PixelRange {
@@ -112,7 +112,7 @@ PixelRange range_of(const ImageVolume& image, const ImageSettings& settings,
   return range;
 }
 
-/// Places of nodes along one axis of the image, in pixels.
+/// Returns the node positions along one axis of the image, in pixels.
 std::vector<double> places_along(const ImageVolume& image, const ImageSettings& settings,
                                  const PixelRange& range, std::size_t axis) {
   const double spacing = image.spacing(static_cast<Eigen::Index>(axis));
@@ -126,11 +126,11 @@ std::vector<double> places_along(const ImageVolume& image, const ImageSettings& 
   return places;
 }
 
-/// The axis of the image that points most nearly the way that `wanted` names.
+/// Returns the image axis closest to the direction `wanted`.
 std::optional<FileAxis> image_axis(FileAxis wanted, const ImageVolume& image) {
   if (wanted < FileAxis::left) { return wanted; }
   if (!image.orientation) { return {}; }
-  Vector3d way = Vector3d::Zero();  // in the patient's frame
+  Vector3d way = Vector3d::Zero();  // in the patient frame
   const int n = static_cast<int>(wanted) - static_cast<int>(FileAxis::left);
   constexpr std::array<double, 6> sign{1.0, -1.0, -1.0,
                                        1.0, 1.0,  -1.0};  // left, right, anterior, ...
@@ -141,7 +141,7 @@ std::optional<FileAxis> image_axis(FileAxis wanted, const ImageVolume& image) {
   return static_cast<FileAxis>(2 * axis + (along(axis) > 0.0 ? 0 : 1));
 }
 
-/// A mirrored image has its x turned round, so that left stays left.
+/// Returns the axis map. For a mirrored image x is reversed, so that left remains left.
 AxisMap map_of(FileAxis inward, const ImageVolume& image) {
   AxisMap map = axis_map(inward);
   const bool mirrored = image.orientation && image.orientation->determinant() < 0.0;
@@ -153,7 +153,7 @@ class Sampler {
  public:
   explicit Sampler(const ImageVolume& image) : image_(image) {}
 
-  /// Mean of the 3 x 3 pixels around a pixel.
+  /// Returns the mean of the 3 x 3 pixels around a pixel.
   [[nodiscard]] double mean(int i, int j, int l) const {
     double sum = 0.0;
     int pixels = 0;
@@ -206,7 +206,7 @@ Eigen::Vector2d range_of_percentiles(const ImageVolume& image, const PixelRange&
   return {low, percentile(values, percentiles.y())};
 }
 
-/// Places of nodes along the axes of the image, and how those lie in the tissue.
+/// Node positions along the axes of the image, and the map of these axes to the tissue frame.
 struct SamplePlaces {
   std::array<std::vector<double>, 3> along{};
   AxisMap map{};
@@ -344,8 +344,8 @@ class ImageNodes {
     return static_cast<double>(samples_.intensity[place]) < *settings_.air && !labelled(place);
   }
 
-  /// What is dark before the first bright node of its line into the tissue. Darkness behind stays:
-  /// ligament, fascia and cortical bone are dark as air.
+  /// Removes dark nodes in front of the first bright node of their line into the tissue. Dark nodes
+  /// behind it remain: ligament, fascia and cortical bone are as dark as air.
   void leave_out_air() {
     if (!settings_.air) { return; }
     const NodeGrid& grid = tissue_.nodes;
@@ -372,8 +372,9 @@ class ImageNodes {
     }
   }
 
-  /// Noise in air and gaps in the skin are a line wide: one that ends more than two nodes from the
-  /// median of itself and its neighbours takes that.
+  /// Returns the skin index without outliers. Noise in air and gaps in the skin are one line wide:
+  /// an index more than two nodes from the median of itself and its neighbours is replaced by the
+  /// median.
   static int without_outlier(const Eigen::ArrayXXi& skin, int i, int j) {
     std::vector<int> around;
     for (int b = std::max(j - 1, 0); b <= std::min<int>(j + 1, static_cast<int>(skin.cols()) - 1);
@@ -427,7 +428,7 @@ class ImageNodes {
                      .count = tissue_.nodes.count};
   }
 
-  /// The mean of both nodes, whichever cell it is.
+  /// Returns the mean material of both nodes, the same for every cell.
   const CellMaterial* between(int a, int b) {
     const std::size_t first = place_of_[static_cast<std::size_t>(a)];
     const std::size_t second = place_of_[static_cast<std::size_t>(b)];
@@ -458,8 +459,8 @@ class ImageNodes {
   VoxelMaterials materials_;
   std::vector<Violation>& broken_;
   VoxelTissue tissue_{};
-  std::vector<double> modulus_{};        ///< E per place [Pa]
-  std::vector<std::size_t> place_of_{};  ///< of each node of the network
+  std::vector<double> modulus_{};        ///< E per grid point [Pa]
+  std::vector<std::size_t> place_of_{};  ///< grid point of each node of the network
   CellMaterial bond_{};
 };
 

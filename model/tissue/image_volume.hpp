@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A stack of slices in memory, whatever file it came from.
+/// Stack of image slices in memory, independent of the file format.
 
 #include <Eigen/Core>
 #include <array>
@@ -10,14 +10,15 @@
 
 namespace palpate {
 
-/// Pixels along x (a row of a slice), then y (down its columns), then z (slice after slice).
+/// Image whose pixels are stored along x (a row of a slice), then y (down its columns), then z
+/// (slice by slice).
 struct ImageVolume {
   std::string format{};  ///< "DICOM series", "NIfTI", "PNG slices"
   std::array<int, 3> count{0, 0, 0};
   Eigen::Vector3d spacing{0.0, 0.0, 0.0};  ///< between pixel centres [m]
-  std::vector<float> value{};              ///< bright is large, units of the scanner
-  /// Directions of x, y and z as columns, in the patient's frame: x to the left, y to the back, z
-  /// to the head (LPS). Empty where the file does not say.
+  std::vector<float> value{};              ///< in units of the scanner; larger is brighter
+  /// Directions of x, y and z as columns in the patient frame: x to the left, y to the back, z to
+  /// the head (LPS). Empty if the file does not specify it.
   std::optional<Eigen::Matrix3d> orientation{};
 
   [[nodiscard]] std::size_t index(int i, int j, int l) const {

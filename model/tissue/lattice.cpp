@@ -44,8 +44,8 @@ NodeVectors lattice_positions(const LatticeShape& shape) {
   return position;
 }
 
-/// Calls visit(place, direction index, neighbour) for the bonds of a layer's nodes, by node, then
-/// by direction.
+/// Calls visit(place, direction index, neighbour) for the bonds of a layer's nodes, ordered by
+/// node, then by direction.
 template <class Visit> void for_each_bond(const LatticeShape& shape, int l, Visit visit) {
   const auto bonds = bond_directions(shape.connectivity);
   for (int j = 0; j < shape.nodes[1]; ++j) {
@@ -62,14 +62,14 @@ template <class Visit> void for_each_bond(const LatticeShape& shape, int l, Visi
   }
 }
 
-/// What fills the cells of three layers: those around a layer of nodes, and those below them, which
-/// the mass of the next layer's nodes is of.
+/// Materials of the cells of three layers: those around a layer of nodes, and those below, which
+/// are needed for the mass of the next layer's nodes.
 class CellLayers {
  public:
   struct Cell {
     CellMaterial material{};
     std::array<double, 3>
-        share{};  ///< of an edge, a face's diagonal and the body's, in their stiffness [N/m]
+        share{};  ///< share of a cell in an edge, a face diagonal and a body diagonal [N/m]
   };
   using Ask = std::function<CellMaterial(int, int, int)>;
   CellLayers(const LatticeShape& shape, const Ask& cell) : shape_(shape), cell_(cell) {
@@ -92,7 +92,7 @@ class CellLayers {
     return layers_[static_cast<std::size_t>(l % 3)]
                   [static_cast<std::size_t>(j * (shape_.nodes[0] - 1) + i)];
   }
-  /// visit(cell), see for_each_cell_around().
+  /// Calls visit(cell); see for_each_cell_around().
   template <class Visit>
   void around(const std::array<int, 3>& node, const std::array<int, 3>& step, Visit visit) {
     for_each_cell_around(shape_.nodes, node, step,
@@ -105,7 +105,7 @@ class CellLayers {
   std::array<std::vector<Cell>, 3> layers_{};
 };
 
-/// Each node gets an eighth of each of its cells' mass.
+/// Adds an eighth of each cell's mass to each of its nodes.
 void add_masses(const LatticeShape& shape, int l, CellLayers& cells, Eigen::VectorXd& mass) {
   const double volume = shape.spacing * shape.spacing * shape.spacing;
   for (int j = 0; j < shape.nodes[1]; ++j) {
@@ -118,11 +118,11 @@ void add_masses(const LatticeShape& shape, int l, CellLayers& cells, Eigen::Vect
   }
 }
 
-/// Tolerance on positions in a regular lattice, as a share of its extent: rounding.
+/// Tolerance on positions in a regular lattice, relative to its extent.
 constexpr double regular = 1e-12;
 
-/// Number of nodes along an axis: how many of the nodes 0, `every`, 2 `every` and so on differ from
-/// node 0 in no later coordinate.
+/// Returns the number of nodes along an axis: the count of nodes 0, `every`, 2 `every` and so on
+/// that have the same later coordinates as node 0.
 int count_along(const NodeVectors& places, int axis, int every, double near) {
   const int of = static_cast<int>(places.cols());
   int count = 1;
@@ -138,8 +138,8 @@ int count_along(const NodeVectors& places, int axis, int every, double near) {
   return count;
 }
 
-/// The lattice whose nodes have these positions in the order of LatticeShape::index(); its axes may
-/// point either way.
+/// Returns the lattice with nodes at these positions in the order of LatticeShape::index(). Its
+/// axes may have either sign.
 std::optional<LatticeShape> lattice_at(const NodeVectors& places) {
   const int count = static_cast<int>(places.cols());
   if (count < 8) { return {}; }
@@ -167,8 +167,8 @@ std::optional<LatticeShape> lattice_at(const NodeVectors& places) {
 
 }  // namespace
 
-/// The spacing is the distance of the first two nodes, which differs by a rounding from that of
-/// `shape`: lengths at rest are those of the positions.
+/// Returns the springs of a lattice. The spacing is the distance of the first two nodes, which
+/// differs from that of `shape` by rounding, because rest lengths are those of the positions.
 SpringList springs_of_lattice(const LatticeShape& shape, const NodeVectors& position) {
   if (*std::ranges::min_element(shape.nodes) < 2) { return {}; }
   return SpringList(
@@ -246,7 +246,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Edges along x, y, z; diagonals of the faces xy, xz, yz; body diagonals.
+/// Number of spring constants: edges along x, y, z; diagonals of the faces xy, xz, yz; body
+/// diagonals.
 constexpr int kinds = 7;
 using Constants = Eigen::Matrix<double, kinds, 1>;
 using Elasticity = Eigen::Matrix<double, 6, kinds>;  ///< rows xx, yy, zz, xy, xz, yz, per constant
@@ -262,8 +263,8 @@ int kind_of(const std::array<int, 3>& direction) {
   return x ? 0 : y ? 1 : 2;
 }
 
-/// C = sum of k L^2 n n n n over the bonds of a node, by its volume; every node has each direction
-/// once.
+/// Returns C = sum of k L^2 n n n n over the bonds of a node, divided by its volume; every node has
+/// each direction once.
 Elasticity elasticity_of(const Vector3d& size) {
   Elasticity c = Elasticity::Zero();
   for (const auto& direction : bond_directions(26)) {
@@ -277,15 +278,15 @@ Elasticity elasticity_of(const Vector3d& size) {
   return c;
 }
 
-/// C of a body of E = 1 and nu = 1/4.
+/// Returns C of a material with E = 1 and nu = 1/4.
 Eigen::Matrix<double, 6, 1> isotropic() {
   Eigen::Matrix<double, 6, 1> c;
   c << 1.2, 1.2, 1.2, 0.4, 0.4, 0.4;
   return c;
 }
 
-/// Constants without negative ones that come nearest to `target`: of all choices of those that are
-/// not 0, the best. Equals go to the choice that leaves out most.
+/// Returns the non-negative constants nearest to `target`. Tries every subset of non-zero
+/// constants; among equal errors the smallest subset is taken.
 Constants nearest(const Elasticity& c, const Eigen::Matrix<double, 6, 1>& target, int usable) {
   Constants best = Constants::Zero();
   double least = std::numeric_limits<double>::infinity();
@@ -307,8 +308,9 @@ Constants nearest(const Elasticity& c, const Eigen::Matrix<double, 6, 1>& target
   return best;
 }
 
-/// The isotropic constants whose body diagonals carry a third of the shear, as those of a cube do,
-/// or as little more as edges need that are not to pull; negative ones where there are none.
+/// Returns the isotropic constants whose body diagonals contribute a third of the shear stiffness,
+/// as in a cube, or the smallest larger share for which no edge is negative. If there is none, some
+/// constants are negative.
 Constants isotropic_constants(const Elasticity& c) {
   const auto with = [&](double body) {
     Constants k;
@@ -325,7 +327,7 @@ Constants isotropic_constants(const Elasticity& c) {
   const Constants none = with(0.0);
   const Constants all = with(most);
   double share = 1.0 / 3.0;
-  for (int axis = 0; axis < 3; ++axis) {  // each edge's constant grows evenly with the share
+  for (int axis = 0; axis < 3; ++axis) {  // each edge's constant is linear in the share
     if (none(axis) < 0.0) { share = std::max(share, none(axis) / (none(axis) - all(axis))); }
   }
   return with(share * most);

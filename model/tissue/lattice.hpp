@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the cells around a bond add up to (model/EQUATIONS.md, "Material to springs").
+/// Sum over the cells around a bond (model/EQUATIONS.md, "Material to springs").
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -15,15 +15,16 @@
 
 namespace palpate {
 
-/// What fills one cell.
+/// Material of one cell.
 struct CellMaterial {
   double youngs_modulus = 0.0;        ///< [Pa]
   double density = 0.0;               ///< [kg/m^3]
   double damping_ratio = 0.0;         ///< [1]
-  std::optional<double> viscosity{};  ///< [N s/m] per spring; wins over damping_ratio
+  std::optional<double> viscosity{};  ///< per spring, overrides damping_ratio [N s/m]
 };
 
-/// Stiffness adds up; damping is the mean of the cells' by what they bring of the stiffness.
+/// Sum over the cells of a bond. Stiffness is additive; damping is the mean of the cells weighted
+/// by their stiffness.
 struct BondSum {
   double stiffness = 0.0;
   double damping_ratio_sum = 0.0;  ///< weighted by stiffness
@@ -37,7 +38,7 @@ struct BondSum {
       damping_ratio_sum += share * material.damping_ratio;
     }
   }
-  /// [N s/m] between nodes of these masses [kg]
+  /// Returns the viscosity between nodes of these masses [kg] in [N s/m].
   [[nodiscard]] double viscosity(double mass_a, double mass_b) const {
     const double reduced_mass = mass_a * mass_b / (mass_a + mass_b);
     const double critical = 2.0 * std::sqrt(stiffness * reduced_mass);
@@ -47,9 +48,9 @@ struct BondSum {
 
 // Cells of a grid around a bond between two of its nodes.
 
-/// Calls visit(i, j, l) for the cells that hold both the node at `a` and that at a + step, in the
-/// order of their index; cell (i, j, l) has node (i, j, l) at its corner of least coordinates.
-/// `nodes`: of the grid along each axis.
+/// Calls visit(i, j, l) for the cells that contain both the node at `a` and the node at a + step,
+/// in order of their index. Cell (i, j, l) has node (i, j, l) at its corner of least coordinates.
+/// `nodes` is the number of grid nodes along each axis.
 template <class Visit>
 void for_each_cell_around(const std::array<int, 3>& nodes, const std::array<int, 3>& a,
                           const std::array<int, 3>& step, Visit visit) {
@@ -68,43 +69,45 @@ void for_each_cell_around(const std::array<int, 3>& nodes, const std::array<int,
 
 // Regular lattices, built cell by cell (model/EQUATIONS.md, "Material to springs").
 
-/// An empty list between the nodes of a lattice whose nodes are at `position`.
+/// Returns an empty list of springs for a lattice with nodes at `position`.
 SpringList springs_of_lattice(const LatticeShape& shape, const NodeVectors& position);
 
-/// Gives a network that was not built as a lattice the structure of one, if its nodes and springs
-/// are those of a regular lattice to rounding.
+/// Adds the lattice structure to a network if its nodes and springs are those of a regular lattice
+/// to rounding error.
 void recognise_lattice(SpringNetwork& network);
 
-/// Offsets (i, j, l) of the neighbours with a higher index: 3, 9 or 13 of them.
+/// Returns the offsets (i, j, l) of the neighbours with a higher index: 3, 9 or 13 of them.
 std::span<const std::array<int, 3>> bond_directions(int connectivity);
 
-/// Each cell carries its edges at k1/4, face diagonals at k2/2, body diagonals at k3 and an eighth
-/// of its mass at each corner; members shared by cells add up. cell(i, j, l) is asked once a cell.
+/// Builds a lattice from its cells. Each cell contributes k1/4 to its edges, k2/2 to its face
+/// diagonals, k3 to its body diagonals and an eighth of its mass to each corner; contributions to
+/// shared members add up. cell(i, j, l) is called once per cell.
 SpringNetwork cell_lattice(const LatticeShape& shape,
                            const std::function<CellMaterial(int, int, int)>& cell);
 
-/// One stiffness, viscosity and node mass for all.
+/// Builds a lattice with the same stiffness, viscosity and node mass everywhere.
 SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, double viscosity,
                               double node_mass);
 
 // Springs of a grid whose boxes need not be cubes (model/EQUATIONS.md, "Springs of a box").
 
-/// Stiffness of whole bonds per unit of Young's modulus [m], in the order of bond_directions():
-/// edges, face diagonals, body diagonals. A box has a quarter of each of its edges, half of each
+/// Stiffness of complete bonds per unit of Young's modulus [m], in the order of bond_directions():
+/// edges, face diagonals, body diagonals. A box contributes a quarter of each edge and half of each
 /// face diagonal.
 struct BoxBonds {
   std::array<double, 13> stiffness{};
   Eigen::Matrix3d elasticity =
-      Eigen::Matrix3d::Zero();  ///< C_nn, C_nm of axes n, m per unit of E [1]
+      Eigen::Matrix3d::Zero();  ///< C_nn and C_nm of axes n, m per unit of E [1]
 
-  /// Young's modulus of the homogenised grid along each axis per unit of that asked for [1].
+  /// Returns the Young's modulus of the homogenised grid along each axis per unit of the requested
+  /// E [1].
   [[nodiscard]] Eigen::Vector3d youngs_moduli() const;
 };
 
-/// For a box of these edges [m]. Cubes are those of bond_stiffness(). Where constants that are not
-/// negative can make the grid isotropic (nu = 1/4) they do: for 26 neighbours as long as no edge
-/// is more than about 1.7 of another; beyond, the constants that come nearest in the least squares
-/// of C_nm are taken, and elasticity says what came out. 6 neighbours have C_nn = E and no shear.
+/// Computes the bonds of a box with these edges [m]. For cubes they equal bond_stiffness(). The
+/// grid is isotropic (nu = 1/4) if non-negative constants allow it: for 26 neighbours up to an edge
+/// ratio of about 1.7. Beyond that, the constants minimise the least-squares error of C_nm, and
+/// `elasticity` is the result. 6 neighbours give C_nn = E and no shear stiffness.
 BoxBonds box_bonds(const Eigen::Vector3d& size, int connectivity);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The materials along a needle's line.
+/// Materials along the line of a needle.
 
 #include "model/problem/needle_path.hpp"
 
@@ -24,7 +24,8 @@ struct Stretch {
   double end = -infinity;
 };
 
-/// Where the line origin + xi n is inside a body; begin >= end when nowhere.
+/// Returns the interval of the line origin + xi n inside a body; begin >= end if they do not
+/// intersect.
 Stretch inside(const Inclusion& body, const Eigen::Vector3d& origin, const Eigen::Vector3d& n) {
   const Eigen::Vector3d from = origin - body.centre;
   if (body.shape == Inclusion::Shape::sphere) {
@@ -59,9 +60,9 @@ PathInterval interval_of(const Scene& scene, const Layer& layer) {
                      layer.tissue.empty() ? layer.material : layer.tissue);
 }
 
-/// Layers beneath a skin that need not be flat, and gaps where the line leaves the body. Nodes
-/// begin within half a spacing of the skin; layers are counted from them, so that the first is as
-/// thick as it is.
+/// Layers below a skin that need not be flat, with gaps where the line leaves the body. Nodes begin
+/// within half a spacing of the skin. Layers are measured from the first node, so that the first
+/// layer has its full thickness.
 class LayersOnLine {
  public:
   LayersOnLine(const Scene& scene, const Eigen::Vector3d& origin, const Eigen::Vector3d& n)
@@ -96,8 +97,8 @@ class LayersOnLine {
     return depth < -same_place ? outside
                                : static_cast<std::ptrdiff_t>(layer_at(scene_.tissue.layers, depth));
   }
-  /// Where the line enters the body, within one and a half spacings of `first`; `first` where it
-  /// does not.
+  /// Returns the depth at which the line enters the body, within one and a half spacings of
+  /// `first`; otherwise `first`.
   [[nodiscard]] double skin_near(double first) const {
     for (int n = -15; n < 15; ++n) {
       const double end = first + (n + 1) * step_;
@@ -107,7 +108,7 @@ class LayersOnLine {
     }
     return first;
   }
-  /// The first place past a change between two places.
+  /// Returns the first position after a change between two positions.
   [[nodiscard]] double change(double low, double high, std::ptrdiff_t before) const {
     while (high - low > same_place) {
       const double middle = 0.5 * (low + high);
@@ -130,7 +131,7 @@ class LayersOnLine {
   double step_;
 };
 
-/// Layers, or the one material of a lattice, from `first` on.
+/// Returns the layers, or the single material of a lattice, from `first` on.
 std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& origin,
                                  const Eigen::Vector3d& n, double first) {
   if (layers_follow_skin(scene)) { return LayersOnLine(scene, origin, n).from(first); }
@@ -214,10 +215,10 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Two neighbours of x on a row of n nodes a apart and centred on 0, with linear weights.
+/// Two neighbours of x in a row of n nodes with spacing a, centred on 0, with linear weights.
 struct Neighbours {
   int low = 0;
-  double share = 0.0;  ///< of low + 1
+  double share = 0.0;  ///< weight of node low + 1
 };
 Neighbours neighbours(double x, int n, double a) {
   const double at = std::clamp(x / a + 0.5 * (n - 1), 0.0, static_cast<double>(n - 1));
@@ -225,7 +226,8 @@ Neighbours neighbours(double x, int n, double a) {
   return {low, at - low};
 }
 
-/// Distance of neighbouring nodes: the median over the nodes of each one's shortest spring [m].
+/// Returns the distance of neighbouring nodes [m]: the median over the nodes of the length of the
+/// shortest spring.
 double node_spacing(const SpringNetwork& network) {
   std::vector<double> shortest(static_cast<std::size_t>(network.node_count()),
                                std::numeric_limits<double>::infinity());
@@ -358,7 +360,8 @@ NeedlePath NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network
   std::vector<Support> supports;
   double depth = 0.0;
   double total = 0.0;
-  // A node's share is how much of its own square of skin, a wide, the footprint covers: sampled.
+  // The weight of a node is the part of its square of skin, with edge a, that the footprint covers,
+  // computed by sampling.
   constexpr int samples = 16;
   for (const int node : skin) {
     const Vector3d at = network.rest_position.col(node) - path.origin_;

@@ -72,7 +72,7 @@ void hold_faces(const Tissue& tissue, SpringNetwork& network) {
 }
 
 void hold_bone(const Scene& scene, SpringNetwork& network) {
-  if (scene.tissue.voxels || !has_bone(scene)) { return; }  // voxels come with their bone fixed
+  if (scene.tissue.voxels || !has_bone(scene)) { return; }  // the bone of voxels is already fixed
   for (Eigen::Index i = 0; i < network.node_count(); ++i) {
     const bool bone = in_bone(scene, network.rest_position.col(i));
     if (bone) { network.fixed[static_cast<std::size_t>(i)] = 1; }

@@ -21,9 +21,9 @@ namespace palpate {
 namespace {
 
 constexpr double most_pauses = 1e6;
-constexpr long most_sites = 10000;  // of a palpation map
+constexpr long most_sites = 10000;  // limit for a palpation map
 constexpr double most_nodes = 5e7;
-constexpr double digits_lost = 1e-9;  // relative rounding of numbers written by a person
+constexpr double digits_lost = 1e-9;  // relative rounding of numbers in a file
 
 /// Visitor of scene_keys.hpp that checks the range of every key of a scene.
 class RangeCheck {
@@ -70,7 +70,7 @@ template <class Vector> std::string list_of(const Vector& values) {
   return text + "]";
 }
 
-/// Half the edges of the skin; nothing for a tissue of no known shape.
+/// Returns half the edge lengths of the skin; empty for a tissue of unknown shape.
 std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
   const Lattice& lattice = tissue.lattice;
   const LayerBlock& block = tissue.block;
@@ -83,7 +83,8 @@ std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
   return {};
 }
 
-/// What is wrong with the middle of a tool, or the middles of its sides, at a place on such a skin.
+/// Returns the reason why the centre of a tool, or the centres of its sides, cannot be at a
+/// position on such a skin.
 std::optional<std::string> wrong_on(const NodeGrid& grid, const Eigen::Vector2d& at,
                                     const Eigen::Vector2d& half_size) {
   using Eigen::Vector2d;
@@ -94,7 +95,7 @@ std::optional<std::string> wrong_on(const NodeGrid& grid, const Eigen::Vector2d&
         way.isZero() || half_size.isZero() ? "" : " at its side, " + list_of(place) + " m";
     const std::optional<double> depth = skin_depth(grid, place);
     if (!depth) { return "no tissue lies beneath" + where + "; must be above tissue"; }
-    if (*depth <= -0.5 * grid.spacing.z()) {  // planes of nodes lie that near to the skin
+    if (*depth <= -0.5 * grid.spacing.z()) {  // the planes of nodes are that close to the skin
       return "the tissue beneath" + where + " begins " + number_in_words(-*depth) +
              " m above z = 0; must begin at z >= 0";
     }
@@ -102,7 +103,7 @@ std::optional<std::string> wrong_on(const NodeGrid& grid, const Eigen::Vector2d&
   return {};
 }
 
-/// A place of the tool on the skin, with what of the tool lies around it.
+/// Checks a position of the tool on the skin, including the area around it.
 void check_entry(const Scene& scene, const Eigen::Vector2d& entry, const Eigen::Vector2d& half_size,
                  const std::string& key, Rules& rules) {
   if (!entry.allFinite()) { return; }
@@ -133,7 +134,7 @@ void check_needle(const Scene& scene, const Needle& needle, Rules& rules) {
              list_of(needle.direction) + "; must be within 60 degrees of [0, 0, 1]");
 }
 
-/// `sound`: all numbers of the probe are within their ranges.
+/// Checks the palpation map. `sound` is true if all numbers of the probe are within their ranges.
 void check_map(const Scene& scene, const Probe& probe, bool sound, Rules& rules) {
   const Tissue& tissue = scene.tissue;
   const PalpationGrid& grid = *probe.map;
@@ -172,7 +173,7 @@ void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
   if (probe.map) { check_map(scene, probe, sound, rules); }
 }
 
-/// Pauses that an intermittent drive would make in the whole duration, at most.
+/// Returns an upper limit on the number of pauses of an intermittent drive in the whole duration.
 double pauses(const Drive& drive, double duration) {
   if (drive.kind == Drive::Kind::force) { return duration / (drive.push + drive.pause); }
   const double in_time = duration / (drive.advance / drive.speed + drive.pause);
@@ -190,7 +191,7 @@ void check_drive(const Drive& drive, double duration, Rules& rules) {
              number_in_words(count) + " pauses in the duration; must be at most 1e6");
 }
 
-/// Whether one step of the tissue is a whole number of ticks of the haptic loop, to rounding.
+/// Returns true if one step of the tissue is an integer number of haptic ticks, to rounding error.
 bool divides(double rate, double step) {
   const double ticks = rate * step;
   return std::abs(ticks - std::round(ticks)) <= digits_lost * ticks && std::round(ticks) >= 1.0;
@@ -204,7 +205,8 @@ void check_falcon(const Scene& scene, const FalconDrive& falcon, Rules& rules) {
                  number_in_words(1.0 / falcon.rate) + " s");
 }
 
-/// Contact impulses need positions and velocities of the same time.
+/// Checks the integrator of a tool: contact impulses need positions and velocities at the same
+/// time.
 void check_stepping(const SimulationSettings& simulation, Rules& rules) {
   const std::string& name = simulation.integrator;
   rules.must(name != "leapfrog" && name != "feynman-newton", "simulation.integrator",
@@ -234,8 +236,8 @@ void check_company(const Scene& scene, Rules& rules) {
              "given without [needle]; must be left out, or [needle] added");
 }
 
-/// Whether the needle is in a tissue that has no cutting forces and friction of its own, so that
-/// [[layer]] tables must give them.
+/// Returns true if the needle is in a tissue without cutting forces and friction of its own, so
+/// that [[layer]] tables must define them.
 bool needs_layers_for_needle(const Scene& scene) {
   const Tissue& tissue = scene.tissue;
   return scene.needle &&
@@ -329,7 +331,8 @@ class Checker : private Rules {
     return depth;
   }
 
-  /// With a source other than "layers", layers give a needle its materials if the tissue has none.
+  /// Checks the layers of a source other than "layers". They define the needle's materials if the
+  /// tissue has none.
   void check_layers_of_needle() {
     const std::vector<Layer>& layers = scene_.tissue.layers;
     const bool needed = needs_layers_for_needle(scene_);
@@ -352,7 +355,7 @@ class Checker : private Rules {
     if (none_broken() && layers_follow_skin(scene_)) { check_beneath_skin(); }
   }
 
-  /// "from z = 0.01 to 0.02 m"
+  /// Returns the range of the skin in the form "from z = 0.01 to 0.02 m".
   [[nodiscard]] std::string skin_reach() const {
     const auto z = scene_.tissue.skin->surface().vertex.row(2);
     return "from z = " + number_in_words(z.minCoeff()) + " to " + number_in_words(z.maxCoeff()) +
@@ -406,7 +409,8 @@ class Checker : private Rules {
     must(scene_.records.empty(), "record", "an oscillator has no nodes to record; it writes x_m");
   }
 
-  /// Number of nodes that indices may refer to; -1 when it is unknown because of broken rules.
+  /// Returns the number of nodes for the check of indices; -1 if it is unknown because of
+  /// violations.
   [[nodiscard]] Eigen::Index node_count() const {
     const Tissue& tissue = scene_.tissue;
     if (!none_broken()) { return -1; }

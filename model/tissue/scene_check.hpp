@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Checks a Scene against all rules and reports every broken rule.
+/// Check of a Scene against all rules.
 
 #include <string>
 #include <vector>
@@ -10,12 +10,12 @@
 
 namespace palpate {
 
-/// Message about a material name that is not among `known`.
+/// Returns the message about a material name that is not in `known`.
 std::string unknown_material(const std::string& name, const std::vector<Material>& known);
 
-/// All broken rules of a scene, empty when it can be simulated: ranges of single keys
-/// (scene_keys.hpp) and relations between keys. Keys of `materials` are "material[0].density". The
-/// name of the integrator is not checked.
+/// Returns all violations in a scene: ranges of single keys (scene_keys.hpp) and relations between
+/// keys. The result is empty if the scene can be simulated. Keys of `materials` have the form
+/// "material[0].density". The name of the integrator is not checked.
 std::vector<Violation> check_scene(const Scene& scene);
 
 }  // namespace palpate

@@ -24,9 +24,9 @@ using Corners = std::array<Vector3d, 3>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double same_place = 1e-9;  // [m]
-constexpr double farthest = 10.0;    // from the origin that a body may reach [m]
+constexpr double farthest = 10.0;    // largest distance of a body from the origin [m]
 constexpr double share_rounding =
-    1e-12;  // of shares of a face: neighbours leave no gap between them
+    1e-12;  // tolerance on barycentric coordinates, so that neighbouring faces leave no gap
 
 Corners corners_of(const TriangleSurface& surface, int face) {
   return {surface.corner(face, 0), surface.corner(face, 1), surface.corner(face, 2)};
@@ -34,7 +34,8 @@ Corners corners_of(const TriangleSurface& surface, int face) {
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// z of a face at (x, y); nothing beside it, and on faces along z, whose rims others share.
+/// Returns z of a face at (x, y). Empty outside the face, and for faces parallel to z, whose edges
+/// belong to other faces.
 std::optional<double> height(const Corners& t, const Vector2d& at) {
   const Vector2d a = t[0].head<2>();
   const Vector2d u = t[1].head<2>() - a;
@@ -57,7 +58,7 @@ double squared_distance_to_edge(const Vector3d& p, const Vector3d& a, const Vect
 double squared_distance(const Vector3d& p, const Corners& t) {
   const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
   const double square = normal.squaredNorm();
-  bool above = square > 0.0;  // the foot of the perpendicular lies in the face
+  bool above = square > 0.0;  // the foot of the perpendicular is inside the face
   double nearest = infinity;
   for (std::size_t n = 0; n < 3; ++n) {
     const Vector3d& a = t[n];
@@ -70,7 +71,7 @@ double squared_distance(const Vector3d& p, const Corners& t) {
   return std::min(nearest, off * off / square);
 }
 
-/// z of the faces on a line along z.
+/// Intersections of the faces with a line along z.
 struct AlongZ {
   const TriangleSurface& surface;
   Vector2d at;
@@ -82,7 +83,7 @@ struct AlongZ {
   }
   bool intersectObject(int face) {
     if (const auto z = height(corners_of(surface, face), at)) { meets.push_back(*z); }
-    return false;  // the search goes on
+    return false;  // continue the search
   }
 };
 
@@ -134,7 +135,7 @@ std::optional<Skin::Stretch> Skin::beneath(double x, double y) const {
   if (line.meets.empty()) { return {}; }
   std::ranges::sort(line.meets);
   Stretch stretch{.top = line.meets.front()};
-  // Neighbours that share the edge or the corner that is met count once.
+  // Neighbouring faces that share the intersected edge or corner count once.
   const auto again =
       std::ranges::find_if(line.meets, [&](double z) { return z > stretch.top + same_place; });
   if (again != line.meets.end()) { stretch.bottom = *again; }
@@ -189,14 +190,14 @@ bool is_cell(const NodeGrid& grid, const Place& lowest) {
   return true;
 }
 
-/// The place in a cell nearest to `at`, which is counted in spacings from the first node; 0 to 1
-/// along each axis.
+/// Returns the position in a cell nearest to `at`, with 0 to 1 along each axis. `at` is in spacings
+/// from the first node.
 Vector3d nearest_in(const Place& cell, const Vector3d& at) {
   return (at - Vector3d(cell[0], cell[1], cell[2])).cwiseMax(0.0).cwiseMin(1.0);
 }
 
-/// Of the six tetrahedra around a cell's diagonal the one that holds the place: from the lowest
-/// corner along the axis of the largest share, then the next, then the last.
+/// Returns the embedding in one of the six tetrahedra around a cell's diagonal: from the lowest
+/// corner along the axis of the largest coordinate, then the next, then the last.
 EmbeddedPoint in_cell(const NodeGrid& grid, const Place& cell, const Vector3d& share) {
   std::array<int, 3> axis{0, 1, 2};
   std::ranges::stable_sort(axis, std::ranges::greater{}, [&](int n) { return share(n); });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The skin of a body as a surface of triangles, open or closed: how deep a place lies beneath it
+/// Skin of a body as an open or closed surface of triangles, and the depth of points below it
 /// (model/EQUATIONS.md, "Layers beneath a skin").
 
 #include <array>
@@ -18,24 +18,24 @@ namespace palpate {
 
 class Skin {
  public:
-  /// In the tissue's frame. The surface must have passed skin_defect. `shapes_layers`: the layers
-  /// of a block follow it, else it is carried along and no more.
+  /// Builds the skin from a surface in the tissue frame that has passed skin_defect. With
+  /// `shapes_layers` the layers of a block follow it; otherwise it is only embedded in the tissue.
   Skin(TriangleSurface surface, bool shapes_layers);
   ~Skin();
 
   [[nodiscard]] const TriangleSurface& surface() const;
   [[nodiscard]] bool shapes_layers() const;
 
-  /// Where a line along +z is beneath the surface: from where it first meets it to where it meets
-  /// it again, which for an open surface is nowhere [m]. Nothing where it misses it.
+  /// Interval [m] of a line along +z below the surface, from its first to its second intersection;
+  /// it is unbounded below an open surface. Empty if the line does not intersect the surface.
   struct Stretch {
     double top = 0.0;
     double bottom = std::numeric_limits<double>::infinity();
   };
   [[nodiscard]] std::optional<Stretch> beneath(double x, double y) const;
-  /// From a point to the nearest place of the surface [m].
+  /// Returns the distance from a point to the nearest point of the surface [m].
   [[nodiscard]] double distance(const Eigen::Vector3d& point) const;
-  /// The distance, negative outside of those stretches.
+  /// Returns the distance [m], negative outside of these intervals.
   [[nodiscard]] double depth(const Eigen::Vector3d& point) const;
 
  private:
@@ -43,26 +43,29 @@ class Skin {
   std::unique_ptr<const Parts> parts_;
 };
 
-/// What forbids a surface as skin, in words: no faces, coordinates that are not finite or beyond
-/// 10 m, as of a file in other units, a missing vertex.
+/// Returns the reason why a surface cannot be a skin: no faces, a missing vertex, or coordinates
+/// that are not finite or exceed 10 m (usually a file in other units). Empty for a valid surface.
 std::optional<std::string> skin_defect(const TriangleSurface& surface);
 
-// Points of a surface that a tissue carries along (model/EQUATIONS.md, "A surface in the tissue").
+// Points of a surface that move with the tissue (model/EQUATIONS.md, "A surface in the tissue").
 
-/// A point moves by the weighted mean of what four nodes move by.
+/// Surface point whose displacement is the weighted mean of the displacements of four nodes.
 struct EmbeddedPoint {
-  std::array<int, 4> node{-1, -1, -1,
-                          -1};     ///< of the network; -1: the point lies too far off and stays
-  std::array<double, 4> weight{};  ///< barycentric in a tetrahedron of its cell: >= 0, sum to one
+  std::array<int, 4> node{
+      -1, -1, -1,
+      -1};  ///< nodes of the network; -1: the point is too far from the tissue and does not move
+  std::array<double, 4>
+      weight{};  ///< barycentric weights in a tetrahedron of the cell: >= 0, sum to one
 
   [[nodiscard]] bool follows() const { return node[0] >= 0; }
 };
 
-/// Points in a cell of tissue, one whose eight nodes exist, by their place in it; those outside,
-/// but within `reach` spacings of a cell, by the place of the nearest cell that is nearest to them.
+/// Embeds points in the grid. A point inside a cell with eight existing nodes uses its position in
+/// that cell. A point outside, but within `reach` spacings of a cell, uses the nearest position in
+/// the nearest cell.
 std::vector<EmbeddedPoint> embed(const NodeVectors& points, const NodeGrid& grid, int reach = 2);
 
-/// Where the points are when the nodes have moved from `rest` to `position` [m].
+/// Returns the points after the nodes have moved from `rest` to `position` [m].
 NodeVectors carried(const NodeVectors& points, const std::vector<EmbeddedPoint>& embedded,
                     const NodeVectors& rest, const NodeVectors& position);
 

@@ -18,9 +18,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double slack = 1e-9;  // of a place, in units of a spacing
+constexpr double slack = 1e-9;  // of a position, in units of a spacing
 
-/// Neighbouring weights of a place along one axis; count 0 when it lies outside.
+/// Linear interpolation of a position along one axis; count 0 if the position is outside.
 struct Between {
   std::array<int, 2> at{0, 0};
   std::array<double, 2> weight{0.0, 0.0};
@@ -95,8 +95,8 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Where the middle of every column of cells is beneath the skin, x fastest; empty from infinity
-/// on.
+/// Returns the interval below the skin at the centre of every column of cells, x fastest; begins at
+/// infinity for an empty column.
 std::vector<Skin::Stretch> stretches_of_columns(const Skin& skin, const LatticeShape& shape) {
   std::vector<Skin::Stretch> stretches;
   for (int j = 0; j + 1 < shape.nodes[1]; ++j) {
@@ -156,8 +156,8 @@ BlockBeneathSkin block_beneath_skin(const Scene& scene) {
   const LatticeShape shape = block_shape(scene);
   const double a = shape.spacing;
   const int bottom = shape.nodes[2] - 1;
-  // Cell l of a column lies beneath the skin where its middle, (l + 1/2) a, does; a flat skin in a
-  // plane of nodes is there but for rounding.
+  // Cell l of a column is below the skin if its centre (l + 1/2) a is. A flat skin in a plane of
+  // nodes agrees with that plane only to rounding error.
   BlockBeneathSkin block;
   const auto first_below = [&](double z) {
     return z < bottom * a ? std::min(bottom, static_cast<int>(std::ceil(z / a - 0.5 - 1e-9)))
@@ -216,13 +216,13 @@ std::optional<NodeGrid> tissue_grid(const Scene& scene) {
 
 namespace {
 
-constexpr double on_surface = 1e-9;  // what counts as on a surface [m]
+constexpr double on_surface = 1e-9;  // tolerance for points on a surface [m]
 
 const Material& material_named(const Scene& scene, std::string_view name) {
   const Material* found = find_material(scene.materials, name);
   if (found == nullptr) {
     throw std::invalid_argument("no material " +
-                                std::string(name));  // check_scene refuses it first
+                                std::string(name));  // check_scene rejects this earlier
   }
   return *found;
 }
@@ -233,7 +233,7 @@ CellMaterial cell_of(const Material& m) {
   return {m.youngs_modulus, m.density, m.damping_ratio, m.viscosity};
 }
 
-/// Calls visit(material, upper end, lower end); below the last layer that layer goes on.
+/// Calls visit(material, upper end, lower end); the last layer is unbounded.
 template <class Visit> void for_each_layer(const Scene& scene, Visit visit) {
   double begin = 0.0;
   const auto& layers = scene.tissue.layers;
@@ -245,13 +245,13 @@ template <class Visit> void for_each_layer(const Scene& scene, Visit visit) {
   }
 }
 
-/// Materials met in a cell: the softer ones as one, and the last bone.
+/// Materials in a cell: the mean of the soft ones, and the last bone.
 struct Mixture {
   std::optional<CellMaterial> soft{};
   const Material* bone = nullptr;
 };
 
-/// Mean by their share of the layers between top and bottom that are not bone.
+/// Returns the mean over the layers between top and bottom, weighted by thickness, without bone.
 Mixture layered_mixture(const Scene& scene, double top, double bottom) {
   Mixture mixture;
   double bone_share = 0.0;
@@ -285,7 +285,7 @@ Mixture layered_mixture(const Scene& scene, double top, double bottom) {
   return mixture;
 }
 
-/// Softer inclusion at a corner that is not in bone, for a cell that lies in a layer of bone.
+/// Returns the softer inclusion at a corner that is not in bone, for a cell in a layer of bone.
 const Material* inclusion_beside_bone(const Scene& scene, const LatticeCell& cell) {
   const Material* found = nullptr;
   for (int n = 0; n < 8; ++n) {
@@ -332,7 +332,7 @@ CellMaterial cell_material(const Scene& scene, const LatticeCell& cell) {
   Mixture mixture;
   if (layers_follow_skin(scene)) {
     const double middle =
-        tissue.skin->distance(cell.centre());  // only cells beneath the skin are asked for
+        tissue.skin->distance(cell.centre());  // called for cells below the skin only
     mixture =
         layered_mixture(scene, std::max(0.0, middle - 0.5 * cell.size), middle + 0.5 * cell.size);
   } else if (tissue.source == Source::layers) {

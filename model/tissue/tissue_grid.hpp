@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Nodes of a network on a regular grid, of which some places may be empty.
+/// Regular grid of network nodes; some grid points may have no node.
 
 #include <array>
 #include <cstddef>
@@ -14,10 +14,10 @@
 namespace palpate {
 
 struct NodeGrid {
-  Eigen::Vector3d first{0.0, 0.0, 0.0};    ///< place of node (0, 0, 0) [m]
+  Eigen::Vector3d first{0.0, 0.0, 0.0};    ///< position of node (0, 0, 0) [m]
   Eigen::Vector3d spacing{0.0, 0.0, 0.0};  ///< [m]
   std::array<int, 3> count{0, 0, 0};
-  std::vector<int> node{};  ///< of the network, x fastest; -1: no node there
+  std::vector<int> node{};  ///< node of the network per grid point, x fastest; -1: no node
 
   [[nodiscard]] std::size_t index(int i, int j, int l) const {
     return (static_cast<std::size_t>(l) * static_cast<std::size_t>(count[1]) +
@@ -31,18 +31,18 @@ struct NodeGrid {
   }
 };
 
-/// Gives the places that are not empty their numbers, in the order of the places.
+/// Numbers the existing nodes in the order of the grid points.
 void number_nodes(NodeGrid& grid);
 
-/// Depth along z at which tissue begins beneath a place of the skin [m]; nothing where there is
-/// none.
+/// Returns the depth along z at which tissue begins below a point of the skin [m]; empty if there
+/// is no tissue.
 std::optional<double> skin_depth(const NodeGrid& grid, const Eigen::Vector2d& at);
 
-/// The nodes that have none above them in their column, in the order of their index.
+/// Returns the nodes without a node above them in their column, in order of their index.
 std::vector<int> skin_nodes(const NodeGrid& grid);
 
-/// Where the line origin + xi n crosses the planes of nodes: depth, and the nodes around it with
-/// bilinear weights.
+/// Intersection of the line origin + xi n with a plane of nodes: depth, and the surrounding nodes
+/// with bilinear weights.
 struct PlaneCrossing {
   double depth = 0.0;  ///< [m]
   std::vector<NeedlePath::Support> supports{};
@@ -50,25 +50,26 @@ struct PlaneCrossing {
 std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Eigen::Vector3d& origin,
                                            const Eigen::Vector3d& direction);
 
-// The grid that the nodes of a scene's tissue lie on.
+// Grid of the nodes of a scene's tissue.
 
-/// The block of layers as it is under a flat skin: as many cells deep as come nearest to their
-/// thickness.
+/// Returns the block of layers below a flat skin. The number of cells in depth approximates the
+/// total thickness best.
 LatticeShape block_shape(const Scene& scene);
 
-/// Whether layers lie beneath a skin that need not be flat.
+/// Returns true if the layers follow a skin that need not be flat.
 bool layers_follow_skin(const Scene& scene);
 
-/// The block's cells whose middle is beneath the skin, from the highest place of the skin above the
-/// block down to where a flat block ends, or the body does (model/EQUATIONS.md, "Layers beneath a
+/// Cells of a block whose centre is below the skin, from the highest point of the skin above the
+/// block down to the bottom of a flat block or of the body (model/EQUATIONS.md, "Layers beneath a
 /// skin").
 struct BlockBeneathSkin {
-  NodeGrid nodes{};  ///< without any where none of the skin lies above the block
+  NodeGrid nodes{};  ///< empty if no part of the skin is above the block
   struct Column {
     int begin = 0;
     int end = 0;
   };
-  std::vector<Column> columns{};  ///< cells of tissue, [begin, end) in planes of `nodes`; x fastest
+  std::vector<Column>
+      columns{};  ///< tissue cells of each column, [begin, end) in planes of `nodes`; x fastest
 
   [[nodiscard]] bool holds(int i, int j, int l) const {
     const Column& column =
@@ -76,30 +77,31 @@ struct BlockBeneathSkin {
                 static_cast<std::size_t>(i)];
     return l >= column.begin && l < column.end;
   }
-  /// Share of the block's columns that have tissue.
+  /// Returns the fraction of the block's columns that contain tissue.
   [[nodiscard]] double covered() const;
 };
 
-/// Of a scene whose layers follow a skin and take at most `most_nodes` of scene_check.hpp.
+/// Builds the block of a scene whose layers follow a skin. The grid must not exceed `most_nodes` of
+/// scene_check.hpp.
 BlockBeneathSkin block_beneath_skin(const Scene& scene);
 
-/// Places on the grid that block_beneath_skin lays, some of them empty.
+/// Returns the number of grid points of block_beneath_skin, including empty ones.
 double places_beneath_skin(const Scene& scene);
 
-/// The grid of a tissue whose skin need not be flat; nothing for others.
+/// Returns the grid of a tissue whose skin need not be flat; empty for other tissues.
 std::optional<NodeGrid> uneven_grid(const Scene& scene);
 
-/// With the nodes numbered as in build_network(scene). Nothing for a bare network and an
-/// oscillator.
+/// Returns the grid with the nodes numbered as in build_network(scene). Empty for a bare network
+/// and for an oscillator.
 std::optional<NodeGrid> tissue_grid(const Scene& scene);
 
-// Which material fills which place of a scene's lattice or layered block
-// (model/EQUATIONS.md, "Material to springs").
+// Material at each position of a scene's lattice or layered block (model/EQUATIONS.md, "Material to
+// springs").
 
 struct LatticeCell {
   Eigen::Vector3d low{0.0, 0.0, 0.0};  ///< corner of least coordinates [m]
   double size = 0.0;                   ///< [m]
-  double bottom = 0.0;                 ///< z of the plane of nodes below it, of a flat block [m]
+  double bottom = 0.0;  ///< for a flat block: z of the plane of nodes below the cell [m]
 
   [[nodiscard]] Eigen::Vector3d centre() const { return low.array() + 0.5 * size; }
   [[nodiscard]] Eigen::Vector3d corner(int n) const {
@@ -107,26 +109,27 @@ struct LatticeCell {
   }
 };
 
-/// How deep a point lies beneath the skin that the layers follow, flat or not [m]; negative above
-/// it.
+/// Returns the depth of a point below the skin that the layers follow [m]; negative above it.
 double depth_in_layers(const Scene& scene, const Eigen::Vector3d& point);
 
-/// The layer at a depth; the first above the skin, the last below all. The scene has layers.
+/// Returns the layer at a depth: the first layer above the skin, the last layer below all others.
+/// The scene must have layers.
 std::size_t layer_at(const std::vector<Layer>& layers, double depth);
 
-/// The mean over the cell's depth of the layers that it crosses (or the lattice's material), or
-/// that of the last inclusion that holds its centre. Bone counts only where all corners lie in
-/// bone: it is rigid and held, so its modulus never pulls at a node that can move.
+/// Returns the mean material over the depth of the cell, from the layers that it crosses or from
+/// the lattice. If inclusions contain its centre, the last of them sets the material. Bone is used
+/// only if all corners are in bone: it is rigid and fixed, so its modulus must not act on a movable
+/// node.
 CellMaterial cell_material(const Scene& scene, const LatticeCell& cell);
 
-/// Whether the body, grown by `margin` on every side, holds the point [m].
+/// Returns true if the inclusion, enlarged by `margin` on every side, contains the point [m].
 bool contains(const Inclusion& body, const Eigen::Vector3d& point, double margin = 0.0);
 
-/// Whether a layer or inclusion of bone holds the point, surfaces to 1e-9 m included. A later
-/// inclusion of softer tissue takes only its inside out of bone.
+/// Returns true if a layer or inclusion of bone contains the point, with a tolerance of 1e-9 m at
+/// surfaces. A later inclusion of softer tissue removes only its interior from the bone.
 bool in_bone(const Scene& scene, const Eigen::Vector3d& point);
 
-/// Whether any layer or inclusion is of bone.
+/// Returns true if any layer or inclusion is bone.
 bool has_bone(const Scene& scene);
 
 }  // namespace palpate

@@ -25,7 +25,7 @@ struct Edge {
   int low = 0;
   int high = 0;
   int face = 0;
-  bool ascending = true;  ///< the face goes from low to high
+  bool ascending = true;  ///< the face traverses the edge from low to high
 };
 
 std::vector<Edge> sorted_edges(const TriangleSurface& surface) {
@@ -47,7 +47,7 @@ std::string edge_in_words(const TriangleSurface& surface, const Edge& edge) {
          place_in_words(surface.vertex.col(edge.high));
 }
 
-/// Every edge must be gone along as often one way as the other.
+/// Checks that every edge is traversed equally often in both directions.
 std::optional<std::string> edge_defect(const TriangleSurface& surface) {
   const std::vector<Edge> edges = sorted_edges(surface);
   for (std::size_t begin = 0; begin < edges.size();) {
@@ -162,8 +162,8 @@ std::optional<std::string> surface_defect(const TriangleSurface& surface) {
   return {};
 }
 
-// Where a surface intersects itself: faces in the order of their least x are held against those
-// that their extent along x still reaches.
+// Detection of self-intersections: faces are sorted by their smallest x, and each is compared with
+// the faces that overlap it along x.
 
 namespace {
 
@@ -174,8 +174,8 @@ struct Extent {
   Vector3d high{0.0, 0.0, 0.0};
 };
 
-/// Six times the volume of a tetrahedron; its sign counts where it exceeds what rounding makes of
-/// it.
+/// Six times the signed volume of a tetrahedron. The sign is valid only if the value exceeds its
+/// rounding error.
 struct Side {
   double value = 0.0;
   double doubt = 0.0;
@@ -187,12 +187,11 @@ Side side_of(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vect
   const Vector3d ab = b - a;
   const Vector3d ac = c - a;
   const Vector3d ad = d - a;
-  constexpr double doubt = 1e-9;  // of coordinates in single precision, as most files have them
+  constexpr double doubt = 1e-9;  // for coordinates in single precision, which most files have
   return {ad.dot(ab.cross(ac)), doubt * ab.norm() * ac.norm() * std::max(ad.norm(), ab.norm())};
 }
 
-/// Whether the segment p to q goes from one side of a face to the other through its inside or its
-/// rim.
+/// Returns true if the segment from p to q crosses a face through its interior or its edges.
 bool pierces(const Vector3d& p, const Vector3d& q, const std::array<Vector3d, 3>& t) {
   const int from = side_of(t[0], t[1], t[2], p).sign();
   const int to = side_of(t[0], t[1], t[2], q).sign();
@@ -241,7 +240,7 @@ class Sweep {
   }
   [[nodiscard]] bool cross(int f, int g) const { return edges_pierce(f, g) || edges_pierce(g, f); }
 
-  /// Edges of f that share no vertex with g, against g.
+  /// Returns true if an edge of f that shares no vertex with g crosses g.
   [[nodiscard]] bool edges_pierce(int f, int g) const {
     const auto& face = surface_.triangle[static_cast<std::size_t>(f)];
     const auto& other = surface_.triangle[static_cast<std::size_t>(g)];

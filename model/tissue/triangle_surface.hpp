@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Closed surfaces of triangles, and what the divergence theorem says of the solid inside
-/// (model/EQUATIONS.md, "Voxels of a surface").
+/// Closed surfaces of triangles, and volume integrals of the enclosed solid by the divergence
+/// theorem (model/EQUATIONS.md, "Voxels of a surface").
 
 #include <Eigen/Core>
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-/// Triangles name their vertices counter-clockwise as seen from outside.
+/// Surface of triangles with vertices in counter-clockwise order as seen from outside.
 struct TriangleSurface {
   NodeVectors vertex{};  ///< [m]
   std::vector<std::array<int, 3>> triangle{};
@@ -23,26 +23,27 @@ struct TriangleSurface {
   }
 };
 
-/// Volume, centroid and second moments of a solid of density one.
+/// Volume, centroid and second moments of a solid of unit density.
 struct SolidMoments {
-  double volume = 0.0;                                ///< [m^3]; negative: inside out
-  Eigen::Vector3d centroid{0.0, 0.0, 0.0};            ///< [m]
+  double volume = 0.0;                      ///< [m^3]; negative if the surface is inside out
+  Eigen::Vector3d centroid{0.0, 0.0, 0.0};  ///< [m]
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centroid [m^5]
 };
 
-/// Exact for a closed surface: sums of tetrahedra from the surface's first vertex.
+/// Returns the moments of a closed surface, exact to rounding: sums over tetrahedra from its first
+/// vertex.
 SolidMoments moments_of(const TriangleSurface& surface);
 
-/// Joins vertices of equal coordinates and leaves out triangles that name a vertex twice.
+/// Merges vertices of equal coordinates and removes triangles that use a vertex twice.
 void weld(TriangleSurface& surface);
 
-/// The first thing that forbids an inside, in words with its vertex, edge or face (counted from 0,
-/// after welding, with its place [m]): coordinates that are not finite, a missing vertex, an open
-/// edge, faces turned against each other, two faces that cross, a surface that is inside out.
-/// Nothing for a sound one.
+/// Returns the first defect of a closed surface as text with its vertex, edge or face (counted from
+/// 0 after welding) and its position [m]. Defects are coordinates that are not finite, a missing
+/// vertex, an open edge, inconsistent orientation, two intersecting faces, and a surface that is
+/// inside out. Empty for a valid surface.
 std::optional<std::string> surface_defect(const TriangleSurface& surface);
 
-/// Two faces without a common edge of which one pierces the other, beyond rounding.
+/// Returns two faces without a common edge that intersect by more than rounding error.
 std::optional<std::array<int, 2>> crossing_faces(const TriangleSurface& surface);
 
 }  // namespace palpate

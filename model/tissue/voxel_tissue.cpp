@@ -17,7 +17,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// A place across the rows, in units of a cell's 2^-n; products of two differences fit 64 bits.
+/// Position across the rows in units of 2^-n cells; products of two differences fit in 64 bits.
 struct Across {
   std::int64_t y = 0;
   std::int64_t z = 0;
@@ -27,8 +27,8 @@ std::int64_t turn(const Across& a, const Across& b, const Across& c) {
   return (b.y - a.y) * (c.z - a.z) - (b.z - a.z) * (c.y - a.y);
 }
 
-/// Points on an edge belong to one of the two faces beside it: to the one that goes along it this
-/// way.
+/// Returns true if a point on this edge belongs to the face. Of the two faces at an edge, one
+/// traverses it in this direction.
 bool takes_edge(const Across& from, const Across& to) {
   return to.z > from.z || (to.z == from.z && to.y < from.y);
 }
@@ -69,7 +69,7 @@ class Scan {
   }
 
  private:
-  /// First cell of a row of cells whose centre is at `place` or after it.
+  /// Returns the first cell of a row whose centre is at or after `place`.
   [[nodiscard]] int first_centre(std::int64_t place) const {
     const std::int64_t half = std::int64_t{1} << (shift_ - 1);
     return static_cast<int>((place + half - 1) >> shift_);
@@ -86,7 +86,7 @@ class Scan {
       return across_[static_cast<std::size_t>(v[static_cast<std::size_t>(n)])];
     };
     const std::int64_t area = turn(at(0), at(1), at(2));
-    if (area == 0) { return; }  // seen from its edge, which its neighbours answer for
+    if (area == 0) { return; }  // parallel to the row; the neighbouring faces count
     if (area < 0) { std::swap(v[1], v[2]); }
     const auto [y_low, y_high] = std::minmax({at(0).y, at(1).y, at(2).y});
     const auto [z_low, z_high] = std::minmax({at(0).z, at(1).z, at(2).z});
@@ -129,7 +129,7 @@ class Scan {
       i_begin = i_end;
     }
   }
-  [[nodiscard]] int cell_after(double x) const {  ///< first with its centre at x or after it
+  [[nodiscard]] int cell_after(double x) const {  ///< first cell with its centre at or after x
     return static_cast<int>(std::ceil((x - grid_.low.x()) / grid_.size.x() - 0.5));
   }
 
@@ -140,7 +140,8 @@ class Scan {
   std::vector<Crossing> crossings_{};
 };
 
-/// Grows from `seed` over 26 neighbours; marks what it reaches with 0 in `left`.
+/// Finds the cells connected to `seed` over 26 neighbours and sets them to 0 in `left`. Returns
+/// their number.
 std::size_t grow(const BoxGrid& grid, std::size_t seed, std::vector<std::uint8_t>& left) {
   std::vector<std::size_t> front{seed};
   left[seed] = 0;
@@ -218,7 +219,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double slack = 1e-9;  // of a place, in units of a box
+constexpr double slack = 1e-9;  // of a position, in units of a box
 
 std::uint16_t material_at(const VoxelTissue& tissue, const Vector3d& point) {
   const Vector3d cell = (point - tissue.boxes.low).cwiseQuotient(tissue.boxes.size);
@@ -229,8 +230,8 @@ std::uint16_t material_at(const VoxelTissue& tissue, const Vector3d& point) {
                                      : std::uint16_t{0};
 }
 
-/// Depths at which the line leaves one box for the next, sorted, from `first` to the far side of
-/// the grid.
+/// Returns the sorted depths at which the line passes from one box to the next, from `first` to the
+/// far side of the grid.
 std::vector<double> wall_depths(const BoxGrid& grid, const Vector3d& origin, const Vector3d& n,
                                 double first) {
   std::vector<double> depths{first};
@@ -248,7 +249,7 @@ std::vector<double> wall_depths(const BoxGrid& grid, const Vector3d& origin, con
   return depths;
 }
 
-/// Lines that run along a wall of boxes see the box beside it of greater coordinates.
+/// Shifts a line that runs along a wall of boxes into the box of greater coordinates.
 Vector3d off_the_walls(const BoxGrid& grid, const Vector3d& origin) {
   return origin + slack * grid.size.cwiseProduct(Vector3d(1.0, 1.0, 0.0));
 }
@@ -268,7 +269,8 @@ PathInterval interval_of(const VoxelTissue& tissue, const std::vector<Material>&
   return found == nullptr ? interval : interval_in(*found, name, run.begin, run.end);
 }
 
-/// Where the skin is steep, nodes beside the line carry it before its own box is tissue.
+/// Merges the gap at a steep skin, where nodes next to the line support it before its own box is
+/// tissue.
 void join_first_gap(const BoxGrid& grid, std::vector<PathInterval>& intervals) {
   if (intervals.size() < 2 || intervals[0].label != "gap" ||
       intervals[1].role == TissueRole::bone) {
@@ -319,7 +321,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double most_boxes = 1e8;  // in the box around all bodies
+constexpr double most_boxes = 1e8;  // limit for the box around all bodies
 
 struct Bounds {
   Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity());
@@ -480,7 +482,7 @@ class MeshVoxels {
   VoxelMaterials materials_;
   std::vector<Violation>& broken_;
   VoxelTissue tissue_{};
-  std::vector<int> owner_{};  ///< body that has the box, -1: none
+  std::vector<int> owner_{};  ///< body that owns the box; -1: none
 };
 
 }  // namespace

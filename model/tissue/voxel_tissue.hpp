@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// From a closed surface to the cubic cells inside it (model/EQUATIONS.md, "Voxels of a surface").
+/// Conversion of a closed surface to the cubic cells inside it (model/EQUATIONS.md, "Voxels of a
+/// surface").
 
 #include <Eigen/Core>
 #include <array>
@@ -17,7 +18,7 @@
 
 namespace palpate {
 
-/// Boxes of one size in rows along x, then y, then z.
+/// Grid of boxes of one size, stored along x, then y, then z.
 struct BoxGrid {
   Eigen::Vector3d low{0.0, 0.0, 0.0};   ///< corner of least coordinates of box (0, 0, 0) [m]
   Eigen::Vector3d size{0.0, 0.0, 0.0};  ///< edges of a box [m]
@@ -39,75 +40,75 @@ struct BoxGrid {
   [[nodiscard]] double volume() const { return size.prod(); }  ///< of one box [m^3]
 };
 
-/// Cubes with corners at whole multiples of `edge` [m] that cover the points.
+/// Returns cubes that cover the points, with corners at integer multiples of `edge` [m].
 BoxGrid cubes_around(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double edge);
 
 struct VoxelBody {
   std::vector<std::uint8_t> inside{};  ///< per box of the grid; 1: its centre is inside the surface
   std::size_t voxel_count = 0;
-  int parts = 0;        ///< that growth over 26 neighbours does not join
+  int parts = 0;        ///< number of components that are not connected by 26 neighbours
   double volume = 0.0;  ///< of the voxels [m^3]
 };
 
-/// The cells whose centre lies inside. Whether it does is decided row by row with the winding
-/// number of the crossings before it, whose sides are exact in whole numbers of a voxel's 2^-n, so
-/// that a row through a vertex or along an edge counts it once. The cells are then grown from a
-/// seed, the first cell so proved inside, over 26 neighbours, and from another seed as long as
-/// there are any left. The surface must have passed surface_defect.
+/// Returns the cells whose centre is inside the surface. Each row of cells uses the winding number
+/// of the crossings before the centre. The side tests use exact integers in units of 2^-n voxels,
+/// so that a row through a vertex or along an edge counts it once. The cells are then connected
+/// over 26 neighbours to find the components. The surface must have passed surface_defect.
 VoxelBody voxelise(const TriangleSurface& surface, const BoxGrid& grid);
 
-/// Volume, centroid and inertia of the cells, each a homogeneous cube.
+/// Returns volume, centroid and inertia of the cells, each a homogeneous cube.
 SolidMoments moments_of(const VoxelBody& body, const BoxGrid& grid);
 
-// Tissue from a patient: boxes of material on a grid, and the network of their corners or centres
-// (model/EQUATIONS.md, "Voxels of a surface", "Image to stiffness"). Built once when a scene is
-// read (mesh_tissue.hpp, image_tissue.hpp) and shared by every copy of the scene.
+// Patient-specific tissue: boxes of material on a grid, and the network of their corners or centres
+// (model/EQUATIONS.md, "Voxels of a surface", "Image to stiffness"). It is built once when a scene
+// is read (mesh_tissue(), image_tissue()) and shared by all copies of the scene.
 
-/// What became of one surface.
+/// Voxelisation report of one surface.
 struct BodyFacts {
   std::string name{};
   std::string material{};
   double surface_volume = 0.0;  ///< by the divergence theorem [m^3]
-  double voxel_volume = 0.0;    ///< of its own cells, before others take some [m^3]
-  std::size_t kept_cells = 0;   ///< that no body of higher priority took
-  int parts = 0;                ///< that growth over 26 neighbours does not join
+  double voxel_volume = 0.0;    ///< of all its cells, including those that other bodies take [m^3]
+  std::size_t kept_cells = 0;   ///< cells that no body of higher priority takes
+  int parts = 0;                ///< number of components that are not connected by 26 neighbours
 };
 
-/// What was read from an image, for people.
+/// Report of an image that was read.
 struct ImageFacts {
   std::string format{};
   std::array<int, 3> pixels{0, 0, 0};            ///< of the file
   Eigen::Vector3d spacing{0.0, 0.0, 0.0};        ///< of the file [m]
-  Eigen::Vector2d range{0.0, 0.0};               ///< intensities that stand for 0 and 1
+  Eigen::Vector2d range{0.0, 0.0};               ///< raw values that map to intensity 0 and 1
   Eigen::Vector3d youngs_moduli{1.0, 1.0, 1.0};  ///< BoxBonds::youngs_moduli()
   std::string weighting{};
   std::size_t labelled_nodes = 0;
 };
 
 struct VoxelTissue {
-  SpringNetwork network{};  ///< bone and bodies said to be fixed are
+  SpringNetwork network{};  ///< nodes of bone and of fixed bodies are fixed
   NodeGrid nodes{};
   BoxGrid boxes{};
   std::vector<std::uint16_t>
-      material{};  ///< per box; 0: nothing, else one more than an index of materials
+      material{};  ///< per box; 0: empty, otherwise index into materials plus one
   std::vector<std::string> materials{};
-  double thinnest = 0.0;              ///< layers thinner than this along a needle are noise [m]
+  double thinnest = 0.0;              ///< thinner layers along a needle are treated as noise [m]
   std::vector<BodyFacts> bodies{};    ///< of meshes
   std::optional<ImageFacts> image{};  ///< of an image
   std::vector<float> intensity{};     ///< of an image, 0 to 1, per place of `nodes`
 };
 
-/// Materials of the boxes that the line origin + xi n crosses from `first` on, the last for ever.
-/// What is thinner than `thinnest`, bone excepted, belongs to the layer before it; nothing is
-/// labelled "gap". At the skin a gap of up to two boxes belongs to the soft tissue after it.
+/// Returns the materials of the boxes that the line origin + xi n crosses from `first` on; the last
+/// one is unbounded. Intervals thinner than `thinnest`, except bone, are merged into the layer
+/// before. Empty boxes are labelled "gap". A gap of up to two boxes at the skin is merged into the
+/// soft tissue after it.
 std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue,
                                           const std::vector<Material>& materials,
                                           const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double first);
 
-// Tissue from closed surfaces, one material each (model/EQUATIONS.md, "Voxels of a surface").
+// Tissue from closed surfaces with one material each (model/EQUATIONS.md, "Voxels of a surface").
 
-/// Soft tissue in a box of the tissue frame, wherever no body is.
+/// Soft tissue that fills a box of the tissue frame outside all bodies.
 struct Surround {
   std::string material{};
   Eigen::Vector3d min{0.0, 0.0, 0.0};  ///< [m]
@@ -117,31 +118,31 @@ struct Surround {
 struct MeshSettings {
   double voxel = 0.002;  ///< edge of a voxel [m]
   int connectivity = 26;
-  FileAxis inward = FileAxis::z_plus;  ///< of the files; points into the tissue
+  FileAxis inward = FileAxis::z_plus;  ///< direction of the files that points into the tissue
   Eigen::Vector3d origin{0.0, 0.0,
-                         0.0};  ///< of the files, after scaling, that becomes [0, 0, 0] [m]
+                         0.0};  ///< point of the files, after scaling, that becomes [0, 0, 0] [m]
   std::optional<Surround> surround{};
 };
 
 /// A surface in the tissue frame.
 struct MeshBody {
-  std::string name{};  ///< of its file
-  std::string key{};   ///< "tissue.mesh.files[0]", for what is wrong with it
+  std::string name{};  ///< name of its file
+  std::string key{};   ///< scene key for messages, e.g. "tissue.mesh.files[0]"
   TriangleSurface surface{};
   std::string material{};
   bool fixed = false;
-  int priority = 0;  ///< the highest has the cell; of equals the last
+  int priority = 0;  ///< a cell belongs to the body of highest priority, or to the last of equals
 };
 
-/// A file's vertices in the tissue frame; `scale` is metres per unit of the file,
-/// and `inward` and `origin` as in MeshSettings.
+/// Transforms the vertices of a file to the tissue frame. `scale` is in metres per unit of the
+/// file; `inward` and `origin` are those of MeshSettings.
 void place_in_tissue(TriangleSurface& surface, double scale, FileAxis inward,
                      const Eigen::Vector3d& origin);
 
-/// Voxels are the cells of a lattice with a node at each corner. Bodies whose voxels touch share
-/// the nodes between them and so are joined; a gap of a voxel or more keeps them apart. Nodes of
-/// bone and of fixed bodies are fixed. What forbids it goes to `broken`, and then the tissue is of
-/// no use.
+/// Builds the tissue. Voxels are the cells of a lattice with a node at each corner. Bodies with
+/// touching voxels share nodes and are therefore connected; a gap of at least one voxel separates
+/// them. Nodes of bone and of fixed bodies are fixed. Adds violations to `broken` if the input is
+/// not valid; the result must not be used then.
 VoxelTissue mesh_tissue(const std::vector<MeshBody>& bodies, const MeshSettings& settings,
                         const std::vector<Material>& materials, std::vector<Violation>& broken);
 
