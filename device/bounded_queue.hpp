@@ -36,15 +36,16 @@ template <class Item, std::size_t capacity> class Ring {
 
 namespace palpate::device {
 
-// Data from one thread to one other thread. Neither side waits, locks, allocates, loops or makes a
-// system call, whatever the state of the other side.
+// Lock-free transfer of data between two threads. Neither side allocates, loops or makes a system
+// call.
 
-/// Single-producer single-consumer queue of at most `capacity` items, a power of two.
+/// Single-producer single-consumer queue of at most `capacity` items; `capacity` is a power of two.
 template <class Item, std::size_t capacity> class HandoverQueue {
   static_assert((capacity & (capacity - 1)) == 0 && std::atomic<std::size_t>::is_always_lock_free);
 
  public:
-  /// For the producer. Returns false and does nothing if the queue is full.
+  /// Adds an item; called by the producer only. Returns false and does nothing if the queue is
+  /// full.
   bool push(const Item& item) noexcept {
     const std::size_t end = end_.load(std::memory_order_relaxed);
     if (end - begin_.load(std::memory_order_acquire) == capacity) { return false; }
@@ -52,7 +53,7 @@ template <class Item, std::size_t capacity> class HandoverQueue {
     end_.store(end + 1, std::memory_order_release);
     return true;
   }
-  /// For the consumer. Returns nothing if the queue is empty.
+  /// Removes the oldest item; called by the consumer only. Returns nothing if the queue is empty.
   std::optional<Item> pop() noexcept {
     const std::size_t begin = begin_.load(std::memory_order_relaxed);
     if (begin == end_.load(std::memory_order_acquire)) { return std::nullopt; }
@@ -64,23 +65,23 @@ template <class Item, std::size_t capacity> class HandoverQueue {
  private:
   static constexpr std::size_t cache_line = 64;
   std::array<Item, capacity> items_{};
-  alignas(cache_line) std::atomic<std::size_t> begin_{0};  ///< items taken so far; it does not wrap
+  alignas(cache_line) std::atomic<std::size_t> begin_{0};  ///< items removed; does not wrap
   alignas(cache_line) std::atomic<std::size_t> end_{0};
 };
 
-/// The newest value only. Of three slots the producer writes one, the consumer reads one, and the
-/// third is exchanged between them.
+/// Triple buffer that passes only the newest value from one producer to one consumer.
 template <class Item> class LatestValue {
   static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
 
  public:
-  /// For the producer.
+  /// Stores a new value; called by the producer only.
   void set(const Item& item) noexcept {
     places_[back_] = item;
     back_ = between_.exchange(static_cast<std::uint8_t>(back_ | fresh), std::memory_order_acq_rel) &
             place_mask;
   }
-  /// For the consumer. Returns the default value before the first set().
+  /// Returns the newest value; called by the consumer only. Returns the default before the first
+  /// set().
   const Item& get() noexcept {
     if ((between_.load(std::memory_order_relaxed) & fresh) != 0) {
       front_ = between_.exchange(front_, std::memory_order_acq_rel) & place_mask;

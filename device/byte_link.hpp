@@ -11,7 +11,7 @@
 
 namespace palpate::device {
 
-/// One end of an 8-bit clean stream of bytes, and the clock that both ends share.
+/// Interface of one end of an 8-bit clean byte stream, with the clock that both ends share.
 class ByteLink {
  public:
   ByteLink() = default;
@@ -19,7 +19,7 @@ class ByteLink {
   ByteLink& operator=(const ByteLink&) = delete;
   virtual ~ByteLink() = default;
 
-  /// Time since the link was made [s]: wall clock or virtual time.
+  /// Returns the time since the link was created [s], in wall-clock or virtual time.
   [[nodiscard]] virtual double now() const noexcept = 0;
   /// Reads the bytes that have arrived, as many as fit, without waiting; returns their number.
   virtual std::size_t read(std::span<std::uint8_t> into) noexcept = 0;
@@ -32,7 +32,7 @@ class ByteLink {
   [[nodiscard]] virtual bool ended() const noexcept { return false; }
 };
 
-/// An open file descriptor, closed with its owner.
+/// File descriptor that is closed by its destructor.
 class Descriptor {
  public:
   explicit Descriptor(int number = -1) noexcept : number_(number) {}
@@ -47,8 +47,8 @@ class Descriptor {
   int number_;
 };
 
-/// Reads from one descriptor and writes to another or the same, in wall-clock time. It owns
-/// neither. Bytes that the other end does not take within 50 ms are lost, as on a serial line.
+/// Byte link over two file descriptors in wall-clock time. It does not own them. Bytes that the
+/// other end does not accept within 50 ms are lost, as on a serial line.
 class DescriptorLink : public ByteLink {
  public:
   DescriptorLink(int in, int out) noexcept : in_(in), out_(out) {}
@@ -65,19 +65,19 @@ class DescriptorLink : public ByteLink {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-/// The device's end of a new pseudo-terminal, raw and 8-bit clean. A client that closes its end
-/// leaves the terminal open for the next one. Throws std::system_error.
+/// Device end of a new pseudo-terminal, raw and 8-bit clean. It stays open when a client closes its
+/// end. Throws std::system_error.
 class PtyLink final : public DescriptorLink {
  public:
   PtyLink();
-  [[nodiscard]] const std::string& path() const noexcept { return path_; }  ///< of the client's end
-  /// Number of bytes that were written here and not yet read by a client.
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }  ///< client's end
+  /// Returns the number of bytes that were written here and not yet read by a client.
   [[nodiscard]] std::size_t unread_bytes() const noexcept;
 
  private:
   struct Ends {
     Descriptor master;
-    Descriptor slave;  ///< held open, so that reading survives a client's leaving
+    Descriptor slave;  ///< held open, so that reads still work after a client disconnects
     std::string path;
   };
   explicit PtyLink(Ends ends) noexcept;
@@ -88,8 +88,8 @@ class PtyLink final : public DescriptorLink {
   std::string path_;
 };
 
-/// The host's end: opens a serial line or pseudo-terminal, raw and 8-bit clean. Throws
-/// std::system_error that names the path.
+/// Host end of a serial line or pseudo-terminal, raw and 8-bit clean. Throws std::system_error that
+/// names the path.
 class TerminalLink final : public DescriptorLink {
  public:
   explicit TerminalLink(const std::string& path);
@@ -103,9 +103,9 @@ class TerminalLink final : public DescriptorLink {
 
 namespace palpate::device::falcon {
 
-// Two ends in one process, in virtual time: for lock step, where a harness owns the clock.
+// In-process link in virtual time, for runs in lock step that control the clock.
 
-/// What does its work while somebody waits for it.
+/// Interface of a device that is served while the host waits.
 class Served {
  public:
   virtual ~Served() = default;
@@ -114,18 +114,19 @@ class Served {
 
 class MemoryLink {
  public:
-  /// Waiting moves the clock by `step_s` at a time, and serves the device after each.
+  /// While the host waits, the clock advances by `step_s` [s] at a time and the device is served
+  /// after each step.
   explicit MemoryLink(double step_s = 50e-6) noexcept : step_(step_s) {}
   MemoryLink(const MemoryLink&) = delete;
   MemoryLink& operator=(const MemoryLink&) = delete;
 
   [[nodiscard]] ByteLink& host() noexcept { return host_; }
   [[nodiscard]] ByteLink& device() noexcept { return device_; }
-  /// Who answers at the device's end while the host waits.
+  /// Sets the device that is served while the host waits.
   void attach(Served& device) noexcept { served_ = &device; }
 
   [[nodiscard]] double now() const noexcept { return now_; }
-  /// Moves the clock there, serving the device on the way.
+  /// Advances the clock to `time_s` [s] and serves the device at each step.
   void run_until(double time_s) noexcept;
 
  private:
@@ -149,7 +150,7 @@ class MemoryLink {
 
   double step_;
   double now_ = 0.0;
-  bool serving_ = false;  ///< the device itself waits on its end: it is not served again
+  bool serving_ = false;  ///< true while the device waits on its own end, to prevent recursion
   Served* served_ = nullptr;
   Bytes to_device_{};
   Bytes to_host_{};

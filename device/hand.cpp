@@ -12,7 +12,8 @@
 namespace palpate::device {
 namespace {
 
-/// From 0 to 1 with the least jerk (Flash and Hogan 1985); its slope; its integral.
+/// Minimum-jerk blend from 0 to 1 (Flash and Hogan 1985), followed by its derivative and its
+/// integral.
 double blend(double t) noexcept { return t * t * t * (10.0 + t * (-15.0 + 6.0 * t)); }
 double blend_slope(double t) noexcept { return 30.0 * t * t * (1.0 - t) * (1.0 - t); }
 double blend_integral(double t) noexcept { return t * t * t * t * (2.5 + t * (-3.0 + t)); }
@@ -173,7 +174,7 @@ void Intent::loss_of_resistance(double time) noexcept {
   stop.push = at_stop.push;
   stop.pushing = at_stop.pushing;
   const Segment* last = segment_at(stop.begin);
-  if (last->withdrawal) { return; }  // on the way out before it could react
+  if (last->withdrawal) { return; }  // the withdrawal started before the reaction
   stop.resume = static_cast<std::size_t>(last - segments_.data()) + 1;
   while (stop.resume < segments_.size() && !segments_[stop.resume].withdrawal) { ++stop.resume; }
   if (stop.resume < segments_.size()) {
@@ -208,7 +209,8 @@ Eigen::Vector3d pull(const HandImpedance& impedance, const Eigen::Vector3d& stre
   return impedance.stiffness * stretch + impedance.viscosity * stretch_rate;
 }
 
-/// Of the last stage toward the intent; a push replaces its spring along the axis.
+/// Returns the force of the last stage toward the intent [N]; a push replaces its spring along the
+/// axis.
 Eigen::Vector3d toward_intent(const HandImpedance& impedance, const Eigen::Vector3d& axis,
                               const IntentPoint& intent, const Eigen::Vector3d& position,
                               const Eigen::Vector3d& velocity) noexcept {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Where a person wants the grip: a script along one axis, made ready once and then evaluated at
-/// any time without allocation. Positions [m] in the device frame.
+/// Intended motion of the grip: a script along one axis, prepared once and evaluated at any time
+/// without allocation. Positions [m] are in the device frame.
 
 #include <Eigen/Core>
 #include <array>
@@ -15,28 +15,29 @@ namespace palpate::device {
 struct Hold {
   double duration = 1.0;  ///< [s]
 };
-/// Constant speed, with a smooth start and end of `ramp` seconds each.
+/// Action with constant speed and a smooth start and end of `ramp` seconds each.
 struct Advance {
   double distance = 0.02;  ///< [m] along the axis
   double speed = 0.005;    ///< [m/s]
   double ramp = 0.2;       ///< [s]
 };
-/// Minimum-jerk moves with rests between them, each drawn from these ranges, until the distance is
-/// reached.
+/// Action of minimum-jerk moves with rests between them, each drawn from these ranges, until the
+/// distance is reached.
 struct Intermittent {
-  double distance = 0.02;                  ///< [m] in all
-  std::array<double, 2> step{1e-3, 3e-3};  ///< [m] of one move
-  std::array<double, 2> rest{0.3, 1.0};    ///< [s] between two
-  double duration = 0.25;                  ///< [s] of one move
+  double distance = 0.02;                  ///< total [m]
+  std::array<double, 2> step{1e-3, 3e-3};  ///< range of one move [m]
+  std::array<double, 2> rest{0.3, 1.0};    ///< range of the rest between two moves [s]
+  double duration = 0.25;                  ///< of one move [s]
 };
-/// A force that rises at a constant rate and is then held; the hand's spring lets go along the
-/// axis meanwhile, its damper stays. The last action of its script: nobody knows where it ends.
+/// Action with a force that rises at a constant rate and is then held. Meanwhile the hand's spring
+/// is inactive along the axis and its damper stays active. It must be the last action, because its
+/// end position is unknown.
 struct Push {
   double force = 5.0;     ///< [N] along the axis
   double rise = 1.0;      ///< [s]
-  double duration = 5.0;  ///< [s] with the rise
+  double duration = 5.0;  ///< including the rise [s]
 };
-/// Back along the axis.
+/// Action that moves back along the axis.
 struct Withdraw {
   double distance = 0.02;
   double speed = 0.01;
@@ -44,15 +45,16 @@ struct Withdraw {
 };
 using Action = std::variant<Hold, Advance, Intermittent, Push, Withdraw>;
 
-/// Delay and tremor are the literature's usual figures, recalled and not measured here.
+/// Script of the intended motion. Delay and tremor are usual values of the literature, recalled and
+/// not measured here.
 struct IntentScript {
   Eigen::Vector3d start{0.0, 0.0, 0.125};      ///< [m]
-  Eigen::Vector3d direction{0.0, 0.0, -1.0};   ///< of insertion; made a unit vector
-  std::vector<Action> actions{};               ///< after the last one the intent rests
-  std::array<double, 2> reaction{0.15, 0.20};  ///< delay after a loss of resistance is drawn [s]
-  double braking = 0.10;                       ///< [s] from there to rest
+  Eigen::Vector3d direction{0.0, 0.0, -1.0};   ///< of insertion; normalised on construction
+  std::vector<Action> actions{};               ///< the intent rests after the last one
+  std::array<double, 2> reaction{0.15, 0.20};  ///< delay after a loss of resistance [s]
+  double braking = 0.10;                       ///< time from the end of the delay to rest [s]
   double tremor = 0.0;  ///< amplitude on each axis, 8-12 Hz; sqrt(2) times the rms [m]; 5e-5 usual
-  double speed_variation = 0.0;  ///< each action is up to this share faster or slower [1]
+  double speed_variation = 0.0;  ///< largest relative change of the speed of each action [1]
   std::uint64_t seed = 1;
 };
 
@@ -60,28 +62,28 @@ struct IntentPoint {
   Eigen::Vector3d position{};
   Eigen::Vector3d velocity{};
   double push = 0.0;     ///< force along the axis [N]
-  bool pushing = false;  ///< the spring lets go along the axis
+  bool pushing = false;  ///< true if the spring is inactive along the axis
 };
 
 class Intent {
  public:
-  /// Throws std::invalid_argument for a script that makes no sense.
+  /// Throws std::invalid_argument for an invalid script.
   explicit Intent(const IntentScript& script = {});
 
   [[nodiscard]] IntentPoint at(double time) const noexcept;
   [[nodiscard]] const Eigen::Vector3d& direction() const noexcept { return direction_; }
-  [[nodiscard]] double reaction() const noexcept { return reaction_; }  ///< [s] as drawn
-  /// When the script has nothing left to do [s].
+  [[nodiscard]] double reaction() const noexcept { return reaction_; }  ///< drawn delay [s]
+  /// Returns the time at which the script ends [s].
   [[nodiscard]] double end() const noexcept;
 
-  /// The whole script begins so much later [s].
+  /// Delays the whole script by `seconds` [s].
   void delay(double seconds) noexcept {
     for (Segment& segment : segments_) { segment.begin += seconds; }
   }
 
-  /// The person feels resistance vanish. The intent goes on for the reaction time, then comes to
-  /// rest smoothly; a withdrawal that the script has later begins right after. Only the first
-  /// loss counts, and only while the script advances or pushes.
+  /// Signals a loss of resistance at `time` [s]. The intent continues for the reaction time, then
+  /// comes to rest smoothly; a later withdrawal in the script follows at once. Only the first call
+  /// has an effect, and only while the script advances or pushes.
   void loss_of_resistance(double time) noexcept;
 
  private:
@@ -103,7 +105,7 @@ class Intent {
     double push = 0.0;   ///< [N]
     bool pushing = false;
     std::size_t resume = 0;  ///< segment; none when past the last
-    double later = 0.0;      ///< that the rest of the script is shifted by [s]
+    double later = 0.0;      ///< shift of the rest of the script [s]
     double further = 0.0;    ///< [m]
   };
   struct Along {
@@ -131,12 +133,12 @@ class Intent {
   std::array<std::array<double, tremor_sines>, 3> phase_{};      ///< [rad]
 };
 
-// The hand at the grip: a mass held rigidly by it, drawn by a spring and a damper to where the
-// person wants it. With an arm, the spring ends at the arm's mass, and the arm's spring there.
-// The person bears the weight of hand and arm.
+// Hand at the grip: a rigidly attached mass, connected by a spring and a damper to the intended
+// position. With an arm, they connect to the arm's mass, and a second pair connects the arm to the
+// intended position. The person carries the weight of hand and arm.
 
-/// Inside the range of S. van Beek et al., Sci. Rep. 5:18004 (2015), for the whole arm and of the
-/// grips listed in device/README.md; chosen, not fitted to a person.
+/// Impedance of a hand, within the range of S. van Beek et al., Sci. Rep. 5:18004 (2015), for the
+/// whole arm and of the grips listed in device/README.md. It is chosen, not fitted to a person.
 struct HandImpedance {
   double mass = 0.15;        ///< [kg]
   double viscosity = 6.0;    ///< [N s/m]
@@ -145,24 +147,24 @@ struct HandImpedance {
 inline constexpr HandImpedance light_hand{.mass = 0.10, .viscosity = 3.0, .stiffness = 150.0};
 inline constexpr HandImpedance medium_hand{};
 inline constexpr HandImpedance firm_hand{.mass = 0.25, .viscosity = 12.0, .stiffness = 1000.0};
-/// The second stage; van Beek et al. fitted 0.554 kg, 6.45 N s/m, 135 N/m to a whole arm.
+/// Second stage of the hand; van Beek et al. fitted 0.554 kg, 6.45 N s/m, 135 N/m to a whole arm.
 inline constexpr HandImpedance arm_stage{.mass = 0.55, .viscosity = 6.5, .stiffness = 135.0};
-/// Nobody holds the grip.
+/// Impedance of a grip that is not held.
 inline constexpr HandImpedance no_hand{.mass = 0.0, .viscosity = 0.0, .stiffness = 0.0};
 
 struct Hand {
   HandImpedance impedance{};
-  std::optional<HandImpedance> arm{};  ///< the two-stage hand
+  std::optional<HandImpedance> arm{};  ///< second stage, if any
   Intent intent{};
 };
 
-/// What the arm does; rests at the intent until the plant has first moved it.
+/// Motion of the arm; at rest at the intended position until the first step of the plant.
 struct ArmMotion {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
 };
 
-/// Forces of the hand at one instant.
+/// Forces of the hand at one instant [N].
 struct HandForces {
   Eigen::Vector3d on_grip{};  ///< [N]
   Eigen::Vector3d on_arm{};   ///< [N]; zero without an arm

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Interface of a haptic device to a loop: emulated, behind a wire, or a test fixture.
+/// Interface of a haptic device: emulated, connected by a wire, or a test fixture.
 
 #include <Eigen/Core>
 #include <array>
 
 namespace palpate::device {
 
-/// State of a device at one instant.
+/// State of a haptic device at one instant.
 struct DeviceSample {
   Eigen::Vector3d position{0.0, 0.0, 0.0};  ///< of the grip [m], frame of the device
   bool answered = true;                     ///< false: no reply, and the position is an older one
@@ -18,8 +18,8 @@ struct DeviceSample {
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
-  /// One request and its reply. From now on the device applies `force` [N] to the hand, in the
-  /// frame of the device; the sample is of this instant.
+  /// Performs one request and reply. The device then applies `force` [N] to the hand, in the frame
+  /// of the device, until the next call. The sample is of this instant.
   virtual DeviceSample exchange(const Eigen::Vector3d& force) noexcept = 0;
 };
 

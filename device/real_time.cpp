@@ -21,7 +21,7 @@ class MonotonicClock final : public Clock {
  public:
   [[nodiscard]] double now() noexcept override { return monotonic_now(); }
   void sleep_until(double time) noexcept override {
-    while (now() < time) {  // a timespec is cut to whole nanoseconds
+    while (now() < time) {  // a timespec is truncated to whole nanoseconds
       const double seconds = std::floor(time);
       const timespec until{static_cast<time_t>(seconds), static_cast<long>(1e9 * (time - seconds))};
       while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {}

@@ -7,23 +7,24 @@
 
 namespace palpate::device {
 
-/// CLOCK_MONOTONIC [s]; good to some nanoseconds for months after the machine's start.
+/// Returns CLOCK_MONOTONIC [s], with a resolution of some nanoseconds for months after system
+/// start.
 double monotonic_now() noexcept;
 
-/// Time [s] that a thread can read and sleep on.
+/// Interface of a clock that a thread can read and sleep on [s].
 class Clock {
  public:
   virtual ~Clock() = default;
   [[nodiscard]] virtual double now() noexcept = 0;
-  /// Returns at `time` or later; at once if `time` is in the past. Neither allocates nor locks.
+  /// Returns at `time` [s] or later; at once if `time` is in the past. Must not allocate or lock.
   virtual void sleep_until(double time) noexcept = 0;
 };
 
-/// CLOCK_MONOTONIC.
+/// Returns the clock that uses CLOCK_MONOTONIC.
 Clock& monotonic_clock() noexcept;
 
-/// Time that passes only by sleep_until() and advance(), so that a loop with deadlines runs at once
-/// and gives the same times on every machine.
+/// Clock that advances only by sleep_until() and advance(). A loop with deadlines then runs without
+/// delay and gives the same times on every machine.
 class VirtualClock final : public Clock {
  public:
   [[nodiscard]] double now() noexcept override { return now_; }
@@ -38,19 +39,19 @@ struct DeadlineFacts {
   long ticks = 0;
   long missed = 0;              ///< ticks that began after the time of the next one
   double worst_wake = 0.0;      ///< largest delay of a wake-up after a sleep [s]
-  double worst_lateness = 0.0;  ///< largest delay of the begin of a tick, slept or not [s]
-  double slept = 0.0;           ///< [s]
+  double worst_lateness = 0.0;  ///< largest delay of the start of a tick [s]
+  double slept = 0.0;           ///< total sleep time [s]
 };
 
-/// Releases ticks at absolute times: a late tick does not delay the releases after it.
+/// Timer that releases ticks at absolute times: a late tick does not delay later releases.
 class DeadlineClock {
  public:
-  /// `period` of the ticks [s]. `clock` must live as long as this object.
+  /// `period` is the tick period [s]. `clock` must outlive this object.
   explicit DeadlineClock(double period, Clock& clock = monotonic_clock())
       : period_(period), clock_(clock) {}
 
-  /// Returns when the next tick is due, at once if it is overdue. The first call is tick 0 and due
-  /// immediately. Neither allocates nor locks. Returns the time at which the tick was due [s].
+  /// Waits for the next tick and returns the time at which it was due [s]. Returns at once if the
+  /// tick is overdue. The first call is tick 0 and due immediately. Does not allocate or lock.
   double wait() noexcept;
   [[nodiscard]] const DeadlineFacts& facts() const { return facts_; }
 
@@ -61,18 +62,19 @@ class DeadlineClock {
   DeadlineFacts facts_{};
 };
 
-// Rights of a thread that keeps deadlines: SCHED_FIFO, locked memory, a processor of its own. None
-// of these functions fails; the reason of a refusal is returned.
+// Privileges of a thread with deadlines: SCHED_FIFO, locked memory, a reserved processor. No
+// function throws; the reason of a refusal is returned.
 
-/// Processors that this process may run on, ascending.
+/// Returns the processors that this process may run on, ascending.
 std::vector<int> allowed_processors();
-/// Restricts the calling thread to the processor or processors. False if the system refuses.
+/// Restricts the calling thread to the processor or processors. Returns false if the system
+/// refuses.
 bool pin_to(int processor) noexcept;
 bool pin_to(const std::vector<int>& processors) noexcept;
-/// Touches the stack of the calling thread, so that later deeper calls cause no page fault.
+/// Touches the stack of the calling thread, so that later deep calls cause no page fault.
 void touch_stack() noexcept;
 
-/// Locks all memory of the process, present and future, during the lifetime of the object.
+/// Locks all present and future memory of the process during the lifetime of the object.
 class LockedMemory {
  public:
   LockedMemory() noexcept;
@@ -98,7 +100,7 @@ class FifoScheduling {
   int refusal_ = 0;
 };
 
-/// Counters of the system for the calling thread, since its start.
+/// System counters of the calling thread since its start.
 struct ThreadCounts {
   long minor_faults = 0;
   long major_faults = 0;          ///< page faults that read a disk

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Random numbers that are the same on every machine for one seed. The standard defines the bits of
+/// Random numbers that are equal on every machine for one seed. The standard defines the bits of
 /// mt19937_64 but not those of its distributions.
 
 #include <cstdint>
@@ -11,13 +11,13 @@ namespace palpate::device {
 class Seeded {
  public:
   explicit Seeded(std::uint64_t seed) : engine_(seed) {}
-  /// Uniform in [low, high).
+  /// Returns a uniform random number in [low, high).
   double uniform(double low, double high) {
     constexpr double unit = 0x1p-53;
     return low + (high - low) * (static_cast<double>(engine_() >> 11U) * unit);
   }
-  /// Close to normal, mean 0, SD 1: the sum of twelve uniform numbers (Irwin-Hall), without a
-  /// logarithm that another library may round differently.
+  /// Returns an approximately normal random number, mean 0, SD 1: the sum of twelve uniform numbers
+  /// (Irwin-Hall). It avoids a logarithm that libraries may round differently.
   double normal() {
     constexpr int terms = 12;  // each of variance 1/12
     double sum = 0.0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The tick of a haptic loop (read the position, compute the force, send it), and the passivity
-/// observer and controller at the port of the device. The caller decides when a tick occurs.
+/// Tick of a haptic loop (read the position, compute the force, send it), and the passivity
+/// observer and controller at the port of the device. The caller schedules the ticks.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -12,16 +12,18 @@
 
 namespace palpate::device {
 
-/// A force is held from the exchange that carried it to the next one. Without delay a tick has two
-/// exchanges, one that reads and one that writes. With a delay of one tick it has a single
-/// exchange, whose request carries the force for the previous reply; longer delays add whole ticks.
+/// Servo loop with a delay of whole ticks. A force is held from the exchange that sends it to the
+/// next exchange. Without delay a tick has two exchanges, one to read and one to write. With a
+/// delay of one tick it has a single exchange, whose request carries the force for the previous
+/// reply; longer delays add whole ticks.
 class ServoLoop {
  public:
-  /// `delay` in ticks. The device must outlive the loop.
+  /// `delay` is in ticks. The device must outlive the loop.
   ServoLoop(HapticDevice& device, int delay)
       : device_(device), waiting_(static_cast<std::size_t>(delay), Eigen::Vector3d::Zero()) {}
 
-  /// `render(sample)` returns the force on the hand [N] in the frame of the device.
+  /// Executes one tick. `render(sample)` returns the force on the hand [N] in the frame of the
+  /// device.
   template <class Render> DeviceSample tick(Render&& render) noexcept {
     if (waiting_.empty()) {
       const DeviceSample sample = device_.exchange(sent_);
@@ -49,9 +51,9 @@ class ServoLoop {
 // Passivity observer and controller in the time domain (Hannaford & Ryu, IEEE Transactions on
 // Robotics and Automation 18, 2002).
 
-/// Energy that the hand has put into the environment behind a port whose force is held between
-/// samples: the sum of -F_k.(x_{k+1} - x_k), which is exact for held forces. A negative value means
-/// that the environment is active: it has given more energy than it received.
+/// Observer of the energy that the hand has put into the environment behind a port with held
+/// forces: the sum of -F_k.(x_{k+1} - x_k), which is exact. A negative value means that the
+/// environment is active.
 class PassivityObserver {
  public:
   /// Adds a sample at `time` [s]: the grip is at `place` [m], and `force` [N] on the hand was held
@@ -66,9 +68,9 @@ class PassivityObserver {
     }
   }
 
-  [[nodiscard]] double energy() const { return energy_; }      ///< [J]
-  [[nodiscard]] double least() const { return least_; }        ///< never above 0 [J]
-  [[nodiscard]] double least_at() const { return least_at_; }  ///< [s]
+  [[nodiscard]] double energy() const { return energy_; }  ///< [J]
+  [[nodiscard]] double least() const { return least_; }    ///< lowest energy so far, at most 0 [J]
+  [[nodiscard]] double least_at() const { return least_at_; }  ///< time of the lowest energy [s]
   [[nodiscard]] const Eigen::Vector3d& place() const { return place_; }
 
  private:
@@ -79,17 +81,17 @@ class PassivityObserver {
   double least_at_ = 0.0;
 };
 
-/// Adds the damping that dissipates an excess of energy within one tick, limited to the damping
-/// that a held force can provide without adding energy itself.
+/// Controller that adds damping to dissipate an energy excess within one tick. The damping is
+/// limited to the value that a held force can provide without adding energy.
 class PassivityController {
  public:
-  /// `most_viscosity` [N s/m]: half the effective mass of hand and device over the period keeps the
-  /// added damping itself stable.
+  /// `most_viscosity` is the largest added damping [N s/m]. Half the effective mass of hand and
+  /// device divided by the period keeps it stable.
   PassivityController(double period, double most_viscosity)
       : period_(period), most_viscosity_(most_viscosity) {}
 
-  /// The force to send instead of `force` [N] if the energy of the observer is `energy` [J] and the
-  /// grip moves with `velocity` [m/s].
+  /// Returns the force to send instead of `force` [N] for an observed `energy` [J] and a grip
+  /// velocity `velocity` [m/s].
   [[nodiscard]] Eigen::Vector3d limit(double energy, const Eigen::Vector3d& velocity,
                                       const Eigen::Vector3d& force) noexcept;
 

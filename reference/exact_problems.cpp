@@ -17,7 +17,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// The problem itself, or what a LinearProblem was made of.
+/// Returns the problem itself, or the problem that a LinearProblem was made of.
 const Problem& innermost(const Problem& problem) {
   const auto* linear = dynamic_cast<const LinearProblem*>(&problem);
   return linear != nullptr ? innermost(linear->base()) : problem;
@@ -32,7 +32,7 @@ ShapedLoad::Shape shape_of(Profile profile) {
   return ShapedLoad::Shape::constant;
 }
 
-/// A gate before every load: only what is always there acts.
+/// Returns the force before the activation of any load.
 VectorXd force_without_loads(const Problem& problem, const VectorXd& q, const VectorXd& v) {
   VectorXd f(problem.dof());
   problem.force(0.0, -infinity, q, v, f);
@@ -127,7 +127,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// 1 + s^2 (3 - 2 s) and its derivatives with respect to t.
+/// Ramp 1 + s^2 (3 - 2 s) and its derivatives with respect to t.
 struct Ramp {
   double value;
   double first;
@@ -150,7 +150,7 @@ ManufacturedProblem::ManufacturedProblem(const Problem& base, const Manufactured
       frequency_(base.dof()),
       phase_(base.dof()) {
   for (Index i = 0; i < base.dof(); ++i) {
-    // Multiples of the golden ratio: neighbours differ and no two coordinates move alike.
+    // Multiples of the golden ratio, so that the motions of all coordinates differ.
     const double part = std::fmod(static_cast<double>(i) * std::numbers::phi, 1.0);
     amplitude_(i) = motion.amplitude * (0.5 + 0.5 * part);
     frequency_(i) = motion.frequency * (1.0 - 0.5 * part);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The linearised scene: an exactly solvable problem of the same family and size.
+/// Linearised scene: an exactly solvable problem of the same kind and size.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -9,11 +9,13 @@
 
 namespace palpate::reference {
 
-/// Rest positions of a network, 0 for the oscillator, the initial position of anything else.
+/// Returns the rest positions of a network, 0 for the oscillator, or the initial position of any
+/// other problem [m].
 Eigen::VectorXd rest_coordinates(const Problem& problem);
 
-/// M q'' = f(t, r, 0) - K (q - r) - C q', with K and C at rest coordinates r, and everything else
-/// as in `base`, which must outlive it. Linearising it again changes nothing.
+/// Linear problem M q'' = f(t, r, 0) - K (q - r) - C q', with K and C at rest coordinates r.
+/// Everything else is as in `base`, which must outlive it. Linearising a linear problem changes
+/// nothing.
 class LinearProblem final : public Problem {
  public:
   explicit LinearProblem(const Problem& base);
@@ -39,21 +41,22 @@ class LinearProblem final : public Problem {
                 Eigen::SparseMatrix<double>& damping) const override;
   [[nodiscard]] std::vector<double> breaks() const override { return base_->breaks(); }
   [[nodiscard]] double shortest_feature() const override { return base_->shortest_feature(); }
-  /// Kinetic energy + (q - r)^T K (q - r) / 2 - f_0^T (q - r), f_0 the force at rest without loads.
+  /// Returns kinetic energy + (q - r)^T K (q - r) / 2 - f_0^T (q - r) [J], with f_0 the force at
+  /// rest without loads.
   [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
                               const Eigen::Ref<const Eigen::VectorXd>& v) const override;
 
  private:
   const Problem* base_;
   Eigen::VectorXd rest_;
-  Eigen::VectorXd still_;  ///< zero velocity
+  Eigen::VectorXd still_;  ///< vector of zero velocity
   Eigen::VectorXd unloaded_force_;
   Eigen::SparseMatrix<double> stiffness_;
   Eigen::SparseMatrix<double> damping_;
 };
 
-/// A load of known shape: its force is `amplitude` times 1, (t - start) / (end - start),
-/// sin(pi (t - start) / (end - start)), or cos(frequency t), for gates in [start, end).
+/// Load of known shape: its force is `amplitude` times 1, (t - start) / (end - start), sin(pi (t -
+/// start) / (end - start)), or cos(frequency t), for activation times in [start, end).
 struct ShapedLoad {
   enum class Shape { constant, ramp, half_sine, cosine } shape = Shape::constant;
   Eigen::VectorXd amplitude{};  ///< [N] per coordinate
@@ -62,15 +65,15 @@ struct ShapedLoad {
   double frequency = 0.0;       ///< [rad/s], cosine only
 };
 
-/// All that acts on `problem` besides springs and dampers: loads, weight, force at rest.
-/// SolverError for a kind of problem whose loads are not known in closed form.
+/// Returns all forces on `problem` except springs and dampers: loads, weight, force at rest. Throws
+/// SolverError if the loads of this kind of problem have no known closed form.
 std::vector<ShapedLoad> shaped_loads(const LinearProblem& problem);
 
-// A problem whose exact solution is chosen: any Problem, pushed by the force M q*'' - f(t, q*,
-// q*') so that it moves along q*. The method of manufactured solutions, with every spring at work.
+// Problem with a chosen exact solution (method of manufactured solutions): the additional force M
+// q*'' - f(t, q*, q*') makes any Problem move along q*, with every spring active.
 
-/// q*_i(t) = q_i(0) + A_i (1 + s^2 (3 - 2 s)) sin(w_i t + phi_i), s = t / duration; A_i, w_i and
-/// phi_i vary from coordinate to coordinate around these.
+/// Manufactured motion q*_i(t) = q_i(0) + A_i (1 + s^2 (3 - 2 s)) sin(w_i t + phi_i), s = t /
+/// duration. A_i, w_i and phi_i vary between coordinates around these values.
 struct ManufacturedMotion {
   double amplitude = 1e-3;   ///< [m]
   double frequency = 100.0;  ///< [rad/s]
@@ -79,7 +82,7 @@ struct ManufacturedMotion {
 
 class ManufacturedProblem final : public Problem {
  public:
-  /// `base` must outlive it. Its loads cancel.
+  /// `base` must outlive this object. Its loads cancel.
   ManufacturedProblem(const Problem& base, const ManufacturedMotion& motion);
 
   [[nodiscard]] Eigen::VectorXd exact_position(double t) const;      ///< q*(t) [m]

@@ -73,7 +73,7 @@ class GslDriver final : public Integrator {
     return GSL_EBADFUNC;  // ends the integration; any other value only shortens the step
   }
 
-  /// Row-major df/dy. df/dt is left zero: neither method used here reads it.
+  /// Computes df/dy, row-major. df/dt is zero, because neither method used here reads it.
   static int jacobian(double, const double* y, double* dfdy, double* dfdt, void* driver) {
     auto& self = *static_cast<GslDriver*>(driver);
     try {
@@ -104,7 +104,7 @@ class GslDriver final : public Integrator {
   const gsl_odeiv2_step_type* type_;
   double relative_;
   FirstOrderSystem system_;
-  std::optional<FirstOrderJacobian> jacobian_;  ///< made when first asked for
+  std::optional<FirstOrderJacobian> jacobian_;  ///< created at first use
   gsl_odeiv2_system equations_;
   std::vector<double> state_;
   std::vector<double> scale_;

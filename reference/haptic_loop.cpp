@@ -15,7 +15,8 @@ namespace palpate::reference {
 
 namespace {
 
-/// Coefficients of the characteristic polynomial, highest power first, in extended precision.
+/// Returns the coefficients of the characteristic polynomial, highest power first, in extended
+/// precision.
 std::vector<long double> characteristic(const WallLoop& loop, double stiffness) {
   const long double b = loop.viscosity;
   const long double period = loop.period;
@@ -53,7 +54,7 @@ double largest_root(const WallLoop& loop, double stiffness) {
 }
 
 double critical_stiffness(const WallLoop& loop) {
-  // Without a wall the root at 1 is that of standing still: any small K must bring it inside.
+  // Without a wall the root at 1 is the rigid motion; any small K must move it inside.
   double low = 1e-9 * loop.viscosity / loop.period;
   if (!(largest_root(loop, low) < 1.0)) { return 0.0; }
   double high = low;
@@ -83,7 +84,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// theta1 of one leg while the grip moves from `place` with `velocity`, without acceleration.
+/// Returns theta1 of one leg while the grip moves from `place` [m] with constant `velocity` [m/s].
 Taylor arm_angle(const LegLengths& legs, double azimuth, const Vector3d& place,
                  const Vector3d& velocity) {
   const double c = std::cos(azimuth);
@@ -104,7 +105,7 @@ Taylor arm_angle(const LegLengths& legs, double azimuth, const Vector3d& place,
 
 struct Arms {
   Matrix3d slope{};      ///< d(theta1)/d(place) [rad/m]
-  Vector3d curvature{};  ///< theta1'' of the motion without acceleration [rad/s^2]
+  Vector3d curvature{};  ///< theta1'' at constant velocity of the grip [rad/s^2]
 };
 
 Arms arms_of(const LegLengths& legs, const Vector3d& place, const Vector3d& velocity) {
@@ -119,8 +120,8 @@ Arms arms_of(const LegLengths& legs, const Vector3d& place, const Vector3d& velo
   return arms;
 }
 
-/// Grip and network from one tick to the next. The grip's coordinates have a mass of one, so that
-/// their force is their acceleration.
+/// Grip and network between two ticks. The coordinates of the grip have unit mass, so that their
+/// force is their acceleration.
 class BetweenTicks final : public Problem {
  public:
   BetweenTicks(const HeldTool& held, const SpringNetwork& network)
@@ -175,7 +176,8 @@ class BetweenTicks final : public Problem {
                    held_.coupling_viscosity * (handle_velocity_ - v(3 + tip_));
   }
 
-  /// At a tick: the place that is read, the force that follows, the torques for the force sent.
+  /// Samples a tick: reads the position, computes the force, and sets the torques of the force
+  /// sent.
   Vector3d sample(bool first) {
     const Vector3d place = grip();
     const Vector3d velocity =

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// When a sampled virtual wall is stable, and when passive: mass m and viscosity b behind a
-/// zero-order hold of period T, a wall K with a backward difference B, computed `delay` ticks late.
+/// Stability and passivity of a sampled virtual wall: mass m and viscosity b behind a zero-order
+/// hold of period T, a wall K with a backward difference B, computed `delay` ticks late.
 
 #include <Eigen/Core>
 #include <array>
@@ -18,7 +18,7 @@ struct WallLoop {
   double mass = 0.1;       ///< m of device and hand [kg]
   double viscosity = 0.5;  ///< b of device and hand [N s/m]
   double damping = 0.0;    ///< B of the wall [N s/m]
-  int delay = 0;           ///< whole ticks from a position to the force that it leads to
+  int delay = 0;           ///< whole ticks from a position to the resulting force
   double period = 1e-3;    ///< T [s]
 };
 
@@ -28,22 +28,23 @@ struct WallLoop {
 /// the exact z transform of the held plant with the wall; stable where it is below 1.
 double largest_root(const WallLoop& loop, double stiffness);
 
-/// The stiffness K [N/m] above which the loop is unstable, to 1e-12 of itself. 0 where no stiffness
-/// is stable.
+/// Returns the stiffness K [N/m] above which the loop is unstable, with a relative error of 1e-12,
+/// or 0 if no stiffness is stable.
 double critical_stiffness(const WallLoop& loop);
 
-/// Colgate & Schenkel (1997): passive for K < 2 (b - |B|) / T, no delay; below 0: none is.
+/// Returns the limit of passive stiffness [N/m] by Colgate & Schenkel (1997), K < 2 (b - |B|) / T,
+/// without delay; a negative value means that no stiffness is passive.
 double passive_stiffness(const WallLoop& loop);
 
-/// Gil, Avello, Rubio & Florez (2004), Hulin et al. (2014), small damping: K < (b + B) / (T / 2 + d
-/// T).
+/// Returns the stability limit [N/m] for small damping by Gil, Avello, Rubio & Florez (2004) and
+/// Hulin et al. (2014): K < (b + B) / (T / 2 + d T).
 double linear_rule(const WallLoop& loop);
 
-/// Abbott & Okamura (2005), encoder step D [m] and Coulomb friction f [N]: K <= min(2 b / T, 2 f /
-/// D).
+/// Returns the limit [N/m] by Abbott & Okamura (2005) for an encoder step D [m] and Coulomb
+/// friction f [N]: K <= min(2 b / T, 2 f / D).
 double quantised_stiffness(const WallLoop& loop, double encoder_step, double coulomb_friction);
 
-// Value and first two derivatives over one parameter, carried through formulas exactly.
+// Value and first two derivatives with respect to one parameter (exact automatic differentiation).
 
 struct Taylor {
   double value = 0.0;
@@ -63,7 +64,7 @@ inline Taylor operator*(Taylor a, Taylor b) {
   return {a.value * b.value, a.first * b.value + a.value * b.first,
           a.second * b.value + 2.0 * a.first * b.first + a.value * b.second};
 }
-/// g(a) from g, g' and g'' at a's value.
+/// Returns g(a) from g, g' and g'' at the value of a.
 inline Taylor chain(Taylor a, double g, double slope, double curvature) {
   return {g, slope * a.first, slope * a.second + curvature * a.first * a.first};
 }
@@ -79,9 +80,9 @@ inline Taylor acos(Taylor a) {
   const double w = 1.0 - a.value * a.value;
   return chain(a, std::acos(a.value), -1.0 / std::sqrt(w), -a.value / (w * std::sqrt(w)));
 }
-/// Angle of the point (x, y) from the x axis, x > 0 or y > 0.
+/// Returns the angle of the point (x, y) from the x axis, for x > 0 or y > 0 [rad].
 inline Taylor angle(Taylor y, Taylor x) {
-  // d atan2 = (x dy - y dx) / r^2, and once more.
+  // d atan2 = (x dy - y dx) / r^2, and its derivative.
   const double r2 = x.value * x.value + y.value * y.value;
   const double turn = x.value * y.first - y.value * x.first;
   const double first = turn / r2;
@@ -90,11 +91,11 @@ inline Taylor angle(Taylor y, Taylor x) {
   return {std::atan2(y.value, x.value), first, (turn_first - first * r2_first) / r2};
 }
 
-// A hand that holds a tool through a three-legged haptic device and a sampled coupling, between
-// ticks integrated continuously (model/EQUATIONS.md, "Haptic loop"): CVODE for hand, mechanism and
-// tissue at once. The mechanism's kinematics are written a second time here.
+// Tool held by a hand through a three-legged haptic device and a sampled coupling
+// (model/EQUATIONS.md, "Haptic loop"). Between ticks CVODE integrates hand, mechanism and tissue
+// together. The kinematics of the mechanism are implemented independently here.
 
-/// Legs of arm and shin (R. E. Stamper, PhD thesis, University of Maryland 1997): frame x right, y
+/// Lengths of the legs (R. E. Stamper, PhD thesis, University of Maryland 1997). Frame: x right, y
 /// up, z toward the user.
 struct LegLengths {
   double arm = 0.0;                 ///< a [m]
@@ -108,30 +109,30 @@ struct LegLengths {
 
 struct HeldTool {
   LegLengths legs{};
-  double grip_mass = 0.0;                  ///< effector, hand and what is mounted [kg]
+  double grip_mass = 0.0;                  ///< effector, hand and mounted tool [kg]
   double arm_inertia = 0.0;                ///< of each leg [kg m^2]
-  double hand_stiffness = 0.0;             ///< to the intent [N/m]
+  double hand_stiffness = 0.0;             ///< to the intended position [N/m]
   double hand_viscosity = 0.0;             ///< [N s/m]
   double motor_lag = 0.0;                  ///< time constant of the torques [s]
   double coupling_stiffness = 0.0;         ///< [N/m]
   double coupling_viscosity = 0.0;         ///< [N s/m]
-  double tool_mass = 0.0;                  ///< added to node 0, to which the tip sticks [kg]
-  double period = 1e-3;                    ///< of the loop [s]
+  double tool_mass = 0.0;                  ///< added to node 0, to which the tip is attached [kg]
+  double period = 1e-3;                    ///< period of the loop [s]
   int delay = 0;                           ///< 0 or more whole ticks
-  Eigen::Vector3d start{0.0, 0.0, 0.125};  ///< of the grip, at rest [m]
-  /// Where the hand wants the grip at a time [s]: place [m] and velocity [m/s].
+  Eigen::Vector3d start{0.0, 0.0, 0.125};  ///< position of the grip at rest [m]
+  /// Intended motion of the grip at a time [s]: position [m] and velocity [m/s].
   std::function<void(double time, Eigen::Vector3d& place, Eigen::Vector3d& velocity)> intent{};
 };
 
 struct HeldToolMotion {
   std::vector<double> time{};            ///< ticks [s]
   std::vector<Eigen::Vector3d> grip{};   ///< [m]
-  std::vector<double> place{};           ///< of the tool, z of node 0 [m]
-  std::vector<Eigen::Vector3d> force{};  ///< asked of the device in the tick that begins there [N]
+  std::vector<double> place{};           ///< position of the tool, z of node 0 [m]
+  std::vector<Eigen::Vector3d> force{};  ///< sent to the device, computed in this tick [N]
 };
 
-/// `ticks` periods. The tool is stuck to node 0 of `network`, moves along z, which is the device's
-/// -z, and begins where that node rests. Throws SolverError.
+/// Integrates `ticks` periods. The tool is attached to node 0 of `network`, moves along z, which is
+/// the device's -z, and starts at the rest position of that node. Throws SolverError.
 HeldToolMotion solve_held_tool(const HeldTool& held, const SpringNetwork& network, long ticks,
                                const Tolerance& tolerance);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// CVODE over y of Mechanics, restarted at every event. Private to reference/insertion*.cpp.
+/// CVODE integrator over y of Mechanics, restarted at every event. Private to
+/// reference/insertion*.cpp.
 
 #include "reference/insertion.hpp"
 
@@ -20,7 +21,8 @@
 
 namespace palpate::reference::insertion {
 
-/// Adams-Moulton up to order 12 with functional iteration. SolverError naming the library's flag.
+/// Adams-Moulton up to order 12 with functional iteration. Throws SolverError with the library's
+/// flag.
 class Flow {
  public:
   Flow(Mechanics& mechanics, const Tolerance& tolerance, const InsertionOptions& options);
@@ -28,9 +30,9 @@ class Flow {
   Flow& operator=(const Flow&) = delete;
   ~Flow();
 
-  /// From y at `time` on, in one mode, never beyond `stop` [s].
+  /// Restarts from y at `time` in one mode; never integrates beyond `stop` [s].
   void restart(double time, double stop, const Mode& mode, const Eigen::VectorXd& y);
-  /// Goes on to `goal` [s] or to the first event before it; returns what happened.
+  /// Integrates to `goal` [s] or to the first event before it; returns the events.
   std::set<Root> advance(double goal, Eigen::VectorXd& y);
   [[nodiscard]] double time() const { return time_; }
   [[nodiscard]] long steps() const { return steps_ + steps_since_restart(); }
@@ -56,7 +58,7 @@ class Flow {
   double time_ = 0.0;
   long steps_ = 0;
   std::string complaint_;  ///< last message of the library
-  std::string cause_;      ///< why a callback refused
+  std::string cause_;      ///< reason of a failure in a callback
 };
 
 }  // namespace palpate::reference::insertion
@@ -104,7 +106,7 @@ InsertionInstant instant_of(double time, const VectorXd& y, const Transitions& t
   return out;
 }
 
-/// Instants where the hand's motion or a load has a kink, from 0 to `end`, `end` included.
+/// Returns the instants at which the hand's motion or a load has a kink, from 0 to `end` inclusive.
 std::vector<double> stops_until(double end, const std::vector<HandPiece>& hand,
                                 const std::vector<double>& loads) {
   std::vector<double> stops{0.0, end};
@@ -112,7 +114,7 @@ std::vector<double> stops_until(double end, const std::vector<HandPiece>& hand,
   stops.insert(stops.end(), loads.begin(), loads.end());
   std::ranges::sort(stops);
   std::erase_if(stops, [end](double t) { return t > end; });
-  // Two stops closer than this cannot be told apart by a solver that adds steps up.
+  // A solver cannot distinguish stops that are closer than this.
   const auto same = [end](double a, double b) { return b - a <= 1e-13 * end; };
   stops.erase(std::unique(stops.begin(), stops.end(), same), stops.end());
   return stops;
@@ -130,7 +132,7 @@ void check_times(const std::vector<double>& times) {
   }
 }
 
-/// One insertion from 0 to the last requested time.
+/// Solution of one insertion from 0 to the last requested time.
 class Run {
  public:
   Run(const Scene& scene, const SpringNetwork& network, const std::vector<double>& times,
@@ -154,7 +156,7 @@ class Run {
       if (n == 0) { record(); }
       go_through(stops[n], stops[n + 1]);
     }
-    if (instants_.empty()) {  // 0 s alone was asked for
+    if (instants_.empty()) {  // only 0 s was requested
       transitions_.begin_piece(0.0, piece_at(hand, 0.0), 0.0, y_);
       record();
     }
@@ -181,7 +183,7 @@ class Run {
     while (stop - flow_.time() > apart_) {
       const double goal =
           instants_.size() < times_.size() ? std::min(times_[instants_.size()], stop) : stop;
-      // An event may lie so near to an instant that no step leads from one to the other.
+      // An event may be too near to an instant for a step between them.
       const bool there = goal - flow_.time() <= apart_;
       const std::set<Root> fired = there ? std::set<Root>{} : flow_.advance(goal, y_);
       if (!fired.empty()) {
@@ -197,7 +199,7 @@ class Run {
   }
 
   const std::vector<double>& times_;
-  double apart_ = 0.0;  ///< [s] closer instants are one
+  double apart_ = 0.0;  ///< instants closer than this are merged [s]
   Mechanics mechanics_;
   Transitions transitions_;
   Flow flow_;
@@ -263,11 +265,12 @@ void Flow::restart(double time, double stop, const Mode& mode, const VectorXd& y
   check(CVodeReInit(memory_, time, state_.get()), "CVodeReInit");
   set_roots(y);
   check(CVodeSetStopTime(memory_, stop), "CVodeSetStopTime");
-  // Without it, a right-hand side that fails is approached by ten million steps of no length.
+  // Without a minimum step, a failing right-hand side leads to millions of steps of length zero.
   check(CVodeSetMinStep(memory_, 1e-14 * stop), "CVodeSetMinStep");
 }
 
-/// The mode lasts while they are positive, so only the way down through zero is an event.
+/// Sets the root functions. They are positive while the mode lasts, so only a downward zero
+/// crossing is an event.
 void Flow::set_roots(const VectorXd& y) {
   names_.clear();
   for (const RootValue& root : roots_of(time_, mode_, y, mechanics_)) {
@@ -303,7 +306,7 @@ void Flow::set_tolerance(const Tolerance& tolerance) {
   absolute.segment(n, n).setConstant(tolerance.relative * tolerance.velocity_scale);
   absolute(mechanics_.place()) = tolerance.relative * tolerance.position_scale;
   absolute(mechanics_.speed()) = tolerance.relative * tolerance.velocity_scale;
-  constexpr double energy_scale = 1e-2;  // [J] of some newtons over some millimetres
+  constexpr double energy_scale = 1e-2;  // work of some newtons over some millimetres [J]
   absolute.tail<4>().setConstant(tolerance.relative * energy_scale);
 }
 
@@ -345,7 +348,7 @@ int Flow::roots(realtype t, N_Vector y, realtype* values, void* flow) {
 }
 
 void Flow::complain(int code, const char*, const char* function, char* message, void* flow) {
-  if (code >= 0) { return; }  // a warning; what matters is checked
+  if (code >= 0) { return; }  // a warning; results are checked separately
   static_cast<Flow*>(flow)->complaint_ = std::string(function) + ": " + message;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A tool in a tissue as a hybrid differential equation (model/EQUATIONS.md, "Needle tip", "Shaft
-/// friction", "Lateral lock", "Tool forces"): smooth between events, CVODE's roots at events.
-/// It shares nothing with the model's stepping or its needle.
+/// Insertion of a tool into a tissue as a hybrid differential equation, smooth between events
+/// (model/EQUATIONS.md, "Needle tip", "Shaft friction", "Lateral lock", "Tool forces"). CVODE
+/// locates events by root finding. It shares no code with the model's integration or its needle.
 
 #include <Eigen/Core>
 #include <string>
@@ -16,13 +16,13 @@ namespace palpate::reference {
 struct InsertionEvent {
   enum class Kind {
     contact,             ///< the tip reaches the skin
-    puncture,            ///< of a layer, the first time
-    loss_of_resistance,  ///< the same, of the epidural space
-    dural_puncture,      ///< the same, of dura
+    puncture,            ///< first puncture of a layer
+    loss_of_resistance,  ///< first puncture of the epidural space
+    dural_puncture,      ///< first puncture of dura
     cut_resumed,         ///< cutting again in a layer that was punctured before
     stopped,             ///< the cutting tip sticks
     released,            ///< the stuck tip leaves the end of its track
-    returned,            ///< it meets the end of its track again
+    returned,            ///< the tip reaches the end of its track again
     withdrawn,           ///< the tip leaves the skin
     knot_passed,
     knot_let_go,
@@ -33,23 +33,24 @@ struct InsertionEvent {
   };
   Kind kind = Kind::contact;
   double time = 0.0;   ///< [s]
-  double place = 0.0;  ///< s of the tip [m]
+  double place = 0.0;  ///< position s of the tip [m]
   double depth = 0.0;  ///< xi of the tip in undeformed tissue [m]
   std::string layer{};
 };
 
-/// Where energy went since t = 0 [J]. Of a scene without loads:
-/// stored(t) + dampers + friction + cutting + impacts = stored(0) + hand.
+/// Energy balance since t = 0 [J]. Without loads: stored(t) + dampers + friction + cutting +
+/// impacts = stored(0) + hand.
 struct InsertionEnergy {
   double hand = 0.0;      ///< work of the hand
   double dampers = 0.0;   ///< only with InsertionOptions::Account::energy
   double friction = 0.0;  ///< of the shaft
   double cutting = 0.0;
-  double impacts = 0.0;  ///< of tip, knots that are locked, and bone
+  double impacts = 0.0;  ///< of tip, locked contact points, and bone
   double stored = 0.0;   ///< in tissue, tool and grip: elastic, kinetic, potential
 };
 
-/// Forces along n on the needle, against its insertion (Eq. 2).
+/// State and forces at one instant. Forces are on the needle along n, against its insertion (Eq.
+/// 2).
 struct InsertionInstant {
   double time = 0.0;       ///< [s]
   double place = 0.0;      ///< s [m]
@@ -68,11 +69,11 @@ struct InsertionInstant {
 };
 
 struct InsertionOptions {
-  enum class Account { forces, energy } account = Account::forces;  ///< energy: half as fast
-  /// What a jump of the tool's speed does to a shaft that sticks. Its force is bounded, so that it
-  /// slips; `plastic` gives it an impulse as the stuck tip gets one.
+  enum class Account { forces, energy } account = Account::forces;  ///< energy halves the speed
+  /// Response of a sticking shaft to a jump of the tool's speed. With `slips` its force is bounded,
+  /// so that it slips; with `plastic` it receives an impulse like the stuck tip.
   enum class ShaftImpact { slips, plastic } shaft_impact = ShaftImpact::slips;
-  double longest_step = 1e-3;  ///< [s] between looks for an event
+  double longest_step = 1e-3;  ///< largest step between event checks [s]
   long event_limit = 200'000;
 };
 
@@ -83,13 +84,14 @@ struct Insertion {
   long steps = 0;
   long evaluations = 0;
   double seconds = 0.0;        ///< wall time
-  double largest_drift = 0.0;  ///< of a constraint's place between two restarts [m]
-  double largest_slip = 0.0;   ///< of a constraint's velocity between two restarts [m/s]
+  double largest_drift = 0.0;  ///< largest position error of a constraint between two restarts [m]
+  double largest_slip = 0.0;  ///< largest velocity error of a constraint between two restarts [m/s]
 };
 
-/// times: ascending from 0. At an event or a jump an instant shows what was just before it; at 0
-/// what is just after. Soft tissue only (functional iteration). SolverError when CVODE fails, when
-/// the tool begins inside the tissue, when modes do not settle, or at more than event_limit events.
+/// Solves an insertion. `times` [s] ascend from 0. At an event or a jump, an instant holds the
+/// state just before it; at 0, the state just after. For soft tissue only (functional iteration).
+/// Throws SolverError if CVODE fails, if the tool begins inside the tissue, if modes do not settle,
+/// or at more than event_limit events.
 Insertion solve_insertion(const Scene& scene, const SpringNetwork& network,
                           const std::vector<double>& times, const Tolerance& tolerance,
                           const InsertionOptions& options = {});

@@ -12,7 +12,7 @@ namespace {
 
 using Pieces = std::vector<HandPiece>;
 
-/// A piece that begins where another one begins takes its place.
+/// Adds a segment; it replaces a segment with the same start.
 void add(Pieces& pieces, const HandPiece& piece) {
   if (!pieces.empty() && pieces.back().start >= piece.start) { pieces.pop_back(); }
   pieces.push_back(piece);
@@ -157,7 +157,7 @@ void Mechanics::add_shaft(const Mode& mode, Contact& contact) const {
   if (mode.tip == Tip::outside) { return; }
   contact.shaft_weights = track_.friction_shares(mode.segment, mode.interval, contact.depth);
   contact.capacity = contact.shaft_weights.sum();
-  constexpr double no_friction = 1e-14;  // [N] of a shaft that has just entered
+  constexpr double no_friction = 1e-14;  // of a shaft that has just entered [N]
   if (std::abs(contact.capacity) < no_friction) {
     contact.capacity = 0.0;
     contact.shaft_weights = contact.tip_weights;
@@ -196,7 +196,7 @@ Contact Mechanics::kinematics(const Mode& mode, const VectorXd& y) const {
   return contact;
 }
 
-/// T and F_f from the rates of both slips without them.
+/// Computes T and F_f from the slip rates in their absence.
 void Mechanics::solve_forces(const Mode& mode, double slip_rate, double shaft_rate,
                              Contact& c) const {
   const bool sticks = mode.shaft == Shaft::sticks && mode.tip != Tip::outside;
@@ -219,7 +219,7 @@ void Mechanics::solve_forces(const Mode& mode, double slip_rate, double shaft_ra
   c.tool_acceleration -= tool_mobility(mode) * (c.tip_force + c.shaft_force);
 }
 
-/// Accelerations in dy_ without tool, but with passed knots held across n.
+/// Computes accelerations in dy_ without the tool, with passed contact points held across n.
 void Mechanics::free_acceleration(double time, const Mode& mode, const VectorXd& y,
                                   Contact& contact) {
   const Index n = dof();
@@ -238,7 +238,8 @@ void Mechanics::free_acceleration(double time, const Mode& mode, const VectorXd&
   }
 }
 
-/// How fast l_k / L changes: with this times (h_k - l_k / L) [1/s], as the tip moves in the tissue.
+/// Returns the factor of (h_k - l_k / L) in the rate of l_k / L due to motion of the tip in the
+/// tissue [1/s].
 double Mechanics::share_rate(const Mode& mode, const Contact& contact, const VectorXd& y) const {
   const bool moves = mode.tip == Tip::cutting || mode.tip == Tip::in_track;
   if (!moves || contact.capacity == 0.0) { return 0.0; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the hand does over time, as straight pieces: its place [m] under a prescribed trajectory,
-/// its force [N] otherwise (model/problem/scene.hpp, Drive). Written for the references alone.
+/// Motion of the hand as linear segments: position [m] under a prescribed trajectory, else force
+/// [N] (model/problem/scene.hpp, Drive). Only the references use it.
 
 #include <Eigen/Core>
 #include <vector>
@@ -14,43 +14,43 @@
 namespace palpate::reference {
 
 struct HandPiece {
-  double start = 0.0;  ///< [s]; the piece lasts until the next one starts
+  double start = 0.0;  ///< start of the segment, which lasts until the next one starts [s]
   double value = 0.0;  ///< at the start [m] or [N]
   double rate = 0.0;   ///< [m/s] or [N/s]
 
   [[nodiscard]] double at(double time) const { return value + rate * (time - start); }
 };
 
-/// Pieces from t = 0 to `end` at least, starts ascending, rates or values differing.
+/// Returns the segments from t = 0 to at least `end` [s], in ascending order, with different rates
+/// or values.
 std::vector<HandPiece> hand_motion(const Drive& drive, double end);
 
 }  // namespace palpate::reference
 
 namespace palpate::reference::insertion {
 
-// Between two events: constraints eliminated at the level of accelerations. Private to
-// reference/insertion*.cpp.
-//   y = [u; v; s; s'; work of the hand; loss in dampers, friction, cutting]
-// u = q - q(0) of the free nodes. Along n the tip feels T and the shaft F_f; knots are orthogonal
-// in M^-1, so the lateral lock never mixes with either.
+// Equation of motion between two events, with constraints eliminated at the level of accelerations.
+// Private to reference/insertion*.cpp. y = [u; v; s; s'; work of the hand; loss in dampers,
+// friction, cutting], u = q - q(0) of the free nodes. Along n the tip receives T and the shaft F_f.
+// Contact points are orthogonal in M^-1, so the lateral lock is independent of both.
 
 enum class Tip { outside, stuck, cutting, in_track };
-enum class Shaft { sticks, forward, backward };  ///< which way it slips through the tissue
-enum class Support { hand, bone };               ///< what decides the tool's place
+enum class Shaft { sticks, forward, backward };  ///< direction of slip through the tissue
+enum class Support { hand, bone };               ///< determines the position of the tool
 
 struct Mode {
   Tip tip = Tip::outside;
   Shaft shaft = Shaft::forward;
   Support support = Support::hand;
-  std::size_t segment = 0;   ///< of the tip: knots segment and segment + 1
-  std::size_t interval = 0;  ///< of the tip; while it is stuck the one that it would cut
+  std::size_t segment = 0;   ///< segment of the tip, between contact points segment and segment + 1
+  std::size_t interval = 0;  ///< interval of the tip; for a stuck tip, the one to be cut next
   double cut = 0.0;          ///< d [m] unless the tip cuts
   HandPiece hand{};
-  double gate = 0.0;                         ///< [s] which decides what loads are on
-  std::vector<Eigen::Vector3d> locked_at{};  ///< displacement across n of knots 0, 1, ...
+  double gate = 0.0;                         ///< activation time that selects the active loads [s]
+  std::vector<Eigen::Vector3d> locked_at{};  ///< displacement across n of contact points 0, 1, ...
 };
 
-/// All that a mode needs to know at one instant.
+/// Contact quantities of a mode at one instant.
 struct Contact {
   double depth = 0.0;                      ///< xi of the tip [m]
   double slip = 0.0;                       ///< s' - V(xi) [m/s]
@@ -58,18 +58,19 @@ struct Contact {
   double capacity = 0.0;                   ///< L [N]
   double tip_force = 0.0;                  ///< T [N]
   double shaft_force = 0.0;                ///< F_f [N]
-  double bone_force = 0.0;                 ///< [N] on a tool that the hand presses on bone
+  double bone_force = 0.0;                 ///< force on a tool that the hand presses on bone [N]
   double tool_acceleration = 0.0;          ///< s'' [m/s^2]
   double slip_rate = 0.0;                  ///< d/dt slip at a fixed depth [m/s^2]
   double shaft_slip_rate = 0.0;            ///< W' [m/s^2]
-  double tip_mobility = 0.0;               ///< A_tt [1/kg], the tool's included
+  double tip_mobility = 0.0;               ///< A_tt, including the tool [1/kg]
   double shaft_mobility = 0.0;             ///< A_ss [1/kg]
   double mixed_mobility = 0.0;             ///< A_ts [1/kg]
   Eigen::VectorXd tip_weights{};           ///< h_k at the tip [1]
   Eigen::VectorXd shaft_weights{};         ///< l_k / L [1]
-  Eigen::Vector3d lateral{0.0, 0.0, 0.0};  ///< on the needle [N]
+  Eigen::Vector3d lateral{0.0, 0.0, 0.0};  ///< force on the needle [N]
 
-  /// Below this the stuck tip and the shaft are one constraint.
+  /// Returns true if the stuck tip and the shaft are one constraint: their
+  /// common mobility matrix is numerically singular.
   [[nodiscard]] bool shaft_is_tip() const {
     return tip_mobility * shaft_mobility - mixed_mobility * mixed_mobility <
            1e-6 * tip_mobility * shaft_mobility;
@@ -91,24 +92,25 @@ class Mechanics {
   [[nodiscard]] Eigen::Index speed() const { return 2 * dof() + 1; }  ///< index of s'
   [[nodiscard]] Eigen::Index work() const { return 2 * dof() + 2; }   ///< index of the hand's work
   [[nodiscard]] double tool_mass() const { return tool_mass_; }       ///< [kg]; by force only
-  /// 1/m, and 0 where the tool's motion is given.
+  /// Returns 1/m [1/kg], or 0 if the motion of the tool is prescribed.
   [[nodiscard]] double tool_mobility(const Mode& mode) const;
   [[nodiscard]] double mobility(std::size_t knot) const { return mobility_[knot]; }  ///< G_k
-  /// Slips below this are errors of the integration [m/s].
+  /// Slip velocity below which a slip is an integration error [m/s].
   [[nodiscard]] double slip_error() const { return slip_error_; }
   [[nodiscard]] long evaluations() const { return evaluations_; }
 
-  /// Depth, slips and weights; no forces.
+  /// Computes depth, slips and weights without forces.
   [[nodiscard]] Contact kinematics(const Mode& mode, const Eigen::VectorXd& y) const;
-  /// The same with forces; dy as well where it is given.
+  /// Computes the contact with forces, and dy if it is not null.
   Contact evaluate(double time, const Mode& mode, const Eigen::VectorXd& y, Eigen::VectorXd* dy);
 
-  /// Displacement or velocity of a knot: `from` is the first index of u or v in y.
+  /// Returns the displacement or velocity of a contact point: `from` is the first index of u or v
+  /// in y.
   [[nodiscard]] Eigen::Vector3d knot_mean(std::size_t knot, const Eigen::VectorXd& y,
                                           Eigen::Index from) const;
-  /// U_k [m]
+  /// Returns the displacement U_k of a contact point along n [m].
   [[nodiscard]] double knot_displacement(std::size_t knot, const Eigen::VectorXd& y) const;
-  /// Adds w_i / m_i times an impulse, force, ... on a knot to the nodes at `from` of y.
+  /// Adds an impulse or force on a contact point, times w_i / m_i, to the nodes at `from` of y.
   void push_knot(std::size_t knot, const Eigen::Vector3d& impulse, Eigen::VectorXd& y,
                  Eigen::Index from) const;
   [[nodiscard]] double stored_energy(double time, const Mode& mode, const Eigen::VectorXd& y) const;
@@ -136,8 +138,8 @@ class Mechanics {
   double tool_mass_ = 0.0;
   Eigen::VectorXd origin_;
   Eigen::VectorXd inverse_mass_;
-  std::vector<std::vector<FreeNode>> supports_;  ///< free nodes of each knot
-  std::vector<Eigen::Vector3d> offset_;          ///< displacement of knots at t = 0 [m]
+  std::vector<std::vector<FreeNode>> supports_;  ///< free nodes of each contact point
+  std::vector<Eigen::Vector3d> offset_;  ///< displacement of the contact points at t = 0 [m]
   std::vector<double> mobility_;
   long evaluations_ = 0;
   Eigen::VectorXd position_, velocity_, force_, dy_, still_;

@@ -20,7 +20,7 @@ Kind first_cut(TissueRole role) {
 
 namespace {
 
-/// Impulses at tip and shaft [N s] that end their slips.
+/// Returns the impulses at tip and shaft [N s] that stop their slips.
 Eigen::Vector2d impulses(const Contact& now, bool tip, bool shaft) {
   if (tip && shaft) {
     const double gram =
@@ -161,7 +161,8 @@ void Transitions::arrive(double time, const std::set<Root>& fired, VectorXd& y) 
   strike(y);
 }
 
-/// The least impulse that makes the stuck tip, and the shaft where it is to, move with the tissue.
+/// Applies the smallest impulse that makes the stuck tip, and the shaft if it sticks, move with the
+/// tissue.
 void Transitions::strike(VectorXd& y) {
   const Contact now = mechanics_.kinematics(mode_, y);
   const bool tip = mode_.tip == Tip::stuck && now.slip > still_ && now.tip_mobility > 0.0;
@@ -205,7 +206,7 @@ double Transitions::tip_drift(const Contact& now, const VectorXd& y) const {
   return y(mechanics_.place()) - place;
 }
 
-/// How well accelerations alone have kept the velocities of the constraints.
+/// Records the velocity error of the constraints, which are enforced at the level of accelerations.
 void Transitions::note_slip(const VectorXd& y) {
   const Contact now = mechanics_.kinematics(mode_, y);
   const bool tip = mode_.tip == Tip::stuck;
@@ -265,7 +266,7 @@ Tip Transitions::receding() const {
   return mode_.cut > mechanics_.track().entry() + 2.0 * band ? Tip::in_track : Tip::outside;
 }
 
-/// Modes of the tip that its velocity leaves open, the first of equals first.
+/// Returns the modes of the tip that its velocity permits; among equal ones the first is preferred.
 std::vector<Tip> Transitions::tips(const std::set<Root>& fired, const Contact& now) const {
   const double strength = mechanics_.track().intervals[mode_.interval].cutting_force;
   const bool cutting = mode_.tip == Tip::cutting;
@@ -301,7 +302,7 @@ std::vector<Shaft> Transitions::shafts(const std::set<Root>& fired, const Mode& 
 
 namespace {
 
-/// How much a mode of the tip breaks its own condition [m/s^2].
+/// Returns the violation of the condition of a tip mode [m/s^2].
 double tip_violation(Tip tip, const Contact& now, double strength) {
   switch (tip) {
     case Tip::stuck:
@@ -327,8 +328,8 @@ double shaft_violation(Shaft shaft, const Contact& now) {
 
 }  // namespace
 
-/// Where velocities leave it open, the mode whose forces and accelerations keep its own conditions:
-/// there is exactly one up to equals, because the Gram matrix is positive definite.
+/// Selects, among the modes that velocities permit, the one whose forces and accelerations satisfy
+/// its own conditions. It is unique up to ties, because the Gram matrix is positive definite.
 void Transitions::decide(double time, const std::set<Root>& fired, VectorXd& y) {
   if (mode_.tip == Tip::outside) {
     mode_.shaft = Shaft::forward;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// At an event: which mode comes next, and what impulse that takes. Private to
-/// reference/insertion*.cpp.
+/// Mode and impulse after an event. Private to reference/insertion*.cpp.
 
 #include <set>
 #include <vector>
@@ -10,8 +9,8 @@
 
 namespace palpate::reference::insertion {
 
-/// Distances and slips get a band, so that a function which has just been zero starts positive
-/// whatever its rounding (slips: Mechanics::slip_error); so do the bounds of a constraint's force.
+/// Tolerance of distances, slips (Mechanics::slip_error) and bounds of constraint forces. It
+/// ensures that a root function that has just been zero starts positive in spite of rounding.
 inline constexpr double band = 1e-12;        ///< [m]
 inline constexpr double least_force = 1e-9;  ///< [N]
 
@@ -33,25 +32,25 @@ enum class Root {
   bone_left
 };
 
-/// A function that is positive as long as the mode lasts.
+/// Root function, which is positive while the mode lasts.
 struct RootValue {
   Root root = Root::skin;
   double value = 0.0;
 };
 
-/// In an order that a mode does not change.
+/// Returns the root functions of a mode, in a fixed order.
 std::vector<RootValue> roots_of(double time, const Mode& mode, const Eigen::VectorXd& y,
                                 Mechanics& mechanics);
 
-/// Adds the effect of pushes at tip and shaft (impulses on velocities, `from` = dof(); or impulses
-/// times time on places, `from` = 0) to tissue and tool.
+/// Adds the effect of impulses at tip and shaft to tissue and tool: impulses on velocities (`from`
+/// = dof()), or impulses times time on positions (`from` = 0).
 void push_track(const Mechanics& mechanics, const Mode& mode, const Contact& now,
                 const Eigen::Vector2d& push, Eigen::VectorXd& y, Eigen::Index from);
 
-/// The kind of event that the first cut of a layer is.
+/// Returns the kind of event of the first cut of a layer.
 InsertionEvent::Kind first_cut(TissueRole role);
 
-/// The modes of one insertion, from contact to withdrawal.
+/// Sequence of modes of one insertion, from contact to withdrawal.
 class Transitions {
  public:
   Transitions(Mechanics& mechanics, const InsertionOptions& options);
@@ -62,9 +61,10 @@ class Transitions {
   [[nodiscard]] double largest_drift() const { return largest_drift_; }
   [[nodiscard]] double largest_slip() const { return largest_slip_; }
 
-  /// A new piece of the hand's motion, then settle().
+  /// Starts a new segment of the hand's motion, then calls settle().
   void begin_piece(double time, const HandPiece& hand, double gate, Eigen::VectorXd& y);
-  /// The mode, and the velocities in y, right after `fired`; repeated until no root is negative.
+  /// Determines the mode and the velocities in y right after `fired`; repeats until no root
+  /// function is negative.
   void settle(double time, std::set<Root> fired, Eigen::VectorXd& y);
 
  private:
@@ -89,7 +89,7 @@ class Transitions {
 
   Mechanics& mechanics_;
   InsertionOptions options_;
-  double still_ = 0.0;  ///< [m/s] slower than this is no motion
+  double still_ = 0.0;  ///< speed below which the tool is at rest [m/s]
   Mode mode_{};
   std::vector<bool> punctured_;
   std::vector<InsertionEvent> events_{};

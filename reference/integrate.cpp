@@ -109,7 +109,7 @@ void check_times(const std::vector<double>& times) {
   }
 }
 
-/// Breaks strictly inside (0, end), each at least `apart` from the ends.
+/// Returns the breaks strictly inside (0, end), at least `apart` [s] from the ends.
 std::vector<double> inner_breaks(const Problem& problem, double end, double apart) {
   std::vector<double> inner;
   for (const double t : problem.breaks()) {
@@ -124,7 +124,7 @@ std::vector<Segment> segments_of(const Problem& problem, const std::vector<doubl
   check_times(times);
   std::vector<Segment> segments;
   if (times.size() == 1) { return segments; }
-  // Two stops closer than this cannot be told apart by a solver that adds steps up.
+  // A solver cannot distinguish stops that are closer than this.
   const double apart = 1e-13 * times.back();
   std::vector<double> ends = inner_breaks(problem, times.back(), apart);
   ends.push_back(times.back());

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A Problem as a first-order system, as solver libraries need it:
-///   y = [u; v], u = q - q(0) [m], v [m/s];  y' = [v; f(t, q(0) + u, v) / m].
-/// Displacements rather than positions, so that relative tolerances and rounding do not depend on
-/// where the origin lies.
+/// Problem as a first-order system for solver libraries: y = [u; v], u = q - q(0) [m], v [m/s], y'
+/// = [v; f(t, q(0) + u, v) / m]. Displacements are used instead of positions, so that relative
+/// tolerances and rounding do not depend on the origin.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -28,9 +27,10 @@ class FirstOrderSystem {
   [[nodiscard]] long evaluations() const { return evaluations_; }
   [[nodiscard]] const Eigen::VectorXd& origin() const { return origin_; }  ///< q(0) [m]
 
-  void set_gate(double gate) { gate_ = gate; }  ///< [s] midpoint of the current segment
+  void set_gate(double gate) { gate_ = gate; }  ///< midpoint of the current segment [s]
   void initial_state(double* y) const;
-  /// Returns false if a component is not finite, because many error tests of solvers let NaN pass.
+  /// Computes y'. Returns false if a component is not finite, because the error tests of many
+  /// solvers accept NaN.
   [[nodiscard]] bool derivative(double t, const double* y, double* dy);
 
  private:
@@ -42,8 +42,8 @@ class FirstOrderSystem {
   long evaluations_ = 0;
 };
 
-/// dy'/dy = [0 I; -K/m -C/m], compressed by columns. The pattern is fixed at construction and
-/// includes the whole diagonal, so that I - gamma J fits in it.
+/// Jacobian dy'/dy = [0 I; -K/m -C/m] in compressed columns. The pattern is fixed at construction
+/// and includes the whole diagonal, so that I - gamma J has the same pattern.
 class FirstOrderJacobian {
  public:
   using Index = std::int64_t;  ///< as in the solver libraries
@@ -53,7 +53,7 @@ class FirstOrderJacobian {
   [[nodiscard]] const std::vector<Index>& column_starts() const { return column_starts_; }
   [[nodiscard]] const std::vector<Index>& rows() const { return rows_; }
   [[nodiscard]] const std::vector<double>& values() const { return values_; }
-  /// Throws SolverError when the problem's pattern has changed.
+  /// Throws SolverError if the pattern of the problem has changed.
   void update(const double* y);
 
  private:
@@ -65,18 +65,18 @@ class FirstOrderJacobian {
   Eigen::SparseMatrix<double> damping_;
   std::vector<Index> column_starts_;
   std::vector<Index> rows_;
-  std::vector<std::size_t> stiffness_slots_;  ///< where each entry of K goes in values_
+  std::vector<std::size_t> stiffness_slots_;  ///< index in values_ of each entry of K
   std::vector<std::size_t> damping_slots_;
   std::vector<double> values_;
 };
 
-// The time axis is cut at the instants at which a load switches. Within a segment the right-hand
-// side is smooth, so a method keeps its order; across a switch it would lose it or miss the load.
+// Segments of the time axis between the instants at which a load switches. The right-hand side is
+// smooth within a segment, so that a method keeps its order.
 
-/// Least number of steps per segment, so that steps >= breaks + 10 holds by construction.
+/// Smallest number of steps per segment, which guarantees steps >= breaks + 10.
 inline constexpr int steps_per_segment = 10;
 
-/// An instant that a solver must hit exactly.
+/// Instant at which a solver must end a step.
 struct Stop {
   double time = 0.0;                    ///< [s]
   std::optional<std::size_t> output{};  ///< index of the requested time that is stored here
@@ -85,24 +85,24 @@ struct Stop {
 struct Segment {
   double start = 0.0;         ///< [s] a break, or 0
   double end = 0.0;           ///< [s] the next break, or the last requested time
-  double gate = 0.0;          ///< [s] midpoint: decides which loads are on
+  double gate = 0.0;          ///< midpoint, which selects the active loads [s]
   double max_step = 0.0;      ///< [s] <= shortest feature / 4 and <= (end - start) / 10
   std::vector<Stop> stops{};  ///< ascending; the last is `end`
 };
 
-/// `times` must ascend strictly from 0 (SolverError otherwise). A requested time within rounding of
-/// a break is moved to the break. Returns nothing for the single time 0.
+/// Returns the segments. `times` [s] must ascend strictly from 0 (else SolverError). A requested
+/// time within rounding of a break is moved to the break. Returns nothing for the single time 0.
 std::vector<Segment> segments_of(const Problem& problem, const std::vector<double>& times);
 
 /// Largest number of steps between two stops; more steps are an error.
 inline constexpr long step_limit = 10'000'000;
 
-/// One library's integrator over y = [u; v] of a FirstOrderSystem.
+/// Interface of an integrator of a library for y = [u; v] of a FirstOrderSystem.
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  virtual void begin(const Segment& segment) = 0;  ///< restart at segment.start from state()
-  virtual void advance(double time) = 0;           ///< state() at `time` [s], or SolverError
+  virtual void begin(const Segment& segment) = 0;  ///< restarts at segment.start from state()
+  virtual void advance(double time) = 0;  ///< advances state() to `time` [s]; throws SolverError
   [[nodiscard]] virtual const double* state() const = 0;
   [[nodiscard]] virtual long segment_steps() const = 0;  ///< since begin()
 };
@@ -112,12 +112,13 @@ struct Method {
   std::string version{};  ///< "SUNDIALS 6.4.1"
 };
 
-/// Integrates to each requested time: restarts at each break, stores and counts. Throws
-/// SolverError, also if steps < breaks + 10 or the result is not finite.
+/// Integrates to each requested time and restarts at each break. Throws SolverError, also if steps
+/// < breaks + 10 or if the result is not finite.
 Trace integrate(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
                 const Tolerance& tolerance, Integrator& integrator);
 
-/// "cvode-adams: CVode failed with CV_TOO_MUCH_WORK at t = 0.01 s: <why>"
+/// Throws a SolverError such as "cvode-adams: CVode failed with CV_TOO_MUCH_WORK at t = 0.01 s:
+/// <why>".
 [[noreturn]] void fail(const std::string& solver, const std::string& function,
                        const std::string& flag, double time, const std::string& why);
 

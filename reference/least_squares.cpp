@@ -15,7 +15,7 @@ struct WorkspaceDeleter {
   void operator()(gsl_multifit_nlinear_workspace* w) const { gsl_multifit_nlinear_free(w); }
 };
 
-/// What GSL's callbacks see; an exception waits here until GSL has returned.
+/// Data of GSL's callbacks; it stores an exception until GSL has returned.
 struct Bridge {
   const LeastSquaresProblem& problem;
   std::exception_ptr thrown{};
@@ -97,7 +97,7 @@ LeastSquaresSolution least_squares(const LeastSquaresProblem& problem, const Eig
                                          work.get());
   }
   if (bridge.thrown) { std::rethrow_exception(bridge.thrown); }
-  // No better step exists within rounding: the place is the best that can be had.
+  // No better step exists within rounding, so the present point is the solution.
   const bool stalled = status == GSL_ENOPROG;
   return {.x = to_eigen(gsl_multifit_nlinear_position(work.get())),
           .residuals = to_eigen(gsl_multifit_nlinear_residual(work.get())),

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Nonlinear least squares by GSL's trust region (Levenberg-Marquardt, scaled as by J. J. Moré
-/// 1978).
+/// Nonlinear least squares by GSL's trust region (Levenberg-Marquardt, scaling by J. J. Moré 1978).
 
 #include <Eigen/Core>
 #include <functional>
 
 namespace palpate::reference {
 
-/// Half the sum of squares of the residuals is what is made small; all are in units of their
+/// Problem that minimises half the sum of squared residuals; residuals are in units of their
 /// uncertainty.
 struct LeastSquaresProblem {
-  std::function<Eigen::VectorXd(const Eigen::VectorXd&)> residuals{};  ///< as many for every x
+  std::function<Eigen::VectorXd(const Eigen::VectorXd&)> residuals{};  ///< same size for every x
   std::function<Eigen::MatrixXd(const Eigen::VectorXd&)> jacobian{};   ///< residuals x parameters
 };
 
@@ -29,7 +28,8 @@ struct LeastSquaresSolution {
   [[nodiscard]] double cost() const { return residuals.squaredNorm(); }  ///< the sum of squares
 };
 
-/// At least as many residuals as parameters. What a function throws passes through unchanged.
+/// Solves a least-squares problem with at least as many residuals as parameters. Exceptions of its
+/// functions are rethrown unchanged.
 LeastSquaresSolution least_squares(const LeastSquaresProblem& problem, const Eigen::VectorXd& start,
                                    const LeastSquaresRule& rule = {});
 

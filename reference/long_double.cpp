@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Right-hand sides of long_double.cpp, from the physics alone: no force law, load profile or
+/// Right-hand sides in long double, from the physics alone: no force law, load profile or
 /// Problem::force of the model is used.
 
 #include <algorithm>
@@ -33,14 +33,14 @@ class ExtendedEquations {
                           ExtendedState& dy) const = 0;
 };
 
-/// Null for a kind of problem that is not known.
+/// Returns the equations, or null for an unknown kind of problem.
 std::unique_ptr<ExtendedEquations> extended_equations(const Problem& problem);
 
 namespace {
 
 constexpr const char* name = "long-double-fehlberg-7-8";
 
-/// Step control of our own: tolerances per coordinate, exact stops, and an end to every run.
+/// Adaptive Fehlberg stepper with tolerances per coordinate, exact stops and a limit on steps.
 class AdaptiveFehlberg {
  public:
   AdaptiveFehlberg(const ExtendedEquations& equations, const Tolerance& tolerance)
@@ -88,7 +88,8 @@ class AdaptiveFehlberg {
   }
 
  private:
-  /// Error of a step of h over its tolerance; the new state is in trial_.
+  /// Computes a step of h [s]; returns its error relative to the tolerance. The new state is in
+  /// trial_.
   Extended attempt(Extended h) {
     const auto system = [this](const ExtendedState& y, ExtendedState& dy, Extended t) {
       ++evaluations_;
@@ -102,7 +103,7 @@ class AdaptiveFehlberg {
       const Extended size =
           std::abs(error_[c]) / (Extended(tolerance_.relative) * (scale + std::abs(state_[c])));
       if (!std::isfinite(size) || !std::isfinite(trial_[c])) {
-        return std::numeric_limits<Extended>::quiet_NaN();  // max() would drop it
+        return std::numeric_limits<Extended>::quiet_NaN();  // max() would ignore NaN
       }
       largest = std::max(largest, size);
     }
@@ -165,7 +166,7 @@ Trace solve_long_double(const Problem& problem, const std::vector<double>& times
 
 namespace {
 
-/// m x'' = F0 cos(W t) - k x - c x'
+/// Equation m x'' = F0 cos(W t) - k x - c x'.
 class OscillatorEquations final : public ExtendedEquations {
  public:
   explicit OscillatorEquations(const Oscillator& oscillator) : o_(oscillator) {}
@@ -187,8 +188,8 @@ class OscillatorEquations final : public ExtendedEquations {
 
 using Triple = std::array<Extended, 3>;
 
-/// Springs pull their ends together when stretched and dampers oppose the rate of stretching; loads
-/// act from start to end; weight acts always; fixed nodes stay.
+/// Equations of a network: springs pull their ends together when stretched, dampers oppose the rate
+/// of stretching, loads act from start to end, weight acts always, and fixed nodes do not move.
 class NetworkEquations final : public ExtendedEquations {
  public:
   explicit NetworkEquations(const NetworkProblem& problem);

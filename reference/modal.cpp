@@ -25,7 +25,7 @@ namespace {
 
 template <class T> using Owned = std::unique_ptr<T, void (*)(T*)>;
 
-/// GSL works on rows and destroys what it works on.
+/// Row-major matrix for GSL, which overwrites its input.
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 gsl_matrix_view view_of(Rows& rows) {
@@ -33,7 +33,7 @@ gsl_matrix_view view_of(Rows& rows) {
                                static_cast<std::size_t>(rows.cols()));
 }
 
-/// GSL aborts at an error unless it is told not to.
+/// Disables GSL's error handler, which aborts the program.
 void return_codes_only() {
   static const auto unused_default_handler = gsl_set_error_handler_off();
   (void)unused_default_handler;
@@ -96,7 +96,7 @@ GeneralModes general_modes(const Eigen::MatrixXd& matrix) {
 
 namespace {
 
-/// cos(sqrt(z)) and sin(sqrt(z)) / sqrt(z), analytic in z.
+/// Returns cos(sqrt(z)) and sin(sqrt(z)) / sqrt(z), analytic in z.
 template <class Real> ModeState<Real> circular(Real z) {
   if (std::abs(z) < Real(1)) {
     Real cosine = 1, sine = 1, cosine_term = 1, sine_term = 1;
@@ -115,7 +115,7 @@ template <class Real> ModeState<Real> circular(Real z) {
 
 template <class Real> using Harmonic = typename ModeForce<Real>::Harmonic;
 
-/// Particular solution for one harmonic: amplitudes of its cosine and sine.
+/// Returns the particular solution for one harmonic: amplitudes of its cosine and sine.
 template <class Real> Harmonic<Real> steady(const Mode<Real>& mode, const Harmonic<Real>& force) {
   const Real w = force.frequency;
   const Real detuning = mode.omega_squared - w * w;
@@ -125,7 +125,8 @@ template <class Real> Harmonic<Real> steady(const Mode<Real>& mode, const Harmon
           (drag * force.cosine + detuning * force.sine) / norm};
 }
 
-/// Whether the particular solution is much larger than the motion, so that digits would cancel.
+/// Returns true if the particular solution is much larger than the motion, which causes
+/// cancellation.
 template <class Real> bool cancels(const Mode<Real>& mode, const ModeForce<Real>& force, Real t) {
   constexpr Real close = Real(0.1);
   const Real elastic = std::abs(mode.omega_squared);
@@ -158,7 +159,8 @@ ModeState<Real> particular(const Mode<Real>& mode, const ModeForce<Real>& force,
 
 template <class Real> using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// Exponential by scaling and squaring of the Taylor series; the norm is halved to below 1/4.
+/// Computes the matrix exponential by scaling and squaring of the Taylor series; the norm is halved
+/// to below 1/4.
 template <class Real> Matrix<Real> exponential(const Matrix<Real>& matrix) {
   const Real norm = matrix.cwiseAbs().rowwise().sum().maxCoeff();
   const int halvings = norm > Real(0.25) ? static_cast<int>(std::ceil(std::log2(norm * 4))) : 0;
@@ -173,7 +175,7 @@ template <class Real> Matrix<Real> exponential(const Matrix<Real>& matrix) {
   return sum;
 }
 
-/// [eta, eta'/rate, 1, t rate, (cos, sin) of each harmonic] obeys one linear system.
+/// Augmented linear system of [eta, eta'/rate, 1, t rate, (cos, sin) of each harmonic].
 template <class Real>
 ModeState<Real> coupled_response(const Mode<Real>& mode, const ModeState<Real>& initial,
                                  const ModeForce<Real>& force, Real t) {
@@ -209,7 +211,7 @@ ModeState<Real> free_response(const Mode<Real>& mode, const ModeState<Real>& ini
   const Real v0 = initial.velocity;
   const Real gamma = mode.gamma;
   const Real z = (mode.omega_squared - gamma * gamma) * t * t;
-  if (z < Real(-1)) {  // two real rates, written so that neither cancels nor overflows
+  if (z < Real(-1)) {  // two real rates, in a form without cancellation or overflow
     const Real root = std::sqrt(gamma * gamma - mode.omega_squared);
     const Real one = gamma >= 0 ? -(gamma + root) : root - gamma;
     const Real other = mode.omega_squared / one;
@@ -250,7 +252,7 @@ namespace {
 using Eigen::Index;
 template <class Real> using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 
-/// q = r + shapes * eta, shapes^T M shapes = 1.
+/// Modes of a problem: q = r + shapes * eta, shapes^T M shapes = 1.
 template <class Real> struct Modes {
   Vector<Real> root_mass;      ///< sqrt(m)
   Vector<Real> omega_squared;  ///< ascending
@@ -258,7 +260,7 @@ template <class Real> struct Modes {
   Matrix<Real> shapes;  ///< M^-1/2 Phi
 };
 
-/// M^-1/2 A M^-1/2
+/// Returns M^-1/2 A M^-1/2.
 template <class Real>
 Matrix<Real> mass_scaled(const Eigen::SparseMatrix<double>& matrix, const Vector<Real>& root_mass) {
   Matrix<Real> scaled = Eigen::MatrixXd(matrix).cast<Real>();
@@ -312,7 +314,7 @@ template <class Real> Modes<Real> modes_of(const LinearProblem& problem) {
   return modes;
 }
 
-/// What acts on one mode in one segment, time counted from the segment's start.
+/// Returns the force on one mode in one segment, with time counted from the start of the segment.
 template <class Real>
 ModeForce<Real> force_in(const Segment& segment, const std::vector<ShapedLoad>& loads,
                          const Eigen::Ref<const Vector<Real>>& share) {
@@ -353,7 +355,7 @@ ModalHistory<Real> history(const LinearProblem& problem, const Modes<Real>& mode
   const std::vector<Segment> segments = segments_of(problem, times);
   const std::vector<ShapedLoad> loads = shaped_loads(problem);
   const Index n = problem.dof();
-  Matrix<Real> shares(static_cast<Index>(loads.size()), n);  // of each load in each mode
+  Matrix<Real> shares(static_cast<Index>(loads.size()), n);  // component of each load in each mode
   for (Index l = 0; l < shares.rows(); ++l) {
     shares.row(l) = modes.shapes.transpose() *
                     loads[static_cast<std::size_t>(l)].amplitude.template cast<Real>();

@@ -15,16 +15,16 @@ struct SymmetricModes {
   Eigen::MatrixXd vectors{};  ///< one column each, orthonormal
 };
 
-/// Modes of a symmetric matrix; only its lower half is read.
+/// Computes the modes of a symmetric matrix; only its lower half is read.
 SymmetricModes symmetric_modes(const Eigen::MatrixXd& matrix);
 Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& matrix);
 
 struct GeneralModes {
-  Eigen::VectorXcd values{};   ///< in no order
-  Eigen::MatrixXcd vectors{};  ///< one column each, of length one
+  Eigen::VectorXcd values{};   ///< unordered
+  Eigen::MatrixXcd vectors{};  ///< one column each, of unit length
 };
 
-/// Modes of any real matrix.
+/// Computes the modes of any real matrix.
 GeneralModes general_modes(const Eigen::MatrixXd& matrix);
 
 // Exact motion of one mode under a force of known shape: eta'' + 2 gamma eta' + omega^2 eta = p(t),
@@ -50,32 +50,33 @@ template <class Real> struct ModeForce {
 };
 
 template <class Real> struct Mode {
-  Real omega_squared{};  ///< [rad^2/s^2], negative for an unstable mode
+  Real omega_squared{};  ///< negative for an unstable mode [rad^2/s^2]
   Real gamma{};          ///< [1/s]
 };
 
 template <class Real>
 ModeState<Real> free_response(const Mode<Real>& mode, const ModeState<Real>& initial, Real t);
 
-/// State at time t after `initial` at time 0. Defined for double and long double.
+/// Returns the state at time t [s] after `initial` at time 0. Defined for double and long double.
 template <class Real>
 ModeState<Real> respond(const Mode<Real>& mode, const ModeState<Real>& initial,
                         const ModeForce<Real>& force, Real t);
 
 // Exact motion of the linearised problem by superposition of its modes.
 
-/// Natural angular frequencies of the undamped linearised problem [rad/s], ascending; 0 for rigid
-/// motions and for unstable directions.
+/// Returns the natural angular frequencies of the undamped linearised problem [rad/s], ascending; 0
+/// for rigid motions and for unstable directions.
 Eigen::VectorXd natural_frequencies(const Problem& problem);
 
-/// The motion of LinearProblem(problem), exact to rounding: constant, ramp, half-sine and cosine
-/// loads have closed forms per mode and segment. Real (double or long double) is the precision of
-/// the decomposition and of the sums. SolverError when the modes of K do not diagonalise C to 1e-9
-/// of its largest entry, when K is not symmetric, or when the loads have no known closed form.
+/// Returns the motion of LinearProblem(problem), exact to rounding: constant, ramp, half-sine and
+/// cosine loads have closed forms per mode and segment. Real (double or long double) is the
+/// precision of the decomposition and of the sums. Throws SolverError if the modes of K do not
+/// diagonalise C to 1e-9 of its largest entry, if K is not symmetric, or if the loads have no known
+/// closed form.
 template <class Real>
 Trace modal_solution(const Problem& problem, const std::vector<double>& times);
 
-/// modal_solution() as a Solver; the tolerance is ignored.
+/// Solver form of modal_solution(); the tolerance is ignored.
 Trace solve_modal(const Problem& problem, const std::vector<double>& times,
                   const Tolerance& tolerance);
 Trace solve_modal_long_double(const Problem& problem, const std::vector<double>& times,

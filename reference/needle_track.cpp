@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// How a tool's line is tied to the nodes of a network (model/EQUATIONS.md, "Needle line").
+/// Coupling of a tool's line to the nodes of a network (model/EQUATIONS.md, "Needle line").
 
 #include "reference/needle_track.hpp"
 
@@ -14,27 +14,30 @@
 
 namespace palpate::reference {
 
-/// On a lattice one knot where the line meets each plane of nodes across z (none where it is beside
-/// the plane), with bilinear weights; in any other network one for each slab of R/2, from the first
-/// node on, that holds nodes nearer than R to the line, R the median spring length, weighted by
-/// 1 - r/R. SolverError for a network without springs.
+/// Returns the contact points of a needle. A lattice has one at each intersection of the line with
+/// a plane of nodes across z, with bilinear weights. Any other network has one for each slab of
+/// R/2, from the first node on, that contains nodes nearer than R to the line; R is the median
+/// spring length and weights are proportional to 1 - r/R. Throws SolverError for a network without
+/// springs.
 std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network);
 
-/// The skin beneath a probe: each node of the first plane by the part of its a x a cell (cut off at
-/// the edge of the body) that the footprint covers; in any other network the z-min nodes beneath
-/// the footprint in equal parts. SolverError when there is none.
+/// Returns the contact point of a probe. On a lattice, the weight of each node of the first plane
+/// is the part of its a x a cell (cut at the edge of the body) that the footprint covers. In any
+/// other network the z-min nodes beneath the footprint have equal weights. Throws SolverError if
+/// there is no node.
 TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network);
 
-// What a needle cuts along its line (model/EQUATIONS.md, "Needle line").
+// Intervals of tissue along the line of a needle (model/EQUATIONS.md, "Needle line").
 
-/// Layers by thickness / n_z (the last goes on for ever), else the lattice's material, else nothing
-/// to cut; then inclusions, the last that holds a point winning. Begins at `entry` = xi_0 [m].
-/// SolverError for an unknown material.
+/// Returns the intervals from `entry` = xi_0 [m]: layers by thickness / n_z (the last is
+/// unbounded), else the lattice's material, else no resistance. Inclusions override them; the last
+/// one that contains a point applies. Throws SolverError for an unknown material.
 std::vector<TrackInterval> track_intervals(const Scene& scene, double entry);
 
 namespace {
 
-/// Integral over [from, to] of the hat functions of knots k and k + 1 (linear there).
+/// Integrates the hat functions of contact points k and k + 1 over [from, to], where they are
+/// linear.
 std::array<double, 2> hat_integrals(const NeedleTrack& track, std::size_t k, double from,
                                     double to) {
   const auto middle = track.hats(k, 0.5 * (from + to));  // the midpoint rule is exact
@@ -73,7 +76,7 @@ Eigen::VectorXd NeedleTrack::friction_shares(std::size_t segment, std::size_t in
     for (std::size_t n = 0; n <= interval; ++n) {
       const TrackInterval& part = intervals[n];
       const double from = std::max(knots[k].depth, part.begin);
-      // Where the tip is, its depth ends the integral, even a rounding outside of the segment.
+      // At the tip its depth ends the integral, even if rounding places it outside the segment.
       const bool at_tip = k == segment && n == interval;
       const double lower = k == segment ? part.end : std::min(knots[k + 1].depth, part.end);
       if (at_tip || lower > from) { add(k, part.friction, from, at_tip ? depth : lower); }
@@ -106,7 +109,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double rounding = 1e-9;  ///< of a place, in units of the spacing
+constexpr double rounding = 1e-9;  ///< tolerance of a position, in units of the spacing
 
 struct Grid {
   int nx = 0;
@@ -127,7 +130,8 @@ std::optional<Grid> grid_of(const Scene& scene, const SpringNetwork& network) {
               tissue.block.spacing};
 }
 
-/// Cell and share of a place along one axis with `count` nodes from `first` on.
+/// Returns the cell and the fraction of a position along one axis with `count` nodes from `first`
+/// on.
 std::optional<std::pair<int, double>> cell_of(double place, double first, double spacing,
                                               int count) {
   const double steps = (place - first) / spacing;
@@ -169,7 +173,7 @@ double median_length(const SpringNetwork& network) {
   return *middle;
 }
 
-/// Weights that sum to 1, and the weighted mean depth.
+/// Returns a contact point with weights that sum to 1 and the weighted mean depth.
 TrackKnot knot_of(const std::vector<TrackSupport>& supports, const SpringNetwork& network,
                   const Vector3d& entry, const Vector3d& n) {
   TrackKnot knot{.supports = supports};
@@ -207,14 +211,15 @@ std::vector<TrackKnot> network_knots(const Needle& needle, const SpringNetwork& 
   return knots;
 }
 
-/// Area of the part of [x0, x1] x [y0, y1] within the probe's footprint, about its centre [m^2].
+/// Returns the area of [x0, x1] x [y0, y1] covered by the probe's footprint, relative to its centre
+/// [m^2].
 double covered(const Probe& probe, double x0, double x1, double y0, double y1) {
   const Eigen::Vector2d half = 0.5 * probe.size;
   const bool disc = probe.shape == Probe::Shape::fingertip;
   x0 = std::max(x0, -half.x());
   x1 = std::min(x1, half.x());
   if (x1 <= x0) { return 0.0; }
-  constexpr int strips = 20000;  // midpoints: 1e-6 of a disc
+  constexpr int strips = 20000;  // midpoint rule; 1e-6 of a disc
   double area = 0.0;
   for (int n = 0; n < (disc ? strips : 1); ++n) {
     const double width = (x1 - x0) / (disc ? strips : 1);
@@ -303,7 +308,7 @@ struct Stretch {
   double end = infinity;
 };
 
-/// Where the line point + xi n lies in the body, if it does.
+/// Returns the part of the line point + xi n inside the body, if any.
 std::optional<Stretch> inside(const Inclusion& body, const Eigen::Vector3d& point,
                               const Eigen::Vector3d& n) {
   const Eigen::Vector3d from = point - body.centre;
@@ -330,7 +335,7 @@ std::optional<Stretch> inside(const Inclusion& body, const Eigen::Vector3d& poin
   return stretch;
 }
 
-/// `body` takes the place of whatever lay in its stretch.
+/// Returns the intervals with those inside `body` replaced.
 std::vector<TrackInterval> overlaid(const std::vector<TrackInterval>& parts,
                                     const TrackInterval& body) {
   std::vector<TrackInterval> result;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The line of a needle (or the footprint of a probe) in a network, for the references alone
-/// (model/EQUATIONS.md, "Needle line"). Written from the equations, not from the model's code.
+/// Line of a needle or footprint of a probe in a network (model/EQUATIONS.md, "Needle line"). Only
+/// the references use it. It is implemented from the equations, independently of the model's code.
 
 #include <Eigen/Core>
 #include <array>
@@ -15,7 +15,7 @@ namespace palpate::reference {
 
 struct TrackSupport {
   int node = 0;
-  double weight = 0.0;  ///< [1]; those of one knot sum to 1
+  double weight = 0.0;  ///< weights of one contact point sum to 1 [1]
 };
 
 struct TrackKnot {
@@ -26,32 +26,33 @@ struct TrackKnot {
 struct TrackInterval {
   double begin = 0.0;  ///< xi [m]
   double end = std::numeric_limits<double>::infinity();
-  double cutting_force = 0.0;  ///< [N]; infinite for bone and beneath a probe
+  double cutting_force = 0.0;  ///< infinite for bone and beneath a probe [N]
   double friction = 0.0;       ///< [N/m]
   TissueRole role = TissueRole::tissue;
-  std::string label{};  ///< of the layer, else of the material
+  std::string label{};  ///< of the layer, or of the material without a layer
 };
 
 struct NeedleTrack {
   Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< n
-  std::vector<TrackKnot> knots{};            ///< ascending in depth, no node in two of them
-  std::vector<TrackInterval> intervals{};    ///< without gaps from the first knot on
-  double bone = std::numeric_limits<double>::infinity();  ///< xi where bone begins [m]
+  std::vector<TrackKnot> knots{};            ///< ascending in depth; no node belongs to two of them
+  std::vector<TrackInterval> intervals{};    ///< contiguous from the first contact point on
+  double bone = std::numeric_limits<double>::infinity();  ///< depth xi at which bone begins [m]
 
   [[nodiscard]] double entry() const { return knots.front().depth; }  ///< xi_0 [m]
-  /// Last knot of which depth >= its own, or 0.
+  /// Returns the last contact point above or at `depth` [m], or 0.
   [[nodiscard]] std::size_t segment_at(double depth) const;
   [[nodiscard]] std::size_t interval_at(double depth) const;
-  /// Hat functions of knots `segment` and `segment + 1` at a depth [1]; the second is 0 beyond the
-  /// last knot.
+  /// Returns the hat functions of contact points `segment` and `segment + 1` at a depth [1]; the
+  /// second is 0 beyond the last contact point.
   [[nodiscard]] std::array<double, 2> hats(std::size_t segment, double depth) const;
-  /// l_k [N] of the knots down to a depth in this segment and interval (both go on smoothly beyond
-  /// their ends, as trial steps of a solver need it).
+  /// Returns l_k [N] of the contact points down to a depth in this segment and interval. Both are
+  /// extended smoothly beyond their ends, for the trial steps of a solver.
   [[nodiscard]] Eigen::VectorXd friction_shares(std::size_t segment, std::size_t interval,
                                                 double depth) const;
 };
 
-/// Track of the scene's needle or probe. SolverError when there is neither, or no node beneath it.
+/// Returns the track of the scene's needle or probe. Throws SolverError if there is neither, or no
+/// node beneath it.
 NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network);
 
 }  // namespace palpate::reference

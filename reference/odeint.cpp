@@ -17,8 +17,8 @@ namespace {
 namespace odeint = boost::numeric::odeint;
 using State = std::vector<double>;
 
-/// Largest |error| over what is allowed, as the library's own checker, but with an absolute
-/// tolerance for each component: metres and metres per second have not the same.
+/// Error norm: largest |error| relative to its tolerance, as in the library's checker, but with an
+/// absolute tolerance for each component, because positions and velocities need different ones.
 class ErrorOfComponents {
  public:
   using value_type = double;
@@ -62,7 +62,7 @@ class DormandPrince final : public Integrator {
   [[nodiscard]] FirstOrderSystem& system() { return system_; }
 
   void begin(const Segment& segment) override {
-    stepper_.reset();  // the derivative that the last step ended with is of other loads
+    stepper_.reset();  // the stored derivative belongs to other loads
     time_ = segment.start;
     longest_ = segment.max_step;
     shortest_ = 1e-12 * (segment.end - segment.start);
@@ -79,8 +79,7 @@ class DormandPrince final : public Integrator {
           [this](const State& y, State& dy, double t) { evaluate(y, dy, t); }, state_, time_, h);
       if (result == odeint::success) {
         ++steps_;
-        next_ =
-            shortened ? std::max(h, wanted) : h;  // a step cut for a stop says little of the next
+        next_ = shortened ? std::max(h, wanted) : h;  // a step cut for a stop says little
       } else {
         next_ = h;
         if (h < shortest_) { fail(name_, "try_step", "a step of no length", time_, ""); }
@@ -115,7 +114,7 @@ class DormandPrince final : public Integrator {
   State absolute_;
   Controlled stepper_;
   double time_ = 0.0;
-  double next_ = 0.0;      ///< [s] the controller's proposal
+  double next_ = 0.0;      ///< step proposed by the controller [s]
   double longest_ = 0.0;   ///< [s]
   double shortest_ = 0.0;  ///< [s]
   long steps_ = 0;

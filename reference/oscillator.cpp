@@ -23,7 +23,7 @@ Amplification matrix(Real xx, Real xv, Real vx, Real vv) {
   return a;
 }
 
-/// d(x, v)/dt = L (x, v)
+/// Returns L of d(x, v)/dt = L (x, v).
 Amplification generator(Real stiffness, Real damping) { return matrix(0, 1, -stiffness, -damping); }
 
 Amplification euler(Real k, Real c, Real h) {
@@ -99,7 +99,8 @@ const Scheme& find(std::string_view name) {
   return *scheme;
 }
 
-/// Limits of h omega0 that theory gives for S >= 0 (model/EQUATIONS.md, "Stepping schemes").
+/// Returns the theoretical limit of h omega0 for S >= 0, if known
+/// (model/EQUATIONS.md, "Stepping schemes").
 std::optional<double> known_limit(std::string_view name, double s) {
   if (name == "implicit-euler" || name == "implicit-midpoint") {
     return std::numeric_limits<double>::infinity();
@@ -113,7 +114,7 @@ std::optional<double> known_limit(std::string_view name, double s) {
   return std::nullopt;
 }
 
-/// First crossing of spectral radius 1 over h omega0, by scanning and bisection.
+/// Finds the first crossing of spectral radius 1 over h omega0, by scanning and bisection.
 double searched_limit(const Scheme& scheme, Real s) {
   constexpr Real rounding = 1e-15L;
   const auto stable = [&](Real h) {

@@ -10,8 +10,8 @@ namespace palpate {
 
 namespace {
 
-/// cos(sqrt(z)) and sin(sqrt(z)) / sqrt(z), continued through z <= 0 as cosh and sinh: the two
-/// functions of which every free motion is made, analytic in z, so nothing blows up at S = 1.
+/// Functions cos(sqrt(z)) and sin(sqrt(z)) / sqrt(z), continued to z <= 0 as cosh and sinh. They
+/// are analytic in z and express every free motion without a singularity at S = 1.
 struct Circular {
   double cosine;
   double sine_over_root;
@@ -28,11 +28,11 @@ Circular circular(double z) {
   return {std::cosh(root), std::sinh(root) / root};
 }
 
-/// Free motion x'' + 2 gamma x' + omega0^2 x = 0 from (x0, v0).
+/// Returns the free motion x'' + 2 gamma x' + omega0^2 x = 0 from (x0, v0).
 OscillatorState free_motion(double gamma, double omega0_squared, double x0, double v0, double t) {
   const double z = (omega0_squared - gamma * gamma) * t * t;
   if (z < -1.0) {
-    // Overdamped: two real rates, written so that neither cancels nor overflows.
+    // Overdamped: two real rates, in a form without cancellation or overflow.
     const double root = std::sqrt(gamma * gamma - omega0_squared);
     const double fast = gamma >= 0.0 ? -(gamma + root) : -gamma + root;
     const double slow = fast != 0.0 ? omega0_squared / fast : 0.0;
@@ -50,7 +50,8 @@ OscillatorState free_motion(double gamma, double omega0_squared, double x0, doub
 
 using Complex = std::complex<double>;
 
-/// First divided difference of z -> exp(z t) at a and b, without cancellation for a near b.
+/// Returns the first divided difference of z -> exp(z t) at a and b, without cancellation for a
+/// near b.
 Complex exponential_difference(Complex a, Complex b, double t) {
   const Complex half = 0.5 * (a - b) * t;
   if (std::abs(half) > 1.0) { return (std::exp(a * t) - std::exp(b * t)) / (a - b); }
@@ -63,13 +64,13 @@ Complex exponential_difference(Complex a, Complex b, double t) {
   return t * std::exp(0.5 * (a + b) * t) * sinhc;
 }
 
-/// Second divided difference of z -> exp(z t): the motion from rest of x'' - (b + c) x' + b c x =
-/// exp(a t), whether or not the drive meets a resonance or the two free rates coincide.
+/// Returns the second divided difference of z -> exp(z t): the motion from rest of x'' - (b + c) x'
+/// + b c x = exp(a t), also at resonance and for two equal free rates.
 Complex exponential_difference(Complex a, Complex b, Complex c, double t) {
   const double ab = std::abs(a - b);
   const double bc = std::abs(b - c);
   const double ca = std::abs(c - a);
-  if (std::max({ab, bc, ca}) * t < 0.5) {  // all close: Taylor about their mean
+  if (std::max({ab, bc, ca}) * t < 0.5) {  // all close: Taylor series about their mean
     const Complex mean = (a + b + c) / 3.0;
     const Complex za = (a - mean) * t;
     const Complex zb = (b - mean) * t;
@@ -97,7 +98,8 @@ Complex exponential_difference(Complex a, Complex b, Complex c, double t) {
   return (exponential_difference(c, b, t) - exponential_difference(a, b, t)) / (c - a);
 }
 
-/// Motion from rest of x'' + 2 gamma x' + omega0^2 x = cos(w t): transient and steady state in one.
+/// Returns the motion from rest of x'' + 2 gamma x' + omega0^2 x = cos(w t), transient and steady
+/// state together.
 OscillatorState driven_from_rest(double gamma, double omega0_squared, double w, double t) {
   const Complex root = std::sqrt(Complex(gamma * gamma - omega0_squared, 0.0));
   const Complex fast = gamma >= 0.0 ? -gamma - root : -gamma + root;

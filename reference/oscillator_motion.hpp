@@ -11,14 +11,15 @@ struct OscillatorState {
   double velocity = 0.0;  ///< [m/s]
 };
 
-/// Damping ratio S = c / (2 sqrt(m k)).
+/// Returns the damping ratio S = c / (2 sqrt(m k)) [1].
 double damping_ratio(const Oscillator& oscillator);
 
-/// "driven", "undamped", "underdamped", "critically damped", "overdamped" or "negatively damped".
+/// Returns "driven", "undamped", "underdamped", "critically damped", "overdamped" or "negatively
+/// damped".
 const char* damping_class(const Oscillator& oscillator);
 
-/// Exact motion at time t in every regime (S < 0, = 0, < 1, = 1, > 1), driven or not; smooth
-/// through S = 1 to 1e-13 relative. k = 0 (a free mass with drag) is allowed.
+/// Returns the exact motion at time t [s] in every regime (S < 0, = 0, < 1, = 1, > 1), driven or
+/// not; smooth through S = 1 to 1e-13 relative. k = 0 (a free mass with drag) is allowed.
 OscillatorState exact_motion(const Oscillator& oscillator, double t);
 
 /// Eq. 6 in its three readings; A is the amplitude of the paper's figures, exact_motion the third.

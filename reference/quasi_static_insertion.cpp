@@ -24,7 +24,8 @@ class StaticTissue {
       : track_(needle_track(scene, network)), problem_(network) {
     const Sparse stiffness = LinearProblem(problem_).stiffness();
     index_.assign(static_cast<std::size_t>(problem_.dof()), -1);
-    // A chain resists along itself only: what nothing resists and nothing pushes has no equation.
+    // Springs in a chain act along it only; coordinates without stiffness and force have no
+    // equation.
     const double least = 1e-14 * stiffness.diagonal().maxCoeff();
     for (Index i = 0; i < problem_.dof(); ++i) {
       if (stiffness.coeff(i, i) > least) { index_[static_cast<std::size_t>(i)] = count_++; }
@@ -109,7 +110,7 @@ std::vector<ForceDepthVertex> force_depth_curve(const Scene& scene, const Spring
         return curve;
       }
     }
-    if (!std::isfinite(part.cutting_force)) { return curve; }  // on fixed nodes: a wall
+    if (!std::isfinite(part.cutting_force)) { return curve; }  // a wall
     curve.push_back({place, part.cutting_force});
     force = part.cutting_force;
     if (!std::isfinite(part.end)) { break; }
@@ -117,7 +118,7 @@ std::vector<ForceDepthVertex> force_depth_curve(const Scene& scene, const Spring
     const double compliance = tissue.compliance(depth);
     const double there = depth + compliance * force;
     if (there >= end) { break; }
-    if (there < place) {  // it snaps through the whole layer
+    if (there < place) {  // the tip passes the whole layer at once
       force = (place - depth) / compliance;
     }
     place = std::max(place, there);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Insertion so slow that nothing accelerates, without friction and with the stiffness at rest
-/// (model/EQUATIONS.md, "Needle tip"): a chain of straight lines in (s, F).
+/// Quasi-static insertion without friction and with the stiffness at rest
+/// (model/EQUATIONS.md, "Needle tip"): a piecewise linear curve in (s, F).
 
 #include <vector>
 
@@ -9,9 +9,9 @@
 
 namespace palpate::reference {
 
-/// c = w.K^-1 w [m/N], w the knot weights at a depth xi [m] of the tool's line times n: how far the
-/// tip sinks in for each newton. 0 where only fixed nodes bear it. SolverError where the tissue can
-/// move freely, or the scene has no tool.
+/// Returns the indentation of the tip per force, c = w.K^-1 w [m/N], with w the contact point
+/// weights at a depth xi [m] times n. The value is 0 if only fixed nodes support the tip. Throws
+/// SolverError if the tissue can move freely or the scene has no tool.
 double static_compliance(const Scene& scene, const SpringNetwork& network, double depth);
 
 struct ForceDepthVertex {
@@ -19,13 +19,14 @@ struct ForceDepthVertex {
   double force = 0.0;  ///< F [N]
 };
 
-/// From the skin to the place `end` [m]: the tip sticks at slope 1 / c(d), cuts at F_c, sticks at a
-/// layer that resists more, and drops to F_c at once (a vertical line) at one that resists less.
-/// Throws as above.
+/// Returns the force-depth curve from the skin to the position `end` [m]. The tip sticks with slope
+/// 1 / c(d), cuts at F_c, sticks at a layer of higher resistance, and drops to F_c at once (a
+/// vertical line) at one of lower resistance. Throws as static_compliance() does.
 std::vector<ForceDepthVertex> force_depth_curve(const Scene& scene, const SpringNetwork& network,
                                                 double end);
 
-/// F at a place on the curve [N], the last of a vertical line; the end values beyond its ends.
+/// Returns F at a position on the curve [N]: the last value of a vertical line, and the end values
+/// outside the curve.
 double force_at(const std::vector<ForceDepthVertex>& curve, double place);
 
 }  // namespace palpate::reference

@@ -60,7 +60,7 @@ TriangleSurface sphere_surface(const Vector3d& centre, double radius, int divisi
                         (octant & 4) != 0 ? -1.0 : 1.0);
     const bool mirrored = sign.prod() < 0.0;
     const auto at = [&](int i, int j) {
-      // Whole numbers times a sign: both octants beside an edge compute the same place.
+      // Integers times a sign: both octants at an edge compute the same position.
       const Vector3d p = sign.cwiseProduct(Vector3d(i, j, n - i - j));
       return b.vertex(centre + radius * p / p.norm());
     };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Closed surfaces of solids whose volume is known in closed form, for what becomes of surfaces.
+/// Closed surfaces of solids whose volume is known in closed form.
 
 #include <functional>
 
@@ -8,19 +8,20 @@
 
 namespace palpate::reference {
 
-/// A box with edges along the axes: volume exact.
+/// Returns a box with edges along the axes; its volume is exact.
 TriangleSurface box_surface(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 
-/// An octahedron divided `divisions` times along each edge and blown up: vertices lie on the
-/// sphere, 8 n^2 faces.
+/// Returns an octahedron with `divisions` n per edge, projected to a sphere: 8 n^2 faces with all
+/// vertices on the sphere.
 TriangleSurface sphere_surface(const Eigen::Vector3d& centre, double radius, int divisions);
 
-/// A disc of radius `thickness` swept by `angle` [rad] on a circle of `radius` about z: a torus for
-/// 2 pi, and a letter C, closed at its ends, for less. `steps` along the circle, `around` the disc.
+/// Returns a disc of radius `thickness` [m] swept by `angle` [rad] on a circle of `radius` [m]
+/// about z: a torus for 2 pi, else an arc with closed ends. It has `steps` divisions along the
+/// circle and `around` along the disc.
 TriangleSurface ring_surface(double radius, double thickness, double angle, int steps, int around);
 
-/// An open patch over |x| <= half.x, |y| <= half.y in `steps` by `steps` squares, its vertices at z
-/// = height(x, y); faces look towards -z.
+/// Returns an open patch over |x| <= half.x, |y| <= half.y in `steps` by `steps` squares, with
+/// vertices at z = height(x, y). Normals point towards -z.
 TriangleSurface patch_surface(const Eigen::Vector2d& half, int steps,
                               const std::function<double(double, double)>& height);
 

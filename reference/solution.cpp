@@ -16,7 +16,7 @@ namespace palpate::reference {
 
 namespace {
 
-/// Two FNV-1a sums with different offsets over the bytes of everything that is added.
+/// Hash of two FNV-1a sums with different offsets over all added bytes.
 class Digest {
  public:
   void add(double value) {
@@ -45,7 +45,8 @@ class Digest {
   std::array<std::uint64_t, 2> sums_{0xcbf29ce484222325ULL, 0x9ae16a3b2f90404fULL};
 };
 
-/// Forces and gates at states around the start: whatever a problem is made of shows in them.
+/// Adds forces and activation times at states around the start, which depend on all data of a
+/// problem.
 void add_probes(Digest& digest, const Problem& problem, const std::vector<double>& times) {
   const Eigen::VectorXd start = problem.initial_position();
   const Eigen::VectorXd velocity = problem.initial_velocity();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What all reference solvers share: tolerances, errors, and a cache of solutions.
+/// Tolerances, errors and solution cache of all reference solvers.
 
 #include <Eigen/Core>
 #include <functional>
@@ -14,46 +14,46 @@
 
 namespace palpate::reference {
 
-/// Absolute tolerances follow from physical sizes: position_scale * relative and
-/// velocity_scale * relative, never one scalar for metres and metres per second.
+/// Tolerances of a solver. Absolute tolerances are position_scale * relative and velocity_scale *
+/// relative, because metres and metres per second need different ones.
 struct Tolerance {
   double relative = 1e-10;
   double position_scale = 1e-3;  ///< [m]
   double velocity_scale = 1e-1;  ///< [m/s]
 };
 
-/// A solver that could not do what was asked: the message names solver, flag and time.
+/// Failure of a solver: the message names solver, flag and time.
 class SolverError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// An iteration that was ended before it had found its answer.
+/// Iteration that ended before convergence.
 class NotConverged : public SolverError {
  public:
   using SolverError::SolverError;
 };
 
-/// times: ascending, times[0] = 0 and equal to the problem's initial instant. Every break of the
-/// problem is a stop time, and no step is longer than a quarter of its shortest feature.
-/// Throws SolverError.
+/// Function that solves a problem. `times` [s] ascend from times[0] = 0, the initial instant of the
+/// problem. Every break of the problem is a stop time, and no step is longer than a quarter of its
+/// shortest feature. Throws SolverError.
 using Solver = Trace (*)(const Problem& problem, const std::vector<double>& times,
                          const Tolerance& tolerance);
 
-// Where slow references may be kept between runs. The folder behind it may vanish at any time: a
-// miss is never an error. The key is everything that decides the answer.
+// Cache of slow references between runs. Its folder may be deleted at any time: a miss is not an
+// error. The key contains everything that the solution depends on.
 
 struct Cache {
   std::function<std::optional<Trace>(const std::string& key)> load{};
   std::function<void(const std::string& key, const Trace& solution)> save{};
 };
 
-/// Key of a solver on a problem: solver, version, tolerances, times and every number of the
-/// problem (masses, initial values, forces and Jacobian along a probe motion, breaks).
+/// Returns the key of a solver on a problem: solver, version, tolerances, times and every number of
+/// the problem (masses, initial values, forces and Jacobian along a probe motion, breaks).
 std::string cache_key(const std::string& solver, const Problem& problem,
                       const std::vector<double>& times, const Tolerance& tolerance);
 
-/// From the cache when it is there, else computed and kept. cache may be nullptr.
+/// Returns the solution from the cache, or computes and stores it. `cache` may be nullptr.
 Trace solve_cached(const Cache* cache, const std::string& solver, Solver compute,
                    const Problem& problem, const std::vector<double>& times,
                    const Tolerance& tolerance);

@@ -115,7 +115,7 @@ void judge_ladder(const EstablishOptions& options, Reference& reference) {
     reference.notes.push_back("ladder of " + std::to_string(options.rungs) +
                               " tolerances; 4 make a reference");
   }
-  // At the level of rounding no order can be asked for.
+  // At the level of rounding the order cannot be measured.
   constexpr double rounding = 1e-13;
   reference.ladder_is_monotone = true;
   for (std::size_t n = 1; n < reference.ladder.size(); ++n) {
@@ -162,24 +162,24 @@ void ask_others(const Problem& problem, const Tolerance& finest,
 void judge_steps(const Problem& problem, Reference& reference) {
   const long steps = reference.solution.steps;
   const auto least = static_cast<long>(segments_of(problem, reference.solution.time).size()) + 9;
-  if (steps > 0 && steps < least) {  // a closed form takes none
+  if (steps > 0 && steps < least) {  // a closed form takes no steps
     refuse(reference, "only " + std::to_string(steps) + " steps; breaks + 10 are demanded");
   }
 }
 
 void judge_agreement(const EstablishOptions& options, Reference& reference) {
-  if (reference.second_opinions.empty()) { return; }  // refused already
+  if (reference.second_opinions.empty()) { return; }  // already rejected
   if (reference.agreed_digits < options.demanded_digits) {
     refuse(reference, "the families agree to " + rounded(reference.agreed_digits) + " digits; " +
                           rounded(options.demanded_digits) + " are demanded");
   }
 }
 
-/// The same network with its springs in another order and turned round, or nothing when that is
-/// another problem (springs of a printed form of the equations are not visible from outside).
+/// Returns the same network with its springs reordered and reversed. Returns nothing if that is
+/// another problem: springs of a printed form of the equations are not accessible.
 std::optional<NetworkProblem> permuted(const NetworkProblem& problem) {
   SpringNetwork network = problem.network();
-  std::mt19937 order(20);  // any fixed seed: the order must only be the same every time
+  std::mt19937 order(20);  // any fixed seed; the order must be reproducible
   network.springs.edit([&](std::vector<Spring>& all) { std::ranges::shuffle(all, order); });
   network.springs.change_each([&](Spring& spring) { std::swap(spring.a, spring.b); });
   NetworkProblem shuffled(std::move(network), problem.loads(), problem.gravity());

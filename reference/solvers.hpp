@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Linear multistep references of variable order and step (CVODE). Restarted at every break.
+/// Linear multistep references of variable order and step (CVODE), restarted at every break.
 
 #include <Eigen/Core>
 #include <string>
@@ -11,61 +11,65 @@
 
 namespace palpate::reference {
 
-/// Adams-Moulton up to order 12, fixed-point iteration: for problems that are not stiff.
+/// Solves by Adams-Moulton up to order 12 with fixed-point iteration, for problems that are not
+/// stiff.
 Trace solve_cvode_adams(const Problem& problem, const std::vector<double>& times,
                         const Tolerance& tolerance);
 
-/// Backward differentiation up to order 5, Newton with the analytic Jacobian and KLU.
+/// Solves by backward differentiation up to order 5, Newton with the analytic Jacobian and KLU.
 Trace solve_cvode_bdf(const Problem& problem, const std::vector<double>& times,
                       const Tolerance& tolerance);
 
-// One-step references (ARKODE). Restarted at every break. Tables: runge_kutta_table.hpp; each run
-// asks ARKODE which one it used and refuses one that would reuse a stale stage.
+// One-step references (ARKODE), restarted at every break. Each run checks which table ARKODE used
+// and rejects one that would reuse a stale stage (sundials.hpp).
 
-/// Fehlberg's explicit pair of orders 7 and 8: the first choice when the network is not stiff.
+/// Solves by Fehlberg's explicit pair of orders 7 and 8, preferred if the network is not stiff.
 Trace solve_arkode_explicit(const Problem& problem, const std::vector<double>& times,
                             const Tolerance& tolerance);
 
-/// Dormand and Prince's explicit pair of orders 5 and 4: for low accuracy, where it is cheaper.
+/// Solves by Dormand and Prince's explicit pair of orders 5 and 4, which is cheaper for low
+/// accuracy.
 Trace solve_arkode_dormand_prince(const Problem& problem, const std::vector<double>& times,
                                   const Tolerance& tolerance);
 
-/// Stiffly accurate ESDIRK 5(4) with seven stages, Newton with the analytic Jacobian and KLU: the
-/// first choice for stiff damping or strong contrasts of stiffness.
+/// Solves by a stiffly accurate ESDIRK 5(4) with seven stages, Newton with the analytic Jacobian
+/// and KLU. Preferred for stiff damping or strong contrasts of stiffness.
 Trace solve_arkode_esdirk(const Problem& problem, const std::vector<double>& times,
                           const Tolerance& tolerance);
 
-// References by the GNU Scientific Library: nothing in common with the other solvers but the
-// first-order form. Errors are controlled per coordinate. Restarted at every break.
+// References by the GNU Scientific Library, which share only the first-order form with the other
+// solvers. Errors are controlled per coordinate. Restarted at every break.
 
-/// Most states (2 x dof) for which the dense Jacobian of solve_gsl_msbdf is accepted.
+/// Largest number of states (2 x dof) for which solve_gsl_msbdf accepts its dense Jacobian.
 inline constexpr Eigen::Index dense_state_limit = 600;
 
-/// Explicit Runge-Kutta Prince-Dormand 8(9).
+/// Solves by explicit Runge-Kutta Prince-Dormand 8(9).
 Trace solve_gsl_rk8pd(const Problem& problem, const std::vector<double>& times,
                       const Tolerance& tolerance);
 
-/// Multistep BDF in Nordsieck form with the dense analytic Jacobian; SolverError above the limit.
+/// Solves by multistep BDF in Nordsieck form with the dense analytic Jacobian. Throws SolverError
+/// above dense_state_limit.
 Trace solve_gsl_msbdf(const Problem& problem, const std::vector<double>& times,
                       const Tolerance& tolerance);
 
-// One-step references (Boost.odeint). Restarted at every break.
+// One-step references (Boost.odeint), restarted at every break.
 
-/// Dormand and Prince's explicit pair of orders 5 and 4, with the library's own control of the
-/// step.
+/// Solves by Dormand and Prince's explicit pair of orders 5 and 4 with the library's step control.
 Trace solve_odeint_dormand_prince(const Problem& problem, const std::vector<double>& times,
                                   const Tolerance& tolerance);
 
-// The equations of motion written a second time, in long double, from the physics and not from the
-// specification: an error in Problem::force shows as disagreement. Fehlberg 7(8) of Boost.odeint.
+// Independent second implementation of the equations of motion in long double, from the physics and
+// not from the specification, which reveals an error in Problem::force. Fehlberg 7(8) of
+// Boost.odeint.
 
-/// For a NetworkProblem or an OscillatorProblem, with the corrected equations; SolverError for any
-/// other. The printed forms of the equations are not known here, and disagree, as they should.
+/// Solves a NetworkProblem or an OscillatorProblem with the corrected equations; throws SolverError
+/// for any other. Printed forms of the equations are not implemented here, so results for them
+/// disagree.
 Trace solve_long_double(const Problem& problem, const std::vector<double>& times,
                         const Tolerance& tolerance);
 
-// All solvers of this library by name and family. Two solvers of one family do not confirm each
-// other.
+// List of all solvers of this library by name and family. Two solvers of one family do not confirm
+// each other.
 
 struct NamedSolver {
   std::string name{};  ///< as in Trace::solver
@@ -76,7 +80,8 @@ struct NamedSolver {
 
 const std::vector<NamedSolver>& all_solvers();
 
-/// std::invalid_argument, naming those that exist, when there is none of that name.
+/// Returns the solver of this name. Throws std::invalid_argument with the existing names if there
+/// is none.
 const NamedSolver& solver_named(std::string_view name);
 
 }  // namespace palpate::reference

@@ -29,8 +29,8 @@ bool is_symmetric(const Sparse& matrix) {
   return (matrix - transposed).norm() <= 1e-14 * matrix.norm();
 }
 
-/// With one round of iterative refinement: stiffness contrasts cost digits otherwise. Rounding can
-/// hide from the factors that a matrix is singular, not from what its answer leaves over.
+/// Solves with one round of iterative refinement, which compensates for stiffness contrasts. The
+/// residual also reveals a singular matrix that rounding hides in the factors.
 template <class Factors>
 VectorXd refined(const Factors& factors, const Sparse& matrix, const VectorXd& right) {
   VectorXd x = factors.solve(right);
@@ -157,7 +157,7 @@ double largest(const VectorXd& f) {
   return f.allFinite() ? f.cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
 }
 
-/// What rounding of positions alone does to the forces.
+/// Returns the change of the forces due to rounding of positions.
 double rounding_floor(const Sparse& stiffness, const VectorXd& q) {
   const VectorXd size = stiffness.cwiseAbs() * q.cwiseAbs();
   return 8.0 * std::numeric_limits<double>::epsilon() * size.maxCoeff();

@@ -65,7 +65,7 @@ void Session::use_sparse_jacobian() {
   check_made(matrix_.get(), "SUNSparseMatrix");
   linear_solver_.reset(SUNLinSol_KLU(state(), matrix(), context()));
   check_made(linear_solver_.get(), "SUNLinSol_KLU");
-  constexpr int minimum_degree = 0;  // AMD: a quarter faster than COLAMD on lattices
+  constexpr int minimum_degree = 0;  // AMD; faster than COLAMD on lattices
   if (SUNLinSol_KLUSetOrdering(linear_solver(), minimum_degree) != 0) {
     fail(solver_, "SUNLinSol_KLUSetOrdering", "an error", 0.0, "");
   }
@@ -98,7 +98,7 @@ int Session::jacobian(realtype, N_Vector y, N_Vector, SUNMatrix matrix, void* se
   try {
     FirstOrderJacobian& jacobian = *self.jacobian_;
     jacobian.update(N_VGetArrayPointer(y));
-    // The library clears the indices too before it asks, so the pattern is written every time.
+    // The library also clears the indices before this call, so the pattern is written every time.
     std::ranges::copy(jacobian.column_starts(), SUNSparseMatrix_IndexPointers(matrix));
     std::ranges::copy(jacobian.rows(), SUNSparseMatrix_IndexValues(matrix));
     std::ranges::copy(jacobian.values(), SUNSparseMatrix_Data(matrix));
@@ -110,7 +110,7 @@ int Session::jacobian(realtype, N_Vector y, N_Vector, SUNMatrix matrix, void* se
 }
 
 void Session::complain(int code, const char*, const char* function, char* message, void* session) {
-  if (code >= 0) { return; }  // a warning; what matters is checked
+  if (code >= 0) { return; }  // a warning; results are checked separately
   static_cast<Session*>(session)->complaint_ = std::string(function) + ": " + message;
 }
 
@@ -198,12 +198,13 @@ class Cvode final : public Integrator {
     check(CVodeReInit(memory_.get(), segment.start, session_.state()), "CVodeReInit");
     check(CVodeSetMaxStep(memory_.get(), segment.max_step), "CVodeSetMaxStep");
     check(CVodeSetStopTime(memory_.get(), segment.end), "CVodeSetStopTime");
-    // Without it, a right-hand side that fails is approached by ten million steps of no length.
+    // Without a minimum step, a failing right-hand side leads to millions of steps of length zero.
     check(CVodeSetMinStep(memory_.get(), 1e-14 * segment.end), "CVodeSetMinStep");
     time_ = segment.start;
   }
 
-  /// Interpolated between steps: as accurate as the steps, which end exactly at breaks only.
+  /// Advances with interpolation between steps, which has the accuracy of the steps. Steps end
+  /// exactly only at breaks.
   void advance(double time) override {
     const int flag = CVode(memory_.get(), time, session_.state(), &time_, CV_NORMAL);
     if (flag < 0) { CVodeGetCurrentTime(memory_.get(), &time_); }
@@ -292,7 +293,7 @@ class Explicit final : public Integrator {
     time_ = segment.start;
   }
 
-  /// Ends a step at `time`: interpolation would be of lower order than the method.
+  /// Ends a step at `time` [s], because interpolation has a lower order than the method.
   void advance(double time) override {
     check(ERKStepSetStopTime(memory_.get(), time), "ERKStepSetStopTime");
     const int flag = ERKStepEvolve(memory_.get(), time, session_.state(), &time_, ARK_NORMAL);
@@ -340,8 +341,8 @@ class Implicit final : public Integrator {
     check(ARKStepSetLinearSolver(memory, session_.linear_solver(), session_.matrix()),
           "ARKStepSetLinearSolver");
     check(ARKStepSetJacFn(memory, Session::jacobian), "ARKStepSetJacFn");
-    // By default a rate of convergence measured with one step size is trusted with the next, and on
-    // linear problems it is so good that a wrong first iterate passes: 1e-4 instead of 1e-11.
+    // By default the convergence rate of one step size is reused for the next. On linear problems
+    // it is so small that a wrong first iterate is accepted.
     check(ARKStepSetNonlinCRDown(memory, 1.0), "ARKStepSetNonlinCRDown");
   }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the CVODE and ARKODE solvers share: owned handles, callbacks, checked flags. Private to
-/// reference/*.cpp; no other header of this library shows a library type.
+/// Owned handles, callbacks and flag checks of the CVODE and ARKODE solvers. Private to
+/// reference/*.cpp; no other header of this library exposes a library type.
 
 // clang-format off
 #include <cstdio>  // arkode_butcher.h uses FILE
@@ -42,7 +42,7 @@ using NonlinearSolver = Owned<SUNNonlinearSolver, SUNNonlinSolFree>;
 
 std::string version();  ///< "SUNDIALS 6.4.1"
 
-/// The system, its state vector and its tolerances, as user data of the callbacks below.
+/// System, state vector and tolerances, passed as user data to the callbacks below.
 class Session {
  public:
   Session(std::string solver, const Problem& problem, const Tolerance& tolerance);
@@ -56,14 +56,14 @@ class Session {
   [[nodiscard]] const double* state_values() const { return N_VGetArrayPointer(state_.get()); }
   [[nodiscard]] N_Vector absolute_tolerance() const { return absolute_.get(); }
 
-  /// KLU with the analytic Jacobian; the matrix lives as long as the session.
+  /// Uses KLU with the analytic Jacobian; the matrix is owned by the session.
   void use_sparse_jacobian();
   [[nodiscard]] SUNMatrix matrix() const { return matrix_.get(); }
   [[nodiscard]] SUNLinearSolver linear_solver() const { return linear_solver_.get(); }
 
-  /// Throws SolverError when flag < 0, naming the flag by the library's own function.
+  /// Throws SolverError if flag < 0, with the flag's name from the library.
   void check(int flag, const char* function, char* (*flag_name)(long), double time) const;
-  /// Throws SolverError when a handle could not be made.
+  /// Throws SolverError if a handle could not be created.
   void check_made(const void* handle, const char* function) const;
 
   static int right_hand_side(realtype t, N_Vector y, N_Vector dy, void* session);
@@ -82,7 +82,7 @@ class Session {
   Matrix matrix_;
   LinearSolver linear_solver_;
   std::string complaint_;  ///< last message of the library
-  std::string cause_;      ///< why a callback refused
+  std::string cause_;      ///< reason of a failure in a callback
 };
 
 // Runge-Kutta tables that ERKStep and ARKStep of SUNDIALS 6.4 integrate correctly.
@@ -96,14 +96,14 @@ class Session {
 // The library's header uses FILE and leaves it to others to declare it first.
 using Table = std::unique_ptr<ARKodeButcherTableMem, Deleter<ARKodeButcherTable_Free>>;
 
-/// Whether reusing the last stage's derivative is either not tried or right.
+/// Returns true if the last stage's derivative is not reused or if reusing it is correct.
 bool reuses_no_stale_stage(const ARKodeButcherTableMem& table);
 
-/// For the table that a stepper says it used: SolverError naming `solver` when it reuses a stale
-/// stage.
+/// Checks the table that a stepper used. Throws SolverError that names `solver` if the table reuses
+/// a stale stage.
 void refuse_stale_stage(ARKodeButcherTable used, const std::string& solver);
 
-/// The same method, with a stage added when it is needed.
+/// Returns the same method, with an additional stage if needed.
 Table without_stale_stage(const ARKodeButcherTableMem& table);
 
 Table explicit_table(int id);  ///< ARKODE_ERKTableID, made safe

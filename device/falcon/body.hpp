@@ -9,7 +9,8 @@
 
 namespace palpate::device::falcon {
 
-/// What the firmware reads and drives: mechanism, motors, encoders, buttons, and the hand on them.
+/// Interface of the hardware that the firmware reads and drives: mechanism, motors, encoders and
+/// buttons, with the hand on the grip.
 class Body {
  public:
   Body() = default;
@@ -17,39 +18,39 @@ class Body {
   Body& operator=(const Body&) = delete;
   virtual ~Body() = default;
 
-  /// Moves on by `duration_s` with these motor words, as received, and homing on or off.
+  /// Advances by `duration_s` [s] with the motor words as received and with homing on or off.
   virtual void advance(double duration_s, const std::array<std::int16_t, 3>& words,
                        bool homing) noexcept = 0;
-  /// Counters, buttons and homed legs as they are now.
+  /// Returns the present counts, buttons and homed legs.
   [[nodiscard]] virtual DevicePacket present() const noexcept = 0;
-  /// Power went: whatever the electronics remembers is gone, homing above all.
+  /// Simulates a loss of power: all state of the electronics is reset, including homing.
   virtual void lose_power() noexcept {}
 };
 
-// A body without mechanics: counts and buttons follow a script, whatever the motors do.
+// Body without mechanics: counts and buttons follow a script and do not depend on the motors.
 
 struct GripScript {
-  /// Counts of the three legs at a time, seen from their index marks.
+  /// Counts of the three legs at one time, relative to their index marks.
   struct Pose {
     double time = 0.0;  ///< [s]
     std::array<int, 3> counts{};
   };
-  /// Buttons held during [start, end) [s].
+  /// Interval [start, end) in which buttons are pressed [s].
   struct Press {
     Buttons buttons{};
     double start = 0.0;
     double end = 0.0;
   };
-  std::vector<Pose> poses{};  ///< by rising time; straight between them, at rest outside
+  std::vector<Pose> poses{};  ///< ascending time; interpolated linearly, constant outside
   std::vector<Press> presses{};
-  std::array<int, 3> power_on{};  ///< counts shown before homing = counts of the script + these
-  bool homed = true;              ///< at the start
+  std::array<int, 3> power_on{};  ///< offset added to the scripted counts before homing
+  bool homed = true;              ///< initial state
 };
 
-/// A leg that is not homed shows its count plus an offset. While homing is on it arms beyond 60
-/// degrees of the arm, where libnifalcon's geometry has count 686, and is homed when it comes back
-/// inward through count 0, the index mark at 35 degrees. The mark's place is inferred from the
-/// procedure that users follow, not documented.
+/// Scripted body with homing. A leg that is not homed reports its count plus an offset. While
+/// homing is on, a leg is armed beyond an arm angle of 60 degrees (count 686 in libnifalcon's
+/// geometry). It is homed when it returns inward through count 0, the index mark at 35 degrees. The
+/// position of the mark is inferred from the users' procedure; it is not documented.
 class ScriptedGrip final : public Body {
  public:
   explicit ScriptedGrip(GripScript script);
@@ -64,7 +65,7 @@ class ScriptedGrip final : public Body {
 
   GripScript script_;
   double time_ = 0.0;
-  std::size_t segment_ = 0;  ///< of the pose that was last reached
+  std::size_t segment_ = 0;  ///< index of the last pose reached
   std::array<bool, 3> armed_{};
   std::array<bool, 3> homed_{};
 };

@@ -45,7 +45,8 @@ bool Driver::upload(std::span<const std::uint8_t> image) noexcept {
   return right;
 }
 
-/// Exactly these bytes, after at most a few strays: some hosts see a zero byte first (libnifalcon).
+/// Waits for exactly these bytes after at most a few stray ones: some hosts read a zero byte first
+/// (libnifalcon).
 bool Driver::await(std::span<const std::uint8_t> expected, double patience_s) noexcept {
   const double deadline = link_.now() + patience_s;
   std::size_t matched = 0;
@@ -109,7 +110,7 @@ void Driver::discard() noexcept {
 
 namespace {
 
-constexpr double most_torque = 30.0;   // [N m] where libnifalcon scales down; never reached
+constexpr double most_torque = 30.0;  // limit at which libnifalcon scales down [N m]; never reached
 constexpr double close_enough = 0.01;  // [rad]
 constexpr int most_tries = 15;
 

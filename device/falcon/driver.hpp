@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The host's side of the Falcon link, for a simulator. Driver exchanges raw words and counts;
+/// Host side of the Falcon link, for a simulator. Driver exchanges raw words and counts;
 /// DriverProfile converts them to positions and forces.
 
 #include <cstdint>
@@ -15,27 +15,27 @@
 namespace palpate::device::falcon {
 
 struct DriverOptions {
-  double reply_deadline = 4e-3;  ///< [s] after which a reply is treated as lost
-  /// Accept the reply to an earlier request, for loops that never wait.
+  double reply_deadline = 4e-3;  ///< time after which a reply is treated as lost [s]
+  /// Accepts the reply to an earlier request, for loops that do not wait.
   bool keep_late = false;
-  int hails = 20;                ///< tries to find a boot loader (libnifalcon: up to 100)
-  int probes = 20;               ///< tries to find firmware that runs
-  double hail_patience = 20e-3;  ///< [s] for the answer to one hail, and for the echo of a block
+  int hails = 20;                ///< attempts to find a boot loader (libnifalcon: up to 100)
+  int probes = 20;               ///< attempts to find running firmware
+  double hail_patience = 20e-3;  ///< timeout of a hail and of the echo of a block [s]
 };
 
 enum class OpenResult {
-  loaded,       ///< the image was echoed correctly, and packets are answered
-  was_running,  ///< no boot loader answered, but packets are
+  loaded,       ///< the image was echoed correctly, and the device replies to packets
+  was_running,  ///< no boot loader answered, but the device replies to packets
   no_answer,
   echo_differs,  ///< the upload was damaged; retry after the device has abandoned it
 };
 
 struct DriverCounts {
   std::int64_t requests = 0;
-  std::int64_t replies = 0;      ///< in time
+  std::int64_t replies = 0;      ///< replies before the deadline
   std::int64_t lost = 0;         ///< requests whose deadline passed
-  std::int64_t late = 0;         ///< replies that came after it, found before the next request
-  std::int64_t superfluous = 0;  ///< further replies within one exchange; the newest one counts
+  std::int64_t late = 0;         ///< replies after the deadline, read before the next request
+  std::int64_t superfluous = 0;  ///< additional replies within one exchange; the newest one is used
   bool operator==(const DriverCounts&) const = default;
 };
 
@@ -44,15 +44,16 @@ class Driver {
   explicit Driver(ByteLink& link, const DriverOptions& options = {}) noexcept
       : link_(link), options_(options) {}
 
-  /// Hails the boot loader first: a probe by packet is said to spoil the upload that follows
-  /// (M. Goerner's driver, 2025). Uploads `image` when it answers.
+  /// Connects to the device and uploads `image` if the boot loader answers. The boot loader is
+  /// hailed before any probe, because a probe packet can damage the following upload (M. Goerner's
+  /// driver, 2025).
   OpenResult open(std::span<const std::uint8_t> image) noexcept;
-  /// Whether packets are answered; leaves the motors off.
+  /// Returns true if the device replies to packets. Leaves the motors off.
   bool probe() noexcept;
 
-  /// One request and its reply; nothing when none came in time. Replies bear no number, so one
-  /// that arrives after the next request is treated as the reply to that request. One that waits
-  /// already is discarded first, unless keep_late is set.
+  /// Sends one request and returns its reply, or nothing if no reply arrives in time. Replies are
+  /// not numbered: one that arrives after the next request is treated as the reply to that request.
+  /// A reply that is already in the buffer is discarded first, unless keep_late is set.
   std::optional<DevicePacket> exchange(const HostPacket& request) noexcept;
 
   [[nodiscard]] const DriverCounts& counts() const noexcept { return counts_; }
@@ -72,18 +73,19 @@ class Driver {
 };
 
 /// Conversion of counts and forces by a driver. `CorrectProfile` is exact; `StockProfile`
-/// reproduces the errors of libnifalcon (f7c727a), so that results can be given for both.
+/// reproduces the errors of libnifalcon (f7c727a).
 class DriverProfile {
  public:
   virtual ~DriverProfile() = default;
-  /// Position [m] that the driver reports for these counts; the last one when it finds none.
+  /// Returns the position [m] that the driver reports for these counts, or the previous position if
+  /// there is no solution.
   virtual Eigen::Vector3d position(const Counts& counts) noexcept = 0;
-  /// Words for a force on the hand [N] at the reported position of the grip [m].
+  /// Returns the motor words for a force on the hand [N] at the reported position of the grip [m].
   virtual Command words(const Eigen::Vector3d& position,
                         const Eigen::Vector3d& force_on_hand) noexcept = 0;
 };
 
-/// Exact forward solution, true Jacobian, words clamped.
+/// Driver profile with the exact forward solution, the true Jacobian and clamped words.
 class CorrectProfile final : public DriverProfile {
  public:
   explicit CorrectProfile(const Kinematics& kinematics = Kinematics(),
@@ -99,11 +101,11 @@ class CorrectProfile final : public DriverProfile {
   Eigen::Vector3d position_ = Kinematics::cold_start();
 };
 
-/// libnifalcon's three defects. (1) In the row of each leg the rate along z has sin(theta2) squared
-/// where sin(theta2) sin(theta3) belongs (its issue 66), in forces and read-out alike. (2) Words
-/// are neither clamped nor calibrated: 10,000 per N m, low 16 bits sent. (3) The read-out takes
-/// half steps of Newton's method and stops with the first that began within 0.01 rad: at loop rate
-/// a one-pole filter.
+/// Driver profile with libnifalcon's three defects. (1) The row of each leg uses sin(theta2)
+/// squared for the rate along z instead of sin(theta2) sin(theta3) (issue 66), in forces and in
+/// position. (2) Words are neither clamped nor calibrated: 10,000 per N m, the low 16 bits are
+/// sent. (3) The position uses half Newton steps and stops after the first step that began within
+/// 0.01 rad, which acts as a one-pole filter at loop rate.
 class StockProfile final : public DriverProfile {
  public:
   explicit StockProfile(const Geometry& geometry = libnifalcon()) : kinematics_(geometry) {}
@@ -113,10 +115,10 @@ class StockProfile final : public DriverProfile {
 
  private:
   Kinematics kinematics_;
-  Eigen::Vector3d position_{0.0, 0.0, 0.080};  ///< where its first read-out starts
+  Eigen::Vector3d position_{0.0, 0.0, 0.080};  ///< initial guess of the first position solution [m]
 };
 
-/// The Jacobian that libnifalcon uses [m/rad], wrong in z; nothing beyond reach.
+/// Returns the Jacobian that libnifalcon uses [m/rad], wrong in z, or nothing beyond the reach.
 std::optional<Eigen::Matrix3d> stock_jacobian(const Kinematics& kinematics,
                                               const Eigen::Vector3d& position) noexcept;
 

@@ -45,7 +45,7 @@ DeviceSample EmulatedFalcon::exchange_packets(const Eigen::Vector3d& force) noex
   const std::optional<DevicePacket> reply = driver_.exchange({.words = command.sent});
   if (!reply) { return {.position = place_, .answered = false, .homed = homed_}; }
   homed_ = std::ranges::all_of(reply->homed, [](bool leg) { return leg; });
-  if (homed_) { place_ = profile_->position(reply->counts); }  // else counts say nothing of a place
+  if (homed_) { place_ = profile_->position(reply->counts); }  // counts are not valid before
   return {.position = place_, .homed = homed_};
 }
 

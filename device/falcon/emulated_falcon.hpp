@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// An emulated Falcon in lock step with its user: driver, wire, firmware, motors, mechanism and
-/// hand in one process and in virtual time.
+/// Emulated Falcon in lock step with its caller: driver, wire, firmware, motors, mechanism and hand
+/// in one process and in virtual time.
 
 #include <memory>
 
@@ -15,8 +15,8 @@ namespace palpate::device::falcon {
 
 struct EmulatedFalconOptions {
   PlantBodyOptions body{};
-  bool stock_profile = false;  ///< libnifalcon's defects in the driver; needs the wire
-  /// Exchange counts, words and packets; false: exact positions and torques.
+  bool stock_profile = false;  ///< reproduce libnifalcon's driver defects; requires `wire`
+  /// If true, counts, words and packets are exchanged; if false, exact positions and torques.
   bool wire = true;
   FaultScript faults{};
 };
@@ -25,17 +25,17 @@ class EmulatedFalcon final : public HapticDevice {
  public:
   EmulatedFalcon(const EmulatedFalconOptions& options, const Hand& hand);
 
-  /// Over the wire, or past it.
+  /// Exchanges one force and one sample, over the emulated wire or directly.
   DeviceSample exchange(const Eigen::Vector3d& force) noexcept override;
-  /// Advances the clock to this time [s]. Packets take no time.
+  /// Advances the clock to `time` [s]. Packets take no time.
   void run_until(double time) noexcept;
 
   [[nodiscard]] double time() const noexcept { return body_.plant().time(); }  ///< [s]
   [[nodiscard]] const PlantBody& body() const noexcept { return body_; }
   [[nodiscard]] Hand& hand() noexcept { return body_.hand(); }
-  /// True if a word of the last request was clamped or wrapped.
+  /// Returns true if a word of the last request was clamped or wrapped.
   [[nodiscard]] bool saturated() const noexcept { return saturated_; }
-  /// Sets the observer of every packet, which must outlive this object.
+  /// Sets the observer of all packets. The observer must outlive this object.
   void observe(EmulatorObserver* observer) noexcept { emulator_.observe(observer); }
   [[nodiscard]] const DriverCounts& counts() const noexcept { return driver_.counts(); }
 
@@ -49,9 +49,9 @@ class EmulatedFalcon final : public HapticDevice {
   Emulator emulator_;
   Driver driver_;
   std::unique_ptr<DriverProfile> profile_;
-  Eigen::Vector3d place_;                             ///< as the driver knows it [m]
-  bool homed_ = true;                                 ///< as the last reply said
-  Eigen::Vector3d torque_ = Eigen::Vector3d::Zero();  ///< past the wire [N m]
+  Eigen::Vector3d place_;                             ///< position reported by the driver [m]
+  bool homed_ = true;                                 ///< homing state in the last reply
+  Eigen::Vector3d torque_ = Eigen::Vector3d::Zero();  ///< torque without the wire [N m]
   bool saturated_ = false;
 };
 

@@ -23,7 +23,7 @@ void Firmware::receive(std::span<const std::uint8_t> bytes, double now_s,
     byte_time_ = now_s;
     const std::int64_t bad_before = reader_.counts().bad_frames;
     const std::optional<HostPacket> request = reader_.take(byte);
-    // In load '<' is a byte like any other: what looks like a bad frame is the image.
+    // In load '<' may be part of the image, so bad frames are not reported.
     if (state_ != FirmwareState::load && reader_.counts().bad_frames > bad_before) {
       note(FirmwareEvent::bad_frame, sink);
       stray_noted_ = true;  // the byte that ended it is part of it
@@ -96,7 +96,7 @@ void Firmware::begin_run(double now_s, FirmwareSink& sink) noexcept {
   if (state_ == FirmwareState::run) { return; }
   if (state_ != FirmwareState::load) { return note(FirmwareEvent::early_run, sink); }
   state_ = FirmwareState::run;
-  reader_.give_up();  // what was under way came at the other rate
+  reader_.give_up();  // bytes of the incomplete packet had the other baud rate
   note(FirmwareEvent::run_begun, sink);
 }
 
@@ -137,9 +137,9 @@ const char* name_of(FirmwareEvent event) noexcept {
 
 namespace {
 
-constexpr double longest_idle = 5e-3;  // [s] between two calls, so that the body keeps up
+constexpr double longest_idle = 5e-3;  // largest time between two calls [s]
 constexpr std::size_t buffer_bytes = 512;
-constexpr int most_reads = 16;  // of one call: a flood must not hold up the body
+constexpr int most_reads = 16;  // limit per call, so that a flood of bytes does not delay the body
 
 }  // namespace
 

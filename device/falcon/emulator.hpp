@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The device's side of the conversation (libnifalcon's FalconComm and FalconFirmware, its old C
+/// Emulated firmware of the Falcon (sources: libnifalcon's FalconComm and FalconFirmware, its old C
 /// driver, and K. Machulis' posts of 2008):
 ///
 ///   boot   0A 43 0D        is answered by 0A 44 2C 0D      -> ready
@@ -9,8 +9,9 @@
 ///          begin_run(), the change of baud rate that a byte stream does not carry  -> run
 ///   run    well-formed packet    exactly one reply; anything else: none
 ///
-/// A well-formed packet puts every state into run and is answered: a driver may skip loading. In
-/// load its first 15 bytes have been echoed by then. Bytes in, bytes out; no I/O, no clock.
+/// A well-formed packet switches every state to run and receives a reply, so a driver may skip
+/// loading. In load, its first 15 bytes have been echoed by then. The class does no I/O and reads
+/// no clock.
 
 #include <array>
 #include <cstdint>
@@ -25,32 +26,32 @@ namespace palpate::device::falcon {
 
 enum class FirmwareState { boot, ready, load, run };
 
-/// What a log should know beside requests. Each is counted, too.
+/// Firmware event that is logged and counted, in addition to requests.
 enum class FirmwareEvent {
-  hail,        ///< answered 0A 43 0D
-  load_begun,  ///< echoed 41
+  hail,        ///< 0A 43 0D was answered
+  load_begun,  ///< 41 was echoed
   run_begun,
-  skipped_load,    ///< violation: a packet came before any firmware
-  stray_bytes,     ///< violation: bytes that say nothing in this state
-  bad_frame,       ///< violation: a packet was begun and not finished rightly
+  skipped_load,    ///< violation: a packet arrived before any firmware
+  stray_bytes,     ///< violation: bytes without a meaning in this state
+  bad_frame,       ///< violation: a packet was begun but not completed correctly
   early_run,       ///< violation: change of baud rate with nothing loaded
-  watchdog,        ///< torque dropped, requests having stopped
-  load_abandoned,  ///< ready or load fell back to boot, the host being silent
+  watchdog,        ///< torque was switched off because requests stopped
+  load_abandoned,  ///< ready or load returned to boot because the host was silent
   power_loss,
 };
 inline constexpr std::size_t firmware_event_count = 10;
 
 struct FirmwareOptions {
-  /// Words read as zero from so long after the last request on [s]. A word acts "only for a very
-  /// short time" (Machulis 2008); the duration was never measured: an assumption.
+  /// Time after the last request at which motor words become zero [s]. This is an assumption: a
+  /// word acts "only for a very short time" (Machulis 2008), and no measurement is published.
   double watchdog = 0.020;
-  /// Silence after which an upload counts as abandoned [s]. Assumed, as a byte stream does not
-  /// carry the DTR line with which a driver starts anew.
+  /// Silence after which an upload is abandoned [s]. This is an assumption: a byte stream does not
+  /// carry the DTR line that a driver uses to restart.
   double load_silence = 1.0;
-  bool loaded = false;  ///< begins in run, as a device that another program has loaded
+  bool loaded = false;  ///< initial state is run, as after loading by another program
 };
 
-/// Where the firmware's output goes while it receives.
+/// Interface that receives the output of the firmware.
 class FirmwareSink {
  public:
   virtual ~FirmwareSink() = default;
@@ -63,19 +64,19 @@ class Firmware {
  public:
   explicit Firmware(const FirmwareOptions& options = {}) noexcept;
 
-  /// Takes bytes that arrived at now_s [s], which never goes back; replies hold `present`. No bytes
-  /// are allowed: time goes on.
+  /// Processes bytes that arrived at `now_s` [s]; `now_s` must not decrease. Replies contain
+  /// `present`. An empty span only advances the time.
   void receive(std::span<const std::uint8_t> bytes, double now_s, const DevicePacket& present,
                FirmwareSink& sink) noexcept;
-  /// The host changed to the baud rate of the run phase.
+  /// Reports that the host changed to the baud rate of the run phase.
   void begin_run(double now_s, FirmwareSink& sink) noexcept;
   void lose_power(double now_s, FirmwareSink& sink) noexcept;
 
   [[nodiscard]] FirmwareState state() const noexcept { return state_; }
-  /// Motor words as received, zero when requests stopped.
+  /// Returns the motor words as received, or zero if requests have stopped.
   [[nodiscard]] std::array<std::int16_t, 3> words(double now_s) const noexcept;
   [[nodiscard]] bool homing(double now_s) const noexcept;
-  [[nodiscard]] Leds leds() const noexcept { return last_.leds; }  ///< as last commanded
+  [[nodiscard]] Leds leds() const noexcept { return last_.leds; }  ///< last commanded LEDs
 
   [[nodiscard]] const ReaderCounts& reader_counts() const noexcept { return reader_.counts(); }
   [[nodiscard]] std::int64_t replies() const noexcept { return replies_; }
@@ -95,13 +96,13 @@ class Firmware {
   FirmwareOptions options_;
   FirmwareState state_;
   PacketReader<HostPacket> reader_{};
-  std::size_t hail_matched_ = 0;  ///< bytes of 0A 43 0D
+  std::size_t hail_matched_ = 0;  ///< matched bytes of 0A 43 0D
   HostPacket last_{};
-  bool asked_ = false;           ///< there was a request since power came
-  bool watchdog_noted_ = false;  ///< since the last request
-  double torque_end_ = 0.0;      ///< unless a request comes before [s]
-  double byte_time_ = 0.0;       ///< of the last byte of any kind [s]
-  bool stray_noted_ = false;     ///< one event for a run of stray bytes
+  bool asked_ = false;           ///< a request arrived since power-on
+  bool watchdog_noted_ = false;  ///< reported since the last request
+  double torque_end_ = 0.0;      ///< time at which torque ends without a further request [s]
+  double byte_time_ = 0.0;       ///< arrival time of the last byte [s]
+  bool stray_noted_ = false;     ///< one event per run of stray bytes
   std::int64_t replies_ = 0;
   std::int64_t echoed_bytes_ = 0;
   std::array<std::int64_t, firmware_event_count> events_{};
@@ -110,9 +111,10 @@ class Firmware {
 const char* name_of(FirmwareState state) noexcept;
 const char* name_of(FirmwareEvent event) noexcept;
 
-// Firmware, body and faults behind one end of a link.
+// Firmware, body and faults at one end of a link.
 
-/// What somebody who watches an emulator is told, in the order of time. Times in s, the link's own.
+/// Observer of an emulator. It receives events in order of time; times are in s, on the clock of
+/// the link.
 class EmulatorObserver {
  public:
   virtual ~EmulatorObserver() = default;
@@ -121,9 +123,10 @@ class EmulatorObserver {
   virtual void happened(double /*time_s*/, FirmwareEvent /*event*/) noexcept {}
 };
 
-/// The body always moves in whole steps of `body_step`, each with the words that arrived before its
-/// end. What it does therefore depends on when requests arrive and on nothing else: not on how
-/// often serve() is called between them, nor on the speed of the machine.
+/// Emulated device: firmware, body and link faults. The body advances in whole steps of
+/// `body_step`, each with the words that arrived before its end. Its motion therefore depends only
+/// on the arrival times of requests, not on the frequency of serve() calls or the speed of the
+/// machine.
 class Emulator final : public Served, private FirmwareSink {
  public:
   static constexpr double body_step = 50e-6;  ///< [s]
@@ -131,20 +134,20 @@ class Emulator final : public Served, private FirmwareSink {
   explicit Emulator(Body& body, const FirmwareOptions& options = {},
                     const FaultScript& faults = {});
 
-  /// Takes what has arrived, moves the body to the link's time, and replies at once. Call whenever
-  /// bytes arrive, and now and then without. Allocates nothing.
+  /// Processes received bytes, advances the body to the time of the link and replies at once. Call
+  /// it when bytes arrive and periodically otherwise. Does not allocate.
   void serve(ByteLink& link) noexcept override;
-  /// When serve() should be called next though nothing arrives, at the latest [s].
+  /// Returns the latest time of the next serve() call if no bytes arrive [s].
   [[nodiscard]] double next_call(double now_s) const noexcept;
 
-  /// Whether bytes are still on their way, in either direction.
+  /// Returns true if bytes are in transit in either direction.
   [[nodiscard]] bool busy() const noexcept { return in_.next_arrival() || out_.next_arrival(); }
 
   void observe(EmulatorObserver* observer) noexcept { observer_ = observer; }
   [[nodiscard]] const Firmware& firmware() const noexcept { return firmware_; }
   [[nodiscard]] const FaultCounts& faults_to_device() const noexcept { return in_.counts(); }
   [[nodiscard]] const FaultCounts& faults_to_host() const noexcept { return out_.counts(); }
-  /// Bytes that the link did not take.
+  /// Number of bytes that the link did not accept.
   [[nodiscard]] std::int64_t lost_replies() const noexcept { return lost_writes_; }
 
  private:
@@ -163,7 +166,7 @@ class Emulator final : public Served, private FirmwareSink {
   DeviceFaults device_faults_;
   EmulatorObserver* observer_ = nullptr;
   bool powered_ = true;
-  std::int64_t steps_ = 0;  ///< of the body since time 0
+  std::int64_t steps_ = 0;  ///< number of body steps since time 0
   double now_ = 0.0;
   std::int64_t lost_writes_ = 0;
 };

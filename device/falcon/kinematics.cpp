@@ -46,7 +46,8 @@ Reach solve_leg(const Geometry& geometry, const LegFrame& frame, const Eigen::Ve
   leg.reach = geometry.link_offset() + leg.height;
   const double L = leg.reach;
   const double R = std::sqrt(X * X + w * w);
-  // Of the triangle a, L, R; factored, since it straightens at the edge of reach.
+  // Area of the triangle a, L, R. The factored form is accurate where the triangle degenerates at
+  // the edge of the reach.
   const double area_squared = (a + L - R) * (a - L + R) * (L - a + R) * (a + L + R);
   if (!(area_squared > 0.0) || !std::isfinite(area_squared)) { return Reach::beyond; }
   const double twice = 2.0 * a * R;
@@ -81,26 +82,26 @@ double curvature_acceleration(const Geometry& geometry, const LegFrame& frame, c
 namespace {
 
 constexpr double longest_step = 0.030;  // [m]
-constexpr double last_step = 1e-9;      // [m] the error after it is its square times 1/m
+constexpr double last_step = 1e-9;      // [m]; the error after it is its square times 1/m
 constexpr int most_steps = 40;
-constexpr double ring_radius = 0.075;  // [m] of second guesses, near the edge of the lens
+constexpr double ring_radius = 0.075;  // of further initial guesses, near the edge of the lens [m]
 constexpr int ring_starts = 12;
-constexpr double angle_tolerance = 1e-9;  // [rad] between the angles asked for and those found
+constexpr double angle_tolerance = 1e-9;  // between the requested angles and those found [rad]
 
-/// Six times the volume that the closures' gradients span: negative from the centre outward until
-/// the mechanism collapses, where it is zero.
+/// Returns six times the volume spanned by the gradients of the closures: negative from the centre
+/// outward until the mechanism collapses, where it is zero.
 double handedness(const std::array<Leg, 3>& legs) noexcept {
   return legs[0].closure.cross(legs[1].closure).dot(legs[2].closure);
 }
 
-/// Whether the arms of `legs` stand at these angles.
+/// Returns true if the arms of `legs` have these angles.
 bool stands_at(const std::array<Leg, 3>& legs, const Eigen::Vector3d& cosine,
                const Eigen::Vector3d& sine) noexcept {
   for (int i = 0; i < 3; ++i) {
     const Leg& leg = legs[static_cast<std::size_t>(i)];
     const double sine_of_error = leg.sine * cosine[i] - leg.cosine * sine[i];
     const double cosine_of_error = leg.cosine * cosine[i] + leg.sine * sine[i];
-    // At the edge of reach theta1 itself is lost to rounding: there the closure counts.
+    // At the edge of the reach theta1 is dominated by rounding, so the closure is compared.
     const double rounding = 1e-15 / leg.lever;
     if (!(std::abs(sine_of_error) < angle_tolerance + rounding)) { return false; }
     if (cosine_of_error < 0.0) { return false; }
@@ -147,7 +148,7 @@ void Kinematics::closures(const Eigen::Vector3d& cosine, const Eigen::Vector3d& 
   const double b = geometry_.shin;
   for (int i = 0; i < 3; ++i) {
     const LegFrame& leg = frame(i);
-    // A guess may lie beyond the shin's length, where L has no slope to follow.
+    // A guess may exceed the length of the shin, where L has no derivative.
     const double most = widest_swing * b;
     const double across =
         std::clamp(leg.sideways.dot(position) + geometry_.lateral_offset(), -most, most);

@@ -10,8 +10,8 @@
 
 namespace palpate::device::falcon {
 
-/// Only five lengths enter the kinematics: thigh, shin, link_offset(), radial_offset() and
-/// lateral_offset(). Absolute positions are uncertain at 3 mm: so far apart are the published sets.
+/// Geometry of a Falcon. Only five lengths enter the kinematics: thigh, shin, link_offset(),
+/// radial_offset() and lateral_offset(). The published sets differ by 3 mm in absolute position.
 struct Geometry {
   double thigh = 0.060;              ///< a [m] base joint to knee
   double shin = 0.1025;              ///< b [m] side of the parallelogram
@@ -23,42 +23,45 @@ struct Geometry {
   double base_lateral = -0.02309;    ///< s [m]
   std::array<double, 3> azimuth{};   ///< of legs 1, 2, 3: top, right, left [rad]
   double reduction = 110.0 / 14.25;  ///< turns of the motor per turn of the arm [1]
-  double counts_per_turn = 1280.0;   ///< of the motor: 320 slots, four edges each
+  double counts_per_turn = 1280.0;   ///< per turn of the motor: 320 slots, four edges each
   double zero_angle = 0.0;           ///< theta1 at count 0 [rad]
 
   [[nodiscard]] double link_offset() const { return knee_offset + foot_offset; }
   [[nodiscard]] double radial_offset() const { return base_radius - effector_radius; }
   [[nodiscard]] double lateral_offset() const { return effector_lateral - base_lateral; }
-  /// Of the arm [counts/rad].
+  /// Encoder counts per angle of the arm [counts/rad].
   [[nodiscard]] double counts_per_radian() const {
     return counts_per_turn * reduction / (2.0 * std::numbers::pi);
   }
 };
 
-/// The constants that libnifalcon drives the device with (its FalconGeometry.h); the default.
+/// Returns the constants of libnifalcon (FalconGeometry.h), which are the default.
 Geometry libnifalcon();
 
-/// Measured by S. Martin and N. Hillier, "Characterisation of the Novint Falcon haptic device for
-/// application as a robot manipulator", ACRA 2009, as RReichert/Falcon passes them on. Its f and s
-/// count the other way round: they are negated here, so that f - s = +1.0 mm in libnifalcon's sign.
-/// Its sources disagree on the zero (35, 40 and 50 degrees); 35 is libnifalcon's.
+/// Returns the geometry measured by S. Martin and N. Hillier, "Characterisation of the Novint
+/// Falcon haptic device for application as a robot manipulator", ACRA 2009, as published in
+/// RReichert/Falcon. Its f and s have the opposite sign and are negated here: f - s = +1.0 mm in
+/// libnifalcon's convention. Its sources disagree on the zero (35, 40 and 50 degrees);
+/// libnifalcon's 35 is used.
 Geometry martin_hillier();
 
-// One leg at one position of the grip, without evaluating an angle (device/README.md, "Legs").
+// Kinematics of one leg at one position of the grip, without evaluating an angle (device/README.md,
+// "Legs").
 
-/// In the leg's plane, seen from the base joint: X outward along the leg, w away from the base.
+/// State of one leg in its own plane, relative to the base joint: X points outward along the leg, w
+/// away from the base.
 struct Leg {
-  double cosine = 1.0;    ///< of theta1
-  double sine = 0.0;      ///< of theta1
-  double outward = 0.0;   ///< shin's projection L cos(theta2) [m]
-  double away = 0.0;      ///< L sin(theta2) [m]
-  double sideways = 0.0;  ///< v + f = b cos(theta3) [m], across the plane
-  double height = 0.0;    ///< b sin(theta3) [m]
-  double reach = 0.0;     ///< L = d + e + b sin(theta3) [m]
-  double lever = 0.0;     ///< a L sin(theta2 - theta1) [m^2]; 0 where thigh and shin are in line
+  double cosine = 1.0;        ///< cos(theta1)
+  double sine = 0.0;          ///< sin(theta1)
+  double outward = 0.0;       ///< projection of the shin, L cos(theta2) [m]
+  double away = 0.0;          ///< L sin(theta2) [m]
+  double sideways = 0.0;      ///< v + f = b cos(theta3) [m], across the plane
+  double height = 0.0;        ///< b sin(theta3) [m]
+  double reach = 0.0;         ///< L = d + e + b sin(theta3) [m]
+  double lever = 0.0;         ///< a L sin(theta2 - theta1) [m^2]; 0 if thigh and shin are collinear
   Eigen::Vector3d closure{};  ///< d(half the squared closure)/d(position) = lever d(theta1)/d(pos)
 
-  /// d(theta1)/d(position) [rad/m].
+  /// Returns d(theta1)/d(position) [rad/m].
   [[nodiscard]] Eigen::Vector3d rate() const { return closure / lever; }
 };
 
@@ -68,28 +71,28 @@ struct LegFrame {
   Eigen::Vector3d sideways{};  ///< v
 };
 
-/// |v + f| / b beyond which a leg does not reach: the parallelogram is folded flat at 1, where the
-/// derivatives are infinite.
+/// Largest |v + f| / b that is within the reach of a leg. At 1 the parallelogram is folded flat and
+/// the derivatives are infinite.
 inline constexpr double widest_swing = 1.0 - 1e-4;
 
 enum class Reach { within, beyond };
 
-/// Fills `leg`. Where the position is beyond reach, or behind the base plane, `leg` is left
-/// unspecified. The branch is the mechanism's: knee outside.
+/// Computes `leg` with the knee outside, the only branch of the mechanism. Beyond the reach or
+/// behind the base plane, `leg` is unspecified.
 Reach solve_leg(const Geometry& geometry, const LegFrame& frame, const Eigen::Vector3d& position,
                 Leg& leg) noexcept;
 
-/// theta1'' at constant velocity of the grip: the part of the arm's acceleration that comes from
-/// the curvature of theta1(position) [rad/s^2].
+/// Returns theta1'' at constant velocity of the grip [rad/s^2]: the part of the arm's acceleration
+/// due to the curvature of theta1(position).
 double curvature_acceleration(const Geometry& geometry, const LegFrame& frame, const Leg& leg,
                               const Eigen::Vector3d& velocity) noexcept;
 
-// Kinematics of the Falcon (device/README.md, "Legs"): positions [m] in libnifalcon's frame, arm
-// angles [rad] and torques at the arms [N m] growing outward. Nothing here allocates.
-// After R. E. Stamper, PhD thesis, University of Maryland 1997, chapters 2-4, with the lateral
-// offset that A. Barrow added in libnifalcon.
+// Kinematics of the Falcon (device/README.md, "Legs"): positions [m] in libnifalcon's frame; arm
+// angles [rad] and torques at the arms [N m] are positive outward. No function allocates. After R.
+// E. Stamper, PhD thesis, University of Maryland 1997, chapters 2-4, with the lateral offset that
+// A. Barrow added in libnifalcon.
 
-/// Of legs 1, 2, 3 [rad].
+/// Joint angles of legs 1, 2, 3 [rad].
 struct LegAngles {
   Eigen::Vector3d theta1{};  ///< arm, from the base plane
   Eigen::Vector3d theta2{};  ///< shin's projection, from the base plane
@@ -101,24 +104,25 @@ class Kinematics {
   explicit Kinematics(const Geometry& geometry = libnifalcon());
   [[nodiscard]] const Geometry& geometry() const noexcept { return geometry_; }
 
-  /// Centre of the workspace, and where a cold forward solution starts.
+  /// Centre of the workspace [m], the default initial guess of forward().
   static Eigen::Vector3d centre() { return {0.0, 0.0, 0.125}; }
   static Eigen::Vector3d cold_start() { return {0.0, 0.0, 0.120}; }
 
-  /// The three legs at a position; nothing when it is beyond reach, or when the mechanism would
-  /// have to collapse on its way there from the centre (another assembly). Joint stops are not
-  /// asked.
+  /// Returns the three legs at a position. Returns nothing beyond the reach or if the position
+  /// belongs to another assembly of the mechanism. Joint stops are ignored.
   [[nodiscard]] std::optional<std::array<Leg, 3>> legs(
       const Eigen::Vector3d& position) const noexcept;
-  /// Closed form; error below 1e-12 rad except within 1e-9 m of the edge of reach.
+  /// Returns the arm angles in closed form. The error is below 1e-12 rad except within 1e-9 m of
+  /// the edge of the reach.
   [[nodiscard]] std::optional<LegAngles> inverse(const Eigen::Vector3d& position) const noexcept;
-  /// Newton's method on the three squared closures, no step longer than 30 mm; where that leads
-  /// to another assembly or nowhere, it starts again from three rings round the workspace.
-  /// Error below 1e-12 m. Nothing when the mechanism cannot stand at these angles.
+  /// Computes the position by Newton's method on the three squared closures, with steps of at most
+  /// 30 mm. If this fails or finds another assembly, it restarts from three rings around the
+  /// workspace. The error is below 1e-12 m. Returns nothing if the mechanism cannot have these
+  /// angles.
   [[nodiscard]] std::optional<Eigen::Vector3d> forward(
       const Eigen::Vector3d& theta1, const Eigen::Vector3d& start = cold_start()) const noexcept;
 
-  /// J = d(position)/d(theta1) [m/rad]; the columns are the legs.
+  /// Returns J = d(position)/d(theta1) [m/rad]; each column is a leg.
   [[nodiscard]] std::optional<Eigen::Matrix3d> jacobian(
       const Eigen::Vector3d& position) const noexcept;
 
@@ -127,7 +131,7 @@ class Kinematics {
   }
 
  private:
-  /// Derivative [m^2/m] of the halved closures at a guess, and their values [m^2].
+  /// Computes the halved closures at a guess [m^2] and their derivative [m^2/m].
   void closures(const Eigen::Vector3d& cosine, const Eigen::Vector3d& sine,
                 const Eigen::Vector3d& position, Eigen::Matrix3d& slope,
                 Eigen::Vector3d& value) const noexcept;
@@ -138,39 +142,41 @@ class Kinematics {
   std::array<LegFrame, 3> frames_{};
 };
 
-/// theta1 of the three arms [rad].
+/// Returns theta1 of the three arms [rad].
 Eigen::Vector3d angles_at_base(const std::array<Leg, 3>& legs) noexcept;
 
-/// d(theta1)/d(position) [rad/m], the inverse of J; singular only at the edge of reach.
+/// Returns d(theta1)/d(position) [rad/m], the inverse of J; singular only at the edge of the reach.
 Eigen::Matrix3d inverse_jacobian(const std::array<Leg, 3>& legs) noexcept;
-/// J from the same legs, well defined up to the edge of reach.
+/// Returns J [m/rad] from the same legs, well defined up to the edge of the reach.
 Eigen::Matrix3d jacobian(const std::array<Leg, 3>& legs) noexcept;
 
-/// Torques at the arms that let the device push with `force_on_hand`: J^T F [N m].
+/// Returns the torques at the arms [N m] with which the device exerts `force_on_hand`: J^T F.
 inline Eigen::Vector3d torque_of_force(const Eigen::Matrix3d& jacobian,
                                        const Eigen::Vector3d& force_on_hand) noexcept {
   return jacobian.transpose() * force_on_hand;
 }
-/// The opposite way: force on the hand [N] of torques at the arms.
+/// Returns the force on the hand [N] due to torques at the arms, the inverse of torque_of_force().
 Eigen::Vector3d force_of_torque(const Eigen::Matrix3d& jacobian,
                                 const Eigen::Vector3d& torque) noexcept;
 
-// The forces that three bounded torques reach at one pose: a box of torques seen through J^-T, a
-// parallelepiped. Exact.
+// Set of forces that three bounded torques can produce at one pose: the torque box mapped by J^-T,
+// a parallelepiped. The results are exact.
 
 struct WeakestDirection {
-  Eigen::Vector3d direction{};  ///< unit
-  double force = 0.0;           ///< largest along it [N]
+  Eigen::Vector3d direction{};  ///< unit vector
+  double force = 0.0;           ///< largest force in this direction [N]
 };
 
-/// Largest force [N] along a unit direction with no torque beyond `largest_torque` [N m].
+/// Returns the largest force [N] along a unit direction with no torque above `largest_torque` [N
+/// m].
 double largest_force(const Eigen::Matrix3d& jacobian, const Eigen::Vector3d& direction,
                      double largest_torque) noexcept;
 
-/// The nearest face of the parallelepiped: every direction can have this force.
+/// Returns the nearest face of the parallelepiped. Its force is available in every direction.
 WeakestDirection weakest_direction(const Eigen::Matrix3d& jacobian, double largest_torque) noexcept;
 
-/// The corners of the parallelepiped [N]; bit n of an index is the sense of leg n's torque.
+/// Returns the corners of the parallelepiped [N]; bit n of an index is the sign of the torque of
+/// leg n.
 std::array<Eigen::Vector3d, 8> force_corners(const Eigen::Matrix3d& jacobian,
                                              double largest_torque) noexcept;
 

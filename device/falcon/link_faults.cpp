@@ -25,8 +25,8 @@ std::mt19937_64 stream(const FaultScript& script, std::uint64_t number) {
   return std::mt19937_64(script.seed + number * stream_stride);
 }
 
-/// The faults that happen at all: for windows the chance is drawn here, in the script's order, so
-/// that both directions and the device agree.
+/// Returns the faults that occur. The probability of windows is drawn here, in the order of the
+/// script, so that both directions and the device agree.
 std::vector<LinkFault> drawn(const FaultScript& script) {
   std::vector<LinkFault> result;
   std::mt19937_64 generator = stream(script, 0);
@@ -58,8 +58,8 @@ FaultChannel::FaultChannel(const FaultScript& script, Direction direction)
   runs_.resize(faults_.size(), 0);
 }
 
-/// Of the whole write [s]. Every fault draws its two numbers whether they are used or not, so that
-/// one fault's window does not shift the chances of another.
+/// Returns the delay of a whole write [s]. Every fault draws its two numbers in any case, so that
+/// the window of one fault does not change the random sequence of another.
 double FaultChannel::delay(double now_s) noexcept {
   double total = 0.0;
   bool late = false;
@@ -94,13 +94,13 @@ void FaultChannel::put(std::uint8_t byte, double arrival) noexcept {
 }
 
 void FaultChannel::send(std::span<const std::uint8_t> bytes, double now_s) noexcept {
-  const double arrival = now_s + delay(now_s);  // or later, behind bytes that are later still
+  const double arrival = now_s + delay(now_s);  // or later, because bytes stay in order
   for (std::uint8_t byte : bytes) {
     ++counts_.bytes;
     const bool dropped = hit(Kind::drop, now_s, for_bytes_);
     const bool doubled = hit(Kind::duplicate, now_s, for_bytes_);
     const bool corrupted = hit(Kind::corrupt, now_s, for_bytes_);
-    constexpr unsigned other_values = 255;  // what is added is never 0: the byte does change
+    constexpr unsigned other_values = 255;  // the added value is never 0, so the byte changes
     const auto change = static_cast<unsigned>(unit_number(for_bytes_) * other_values) + 1;
     const bool unplugged = hit(Kind::unplug, now_s, for_bytes_);
     if (unplugged || dropped) {

@@ -9,7 +9,7 @@
 ///   byte 14      41, unused
 ///   byte 15      3E '>'
 ///
-/// No byte of a well-formed packet but its first is '<', and none but its last is '>'.
+/// In a well-formed packet, only the first byte is '<' and only the last is '>'.
 
 #include <array>
 #include <cstddef>
@@ -30,7 +30,8 @@ struct Leds {
   bool operator==(const Leds&) const = default;
 };
 
-/// From far right to far left: plus, forward, centre (with the logo; nearest to the user), minus.
+/// Buttons from far right to far left: plus, forward, centre (with the logo, nearest to the user),
+/// minus.
 struct Buttons {
   bool plus = false;
   bool forward = false;
@@ -39,7 +40,7 @@ struct Buttons {
   bool operator==(const Buttons&) const = default;
 };
 
-/// Pressed in one or the other.
+/// Returns the buttons that are pressed in either operand.
 constexpr Buttons operator|(const Buttons& a, const Buttons& b) noexcept {
   return {.plus = a.plus || b.plus,
           .forward = a.forward || b.forward,
@@ -47,7 +48,7 @@ constexpr Buttons operator|(const Buttons& a, const Buttons& b) noexcept {
           .minus = a.minus || b.minus};
 }
 
-/// What the host asks for. Homing stays on only while every packet asks for it.
+/// Packet from the host. Homing is on only while every packet requests it.
 struct HostPacket {
   static constexpr std::uint8_t most_info = 0x0F;  ///< homing 1, green 2, blue 4, red 8
   std::array<std::int16_t, 3> words{};             ///< motors of legs 1-3; positive pulls inward
@@ -56,45 +57,47 @@ struct HostPacket {
   bool operator==(const HostPacket&) const = default;
 };
 
-/// What the device answers.
+/// Packet from the device.
 struct DevicePacket {
   static constexpr std::uint8_t most_info = 0x7F;  ///< plus 1 ... minus 8, homed legs 10, 20, 40
-  std::array<std::int16_t, 3> counts{};            ///< encoders of legs 1-3; they grow outward
+  std::array<std::int16_t, 3> counts{};            ///< encoders of legs 1-3; positive outward
   Buttons buttons{};
   std::array<bool, 3> homed{};
   bool operator==(const DevicePacket&) const = default;
 };
 
-/// The bits of byte 13 before 41 is added.
+/// Returns the bits of byte 13 before 41 is added.
 std::uint8_t info_bits(const HostPacket& packet) noexcept;
 std::uint8_t info_bits(const DevicePacket& packet) noexcept;
 
 PacketBytes encode(const HostPacket& packet) noexcept;
 PacketBytes encode(const DevicePacket& packet) noexcept;
 
-/// Whether the byte may stand at this place of a packet whose info bits are at most `most_info`.
+/// Returns true if the byte is valid at this position of a packet whose info bits are at most
+/// `most_info`.
 bool may_stand(std::size_t place, std::uint8_t byte, std::uint8_t most_info) noexcept;
 
-/// Nothing when a byte stands where it may not. Instances: HostPacket and DevicePacket.
+/// Returns the packet, or nothing if a byte is not valid at its position. Instances: HostPacket and
+/// DevicePacket.
 template <class Packet> std::optional<Packet> decode(const PacketBytes& bytes) noexcept;
 
-// Packets out of a stream of bytes that may come in pieces, with bytes lost, doubled, changed or
-// foreign. '<' stands nowhere inside a packet, so it always begins one, and a byte that may not
-// stand where it came ends the attempt: only packets that were hit themselves are lost.
-// There is no checksum: a nibble that was changed into another nibble goes through.
+// Decoder for a byte stream that may arrive in pieces and with lost, repeated, changed or foreign
+// bytes. '<' always begins a packet, and an invalid byte ends the attempt, so only damaged packets
+// are lost. There is no checksum: a nibble changed into another valid nibble is not detected.
 
-/// bytes taken = 16 frames + skipped_bytes + bytes of the packet that is under way.
+/// Counts of a packet reader: bytes taken = 16 frames + skipped_bytes + bytes of the incomplete
+/// packet.
 struct ReaderCounts {
   std::int64_t frames = 0;         ///< well-formed packets
-  std::int64_t bad_frames = 0;     ///< begun with '<' and given up
-  std::int64_t skipped_bytes = 0;  ///< of bad frames and between packets
+  std::int64_t bad_frames = 0;     ///< begun with '<' and abandoned
+  std::int64_t skipped_bytes = 0;  ///< in bad frames and between packets
   bool operator==(const ReaderCounts&) const = default;
 };
 
-/// Packet is HostPacket (on the device's side) or DevicePacket (on the host's).
+/// Decoder of HostPacket (device side) or DevicePacket (host side).
 template <class Packet> class PacketReader {
  public:
-  /// Takes one byte; the packet that it completes, if it does.
+  /// Processes one byte; returns the packet if this byte completes one.
   std::optional<Packet> take(std::uint8_t byte) noexcept {
     if (byte == packet_begin) {
       give_up();
@@ -110,7 +113,7 @@ template <class Packet> class PacketReader {
     return decode<Packet>(bytes_);
   }
 
-  /// Forgets the packet that is under way, as after a break of the line.
+  /// Discards the incomplete packet, as after an interruption of the line.
   void give_up() noexcept {
     if (filled_ == 0) { return; }
     ++counts_.bad_frames;

@@ -11,9 +11,9 @@
 namespace palpate::device::falcon {
 namespace {
 
-constexpr double rounding = 1e-12;  // share of the limit, of the largest acceleration
+constexpr double rounding = 1e-12;  // relative to the limit and to the largest acceleration
 
-/// Whether no law of friction is broken in the arms that were at rest.
+/// Returns true if the slip of the arms that were at rest satisfies the friction law.
 bool lawful(const ArmDynamics& arms, const Slip& before, const Slip& slip, double limit) noexcept {
   const Eigen::Vector3d torque = friction_torque(arms, slip, limit);
   const Eigen::Vector3d acceleration = arms.free + arms.mobility * torque;
@@ -49,7 +49,7 @@ Eigen::Vector3d friction_torque(const ArmDynamics& arms, const Slip& slip, doubl
 }
 
 Slip settled(const ArmDynamics& arms, const Slip& slip, double limit) noexcept {
-  constexpr std::array<int, 3> choices{0, 1, -1};  // stuck if it can be
+  constexpr std::array<int, 3> choices{0, 1, -1};  // stuck is tried first
   for (int code = 0; code < 27; ++code) {
     Slip trial = slip;
     bool repeated = false;
@@ -78,7 +78,7 @@ Eigen::Matrix3d Mechanics::inverse_mass(const Eigen::Matrix3d& slope,
   return mass.inverse();
 }
 
-/// A stop strained by `depth`, which grows at `rate`; it pushes back and never pulls.
+/// Adds the force of a stop with penetration `depth`, which grows at `rate`; a stop never pulls.
 void Mechanics::press(Stops& stops, double depth, double rate,
                       const Eigen::Vector3d& slope) const noexcept {
   if (depth <= 0.0) { return; }
@@ -89,7 +89,8 @@ void Mechanics::press(Stops& stops, double depth, double rate,
   stops.loss += (torque - elastic) * rate;
 }
 
-/// Gradient of the angle between thigh and shin's projection [rad/m], from the law of cosines.
+/// Returns the gradient of the angle between thigh and projected shin [rad/m], from the law of
+/// cosines.
 Eigen::Vector3d Mechanics::elbow_slope(int index, const Leg& leg,
                                        const Eigen::Vector3d& position) const noexcept {
   const Geometry& geometry = kinematics_.geometry();
@@ -114,7 +115,7 @@ Mechanics::Stops Mechanics::stops_at(const std::array<Leg, 3>& legs,
     const Leg& leg = legs[static_cast<std::size_t>(i)];
     const bool at_stop = leg.sine * outer_.x() > leg.cosine * outer_.y() ||
                          leg.sine * inner_.x() < leg.cosine * inner_.y();
-    if (at_stop) {  // arc tangents are paid for only here
+    if (at_stop) {  // arc tangents are expensive and needed only here
       const double theta1 = std::atan2(leg.sine, leg.cosine);
       const Eigen::Vector3d slope = leg.rate();
       const double rate = slope.dot(velocity);
@@ -198,7 +199,7 @@ Eigen::Vector3d Mechanics::held(const PlantState& state, const Hand& hand,
   if (slip[0] != 0 && slip[1] != 0 && slip[2] != 0) { return velocity; }
   const Eigen::Matrix3d slope = inverse_jacobian(*legs);
   const Eigen::Matrix3d inverse = inverse_mass(slope, hand);
-  // Impulses on the stuck arms alone: friction without a limit.
+  // Impulses on the stuck arms alone, which is friction without a limit.
   const ArmDynamics arms{.mobility = slope * inverse * slope.transpose(), .free = slope * velocity};
   return velocity + inverse * (slope.transpose() * friction_torque(arms, slip, 0.0));
 }
@@ -219,9 +220,9 @@ double Mechanics::potential(const PlantState& state) const noexcept {
 
 namespace {
 
-constexpr int most_events = 12;           // in one substep; then its rest is taken as it comes
+constexpr int most_events = 12;           // per substep; its rest then has no events
 constexpr double event_accuracy = 1e-12;  // of the step
-constexpr double least_margin = 1e-13;    // [rad/s], [N m]: below it an arm sticks, or slips
+constexpr double least_margin = 1e-13;    // below it an arm sticks or slips [rad/s], [N m]
 
 int sign_of(double value) noexcept { return value > 0.0 ? 1 : value < 0.0 ? -1 : 0; }
 
@@ -257,7 +258,7 @@ void Plant::settle(const Given& given) noexcept {
   now_known_ = mechanics_.evaluate(state_, drive_at(given, time_), given.hand, slip_, now_);
   if (!now_known_) { return; }
   const Slip slip = settled(now_.arms, slip_, mechanics_.options().coulomb);
-  now_known_ = slip == slip_;  // else it moves otherwise than it was looked at
+  now_known_ = slip == slip_;  // otherwise the motion differs from the evaluated one
   slip_ = slip;
 }
 
@@ -267,8 +268,8 @@ bool Plant::look(const Given& given) noexcept {
   return now_known_;
 }
 
-/// One step of order 4 from the state, which was looked at, with the slip as it is; false when it
-/// leaves the reach.
+/// Takes one step of order 4 from the evaluated state with the present slip. Returns false if the
+/// step leaves the reach.
 bool Plant::trial(const Given& given, double h, Reached& end) const noexcept {
   Motion k2, k3, k4;
   const Drive middle = drive_at(given, time_ + 0.5 * h);
@@ -298,15 +299,15 @@ double Plant::lawfulness(const Motion& motion, Slip& broken) const noexcept {
   return least;
 }
 
-/// Time from now [s] at which the first arm sticks or slips; it happens within the duration. The
-/// rule of false position, with the stale end's value halved.
+/// Returns the time from now [s] at which the first arm sticks or slips, within the duration. It
+/// uses the Illinois variant of the false position method.
 double Plant::next_event(const Given& given, double duration, double at_end) const noexcept {
   Slip broken{};
   double low = 0.0;
   double high = duration;
   double at_low = lawfulness(now_, broken);
   double at_high = at_end;
-  if (!(at_low > least_margin)) {  // it has just begun to slide
+  if (!(at_low > least_margin)) {  // it has just started to slide
     low = 1e-6 * duration;
     Reached reached;
     if (!trial(given, low, reached)) { return 0.0; }
@@ -331,20 +332,20 @@ double Plant::next_event(const Given& given, double duration, double at_end) con
       side = -1;
     }
   }
-  return high;  // at or just past it
+  return high;  // at the event or just after it
 }
 
 void Plant::accept(const Given& given, const Reached& end, double duration) noexcept {
   state_ = end.state;
   now_ = end.motion;
   time_ += duration;
-  if (slip_[0] == 0 || slip_[1] == 0 || slip_[2] == 0) {  // rounding only, a drift over hours
+  if (slip_[0] == 0 || slip_[1] == 0 || slip_[2] == 0) {  // corrects rounding drift
     state_.segment<3>(part::velocity) = mechanics_.held(state_, given.hand, slip_);
     now_known_ = false;
   }
 }
 
-/// The stops have been overrun: the mechanism comes to rest where it is, and loses its energy.
+/// Stops the mechanism after it has overrun the stops; its kinetic energy is dissipated.
 void Plant::halt(const Given& given, double duration) noexcept {
   state_[part::stop_loss] += mechanics_.kinetic(state_, given.hand);
   state_.segment<3>(part::velocity).setZero();
@@ -383,7 +384,7 @@ void Plant::advance(double duration, Motors& motors, const Hand& hand) noexcept 
     state_.segment<3>(part::arm_position) = hand.intent.at(time_).position;
     arm_placed_ = true;
   }
-  settle(given);  // the words have changed since
+  settle(given);  // the words may have changed
   const double begin = time_;
   const double steps = std::max(1.0, std::ceil(duration / mechanics_.options().substep - 1e-6));
   for (double n = 1.0; n <= steps; n += 1.0) {
@@ -410,7 +411,8 @@ EnergyAudit Plant::energy(const Hand& hand) const noexcept {
 
 namespace {
 
-/// Out until every arm is beyond its arming angle, in past the index marks, and back.
+/// Returns the homing motion: out until every arm is beyond its arming angle, in past the index
+/// marks, and back.
 Intent homing_gesture(const Eigen::Vector3d& start) {
   constexpr double out = 0.174;  // z [m]: theta1 is 72 degrees on the axis
   constexpr double in = 0.105;   // 12 degrees
@@ -472,7 +474,7 @@ DevicePacket PlantBody::present() const noexcept {
   return {.counts = encoders_.counts(), .homed = encoders_.homed()};
 }
 
-/// The counters begin anywhere again: a new device with the grip where it is.
+/// Simulates a power cycle: the counters get new arbitrary offsets and the grip keeps its position.
 void PlantBody::lose_power() noexcept {
   encoders_ = Encoders(options_.geometry, options_.encoders, ++options_.seed);
   encoders_.sample(plant_.theta1(), false);

@@ -67,7 +67,7 @@ WireRecord parse(std::string_view text, int line) {
   return record;
 }
 
-/// Collects what an emulator replies at once to one request.
+/// Observer that collects the immediate replies of an emulator to one request.
 class ReplyCatcher final : public EmulatorObserver {
  public:
   void served(double, const HostPacket&, const DevicePacket& reply) noexcept override {

@@ -18,7 +18,8 @@ struct WireRecord {
   bool operator==(const WireRecord&) const = default;
 };
 
-/// Fills memory that is reserved at construction. Further packets are counted but not kept.
+/// Recorder of packets in memory reserved at construction. Further packets are counted but not
+/// kept.
 class WireRecording final : public EmulatorObserver {
  public:
   explicit WireRecording(std::size_t most_records) { records_.reserve(most_records); }
@@ -40,19 +41,20 @@ struct ReplayResult {
   std::int64_t different_replies = 0;
 };
 
-/// Sends the recorded requests at their recorded times into an emulator and compares its replies
-/// bit for bit. The same body from the same start gives the same replies.
+/// Sends the recorded requests at their recorded times to an emulator and compares its replies bit
+/// for bit. The same body from the same start gives the same replies.
 ReplayResult replay(const WireRecording& recording, Emulator& emulator);
 
-/// CSV: time_s (shortest digits that read back the same), direction, the 16 bytes in hexadecimal.
+/// Writes CSV: time_s (shortest digits that read back the same), direction, the 16 bytes in
+/// hexadecimal.
 void write_csv(std::ostream& out, const WireRecording& recording);
 
-/// "line 3: ...; what is allowed".
+/// Error in a recording, with a message such as "line 3: ...; what is allowed".
 struct RecordingError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-/// Throws RecordingError at the first line that write_csv() would not write, and for packets that
-/// are not well-formed.
+/// Reads the output of write_csv(). Throws RecordingError at the first line in another form and for
+/// packets that are not well-formed.
 WireRecording read_csv(std::istream& in);
 
 }  // namespace palpate::device::falcon

@@ -8,8 +8,7 @@
 ///   bytes 4-5    pressure, signed, least significant byte first, 0.1 mmHg
 ///   bytes 6-7    CRC-16/CCITT-FALSE of bytes 2-5, least significant byte first
 ///
-/// On 9600 baud 8N1 a byte takes ten bits: 960 bytes/s, 120 frames/s, which leaves the line no
-/// pause.
+/// At 9600 baud 8N1 a byte takes ten bits: 960 bytes/s, 120 frames/s without a pause.
 
 #include <array>
 #include <cstddef>
@@ -33,46 +32,49 @@ struct Frame {
   bool operator==(const Frame&) const = default;
 };
 
-/// CRC-16/CCITT-FALSE: polynomial 1021, begun with FFFF, not reflected, nothing added at the end.
-/// Of the nine characters "123456789" it is 29B1.
+/// Computes CRC-16/CCITT-FALSE: polynomial 1021, initial value FFFF, not reflected, no final XOR.
+/// The value for the nine characters "123456789" is 29B1.
 std::uint16_t checksum(std::span<const std::uint8_t> bytes) noexcept;
 
 FrameBytes encode(const Frame& frame) noexcept;
-/// Nothing when the beginning or the checksum is not that of a frame. Unknown status bits pass.
+/// Returns the frame, or nothing if the start bytes or the checksum are wrong. Unknown status bits
+/// are ignored.
 std::optional<Frame> decode(std::span<const std::uint8_t, frame_bytes> bytes) noexcept;
 
-// Frames out of a stream of bytes that may come in pieces, with bytes lost, doubled, changed or
-// foreign. Of a frame that fails its check only the first byte is thrown away and the rest is
-// looked through again, so that no frame is lost that was not hit itself. Foreign bytes that look
-// like a frame pass their checksum with a chance of 2^-16.
+// Decoder for a byte stream that may arrive in pieces and with lost, repeated, changed or foreign
+// bytes. If a frame fails its check, only its first byte is discarded and the rest is searched
+// again, so an undamaged frame is never lost. Foreign bytes that look like a frame pass the
+// checksum with a probability of 2^-16.
 
-/// bytes taken = 8 (frames + repeated) + skipped_bytes + bytes of the frame that is under way.
+/// Counts of a frame reader: bytes taken = 8 (frames + repeated) + skipped_bytes + bytes of the
+/// incomplete frame.
 struct ReaderCounts {
-  std::int64_t frames = 0;    ///< good ones
-  std::int64_t repeated = 0;  ///< good, but the same bytes as the frame before; left out
-  /// Each beginning of a frame that failed its check; one for a run of skipped bytes without any.
+  std::int64_t frames = 0;    ///< valid frames
+  std::int64_t repeated = 0;  ///< valid, but identical to the previous frame; omitted
+  /// Number of frame starts that failed the check; a run of skipped bytes without a start counts
+  /// once.
   std::int64_t bad_frames = 0;
-  std::int64_t missing = 0;  ///< that the sequence numbers say were sent between good ones
-  std::int64_t gaps = 0;     ///< places where they are missing
+  std::int64_t missing = 0;  ///< missing frames, from the sequence numbers
+  std::int64_t gaps = 0;     ///< number of gaps with missing frames
   std::int64_t skipped_bytes = 0;
-  std::int64_t over_range = 0;   ///< good frames that say so
-  std::int64_t battery_low = 0;  ///< good frames that say so
+  std::int64_t over_range = 0;   ///< valid frames with this status
+  std::int64_t battery_low = 0;  ///< valid frames with this status
   bool operator==(const ReaderCounts&) const = default;
 };
 
-/// Sequence numbers tell how many frames are missing only up to a multiple of 256, which is 2.1 s
-/// of line: from bytes alone a longer gap looks shorter by such multiples. Where arrival times are
-/// known, frames_since() settles that.
+/// Valid frame with the number of missing frames before it. Sequence numbers give that number only
+/// modulo 256, which is 2.1 s of line. If arrival times are available, frames_since() resolves the
+/// ambiguity.
 struct ReceivedFrame {
   Frame frame{};
-  int missing_before = 0;  ///< 0 to 255, since the good frame before
+  int missing_before = 0;  ///< 0 to 255, since the previous valid frame
 };
 
 class FrameReader {
  public:
-  /// Takes one byte; the frame that it completes, if it does.
+  /// Processes one byte; returns the frame if this byte completes one.
   std::optional<ReceivedFrame> take(std::uint8_t byte) noexcept;
-  /// After the last byte: a frame that is under way will never be complete.
+  /// Ends the stream: an incomplete frame is counted as skipped bytes.
   void finish() noexcept;
 
   [[nodiscard]] const ReaderCounts& counts() const noexcept { return counts_; }
@@ -87,14 +89,14 @@ class FrameReader {
 
   FrameBytes bytes_{};
   std::size_t filled_ = 0;
-  bool skipping_ = false;        ///< bytes were skipped since the last good frame
-  bool began_ = false;           ///< and the beginning of a frame was among them
-  std::optional<Frame> last_{};  ///< good frame
+  bool skipping_ = false;        ///< bytes were skipped since the last valid frame
+  bool began_ = false;           ///< the skipped bytes contained the start of a frame
+  std::optional<Frame> last_{};  ///< last valid frame
   ReaderCounts counts_{};
 };
 
-/// Frame periods from one good frame to the next: the number that agrees with both sequence numbers
-/// and lies nearest to the time between their arrivals [s].
+/// Returns the frame periods from one valid frame to the next: the number that agrees with both
+/// sequence numbers and is nearest to the time between their arrivals `elapsed_s` [s].
 std::int64_t frames_since(const ReceivedFrame& received, double elapsed_s) noexcept;
 
 }  // namespace palpate::device::pressure_link

@@ -5,7 +5,7 @@
 namespace palpate::device::pressure_link {
 namespace {
 
-constexpr double longest_wait = 0.05;  // [s], after which a request to stop is seen
+constexpr double longest_wait = 0.05;  // longest delay of a stop request [s]
 
 }  // namespace
 
@@ -39,8 +39,9 @@ std::span<const std::uint8_t> Receiver::waiting_bytes() noexcept {
   return std::span(bytes_).first(filled);
 }
 
-/// Where this thread got no time for a while, bytes waited: each came as long ago as the line took
-/// for those behind it. By the clock alone two seconds of waiting would look like a gap.
+/// Processes bytes and computes their arrival times from the rate of the line. If this thread was
+/// preempted, bytes have accumulated, and the time of the read would show a gap that does not
+/// exist.
 void Receiver::take(std::span<const std::uint8_t> bytes) noexcept {
   const double now = link_.now();
   for (std::size_t n = 0; n < bytes.size(); ++n) {
