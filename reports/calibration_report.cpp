@@ -44,9 +44,9 @@ void add_notes_on_force(const CalibrationReport& report, std::vector<std::string
   }
 }
 
-/// A thumb's force over another area is another pressure.
+/// Adds a note if plunger areas differ: the same thumb force then gives another pressure.
 void add_note_on_plungers(const CalibrationReport& report, std::vector<std::string>& notes) {
-  constexpr double same = 0.01;  // [1] of the area: as well as a pressure's gain is known
+  constexpr double same = 0.01;  // [1] of the area, as uncertain as a pressure gain
   const auto& syringe = report.result.fitted.syringe;
   if (!syringe) { return; }
   const auto others =
@@ -60,7 +60,7 @@ void add_note_on_plungers(const CalibrationReport& report, std::vector<std::stri
       " m^2: the thumb's force is then that of the scene's plunger and of nobody's thumb.");
 }
 
-/// pool() moves depths where all have a BMI, so one without it stops that for all.
+/// Adds a note if some recordings have no BMI: pool() corrects depths only if all have one.
 void add_note_on_body_mass(const CalibrationReport& report, std::vector<std::string>& notes) {
   const auto without = std::ranges::count_if(
       report.recordings,
@@ -183,7 +183,7 @@ using namespace calibration;
 
 constexpr double milliseconds = 1e3;  // [ms/s]
 
-/// As clinicians read it.
+/// Factor and unit for the display of an observable.
 struct Shown {
   double factor = 1.0;
   const char* unit = "";
@@ -266,7 +266,7 @@ Table correlation_table(const Fit& fit) {
     std::vector<Cell> row{std::to_string(n + 1) + " " + fit.parameters[fit.told[n]].parameter.key};
     for (std::size_t m = 0; m < fit.told.size(); ++m) {
       const double r = fit.correlation(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(m));
-      row.emplace_back(std::round(100.0 * r) / 100.0 + 0.0);  // no minus before a zero
+      row.emplace_back(std::round(100.0 * r) / 100.0 + 0.0);  // adding 0.0 avoids a negative zero
     }
     table.rows.push_back(std::move(row));
   }
@@ -312,7 +312,7 @@ Figure profile_figure(const CalibrationReport& report) {
   const calibration::Profile& profile = report.result.profile;
   const Parameter& p = report.result.fit.parameters[profile.parameter].parameter;
   const auto [low, high] = std::ranges::minmax(profile.value);
-  constexpr double threshold = 3.841;  // chi-squared of one degree of freedom, 0.95
+  constexpr double threshold = 3.841;  // 0.95 quantile of chi-squared with one degree of freedom
   return {.id = "profile",
           .title = "Profile of " + p.key,
           .caption =
@@ -333,7 +333,7 @@ Figure profile_figure(const CalibrationReport& report) {
                       .y = {threshold, threshold}}}};
 }
 
-/// Middle of a bin behind the loss of resistance [mm].
+/// Centre of a histogram bin of the depth after the loss of resistance [mm].
 double middle_of(std::size_t bin) {
   return 0.5 * mm * (force_bins[bin].begin + force_bins[bin].end);
 }

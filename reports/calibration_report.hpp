@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// calibration.json and report.html of a calibration: fitted parameters with intervals, parameters
-/// that the recordings do not constrain, and checks of the fit.
+/// Contents of calibration.json and report.html: fitted parameters with intervals, parameters that
+/// the recordings do not constrain, and checks of the fit.
 
 #include <map>
 #include <string>
@@ -13,8 +13,8 @@
 namespace palpate {
 
 struct CalibratedRecording {
-  std::string file{};  ///< name alone
-  std::string hash{};  ///< of its bytes
+  std::string file{};  ///< file name without folder
+  std::string hash{};  ///< hash of the file contents
   std::string source{};
   std::string technique{};
   Recording::Kind kind = Recording::Kind::measured;
@@ -28,17 +28,18 @@ struct CalibrationReport {
   std::vector<CalibratedRecording> recordings{};
   std::string command{};
   std::map<std::string, std::string>
-      provenance{};  ///< may differ from run to run; in the page alone
+      provenance{};  ///< shown only on the page, since it may differ between runs
 
-  [[nodiscard]] bool reconstructed() const;  ///< at least one recording is no measurement
+  [[nodiscard]] bool reconstructed() const;  ///< true if at least one recording is reconstructed
 };
 
-std::string calibration_verdict(const CalibrationReport& report);  ///< one line
-std::string calibration_detail(const CalibrationReport& report);   ///< one or two sentences
-/// Limits of the result that a reader must know.
+std::string calibration_verdict(const CalibrationReport& report);  ///< verdict in one line
+std::string calibration_detail(
+    const CalibrationReport& report);  ///< details in one or two sentences
+/// Warnings about the limits of the result.
 std::vector<std::string> calibration_warnings(const CalibrationReport& report);
 
-/// Same input, same bytes.
+/// Contents of calibration.json. Output is deterministic.
 std::string to_json(const CalibrationReport& report);
 std::string to_html(const CalibrationReport& report);
 

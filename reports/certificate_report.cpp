@@ -193,7 +193,7 @@ std::vector<NamedHistogram> histograms_of(const LoadResult& load, const std::str
           {"control" + suffix, &load.control.record.response}};
 }
 
-/// Counts over the middles of bins that hold any.
+/// Counts over the centres of all bins that are not empty.
 Series series_of(const std::string& label, const LatencyHistogram& times) {
   Series series{.label = label, .style = Series::Style::points};
   for (std::size_t bin = 0; bin < times.used_bins(); ++bin) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// certificate.json, histogram.csv and report.html of a real-time certificate.
+/// Contents of certificate.json, histogram.csv and report.html of a real-time certificate.
 
 #include <array>
 #include <functional>
@@ -16,50 +16,50 @@
 
 namespace palpate {
 
-/// A property of the machine; no value if the system does not report it.
+/// Property of the machine. It has no value if the system does not report it.
 struct EnvironmentFact {
-  std::string key{};    ///< of certificate.json
-  std::string label{};  ///< of the page
+  std::string key{};    ///< key in certificate.json
+  std::string label{};  ///< label on the page
   std::variant<std::monostate, bool, double, std::string> value{};
 };
 
 struct CertificateReport {
-  std::string file{};  ///< of the scene, name alone
+  std::string file{};  ///< file name of the scene, without folder
   std::string title{};
   std::string scene_hash{};
   certificate::Certificate result{};
   std::vector<EnvironmentFact> environment{};
   std::optional<double>
-      cycles_per_second{};    ///< of the processor's counter, where it never changes
-  std::string not_counted{};  ///< why there are no instructions of the costliest tick
+      cycles_per_second{};  ///< rate of the processor's time stamp counter if it is constant [1/s]
+  std::string not_counted{};  ///< reason why the instructions of the slowest tick are not counted
   std::function<std::string(const ToolHappening&)> happening_name{};
   std::string command{};
   std::map<std::string, std::string> provenance{};
 };
 
-/// Percentiles of the times of ticks, by name.
+/// Percentiles of tick times, with their names.
 inline constexpr std::array<std::pair<const char*, double>, 5> shown_percentiles{
     {{"p50", 0.5}, {"p90", 0.9}, {"p99", 0.99}, {"p99.9", 0.999}, {"p99.99", 0.9999}}};
 
 std::string to_json(const CertificateReport& report);
-std::string to_csv(const CertificateReport& report);  ///< the histograms
+std::string to_csv(const CertificateReport& report);  ///< histograms of tick times
 std::string to_html(const CertificateReport& report);
 
 std::vector<Table> certificate_tables(
-    const CertificateReport& report);  ///< phases, misses, provocations, tail
-/// Histograms of the responses of scene and empty loop, and of the parts of the scene's responses;
-/// none if nothing ran.
+    const CertificateReport& report);  ///< tables of phases, misses, worst-case probes and tail
+/// Histograms of the response times of the scene and of the empty loop, and of the components of
+/// the scene's response time. Empty if no phase ran.
 std::vector<Figure> histogram_figures(const CertificateReport& report);
 
-/// Phases with their names, those of the worst load first: "the scene, load cpu".
+/// Phase with its name, such as "the scene, load cpu". Phases of the heaviest load come first.
 struct NamedPhase {
   std::string name{};
   const certificate::Phase* phase = nullptr;
-  bool empty = false;  ///< the empty loop, which has no place in the scene
+  bool empty = false;  ///< true for the empty loop, which runs without the scene
 };
 std::vector<NamedPhase> phases_of(const CertificateReport& report);
 
-/// "puncture: skin", or nothing.
+/// Name of the event at the given tick: "puncture: skin"; empty if there is none.
 std::string happening_at(const CertificateReport& report, const certificate::Moment& moment);
 
 }  // namespace palpate

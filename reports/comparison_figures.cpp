@@ -15,7 +15,7 @@ using namespace comparison;
 
 namespace {
 
-/// What both axes of a recorded and a simulated trace may be.
+/// Horizontal axis of a figure that compares a recorded and a simulated trace.
 enum class Over { time, depth };
 
 std::string honesty(const Recording& recording) {
@@ -58,7 +58,7 @@ Figure empty_overlay(const Trace& trace, Over over) {
           .marks = time ? events_over_time(trace) : events_over_depth(trace)};
 }
 
-/// One recording against the simulation; every series says which of the two it is.
+/// Figure of one recording and the simulation; every series is labelled with its origin.
 struct Overlay {
   const ComparisonReport& report;
   std::size_t index;
@@ -115,7 +115,7 @@ Figure pressure_figure(const ComparisonReport& report, std::size_t n, Over over)
   return figure;
 }
 
-/// Along the needle, and on the plunger: pressure times its area.
+/// Force along the needle, and force on the plunger (pressure times area).
 Figure force_figure(const ComparisonReport& report, std::size_t n, Over over) {
   Overlay overlay(report, n, over);
   const Recording& recording = overlay.recording();
@@ -126,7 +126,7 @@ Figure force_figure(const ComparisonReport& report, std::size_t n, Over over) {
   overlay.add_recorded("along the needle, recorded", recording.force, 1.0);
   if (recording.force.empty()) {
     add_plunger();
-  }  // first, so that what was recorded has its colour
+  }  // recorded series first, so that it keeps its colour
   overlay.add_simulated("along the needle, simulated", "tool.force_n", 1.0);
   if (!recording.force.empty()) { add_plunger(); }
   overlay.add_simulated("on the plunger, simulated", "syringe.thumb_n", 1.0, Series::Style::dashed);

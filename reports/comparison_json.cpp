@@ -18,7 +18,7 @@ Json optional_number(const std::optional<double>& value) {
   return value ? json_number(*value) : Json(nullptr);
 }
 
-/// Fills an object with the attributes or the defects of a recording.
+/// Writes the attributes or the defects of a recording into an object.
 struct FieldWriter {
   Json& json;
   template <class Value, class Words>
@@ -96,7 +96,7 @@ Json to_json(const Alignment& alignment) {
           {"times_are_judged", alignment.judges_times()}};
 }
 
-/// What could be said of a recording only once it was compared.
+/// Writes the results that exist only for a compared recording.
 void add_measures(Json& json, const Comparison& one) {
   json["alignment"] = to_json(one.alignment);
   json["cutoff_hz"] = json_number(one.cutoff);

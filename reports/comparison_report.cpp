@@ -38,7 +38,7 @@ std::size_t count_of(const ComparisonReport& report, Status status) {
       [status](const Comparison& one) { return one.outcome.status == status; }));
 }
 
-/// Collects counts above zero by their words.
+/// Text that lists all counts above zero with their names.
 struct DefectWords {
   std::string text{};
   void add(std::size_t count, const char* what) {
@@ -159,7 +159,7 @@ std::string why_of(const FeatureComparison& one) {
          (one.below_uncertainty ? "; error below u_val" : "");
 }
 
-/// Every feature with both values, the allowed interval, the verdict and the tolerance.
+/// Table of features: both values, allowed interval, verdict and tolerance.
 LabelledTable features_table(const std::vector<FeatureComparison>& features) {
   using enum LabelledTable::Kind;
   LabelledTable table{.columns = {{"feature"},
@@ -194,7 +194,7 @@ std::string agreed_of(const GroupSummary& group) {
          short_number(100.0 * group.agree_interval.upper, 3) + " %)";
 }
 
-/// One row for each group with its counts and its corridor.
+/// Table of groups: counts and corridor.
 LabelledTable groups_table(const ComparisonReport& report) {
   using enum LabelledTable::Kind;
   LabelledTable table{.columns = {{"group"},
@@ -219,7 +219,7 @@ LabelledTable groups_table(const ComparisonReport& report) {
   return table;
 }
 
-/// With a peak where there is one, as clinicians ask for it first.
+/// Verdict text, with the peak if it was compared, since clinicians look at the peak first.
 std::string outcome_of(const Comparison& one) {
   if (one.outcome.status == Status::error) {
     return one.outcome.reasons.empty() ? "" : one.outcome.reasons.front();
@@ -229,7 +229,7 @@ std::string outcome_of(const Comparison& one) {
          " simulated";
 }
 
-/// One row for each recording: what it is and its verdict.
+/// Table of recordings: properties and verdict.
 PagePart recordings_part(const ComparisonReport& report) {
   using enum LabelledTable::Kind;
   LabelledTable table{.columns = {{"recording"},
@@ -262,7 +262,7 @@ PagePart recordings_part(const ComparisonReport& report) {
                  .parts = {std::move(table)}};
 }
 
-/// Features over the subjects of a group: mean, SD, interval, simulated value.
+/// Table of features over the subjects of a group: mean, SD, interval, simulated value.
 Table subjects_table(const GroupSummary& group) {
   Table table{
       .title = "Features over the subjects of " + name_of_group(group.group),
@@ -284,7 +284,7 @@ Table subjects_table(const GroupSummary& group) {
   return table;
 }
 
-/// ISO 18571 with its parts, Sprague-Geers and RMSE of every recording that could be compared.
+/// Table of ISO 18571 with its parts, Sprague-Geers and RMSE for every compared recording.
 Table ratings_table(const ComparisonReport& report) {
   const FieldUnit unit = field_unit(unit_of(report.options.comparison.quantity));
   Table table{.title = "Ratings and distances of whole traces",
@@ -356,9 +356,9 @@ Table credibility_table(const ComparisonReport& report) {
   return table;
 }
 
-/// So many recordings are shown with all their figures; of more, each shows one.
+/// Maximum number of recordings for which all figures are shown; with more, each has one figure.
 constexpr std::size_t few_recordings = 3;
-/// Beyond these a recording has tables alone: a page stays below some megabytes.
+/// Maximum number of recordings with figures. It limits the page to some megabytes.
 constexpr std::size_t most_drawn = 60;
 
 bool compared(const Comparison& one) { return one.outcome.status != Status::error; }
@@ -444,7 +444,7 @@ Section recording_section(const ComparisonReport& report, std::size_t n) {
   return section;
 }
 
-/// One reason is in the banner already; many are folded.
+/// Adds the reasons, except the first, which is in the banner. A long list is collapsed.
 void add_reasons(const ComparisonReport& report, std::vector<PagePart>& parts) {
   constexpr std::size_t many = 8;
   const std::vector<std::string>& reasons = report.found.outcome.reasons;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// comparison.json and report.html of `palpate compare`.
+/// Contents of comparison.json and report.html of `palpate compare`.
 
 #include <cstddef>
 #include <filesystem>
@@ -17,7 +17,7 @@ namespace palpate {
 
 struct ComparedRecording {
   std::filesystem::path file{};
-  std::string hash{};  ///< of the file (content_hash.hpp)
+  std::string hash{};  ///< hash of the file contents (content_hash.hpp)
   InputRecording input{};
 };
 
@@ -25,11 +25,12 @@ struct ComparedSimulation {
   enum class Origin { scene, trace };
   Origin origin = Origin::trace;
   std::filesystem::path file{};
-  std::string hash{};   ///< of the file
-  std::string title{};  ///< of the scene
-  double run_longer =
-      0.0;  ///< [s] after the scene's duration, for the rule that finds the loss of resistance
-  std::string failure{};  ///< "diverged at t = 0.1 s"; nothing can be compared then
+  std::string hash{};       ///< hash of the file contents
+  std::string title{};      ///< title of the scene
+  double run_longer = 0.0;  ///< time simulated after the scene's duration, for the rule that finds
+                            ///< the loss of resistance [s]
+  std::string
+      failure{};  ///< error text such as "diverged at t = 0.1 s"; if not empty, nothing is compared
   Trace trace{};
 };
 
@@ -37,52 +38,54 @@ struct ComparisonReport {
   comparison::GroupOptions options{};
   std::vector<ComparedRecording> recordings{};
   ComparedSimulation simulation{};
-  comparison::GroupComparison found{};  ///< its recordings in the order of those above
+  comparison::GroupComparison found{};  ///< results, with recordings in the order of `recordings`
   std::vector<comparison::CredibilityFactor> credibility{};
   std::map<std::string, std::string> provenance{};
-  std::string command{};  ///< that gives the same again
+  std::string command{};  ///< command line that reproduces the report
 };
 
-/// True if everything agrees and every recording could be compared; exit code 0.
+/// Returns true if every recording is comparable and agrees with the simulation (exit code 0).
 bool holds(const ComparisonReport& report);
 
 std::string to_html(const ComparisonReport& report);
 
-// Texts about a whole comparison.
+// Text about a whole comparison.
 
-/// "3 measured recordings", "5 recordings reconstructed from published summary values", or both.
+/// Kinds of recording with their counts: "3 measured recordings", "5 recordings reconstructed from
+/// published summary values", or both.
 std::string kinds_of(const ComparisonReport& report);
 
-/// "1 differs", "4 agree, 1 cannot be compared": counts of recordings.
+/// Counts of recordings by verdict: "1 differs", "4 agree, 1 cannot be compared".
 std::string tally_of(const ComparisonReport& report);
 
-/// "5 subjects", "5 subjects (10 recordings)".
+/// Counts of subjects and recordings: "5 subjects", "5 subjects (10 recordings)".
 std::string subjects_of(const comparison::SubjectCorridor& corridor);
 
-/// Over all groups.
+/// Number of compared subjects over all groups.
 std::size_t subjects_compared(const ComparisonReport& report);
 
-/// "without a group" of an empty one.
+/// Name of a group; "without a group" if the name is empty.
 std::string name_of_group(const std::string& group);
 
-/// The verdict with a capital letter, and one sentence with its basis.
+/// Verdict as a title with a capital letter, and as one sentence with its basis.
 std::string verdict_text(const ComparisonReport& report);
 std::string verdict_sentence(const ComparisonReport& report);
 
-/// "12 missing in 3 gaps, 2 bad frames"; "nothing" where nothing was found.
+/// Defects of a recording as text: "12 missing in 3 gaps, 2 bad frames"; "nothing" if there are
+/// none.
 std::string shown(const RecordingDefects& defects);
 
 // Figures of recorded and simulated traces over time and depth, and of their difference.
 
-/// Figures of one recording that could be compared: pressure and force over time and over depth, if
-/// recorded or simulated, and the residual. Time is that of the simulation.
+/// Figures of one comparable recording: pressure and force, if recorded or simulated, over time and
+/// over depth, and the residual. The time axis is the simulation time.
 std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_t recording);
 
-/// The compared quantity over time.
+/// Figure of the compared quantity over time.
 Figure overlay_figure(const ComparisonReport& report, std::size_t recording);
 
-/// Figures of a group: the corridor with the simulated trace, and its difference from the mean.
-/// Empty without a corridor.
+/// Figures of a group: the corridor with the simulated trace, and the difference of the trace from
+/// the mean. Empty if the group has no corridor.
 std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t group);
 
 // comparison.json (docs/formats.md).

@@ -19,12 +19,12 @@ using gate::CaseChanges;
 using gate::Change;
 using gate::ChangeKind;
 
-/// Fails, or is better.
+/// Returns true for a case that failed or improved.
 bool is_notable(const Change& change) {
   return change.fails() || change.kind == ChangeKind::better;
 }
 
-/// Curves have no single number.
+/// Number as text; empty for curves, which have no single number.
 std::string number_of(const Change& change, double value) {
   const bool number = change.before != 0.0 || change.now != 0.0;
   return number ? plain_number(value, digits_apart(change.before, change.now)) + " " + change.unit
@@ -41,7 +41,7 @@ std::vector<std::string> row_of(const CaseChanges& one, const Change& change) {
           change.allowed};
 }
 
-/// Row of a case: its worst change, and how many more there are.
+/// Row of a case: its worst change and the number of further changes.
 std::vector<std::string> summary_of(const CaseChanges& one) {
   std::vector<std::string> row = row_of(one, one.changes.front());
   const auto more = std::ranges::count_if(one.changes, is_notable) - 1;
@@ -49,7 +49,7 @@ std::vector<std::string> summary_of(const CaseChanges& one) {
   return row;
 }
 
-/// Worst first, and within a kind in the order of the cases.
+/// Sorts changes with the worst first; changes of the same kind keep the order of the cases.
 std::vector<std::vector<std::string>> rows_of(const gate::GateResult& result, bool all) {
   std::vector<std::pair<ChangeKind, std::vector<std::string>>> rows;
   for (const CaseChanges& one : result.cases) {
@@ -178,9 +178,9 @@ std::string to_junit(const GateReport& report) {
 
 namespace {
 
-constexpr std::size_t most_drawn = 40;  ///< beyond that a picture more tells no reader anything
+constexpr std::size_t most_drawn = 40;  ///< more series in one picture would not be readable
 
-/// The tube in y around what was accepted, as a band.
+/// Band that shows the allowed deviation in y from the accepted curve.
 Series tube_of(const Figure& before, std::size_t series) {
   const Series& curve = before.series[series];
   const double half = gate::tube_around(before, series).y;
@@ -192,7 +192,7 @@ Series tube_of(const Figure& before, std::size_t series) {
   return band;
 }
 
-/// Accepted and new, one over the other.
+/// Figure of the accepted and the new curve.
 Figure overlay(const std::string& case_name, const Figure& before, const Figure* now,
                std::size_t series) {
   Figure figure{.id = before.id + "-" + std::to_string(series),
@@ -225,7 +225,7 @@ bool has_changed(const gate::CaseChanges& one, const std::string& item) {
   });
 }
 
-/// Adds the curves of one case that moved by more than rounding.
+/// Appends the curves of one case that changed by more than rounding.
 void add_overlays(const GateReport& report, const gate::CaseChanges& one,
                   std::vector<Figure>& figures) {
   const std::string& name = one.outcome.name;
@@ -261,7 +261,7 @@ void add_curves(const GateReport& report, std::vector<PagePart>& parts) {
   parts.emplace_back(std::move(section));
 }
 
-/// Both builds side by side, to show whether the compiler changed and not the code.
+/// Provenance of both builds side by side, to show a change of the compiler or the flags.
 Table provenance_table(const GateReport& report) {
   Table table{.id = "provenance", .title = "Builds", .columns = {"", "accepted", "now"}};
   const auto value = [](const auto& map, const std::string& key) {
@@ -286,7 +286,7 @@ Table ledger_table(const gate::Baseline& baseline) {
   return table;
 }
 
-/// The first rows of the table of changes.
+/// First rows of the table of changes.
 Table worst_table(const gate::GateResult& result) {
   constexpr std::size_t at_a_glance = 20;
   Table table = changes_table(result, false);

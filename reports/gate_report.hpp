@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The result of a gate as text, JSON, JUnit and a page.
+/// Result of a gate as text, JSON, JUnit and HTML.
 
 #include <map>
 #include <string>
@@ -11,31 +11,31 @@
 namespace palpate {
 
 struct GateReport {
-  std::string results{};  ///< folder of the results
+  std::string results{};  ///< path of the results folder
   std::string baseline_file{};
   std::string command{};
-  std::map<std::string, std::string> provenance{};  ///< of the results
+  std::map<std::string, std::string> provenance{};  ///< provenance of the results
   gate::Candidate candidate{};
   gate::Baseline baseline{};
   gate::GateResult result{};
 };
 
-/// "FAIL: 2 of 148 cases regressed".
+/// Verdict of a gate: "FAIL: 2 of 148 cases regressed".
 std::string verdict_text(const gate::GateResult& result);
-/// "140 identical, 5 within what is allowed, 1 better".
+/// Counts of the other cases: "140 identical, 5 within what is allowed, 1 better".
 std::string verdict_sentence(const gate::GateResult& result);
 
-/// One row for each case that failed or became better, worst first, with its worst change; `all`:
-/// every change of every case.
+/// Table with one row for each case that failed or improved, worst first, with its worst change. If
+/// `all` is true, every change of every case.
 Table changes_table(const gate::GateResult& result, bool all);
-/// The same as lines of aligned text.
+/// Same table as lines of aligned text.
 std::string changes_text(const gate::GateResult& result);
 
-/// gate.json and gate.xml (docs/formats.md).
+/// Contents of gate.json and gate.xml (docs/formats.md).
 std::string to_json(const GateReport& report);
 std::string to_junit(const GateReport& report);
 
-/// The page: verdict, table of changes, and each changed curve with the accepted one.
+/// HTML page: verdict, table of changes, and each changed curve with the accepted one.
 std::string to_html(const GateReport& report);
 
 }  // namespace palpate

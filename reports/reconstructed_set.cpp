@@ -19,15 +19,15 @@ constexpr double metres_per_millimetre = 1e-3;
 
 struct BmiGroup {
   const char* id;    ///< row of the table
-  const char* name;  ///< of the group
+  const char* name;  ///< name of the group
   const char* file;
-  double middle;  ///< BMI [kg/m^2]
+  double middle;  ///< mean BMI [kg/m^2]
 };
 constexpr std::array bmi_groups{
     BmiGroup{"P01", "BMI 18-24.9", "bmi-18", 22.0}, BmiGroup{"P02", "BMI 25-34.9", "bmi-25", 30.0},
     BmiGroup{"P03", "BMI 35-44.9", "bmi-35", 40.0}, BmiGroup{"P04", "BMI >= 45", "bmi-45", 47.0}};
 
-/// Scores of one group: each quantity varies on its own.
+/// Standard scores of one group; each quantity varies independently.
 struct Scores {
   explicit Scores(std::uint64_t seed)
       : peak(even_scores(subjects, seed)),
@@ -39,7 +39,7 @@ struct Scores {
   std::vector<double> peak, floor, body_mass_index, depth, flavum, fall;
 };
 
-/// Evenly from `least` to `largest`: the extremes of the scores are mapped onto these.
+/// Maps scores linearly so that their extremes become `least` and `largest`.
 double between(double least, double largest, double score) {
   const double extreme =
       0.5 * double(subjects - 1) / std::sqrt(2.5);  // SD of -2 ... 2 is sqrt(2.5)
@@ -72,7 +72,8 @@ class Builder {
     return number(id, "mm") * metres_per_millimetre;
   }
 
-  /// What all have in common: how a hand goes about it. Depth begins at 0 where none is published.
+  /// Properties common to all recordings: the timing of the hand. Depth begins at 0 if none is
+  /// published.
   [[nodiscard]] InsertionOutline outline(const Scores& scores, std::size_t n) const {
     InsertionOutline o;
     o.speed = number("X10", "mm/s") * metres_per_millimetre;
@@ -95,8 +96,8 @@ class Builder {
     o.plateau = peak * number("F10", "N") / number("F11", "N");
   }
 
-  /// From the skin: BMI acts on the fat alone, what no measure explains on the interspinous
-  /// ligament.
+  /// Depth from the skin. BMI affects only the fat layer; unexplained variation is assigned to the
+  /// interspinous ligament.
   [[nodiscard]] double flavum_depth(double body_mass_index, double score) const {
     const double epidural = number("A01a", "mm") + number("A01b", "mm m^2/kg") * body_mass_index;
     const double beyond_fat =
@@ -163,8 +164,8 @@ class Builder {
     }
   }
 
-  /// The supraspinous figure stands for all that lies before the flavum: none in between is
-  /// published.
+  /// Adds the pump recordings. The published supraspinous value is used for all layers before the
+  /// ligamentum flavum, since no other value is published.
   void add_pump(std::uint64_t seed) {
     const Scores scores(seed);
     for (std::size_t n = 0; n < subjects; ++n) {
@@ -172,7 +173,7 @@ class Builder {
       const double factor = 1.0 + number("X02", "1") * scores.peak[n];
       o.peak = pascals("P08") * factor;
       o.plateau = pascals("P07") * factor;
-      // SD over mean of the floor is two thirds: nobody's may lie below zero.
+      // The SD of the floor is two thirds of its mean, so values are limited to zero.
       o.floor = std::fmax(pascals("P09") + pascals("X03") * scores.floor[n], 0.0);
       add(o,
           {.regime = Recording::Regime::pump,

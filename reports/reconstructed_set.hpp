@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The recordings that are rebuilt from published summary values: no measurement of them is public.
+/// Recordings that are reconstructed from published summary values. No public measurements exist.
 
 #include <vector>
 
@@ -9,12 +9,13 @@
 
 namespace palpate {
 
-/// Five subjects a group, each with either technique:
-/// - four groups of women in labour by BMI (P01-P04), a thumb on the plunger, mean and SD of whose
-///   peaks are exactly those of the table; depth by BMI through the fat alone;
-/// - porcine specimens (P05, P06), a thumb, peaks evenly over the published range, no depth;
-/// and five continuous ones under the pump of P07-P09, which is another regime and has no depth.
-/// The same table gives the same recordings on every machine, but for the last digit of rounding.
+/// Returns the reconstructed recordings. Each group has five subjects per technique:
+/// - P01-P04: women in labour, grouped by BMI, thumb on the plunger. Mean and SD of the peaks equal
+///   the table exactly; BMI affects depth only through the fat layer.
+/// - P05, P06: porcine specimens, thumb. Peaks are spaced evenly over the published range; there is
+///   no depth.
+/// - P07-P09: five continuous recordings with a pump, a different regime without depth.
+/// Output is deterministic up to rounding in the last digit.
 std::vector<Recording> reconstructed_recordings(const io::PublishedValues& table);
 
 }  // namespace palpate

@@ -17,7 +17,7 @@ namespace {
 namespace link = device::pressure_link;
 
 constexpr std::size_t first_look = 64 * 1024;
-/// Of the raw link: room for as many bytes of damage as of samples.
+/// Size limit of a raw link file, with as many damaged bytes as sample bytes.
 constexpr std::size_t most_raw_bytes = 2 * link::frame_bytes * io::most_samples;
 
 std::span<const std::uint8_t> bytes_of(const std::string& text) {
@@ -32,7 +32,7 @@ bool has_frames(const std::string& bytes) {
   return false;
 }
 
-/// Text has no control characters but those that move on.
+/// Returns true for text: no control characters except white space.
 bool is_text(std::string_view bytes) {
   return std::ranges::all_of(bytes, [](char c) {
     return static_cast<unsigned char>(c) >= ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f';

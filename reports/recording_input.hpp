@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A recording from a file of any kind: recording.h5, MATLAB, CSV or the bytes of the raw link.
+/// Recordings from files of any supported format: recording.h5, MATLAB, CSV or raw link bytes.
 
 #include <optional>
 
@@ -13,15 +13,16 @@ enum class RecordingFormat { automatic, csv, raw, hdf5 };
 std::string_view name_of(RecordingFormat format);  ///< "auto", "csv", "raw", "hdf5"
 
 struct InputRecording : io::ReadRecording {
-  RecordingFormat format = RecordingFormat::automatic;          ///< that it was read as
-  std::optional<device::pressure_link::ReaderCounts> frames{};  ///< of the raw link
+  RecordingFormat format = RecordingFormat::automatic;  ///< format of the file that was read
+  std::optional<device::pressure_link::ReaderCounts>
+      frames{};  ///< frame counts of the raw link; empty for other formats
 };
 
-/// By content, not by name: HDF5 by its signature, the raw link by frames among its first 64 KiB,
-/// CSV what is left. Throws InputError.
+/// Detects the format from the file content, not from its name: HDF5 by its signature, the raw link
+/// by frames in the first 64 KiB, otherwise CSV. Throws InputError.
 RecordingFormat format_of(const std::filesystem::path& path);
 
-/// Throws InputError with one line per problem.
+/// Reads a recording. Throws InputError with one line per problem.
 InputRecording read_any_recording(const std::filesystem::path& path,
                                   RecordingFormat format = RecordingFormat::automatic,
                                   const io::ReadOptions& options = {});

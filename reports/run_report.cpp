@@ -34,12 +34,12 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-/// Left of the way from a to b, seen along it.
+/// Returns true if c is to the left of the line from a to b.
 bool is_left(const Point& a, const Point& b, const Point& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-/// Outline of points, closed (Andrew's monotone chain).
+/// Convex hull as a closed outline (Andrew's monotone chain).
 std::vector<Point> outline(std::vector<Point> points) {
   std::ranges::sort(points);
   std::vector<Point> hull;
@@ -229,8 +229,8 @@ void add_layers(const Scene& scene, std::vector<Fact>& facts) {
   facts.push_back({"layers on the needle's line", layers, "along it, from the skin"});
 }
 
-/// The plane of nodes through the tool, across y: x and z of its nodes in millimetres, brightness
-/// row by row.
+/// Image of the node plane through the tool, normal to y: x and z of the nodes [mm], brightness in
+/// row-major order.
 struct Slice {
   std::vector<double> x{};
   std::vector<double> z{};
@@ -289,7 +289,7 @@ std::vector<Figure> lookup_figures(const Scene& scene) {
     std::vector<Violation> broken;
     const bool literal = weighting == Weighting::literal;
     const Lookup lookup(lookup_points(weighting), scene.materials, literal, broken);
-    if (!broken.empty()) { continue; }  // the scene has no materials of those names
+    if (!broken.empty()) { continue; }  // the scene has no materials with these names
     const std::string name = name_of(weighting);
     figures.push_back(figure_of(
         slice,
@@ -307,15 +307,15 @@ std::vector<Figure> lookup_figures(const Scene& scene) {
   return figures;
 }
 
-// Plots of long traces to zoom into, drawn by dygraphs, which is inlined.
+// Interactive plots of long traces, drawn by dygraphs, which is embedded in the page.
 
-/// The script that fills the section when it is unfolded. Series keep the extremes of each of 2000
-/// columns.
+/// Script that draws the plots when the section is expanded. Series are reduced to the extremes of
+/// 2000 columns.
 std::string zoom_script(const std::vector<Figure>& figures);
 
 namespace {
 
-/// Text as a script literal that cannot end the script.
+/// Writes text as a script literal that cannot end the script element.
 std::string script_text(const std::string& text) {
   std::string literal =
       nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
@@ -366,7 +366,7 @@ std::string plot_of(const Figure& figure) {
 
 }  // namespace
 
-/// A folded section with a place for each figure; all series of a figure share their x.
+/// Collapsed section with an element for each figure; all series of a figure have the same x.
 Markup zoom_section(const std::vector<Figure>& figures) {
   if (figures.empty()) { return {}; }
   Data places(Data::type::list);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a run through the emulated Falcon shows: facts, and figures from the trace alone.
+/// Report of a run with the emulated Falcon: facts, and figures computed from the trace.
 
 #include <optional>
 #include <string>
@@ -15,37 +15,35 @@
 
 namespace palpate {
 
-/// Empty without columns of a device.
+/// Figures of the device columns; empty if the trace has none.
 std::vector<Figure> falcon_figures(const Trace& trace);
 
-/// What the motors can pull with where the insertion starts, across and along the needle.
+/// Figure of the largest motor forces at the insertion point, across and along the needle.
 Figure force_reach_figure(const FalconFacts& facts);
 
 std::vector<Fact> falcon_fact_list(const FalconFacts& facts);
 
-// What a run's page says of tissue that came from a patient's files.
+// Report of tissue that was read from patient data.
 
-/// What was read and what became of it, and the layers on the needle's line; nothing for other
-/// tissues.
+/// Facts about the imported data and the layers along the needle path; empty for other tissues.
 std::vector<Fact> patient_facts(const Scene& scene);
 
-/// Of an image: one plane through it, along the needle, as brightness and as the modulus that each
-/// lookup makes of it. Nothing for other tissues.
+/// Figures of one image plane along the needle: brightness, and the modulus given by each lookup
+/// table. Empty for tissues without an image.
 std::vector<Figure> lookup_figures(const Scene& scene);
 
-// report.html of one run: what was simulated, how it went, and its traces, as pictures and as
-// plots to zoom into.
+// report.html of one run: scene, outcome and traces, as pictures and as interactive plots.
 
 struct RunReport {
   std::string title{};
-  bool held = true;       ///< false: the banner is red
-  std::string verdict{};  ///< one line
-  std::string detail{};   ///< one sentence under it
+  bool held = true;       ///< false: red banner
+  std::string verdict{};  ///< verdict in one line
+  std::string detail{};   ///< one sentence below the verdict
   std::vector<Fact> facts{};
-  std::vector<Figure> tool_figures{};  ///< after those of the trace
+  std::vector<Figure> tool_figures{};  ///< figures shown after those of the trace
   std::vector<std::string> skipped{};
   std::vector<std::string> warnings{};
-  std::optional<View> view{};  ///< the run in three dimensions
+  std::optional<View> view{};  ///< 3-D view of the run
   std::vector<Fact> provenance{};
   std::string command{};
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Counts every allocation of the process and the bytes that it holds: include in one source file
-/// of a test. glibc only, and not with sanitizers, which bring an allocator of their own.
+/// Counts all allocations of the process and the allocated bytes. Include it in one source file of
+/// a test. It requires glibc and does not work with sanitizers, which replace the allocator.
 
 #include <atomic>
 #include <cerrno>
@@ -20,7 +20,7 @@ void __libc_free(void* block);
 namespace check {
 inline std::atomic<long> allocations{0};
 inline std::atomic<long> held_bytes{0};
-inline std::atomic<long> most_held_bytes{0};  ///< since it was set to what is held
+inline std::atomic<long> most_held_bytes{0};  ///< peak since the last reset
 
 inline void* taken(void* block) noexcept {
   ++allocations;
@@ -33,7 +33,7 @@ inline void give_back(void* block) noexcept {
 }
 }  // namespace check
 
-// operator new ends in one of these too.
+// operator new calls one of these functions.
 extern "C" {
 void* malloc(std::size_t size) noexcept { return check::taken(__libc_malloc(size)); }
 void* calloc(std::size_t count, std::size_t size) noexcept {

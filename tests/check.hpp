@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Test vocabulary:
+/// Test macros:
 ///   TEST("a spring at rest exerts no force") { CHECK_NEAR(force.norm(), 0.0, 1e-15); }
 /// An executable runs all its cases, those of one file (--file tests/model/load_test.cpp), or those
 /// whose name contains an argument.
@@ -17,14 +17,14 @@
 
 namespace scratch {
 
-/// Root of the project, where shipped scenes and recordings lie.
+/// Root folder of the project, which contains the shipped scenes and recordings.
 std::filesystem::path source_folder();
 
 }  // namespace scratch
 
 namespace check {
 
-/// Sanitized builds take fewer steps through the same code; they do not test accuracy.
+/// True in sanitizer builds. They run fewer steps of the same code and do not test accuracy.
 #ifdef PALPATE_SANITIZED
 inline constexpr bool sanitized = true;
 #else
@@ -37,7 +37,7 @@ struct Case {
   std::string_view file;
 };
 
-/// Thrown by a failed REQUIRE and by skip(): ends the case.
+/// Exception of a failed REQUIRE and of skip(). It ends the case.
 struct Abandoned {};
 
 inline std::vector<Case> cases;
@@ -54,7 +54,7 @@ inline void fail(const char* file, int line, const char* what) {
   std::printf("%s:%d: %s\n", file, line, what);
 }
 
-/// Ends the case without a failure. The executable exits with 77 if all its cases were skipped.
+/// Ends the case without a failure. The exit code is 77 if all cases were skipped.
 [[noreturn]] inline void skip(const char* reason) {
   ++skips;
   std::printf("skipped: %s\n", reason);
@@ -81,7 +81,7 @@ template <class T> std::string shown(const T& value) {
   }
 }
 
-/// Outcome of one comparison, with its operands for the message.
+/// Result of one comparison, with both operands for the message.
 template <class A, class B> struct Comparison {
   bool holds;
   const A& left;
@@ -97,13 +97,13 @@ template <class A, class B> struct Comparison {
   }
 };
 
-/// Integers of different signedness compare by value.
+/// Compares integers of different signedness by value.
 template <class A, class B>
 inline constexpr bool are_integers =
     std::is_integral_v<A>&& std::is_integral_v<B> && !std::is_same_v<A, bool> &&
     !std::is_same_v<B, bool> && !std::is_same_v<A, char> && !std::is_same_v<B, char>;
 
-/// Left operand of a CHECK. `a && b` and `a || b` do not compile: one CHECK, one condition.
+/// Left operand of a CHECK. `a && b` and `a || b` do not compile, so each CHECK has one condition.
 template <class A> struct Left {
   const A& value;
 
@@ -163,7 +163,8 @@ void near(const A& actual, const B& expected, double tolerance, const char* text
               error / tolerance);
 }
 
-/// Runs the cases whose file ends with `file` and whose name contains `name`. Exit code.
+/// Runs the cases whose file ends with `file` and whose name contains `name`. Returns the exit
+/// code.
 inline int run(std::string_view file, std::string_view name) {
   for (const Case& test : cases) {
     if (!test.file.ends_with(file) || test.name.find(name) == std::string_view::npos) { continue; }
@@ -192,7 +193,7 @@ inline int run(std::string_view file, std::string_view name) {
   static void CHECK_JOIN(test_, __LINE__)()
 #define CHECK(condition) \
   (void)check::judge(check::Capture{} << condition, #condition, __FILE__, __LINE__)
-/// Ends the case where it fails: for what the next lines rely on.
+/// Ends the case on failure. Use it for conditions that the following lines require.
 #define REQUIRE(condition)                                                              \
   do {                                                                                  \
     if (!check::judge(check::Capture{} << condition, #condition, __FILE__, __LINE__)) { \

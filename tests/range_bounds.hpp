@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Values just outside and just inside every bound of a range, for tests that visit scene keys.
+/// Values just outside and just inside every bound of a range, for tests of scene keys.
 
 #include <cmath>
 #include <vector>

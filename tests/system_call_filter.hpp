@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Proof that code asks nothing of the operating system: it runs in a child process that is killed
-/// by its first system call. Uncontended locks make no call, so those are counted. Include in one
-/// source file of a test, linked with the library of dlsym; not with sanitizers.
+/// Test that code makes no system call: it runs in a child process that is killed by its first
+/// system call. Uncontended locks make no call, so they are counted separately. Include it in one
+/// source file of a test and link the library of dlsym. It does not work with sanitizers.
 
 #include <cstddef>
 #include <cstdlib>
@@ -20,10 +20,11 @@
 
 namespace check {
 
-/// Taken by the calling thread.
+/// Number of locks taken by the calling thread.
 inline thread_local volatile long locks = 0;
 
-/// From here on this thread may only leave. False where the system refuses such filters.
+/// Forbids all system calls of this thread except exit. Returns false if the system does not
+/// support such filters.
 inline bool forbid_system_calls() {
   sock_filter program[] = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
@@ -38,8 +39,8 @@ inline bool forbid_system_calls() {
 
 enum class Verdict { silent, called, refused, diverged };
 
-/// In a child: `prepare()` with all calls allowed, which may start threads that keep them, then
-/// `body(prepared)` without any; it returns whether all went well.
+/// Runs `prepare()` in a child with all system calls allowed, then `body(prepared)` without any.
+/// Threads started by `prepare()` may still make calls. `body` returns true on success.
 template <class Prepare, class Body> Verdict without_system_calls(Prepare prepare, Body body) {
   const pid_t child = fork();
   if (child == 0) {

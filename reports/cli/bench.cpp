@@ -21,7 +21,7 @@ struct BenchOptions : ValidateOptions {
   std::filesystem::path history{};  ///< file with one line per run; empty: no history
 };
 
-/// A lattice, a list of springs and a needle: together they run most of the code.
+/// Workloads with a lattice, a list of springs and a needle, which together cover most of the code.
 const std::vector<std::string> paired_scenes{"s26", "seven-layers", "epidural"};
 
 timing::PairedRuns runs_with(const std::filesystem::path& base) {
@@ -52,7 +52,7 @@ int bench_itself(const BenchOptions& options, Judging judging) {
   return judge(options, judging);
 }
 
-/// Reads the history at once, so that a damaged file is refused before anything runs.
+/// Reads the history first, so that a damaged file is rejected before any case runs.
 std::function<Outcome(const Results&)> keep_history(const std::filesystem::path& file) {
   return [file, history = timing::read_history(file)](const Results& results) mutable {
     history.push_back(timing::history_line_of(results));
@@ -61,7 +61,7 @@ std::function<Outcome(const Results&)> keep_history(const std::filesystem::path&
   };
 }
 
-/// Cases run one at a time, so that they do not disturb each other's timing.
+/// Runs cases one at a time, so that they do not disturb each other's timing.
 int run_bench(const BenchOptions& options) {
   catch_interrupts();
   Judging judging{.command = "bench", .title = "Palpate benchmark", .jobs = 1};

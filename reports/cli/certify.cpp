@@ -35,14 +35,14 @@ namespace {
 
 struct CertifyOptions : CommonOptions {
   std::filesystem::path scene{};
-  std::optional<double> rate{};      ///< [Hz]; empty: the scene's
-  double duration = 10.0;            ///< [s] of each phase
-  std::optional<double> deadline{};  ///< [us]; empty: the period
-  std::vector<std::string> loads{};  ///< empty: idle
-  bool ordinary = false;             ///< no request for real-time scheduling and locked memory
+  std::optional<double> rate{};      ///< tick rate [Hz]; empty: the rate of the scene
+  double duration = 10.0;            ///< duration of each phase [s]
+  std::optional<double> deadline{};  ///< deadline [us]; empty: the period
+  std::vector<std::string> loads{};  ///< load types; empty: idle
+  bool ordinary = false;  ///< if true, no real-time scheduling and no locked memory are requested
 };
 
-/// Runs the program stress-ng during the lifetime of the object: load on processors, caches, memory
+/// Runs the program stress-ng during the lifetime of the object to load processors, caches, memory
 /// and disk of the given processors.
 class StressNg {
  public:
@@ -84,7 +84,7 @@ using namespace certificate;
 
 constexpr double least_rate = 0.01;  // [Hz]
 constexpr double most_rate = 20000.0;
-constexpr std::string_view costliest_tick = "costliest tick";  // its name in worst_case_probe.cpp
+constexpr std::string_view costliest_tick = "costliest tick";  // as in worst_case_probe.cpp
 
 void refuse_unknown_loads(const CertifyOptions& options) {
   for (const std::string& load : options.loads) {

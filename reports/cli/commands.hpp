@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The commands of `palpate`, their exit codes and the arguments that several of them share.
+/// Commands of `palpate`, their exit codes and their shared options.
 
 #include <CLI/CLI.hpp>
 #include <atomic>
@@ -20,9 +20,9 @@ enum ExitCode : int {
   interrupted_code = 130
 };
 
-/// Options of every command.
+/// Options that every command accepts.
 struct CommonOptions {
-  std::filesystem::path out{};           ///< empty: palpate-out/COMMAND
+  std::filesystem::path out{};           ///< output folder; if empty, palpate-out/COMMAND
   std::vector<std::string> overrides{};  ///< --set dotted.key=value
   bool quiet = false;
 
@@ -31,13 +31,13 @@ struct CommonOptions {
   }
 };
 
-/// Set by SIGINT and SIGTERM after a call of catch_interrupts(). A command that calls it must check
-/// the flag and end with the results so far. A second signal ends the program at once.
+/// Set by SIGINT and SIGTERM after catch_interrupts(). A command that calls it must check the flag
+/// and return with the results so far. A second signal terminates the program at once.
 extern std::atomic<bool> interrupted;
 void catch_interrupts();
 
-/// Accepts a number from `least` to `most`. CLI::Range would accept NaN, for which every comparison
-/// is false.
+/// Validator for numbers in [least, most]. Unlike CLI::Range it rejects NaN, for which every
+/// comparison is false.
 inline CLI::Validator number_range(double least, double most) {
   const auto check = [least, most](std::string& text) -> std::string {
     double value = 0.0;
@@ -52,13 +52,13 @@ inline CLI::Validator number_range(double least, double most) {
 /// Adds --out and --quiet.
 void add_common(CLI::App& command, CommonOptions& options, const std::string& name);
 
-/// Adds --set. `file` names the kind of file that the keys belong to.
+/// Adds --set. `file` is the kind of file that contains the keys, for the help text.
 void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file);
 
-/// Adds the argument SCENE, and --set.
+/// Adds the positional argument SCENE and the option --set.
 void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene);
 
-/// The list of integrators for the end of a help text.
+/// List of integrators at the end of a help text.
 std::string integrator_help();
 
 template <class Options> struct Command {
@@ -66,8 +66,8 @@ template <class Options> struct Command {
   Options& options;
 };
 
-/// Adds a command. Its options live as long as the application; if the command line names it,
-/// `chosen` becomes a call of `run`.
+/// Adds a command. Its options have the lifetime of the application. If the command line selects
+/// the command, `chosen` is set to a call of `run`.
 template <class Options>
 Command<Options> add_command(CLI::App& app, std::function<int()>& chosen, const std::string& name,
                              const std::string& summary, int (*run)(const Options&)) {
@@ -77,7 +77,7 @@ Command<Options> add_command(CLI::App& app, std::function<int()>& chosen, const 
   return {*command, *options};
 }
 
-// Each command has one file with its options, its command line and its function.
+// Each command has one source file with its options, its command line and its function.
 
 void add_run(CLI::App& app, std::function<int()>& chosen);
 void add_inspect(CLI::App& app, std::function<int()>& chosen);

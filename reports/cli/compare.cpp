@@ -28,22 +28,22 @@ namespace {
 
 /// Exactly one of `scene` and `trace` is given.
 struct CompareOptions : CommonOptions {
-  std::vector<std::filesystem::path> recordings{};  ///< files, or folders of files
+  std::vector<std::filesystem::path> recordings{};  ///< recording files, or folders of files
   std::filesystem::path scene{}, trace{};
-  std::filesystem::path results{};  ///< of a validation, for the credibility table
+  std::filesystem::path results{};  ///< validation results for the credibility table
   std::string quantity = "pressure";
   std::string alignment = "automatic";
-  double cutoff = 20.0;                   ///< [Hz]; 0: none
+  double cutoff = 20.0;                   ///< cut-off frequency [Hz]; 0: no filter
   std::vector<std::string> tolerances{};  ///< syntax in tolerance_text.hpp
   double numerical_uncertainty = 0.0;     ///< u_num [1] of simulated values
   double input_uncertainty = 0.0;         ///< u_input [1] of simulated values
 };
 
-/// A scene that is ready to run for its duration, or until `rest` after a loss of resistance, so
-/// that the detection rule has enough samples.
+/// Scene that runs for its duration, or until `rest` after a loss of resistance, so that the
+/// detection rule has enough samples.
 struct SceneRun {
   LoadedScene loaded;
-  double rest = 6.0;  ///< [s] after the event
+  double rest = 6.0;  ///< time after the event [s]
 };
 struct SimulatedScene {
   ComparedSimulation simulation{};
@@ -76,7 +76,7 @@ std::string needed(const std::string& column) {
          "probe)";
 }
 
-/// True `rest` after a loss of resistance, or without one at the end of the duration.
+/// Returns true `rest` after a loss of resistance, or at the end of the duration without one.
 bool long_enough(const Trace& trace, double duration, double rest) {
   const double slack = 1e-9 * duration;
   if (trace.time.back() < duration - slack) { return false; }
@@ -223,7 +223,7 @@ GroupOptions group_options(const CompareOptions& asked) {
   return options;
 }
 
-/// Quoted for a shell.
+/// Quotes a text for a shell.
 std::string quoted(const std::string& word) {
   const bool plain =
       word.find_first_not_of(
@@ -284,7 +284,7 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
   std::printf("%s: %s\n", verdict_text(report).c_str(), verdict_sentence(report).c_str());
   std::printf("recordings: %s\n", tally_of(report).c_str());
   const bool more =
-      report.found.outcome.reasons.size() > 1;  // the first is in the sentence already
+      report.found.outcome.reasons.size() > 1;  // the first reason is already in the sentence
   for (const std::string& reason : report.found.outcome.reasons) {
     if (more) { std::printf("  %s\n", reason.c_str()); }
   }
@@ -309,7 +309,7 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
               (folder / "report.html").string().c_str());
 }
 
-/// Makes all contents before it writes the first file.
+/// Creates all contents before the first file is written.
 void write(const ComparisonReport& report, const std::filesystem::path& folder) {
   const std::string json = to_json(report);
   const std::string page = to_html(report);
@@ -333,7 +333,7 @@ int run_compare(const CompareOptions& options) {
   report.recordings = read_recordings(options.recordings);
   if (!options.results.empty()) {
     (void)read_results_folder(options.results);
-  }  // refused before anything runs
+  }  // rejected before anything runs
   std::optional<SceneRun> scene;
   if (options.trace.empty()) {
     const LossRule& loss = report.options.comparison.features.loss;

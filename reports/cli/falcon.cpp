@@ -40,9 +40,9 @@ struct FalconOptions : CommonOptions {
   std::filesystem::path solve{};   ///< poses to solve
 };
 
-/// log.csv: one row per request and per event (docs/formats.md). Rows are kept in reserved memory
-/// until flush(), so that nothing is written between a request and its reply. The file has a
-/// temporary name until finish().
+/// Writer of log.csv: one row per request and per event (docs/formats.md). Rows are kept in
+/// reserved memory until flush(), so that nothing is written between a request and its reply. The
+/// file has a temporary name until finish().
 class FalconLog final : public EmulatorObserver {
  public:
   /// Throws InputError if the file cannot be written.

@@ -79,7 +79,7 @@ namespace palpate::io {
 
 constexpr Key seconds{.unit = "s", .range = range::non_negative};
 
-// The keys of a script, each listed once, as in scene_keys.hpp; found through io::TomlReader.
+// Keys of a script, each listed once as in scene_keys.hpp; read by io::TomlReader.
 template <class Visitor> void fields(Visitor& v, cli::FaultDraft& f) {
   v.value("kind", f.fault.kind, {.required = true});
   v.value("direction", f.fault.direction, {});
@@ -129,7 +129,7 @@ template <class Visitor> void fields(Visitor& v, cli::ScriptDraft& s) {
 namespace palpate::cli {
 namespace {
 
-/// Checks of several keys together.
+/// Checks rules between keys.
 class ScriptCheck {
  public:
   ScriptCheck(const io::Places& places, io::Problems& problems)

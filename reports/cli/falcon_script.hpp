@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The script of `palpate falcon`: faults by time, and motion of the hand (docs/falcon.md).
+/// Script of `palpate falcon`: faults over time and motion of the hand (docs/falcon.md).
 
 #include <filesystem>
 #include <string>
@@ -16,12 +16,12 @@ struct FalconScript {
   device::falcon::FirmwareOptions firmware{};
   device::falcon::FaultScript faults{};
   device::falcon::GripScript grip{};
-  bool sets_firmware = false;  ///< it has a [firmware] table
-  bool moves_grip = false;     ///< it has a [grip] table
+  bool sets_firmware = false;  ///< true if the script has a [firmware] table
+  bool moves_grip = false;     ///< true if the script has a [grip] table
 };
 
-/// Reads and checks a script; an empty path is an empty script. Throws InputError with one line per
-/// problem, with file and line.
+/// Reads and checks a script. An empty path gives an empty script. Throws InputError with one line
+/// per problem, with file and line.
 FalconScript read_falcon_script(const std::filesystem::path& path,
                                 const std::vector<std::string>& overrides);
 

@@ -24,7 +24,7 @@ namespace {
 struct GateOptions : CommonOptions {
   std::filesystem::path results{};
   std::filesystem::path baseline{};
-  std::vector<std::string> cases{};  ///< names or groups; empty: all
+  std::vector<std::string> cases{};  ///< case names or groups; empty: all
 };
 
 struct ApproveOptions : GateOptions {

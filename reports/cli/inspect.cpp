@@ -155,8 +155,9 @@ double static_compliance(const NeedlePath& path, const NetworkProblem& problem) 
   return reference::StaticResponse(problem, quickly_factorised, most_rounds).compliance(w);
 }
 
-/// Rounding can hide that a stiffness is singular: a chain of all springs, each as soft as the
-/// softest, yields `chain`, and no lever in a tissue multiplies that a thousandfold.
+/// Returns false if the stiffness is singular but rounding hides it. A series chain of all springs,
+/// each as soft as the softest, has the compliance `chain`; tissue does not exceed a thousand times
+/// that value.
 bool is_believable(double compliance, const NetworkProblem& problem) {
   const SpringNetwork& network = problem.network();
   const auto nodes = static_cast<std::size_t>(network.node_count());
@@ -169,7 +170,7 @@ bool is_believable(double compliance, const NetworkProblem& problem) {
   return compliance >= 0.0 && compliance <= 1e3 * chain;
 }
 
-/// Largest number of free nodes for a stiffness matrix, at about 15 kB each.
+/// Maximum number of free nodes of a stiffness matrix, with about 15 kB each.
 constexpr std::size_t most_nodes_in_matrix = 100'000;
 
 void add_compliance(Json& facts, const NeedlePath& path, const NetworkProblem& problem) {
@@ -188,7 +189,7 @@ void add_compliance(Json& facts, const NeedlePath& path, const NetworkProblem& p
     facts["static_compliance_reason"] = std::string("not found: ") + problem_of_solver.what();
     return;
   } catch (const reference::SolverError&) {
-    // Stays infinite: the stiffness is singular.
+    // Still infinite: the stiffness is singular.
   }
   const bool finite = is_believable(compliance, problem);
   facts["static_compliance_m_per_n"] = finite ? Json(compliance) : Json(nullptr);
@@ -268,7 +269,7 @@ Json oscillator_facts(const Oscillator& oscillator) {
           {"stiffness_max_n_per_m", oscillator.stiffness}};
 }
 
-/// Volumes by surfaces and by voxels, body by body; what was read of an image.
+/// Volumes by surfaces and by voxels for each body, and properties of the image that was read.
 Json voxel_facts(const VoxelTissue& tissue) {
   Json facts = Json::object();
   if (tissue.image) {
@@ -295,7 +296,7 @@ Json voxel_facts(const VoxelTissue& tissue) {
   return facts;
 }
 
-/// Extent of the surface, and the share of a block of layers below it.
+/// Extent of the surface, and the fraction of a block of layers below it.
 Json skin_facts(const Scene& scene) {
   const TriangleSurface& surface = scene.tissue.skin->surface();
   const auto list = [](const Eigen::Vector3d& v) {
@@ -357,7 +358,7 @@ void print(const Json& facts) {
     }
     if (name == "static_compliance_m_per_n" && value.is_null()) {
       continue;
-    }  // the next key gives the reason
+    }  // the next key contains the reason
     if (value.is_object() || value.is_array()) {
       std::printf("%s\n", name.c_str());
       for (const auto& [key, item] : value.items()) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A scene file that is read and checked, with its simulation.
+/// Scene file after reading and checking, with its simulation.
 
 #include <map>
 #include <string>
@@ -14,24 +14,24 @@ namespace palpate::cli {
 
 struct LoadedScene {
   io::SceneFile file;
-  ModelSubject subject;  ///< with the scene loaded
+  ModelSubject subject;  ///< simulation subject with the scene loaded
 
   [[nodiscard]] const Simulation& simulation() const { return subject.simulation(); }
   double load_seconds = 0.0;
 };
 
-/// Throws InputError, also for an integrator that is unknown or does not fit the scene. The
-/// simulation can continue for `spare` [s] after the duration of the scene.
+/// Loads a scene. Throws InputError, also for an integrator that is unknown or does not fit the
+/// scene. The simulation can continue for `spare` [s] after the duration of the scene.
 LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options,
                        bool no_skip, double spare = 0.0);
 
 /// Creates the folder if it does not exist, and returns it. Throws InputError.
 std::filesystem::path make_folder(const std::filesystem::path& folder);
 
-/// Control of a run that Ctrl-C ends and that shows progress on standard error if it is a terminal.
+/// Run control that stops on Ctrl-C and prints progress to standard error if it is a terminal.
 RunControl run_control(bool quiet);
 
-/// build_provenance() with the text of the scene and the overrides of the command line.
+/// Result of build_provenance(), extended with the scene text and the command line overrides.
 std::map<std::string, std::string> scene_provenance(const LoadedScene& loaded);
 
 }  // namespace palpate::cli

@@ -17,7 +17,7 @@ namespace {
 using namespace palpate;
 using namespace palpate::cli;
 
-/// "palpate: " before every line of a message.
+/// Puts "palpate:" before every line of a message.
 int refuse(const std::string& message, int code) {
   std::istringstream lines(message);
   for (std::string line; std::getline(lines, line);) {

@@ -36,16 +36,16 @@ struct RunOptions : CommonOptions {
   std::filesystem::path scene{};
   bool no_skip = false;
   bool real_time = false;
-  bool no_view = false;            ///< no 3-D view in report.html
-  bool packets = false;            ///< write packets.csv
-  std::filesystem::path script{};  ///< faults on the Falcon's line
+  bool no_view = false;            ///< if true, report.html has no 3-D view
+  bool packets = false;            ///< if true, packets.csv is written
+  std::filesystem::path script{};  ///< script of faults on the Falcon's link
 };
 
-/// Trace of a run with what its device and its clock found.
+/// Trace of a run with the findings of its device and its clock.
 struct FinishedRun {
   Trace trace{};
-  std::optional<FalconFacts> falcon{};               ///< of a tool in a hand
-  std::optional<device::DeadlineFacts> real_time{};  ///< where ticks waited for the wall clock
+  std::optional<FalconFacts> falcon{};               ///< facts of the device, for a hand-held tool
+  std::optional<device::DeadlineFacts> real_time{};  ///< only with the wall clock
 
   [[nodiscard]] double ns_per_spring_step(std::size_t springs) const {
     return trace.steps == 0 || springs == 0
@@ -58,7 +58,7 @@ struct FinishedRun {
 struct Palpation {
   std::optional<Figure> figure{};  ///< empty: not requested, or not possible (see warnings)
   std::vector<std::string> warnings{};
-  std::string csv{};  ///< x_m,y_m,stiffness_n_per_m; a row per site, x fastest
+  std::string csv{};  ///< columns x_m,y_m,stiffness_n_per_m; one row per site, x varies fastest
 };
 
 std::string csv_of(const HeatMap& map) {
@@ -73,7 +73,7 @@ std::string csv_of(const HeatMap& map) {
   return text;
 }
 
-/// The palpation map, if the probe of the scene requests one.
+/// Palpation map, if the probe of the scene requests one.
 Palpation palpate_skin(const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
   const auto* problem = dynamic_cast<const NetworkProblem*>(&loaded.simulation().problem());
@@ -173,7 +173,7 @@ struct RunPage {
   const FinishedRun& run;
   const Palpation& palpation;
   const std::map<std::string, std::string>& provenance;
-  std::string no_view{};  ///< reason for a page without 3-D view; empty: it has one
+  std::string no_view{};  ///< reason why the page has no 3-D view; empty if it has one
 };
 
 std::vector<Fact> scene_facts(const LoadedScene& loaded) {
@@ -197,7 +197,7 @@ void add_step_facts(std::vector<Fact>& facts, const StepPlan& plan) {
   facts.push_back({"kernel", plan.kernel, ""});
 }
 
-/// Mean time of a tick as a share of the time between ticks of a haptic loop.
+/// Mean computation time of a tick as a fraction of the tick period.
 Fact tick_cost(const StepPlan& plan, const FinishedRun& run) {
   const double tick = plan.h * plan.substeps;
   const double mean =
@@ -210,7 +210,7 @@ Fact tick_cost(const StepPlan& plan, const FinishedRun& run) {
               quantity(1e3 * run.trace.slowest_tick, "ms")};
 }
 
-/// Lateness of the ticks on the wall clock.
+/// Number and largest lateness of ticks that are late relative to the wall clock.
 Fact punctuality(const device::DeadlineFacts& facts) {
   return {"ticks too late", std::to_string(facts.missed),
           "of " + std::to_string(facts.ticks) + ", by a period or more; latest by " +
@@ -316,7 +316,7 @@ void tell(const FinishedRun& run, const LoadedScene& loaded, const std::filesyst
   }
 }
 
-/// --script and --packets need a line between driver and device.
+/// Checks that --script and --packets are used only with a link between driver and device.
 void refuse_without_line(const RunOptions& options, const Scene& scene, bool in_hand) {
   if (!options.packets && options.script.empty()) { return; }
   const std::string about = ": --script and --packets are about a Falcon's line, which ";
@@ -344,7 +344,7 @@ device::falcon::FaultScript faults_of(const RunOptions& options) {
   return script.faults;
 }
 
-/// Two exchanges a tick, each a request and a reply.
+/// Number of packets: two exchanges per tick, each a request and a reply.
 std::size_t most_packets(const Scene& scene, double rate) {
   return 4 * static_cast<std::size_t>(std::lround(scene.simulation.duration * rate) + 1);
 }

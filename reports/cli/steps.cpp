@@ -30,7 +30,7 @@ struct StepsOptions : CommonOptions {
   bool planted = false;     ///< `beside` computes one extra tick in twenty
 };
 
-/// A source of ticks.
+/// Interface that computes ticks.
 struct Stepped {
   std::string kernel{};
   long before = 0;
@@ -49,7 +49,7 @@ Stepped stepped_workload(const std::string& name) {
           }};
 }
 
-/// The loop of `palpate certify`, with device and links.
+/// Loop of `palpate certify`, with device and links.
 Stepped stepped_scene(const StepsOptions& options) {
   const auto loaded = std::make_shared<LoadedScene>(load_scene(options.what, options, false));
   const Scene& scene = loaded->file.scene;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Tolerances on a command line.
+/// Tolerances given on the command line.
 
 #include <string>
 
@@ -8,12 +8,12 @@
 
 namespace palpate {
 
-/// "peak=15%", "plateau=7mmHg", "slope_before=30%+5mmHg/s", "drop_time=x2", "relative_drop=0.2": a
-/// share of the recorded value, a width with its unit (SI without one), their sum, or a factor.
-/// Throws InputError.
+/// Parses a tolerance: "peak=15%", "plateau=7mmHg", "slope_before=30%+5mmHg/s", "drop_time=x2",
+/// "relative_drop=0.2". The value is a fraction of the recorded value, a width with unit (SI if
+/// none), their sum, or a factor. Throws InputError.
 comparison::Tolerance tolerance_from(const std::string& text, comparison::QuantityKind quantity);
 
-/// Default tolerances of every feature, one per line in the same syntax: "peak=10.2%".
+/// Default tolerances of all features, one per line in the same syntax: "peak=10.2%".
 std::string tolerance_help(comparison::QuantityKind quantity);
 
 }  // namespace palpate

@@ -24,7 +24,7 @@ struct TransducerCommandOptions : CommonOptions {
   std::filesystem::path recording{};
   bool pty = false;
   bool stdio = false;
-  bool fast = false;         ///< --stdio at the reader's pace
+  bool fast = false;         ///< if true, --stdio writes at the reader's pace
   bool repeat = false;       ///< restart after the last sample
   bool battery_low = false;  ///< flag of every frame
   double drop = 0.0, duplicate = 0.0, corrupt = 0.0, burst = 0.0;  ///< probability per byte
@@ -40,7 +40,7 @@ constexpr double longest_wait = 0.1;   // [s] until an interrupt is noticed
 constexpr double last_patience = 5.0;  // [s] for a client to read the rest of a terminal
 constexpr double settling = 0.2;       // [s] for written bytes to reach the client's end
 
-/// Standard output at the pace of its reader: waiting advances the time at once.
+/// Standard output at the pace of its reader. A wait advances the virtual time at once.
 class HastyOutput final : public device::ByteLink {
  public:
   [[nodiscard]] double now() const noexcept override { return time_; }
@@ -127,7 +127,7 @@ void tell(const Transducer& transducer) {
                static_cast<long long>(transducer.lost_writes()));
 }
 
-/// Gaps use frame periods, too.
+/// Rejects a recording that is too long. Gaps also take frame periods.
 void refuse_too_long(const Recording& recording, const std::filesystem::path& path) {
   constexpr double longest = double{io::most_samples} / device::pressure_link::frames_per_second;
   const double span = recording.time.back() - recording.time.front();

@@ -37,7 +37,7 @@
 
 namespace palpate::build {
 
-/// Hash of the object code that determines what cases find; build/.../code_hash.cpp defines it.
+/// Hash of the object code that determines the outcomes; defined in build/.../code_hash.cpp.
 const char* code_hash();
 
 }  // namespace palpate::build
@@ -50,7 +50,7 @@ struct RunnerResult {
   bool interrupted = false;         ///< if true, some cases still run on their threads
 };
 
-/// Data shared by all threads, which own it together: after an interrupt they outlive the caller.
+/// Data shared by all threads. Shared ownership keeps it alive after an interrupt.
 struct Work {
   std::vector<Case> cases;
   CaseContext context;
@@ -119,10 +119,12 @@ RunnerResult run_cases(
 /// Cache of the outcomes of passed cases, keyed by everything that an outcome depends on.
 class KeptCases {
  public:
-  /// `given`: text of all that cases depend on except the code: options, data outside the project.
+  /// Creates the cache. `given` contains all inputs of cases except the code: options, external
+  /// data.
   KeptCases(const std::filesystem::path& cache, const std::string& given);
 
-  /// Empty if the case has not passed under the same conditions, or if its file is damaged.
+  /// Returns the kept outcome. Empty if the case has not passed under the same conditions, or if
+  /// the file is damaged.
   [[nodiscard]] std::optional<Outcome> find(const Case& definition) const;
   /// Removes the cases with a kept outcome from the list and returns these outcomes by name.
   [[nodiscard]] std::map<std::string, Outcome> take(std::vector<Case>& cases) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The common part of `validate` and `bench`: select, run and report cases, and write the results.
+/// Common part of `validate` and `bench`: select, run and report cases, and write the results.
 
 #include <functional>
 #include <string>
@@ -12,29 +12,29 @@
 
 namespace palpate::cli {
 
-/// Options that validate and bench share.
+/// Options shared by validate and bench.
 struct ValidateOptions : CommonOptions {
   std::vector<std::string> cases{};
   bool list = false;
   bool quick = false;
   bool no_skip = false;
-  int jobs = 0;             ///< 0: one per core
-  std::uint64_t order = 0;  ///< seed of another order of summation; 0: none
-  std::filesystem::path
-      cache{};  ///< references, judged cases and libraries; empty: the user's cache folder
-  std::filesystem::path data{};  ///< networks outside the project; empty: default folders
+  int jobs = 0;                   ///< parallel jobs; 0: one per core
+  std::uint64_t order = 0;        ///< seed of an alternative summation order; 0: default order
+  std::filesystem::path cache{};  ///< folder for references, judged cases and libraries; if empty,
+                                  ///< the user's cache folder
+  std::filesystem::path data{};   ///< networks outside the project; if empty, the default folders
 };
 
-/// The difference between the two commands.
+/// Settings that differ between the two commands.
 struct Judging {
   std::string command{};  ///< "validate"
   std::string title{};
   std::vector<Case> cases{};
   int jobs = 1;
-  std::string further{};  ///< further options of the command line, " --against HEAD~1"
-  /// Judges the results as a whole after all cases; may be empty.
+  std::string further{};  ///< additional command line options, such as " --against HEAD~1"
+  /// Judges the complete results after all cases; may be empty.
   std::function<Outcome(const Results&)> afterwards{};
-  bool keeps = false;  ///< cases that passed are not run again while nothing changes
+  bool keeps = false;  ///< if true, passed cases are not run again while their inputs are unchanged
 };
 
 /// Runs the cases and returns the exit code of the command.

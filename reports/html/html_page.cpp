@@ -16,7 +16,7 @@ namespace palpate {
 
 namespace {
 
-/// Length of the UTF-8 character at the beginning; 0 when it is broken.
+/// Length of the UTF-8 character at the start of the text [bytes]; 0 if it is invalid.
 std::size_t character_length(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
   const std::size_t length = first < 0x80   ? 1
@@ -80,7 +80,7 @@ Section exhibits_of(const std::vector<Figure>& figures) {
 
 namespace {
 
-/// Renders parts one after the other; drawings are used in the order of the figures.
+/// Renders parts in order. The drawings are used in the order of the figures.
 class Renderer {
  public:
   explicit Renderer(const std::vector<PagePart>& parts) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A report page as data, and its rendering to one HTML file that makes no request.
+/// Report page as data, and its rendering to a self-contained HTML file.
 
 #include <string>
 #include <string_view>
@@ -12,27 +12,27 @@
 
 namespace palpate {
 
-/// Text for HTML, SVG and XML: & < > " ' are escaped, control characters, which XML forbids, become
-/// a question mark, and broken UTF-8 becomes the replacement character.
+/// Escapes text for HTML, SVG and XML: & < > " ' are escaped, control characters that XML forbids
+/// become a question mark, and invalid UTF-8 becomes the replacement character.
 std::string escape_markup(std::string_view text);
 
-/// One line of a list of facts.
+/// One entry of a list of facts.
 struct Fact {
   std::string label{};
   std::string value{};
   std::string explanation{};  ///< may be empty
 };
 
-/// A status as a coloured word.
+/// Status shown as a coloured label.
 struct Badge {
   Status status = Status::pass;
-  std::string text{};  ///< empty: the name of the status
+  std::string text{};  ///< displayed text; if empty, the name of the status
 };
 
-/// Head of a page: title, small print, and the verdict with a sentence.
+/// Header of a page: title, small print, verdict and one sentence of detail.
 struct Banner {
   std::string title{};
-  std::vector<std::string> small_print{};  ///< empty texts are left out
+  std::vector<std::string> small_print{};  ///< empty strings are omitted
   Status status = Status::pass;            ///< colour of the verdict
   std::string verdict{};
   std::string detail{};
@@ -40,20 +40,20 @@ struct Banner {
 
 struct Paragraph {
   std::string text{};
-  std::string style = "soft";  ///< class of report.css: soft, claim, reason
+  std::string style = "soft";  ///< CSS class in report.css: soft, claim or reason
 };
 
 struct Notes {
   std::vector<std::string> items{};
 };
 
-/// A table whose first column names the row. On a narrow page its cells are listed with labels.
+/// Table with a row name in the first column. On a narrow page each cell is listed with its label.
 struct LabelledTable {
   enum class Kind { text, number, why };
   struct Column {
     std::string head{};
     Kind kind = Kind::text;
-    std::string label{};  ///< on a narrow page; empty: the head
+    std::string label{};  ///< label on a narrow page; if empty, `head`
   };
   using Cell = std::variant<std::string, Badge>;
 
@@ -61,19 +61,19 @@ struct LabelledTable {
   std::vector<std::vector<Cell>> rows{};
 };
 
-/// HTML of a template, or of the 3-D view.
+/// HTML from a template or from the 3-D view.
 struct Markup {
   std::string html{};
 };
 
 struct PagePart;
 
-/// Parts with a heading, or grouped in another way.
+/// Group of page parts, with an optional heading.
 struct Section {
   enum class Kind {
     plain,     ///< heading, if any, and parts
-    section,   ///< the same as an element of its own
-    article,   ///< a case, group or recording, with a badge before its heading
+    section,   ///< same, in a <section> element
+    article,   ///< case, group or recording, with a badge before the heading
     folded,    ///< parts that are hidden until the heading is clicked
     exhibits,  ///< figures and tables side by side
   };
@@ -82,12 +82,12 @@ struct Section {
   std::vector<PagePart> parts{};
   std::string id{};
   Badge badge{};
-  std::string aside{};  ///< after the heading of an article
-  std::string style{};  ///< further class of report.css
+  std::string aside{};  ///< text after the heading of an article
+  std::string style{};  ///< additional CSS class in report.css
 };
 
-/// Empty facts, notes and exhibits leave no trace on the page. Tables of more than 24 rows are
-/// folded behind their title.
+/// One part of a page. Empty facts, notes and exhibits produce no HTML. Tables of more than 24 rows
+/// are collapsed below their title.
 struct PagePart : std::variant<Paragraph, Notes, std::vector<Fact>, LabelledTable, Table, Figure,
                                Markup, Section> {
   using variant::variant;
@@ -97,26 +97,26 @@ struct Page {
   Banner banner{};
   std::vector<PagePart> parts{};
   std::vector<Fact> provenance{};
-  std::string command{};  ///< that makes the page again
+  std::string command{};  ///< command line that reproduces the page
   std::vector<std::string> scripts{};
 };
 
-/// Draws all figures at once and fills the templates of reports/html/templates. Same page, same
-/// bytes. Throws DrawingError.
+/// Renders the page from the templates in reports/html/templates. All figures are drawn in one
+/// call. Output is deterministic. Throws DrawingError.
 std::string render(const Page& page);
 
-/// HTML of a badge, and of a list of notes; for use in templates and views.
+/// HTML of a badge and of a list of notes, for templates and views.
 std::string html_badge(const Badge& badge);
 std::string html_notes(const std::vector<std::string>& notes);
 
-/// Facts without explanation, one for each entry.
+/// Converts map entries to facts without explanation.
 template <class Map> std::vector<Fact> facts_of_map(const Map& entries) {
   std::vector<Fact> facts;
   for (const auto& [name, value] : entries) { facts.push_back({name, value, {}}); }
   return facts;
 }
 
-/// Exhibits of several figures.
+/// Section of kind `exhibits` with the given figures.
 Section exhibits_of(const std::vector<Figure>& figures);
 
 }  // namespace palpate

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Mustache templates: https://mustache.github.io/mustache.5.html. Texts are escaped by
-/// escape_markup(). An empty text counts as true: use text_or_nothing() for a section.
+/// Mustache templates (https://mustache.github.io/mustache.5.html). Values are escaped by
+/// escape_markup(). An empty string is treated as true; use text_or_nothing() for a section.
 
 #include <kainjow/mustache.hpp>
 #include <string>
@@ -12,10 +12,10 @@ namespace palpate {
 
 using Data = kainjow::mustache::data;
 
-/// The template with its tags replaced.
+/// Returns the template with its tags replaced by values.
 std::string fill(std::string_view text, const Data& values);
 
-/// The text, or false if it is empty.
+/// Returns the text, or false if the text is empty.
 Data text_or_nothing(const std::string& text);
 
 inline Data list_of(const std::vector<std::string>& texts) {

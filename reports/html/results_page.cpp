@@ -24,7 +24,7 @@ std::string unit_text(const std::string& unit) {
   return unit == "1" || unit.empty() ? "" : "\u00a0" + unit;
 }
 
-/// Measured value and bounds must not read the same when they differ.
+/// Number of digits with which the value and the bounds are displayed differently if they differ.
 int digits_of(const Quantity& q) {
   return std::max({digits_apart(q.value, q.lower), digits_apart(q.value, q.upper),
                    digits_apart(q.lower, q.upper)});
@@ -34,8 +34,8 @@ int digits_of(const Quantity& q) {
 
 namespace {
 
-/// Share of an upper bound. A negative bound is used up from below: -1 allows -20 with a share of
-/// 5 %. A bound of 0 has no scale: 0 uses all of it, and less than 0 nothing.
+/// Fraction of an upper bound. A value of -20 with the bound -1 has a fraction of 5 %. For a bound
+/// of 0 there is no scale: a value of 0 gives 1, a negative value gives 0.
 double share_of_upper(double value, double bound) {
   if (bound > 0.0) { return std::max(0.0, value / bound); }
   if (bound < 0.0) { return value < 0.0 ? bound / value : unbounded; }
@@ -58,7 +58,7 @@ double share_of_bound(const Quantity& q) {
   } else if (above) {
     share = share_of_upper(q.uncertainty - q.value, -q.lower);
   }
-  // Rounding must not let a share contradict the verdict.
+  // Rounding must not make the displayed fraction contradict the verdict.
   return q.holds() ? std::min(share, 1.0) : std::max(share, std::nextafter(1.0, 2.0));
 }
 
@@ -128,7 +128,7 @@ std::string seconds_text(double seconds) {
   return seconds >= worth_telling ? short_number(seconds, 2) + "\u00a0s" : "";
 }
 
-/// Many quantities that all hold are folded.
+/// Table of quantities, collapsed if there are many and all pass.
 PagePart quantities_part(const Outcome& outcome) {
   constexpr std::size_t few = 6;
   const bool failed = outcome.status == Status::fail || outcome.status == Status::inconclusive;
@@ -186,7 +186,7 @@ Section case_section(const Outcome& outcome) {
 
 namespace {
 
-/// Outcomes of one suite, in their order.
+/// Outcomes of one suite, in their original order.
 struct Suite {
   std::string name{};
   std::vector<const Outcome*> outcomes{};
@@ -196,7 +196,7 @@ std::string count_of(int count, const std::string& one, const std::string& many)
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
-/// Errors and failures first, then passes by the share of the bound that they use, then skips.
+/// Sorts errors and failures first, then passes by the fraction of the bound, then skips.
 std::vector<const Outcome*> worst_first(const std::vector<Outcome>& outcomes) {
   std::vector<const Outcome*> order;
   for (const Outcome& outcome : outcomes) { order.push_back(&outcome); }
@@ -216,7 +216,7 @@ std::vector<const Outcome*> worst_first(const std::vector<Outcome>& outcomes) {
   return order;
 }
 
-/// One line of the table of cases. The bar is full when the bound is reached.
+/// Row of the table of cases. A full bar means that the bound is reached.
 Data case_values(const Outcome& outcome) {
   Data values("name", outcome.name);
   values.set("status", std::string(name_of(outcome.status)));
@@ -273,7 +273,7 @@ std::vector<Suite> suites_of(const std::vector<Outcome>& outcomes) {
 
 std::string suite_anchor(const Suite& suite) { return "suite" + case_anchor(suite.name).substr(4); }
 
-/// A sentence about each suite of the program; empty for any other.
+/// One sentence about each built-in suite; empty for any other.
 std::string about_suite(const std::string& name) {
   static const std::map<std::string, std::string> about{
       {"accuracy", "The model compared with closed forms and independent solutions."},
@@ -287,7 +287,7 @@ std::string about_suite(const std::string& name) {
   return found == about.end() ? std::string() : found->second;
 }
 
-/// "PASS: 61 of 61 cases hold; 2 skipped".
+/// Summary of the results: "PASS: 61 of 61 cases hold; 2 skipped".
 std::string verdict_text(const Tally& sum) {
   const std::string skipped =
       sum.skipped == 0 ? "" : "; " + std::to_string(sum.skipped) + " skipped";
@@ -329,7 +329,7 @@ std::string html_case_table(const std::vector<Outcome>& outcomes) {
   return fill(templates::cases, values);
 }
 
-/// "oscillator/order" and "rk4" of "oscillator/order/rk4".
+/// Splits a case name: "oscillator/order/rk4" into "oscillator/order" and "rk4".
 std::pair<std::string, std::string> split_name(const std::string& name) {
   const std::size_t slash = name.rfind('/');
   if (slash == std::string::npos) { return {"", name}; }
@@ -337,7 +337,7 @@ std::pair<std::string, std::string> split_name(const std::string& name) {
 }
 
 Data contents_of(const Suite& suite) {
-  std::vector<std::pair<std::string, Data>> groups;  // parent, links
+  std::vector<std::pair<std::string, Data>> groups;  // group name, links
   for (const Outcome* outcome : suite.outcomes) {
     const auto [parent, leaf] = split_name(outcome->name);
     auto group = std::ranges::find(groups, parent, &std::pair<std::string, Data>::first);

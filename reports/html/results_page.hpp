@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The page of validation results.
+/// HTML page of validation results.
 
 #include <string>
 #include <vector>
@@ -11,38 +11,39 @@
 
 namespace palpate {
 
-/// Share of the bound that a quantity uses, its uncertainty included: at most 1 exactly when it
-/// holds. For an interval, the distance from its middle over half its width. Infinite for NaN.
+/// Fraction of the bound that a quantity uses, including its uncertainty: at most 1 exactly if the
+/// quantity passes. For an interval, the distance from its midpoint over half its width. Infinite
+/// for NaN.
 double share_of_bound(const Quantity& quantity);
 
-/// True for counts and yes-or-no values that equal their bound. Their share of 1 is not a narrow
-/// margin.
+/// Returns true for counts and Boolean values that equal their bound. For these a fraction of 1 is
+/// not a narrow margin.
 bool met_exactly(const Quantity& quantity);
 
-/// The judged quantity furthest beyond its bound, else nearest to it; what is met exactly comes
-/// last. nullptr when none is judged.
+/// Returns the judged quantity with the largest violation of its bound, else the one closest to its
+/// bound; quantities that are met exactly come last. Returns nullptr if none is judged.
 const Quantity* tightest_quantity(const Outcome& outcome);
 
-/// For people: "≤ 0.002 m", "0.85 to 1.15", "= 0", "finite".
+/// Bound and measured value as displayed text: "≤ 0.002 m", "0.85 to 1.15", "= 0", "finite".
 std::string allowed_text(const Quantity& quantity);
 std::string measured_text(const Quantity& quantity);
-/// "62 %", "3.2 times", "exact".
+/// Fraction of the bound as text: "62 %", "3.2 times", "exact".
 std::string share_text(const Quantity& quantity);
 
 // One case in full: claim, quantities, figures, tables, notes, cost.
 
-/// Id of the section of a case: "case-oscillator-order-rk4".
+/// HTML id of the section of a case: "case-oscillator-order-rk4".
 std::string case_anchor(const std::string& case_name);
 
-/// Table of all quantities with bounds and verdicts.
+/// HTML table of all quantities with bounds and verdicts.
 std::string html_quantities(const Outcome& outcome);
 
 Section case_section(const Outcome& outcome);
 
-// report.html of a set of cases: verdict, table of claims with the worst margin first, then every
-// case with its numbers and figures, then provenance.
+// Page of a set of cases: verdict, table of claims with the worst margin first, every case with its
+// numbers and figures, provenance.
 
-/// Same results, same bytes.
+/// Returns report.html. Output is deterministic: the same results give the same bytes.
 std::string to_html(const Results& results);
 
 }  // namespace palpate

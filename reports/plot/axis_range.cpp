@@ -133,7 +133,7 @@ Range y_range(const Figure& figure) {
 }
 
 double axis_share(const Axis& axis, const Range& range, double value) {
-  // Either may run downwards.
+  // Both ranges may be reversed.
   const double span = axis.logarithmic ? std::log(range.high / range.low) : range.high - range.low;
   const double along = axis.logarithmic ? std::log(value / range.low) : value - range.low;
   return span == 0.0 ? 0.5 + 0.0 * along : along / span;
@@ -159,7 +159,7 @@ std::vector<Tick> linear_ticks(const Range& range, int most) {
   const double step = tick_step(range, most);
   const double largest = std::max(std::abs(low), std::abs(high));
   std::vector<Tick> ticks;
-  const double slack = 1e-9 * step;  // so that rounding loses no tick at an end
+  const double slack = 1e-9 * step;  // prevents the loss of a tick at an end by rounding
   for (double n = std::ceil((low - slack) / step); n * step <= high + slack; ++n) {
     ticks.push_back(labelled(std::clamp(n * step, low, high), step, largest));
   }
@@ -184,7 +184,7 @@ Range out_to_ticks(const Axis& axis, Range range) {
 namespace {
 
 struct Prefix {
-  double from;  ///< least largest number that it is chosen for
+  double from;  ///< smallest maximum value for this prefix
   double factor;
   std::string_view symbol;
 };
@@ -196,7 +196,7 @@ constexpr std::array<Prefix, 6> prefixes{{{1e7, 1e-6, "M"},
                                           {1e-11, 1e9, "n"}}};
 constexpr std::array<std::string_view, 7> units{"m", "s", "N", "Pa", "J", "m/s", "W"};
 
-/// "(m)" at the end of a label, as a view of "m"; empty when it is none of the units.
+/// Unit "(m)" at the end of a label as a view of "m"; empty if it is not one of the units.
 std::string_view unit_of(const std::string& label) {
   const std::size_t open = label.rfind('(');
   if (open == std::string::npos || label.back() != ')') { return {}; }
@@ -208,7 +208,7 @@ Prefix prefix_for(const Axis& axis, const Range& range) {
   const Prefix none{0.0, 1.0, ""};
   if (axis.logarithmic || range.empty || unit_of(axis.label).empty()) { return none; }
   const double largest = std::max(std::abs(range.low), std::abs(range.high));
-  // Nobody says kiloseconds.
+  // Times above one second keep the unit s.
   const bool large_units =
       std::string_view("N Pa J W").find(unit_of(axis.label)) != std::string_view::npos;
   for (const Prefix& prefix : prefixes) {
@@ -233,7 +233,7 @@ void scale(Axis& axis, const Prefix& prefix) {
 Figure in_field_units(Figure figure) {
   Prefix x = prefix_for(figure.x, x_range(figure));
   Prefix y = prefix_for(figure.y, y_range(figure));
-  if (figure.square) {  // equal scales stay equal: the larger number decides
+  if (figure.square) {  // equal scales stay equal: the larger value selects the prefix
     if (unit_of(figure.x.label) != unit_of(figure.y.label)) { return figure; }
     x = y = x.factor < y.factor ? x : y;
   }

@@ -16,7 +16,7 @@ using Style = Series::Style;
 
 bool is_marked(Style style) { return style == Style::points || style == Style::line_and_points; }
 
-/// Measured, law, measured, law, ...
+/// Returns true if points and dashed lines alternate in the whole figure.
 bool comes_in_pairs(const std::vector<Series>& series) {
   if (series.size() < 2 || series.size() % 2 != 0) { return false; }
   for (std::size_t n = 0; n < series.size(); n += 2) {
@@ -36,7 +36,7 @@ std::vector<Look> looks_of(const Figure& figure) {
     const Style style = figure.series[n].style;
     const auto turn = static_cast<int>(pairs ? n / 2 : n);
     Look look{.colour = turn % series_colours, .shape = static_cast<Shape>(turn % shape_count)};
-    // Ink first, then the colours that neither palette contains.
+    // Text colour first, then the colours that neither palette contains.
     if (figure.heat_map) { look.colour = turn == 0 ? ink_colour : (turn + 2) % series_colours; }
     look.line = style != Style::points && !figure.series[n].filled();
     if (stacked && !figure.series[n].filled()) { look.colour = ink_colour; }
@@ -67,7 +67,7 @@ std::string tenths_text(long tenths) {
 
 long tenths_of(double value) { return std::lround(10.0 * value); }
 
-/// A sign separates numbers as well as a space does.
+/// Writes a number after another; a minus sign replaces the separating space.
 std::string pair_text(long x, long y) {
   const std::string second = tenths_text(y);
   return tenths_text(x) + (second[0] == '-' ? "" : " ") + second;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// How the series of a figure look, the same in the picture and in its legend.
+/// Appearance of the series of a figure, shared by the picture and the legend.
 
 #include <string>
 #include <string_view>
@@ -22,27 +22,28 @@ struct Look {
   Shape shape = Shape::disc;
   bool line = true;
   bool points = false;
-  double opacity = 0.0;  ///< of what is filled; 0: nothing is
-  int dash = 0;          ///< 0 solid, 1 dashed, 2 dots and dashes: the colours come round again
+  double opacity = 0.0;  ///< opacity of the fill; 0: no fill
+  int dash = 0;          ///< 0 solid, 1 dashed, 2 dash-dotted; used when the colours repeat
 };
 
-/// One per series. Where points and dashed lines alternate through the whole figure, each dashed
-/// line takes the colour of the points before it. On a heat map the first series is drawn in ink,
-/// and so are the lines over stacked areas.
+/// Appearance of each series. If points and dashed lines alternate in the whole figure, each dashed
+/// line has the colour of the points before it. The first series on a heat map and lines over
+/// stacked areas have the text colour.
 std::vector<Look> looks_of(const Figure& figure);
 
-/// Sign of the n-th kind of mark; after six the shapes come round again.
+/// Shape for the n-th kind of mark; the six shapes repeat.
 Shape shape_of_mark(std::size_t kind);
 
-/// An axis label or column title as people read it: without the unit of pure numbers, " (1)".
+/// Displayed form of an axis label or column title: without " (1)", the unit of dimensionless
+/// numbers.
 std::string without_unit_one(const std::string& label);
 
-// Path data in few bytes: relative moves in tenths of a pixel.
+// Compact SVG path data: relative moves in tenths of a pixel.
 
-/// "12.3", "-.5", "0": to a tenth.
+/// Number rounded to one decimal: "12.3", "-.5", "0".
 std::string svg_number(double value);
 
-/// Attributes of a path of markers: class and, where a line cap draws them, stroke width.
+/// Attributes of a path of markers: class and, for markers drawn by a line cap, stroke width.
 std::string marker_attributes(Shape shape, const std::string& colour_class, double r);
 
 class SvgPath {
@@ -50,7 +51,7 @@ class SvgPath {
   void move(double x, double y);
   void line(double x, double y);
   void close() { data_ += 'z'; }
-  /// A marker of radius r, for a path with marker_attributes().
+  /// Appends a marker of radius r to a path with marker_attributes().
   void marker(Shape shape, double x, double y, double r);
   [[nodiscard]] const std::string& data() const { return data_; }
   [[nodiscard]] bool empty() const { return data_.empty(); }
@@ -59,7 +60,7 @@ class SvgPath {
   void step(long x, long y);
 
   std::string data_{};
-  long x_ = 0, y_ = 0;  // tenths, where the path is
+  long x_ = 0, y_ = 0;  // current position [0.1 px]
 };
 
 }  // namespace palpate

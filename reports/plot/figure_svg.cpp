@@ -160,7 +160,7 @@ std::string png_chunk(const std::string& type_and_data) {
          big_endian(static_cast<std::uint32_t>(crc32(0, bytes, size)));
 }
 
-/// `levels` row by row from the top; an <image> that fills the rectangle.
+/// Image element of a heat map that fills the rectangle. `levels` is row by row from the top.
 std::string image_markup(double x, double y, double width, double height, std::size_t columns,
                          std::span<const std::uint8_t> levels, const ColourScale& scale) {
   const std::size_t rows = levels.size() / columns;
@@ -184,7 +184,7 @@ std::string image_markup(double x, double y, double width, double height, std::s
          "\" preserveAspectRatio=\"none\" href=\"data:image/png;base64," + base64(png) + "\"/>";
 }
 
-/// A mark at its place on the axis.
+/// Mark with its position on the axis.
 struct Sign {
   double x = 0.0;  ///< from the left edge of the plot
   int row = 0;     ///< above the plot, from 0
@@ -236,7 +236,7 @@ class Drawing {
     const bool curves = std::ranges::any_of(
         figure_.series, [](const Series& each) { return each.style != Series::Style::points; });
     annotated_ = drawable_ && !has_map_ && (!figure_.zones.empty() || !figure_.marks.empty());
-    // Curves fill the width; points alone keep off the edges.
+    // Curves use the full width; isolated points keep a distance from the edges.
     if (!has_map_ && (!curves || figure_.square) && !annotated_) {
       x_ = out_to_ticks(figure_.x, x_);
     }
@@ -274,7 +274,7 @@ class Drawing {
     return axis.logarithmic ? logarithmic_ticks(range) : linear_ticks(range, most);
   }
 
-  /// Equal scales: the height follows, and where it would be extreme, a range grows.
+  /// Equal scales: the height is adjusted. If the height would be extreme, a range is widened.
   void make_square() {
     const double x_span = std::abs(x_.high - x_.low);
     const double y_span = std::abs(y_.high - y_.low);
@@ -351,7 +351,7 @@ class Drawing {
     y_ = range;
   }
 
-  /// Largest value that is drawn between two places on the x axis; -infinity if there is none.
+  /// Largest drawn value between two positions on the x axis; -infinity if there is none.
   [[nodiscard]] double highest(double from, double to) const {
     double most = -unbounded;
     for (const Series& series : figure_.series) {
@@ -372,7 +372,7 @@ class Drawing {
   [[nodiscard]] double py(double y) const {
     return top_ + height_ - bounded(height_ * axis_share(figure_.y, y_, y));
   }
-  /// Far outside values keep their direction within what a path can hold; NaN stays.
+  /// Limits values far outside to the number range of a path, with their direction; NaN is kept.
   static double bounded(double at) { return std::isfinite(at) ? std::clamp(at, -1e5, 1e5) : at; }
 
   [[nodiscard]] std::string tints() const {
@@ -482,7 +482,7 @@ class Drawing {
       halos.marker(look.shape, points[n].x, points[n].y, 1.5 * marker_radius);
     }
     std::string halo;
-    if (has_map_) {  // a rim in the colour of the page, since the map has every brightness
+    if (has_map_) {  // rim in the page colour: the map contains every brightness
       halo = path_markup(line_attributes("p", 4.2), path) +
              path_markup(marker_attributes(look.shape, "p", 1.5 * marker_radius), halos);
     }
@@ -538,7 +538,7 @@ class Drawing {
   }
 
   [[nodiscard]] std::string texts() const {
-    constexpr double half_capital = 4.6;  // from the middle of a line of type to its base
+    constexpr double half_capital = 4.6;  // distance from the centre of a text line to its baseline
     const double low = top_ + height_;
     std::string markup;
     for (const Tick& tick : y_ticks_) {
@@ -584,7 +584,7 @@ class Drawing {
   }
 
   [[nodiscard]] std::string zone_label(const ZoneLabel& label) const {
-    constexpr double base = 3.8;  // from the middle of a line of type to its base
+    constexpr double base = 3.8;  // distance from the centre of a text line to its baseline
     std::string markup;
     for (std::size_t n = 0; n < label.lines.size(); ++n) {
       const double line = zone_line * (0.5 + static_cast<double>(n));
@@ -625,7 +625,7 @@ class Drawing {
   std::vector<ZoneLabel> labels_{};
 };
 
-/// A stroke of the series, its marker, or a filled box.
+/// Key of a series: a stroke, its marker, or a filled box.
 std::string sample(const Look& look) {
   const std::string colour = Drawing::colour_class(look);
   std::string svg = "<svg class=\"sample\" viewBox=\"0 0 28 12\" aria-hidden=\"true\">";
@@ -647,7 +647,7 @@ std::string sample(const Look& look) {
   return svg + "</svg>";
 }
 
-/// Line and sign of a kind of mark.
+/// Key of a kind of mark: line and sign.
 std::string sample(Shape shape) {
   constexpr double r = 3.0;
   SvgPath path;

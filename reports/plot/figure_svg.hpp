@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Figures as SVG elements for a page. Colours are classes of report.css, so that a figure follows
-/// the light or dark theme of the page. The same figure gives the same bytes.
+/// Figures as SVG elements for a page. Colours are classes of report.css, so that figures follow
+/// the light or dark theme. Output is deterministic.
 
 #include <string>
 #include <vector>
@@ -11,10 +11,11 @@
 namespace palpate {
 
 /// Returns one <svg> element per figure, in order, without title and legend. Long series are
-/// thinned to what the picture can show.
+/// thinned to the resolution of the picture.
 std::vector<std::string> draw_figures(const std::vector<const Figure*>& figures);
 
-/// The legend of a figure as an HTML list; empty if no series has a label and there are no marks.
+/// Returns the legend of a figure as an HTML list; empty if there are neither series labels nor
+/// marks.
 std::string html_legend(const Figure& figure);
 
 }  // namespace palpate

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Factors from SI to the units that clinicians and haptics people read.
+/// Factors from SI units to displayed units.
 
 namespace palpate {
 

@@ -14,7 +14,7 @@ namespace {
 
 bool is_gap(const Pixel& at) { return !std::isfinite(at.x) || !std::isfinite(at.y); }
 
-/// The samples of one pixel column that set its envelope, in order.
+/// Samples that determine the envelope of one pixel column, in order.
 class Envelope {
  public:
   explicit Envelope(std::vector<std::size_t>& kept) : kept_(kept) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Which samples of a long series a picture needs. Data files keep them all.
+/// Reduction of long series to the samples that a picture needs. Data files keep all samples.
 
 #include <functional>
 #include <vector>
@@ -9,17 +9,17 @@
 
 namespace palpate {
 
-/// Where a sample lies in the picture, in pixels; not finite where it cannot be drawn.
+/// Position of a sample in the picture [px]; not finite if the sample cannot be drawn.
 struct Pixel {
   double x = 0.0;
   double y = 0.0;
 };
 using Projection = std::function<Pixel(double x, double y)>;
 
-/// Indices in order, and with them every gap (a sample that cannot be drawn) once.
-/// A curve over rising x keeps the first, least, greatest and last sample of every pixel column, so
-/// no spike is lost. Any other path keeps what moves by half a pixel, points what no earlier point
-/// covers.
+/// Returns sample indices in ascending order; every gap (samples that cannot be drawn) is included
+/// once. For a curve with increasing x, the first, smallest, largest and last sample of every pixel
+/// column are kept, so no spike is lost. Other paths keep samples that move by half a pixel; points
+/// keep samples that earlier points do not cover.
 std::vector<std::size_t> thinned(const Series& series, const Projection& project);
 
 }  // namespace palpate

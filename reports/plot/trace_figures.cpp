@@ -18,7 +18,7 @@ namespace palpate {
 
 namespace {
 
-/// Stretches of equal label over a coordinate that rises with the rows; nameless ones are gaps.
+/// Zones of equal label over an increasing coordinate; rows without a label are gaps.
 std::vector<Zone> zones_of(const Trace& trace, const std::vector<std::size_t>& rows,
                            const std::vector<double>& coordinate, double scale) {
   std::vector<Zone> zones;
@@ -30,7 +30,7 @@ std::vector<Zone> zones_of(const Trace& trace, const std::vector<std::size_t>& r
     if (label != open && !label.empty()) { zones.push_back({label, at, at}); }
     open = label;
   }
-  // A tip that rests on the skin is in it at one tick and above it at the next.
+  // The tip of a tool at rest on the skin can alternate between inside and outside at each tick.
   constexpr double pixel = 1.0 / 400.0;
   const double span =
       rows.empty() ? 0.0 : scale * (coordinate[rows.back()] - coordinate[rows.front()]);
@@ -90,7 +90,7 @@ std::vector<Zone> layers_over_time(const Trace& trace) {
 }
 
 std::size_t row_at(const Trace& trace, double time) {
-  // An event carries the sum of its steps, which may round above its tick.
+  // An event time is a sum of steps, which can round to above its tick.
   const double slack = 1e-9 * std::max(1.0, std::abs(time));
   const auto row = std::ranges::lower_bound(trace.time, time - slack);
   const auto last = static_cast<std::ptrdiff_t>(trace.time.size()) - 1;
@@ -120,9 +120,9 @@ std::string in_words(std::string kind) {
 
 namespace {
 
-constexpr double settling = 0.1;  // [s] in which a loss of resistance is over
+constexpr double settling = 0.1;  // maximum duration of a loss of resistance [s]
 
-constexpr double least_depth = 1e-12;  // [m] below it there is only rounding
+constexpr double least_depth = 1e-12;  // rounding level of depths [m]
 
 std::string where(const Trace& trace, std::size_t row) {
   const std::string layer = layer_in(trace, row);
@@ -133,7 +133,7 @@ std::string depth_of(const Trace& trace, std::size_t row) {
   return quantity(mm * values_of(trace, "tool.depth_m")[row], "mm");
 }
 
-/// Row of the largest finite value; nothing when there is none above zero.
+/// Row of the largest finite value; nothing if no value is positive.
 std::optional<std::size_t> peak_of(const std::vector<double>& values) {
   std::optional<std::size_t> peak;
   for (std::size_t n = 0; n < values.size(); ++n) {
@@ -156,7 +156,7 @@ Fact deepest(const Trace& trace) {
   return {"deepest place", depth_of(trace, *peak), where(trace, *peak)};
 }
 
-/// From one tick before the event to the lowest force soon after it.
+/// From one tick before the event to the minimum force shortly after it.
 Fact loss_of_resistance(const Trace& trace, const Event& event) {
   const std::vector<double>& force = values_of(trace, "tool.force_n");
   const std::size_t row = row_at(trace, event.time);
@@ -189,7 +189,7 @@ std::vector<Fact> tool_facts(const Trace& trace) {
   for (const Event& event : trace.events) {
     if (event.kind != "loss-of-resistance") { continue; }
     facts.push_back(loss_of_resistance(trace, event));
-    break;  // the first; the table of events has them all
+    break;  // only the first; the table of events contains all
   }
   add_pressure(facts, trace);
   return facts;
@@ -219,7 +219,7 @@ Table events_table(const Trace& trace) {
 
 namespace {
 
-constexpr double least_lateral = 1e-6;  // [N] below it there is only rounding
+constexpr double least_lateral = 1e-6;  // rounding level of lateral forces [N]
 
 struct Part {
   const char* column;
@@ -246,7 +246,7 @@ double largest(const Trace& trace, const char* column) {
   return most;
 }
 
-/// A tool with a shaft and an edge; a probe has neither.
+/// Returns true for a tool with a shaft and an edge; a probe has neither.
 bool cuts(const Trace& trace) {
   return largest(trace, "tool.cutting_n") > 0.0 || largest(trace, "tool.friction_n") > 0.0;
 }
@@ -374,14 +374,14 @@ std::vector<Figure> tool_traces(const Trace& trace) {
 
 namespace {
 
-/// Neighbouring columns that belong in one picture.
+/// Adjacent columns that are drawn in one figure.
 struct Group {
   std::string record;
   std::string unit;
   std::vector<const Column*> columns;
 };
 
-/// "tip" and "vx" of "tip.vx_m_per_s".
+/// Record and quantity of a column: "tip" and "vx" for "tip.vx_m_per_s".
 std::string record_of(const Column& column) {
   const std::size_t dot = column.name.rfind('.');
   return dot == std::string::npos ? "" : column.name.substr(0, dot);
@@ -437,7 +437,7 @@ Figure figure_of(const Group& group, const Trace& trace, std::size_t index) {
   return figure;
 }
 
-/// The frame and the node of the largest displacement from the first frame.
+/// Frame and node of the largest displacement from the first frame.
 struct Furthest {
   std::size_t frame = 0;
   Eigen::Index node = 0;
@@ -490,7 +490,7 @@ Figure slice(const Trace& trace, const Furthest& furthest) {
                 .square = true};
   const auto [low, high] = std::ranges::minmax(before.y);
   const double rim = 0.08 * std::max(high - low, 1e3 * extent.x());
-  figure.y.minimum = high + rim;  // z points into the tissue, so it grows downwards
+  figure.y.minimum = high + rim;  // z points into the tissue, so the axis increases downwards
   figure.y.maximum = low - rim;
   return figure;
 }

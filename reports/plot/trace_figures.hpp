@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The trace of a tool as people look at it: where it was deeper than ever before, which layer it
-/// was in, and what happened where.
+/// Evaluation of tool traces for display: first pass over depth, layers and events.
 
 #include <optional>
 #include <string>
@@ -13,69 +12,70 @@
 
 namespace palpate {
 
-/// Whether the scene had a needle or a probe.
+/// Returns true if the trace has columns of a needle or a probe.
 bool has_tool(const Trace& trace);
-/// Columns that belong to the tool or its syringe, shown in pictures of their own.
+/// Returns true for columns of the tool or its syringe, which have their own figures.
 bool is_tool_column(const std::string& name);
 
-/// Values of a column; throws std::out_of_range where the trace has none of that name.
+/// Returns the values of a column. Throws std::out_of_range if the trace has no such column.
 const std::vector<double>& values_of(const Trace& trace, const std::string& name);
 
-/// The same, each times a factor.
+/// Same, with each value multiplied by `factor`.
 std::vector<double> values_of(const Trace& trace, const std::string& name, double factor);
 
-/// Rows in which the tip is deeper than in any row before, beginning with the last row in which it
-/// lay at its first depth.
+/// Row indices in which the tip is deeper than in all earlier rows. The first is the last row at
+/// the initial depth.
 std::vector<std::size_t> first_pass(const Trace& trace);
 
-/// Layers on the first pass over the tip's depth [mm].
+/// Layers of the first pass over the tip depth [mm].
 std::vector<Zone> layers_over_depth(const Trace& trace);
 /// Layers over time [s].
 std::vector<Zone> layers_over_time(const Trace& trace);
 
-/// First row at or after a time; the last row for what comes later.
+/// Index of the first row at or after a time [s]; the last row if there is none.
 std::size_t row_at(const Trace& trace, double time);
 
-/// Events at the depth [mm] that the tip had, and at their time [s].
+/// Events over the tip depth [mm], and over time [s].
 std::vector<Mark> events_over_depth(const Trace& trace);
 std::vector<Mark> events_over_time(const Trace& trace);
 
-/// Label of the layer in a row; empty outside the tissue.
+/// Label of the layer that contains the tip in a row; empty outside the tissue.
 std::string layer_in(const Trace& trace, std::size_t row);
 
-/// "loss of resistance" of "loss-of-resistance".
+/// Kind of an event as text: "loss of resistance" for "loss-of-resistance".
 std::string in_words(std::string kind);
 
-// What people ask first about a run with a tool, and what happened in it.
+// Summary of a run with a tool, and its events.
 
-/// Deepest place, peak force and where, loss of resistance, peak pressure; empty without a tool.
+/// Largest depth, peak force with its position, loss of resistance, peak pressure; empty without a
+/// tool.
 std::vector<Fact> tool_facts(const Trace& trace);
 
-/// Events in order of time; with a tool also its depth, and the force one tick before and at the
-/// event.
+/// Table of events in order of time. With a tool it includes the depth and the force one tick
+/// before and at the event.
 Table events_table(const Trace& trace);
 
-// Pictures of a run with a needle or a probe: force over depth and time, its parts, pressure.
+// Figures of a run with a needle or a probe: force over depth and time, force components, pressure.
 
-/// In the order of a page; empty without a tool, or with fewer than two ticks.
+/// Figures in page order; empty without a tool or with fewer than two ticks.
 std::vector<Figure> tool_figures(const Trace& trace);
 
-/// Force with its parts, and pressure, over time: to zoom into.
+/// Figures of force with its components and of pressure over time, for interactive plots.
 std::vector<Figure> tool_traces(const Trace& trace);
 
-// The figures of a run: its columns over time, and where its nodes were.
+// Figures of a run: columns over time, and node positions.
 
-/// One figure for each record and unit ("tip.x_m", "tip.y_m", "tip.z_m"). Positions are drawn as
-/// displacements from the first tick, as what moves is far smaller than where it is. What belongs
-/// to a tool is in tool_figures.hpp.
+/// One figure per record and unit ("tip.x_m", "tip.y_m", "tip.z_m"). Positions are drawn as
+/// displacements from the first tick, since motion is small relative to position. Tool columns are
+/// excluded; see tool_figures().
 std::vector<Figure> figures_over_time(const Trace& trace);
 
-/// 1, 2 or 5 times a power of ten by which displacements up to `distance` are enlarged to be seen
-/// in a picture of `extent` [m]; at least 1.
+/// Displacement scale factor for a picture of `extent` [m] and displacements up to `distance` [m]:
+/// 1, 2 or 5 times a power of ten, at least 1.
 double enlargement(double distance, double extent);
 
-/// Nodes of the slice in which a node has moved furthest, at rest and then. Nothing when no frame
-/// differs from the first.
+/// Nodes of the slice with the largest displacement, at rest and at that frame. Returns nothing if
+/// all frames equal the first.
 std::optional<Figure> snapshot_figure(const Trace& trace);
 
 }  // namespace palpate

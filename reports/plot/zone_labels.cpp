@@ -11,13 +11,13 @@ namespace palpate {
 
 namespace {
 
-constexpr double gap = 1.0;  // between a label and the border of its zone, and to another label
+constexpr double gap = 1.0;  // between a label and the border of its zone or another label
 
-constexpr double overhang = 8.0;  // beyond the right edge, where the margin is empty
+constexpr double overhang = 8.0;  // beyond the right edge, into the empty margin
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
-/// Cut between characters, so that it fits with its "…"; empty when not even three letters would.
+/// Shortens a text to fit with "…"; empty if fewer than three letters fit.
 std::string shortened(const std::string& text, double room) {
   if (text_width(text) <= room) { return text; }
   std::string cut = text;
@@ -31,7 +31,7 @@ std::string shortened(const std::string& text, double room) {
   return cut;
 }
 
-/// In two at the space that leaves the shortest longer half; empty without a space.
+/// Splits a text at the space that gives the shortest longer part; empty without a space.
 std::vector<std::string> halves(const std::string& text) {
   std::vector<std::string> best;
   double least = 0.0;
@@ -50,7 +50,7 @@ ZoneLabel label_of(std::vector<std::string> lines, double middle, bool upright) 
   return {std::move(lines), middle, upright ? stack : length, upright ? length : stack, upright};
 }
 
-/// The flattest way to write the label between the borders of its zone.
+/// Layout with the smallest height that fits between the borders of the zone.
 std::optional<ZoneLabel> within(const ZoneSpan& zone, double tallest) {
   const double room = zone.end - zone.begin - 2.0 * gap;
   const double middle = 0.5 * (zone.begin + zone.end);
@@ -73,7 +73,7 @@ bool collides(const ZoneLabel& label, const std::vector<ZoneLabel>& others) {
   });
 }
 
-/// Upright, over the borders of its zone or a little beside it where it must be.
+/// Vertical label at the centre of its zone, shifted slightly if necessary to avoid other labels.
 std::optional<ZoneLabel> squeezed(const ZoneSpan& zone, double width, double tallest,
                                   const std::vector<ZoneLabel>& others) {
   const std::string text = shortened(zone.label, tallest);

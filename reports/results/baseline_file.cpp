@@ -28,7 +28,7 @@ std::string text_of(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-/// Of everything but itself: tells an edit by hand from what approve wrote.
+/// Hash of all contents except the hash itself. It detects edits by hand.
 std::string seal_of(Json json) {
   json.erase(seal_key);
   return io::content_hash(text_of(json));
@@ -107,7 +107,7 @@ gate::Baseline baseline_from(const Json& json) {
 
 std::string group_of(const gate::AcceptedCase& accepted) { return "/" + accepted.outcome.name; }
 
-/// Returns what the file holds now, as a hash.
+/// Writes the curves and returns the hash of the written file.
 std::string write_curves(const std::filesystem::path& path, const gate::Baseline& baseline) {
   io::Hdf5File file = io::Hdf5File::create(path);
   for (const gate::AcceptedCase& accepted : baseline.cases) {
@@ -158,7 +158,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A message without the folder, which differs from run to run.
+/// Removes the temporary folder from a message, since it differs between runs.
 std::string without_folder(std::string text, const fs::path& folder) {
   const std::string name = folder.string() + "/";
   for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name)) {

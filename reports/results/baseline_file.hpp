@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A baseline on disk (docs/gate.md): numbers, spreads and the ledger as JSON that a reviewer can
-/// read, the samples of curves in an HDF5 file beside it, of the same name with .h5 for its ending.
+/// Baseline on disk (docs/gate.md). Numbers, spreads and the ledger are readable JSON; the samples
+/// of curves are in an HDF5 file with the same name and the ending .h5.
 
 #include <filesystem>
 #include <string>
@@ -12,20 +12,22 @@
 
 namespace palpate {
 
-/// The curves first, then the file that names them, each under a temporary name. Throws InputError.
+/// Writes a baseline. Both files are written under temporary names and renamed, the curves first.
+/// Throws InputError.
 void write_baseline(const std::filesystem::path& path, const gate::Baseline& baseline);
 
-/// Throws InputError where either file is missing, damaged or edited by hand, where one does not
-/// belong to the other, or where a number in them is not finite.
+/// Reads a baseline. Throws InputError if either file is missing, damaged or edited by hand, if the
+/// files do not match, or if a number is not finite.
 gate::Baseline read_baseline(const std::filesystem::path& path);
 
-/// Where the curves of a baseline are.
+/// Path of the curve file of a baseline.
 std::filesystem::path curves_of_baseline(const std::filesystem::path& path);
 
-// Baselines and results on disk, damaged one way at a time, to see that none is taken for sound.
+// Self-test of damage detection for baselines and results.
 
-/// What was done to the files, and the message that refused them; empty where they were taken.
-/// Works in a temporary folder of its own. Throws InputError where that cannot be made.
+/// Damages baseline and results files in one way at a time. Returns each damage with the resulting
+/// error message; the message is empty if the damage was not detected. Works in its own temporary
+/// folder. Throws InputError if the folder cannot be created.
 std::vector<std::pair<std::string, std::string>> try_damaged_files();
 
 }  // namespace palpate

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The outcomes of a command as data. results.json, results.xml, traces/ and report.html are
-/// written from it alone.
+/// Outcomes of a command as data. It is the only source for results.json, results.xml, traces/ and
+/// report.html.
 
 #include <map>
 #include <string>
@@ -18,11 +18,11 @@ struct Results {
   std::vector<Outcome> outcomes{};
 };
 
-/// The same without what may differ between two runs of one program on one input: seconds,
-/// timings, provenance, and the tables and figures that show run times.
+/// Returns the results without the data that differ between two runs of one program on one input:
+/// seconds, timings, provenance, and tables and figures of run times.
 Results without_what_varies(Results results);
 
-// results.xml: JUnit as CI servers read it, with every quantity as a property of its case.
+// results.xml in JUnit format for CI servers, with every quantity as a property of its case.
 
 std::string to_junit(const Results& results);
 

@@ -41,7 +41,7 @@ void write_figure(io::Hdf5File& file, const std::string& above, const Figure& fi
   file.write_attribute(group, "caption", figure.caption);
 }
 
-/// Names the file and what is wrong in it.
+/// Throws an InputError with the file and the group unless `fits` is true.
 void require(bool fits, const std::filesystem::path& file, const std::string& group) {
   if (!fits) {
     throw InputError(file.string() + ": " + group + ": data sets of different lengths");
@@ -113,7 +113,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t most_frames = 60;
-constexpr std::size_t most_numbers = 2'000'000;  ///< of all frames together
+constexpr std::size_t most_numbers = 2'000'000;  ///< numbers of all frames together
 
 void add_fact(Outcome& outcome, const Json& summary, const std::string& key) {
   outcome.quantities.push_back({.name = key, .value = number_from_json(summary.at(key))});
@@ -124,7 +124,7 @@ void add_energy(Outcome& outcome, const Json& energy, const std::string& key) {
       {.name = "energy." + key, .value = number_from_json(energy.at(key)), .unit = "J"});
 }
 
-/// Numbered by kind, so that one more of a kind does not rename the others.
+/// Numbers events by kind, so that an additional event does not rename events of other kinds.
 void add_events(Outcome& outcome, const Json& events) {
   std::map<std::string, int> met;
   for (const Json& event : events) {
@@ -139,7 +139,7 @@ void add_events(Outcome& outcome, const Json& events) {
   }
 }
 
-/// "tool.force_n" as "tool-force-n".
+/// Converts a column name to an id: "tool.force_n" to "tool-force-n".
 std::string id_of(const std::string& name) {
   std::string id;
   for (const char c : name) {
@@ -157,8 +157,8 @@ Figure column_figure(const Trace& trace, const Column& column) {
           .series = {{.x = trace.time, .y = column.values}}};
 }
 
-/// How far the nodes are from where they began, one coordinate after the other, so that no norm
-/// hides one of them.
+/// Displacement of the nodes, one coordinate after the other; a norm could hide a changed
+/// coordinate.
 Series moved_by(const Trace& trace, std::size_t frame) {
   const NodeVectors moved = trace.frames.position[frame] - trace.frames.position.front();
   Series series{.label = "frame " + std::to_string(frame), .style = Series::Style::points};
@@ -181,7 +181,7 @@ Figure node_figure(const Trace& trace) {
   return figure;
 }
 
-/// What no run that may be accepted holds; empty: nothing.
+/// Reason why a run cannot be accepted, a value that is not finite; empty if there is none.
 std::string not_finite(const Outcome& outcome) {
   for (const Figure& figure : outcome.figures) {
     for (const Series& series : figure.series) {
@@ -221,7 +221,7 @@ Outcome outcome_of(const Json& summary, const Trace& trace, const std::string& s
   return outcome;
 }
 
-/// Text attributes of the root group.
+/// Text attributes of the root group of the file.
 std::map<std::string, std::string> provenance_of(const std::filesystem::path& trace) {
   const io::Hdf5File file = io::Hdf5File::open(trace);
   std::map<std::string, std::string> provenance;
@@ -232,7 +232,7 @@ std::map<std::string, std::string> provenance_of(const std::filesystem::path& tr
   return provenance;
 }
 
-/// What was simulated: another text is another scene, and a baseline of the old one is stale.
+/// Title with a hash of the scene text. A changed text makes an old baseline stale.
 std::string scene_named(const std::string& title, std::map<std::string, std::string> provenance) {
   return title + ", scene " + io::content_hash(provenance["scene"] + provenance["overrides"]);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The numbers behind figures: traces/<case, '/' as '-'>.h5, one group per figure, one per series.
+/// Numbers of figures in traces/CASE.h5 ('/' in the case name becomes '-'): one group per figure,
+/// one subgroup per series.
 
 #include <filesystem>
 
@@ -10,45 +11,45 @@
 
 namespace palpate {
 
-/// Name of a case's file inside traces/.
+/// File name of a case in traces/.
 std::string trace_file_name(const std::string& case_name);
 
-/// Groups inside the file: "/figures/error-over-step/series_0" holds x, y and for a band or an area
-/// y2.
+/// Path of the HDF5 group of a series: "/figures/error-over-step/series_0". It holds x, y and, for
+/// a band or an area, y2.
 std::string series_group(const Figure& figure, std::size_t index);
-/// Holds x, y and the row-major z.
+/// Path of the HDF5 group of a heat map. It holds x, y and z in row-major order.
 std::string heat_map_group(const Figure& figure);
 
-/// Writes the file of a case that has figures; does nothing otherwise.
+/// Writes the file of a case. Does nothing if the case has no figures.
 void write_figure_data(const std::filesystem::path& traces, const Outcome& outcome);
 
-/// Fills in the numbers of the outcome's figures. Throws InputError when they are not
-/// there or do not fit together.
+/// Reads the numbers of the outcome's figures into the outcome. Throws InputError if they are
+/// missing or inconsistent.
 void read_figure_data(const std::filesystem::path& traces, Outcome& outcome);
 
-/// The same below a group of any file; `path` names it in messages.
+/// Write and read figures below the group `above` of any HDF5 file. `path` is used in error
+/// messages.
 void write_figures(io::Hdf5File& file, const std::string& above,
                    const std::vector<Figure>& figures);
 void read_figures(const io::Hdf5File& file, const std::filesystem::path& path,
                   const std::string& above, std::vector<Figure>& figures);
 
-// A results folder: results.json, results.xml, report.html and traces/.
+// Results folder: results.json, results.xml, report.html and traces/.
 
-/// Writes every file under a temporary name and renames it; report.html last.
+/// Writes every file under a temporary name and renames it; report.html is last.
 void write_results_folder(const std::filesystem::path& folder, const Results& results);
 
-/// From results.json and traces/ alone. Throws InputError.
+/// Reads results.json and traces/ of a folder. Throws InputError.
 Results read_results_folder(const std::filesystem::path& folder);
 
-// What `palpate run` left in a folder, as a case that a gate can hold against another run of the
-// scene.
+// Output folder of `palpate run` as a case, so that a gate can compare two runs of one scene.
 
-/// Whether a folder holds a run, and no results.json.
+/// Returns true if a folder contains a run and no results.json.
 bool is_run_folder(const std::filesystem::path& folder);
 
-/// One outcome, "run": facts, energies and events as quantities, every column of the trace as a
-/// figure over time, and how far every node has moved. A run that diverged or was cut short is an
-/// error. Throws InputError.
+/// Reads a run as one outcome named "run". Quantities: facts, energies and events. Figures over
+/// time: every trace column and the displacement of every node. A run that diverged or was
+/// interrupted has the status error. Throws InputError.
 Results read_run_folder(const std::filesystem::path& folder);
 
 }  // namespace palpate

@@ -26,7 +26,7 @@ InputError json_trouble(const std::string& file, const std::string& text,
     return InputError(file + ":" + std::to_string(line) + found + allowed);
   }
   std::string what = problem.what();
-  // The library's messages begin with its own name and number of the error.
+  // Removes the name of the library and its error number from the message.
   if (dynamic_cast<const nlohmann::json::exception*>(&problem) != nullptr) {
     what.erase(0, what.find("] ") + 2);
   }
@@ -40,14 +40,14 @@ using Json = nlohmann::ordered_json;
 constexpr std::array<std::string_view, 6> style_names{"line",   "points", "line-and-points",
                                                       "dashed", "band",   "area"};
 
-/// An open bound is null.
+/// Writes a bound; an open bound is null.
 Json bound(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 double bound_from(const Json& json, double open) {
   return json.is_null() ? open : number_from_json(json);
 }
 
-/// The uncertainty is written only where there is one.
+/// Writes a quantity. The uncertainty is omitted if it is zero.
 Json to_json(const Quantity& q) {
   Json json{{"name", q.name},          {"value", json_number(q.value)},
             {"unit", q.unit},          {"lower", bound(q.lower)},
@@ -68,7 +68,7 @@ Quantity quantity_from(const Json& json) {
       .uncertainty = json.contains("uncertainty") ? number_from_json(json.at("uncertainty")) : 0.0};
 }
 
-/// Reasons are one text in JSON, each on a line of its own.
+/// Splits the JSON text of all reasons, which has one reason per line.
 std::vector<std::string> reasons_from(const std::string& text) {
   std::vector<std::string> reasons;
   std::istringstream lines(text);
@@ -108,7 +108,7 @@ Json marks_of(const Figure& figure) {
   return list;
 }
 
-/// Files written before there were zones and marks have neither.
+/// Reads optional zones and marks, which old files do not contain.
 void read_annotations(const Json& json, Figure& figure) {
   const Json none = Json::array();
   for (const Json& each : json.value("zones", none)) {
@@ -277,7 +277,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int schema = 1;
 
-/// A pass that its own numbers contradict was not written by this program.
+/// Rejects a pass that contradicts its own numbers; this program does not write such a case.
 void check_verdict(const Outcome& outcome) {
   Outcome again = outcome;
   conclude(again);

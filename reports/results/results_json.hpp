@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// results.json: outcomes as JSON and back.
+/// Conversion of outcomes to and from results.json.
 
 #include <cmath>
 #include <exception>
@@ -14,45 +14,45 @@
 
 namespace palpate {
 
-/// A number; NaN and infinity, which JSON lacks, as text.
+/// Converts a number to JSON. NaN and infinity, which JSON lacks, become text.
 inline nlohmann::ordered_json json_number(double value) {
   if (std::isfinite(value)) { return value; }
   return std::isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf";
 }
 
-/// A number, or null where there is no limit.
+/// Converts a limit to JSON; null if there is no limit.
 inline nlohmann::ordered_json finite_or_null(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
-// Errors in a JSON file, without the terms of the JSON library.
+// Error messages for JSON files, without internal terms of the JSON library.
 
-/// "FILE:LINE: not JSON from here on; ALLOWED", or "FILE: WHAT; ALLOWED" when what is wrong has no
-/// place.
+/// Returns the error "FILE:LINE: not JSON from here on; ALLOWED", or "FILE: WHAT; ALLOWED" if the
+/// problem has no position.
 InputError json_trouble(const std::string& file, const std::string& text,
                         const std::exception& problem, const std::string& allowed);
 
-// One case as results.json and baselines hold it. Figures go without the numbers of their curves,
-// which figure_data.hpp keeps.
+// One case in results.json and in baselines. Figures are stored without the samples of their
+// curves.
 
 nlohmann::ordered_json case_json(const Outcome& outcome);
 nlohmann::ordered_json cases_json(const std::vector<Outcome>& outcomes);
 
-/// Throws what the JSON library throws, or std::runtime_error.
+/// Parses one case. Throws exceptions of the JSON library, or std::runtime_error.
 Outcome case_from_json(const nlohmann::ordered_json& json);
 
-/// A number, or the text of one that JSON lacks: "nan", "inf", "-inf".
+/// Parses a number, or one of the texts "nan", "inf" and "-inf".
 double number_from_json(const nlohmann::ordered_json& json);
 
-// results.json (docs/formats.md): what was found, and which data set of which trace file every
-// figure draws. The numbers of figures are in the trace files, not here.
+// results.json (docs/formats.md): outcomes, and for every figure the trace file and data set of its
+// numbers. The numbers of figures are only in the trace files.
 
-/// Same data, same bytes. Only these vary from run to run: "seconds", "timings",
-/// "provenance" and in tables and figures marked "timing".
+/// Writes results.json. Output is deterministic except for "seconds", "timings", "provenance" and
+/// tables and figures marked "timing".
 std::string to_json(const Results& results);
 
-/// The reverse; figures come without their numbers (figure_data.hpp adds them). `name` is used in
-/// messages. Throws InputError.
+/// Parses results.json. Figures have no numbers; read_figure_data() adds them. `name` is used in
+/// error messages. Throws InputError.
 Results results_from_json(const std::string& text, const std::string& name);
 
 }  // namespace palpate

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t most_bytes = 1U << 26U;
 constexpr std::string_view request = "desc: Trigger: Client Request: ";
 
-/// What stands behind a key at the start of a line.
+/// Returns the text after a key at the start of a line.
 std::optional<std::string> after(const std::string& line, std::string_view key) {
   if (!line.starts_with(key)) { return std::nullopt; }
   return line.substr(key.size());
@@ -80,7 +80,7 @@ void run_counted(const std::string& label, const std::function<void()>& work) {
 
 namespace {
 
-constexpr int bad_input = 2;  // what `palpate` ends with then
+constexpr int bad_input = 2;  // exit code of `palpate` for bad input
 
 std::string why_not(const std::filesystem::path& valgrind) {
 #ifdef PALPATE_SANITIZED
@@ -127,8 +127,8 @@ InstructionCount count_steps(const std::vector<std::string>& words, const std::a
 }
 
 InstructionCounter callgrind_counter(const std::atomic<bool>* stop) {
-  // In one process a second time would begin at other places in memory, where loops over it start
-  // otherwise.
+  // Each count starts a new process. A second count in one process would use other memory
+  // addresses, which changes the instruction count.
   return [stop](const std::string& workload) {
     InstructionCount count = count_steps({workload}, stop);
     if (!count.refusal.empty()) { return count; }

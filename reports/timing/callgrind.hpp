@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What callgrind writes: one file for each part of a run (the format's description is
-/// callgrind-format.html of the Valgrind manual).
+/// Reader for callgrind output: one file per part of a run. The Valgrind manual describes the
+/// format in callgrind-format.html.
 
 #include <atomic>
 #include <cstdint>
@@ -17,32 +17,32 @@ namespace palpate::timing {
 struct CallgrindPart {
   int number = 0;
   std::string creator{};  ///< "callgrind-3.19.0"
-  std::string label{};    ///< that the program gave; empty: not asked for by the program
+  std::string label{};    ///< set by the program; empty: part not requested by it
   std::int64_t instructions = 0;
 };
 
-/// Throws InputError, naming the file, when it is cut short or counts anything but instructions.
+/// Parses one part. Throws InputError with the file name if the file is truncated or counts events
+/// other than instructions.
 CallgrindPart part_from(const std::string& text, const std::string& file);
 
-/// The parts in a folder that the program asked for, in that order.
+/// Returns the labelled parts in a folder, in the order in which the program requested them.
 std::vector<CallgrindPart> labelled_parts(const std::filesystem::path& folder);
 
-// The stretch of a program that a profiler is to look at.
+// Section of a program that a profiler measures.
 
-/// Does the work. Under `valgrind --tool=callgrind --instr-atstart=no` its instructions, and
-/// nothing else, are counted into a part with that label (callgrind_output.hpp); without, it costs
-/// nothing.
+/// Runs the work. Under `valgrind --tool=callgrind --instr-atstart=no` only its instructions are
+/// counted, in a part with this label. Without Valgrind there is no overhead.
 void run_counted(const std::string& label, const std::function<void()>& work);
 
-// Counts instructions with callgrind of Valgrind: this program runs itself under it, as `palpate
+// Instruction counts from Valgrind's callgrind. The program runs itself under Valgrind as `palpate
 // steps`.
 
-/// `words`: arguments of `palpate steps`. A machine without Valgrind, a program that does not run
-/// under it, an interrupt: each is a refusal. Throws InputError for what the child refuses as bad
-/// input.
+/// Counts the instructions of `palpate steps`. `words` are its arguments. Returns a refusal if
+/// Valgrind is missing, if the program does not run under Valgrind, or after an interrupt. Throws
+/// InputError if the child reports bad input.
 InstructionCount count_steps(const std::vector<std::string>& words, const std::atomic<bool>* stop);
 
-/// Of workloads by name, two passes each.
+/// Instruction counter for named workloads; each workload is measured twice.
 InstructionCounter callgrind_counter(const std::atomic<bool>* stop);
 
 }  // namespace palpate::timing

@@ -19,9 +19,9 @@ namespace palpate::timing {
 namespace {
 
 constexpr int look_every_ms = 50;
-constexpr int looks_after_stop = 6;  // for a child that tidies up first; then it is left to itself
+constexpr int looks_after_stop = 6;  // polls for clean-up, then the call returns
 
-/// Both ends of a pipe; the child gets a copy of the second.
+/// Pipe with two ends; the child receives a copy of the second.
 struct Pipe {
   std::array<int, 2> ends{-1, -1};
   Pipe() {
@@ -42,8 +42,8 @@ struct Pipe {
   }
 };
 
-/// In the child, where nothing may allocate: threads of the parent may have held the allocator's
-/// lock.
+/// Runs in the child. It must not allocate, since threads of the parent may have held the
+/// allocator's lock.
 [[noreturn]] void become(char* const* arguments, const Pipe& output, const Pipe& errors) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   dup2(output.ends[1], STDOUT_FILENO);
@@ -52,7 +52,7 @@ struct Pipe {
   _exit(127);
 }
 
-/// What is there by now; false at its end.
+/// Reads the available bytes. Returns false at the end of the pipe.
 bool take(int from, std::string& text) {
   std::array<char, 4096> buffer{};
   const ssize_t count = read(from, buffer.data(), buffer.size());
@@ -60,7 +60,7 @@ bool take(int from, std::string& text) {
   return count > 0;
 }
 
-/// Until both pipes are at their end.
+/// Reads until both pipes are closed.
 void listen(pid_t child, const Pipe& output, const Pipe& errors, const std::atomic<bool>* stop,
             ChildEnd& end) {
   std::array<pollfd, 2> watched{{{output.ends[0], POLLIN, 0}, {errors.ends[0], POLLIN, 0}}};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Other programs, and this one once more, run to their end.
+/// Child processes: other programs or another instance of this program, run to completion.
 
 #include <atomic>
 #include <filesystem>
@@ -9,25 +9,26 @@
 
 namespace palpate::timing {
 
-/// The first of that name that PATH leads to; empty: none.
+/// Returns the first program with this name on PATH; empty if there is none.
 std::filesystem::path find_program(const std::string& name);
 
-/// The file of the program that runs.
+/// Returns the path of the running executable.
 std::filesystem::path own_program();
 
 struct ChildEnd {
-  int status = 0;  ///< exit code; 128 and the signal that ended it
+  int status = 0;  ///< exit code, or 128 plus the number of the terminating signal
   std::string output{};
   std::string errors{};
-  bool stopped = false;  ///< since `stop` became true
+  bool stopped = false;  ///< true if the child was stopped because `stop` became true
 
-  /// The last line that it wrote for people, without what stands before; for messages.
+  /// Last line of the child's standard error without its prefix, for error messages.
   [[nodiscard]] std::string last_words() const;
 };
 
-/// `words`: the program's file, then its arguments. The child is told to end when this process
-/// does, and when `stop` (nullptr: never) becomes true; nobody waits for it then for longer than a
-/// third of a second. Throws std::runtime_error when it cannot be started.
+/// Runs a program. `words` is the path of the program, then its arguments. The child is terminated
+/// when this process ends or when `stop` becomes true (nullptr: never); after `stop` the call
+/// returns within about a third of a second. Throws std::runtime_error if the child cannot be
+/// started.
 ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool>* stop);
 
 }  // namespace palpate::timing

@@ -49,7 +49,7 @@ Series curve_of(const Trend& trend) {
   return series;
 }
 
-/// All trends of costs, or all of digits; no figure where there is none.
+/// Adds a figure of all trends of costs, or of digits if `digits` is true; none without trends.
 void add_figure(const std::vector<Trend>& trends, bool digits, Outcome& outcome) {
   Figure figure{.id = digits ? "digits" : "costs",
                 .title = digits ? "Digits over the runs" : "Costs over the runs",
@@ -132,9 +132,9 @@ std::vector<HistoryLine> read_history(const std::filesystem::path& file) {
 void append_history(const std::filesystem::path& file, const HistoryLine& line) {
   const std::string text = to_text(line);
   const int to = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, for_all_to_read);
-  const ssize_t written =
-      to < 0 ? -1
-             : write(to, text.data(), text.size());  // at once: no other writer comes in between
+  const ssize_t written = to < 0 ? -1
+                                 : write(to, text.data(),
+                                         text.size());  // one call: no mixed lines
   const int problem = errno;
   if (to >= 0) { close(to); }
   if (written != static_cast<ssize_t>(text.size())) {

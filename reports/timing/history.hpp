@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Runs of the benchmark, one line of JSON each, oldest first.
+/// History of benchmark runs: one line of JSON per run, oldest first.
 
 #include <filesystem>
 #include <map>
@@ -21,24 +21,24 @@ struct HistoryLine {
   std::string date{};
   std::string commit{};
   std::string compiler{};
-  std::map<std::string, HistoryValue> quantities{};  ///< by "case: quantity", finite ones
+  std::map<std::string, HistoryValue> quantities{};  ///< finite quantities by "case: quantity"
 };
 
 HistoryLine history_line_of(const Results& results);
 
-/// Throws InputError, naming file and line, when one is not what to_text() writes. A file that is
-/// not there holds none.
+/// Reads a history file. A missing file gives an empty history. Throws InputError with file and
+/// line if a line does not have the format of to_text().
 std::vector<HistoryLine> read_history(const std::filesystem::path& file);
 
 std::string to_text(const HistoryLine& line);
 
-/// All of it or nothing. Throws InputError when the file cannot be written.
+/// Appends one line in a single write. Throws InputError if the file cannot be written.
 void append_history(const std::filesystem::path& file, const HistoryLine& line);
 
-/// What is counted, over the runs with the compiler of the last one; only what the last one has.
+/// Trends of the counted quantities of the last run, over all runs with the same compiler.
 std::vector<Trend> trends_of(const std::vector<HistoryLine>& history);
 
-/// The case "bench/history": whether anything has crept, with a figure of every trend.
+/// Outcome of the case "bench/history": checks for gradual regressions, with one figure per trend.
 Outcome history_outcome(const std::vector<HistoryLine>& history);
 
 }  // namespace palpate::timing

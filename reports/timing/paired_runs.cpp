@@ -36,7 +36,7 @@ template <class Function> void LoadedLibrary::find(Function*& function, const ch
 }
 
 LoadedLibrary::LoadedLibrary(const std::filesystem::path& file) : name_(file.string()) {
-  const std::filesystem::path whole = std::filesystem::absolute(file);  // else it is searched for
+  const std::filesystem::path whole = std::filesystem::absolute(file);  // avoids the search path
   handle_ = dlopen(whole.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle_ == nullptr) {
     throw InputError(name_ + ": cannot be loaded: " + dlerror() + "; a step library");
@@ -84,7 +84,7 @@ BatchTime time_of(LibrarySteps& steps, long ticks) {
           .wall = bench::seconds_on(bench::Clock::wall) - wall};
 }
 
-/// Both builds of one scene, at the same tick.
+/// Simulations of one scene by both builds, at the same tick.
 class PairOfSteps {
  public:
   explicit PairOfSteps(const PairedPlan& plan) : plan_(plan), head_next_(plan.head_first) {
@@ -116,8 +116,8 @@ class PairOfSteps {
     return plan_.planted ? batch_ + batch_ / planted_every : batch_;
   }
 
-  /// Either build goes and comes first in turn: each then has the place in memory, and what that
-  /// costs, that the other had the time before.
+  /// Restarts both scenes. The builds alternate in the order of destruction and creation, so that
+  /// each uses the memory addresses of the other equally often.
   void begin_anew() {
     if (head_next_) { head_steps_.reset(); }
     base_steps_.reset();
@@ -143,7 +143,8 @@ class PairOfSteps {
 
   const PairedPlan& plan_;
   std::optional<LoadedLibrary> base_, head_;
-  std::optional<LibrarySteps> base_steps_, head_steps_;  // after what they are made by
+  std::optional<LibrarySteps> base_steps_,
+      head_steps_;  // destroyed before the libraries
   bool head_next_;
   long tick_count_ = 0;
   long batch_ = planted_every;
@@ -202,10 +203,10 @@ PairedReport paired_report_from(const std::string& text) {
 
 namespace {
 
-constexpr int bad_input = 2;  // what `palpate` and our scripts end with then
+constexpr int bad_input = 2;  // exit code of `palpate` and of our scripts for bad input
 constexpr const char* library_name = "libpalpate_steps.so";
 
-/// Instructions are the same every time: counted once for each question.
+/// Cache of instruction counts, which are deterministic.
 class Counts {
  public:
   explicit Counts(const std::atomic<bool>* stop) : stop_(stop) {}
@@ -238,7 +239,7 @@ PairedReport run_start(const PairedRuns& runs, const std::filesystem::path& scen
   return paired_report_from(end.output);
 }
 
-/// `git` in the source folder; its first line.
+/// Runs `git` in the source folder and returns the first line of its output.
 std::string git_says(const std::filesystem::path& source, const std::vector<std::string>& words,
                      const std::atomic<bool>* stop) {
   std::vector<std::string> command{find_program("git").string(), "-C", source.string()};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A step library (step_library.h) that was loaded at run time, with its own copy of everything.
+/// Step library (step_library.h) that is loaded at run time, with its own copy of all code and
+/// data.
 
 #include <atomic>
 #include <cstdint>
@@ -14,18 +15,20 @@
 
 namespace palpate::timing {
 
-/// A scene in motion by the code of one library; the library outlives it.
+/// Simulation of one scene by the code of one library. The library must outlive it.
 class LibrarySteps;
 
 class LoadedLibrary {
  public:
-  /// The same file loaded twice is one library: copy it. Throws InputError when it is none.
+  /// Loads a library. A file that is loaded twice gives one shared library; copy the file first.
+  /// Throws InputError if the file is not a step library.
   explicit LoadedLibrary(const std::filesystem::path& file);
   ~LoadedLibrary();
   LoadedLibrary(const LoadedLibrary&) = delete;
   LoadedLibrary& operator=(const LoadedLibrary&) = delete;
 
-  /// Throws InputError with the library's words when it refuses the scene.
+  /// Creates the simulation of a scene. Throws InputError with the library's message if the library
+  /// rejects the scene.
   [[nodiscard]] LibrarySteps create(const std::filesystem::path& scene) const;
 
  private:
@@ -57,63 +60,67 @@ class LibrarySteps {
   [[nodiscard]] long tick_count() const { return library_->tick_count_(steps_.get()); }
   [[nodiscard]] double tick_length() const {
     return library_->tick_length_(steps_.get());
-  }  ///< [s]
+  }  ///< tick length [s]
 
  private:
   const LoadedLibrary* library_;
   std::unique_ptr<palpate_steps, decltype(palpate_steps_destroy)*> steps_;
 };
 
-// Two step libraries in one process, timed in turn; and how its parent reads what it says.
+// Paired timing of two step libraries in one process, and the text format of its result.
 
 struct PairedPlan {
   std::filesystem::path base{};
   std::filesystem::path head{};
   std::filesystem::path scene{};
   int pairs = 40;
-  std::uint64_t seed = 1;   ///< of the order within pairs
-  bool head_first = false;  ///< is loaded, and set up
-  bool planted = false;  ///< the head takes one tick more in twenty: a slowdown that must be seen
+  std::uint64_t seed = 1;   ///< seed of the order within pairs
+  bool head_first = false;  ///< if true, the head library is loaded and set up first
+  bool planted =
+      false;  ///< if true, the head computes 5 % more ticks: a slowdown that must be detected
 };
 
-/// Ticks of a batch are a whole multiple, so that a twentieth of them is a whole number.
+/// Ticks per batch are a multiple of this number, so that 5 % of them is a whole number.
 inline constexpr long planted_every = 20;
 
 struct PairedReport {
   PairedStart start{};
-  bool same_motion = false;  ///< to the last bit, after as many ticks
+  bool same_motion = false;  ///< true if both final states are equal to the last bit
 };
 
-/// Batches of half a millisecond at least; both scenes begin anew, outside the times, where they
-/// end. Throws InputError for a scene of fewer than 20 ticks, and what LoadedLibrary throws.
+/// Times pairs of batches of at least 0.5 ms. When a scene ends, both scenes restart outside the
+/// timed section. Throws InputError for a scene of fewer than 20 ticks, and every exception of
+/// LoadedLibrary.
 PairedReport time_pairs(const PairedPlan& plan);
 
-/// One line for each number, exact.
+/// Writes the report as text, one number per line, without loss of precision.
 std::string to_text(const PairedReport& report);
-/// Throws InputError when it is not what to_text() wrote.
+/// Parses the text of to_text(). Throws InputError for any other text.
 PairedReport paired_report_from(const std::string& text);
 
-// Pairs of two builds over several starts of a process, and where the builds come from.
+// Paired timing of two builds over several process starts, and the location of their libraries.
 
 struct PairedRuns {
   std::filesystem::path base{};
   std::filesystem::path head{};
-  std::filesystem::path scenes{};  ///< folder of NAME.toml
-  int starts = 12;  ///< at a time; an even number: either library is loaded first as often
-  int pairs = 40;   ///< in each
+  std::filesystem::path scenes{};  ///< folder of the files NAME.toml
+  int starts =
+      12;  ///< process starts per call; even, so that each library is loaded first equally often
+  int pairs = 40;  ///< pairs per start
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Each start is `palpate steps --library BASE --beside HEAD`; instructions are counted once for
-/// each library and scene.
+/// Returns a measurement that runs `palpate steps --library BASE --beside HEAD` once per start.
+/// Instructions are counted once per library and scene.
 bench::PairedMeasurement measurement_of(const PairedRuns& runs);
 
-/// The step library of the build that runs. Throws InputError when it does not lie beside the
-/// program.
+/// Path of the step library of the running build. Throws InputError if it is not in the folder of
+/// the program.
 std::filesystem::path own_library();
 
-/// That of a revision of `source`, built by scripts/build-base unless `cache` holds it; or the file
-/// itself where one of that name exists. Throws InputError with the script's words.
+/// Returns the step library of a revision of `source`. It is built by scripts/build-base unless
+/// `cache` contains it. If a file named `revision` exists, it is used. Throws InputError with the
+/// script's message.
 std::filesystem::path library_of(const std::string& revision, const std::filesystem::path& source,
                                  const std::filesystem::path& cache, const std::atomic<bool>* stop);
 

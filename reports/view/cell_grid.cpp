@@ -29,7 +29,7 @@ bool within(const GridPlace& extent, const GridPlace& p) {
   return true;
 }
 
-/// Which of the planes that are met along an axis each coordinate lies on.
+/// Index of the grid plane of each coordinate along an axis.
 std::vector<int> planes_of(const Eigen::RowVectorXd& coordinate) {
   const double same = 1e-6 * (coordinate.maxCoeff() - coordinate.minCoeff());
   std::vector<double> planes(coordinate.begin(), coordinate.end());
@@ -47,9 +47,9 @@ std::vector<int> planes_of(const Eigen::RowVectorXd& coordinate) {
   return index;
 }
 
-/// Places by the planes that nodes share; empty where few are shared, so that there is no grid.
+/// Grid indices of the nodes; empty if few nodes share planes, so that there is no grid.
 std::vector<GridPlace> places_by_planes(const NodeVectors& position) {
-  constexpr double most_room = 64.0;  // places for each node
+  constexpr double most_room = 64.0;  // maximum number of grid positions per node
   std::array<std::vector<int>, 3> index;
   double room = 1.0;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -73,7 +73,7 @@ std::vector<GridPlace> places_of(const SpringNetwork& network) {
   return places;
 }
 
-/// Bit `axis` of a node: a spring joins it with the next node along that axis.
+/// Bit `axis` of a node is set if a spring connects it to the next node along that axis.
 std::vector<std::uint8_t> edges_of(const SpringNetwork& network,
                                    const std::vector<GridPlace>& places) {
   std::vector<std::uint8_t> edges(places.size(), 0);
@@ -147,8 +147,7 @@ std::optional<CellGrid> CellGrid::of(const SpringNetwork& network) {
   grid.add_cells([&](const GridPlace& lowest) {
     const std::array<int, 8> nodes = grid.corners(lowest);
     for (unsigned n = 0; n < 8; ++n) {
-      const auto wanted =
-          static_cast<std::uint8_t>(~n & 7U);  // axes along which another corner follows
+      const auto wanted = static_cast<std::uint8_t>(~n & 7U);  // axes with a further corner
       if (nodes[n] < 0 || (edges[static_cast<std::size_t>(nodes[n])] & wanted) != wanted) {
         return false;
       }
@@ -183,7 +182,7 @@ CellGrid CellGrid::thinned(int n) const {
 
 std::vector<GridFace> exposed_faces(const CellGrid& grid,
                                     const std::function<bool(const GridPlace&)>& kept) {
-  // Corners of the sides towards -x, +x, -y, +y, -z, +z.
+  // Corners of the faces towards -x, +x, -y, +y, -z, +z.
   static constexpr std::array<std::array<std::size_t, 4>, 6> sides{
       {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
   std::vector<GridFace> faces;
@@ -214,7 +213,7 @@ bool is_near(const ViewFocus& focus, const Eigen::Vector3d& point) {
   return (point - focus.begin - along * way).norm() < focus.radius;
 }
 
-/// Marks the corners of the cells of the surface, on either side of the cut, and near the tool.
+/// Marks the corners of the cells at the surface, on both sides of the cut, and near the tool.
 Marks shell_of(const CellGrid& grid, const SpringNetwork& network, const ViewFocus& focus) {
   Marks shown(static_cast<std::size_t>(network.node_count()), 0);
   const auto mark = [&](const GridPlace& cell) {
@@ -240,7 +239,7 @@ Marks all_of(const CellGrid& grid) {
   return shown;
 }
 
-/// Every n-th node, and all near the tool as long as there is room.
+/// Selects every n-th node, and all nodes near the tool up to the limit.
 Marks sample_of(const SpringNetwork& network, const ViewFocus& focus) {
   const auto count = static_cast<std::size_t>(network.node_count());
   Marks shown(count, 0);

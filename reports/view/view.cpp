@@ -20,12 +20,12 @@ namespace {
 
 using Tensors = Eigen::Matrix<double, 9, Eigen::Dynamic>;
 
-/// Direction and size of the eigenvalue furthest from zero.
+/// Direction and value of the eigenvalue with the largest magnitude.
 Eigen::Vector4f principal(const Eigen::Matrix3d& tensor) {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(tensor);
   const Eigen::Vector3d& forces = solver.eigenvalues();
-  const int at = std::abs(forces(0)) > std::abs(forces(2)) ? 0 : 2;  // ascending
+  const int at = std::abs(forces(0)) > std::abs(forces(2)) ? 0 : 2;  // ascending order
   Eigen::Vector4d line;
   line << solver.eigenvectors().col(at), forces(at);
   return line.allFinite() ? Eigen::Vector4f(line.cast<float>()) : Eigen::Vector4f::Zero();
@@ -82,7 +82,7 @@ std::optional<ViewTool> tool_of(const Scene& scene, const SpringNetwork& network
 ViewFocus focus_of(const View& view, const SpringNetwork& network, const Trace& trace) {
   ViewFocus focus{.cut = view.cut};
   if (!view.tool) { return focus; }
-  constexpr double share = 0.12;  // of the body's largest extent
+  constexpr double share = 0.12;  // fraction of the body's largest extent
   const NodeVectors& rest = network.rest_position;
   focus.radius = share * (rest.rowwise().maxCoeff() - rest.rowwise().minCoeff()).maxCoeff();
   const double deepest = std::max(0.0, std::ranges::max(values_of(trace, "tool.depth_m")));
@@ -91,8 +91,8 @@ ViewFocus focus_of(const View& view, const SpringNetwork& network, const Trace& 
   return focus;
 }
 
-/// The middle of the cell at a node; of a node that is no cell's lowest corner, halfway to the node
-/// below it.
+/// Centre of the cell at a node. For a node that is not the lowest corner of a cell, the midpoint
+/// to the node below it.
 Eigen::Vector3d place_of_material(const SpringNetwork& network, const std::optional<CellGrid>& grid,
                                   int node) {
   const Eigen::Vector3d own = network.rest_position.col(node);
@@ -106,7 +106,7 @@ Eigen::Vector3d place_of_material(const SpringNetwork& network, const std::optio
   return 0.5 * (own + network.rest_position.col(corners[7]));
 }
 
-/// Layers that are nowhere what a cell is told to be of.
+/// Adds a note about layers that are not the label of any node.
 void tell_thin_layers(View& view, const Scene& scene) {
   std::string missing;
   for (const Layer& layer : scene.tissue.layers) {
@@ -169,7 +169,7 @@ void add_grid(View& view, const ShownNodes& shown, const std::vector<int>& numbe
   }
 }
 
-/// The skin of a grid: sides of its cells towards -z.
+/// Skin surface of a grid: cell faces towards -z.
 ViewSurface skin_of(const CellGrid& grid, const NodeVectors& rest) {
   ViewSurface skin{.label = "skin", .of_cells = true};
   std::vector<int> nodes;
@@ -231,7 +231,7 @@ void add_springs(View& view, const SpringNetwork& network, const std::vector<int
                        " shortest are shown");
 }
 
-/// Instants of the view: frames of the trace, thinned evenly, and moments between them.
+/// Times of the view: trace frames, thinned evenly, and times between them.
 std::vector<std::pair<double, const NodeVectors*>> instants_of(const ViewInput& input) {
   std::vector<std::pair<double, const NodeVectors*>> instants;
   const std::size_t count = input.trace.frames.position.size();
@@ -251,7 +251,7 @@ std::vector<std::pair<double, const NodeVectors*>> instants_of(const ViewInput& 
   return instants;
 }
 
-/// What a row says that happened.
+/// Event text of a row.
 std::string happened_in(const Trace& trace, std::size_t row) {
   const auto found = std::ranges::find(trace.text_columns, "tool.event", &TextColumn::name);
   if (found == trace.text_columns.end()) { return {}; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// How force runs through a network (model/EQUATIONS.md, "Force lines").
+/// Principal forces at the nodes of a network (model/EQUATIONS.md, "Force lines").
 
 #include <algorithm>
 #include <array>
@@ -17,47 +17,51 @@
 namespace palpate {
 
 struct ForceLines {
-  /// Of each node: unit direction of the principal force of largest size, then that force [N], pull
-  /// positive.
+  /// Per node: unit direction of the principal force with the largest magnitude, then that force
+  /// [N], positive in tension.
   Eigen::Matrix4Xf line{};
-  Eigen::Vector3d held{0.0, 0.0, 0.0};  ///< elastic force of the springs on all fixed nodes [N]
+  Eigen::Vector3d held{0.0, 0.0, 0.0};  ///< sum of the elastic spring forces on all fixed nodes [N]
 };
 
-/// `position` of all nodes [m], 3 x nodes.
+/// Computes the force lines. `position` contains all nodes [m], 3 x nodes.
 ForceLines force_lines(const SpringNetwork& network, const SpringLaw& law,
                        const NodeVectors& position);
 
-// What the 3-D view of a run shows, in SI and in the tissue's frame: a part of the nodes of its
-// network, numbered anew, at some instants of its trace.
+// Data of the 3-D view of a run, in SI units and the tissue frame: a subset of the network nodes,
+// renumbered, at selected times of the trace.
 
-/// Ticks with events that a view of so many nodes shows: twenty, fewer where their places took over
+/// Number of event ticks shown in a view: twenty, or fewer if their node positions need more than
 /// 240 MB.
 inline int events_shown(Eigen::Index nodes) {
   constexpr Eigen::Index most = 20;
-  constexpr Eigen::Index most_places = 10'000'000;  // of 24 bytes
+  constexpr Eigen::Index most_places = 10'000'000;  // positions of 24 bytes each
   return static_cast<int>(std::min(most, most_places / std::max<Eigen::Index>(nodes, 1)));
 }
 
-/// The tool as a body that moves along its line.
+/// Rigid tool that moves along its path.
 struct ViewTool {
   enum class Shape { needle, fingertip, ultrasound } shape = Shape::needle;
-  Eigen::Vector3d origin{0.0, 0.0, 0.0};     ///< of the tip at place 0 [m]
-  Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< unit
-  Eigen::Vector2d size{0.0, 0.0};            ///< across; needle and fingertip: diameter twice [m]
+  Eigen::Vector3d origin{0.0, 0.0, 0.0};     ///< tip at position 0 on the path [m]
+  Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< unit vector along the path
+  Eigen::Vector2d size{
+      0.0,
+      0.0};  ///< width in both lateral directions [m]; needle and fingertip: the diameter twice
 };
 
-/// A surface that follows the tissue: every vertex moves by the weighted mean of what nodes move
-/// by.
+/// Surface attached to the tissue. The displacement of a vertex is the weighted mean of the
+/// displacements of its supporting nodes.
 struct ViewSurface {
   struct Support {
     int node = 0;
-    double weight = 1.0;  ///< those of a vertex sum to one
+    double weight = 1.0;  ///< weights of a vertex sum to one
   };
   std::string label{};
-  NodeVectors rest{};                            ///< undeformed places of the vertices [m]
-  std::vector<std::vector<Support>> vertices{};  ///< without any the vertex stays
-  std::vector<std::array<int, 3>> triangles{};   ///< of vertices, outwards by the right hand
-  bool of_cells = false;                         ///< it is made of sides of the cells of tissue
+  NodeVectors rest{};  ///< undeformed vertex positions [m]
+  std::vector<std::vector<Support>>
+      vertices{};  ///< supports of each vertex; an empty list: fixed vertex
+  std::vector<std::array<int, 3>>
+      triangles{};        ///< vertex indices; the right-hand rule gives the outward normal
+  bool of_cells = false;  ///< true if the surface consists of faces of tissue cells
 };
 
 struct ViewSpring {
@@ -68,33 +72,34 @@ struct ViewSpring {
 
 struct ViewFrame {
   double time = 0.0;           ///< [s]
-  NodeVectors displacement{};  ///< from the undeformed place [m]
-  Eigen::Matrix4Xf
-      line{};             ///< force lines: unit direction and principal force [N] (force_lines.hpp)
-  double place = 0.0;     ///< of the tool's tip on its line, in space [m]
-  double depth = 0.0;     ///< of the tip in the undeformed tissue [m]
-  double applied = 0.0;   ///< by the hand, or by loads [N]
-  double reaction = 0.0;  ///< on the tool, or of what holds the tissue [N]
-  std::string layer{};    ///< that the tip is in
+  NodeVectors displacement{};  ///< displacement from the undeformed position [m]
+  Eigen::Matrix4Xf line{};     ///< force lines: unit direction and principal force [N]
+  double place = 0.0;          ///< position of the tool tip along its path, in space [m]
+  double depth = 0.0;          ///< depth of the tip in the undeformed tissue [m]
+  double applied = 0.0;        ///< force applied by the hand, or by loads [N]
+  double reaction = 0.0;       ///< reaction force on the tool, or at the fixed nodes [N]
+  std::string layer{};         ///< layer that contains the tip
   std::string event{};
 };
 
 struct View {
-  NodeVectors rest{};                 ///< undeformed places [m]
-  std::vector<std::uint8_t> label{};  ///< of each node, an index of labels
-  std::vector<std::string> labels{};  ///< what the tissue is made of, at least one
+  NodeVectors rest{};                 ///< undeformed node positions [m]
+  std::vector<std::uint8_t> label{};  ///< label of each node, as an index of `labels`
+  std::vector<std::string> labels{};  ///< tissue names; at least one
   std::vector<std::uint8_t> fixed{};
-  Eigen::VectorXd stiffness{};  ///< mean over the springs of a node [N/m]
+  Eigen::VectorXd stiffness{};  ///< mean stiffness of the springs of each node [N/m]
   std::vector<std::array<int, 3>>
-      place{};                       ///< on a grid that need not be regular; empty: there is none
-  std::vector<std::uint8_t> cell{};  ///< 1: the node is the lowest corner of a cell of tissue
+      place{};  ///< grid indices of each node, spacing may vary; empty: no grid
+  std::vector<std::uint8_t> cell{};  ///< 1: the node is the lowest corner of a tissue cell
   std::vector<ViewSpring> springs{};
   std::vector<ViewSurface> surfaces{};
-  std::vector<ViewFrame> frames{};  ///< at least one
-  std::size_t peak = 0;             ///< frame of the largest reaction
+  std::vector<ViewFrame> frames{};  ///< frames; at least one
+  std::size_t peak = 0;             ///< index of the frame with the largest reaction
   std::optional<ViewTool> tool{};
-  double cut = 0.0;  ///< y of the sagittal plane through the tool, or the middle [m]
-  std::vector<std::string> notes{};  ///< what is not as in the network: nodes or frames left out
+  double cut =
+      0.0;  ///< y coordinate of the sagittal plane through the tool, or through the middle [m]
+  std::vector<std::string>
+      notes{};  ///< simplifications of the view: nodes or frames that are omitted
 };
 
 struct ViewInput {
@@ -102,18 +107,19 @@ struct ViewInput {
   const NetworkProblem& problem;
   const Trace& trace;
   std::vector<ViewSurface>
-      surfaces{};  ///< of nodes of the network; empty: the skin of its grid, if it has one
+      surfaces{};  ///< surfaces by nodes of the network; empty: the skin of the grid, if any
 };
 
-/// Nothing where the trace has no frames.
+/// Creates the view. Returns nothing if the trace has no frames.
 std::optional<View> make_view(const ViewInput& input);
 
-// The surface of a scene's skin as its 3-D view shows it.
+// Skin surface of a scene for its 3-D view.
 
 inline constexpr std::size_t most_faces_shown = 60'000;
 
-/// Faces around the tissue, half its length on every side, their vertices carried by its nodes.
-/// Nothing without a skin, or where there are more of them than can be shown; `notes` says so.
+/// Returns the skin faces around the tissue, up to half the tissue length on every side, with
+/// vertices supported by tissue nodes. Returns nothing if there is no skin or too many faces; the
+/// latter adds a note.
 std::optional<ViewSurface> view_of_skin(const Scene& scene, std::vector<std::string>& notes);
 
 }  // namespace palpate

@@ -89,12 +89,12 @@ constexpr Rgb rgb(unsigned code) {
           static_cast<double>(code >> 8U & 255U) / 255.0, static_cast<double>(code & 255U) / 255.0};
 }
 
-/// magma of matplotlib from its light end on, without the darkest eighth and with a greyer
-/// beginning: what is zero is pale and has no hue.
+/// Colour map magma of matplotlib, reversed, without the darkest eighth and with a greyer light
+/// end, so that zero is pale and neutral.
 constexpr std::array<Rgb, 8> magma{rgb(0xf4ede4), rgb(0xfdc697), rgb(0xfb8861), rgb(0xe75263),
                                    rgb(0xb73779), rgb(0x822681), rgb(0x51127c), rgb(0x1d1147)};
 
-/// The first word that a label holds decides.
+/// Colours by keyword; the first keyword contained in the label determines the colour.
 constexpr std::array<std::pair<std::string_view, Rgb>, 12> by_word{{{"skin", rgb(0xe3b196)},
                                                                     {"fat", rgb(0xf1d58a)},
                                                                     {"epidural", rgb(0x9cc7dd)},
@@ -150,15 +150,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Integers = std::vector<std::int64_t>;
 
-/// What quantised numbers mean.
+/// Scales of the quantised numbers.
 struct Scales {
   Eigen::Vector3d low{0.0, 0.0, 0.0};     ///< [m]
   Eigen::Vector3d extent{0.0, 0.0, 0.0};  ///< [m]
-  double displacement = 0.0;              ///< largest [m]
-  double step = 0.0;                      ///< of displacements [m]
+  double displacement = 0.0;              ///< largest displacement [m]
+  double step = 0.0;                      ///< quantisation step of displacements [m]
   double force = 0.0;                     ///< largest principal force [N]
-  double softest = 0.0;                   ///< [N/m]
-  double stiffest = 0.0;                  ///< [N/m]
+  double softest = 0.0;                   ///< smallest stiffness [N/m]
+  double stiffest = 0.0;                  ///< largest stiffness [N/m]
 };
 
 Scales scales_of(const View& view, int bits) {
@@ -174,7 +174,7 @@ Scales scales_of(const View& view, int bits) {
         std::max(scales.force, static_cast<double>(frame.line.row(3).cwiseAbs().maxCoeff()));
   }
   scales.step = largest / (std::ldexp(1.0, bits - 1) - 1.0);
-  scales.softest = std::numeric_limits<double>::infinity();  // of what has any
+  scales.softest = std::numeric_limits<double>::infinity();  // minimum over nodes with stiffness
   const auto reach = [&scales](double stiffness) {
     if (stiffness > 0.0) { scales.softest = std::min(scales.softest, stiffness); }
     scales.stiffest = std::max(scales.stiffest, stiffness);
@@ -185,7 +185,7 @@ Scales scales_of(const View& view, int bits) {
   return scales;
 }
 
-/// By its logarithm, 0 to 255.
+/// Logarithmic stiffness scale from 0 to 255.
 std::uint8_t stiffness_byte(double stiffness, const Scales& scales) {
   if (!(scales.stiffest > scales.softest)) { return 128; }
   const double share = std::log(std::max(stiffness, scales.softest) / scales.softest) /
@@ -193,7 +193,7 @@ std::uint8_t stiffness_byte(double stiffness, const Scales& scales) {
   return static_cast<std::uint8_t>(std::lround(255.0 * share));
 }
 
-/// One coordinate of places between `low` and `low` + `extent` [m].
+/// Quantises one coordinate of positions between `low` and `low` + `extent` [m].
 void pack_places(PackedBytes& packed, const Eigen::RowVectorXd& places, double low, double extent) {
   Integers values;
   const double scale = extent > 0.0 ? 65535.0 / extent : 0.0;
@@ -232,7 +232,7 @@ void pack_springs(PackedBytes& packed, const View& view, const Scales& scales) {
   packed.add_bytes(stiffness);
 }
 
-/// The box around a surface; a point where it has no vertices.
+/// Bounding box of a surface; a single point if it has no vertices.
 Eigen::AlignedBox3d bounds_of(const ViewSurface& surface) {
   Eigen::AlignedBox3d box(Eigen::Vector3d(0.0, 0.0, 0.0));
   if (surface.rest.cols() > 0) {
@@ -264,8 +264,8 @@ void pack_surface(PackedBytes& packed, const ViewSurface& surface) {
   packed.add_differences(corners, 32);
 }
 
-/// A direction and the root of a force in three bytes: a pull points into the half space of +z, a
-/// push out of it.
+/// Encodes a direction and the square root of a force in three bytes. Tension is stored in the half
+/// space of +z, compression in that of -z.
 void add_line(std::vector<std::uint8_t>& bytes, const Eigen::Vector4f& line, double largest) {
   const double root =
       largest > 0.0 ? 127.0 * std::sqrt(std::abs(static_cast<double>(line(3))) / largest) : 0.0;
@@ -380,7 +380,7 @@ EncodedView encode_to(const View& view, int bits) {
   return {.header = header_of(view, scales), .numbers = base64(packed.deflated())};
 }
 
-/// Every second frame, but those of events, the largest reaction and the last stay.
+/// Removes every second frame except event frames, the frame of the largest reaction and the last.
 void halve_frames(View& view) {
   std::vector<ViewFrame> kept;
   for (std::size_t n = 0; n < view.frames.size(); ++n) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Whole numbers in few bytes for a script to read (assets/view_bytes.js): differences to what came
-/// before, their bytes in planes, deflated, as base64.
+/// Compact encoding of integers for a script (assets/view_bytes.js): differences of neighbouring
+/// values, split into byte planes, deflated, base64.
 
 #include <array>
 #include <cstdint>
@@ -17,50 +17,51 @@ namespace palpate {
 class PackedBytes {
  public:
   void add_bytes(std::span<const std::uint8_t> values);
-  /// Of `bits` 16 or 32: differences of neighbours, then all their lowest bytes, all the next, ...
+  /// Appends differences of neighbouring values, with `bits` 16 or 32: first all lowest bytes, then
+  /// all second bytes, and so on.
   void add_differences(std::span<const std::int64_t> values, int bits);
-  /// The same of the differences to other values in the same places.
+  /// Appends differences between two arrays in the same encoding.
   void add_changes(std::span<const std::int16_t> values, std::span<const std::int16_t> before);
-  /// Everything so far, deflated (RFC 1950).
+  /// Returns all appended bytes, deflated (RFC 1950).
   [[nodiscard]] std::string deflated() const;
 
  private:
   std::vector<std::uint8_t> bytes_;
 };
 
-/// RFC 1950. Throws std::runtime_error when zlib fails.
+/// Compresses bytes (RFC 1950). Throws std::runtime_error if zlib fails.
 std::string deflate(std::string_view bytes);
 
-/// RFC 4648, with padding.
+/// Encodes bytes as base64 (RFC 4648), with padding.
 std::string base64(std::string_view bytes);
 
-// Colours of tissue, in the view and in its still pictures alike.
+// Tissue colours of the view and of its still pictures.
 
-using Rgb = std::array<double, 3>;  ///< 0 to 1, sRGB
+using Rgb = std::array<double, 3>;  ///< red, green, blue in 0 to 1, sRGB
 
-/// From pale at `share` 0 to dark at 1.
+/// Colour of a sequential scale, from pale at `share` 0 to dark at 1.
 Rgb scale_colour(double share);
 
-/// One for each label, by what it says: skin, fat, ligament, bone ...; others come from a list.
+/// Colours of the labels. Skin, fat, ligament, bone and others have fixed colours; unknown labels
+/// use a palette.
 std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels);
 
-/// "#1f968b".
+/// Colour in hexadecimal notation: "#1f968b".
 std::string hex_colour(const Rgb& colour);
 
-// A view as the text that assets/view_tissue.js reads: a header in JSON, and numbers quantised and
-// packed.
+// View as text for assets/view_tissue.js: a JSON header and packed quantised numbers.
 
-/// Most bytes that the numbers of a view may take in a page.
+/// Maximum size of the encoded numbers of a view in a page [bytes].
 inline constexpr std::size_t most_view_bytes = 4'000'000;
 
 struct EncodedView {
-  std::string header{};              ///< JSON; holds no '<'
-  std::string numbers{};             ///< base64 of deflated bytes
-  std::vector<std::string> notes{};  ///< what was given up for size
+  std::string header{};              ///< JSON without the character '<'
+  std::string numbers{};             ///< deflated bytes in base64
+  std::vector<std::string> notes{};  ///< reductions made to limit the size
 };
 
-/// Displacements to 1/32767 of the largest coordinate; where that takes more than `most` bytes
-/// coarser ones, then every second frame until it fits.
+/// Encodes a view. Displacements are quantised to 1/32767 of the largest coordinate. If the result
+/// exceeds `most` bytes, coarser steps are used, then every second frame is removed until it fits.
 EncodedView encode(View view, std::size_t most = most_view_bytes);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Sides of a view's cells behind the cut, as a picture of it shows them.
+/// Still pictures of a view: cell faces behind the cut.
 
 #include "reports/view/view_page.hpp"
 
@@ -24,22 +24,22 @@ namespace palpate {
 
 struct ViewSide {
   std::array<int, 4> nodes{};
-  int cell = 0;  ///< its lowest corner
+  int cell = 0;  ///< lowest corner of the cell
 };
 
-/// Those towards +x, +y or -z. At most about `most`: whole squares of small sides become one.
+/// Faces towards +x, +y or -z. Squares of small faces are merged to at most about `most` faces.
 std::vector<ViewSide> seen_sides(const View& view, std::size_t most);
 
 namespace {
 
-/// A side of `span` x `span` cells towards +x, +y or -z, which can be seen.
+/// Visible face of `span` x `span` cells towards +x, +y or -z.
 struct GridSide {
   std::size_t axis = 0;
-  std::array<int, 3> place{};  ///< of the first cell
+  std::array<int, 3> place{};  ///< grid indices of the first cell
   int span = 1;
 };
 
-/// Sides of the cells behind the cut, by their places.
+/// Faces of the cells behind the cut, by grid indices.
 class SeenSides {
  public:
   explicit SeenSides(const View& view) : view_(view) {
@@ -112,14 +112,15 @@ std::vector<ViewSide> seen_sides(const View& view, std::size_t most) {
 
 namespace {
 
-constexpr double width = 640.0;  // of a picture, as its user units
+constexpr double width = 640.0;  // width of a picture in user units
 constexpr double height = 470.0;
 constexpr double key_height = 58.0;
 constexpr std::size_t most_sides = 4500;
 constexpr std::size_t most_strokes = 6000;
-constexpr std::size_t most_faces = 12'000;  // of a surface in the tissue, else it is left out
+constexpr std::size_t most_faces =
+    12'000;  // faces of a surface inside the tissue; a larger surface is omitted
 
-/// Parallel projection from the side of +y and above the skin, as the view begins.
+/// Parallel projection from +y and above the skin, the initial direction of the interactive view.
 struct Projection3 {
   Eigen::Vector3d right, up, nearer;
   Eigen::Vector2d middle{0.0, 0.0};
@@ -144,7 +145,7 @@ Projection3 direction_of_sight() {
   return view;
 }
 
-/// The part of the tool that is drawn: from its tip out of the body.
+/// Visible segment of the tool, from its tip to outside the body.
 std::array<Eigen::Vector3d, 2> shaft_of(const View& view, std::size_t frame) {
   const double reach =
       0.3 * (view.rest.rowwise().maxCoeff() - view.rest.rowwise().minCoeff()).norm();
@@ -172,7 +173,7 @@ Projection3 projection_of(const View& view) {
   return projection;
 }
 
-/// What is painted, and how far to the front.
+/// Item to paint, with its distance to the front.
 struct Piece {
   double nearness = 0.0;
   std::string markup{};
@@ -182,9 +183,9 @@ struct Picture {
   const View& view;
   Projection3 projection;
   NodeVectors position;
-  std::vector<Rgb> colours;  ///< of nodes
-  bool by_cell =
-      false;  ///< a side has the colour of its cell's lowest corner, not the mean of its own
+  std::vector<Rgb> colours;  ///< node colours
+  bool by_cell = false;  ///< true: the face has the colour of the lowest corner of its cell, not
+                         ///< the mean of its corners
 };
 
 std::string stroke(const std::string& colour, double across, const SvgPath& path) {
@@ -192,7 +193,7 @@ std::string stroke(const std::string& colour, double across, const SvgPath& path
          "\" d=\"" + path.data() + "\"/>";
 }
 
-/// A colour as it looks on a face across `normal`, of any length.
+/// Shaded colour of a face. `normal` need not be a unit vector.
 Rgb lit(const Picture& picture, Rgb colour, const Eigen::Vector3d& normal) {
   const Eigen::Vector3d light =
       (picture.projection.nearer + 0.7 * picture.projection.up + 0.3 * picture.projection.right)
@@ -227,7 +228,7 @@ Piece painted_side(const Picture& picture, const ViewSide& side) {
                                                      "\" d=\"" + path.data() + "\"/>"};
 }
 
-/// Faces behind the cut of surfaces that lie in the tissue.
+/// Faces behind the cut that belong to surfaces inside the tissue.
 std::vector<Piece> painted_surface(const Picture& picture, const ViewSurface& surface) {
   const Rgb skin{0xe0 / 255.0, 0xac / 255.0, 0x90 / 255.0};
   NodeVectors place = surface.rest;
@@ -257,7 +258,7 @@ std::vector<Piece> painted_surface(const Picture& picture, const ViewSurface& su
   return pieces;
 }
 
-/// Springs where there are no cells, the nearest in front.
+/// Springs of a network without cells, thinned to at most about `most_strokes`.
 std::vector<Piece> painted_springs(const Picture& picture) {
   std::vector<Piece> pieces;
   const auto& springs = picture.view.springs;
@@ -318,7 +319,7 @@ std::string painted(const Picture& picture, std::size_t frame, const std::string
   return svg + "</g>" + painted_tool(picture, frame) + key + "</svg>";
 }
 
-/// Squares with what they stand for, as many as fit a line, then the next line.
+/// Legend of coloured squares with labels, wrapped into lines.
 std::string tissue_key(const View& view, const std::vector<Rgb>& colours) {
   std::string key;
   double x = 8.0;

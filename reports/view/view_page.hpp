@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Still pictures of a view, painted from far to near without a GPU: for paper, and for browsers
-/// that cannot show the view itself.
+/// Still pictures of a view as SVG, painted from back to front without a GPU, for print and for
+/// browsers without WebGL.
 
 #include <string>
 
@@ -9,18 +9,18 @@
 
 namespace palpate {
 
-/// <svg> of the undeformed tissue in the colours of what it is made of.
+/// SVG of the undeformed tissue in the colours of its labels.
 std::string still_at_rest(const View& view);
 
-/// <svg> at a frame, coloured by displacement, whose movement is `enlarged` so many times.
+/// SVG of one frame, coloured by displacement. Displacements are scaled by `enlarged`.
 std::string still_at(const View& view, std::size_t frame, double enlarged);
 
-// The section of a page that shows a run in three dimensions, and its still pictures.
+// Page section with the 3-D view of a run and its still pictures.
 
-/// Everything but the script: markup, style, numbers and three.js, all inline.
+/// HTML of the section without the start script: markup, style, numbers and three.js, all inline.
 std::string html_view(const View& view);
 
-/// The script that starts it; the last of a page.
+/// Script that starts the view; it must be the last script of the page.
 std::string view_script();
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Prints a results.json without what may differ between two runs.
+/// Prints a results.json without the data that may differ between two runs.
 
 #include <cstdio>
 #include <exception>

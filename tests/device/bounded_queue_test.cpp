@@ -11,7 +11,7 @@ namespace {
 using palpate::device::HandoverQueue;
 using palpate::device::LatestValue;
 
-/// Written and read in one piece or not at all: both halves are equal.
+/// Value that is written and read completely or not at all: both halves are equal.
 struct Pair {
   std::int64_t first = 0;
   std::array<std::int64_t, 7> between{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A client and the emulator on two ends of a pseudo-terminal, in wall-clock time.
+// Client and emulator at the two ends of a pseudo-terminal, in wall-clock time.
 
 #include "device/byte_link.hpp"
 
@@ -22,7 +22,7 @@ using namespace palpate::device::falcon;
 // The machine may be busy: a deadline here only decides how long a failure takes.
 constexpr DriverOptions patient{.reply_deadline = 5.0, .hail_patience = 5.0};
 
-/// Serves in a thread of its own until it is destroyed.
+/// Serves on its own thread until it is destroyed.
 class Service {
  public:
   Service() : emulator_(body_), thread_([this] { run(); }) {}
@@ -37,7 +37,7 @@ class Service {
   [[nodiscard]] const Emulator& emulator() const { return emulator_; }  ///< after stop()
   [[nodiscard]] double now() const { return link_.now(); }
   [[nodiscard]] std::int64_t replies() const { return replies_.load(); }
-  /// Whether all motor words were zero after the last of replies().
+  /// Returns true if all motor words were zero after the last call of replies().
   [[nodiscard]] bool motors_off() const { return motors_off_.load(); }
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes in any pieces into readers and firmware: what must hold, whatever comes. Built twice:
-// with a main() that plays kept inputs, and for libFuzzer (PALPATE_FUZZ).
+// Fuzz test of readers and firmware with arbitrary bytes in arbitrary segments. Built twice: with a
+// main() that replays stored inputs, and for libFuzzer (PALPATE_FUZZ).
 
 #include <algorithm>
 #include <cstdio>
@@ -26,8 +26,8 @@ void must(bool holds, const char* what) {
 }
 #define MUST(condition) must(condition, #condition)
 
-/// Well-formed requests in bytes, found the slow way: 16 bytes that decode, wherever they stand.
-/// A packet holds '<' at its begin only, so two of them never overlap.
+/// Finds well-formed requests by exhaustive search: 16 bytes that decode, at any position. A
+/// packet contains '<' only at its start, so two packets never overlap.
 template <class Packet> std::vector<Packet> packets_in(Bytes bytes) {
   std::vector<Packet> packets;
   for (std::size_t n = 0; n + packet_bytes <= bytes.size(); ++n) {
@@ -57,7 +57,7 @@ template <class Packet> void fuzz_reader(Bytes bytes) {
 
 constexpr FirmwareOptions options{};
 
-/// One piece of input, a stretch of time before it, and what must hold after it.
+/// Feeds one segment of the input at time `now` [s], then checks the invariants.
 void feed(Firmware& firmware, Bytes piece, double now, sample::Kept& kept) {
   const DevicePacket present{.counts = {-1, 2, 30000}, .homed = {true, false, true}};
   const std::size_t requests_before = kept.requests.size();
@@ -74,7 +74,8 @@ void feed(Firmware& firmware, Bytes piece, double now, sample::Kept& kept) {
   MUST(!firmware.homing(now + options.watchdog));
 }
 
-/// The first byte of each piece says how long it is and how long nobody spoke before it.
+/// Feeds the input in segments. The first byte of each encodes its length and the idle time before
+/// it.
 void fuzz_firmware(Bytes input) {
   Firmware firmware(options);
   sample::Kept kept;
@@ -97,7 +98,7 @@ void fuzz_firmware(Bytes input) {
   MUST(firmware.replies() == static_cast<std::int64_t>(kept.requests.size()));
 }
 
-/// The same bytes on a line with faults, and a driver that reads what comes back.
+/// Same bytes on a link with faults, and a driver that reads the replies.
 void fuzz_emulator(Bytes input) {
   const FaultScript faults{.seed = input.empty() ? 0U : input.front(),
                            .faults = {{.kind = LinkFault::Kind::drop, .probability = 0.02},

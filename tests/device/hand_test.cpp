@@ -14,7 +14,7 @@ using Vector = Eigen::Vector3d;
 
 const Vector start(0.0, 0.0, 0.125);
 
-/// Way along the axis [m].
+/// Displacement along the axis [m].
 double along(const Intent& intent, double time) {
   return (intent.at(time).position - start).dot(intent.direction());
 }

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Its place is the number of the tick; it notes what it is asked for.
+/// Device whose position is the tick number; it records the commanded forces.
 class Counter final : public HapticDevice {
  public:
   DeviceSample exchange(const Vector3d& force) noexcept override {
@@ -54,7 +54,8 @@ using namespace palpate::device;
 using Eigen::Vector3d;
 
 TEST("a spring felt without delay gives back what it took, and a little more") {
-  // Held forces of a spring, in and out: the hand gets k d^2 / 2 more for each step d, each way.
+  // Sampled force of a spring on loading and unloading: the hand gains k d^2 / 2 for each step d in
+  // each direction.
   PassivityObserver observer;
   const double k = 800.0;
   const double step = 1e-4;

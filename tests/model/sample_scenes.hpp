@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Networks that no formula was made for: same seed, same network, on every machine.
+/// Random networks for tests. The same seed gives the same network on every machine.
 
 #include <cmath>
 #include <cstdint>
@@ -16,12 +16,13 @@ struct RandomNetwork {
   int nodes = 12;
   int springs = 40;
   int fixed = 2;
-  double decades = 2.0;    ///< of stiffness, viscosity and mass
-  double stretch = 0.2;    ///< rest lengths differ from distances by up to this share
-  double viscosity = 0.1;  ///< [N s/m] the largest; 0: undamped
+  double decades = 2.0;    ///< range of stiffness, viscosity and mass in decades
+  double stretch = 0.2;    ///< largest relative difference between rest lengths and distances [1]
+  double viscosity = 0.1;  ///< largest viscosity [N s/m]; 0: undamped
 };
 
-/// Every node has a spring to an earlier one; ends are in random order.
+/// Random connected network: every node has a spring to an earlier node; spring ends are in random
+/// order.
 inline SpringNetwork random_network(std::uint64_t seed, const RandomNetwork& wanted = {}) {
   Random random(seed);
   const auto decades = [&](double largest) {
@@ -47,7 +48,7 @@ inline SpringNetwork random_network(std::uint64_t seed, const RandomNetwork& wan
   return network;
 }
 
-// A small scene that uses everything a tick can do: dampers, loads that switch, weight, records.
+// Small scene that uses every feature of a tick: dampers, switched loads, weight, records.
 
 inline Scene moving_scene(std::string_view integrator, Precision precision = {}) {
   Scene scene;
@@ -70,7 +71,7 @@ inline Scene moving_scene(std::string_view integrator, Precision precision = {})
   return scene;
 }
 
-// Small scenes with a needle for the tests of tools.
+// Small scenes with a needle for tests of tools.
 
 inline std::vector<Material> tool_materials() {
   return {{.name = "soft",
@@ -95,7 +96,7 @@ inline std::vector<Layer> tool_layers() {
   return {{"skin", "soft", 0.004}, {"ligament", "firm", 0.006}, {"epidural space", "loose", 0.006}};
 }
 
-/// Columns of three layers; 16 mm deep, 8 mm wide.
+/// Columns of three layers, 16 mm deep and 8 mm wide.
 inline Scene layered_scene(double spacing = 0.004) {
   Scene scene;
   scene.tissue.source = Source::layers;
@@ -108,7 +109,7 @@ inline Scene layered_scene(double spacing = 0.004) {
   return scene;
 }
 
-/// Ten equal springs in a row along z, the last node fixed.
+/// Chain of ten equal springs along z; the last node is fixed.
 inline Scene chain_scene(double stiffness = 500.0, double node_mass = 2e-4) {
   constexpr int nodes = 11;
   constexpr double spacing = 0.002;

@@ -82,7 +82,7 @@ NetworkProblem pulsed(int nodes) {
   return NetworkProblem(sample::block({.nodes = nodes}), {sample::pulse(0.5)});
 }
 
-/// A solver that steps over every load.
+/// Solver that steps over every load.
 Trace solve_blindly(const Problem& problem, const std::vector<double>& at,
                     const Tolerance& tolerance) {
   const auto& network = dynamic_cast<const NetworkProblem&>(problem);
@@ -100,7 +100,7 @@ Trace solve_never(const Problem&, const std::vector<double>&, const Tolerance&) 
   throw SolverError("planted failure");
 }
 
-/// Good only at the coarsest tolerance: its ladder leads away from the answer.
+/// Solver that is accurate only at the coarsest tolerance and diverges with refinement.
 Trace solve_worse_when_tighter(const Problem& problem, const std::vector<double>& at,
                                const Tolerance& tolerance) {
   Trace solution = solve_arkode_explicit(problem, at, finest_tolerance);

@@ -23,7 +23,7 @@ TEST("without wall damping and delay the boundary is the closed form") {
 }
 
 TEST("published digits of the boundary") {
-  // Root locus of the same loop, computed elsewhere; two decimals given.
+  // Root locus of the same loop, from an independent computation; two decimals given.
   CHECK_NEAR(critical_stiffness({.mass = 0.1, .viscosity = 0.5}), 1000.83, 5e-3);
   CHECK_NEAR(critical_stiffness({.mass = 0.1, .viscosity = 0.5, .delay = 1}), 333.80, 5e-3);
   CHECK_NEAR(critical_stiffness({.mass = 0.1, .viscosity = 0.5, .damping = 1.0}), 2972.70, 5e-3);
@@ -47,7 +47,7 @@ namespace {
 using namespace palpate;
 using namespace palpate::reference;
 
-/// One free node, nothing else.
+/// One free node without springs.
 SpringNetwork one_node(double mass) {
   SpringNetwork network;
   network.rest_position.setZero(3, 1);
@@ -56,7 +56,7 @@ SpringNetwork one_node(double mass) {
   return network;
 }
 
-/// Arms without inertia; the hand alone moves the grip.
+/// Arms without inertia; only the hand moves the grip.
 HeldTool hand_alone() {
   HeldTool held;
   held.legs = {
@@ -107,7 +107,8 @@ TEST("damping of the hand is that of a damped spring") {
 }
 
 TEST("a held handle moves the tool as a spring and a damper between ticks, exactly sampled") {
-  // A hand so stiff that the grip stays; the tool begins to move because the intent is beside it.
+  // Very stiff hand that keeps the grip fixed; the tool starts to move because of the offset of the
+  // intent.
   HeldTool held = hand_alone();
   held.intent = [](double, Eigen::Vector3d& place, Eigen::Vector3d& velocity) {
     place = {0.0, 0.0, 0.12};

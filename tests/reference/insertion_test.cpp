@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenes of a needle with closed forms or small enough to be quick.
+// Small needle scenes with closed-form solutions or short run times.
 
 #include "reference/insertion.hpp"
 
@@ -51,7 +51,7 @@ inline const std::vector<Stratum> two_layers{{0.015, 0.06, 1.0}, {0.025, 0.12, 2
 inline const std::vector<Stratum> three_layers{
     {0.012, 0.2, 10.0}, {0.01, 0.5, 15.0}, {0.1, 0.1, 5.0}};
 
-/// A needle into a network with these layers.
+/// Needle that enters a network with these layers.
 inline palpate::Scene needle_scene(const palpate::SpringNetwork& network,
                                    const std::vector<Stratum>& strata,
                                    const palpate::Drive& drive) {
@@ -73,7 +73,7 @@ inline palpate::Scene needle_scene(const palpate::SpringNetwork& network,
   return scene;
 }
 
-/// The same layers as a block of elastic solid, fixed at its bottom.
+/// Same layers as a block of elastic solid, fixed at its bottom.
 inline palpate::Scene block_scene(int across, const std::vector<Stratum>& strata,
                                   const palpate::Drive& drive) {
   palpate::Scene scene = needle_scene({}, strata, drive);
@@ -100,7 +100,7 @@ inline const palpate::reference::InsertionEvent* first_of(
   return nullptr;
 }
 
-/// Stored and lost energy over what the hand gave [J].
+/// Stored and dissipated energy over the work of the hand [J].
 inline double imbalance(const palpate::reference::Insertion& run) {
   const auto& first = run.instants.front().energy;
   const auto& last = run.instants.back().energy;
@@ -371,8 +371,8 @@ TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in bet
     }
     CHECK_NEAR(now.total, now.friction, 0.0);
   }
-  // The shaft follows the tissue until its load has turned: 2 L c, c of the l_k / L in the chain.
-  // The tip moves in its track meanwhile (l_k changes a little) and dampers lag: hence 5 %.
+  // The shaft follows the tissue until its load has reversed: 2 L c, with c of the l_k / L in the
+  // chain. The tip moves in its track meanwhile (l_k changes slightly) and dampers lag, hence 5 %.
   Eigen::VectorXd share = Eigen::VectorXd::Zero(6);
   const double depth = in / f;
   for (int k = 0; k < 6; ++k) {
@@ -446,7 +446,7 @@ TEST("times that do not ascend and a tip that begins in the tissue are refused")
   CHECK_THROWS(solve_insertion(none, build_network(none), {0.0, 0.1}, tight), "neither");
 }
 
-// What must hold for every insertion: momentum, energy, constraints, convergence.
+// Properties of every insertion: momentum, energy, constraints, convergence.
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -454,7 +454,8 @@ using Kind = InsertionEvent::Kind;
 
 namespace {
 
-/// M a - f(q, v) of the free nodes: what the needle does to them. a by a central difference.
+/// M a - f(q, v) of the free nodes, the force of the needle on the tissue. a is a central
+/// difference.
 Eigen::VectorXd needle_force(const Scene& scene, const InsertionInstant& before,
                              const InsertionInstant& now, const InsertionInstant& after) {
   const NetworkProblem problem(build_network(scene));
@@ -595,9 +596,9 @@ using namespace palpate::reference;
 
 namespace {
 
-constexpr double k = 200.0;  // of the sample chain's five springs [N/m]
+constexpr double k = 200.0;  // stiffness of the five-spring sample chain [N/m]
 
-/// Compliance of the chain at a depth: knots in series, hat functions between them.
+/// Compliance of the chain at a depth: contact points in series, hat functions between them.
 double chain_compliance(double depth) {
   const int knot = static_cast<int>(depth / 0.01);
   const double h = depth / 0.01 - knot;
@@ -649,7 +650,8 @@ TEST("a slow insertion follows the quasi-static curve") {
   const auto run = solve_insertion(scene, network, sample::instants(28.0, 560), {.relative = 1e-8});
   for (const auto& now : run.instants) {
     if (now.time < 0.1) { continue; }  // the impact at contact dies out
-    // Dampers carry c v / springs at the skin and up to c v / 3 below, where fewer springs bear it.
+    // Dampers carry c v / springs at the skin and up to c v / 3 at depth, where fewer springs carry
+    // load.
     CHECK_NEAR(now.total, force_at(curve, now.place), 2.0 * speed);
   }
 }

@@ -16,8 +16,8 @@ using namespace palpate::reference;
 
 namespace {
 
-/// The equation of motion itself, integrated by classical RK4 in long double: slow, and blind to
-/// resonance and to damping regimes.
+/// Equation of motion integrated by classical RK4 in long double: slow, but independent of
+/// resonance and damping regime.
 ModeState<long double> stepped(const Mode<long double>& mode, ModeState<long double> y,
                                const ModeForce<long double>& force, long double end) {
   using State = ModeState<long double>;
@@ -213,7 +213,7 @@ TEST("a free body under a constant push moves as a whole by F t^2 / 2 M") {
   const double centre = moved.dot(problem.mass().cwiseProduct(
                             Eigen::Vector3d(0.0, 0.0, 1.0).replicate(body.mass.size(), 1))) /
                         mass;
-  CHECK_NEAR(centre / (1e-4 * end * end / (2.0 * mass)), 1.0, 1e-9);  // of positions of 1e-2 m
+  CHECK_NEAR(centre / (1e-4 * end * end / (2.0 * mass)), 1.0, 1e-9);  // for positions of 1e-2 m
 }
 
 TEST("damping that is not proportional is refused with the coupling") {

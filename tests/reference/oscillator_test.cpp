@@ -18,7 +18,7 @@ using namespace palpate;
 using Matrix = Eigen::Matrix<long double, 4, 4>;
 using Column = Eigen::Matrix<long double, 4, 1>;
 
-/// exp(a) by Taylor series after halving; knows nothing of damping regimes or resonance.
+/// exp(a) by Taylor series after halving; independent of damping regime and resonance.
 Matrix exponential(Matrix a) {
   int halvings = 0;
   for (; a.cwiseAbs().maxCoeff() > 0.05L; ++halvings) { a /= 2; }
@@ -44,8 +44,8 @@ Column truth(const Oscillator& o, double t) {
   return exponential(a * static_cast<long double>(t)) * Column(o.displacement, o.velocity, 1, 0);
 }
 
-/// Distance of (x, v / omega0) from the truth, over the size of the truth at that instant plus that
-/// of the drive's response.
+/// Error of (x, v / omega0), relative to the exact amplitude at that time plus the amplitude of the
+/// driven response.
 double relative_error(const Oscillator& o, double t) {
   const long double omega = std::sqrt(o.stiffness / o.mass);
   const Column expected = truth(o, t);
@@ -150,7 +150,7 @@ namespace {
 const Oscillator sample_oscillator{
     .mass = 0.7, .stiffness = 2.3, .viscosity = 0.4, .displacement = 0.9, .velocity = -0.3};
 
-/// The schemes as updates in order, as the paper's table and its corrections state them.
+/// Schemes as ordered updates, from the table of the paper and its corrections.
 using Update = std::function<void(Real& x, Real& v, Real h)>;
 
 Real acceleration(Real x, Real v) {
@@ -196,7 +196,7 @@ void rk4(Real& x, Real& v, Real h) {
   v += h / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
 }
 
-/// Acceleration taken at `weight` of the way through the step; fixed-point iteration to rounding.
+/// Acceleration at the fraction `weight` of the step; fixed-point iteration to rounding.
 void implicit(Real& x, Real& v, Real h, Real weight) {
   Real x1 = x, v1 = v;
   for (int n = 0; n < 200; ++n) {
@@ -275,7 +275,7 @@ TEST("each scheme converges at the order that theory gives it") {
   const Oscillator damped{.viscosity = 0.3, .velocity = 0.4};
   const Oscillator undamped{.viscosity = 0.0, .velocity = 0.4};
   const auto check = [](std::string_view scheme, const Oscillator& o, double order) {
-    CHECK_NEAR(observed_order(scheme, o), order, 0.05);  // what is left is curvature
+    CHECK_NEAR(observed_order(scheme, o), order, 0.05);  // remaining curvature
   };
   for (const char* scheme : {"euler", "euler-cromer", "feynman-newton-printed", "implicit-euler"}) {
     check(scheme, damped, 1.0);

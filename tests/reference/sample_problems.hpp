@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-// Problems that several tests of the references use.
+// Problems for several tests of the references.
 
 #include <cmath>
 #include <complex>
@@ -50,7 +50,7 @@ inline std::vector<double> instants(double end, int count) {
   return times;
 }
 
-/// A tripod: one free node held by three springs to the ground, loaded at it.
+/// Tripod: one free node with three springs to the ground and a load.
 inline palpate::NetworkProblem tripod(const Eigen::Vector3d& force,
                                       const palpate::PrintedForm& printed = {}) {
   palpate::SpringNetwork network;
@@ -69,7 +69,7 @@ inline palpate::NetworkProblem tripod(const Eigen::Vector3d& force,
 }
 
 struct Block {
-  int nodes = 4;              ///< per edge
+  int nodes = 4;              ///< nodes per edge
   double stiffness = 1000.0;  ///< [N/m]
   double viscosity = 0.05;    ///< [N s/m]
   double node_mass = 0.5e-3;  ///< [kg]
@@ -88,7 +88,7 @@ inline palpate::SpringNetwork block(const Block& b = {}) {
   return network;
 }
 
-/// A 10 ms push on the first node, from 5 ms on.
+/// Load of 10 ms on the first node, from 5 ms.
 inline palpate::Load pulse(double newton) {
   return {.nodes = {0},
           .force = {0.3 * newton, 0.1 * newton, newton},
@@ -97,7 +97,7 @@ inline palpate::Load pulse(double newton) {
           .profile = palpate::Profile::half_sine};
 }
 
-/// Forwards everything; tests override what they plant an error in. `base` must outlive it.
+/// Forwards all calls; tests override the functions with a planted error. `base` must outlive it.
 class Wrapped : public palpate::Problem {
  public:
   explicit Wrapped(const palpate::Problem& base) : base_(&base) {}
@@ -126,8 +126,8 @@ class Wrapped : public palpate::Problem {
   const palpate::Problem* base_;
 };
 
-/// N equal masses on a line along z, one spring each, the first tied to a fixed node; the last too
-/// when `both_ends`. Nodes 1..N move.
+/// N equal masses on a line along z, connected by springs. The first is connected to a fixed node,
+/// with `both_ends` also the last. Nodes 1 to N are free.
 inline palpate::SpringNetwork chain(int masses, double stiffness, double mass, bool both_ends) {
   const int nodes = masses + (both_ends ? 2 : 1);
   palpate::SpringNetwork network;

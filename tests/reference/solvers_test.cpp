@@ -84,7 +84,7 @@ namespace {
 
 const NetworkProblem network(sample::block({.nodes = 3, .viscosity = 0.5}), {sample::pulse(0.5)});
 
-/// Strongly deformed (a tenth of the spacing) and moving, so that every term of J is at work.
+/// Large deformation (10 % of the spacing) in motion, so that every term of J contributes.
 VectorXd deformed_state(Index dof) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -179,7 +179,7 @@ TEST("a right-hand side that is not finite is reported") {
   CHECK(!system.derivative(0.0, y.data(), dy.data()));
 }
 
-// What every solver of the list must do, whatever library it comes from.
+// Requirements on all solvers of the list, for all libraries.
 
 using palpate::NetworkProblem;
 using palpate::Oscillator;
@@ -195,13 +195,13 @@ namespace {
 
 constexpr Tolerance unit_scale{.relative = 1e-11, .position_scale = 1.0, .velocity_scale = 1.0};
 
-/// Global error over local tolerance, measured over 25 s of motion with a margin of three: methods
-/// that control the error per step let it grow with the number of steps.
+/// Global error over local tolerance, measured over 25 s of motion with a margin of three. With
+/// error control per step it increases with the number of steps.
 double expected_error(const NamedSolver& solver) {
   if (solver.family == "modal") { return 1e-13; }
   if (solver.family == "bdf") { return 1e-7; }
   if (solver.family == "adams") { return 5e-9; }
-  // Weighs errors with |y| + h |y'|, so allows some more than the others.
+  // Weights errors with |y| + h |y'|, so its tolerance is slightly larger than that of the others.
   if (solver.name.starts_with("odeint")) { return 3e-10; }
   return 1e-10;
 }
@@ -250,7 +250,7 @@ class ThrowsAfter final : public sample::Wrapped {
   }
 };
 
-/// Solvers that call Problem::force while they step.
+/// Returns true for solvers that call Problem::force during a step.
 bool steps_the_problem(const NamedSolver& solver) {
   return solver.family != "modal" && !solver.name.starts_with("long-double");
 }
@@ -315,8 +315,8 @@ TEST("the initial state is stored unchanged and a single instant needs no step")
 }
 
 TEST("where the origin lies changes nothing") {
-  // Rounding 1 m away is 1e-16 m of 4e-4 m of motion, but it makes the solvers choose other steps,
-  // so results differ by their own errors: 1e-9 at this tolerance.
+  // Rounding at 1 m is 1e-16 m of 4e-4 m of motion, but the solvers then choose other steps, so
+  // results differ by their own errors: 1e-9 at this tolerance.
   palpate::SpringNetwork moved = sample::block({.nodes = 3});
   moved.rest_position.colwise() += Eigen::Vector3d(1.0, -0.5, 0.25);
   const NetworkProblem here(sample::block({.nodes = 3}), {sample::pulse(0.5)});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Why references restart at breaks and limit their steps: a solver that does neither steps over a
-// short load, reports success and is 100 % wrong.
+// Reason why references restart at breaks and limit their steps: a solver without both steps over a
+// short load, reports success and has an error of 100 %.
 
 #include "reference/sundials.hpp"
 
@@ -29,7 +29,7 @@ using palpate::reference::trajectory_error;
 
 namespace {
 
-/// 10 ms of push that begins after half a second of rest.
+/// Load of 10 ms that starts after half a second of rest.
 NetworkProblem late_push() {
   Load load = sample::pulse(0.5);
   load.start = 0.500;
@@ -54,7 +54,7 @@ struct Naive {
   VectorXd position{};
 };
 
-/// CVODE as its examples use it: BDF, dense Jacobian by differences, no stops, no step limit.
+/// CVODE as in its examples: BDF, dense difference Jacobian, no stop times, no step limit.
 Naive naive_bdf(NetworkProblem problem, double end, double relative) {
   const Index n = problem.dof();
   SUNContext context = nullptr;
@@ -116,8 +116,8 @@ TEST("no solver of ours steps over the push, at the same tolerance") {
   }
 }
 
-// SUNDIALS 6.4 takes a stage at the end of the step for the new solution (runge_kutta_table.hpp).
-// Here is what that does to stock tables, and that none of ours is touched.
+// SUNDIALS 6.4 uses a stage at the end of the step as the new solution (runge_kutta_table.hpp).
+// These tests show the effect on stock tables; our tables are not affected.
 
 using palpate::Oscillator;
 namespace guarded = palpate::reference::sundials;  // a library namespace has that name too
@@ -138,7 +138,7 @@ int right_hand_side(double t, N_Vector y, N_Vector dy, void* oscillator) {
   return 0;
 }
 
-/// Raw ERKStep on an oscillator.
+/// ERKStep without our wrapper on an oscillator.
 struct ErkStep {
   explicit ErkStep(const Oscillator& of) : oscillator(of) {
     SUNContext raw = nullptr;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// Made-up insertions compared with each other, as the command would hand them to its reports.
+/// Synthetic insertions compared with each other, in the form that the command passes to its
+/// reports.
 
 #include "reports/comparison_report.hpp"
 
@@ -16,7 +17,8 @@ namespace sample {
 
 using namespace palpate;
 
-/// A recording at 120 Hz of the law times a factor, with a depth that rises at 5 mm/s.
+/// Recording of the analytic signal at 120 Hz times a factor, with a depth that increases at 5
+/// mm/s.
 inline ComparedRecording compared_recording(const std::string& name, double factor,
                                             Recording::Kind kind = Recording::Kind::reconstructed) {
   const std::vector<double> time = clinical::instants(14.0, 120.0);
@@ -262,7 +264,8 @@ TEST("the figures of a recording show both over time and depth, with layers, and
   CHECK(figures[2].id == "pressure-over-depth");
   CHECK(figures[0].series[0].label == "recorded");
   CHECK(figures[0].series[1].label == "simulated");
-  const double peak_mmhg = 60.0 * pascals_per_mmhg / pascals_per_mmhg;  // of the law
+  const double peak_mmhg =
+      60.0 * pascals_per_mmhg / pascals_per_mmhg;  // peak of the analytic signal
   CHECK_NEAR(figures[0].series[1].y[6000], peak_mmhg, 1e-6);
   CHECK_NEAR(figures[2].series[0].x.back(), 5.0 * 14.0, 1e-9);  // mm
   // Both were sampled from one law, which is a straight line at 3 s: the filter passes it

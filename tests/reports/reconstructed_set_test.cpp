@@ -94,7 +94,7 @@ TEST("the stored recordings are what the table gives, sample by sample") {
     for (std::size_t n = 0; n < std::min(kept.depth.size(), made.depth.size()); ++n) {
       worst_depth = std::fmax(worst_depth, std::abs(kept.depth[n] - made.depth[n]));
     }
-    // One step of rounding: another library's sine may differ in its last bit.
+    // One unit of rounding: the sine of another library may differ in its last bit.
     CHECK_NEAR(worst_pressure, 0.0, 0.1001 * pascals_per_mmhg);
     CHECK_NEAR(worst_depth, 0.0, 1.001e-5);
   }
@@ -115,7 +115,7 @@ TEST("every one says that it is reconstructed, from what, and with which seed") 
 }
 
 TEST("mean peaks of the BMI groups are the published ones, and fall with BMI") {
-  // Noise lifts a maximum: by two of its SD over some dozens of samples, never by seven.
+  // Noise raises a maximum by two of its SD over some dozens of samples, never by seven.
   const double noise = 7.0 * table().of("X18", "mmHg").value;
   for (const char* technique : {"continuous", "intermittent"}) {
     double before = 1000.0;
@@ -179,7 +179,7 @@ TEST("depth follows the published regression on BMI, and nothing else does") {
   }
 }
 
-/// The last stretch of a recording, in which the pressure stays below half its peak [s].
+/// Duration of the final part of a recording in which the pressure is below half its peak [s].
 double low_for(const Recording& r) {
   std::size_t n = r.time.size();
   while (n > 0 && r.pressure[n - 1] < 0.5 * std::ranges::max(r.pressure)) { --n; }
@@ -196,7 +196,8 @@ TEST("resistance is lost within 50 to 200 ms and stays lost for more than 5 s") 
       if (r.pressure[n] > floor + 0.9 * (peak - floor)) { high = n; }
     }
     while (low > high && r.pressure[low - 1] < floor + 0.1 * (peak - floor)) { --low; }
-    // A straight fall is from 90 to 10 % for 0.8 of its time; each end is known to a sample.
+    // A linear decrease is between 90 and 10 % for 0.8 of its time; each end is accurate to a
+    // sample.
     CHECK_NEAR(r.time[low] - r.time[high], 0.8 * 0.125, 0.8 * 0.075 + 2.0 / 120.0);
   }
 }

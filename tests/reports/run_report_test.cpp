@@ -90,7 +90,7 @@ TEST("the page makes no request, escapes what it shows and gives the same bytes 
 
 namespace sample {
 
-// A needle through skin, ligament and epidural space and back out, made by hand: 1 mm a tick.
+// Synthetic trace of a needle through skin, ligament and epidural space and back: 1 mm per tick.
 
 using namespace palpate;
 
@@ -138,7 +138,7 @@ inline Trace needle_trace() {
   return trace;
 }
 
-/// The same motion of a blunt tool.
+/// Same motion of a blunt tool.
 inline Trace probe_trace() {
   Trace trace = needle_trace();
   std::erase_if(trace.columns, [](const Column& c) { return c.name.starts_with("syringe"); });
@@ -187,7 +187,7 @@ TEST("layers over depth come from the way in alone and meet where the label chan
   REQUIRE(zones.size() == 3);
   CHECK(zones[0].label == "skin");
   CHECK(zones[1].label == "ligament");
-  const double rounding = 1e-12;  // of millimetres from metres
+  const double rounding = 1e-12;  // conversion from metres to millimetres
   CHECK_NEAR(zones[0].begin, 1.0, rounding);
   CHECK_NEAR(zones[0].end, 3.0, rounding);
   CHECK_NEAR(zones[1].begin, 3.0, rounding);
@@ -317,7 +317,7 @@ using namespace palpate;
 
 namespace {
 
-/// A box of half sides 3, 4 and 10 N, its corners in no order that is round.
+/// Box with half sides 3, 4 and 10 N; its corners are in random order.
 FalconFacts box() {
   FalconFacts facts;
   for (unsigned n = 0; n < 8; ++n) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Results with one of everything that a report must show.
+/// Sample results that contain every element of a report.
 
 #include <cmath>
 
@@ -54,7 +54,7 @@ inline Figure map() {
   return figure;
 }
 
-/// Two parts stacked over depth with their sum, three layers and what happened at their borders.
+/// Two components stacked over depth with their sum, three layers, and marks at the layer borders.
 inline Figure layered() {
   Figure figure{.id = "parts",
                 .title = "Parts of a force",

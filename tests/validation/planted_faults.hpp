@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Faults planted in the candidate must turn verdicts red that are green without them.
+/// Tests that faults planted in the candidate fail the verdicts that pass without them.
 
 #include <algorithm>
 #include <cstddef>
@@ -17,9 +17,9 @@
 
 namespace palpate {
 
-/// How many of a fault's cases a test tries. The optimised build tries them all: verdicts are what
-/// it is for. Under sanitizers, ten times slower, each fault is tried on the first case, unless
-/// another fault has been through that one.
+/// Cases of a fault that a test runs. The optimised build runs all cases. With sanitizers, which
+/// are ten times slower, each fault runs only the first case, unless another fault already covers
+/// it.
 template <class Name> std::span<const Name> tried(std::span<const Name> names) {
 #ifdef PALPATE_SANITIZED
   static std::set<std::string> seen;
@@ -29,7 +29,7 @@ template <class Name> std::span<const Name> tried(std::span<const Name> names) {
 #endif
 }
 
-/// References are the same with and without a fault: computed once.
+/// Cache of references. They do not depend on the faults and are computed once.
 inline const reference::Cache& shared_references() {
   static std::map<std::string, Trace> kept;
   static const reference::Cache cache{
@@ -55,8 +55,8 @@ inline void check_status(const std::string& name, const Mutation* mutation, Stat
   CHECK(outcome.status == expected);
 }
 
-/// Red with the fault, green without; under sanitizers with the fault alone, which goes through the
-/// same code.
+/// Checks that the verdicts fail with the fault and pass without it. With sanitizers only the run
+/// with the fault is checked, since it executes the same code.
 inline void check_red(const Mutation& mutation, std::initializer_list<const char*> names) {
   for (const char* name : tried(std::span<const char* const>(names))) {
     check_status(name, &mutation, Status::fail);

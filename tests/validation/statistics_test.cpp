@@ -38,8 +38,8 @@ TEST("intervals of a thousand trials are found from end to end") {
 
 TEST("a factor and its share undo each other") {
   CHECK_NEAR(student_share(student_factor(0.9, 7), 7), 0.9, 1e-12);
-  // What a bootstrap of five covers, as statistics.hpp has it. Student's t of four degrees of
-  // freedom lies within +-t with sqrt(c) (1 + (1 - c) / 2), c = t^2 / (4 + t^2).
+  // Coverage of a bootstrap of five, as in statistics.hpp. Student's t of four degrees of freedom
+  // is within +-t with sqrt(c) (1 + (1 - c) / 2), c = t^2 / (4 + t^2).
   const double c = 1.959964 * 1.959964 * 0.8 / (4.0 + 1.959964 * 1.959964 * 0.8);
   CHECK_NEAR(student_share(1.959964 * std::sqrt(0.8), 4), std::sqrt(c) * (1.0 + 0.5 * (1.0 - c)),
              1e-12);
@@ -49,8 +49,8 @@ TEST("a factor and its share undo each other") {
 }
 
 TEST("counts outside an expected share are rare") {
-  // Of 10 fair coins 0 or 10 heads come up with 2/1024 = 0.00195, more than 0.001; 1 more must be
-  // allowed.
+  // 10 fair coins give 0 or 10 heads with probability 2/1024 = 0.00195, more than 0.001, so 1 more
+  // must be allowed.
   CHECK_NEAR(expected_share(0.5, 10, 0.999).lower, 0.0, 0.0);
   CHECK_NEAR(expected_share(0.5, 10, 0.99).lower, 0.1, 1e-15);
   CHECK_NEAR(expected_share(0.5, 10, 0.99).upper, 0.9, 1e-15);

@@ -55,7 +55,7 @@ TEST("a tick of drivers, encoders, motors, plant, arm, intent and its stop alloc
 
 }  // namespace
 
-// One process, both ends: readers, firmware, faults, emulator, driver and recording.
+// One process with both ends: readers, firmware, faults, emulator, driver and recording.
 
 namespace {
 

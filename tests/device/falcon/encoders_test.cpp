@@ -57,7 +57,7 @@ TEST("after power-on the counts are off by a constant that the seed decides") {
   CHECK(!one.all_homed());
 }
 
-/// Out to `far` degrees and straight in to 20.
+/// Moves out to `far` degrees and in to 20 degrees.
 void pull_and_push(Encoders& encoders, double far, bool out_homing, bool in_homing) {
   for (double angle = 30.0; angle <= far; angle += 0.5) { encoders.sample(all(angle), out_homing); }
   for (double angle = far; angle >= 20.0; angle -= 0.5) { encoders.sample(all(angle), in_homing); }
@@ -109,7 +109,7 @@ void run(ScriptedGrip& grip, int ticks, bool homing) {
   for (int n = 0; n < ticks; ++n) { grip.advance(step, {}, homing); }
 }
 
-/// Out to 800 counts within 1 s, in to -100 within another.
+/// Moves out to 800 counts within 1 s, then in to -100 counts within another second.
 GripScript out_and_in() {
   return {.poses = {{0.0, {0, 0, 0}}, {1.0, {800, 800, 600}}, {2.0, {-100, -100, -100}}},
           .power_on = {5000, -40000, 123},

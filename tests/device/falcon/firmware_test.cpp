@@ -15,7 +15,7 @@ using sample::Kept;
 
 constexpr DevicePacket present{.counts = {10, -20, 30}, .homed = {true, true, true}};
 
-/// What the firmware answers to these bytes at this time.
+/// Replies of the firmware to these bytes at this time.
 Bytes answer(Firmware& firmware, const Bytes& bytes, double now = 0.0) {
   Kept kept;
   firmware.receive(bytes, now, present, kept);
@@ -41,7 +41,7 @@ TEST("the boot loader answers 0A 43 0D with 0A 44 2C 0D, also in pieces and afte
   CHECK(answer(firmware, {0x43}).empty());
   CHECK(answer(firmware, {0x0D}) == hail_answer);
   CHECK(firmware.state() == FirmwareState::ready);
-  CHECK(answer(firmware, hail) == hail_answer);  // a host that lost the answer asks again
+  CHECK(answer(firmware, hail) == hail_answer);  // a host that lost the reply repeats the request
   CHECK(firmware.count(FirmwareEvent::hail) == 2);
 }
 
@@ -138,7 +138,7 @@ TEST("torque and homing drop when no request came for the watchdog's time") {
     CHECK((firmware.words(1.0 + 1.001 * watchdog) == std::array<std::int16_t, 3>{}));
     CHECK(!firmware.homing(1.0 + 1.001 * watchdog));
     CHECK(firmware.leds() == request.leds);
-    CHECK(firmware.count(FirmwareEvent::watchdog) == 0);  // nobody has told it the time yet
+    CHECK(firmware.count(FirmwareEvent::watchdog) == 0);  // no time was set yet
     (void)answer(firmware, {}, 1.0 + 2.0 * watchdog);
     (void)answer(firmware, {}, 1.0 + 3.0 * watchdog);
     CHECK(firmware.count(FirmwareEvent::watchdog) == 1);

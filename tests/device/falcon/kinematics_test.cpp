@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// Poses of the grip that tests go through, and the kinematics as Stamper prints them, in long
-/// double: nothing of device/ but the lengths is used.
+/// Sample poses of the grip, and the kinematics as printed by Stamper in long double; only the
+/// lengths are taken from device/.
 
 #include "device/falcon/kinematics.hpp"
 
@@ -20,7 +20,7 @@ namespace poses {
 using Real = long double;
 using Vector = Eigen::Matrix<Real, 3, 1>;
 
-/// theta1, theta2, theta3 of one leg; NaN beyond reach.
+/// theta1, theta2, theta3 of one leg; NaN outside the workspace.
 inline std::array<Real, 3> leg_angles(const palpate::device::falcon::Geometry& g, std::size_t leg,
                                       const Vector& position) {
   const Real phi = g.azimuth[leg];
@@ -46,7 +46,7 @@ inline Vector theta1(const palpate::device::falcon::Geometry& g, const Vector& p
   return result;
 }
 
-/// Every position of a grid over the lens between the joint stops (counts of -1600 to 1600).
+/// All positions of a grid over the workspace between the joint stops (counts of -1600 to 1600).
 inline std::vector<Eigen::Vector3d> reachable(const palpate::device::falcon::Geometry& g,
                                               double spacing = 0.006) {
   constexpr Real degree = 0.017453292519943295769L;
@@ -66,7 +66,7 @@ inline std::vector<Eigen::Vector3d> reachable(const palpate::device::falcon::Geo
   return result;
 }
 
-/// Positions within 10 nm to 1 mm of the outer edge of what the legs reach, found by bisection.
+/// Positions 10 nm to 1 mm inside the outer border of the workspace, found by bisection.
 inline std::vector<Eigen::Vector3d> at_the_edge(const palpate::device::falcon::Geometry& g) {
   std::vector<Eigen::Vector3d> result;
   for (int n = 0; n < 400; ++n) {
@@ -296,13 +296,13 @@ namespace {
 using namespace palpate::device::falcon;
 using Vector = Eigen::Vector3d;
 
-/// Force that comes out of the true mechanism when the stock Jacobian made the torques.
+/// Force of the exact mechanism for torques computed with the stock Jacobian.
 Eigen::Matrix3d stock_gain(const Vector& position) {
   const Eigen::Matrix3d J = *falcon.jacobian(position);
   return J.transpose().inverse() * stock_jacobian(falcon, position)->transpose();
 }
 
-/// The core of the workspace: these limits give the published range of the counts' worth there,
+/// Core of the workspace: these limits give the published range of the displacement per count,
 /// 0.030 to 0.059 mm.
 std::vector<Vector> core() {
   std::vector<Vector> result;
@@ -335,7 +335,7 @@ TEST("the stock Jacobian leaves x and y exact everywhere and leaks them into z")
     leak.push_back(std::abs(G(2, 1)));
     gain.push_back(G(2, 2));
   }
-  // Published over poses that are not: median 0.11, 95 % 0.24, largest 0.31; gain 0.95 to 1.36.
+  // Published for other poses: median 0.11, 95 % 0.24, largest 0.31; gain 0.95 to 1.36.
   std::printf("  leak median %.3f max %.3f, gain %.3f to %.3f\n", quantile(leak, 0.5),
               quantile(leak, 1.0), quantile(gain, 0.0), quantile(gain, 1.0));
   CHECK_NEAR(quantile(leak, 0.5), 0.11, 0.03);
@@ -402,7 +402,7 @@ TEST("a correct read-out is within the rounding of the counts, a stock one is no
   CHECK(quantile(cold, 1.0) < 1.8e-3);                // published maximum
 }
 
-/// What is left of a small error after one stock read-out, along an axis.
+/// Remaining part of a small error after one step of the stock solution, along an axis.
 double residual(int axis) {
   StockProfile stock;
   const Geometry geometry = libnifalcon();

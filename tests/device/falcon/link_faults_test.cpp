@@ -61,7 +61,7 @@ struct Heard {
   bool operator==(const Heard&) const = default;
 };
 
-/// Sends bytes 0, 1, 2 ... in writes of ten, one each millisecond, and listens each 0.1 ms.
+/// Sends bytes 0, 1, 2 ... in writes of ten, one per millisecond, and reads every 0.1 ms.
 Heard heard(const FaultScript& script, Direction direction = Direction::to_device) {
   FaultChannel channel(script, direction);
   Heard result;

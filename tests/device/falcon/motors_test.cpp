@@ -123,7 +123,7 @@ Eigen::Matrix3d jacobian_at(const Eigen::Vector3d& position) {
 const std::vector<Eigen::Vector3d> places{
     {0.0, 0.0, 0.12}, {0.02, -0.01, 0.11}, {-0.03, 0.02, 0.14}};
 
-/// Unit vectors over the sphere, evenly (Fibonacci's spiral).
+/// Evenly distributed unit vectors (Fibonacci spiral).
 std::vector<Eigen::Vector3d> directions(int count) {
   std::vector<Eigen::Vector3d> all;
   for (int n = 0; n < count; ++n) {

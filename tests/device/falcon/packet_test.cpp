@@ -19,8 +19,8 @@ PacketBytes bytes_of(std::string_view text) {
   return bytes;
 }
 
-// Expected bytes are written down by hand from the published layout: '<', three words of four
-// letters with the least significant nibble first (A = 0 ... P = 15), info, 'A', '>'.
+// Expected bytes are written by hand from the published layout: '<', three words of four letters
+// with the least significant nibble first (A = 0 ... P = 15), info, 'A', '>'.
 
 TEST("motor words go out least significant nibble first, as letters from A") {
   const HostPacket idle{};
@@ -129,7 +129,7 @@ using Stream = std::vector<std::uint8_t>;
 
 constexpr std::size_t frame_count = 1000;
 
-/// The first count is the packet's number, so that a packet out of place is seen.
+/// The first count is the packet number, so that packets in wrong order are detected.
 template <class Packet> std::vector<Packet> numbered_packets();
 
 template <> std::vector<DevicePacket> numbered_packets() {
@@ -167,8 +167,8 @@ template <class Packet> Stream stream_of(const std::vector<Packet>& packets) {
 
 enum class Harm { lost_or_doubled, changed };
 
-/// Whether all packets but `hit` come out in order, and in its place at most one: itself, or where
-/// a byte was changed perhaps another, as there is no checksum.
+/// Returns true if all packets except `hit` are decoded in order, and at most one in its position:
+/// the same, or after a changed byte possibly another, since there is no checksum.
 template <class Packet>
 bool only_hit_is_lost(const std::vector<Packet>& packets, const Stream& stream, std::size_t hit,
                       Harm harm) {
@@ -190,8 +190,8 @@ bool only_hit_is_lost(const std::vector<Packet>& packets, const Stream& stream, 
   return accounted && out == others;
 }
 
-/// Applies `change` to byte `place` of every one of the 1000 frames, each in a stream of its
-/// neighbourhood, two packets before and two after: what is farther away cannot feel it.
+/// Applies `change` to byte `place` of each of the 1000 frames, in a stream of two packets before
+/// and two after. Packets further away are not affected.
 template <class Packet, class Change> int streams_that_lose_more(Change change, Harm harm) {
   const std::vector<Packet> all = numbered_packets<Packet>();
   int failures = 0;

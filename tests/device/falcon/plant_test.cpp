@@ -16,7 +16,7 @@ namespace {
 using namespace palpate::device::falcon;
 constexpr double limit = 4e-3;
 
-/// Random arms; the mobility is that of some positive mass.
+/// Random arms; their mobility is that of a positive mass.
 ArmDynamics random_arms(palpate::device::Seeded& seeded, double push) {
   Eigen::Matrix3d any;
   ArmDynamics arms;
@@ -89,7 +89,7 @@ using Vector = Eigen::Vector3d;
 const Vector grip_start(0.01, -0.005, 0.14);
 const PlantOptions bare{.gravity = 0.0, .coulomb = 0.0, .viscosity = 0.0};
 
-/// Where a second with a firm hand and changing torques ends.
+/// Final state after one second with a firm hand and changing torques.
 Vector second(const PlantOptions& options, const std::vector<Action>& actions, double tremor) {
   Plant plant(Kinematics(), options);
   Motors motors;
@@ -166,7 +166,7 @@ TEST("a medium hand holds the device without drift") {
   plant.place(grip_start + Vector(0.002, 0.001, -0.003), hand);
   for (int n = 0; n < 3000; ++n) { plant.advance(1e-3, motors, hand); }
   const Vector there = plant.position();
-  // Weight sags it by m g / k; friction keeps it within its force, 0.2 N, over k from there.
+  // Gravity displaces it by m g / k; friction limits the deviation to its force, 0.2 N, over k.
   CHECK_NEAR(there, Vector(grip_start - Vector(0.0, 0.13 * 9.80665 / 400.0, 0.0)), 0.2 / 400.0);
   for (int n = 0; n < 3000; ++n) { plant.advance(1e-3, motors, hand); }
   CHECK(plant.position() == there);
@@ -176,7 +176,7 @@ TEST("arms weigh at the centre what was computed from the mechanism: 172 and 523
   const Eigen::Matrix3d slope = inverse_jacobian(*Kinematics().legs(Kinematics::centre()));
   const Eigen::Matrix3d added = slope.transpose() * slope;
   CHECK_NEAR(added.diagonal(), Vector(172.0, 172.0, 523.0), 3.0);
-  // And a force then accelerates the mass and the arms.
+  // A force then accelerates the mass and the arms.
   Plant plant(Kinematics(), bare);
   Motors motors(MotorOptions{.time_constant = 0.0});
   const Hand nobody{.impedance = no_hand};
@@ -262,7 +262,7 @@ TEST("with an arm behind it the hand gives way further") {
     for (int n = 0; n < 4000; ++n) { plant.advance(1e-3, motors, hand); }
     pushed_back[arm ? 1 : 0] = plant.position().z() - grip_start.z();
   }
-  // 1 N over 400 N/m, and over 135 N/m in series; Coulomb friction of up to 0.2 N holds some back.
+  // 1 N over 400 N/m, and over 135 N/m in series; Coulomb friction of up to 0.2 N reduces it.
   CHECK_NEAR(pushed_back[0], 1.0 / 400.0, 0.3 / 400.0);
   CHECK_NEAR(pushed_back[1], 1.0 / 400.0 + 1.0 / 135.0, 0.3 * (1.0 / 400.0 + 1.0 / 135.0));
 }
@@ -285,8 +285,8 @@ using Vector = Eigen::Vector3d;
 const Hand nobody{.impedance = no_hand};
 
 TEST("without friction and motors the energy is conserved while the arms swing") {
-  // Heavy arms on a light grip, so that the velocity-dependent term does most of the work; a
-  // spring alone turns the motion back.
+  // Heavy arms on a light grip, so that the velocity-dependent term dominates; only a spring
+  // reverses the motion.
   const double stiffness = 200.0;
   const Hand spring{.impedance = {.mass = 0.0, .viscosity = 0.0, .stiffness = stiffness}};
   const PlantOptions heavy_arms{
@@ -334,8 +334,8 @@ TEST("every joule is accounted for: motors, hand, weight, friction and stops") {
     CHECK(energy.friction_loss > 1e-4);
     CHECK(std::abs(energy.motor_work) > 1e-5);
     CHECK(stops == (energy.stop_loss > 1e-6));
-    // Order four, but for the step in which a stop is met: there its damper jumps, by 1e-4 of what
-    // it then takes.
+    // Order four, except for the step with contact at a stop: there the damper force jumps, by 1e-4
+    // of its later value.
     CHECK_NEAR(energy.imbalance(), 0.0, stops ? 1e-4 * energy.stop_loss : 1e-11);
     std::printf("  imbalance %.2g J of %.2g J lost\n", energy.imbalance(),
                 energy.friction_loss + energy.stop_loss);
@@ -374,7 +374,7 @@ TEST("what a hand cannot have put in, it cannot get out: energy decays in every 
       CHECK(stored() <= before + 1e-13);
       before = stored();
     }
-    // What friction holds: up to 0.2 N against the spring.
+    // Friction holds up to 0.2 N against the spring.
     {
       CHECK(before <= 0.5 * 0.2 * 0.2 / impedance.stiffness);
       CHECK(before < 0.1 * first);

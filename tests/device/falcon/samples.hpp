@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Stand-ins around a firmware: who listens to it, and a body that shows what it was told.
+/// Test doubles for the firmware: a sink that records its output, and a body that records its
+/// commands.
 
 #include <vector>
 
@@ -11,7 +12,7 @@ namespace sample {
 
 using namespace palpate::device::falcon;
 
-/// Keeps all that a firmware puts out.
+/// Records all output of a firmware.
 class Kept final : public FirmwareSink {
  public:
   void send(std::span<const std::uint8_t> bytes) noexcept override {
@@ -27,8 +28,8 @@ class Kept final : public FirmwareSink {
   std::vector<FirmwareEvent> events{};
 };
 
-/// Its legs run at one count per body step and word: a plant whose state depends on every word and
-/// on how long it acted.
+/// Body whose legs move one count per body step and motor word. Its state depends on every word and
+/// on the duration of each word.
 class SummingBody final : public Body {
  public:
   void advance(double duration_s, const std::array<std::int16_t, 3>& words,

@@ -22,7 +22,7 @@ struct Bench {
       : emulator(body, firmware, faults), driver(cable.host(), options) {
     cable.attach(emulator);
   }
-  /// One exchange at each millisecond; the number of replies.
+  /// Makes one exchange per millisecond and returns the number of replies.
   int poll(int ticks, const HostPacket& request) {
     int replies = 0;
     const double begin = cable.now();
@@ -91,7 +91,7 @@ TEST("the body feels the words of a request for as long as the watchdog lets it"
     Bench bench({.watchdog = watchdog, .loaded = true});
     (void)bench.driver.exchange({.words = {50, 0, 0}, .homing = true});
     bench.cable.run_until(0.5);
-    // One body step is the resolution of the time at which the words change.
+    // One body step is the time resolution of motor words.
     CHECK_NEAR(bench.body.torque_time, watchdog, 1.001 * Emulator::body_step);
     CHECK_NEAR(bench.body.homing_time, watchdog, 1.001 * Emulator::body_step);
     CHECK_NEAR(bench.body.time, 0.5, 1.001 * Emulator::body_step);
@@ -122,8 +122,8 @@ TEST("with 1 % of bytes lost each exchange that was spared brings its reply") {
               {.seed = 3, .faults = {{.kind = LinkFault::Kind::drop, .probability = 0.01}}},
               {.reply_deadline = 0.9e-3});
   const int replies = bench.poll(20000, {.words = {1, 2, 3}});
-  // An exchange is 32 bytes; all arrive with chance 0.99^32 = 0.7250. Losing one never costs the
-  // next: five standard deviations of 20000 draws are 0.0158.
+  // An exchange is 32 bytes; all arrive with probability 0.99^32 = 0.7250. A loss does not affect
+  // the next exchange: five standard deviations of 20000 draws are 0.0158.
   CHECK_NEAR(replies / 20000.0, std::pow(0.99, 32), 0.0158);
   CHECK(bench.driver.counts().late == 0);
   const std::int64_t requests = bench.emulator.firmware().reader_counts().frames;
@@ -211,12 +211,12 @@ namespace {
 
 using namespace palpate::device::falcon;
 
-/// A session with pauses longer than the watchdog, lost bytes and a stuck encoder.
+/// Session with pauses longer than the watchdog time, lost bytes and a stuck encoder.
 const FaultScript faults{.seed = 11,
                          .faults = {{.kind = LinkFault::Kind::drop, .probability = 0.01},
                                     {.kind = LinkFault::Kind::stuck_encoder, .start = 0.2}}};
 
-/// The replay gets the requests that arrived: the link's own faults are over, the device's not.
+/// Replay of the requests that arrived. Link faults are not repeated, device faults are.
 FaultScript device_faults_only() {
   FaultScript script = faults;
   script.faults.erase(script.faults.begin());

@@ -104,7 +104,7 @@ using namespace palpate::device::pressure_link;
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Frame n has the sequence number n and a pressure that names it, `step` n.
+/// Frame n has the sequence number n and a pressure of n times `step`.
 Bytes stream_of(int frames, int step = 1) {
   Bytes bytes;
   for (int n = 0; n < frames; ++n) {
@@ -117,7 +117,7 @@ Bytes stream_of(int frames, int step = 1) {
 
 struct Heard {
   std::vector<int> frames{};
-  std::int64_t places = 0;  ///< of the last frame, by sequence numbers
+  std::int64_t places = 0;  ///< position of the last frame, by sequence numbers
   ReaderCounts counts{};
 };
 
@@ -150,8 +150,8 @@ TEST("a clean stream gives every frame and nothing else") {
   CHECK((clean.counts == ReaderCounts{.frames = 1000}));
 }
 
-/// First and last place of the equal bytes around one: which of them was lost or doubled leaves no
-/// trace in the stream.
+/// First and last position of the run of equal bytes around a byte; the stream does not show which
+/// of them was lost or doubled.
 std::array<std::size_t, 2> equal_run(const Bytes& bytes, std::size_t place) {
   std::array run{place, place};
   while (run[0] > 0 && bytes[run[0] - 1] == bytes[place]) { --run[0]; }
@@ -185,7 +185,8 @@ TEST("any one byte lost, doubled or changed costs the frame that it was in and n
     costs_one_frame(changed, frames, static_cast<int>(place / 8));
     Bytes doubled = good;
     doubled.insert(doubled.begin() + static_cast<std::ptrdiff_t>(place), good[place]);
-    // The same byte again before the first of a frame or after its last harms none.
+    // A duplicate of the same byte before the first byte of a frame or after its last has no
+    // effect.
     const bool harmless = begin % 8 == 0 || end % 8 == 7 || begin / 8 != end / 8;
     costs_one_frame(doubled, frames, harmless ? -1 : static_cast<int>(place / 8));
   }

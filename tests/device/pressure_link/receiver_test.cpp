@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A consumer's tick while the thread that reads the line is idle, flooded or stalled.
+// Tick of a consumer while the reading thread is idle, flooded or stalled.
 
 #include "device/pressure_link/receiver.hpp"
 
@@ -18,7 +18,7 @@ using namespace palpate::device;
 using namespace palpate::device::pressure_link;
 using check::Verdict;
 
-/// Whoever reads waits until told otherwise, or gets frames as fast as it asks for them.
+/// Byte link whose reader blocks until released, or reads frames at its own rate.
 class StagedLink final : public ByteLink {
  public:
   enum class Act { silent, flood, stall };
@@ -50,7 +50,7 @@ class StagedLink final : public ByteLink {
   std::atomic<long> reads_{0};
 };
 
-/// What a tick does with the link; false when a sample is torn or older than the one before.
+/// Accesses of a tick to the link; false if a sample is torn or older than the previous one.
 bool tick(Receiver& receiver, std::int64_t& newest) noexcept {
   const PressureSample& latest = receiver.latest();
   bool good = latest.index >= newest;
@@ -110,7 +110,7 @@ TEST("nor does it lock or allocate, and the flooded reader does not allocate eit
     CHECK(good);
     CHECK(more_allocations == 0);
     CHECK(more_locks == 0);
-    // The queue holds 4096 frames, so an overflow is proof of as many read.
+    // The queue holds 4096 frames, so an overflow proves that as many were read.
     while (act == StagedLink::Act::flood && rig.receiver.overflowed() == 0) { ::usleep(1000); }
     rig.receiver.stop();
   }
@@ -139,7 +139,7 @@ TEST("a consumer that takes nothing costs queued samples, not the newest one") {
   CHECK(rig.receiver.latest().pressure == (rig.receiver.counts().frames - 1) % 256);
 }
 
-/// One frame each 1/120 s, which wait while the reading thread gets no time; in virtual time.
+/// One frame each 1/120 s, queued while the reading thread has no processor time; in virtual time.
 class LateLink final : public ByteLink {
  public:
   LateLink(int frames, int late_from, int late_until) {

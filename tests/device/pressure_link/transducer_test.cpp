@@ -22,7 +22,7 @@ struct Heard {
   std::vector<double> times{};  ///< when each byte came [s]
 };
 
-/// The other end of the line, in virtual time.
+/// Receiving end of the link, in virtual time.
 class Ear final : public ByteLink {
  public:
   double time = 0.0;
@@ -49,7 +49,7 @@ Frames ramp(int count) {
   return frames;
 }
 
-/// All of it, at each byte's own time.
+/// Reads all bytes, each at its own time.
 Heard listen(Transducer& transducer) {
   Ear ear;
   ear.time = 5.0;  // the line was there before

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Small regular lattices of many shapes, in motion, and what their kernels make of them.
+/// Kernels of small regular lattices of many shapes in motion.
 
 #include <array>
 #include <limits>
@@ -82,7 +82,7 @@ inline const std::vector<Setting> settings{
     {.nodes = {11, 7, 3}, .damped = false, .uneven = true},
     {.nodes = {6, 5, 4}, .connectivity = 6},
     {.nodes = {9, 5, 4}, .connectivity = 18, .uneven = true, .held = false},
-    // Short rows, which are folded into registers of four, eight and sixteen lanes.
+    // Short rows, which are interleaved in registers of four, eight and sixteen lanes.
     {.nodes = {10, 10, 10}, .uneven = true},
     {.nodes = {20, 20, 20}, .uneven = true},
     {.nodes = {20, 11, 13}, .damped = false, .uneven = true, .held = false},
@@ -100,7 +100,7 @@ VectorXd force_of(const NetworkProblem& problem, const Motion& motion, bool skip
 
 }  // namespace palpate::lattice_settings
 
-// Kernels of regular lattices against NetworkProblem, the specification.
+// Kernels of regular lattices compared with NetworkProblem, the specification.
 
 namespace {
 
@@ -113,7 +113,8 @@ double rounding_of(const VectorXd& force, double epsilon) {
   return 30.0 * epsilon * (force.cwiseAbs().maxCoeff() + 250.0 * 0.02);
 }
 
-/// With all instructions that this processor has, and with what every one of its kind has.
+/// Compares forces with all instruction sets of this processor, and with the baseline of its
+/// architecture.
 void check_forces(const NetworkProblem& problem, const Motion& motion) {
   VectorXd expected(problem.dof());
   problem.force(0.0, 0.0, motion.q, motion.v, expected);
@@ -274,14 +275,15 @@ TEST("rows are folded where that fills registers better, and not where they may 
 
 }  // namespace
 
-// Regular lattices shared by threads, moved in one pass, and asked for ahead: the same bits.
+// Regular lattices with several threads, single-pass integration and prefetch: results are
+// identical.
 
 namespace {
 
 using namespace palpate;
 using namespace palpate::lattice_settings;
 
-/// Threads from 1 to this share the lattices of `settings`, whatever the machine has.
+/// Maximum number of threads for the lattices of `settings`, independent of the machine.
 constexpr int most_threads = 4;
 
 TEST("threads that share a lattice compute the same bits as one") {
@@ -307,7 +309,7 @@ TEST("threads that share a lattice compute the same bits as one") {
 
 enum class Steps { sweeps, one_pass };
 
-/// 20 steps of semi-implicit Euler, in one pass each or in the scheme's own sweeps.
+/// 20 steps of semi-implicit Euler, as a single pass or as the separate sweeps of the scheme.
 template <class Real>
 VectorXd stepped(const NetworkProblem& problem, const Motion& motion, int threads, Steps steps,
                  const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front()) {
@@ -346,7 +348,7 @@ TEST("a step in one pass gives the bits of sweeps one after another, with any nu
   }
 }
 
-/// Those that ask memory ahead stand for those of a lattice that the caches hold.
+/// Kernels with prefetch, used in place of those for a lattice that fits into the caches.
 lattice::Kernels<double> asking(lattice::Kernels<double> kernels, lattice::Fetch fetch) {
   for (auto* of_task :
        {&kernels.force, &kernels.undamped_force, &kernels.step, &kernels.undamped_step}) {

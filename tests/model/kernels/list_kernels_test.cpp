@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Which kernels a processor gets, and what the environment may ask for.
+/// Selection of kernels by processor and by environment variable.
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ namespace {
 
 using namespace palpate;
 
-/// Sets the variable, and puts back what was there.
+/// Sets the environment variable and restores its previous value.
 class Asked {
  public:
   explicit Asked(const char* name) {
@@ -71,7 +71,7 @@ TEST("what is no instruction set is refused, with those that are") {
   CHECK(said == "PALPATE_INSTRUCTIONS = sse9; must be avx512, avx2 or baseline");
 }
 
-// The fast kernels against NetworkProblem, the specification.
+// Fast kernels compared with NetworkProblem, the specification.
 
 namespace {
 
@@ -177,8 +177,8 @@ TEST("computing what a scene does not need changes no bit") {
   }
 }
 
-/// 20 steps of semi-implicit Euler, in one pass each or in the scheme's own sweeps: places, then
-/// velocities.
+/// 20 steps of semi-implicit Euler, as a single pass or as the separate sweeps of the scheme:
+/// positions, then velocities.
 template <class Real> VectorXd stepped(const Setting& at, bool skip, bool one_pass) {
   ListNetwork<Real> system(at.problem, {}, h, skip, {.padded = true});
   State<Real> state{system.initial_position(), system.initial_velocity()};
@@ -276,7 +276,7 @@ TEST("the matrix of the implicit schemes is M + a C + b K of the specification")
 TEST("energy equals that of the specification and zero lengths are counted") {
   const Setting at = setting(10);
   ListNetwork<double> system(at.problem, {}, h, true);
-  // Springs between fixed nodes store a constant that the fast path leaves out.
+  // Springs between fixed nodes store constant energy, which the fast path omits.
   double held = 0.0;
   for (const Spring& s : at.problem.network().springs) {
     if (at.problem.coordinate(s.a) >= 0 || at.problem.coordinate(s.b) >= 0) { continue; }
@@ -297,8 +297,8 @@ namespace {
 
 constexpr int node_count = 17;
 
-/// Every third pair of nodes is joined, in either direction, and most nodes to one or two fixed
-/// places.
+/// Every third pair of nodes is connected, in either direction, and most nodes are connected to one
+/// or two fixed nodes.
 template <class Real> SpringSet<Real> some_springs(int spacing = 3) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(0.5, 2.0);
@@ -334,7 +334,7 @@ Vector<Real> plain_forces(SpringSet<Real>& springs, const Motion<Real>& motion, 
   return f;
 }
 
-/// A vector with a zero after every three numbers, and room for `further` more nodes.
+/// Vector with a zero after every three numbers, and space for `further` more nodes.
 template <class Real> Vector<Real> in_quads(const Vector<Real>& packed, std::size_t further) {
   Vector<Real> padded =
       Vector<Real>::Zero(packed.size() / 3 * 4 + 4 * static_cast<Eigen::Index>(further));
@@ -344,7 +344,7 @@ template <class Real> Vector<Real> in_quads(const Vector<Real>& packed, std::siz
   return padded;
 }
 
-/// Padded vectors give the same, but for the order in which 0.25 is added, and leave zeros zero.
+/// Padded vectors give the same result except for the order in which 0.25 is added, and keep zeros.
 template <class Real>
 void compare_quads(const adjacency::Kernels<Real>& kernels, bool damped, const Motion<Real>& motion,
                    const Vector<Real>& packed, double energy_there) {
@@ -373,7 +373,7 @@ template <class Real> void compare(const adjacency::Kernels<Real>& kernels, bool
   Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
   Vector<Real> measured = f;
   fans.add(motion.q.data(), motion.v.data(), f.data());
-  // Some twenty springs pull at a node, each rounded a few times, with forces of up to ten.
+  // About twenty springs per node, each rounded a few times, with forces of up to ten.
   const double rounding = 100.0 * 20.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
   const Eigen::VectorXd plain = plain_forces(springs, motion, damped).template cast<double>();
   CHECK_NEAR(Eigen::VectorXd(f.template cast<double>()), plain, rounding);

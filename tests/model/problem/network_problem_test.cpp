@@ -30,7 +30,7 @@ bool holds(const SpringList& list, const std::vector<Spring>& springs) {
   return all;
 }
 
-/// As a lattice's builder would list them, without keeping any once.
+/// Springs in the order of a lattice builder, with duplicates.
 std::vector<Spring> chains(int rows, int nodes) {
   std::vector<Spring> springs;
   for (int row = 0; row < rows; ++row) {
@@ -160,7 +160,7 @@ TEST("the printed half force is half of each spring's force") {
              Vector3d(0.5 * (spring_k * 0.5 + spring_c) * unit), 1e-13);
 }
 
-/// Two nodes joined by one spring, `gap` apart.
+/// Two nodes connected by one spring, `gap` apart.
 NetworkProblem pair_with_gap(double gap) {
   SpringNetwork network;
   network.rest_position = NodeVectors::Zero(3, 2);
@@ -211,7 +211,7 @@ TEST("the gate decides whether a load acts, the time decides how strongly") {
 
 TEST("a load without an end never ends") { CHECK(load_factor(Load{}, 1e12, 1e12) == 1.0); }
 
-/// Velocity of a free mass after the run, in units of what one step's impulse gives it.
+/// Velocity of a free mass after the run, in units of the impulse of one step over the mass.
 double impulses(const IntegratorInfo& scheme, const Load& load, double step, int ticks,
                 int substeps = 1) {
   Scene scene;
@@ -236,7 +236,7 @@ Load push(double start, double end) {
   return {.nodes = {0}, .force = {0, 0, 1}, .start = start, .end = end};
 }
 
-// Each step adds round-off of its own size, so n steps agree to a few n units of rounding.
+// Each step adds its own round-off, so n steps agree to a few n units of rounding.
 TEST("every scheme gives one step's impulse for each step that begins in [start, end)") {
   for (const IntegratorInfo* scheme : integrators()) {
     CHECK_NEAR(impulses(*scheme, push(2e-3, 5e-3), 1e-3, 10), 3.0, 1e-12);

@@ -59,7 +59,7 @@ void check_each(const std::vector<Fault>& faults) {
   }
 }
 
-/// Sets all numbers of a member; texts, words and flags are left as they are.
+/// Sets all numbers of a member; texts, keywords and flags do not change.
 enum class Numbers { none, whole, real };
 template <class T> Numbers set_numbers(T&& member, double value) {
   using Plain = std::remove_cvref_t<T>;
@@ -98,7 +98,7 @@ struct NumberKey {
   bool whole = false;
 };
 
-/// Visitor of scene_keys.hpp that lists the keys with numbers, and sets those of one key.
+/// Visitor of scene_keys.hpp that lists the numeric keys, and sets the values of one key.
 class NumberSetter {
  public:
   NumberSetter(std::vector<NumberKey>& keys, std::string target, double value,
@@ -134,7 +134,7 @@ class NumberSetter {
   std::string prefix_;
 };
 
-/// Every table is present, so that the scene has every key. It breaks rules between tables.
+/// Scene with every table, so that every key is present. It violates rules between tables.
 Scene scene_of_all_tables() {
   Scene scene = good_scene();
   scene.tissue.layers = {{"fat", "fat", 0.01}};
@@ -147,7 +147,7 @@ Scene scene_of_all_tables() {
   return scene;
 }
 
-/// Whether check_scene refuses this key, set to this value, with this text.
+/// Returns true if check_scene rejects this value of the key with this text.
 bool refuses(const std::string& key, double value, const std::string& text) {
   Scene scene = scene_of_all_tables();
   std::vector<NumberKey> keys;
@@ -305,7 +305,7 @@ namespace {
 
 using namespace palpate;
 
-/// Ten nodes a side at 5 mm: the skin reaches 22.5 mm each way.
+/// Ten nodes per side at 5 mm: the skin extends 22.5 mm to each side.
 Scene with_needle() {
   Scene scene;
   scene.materials = {{.name = "fat", .youngs_modulus = 2.4e3, .density = 950.0}};
@@ -324,7 +324,7 @@ Scene with_probe() {
   return scene;
 }
 
-/// The fault is reported, and nothing else is.
+/// Checks that each fault is reported, and no other.
 void check_each(const std::function<Scene()>& good, const std::vector<Fault>& faults) {
   CHECK(check_scene(good()).empty());
   for (const Fault& fault : faults) {

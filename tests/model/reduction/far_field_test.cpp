@@ -18,7 +18,7 @@ using Eigen::SparseMatrix;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// A needle on skin, fat and ligament of published moduli, 5 mm apart.
+/// Needle on skin, fat and ligament with published moduli, 5 mm apart.
 Scene scene_of(int across, double near_radius) {
   Scene scene;
   scene.simulation = {.duration = 0.3,
@@ -56,7 +56,7 @@ struct Setting {
   [[nodiscard]] ReductionSetting leaving(int modes) const {
     return {.near = near(), .load_cases = load_cases_of(scene, problem()), .modes = modes};
   }
-  /// All of the box.
+  /// All nodes of the box.
   [[nodiscard]] NearNodes near() const {
     NearNodes nodes{.near = {}, .box = box()};
     for (int node = 0; node < shape().node_count(); ++node) {
@@ -161,7 +161,7 @@ TEST("with shapes enough a far field answers to forces at rest as the whole tiss
             first >= 0 ? Vector3d(few.segment<3>(first)) : reduced.moved(few, each);
         off = std::max(off, (moved - whole.segment<3>(problem.coordinate(each))).norm());
       }
-      // Shapes whose share of the mass is below 1e-11 are left out: 3e-6 of a displacement.
+      // Modes with a mass fraction below 1e-11 are omitted: 3e-6 of a displacement.
       CHECK_NEAR(off, 0.0, 3e-6 * whole.lpNorm<Eigen::Infinity>());
     }
   }
@@ -241,7 +241,7 @@ TEST("a needle in a reduced block feels what it feels in the whole one") {
   const std::vector<double> cut_off = forces_of(scene_of(9, 0.0));
   const double peak = *std::ranges::max_element(whole);
   CHECK(peak > 1.0);
-  // Asked of a reduced far field: 2 % of the largest force.
+  // Requirement on the reduced-order model: 2 % of the largest force.
   CHECK_NEAR(largest_difference(reduced, whole), 0.0, 0.02 * peak);
   CHECK(largest_difference(cut_off, whole) > 5.0 * largest_difference(reduced, whole));
 }
@@ -269,7 +269,7 @@ TEST("nodes of a far field are told where they are") {
     if (reduced.plan().far->near.holds(node)) { continue; }
     far_motion = std::max(far_motion, (there.col(node) - rest.col(node)).norm());
   }
-  // Outside the box the whole tissue is not quite linear either: a twentieth of what moves there.
+  // The tissue outside the box is not exactly linear: 5 % of its displacement.
   CHECK_NEAR(off, 0.0, 0.05 * far_motion);
   VectorXd q(whole.problem().dof());
   reduced.coordinates(q);
@@ -283,7 +283,7 @@ using namespace palpate;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// A cube held on one face and pulled in the middle of the other.
+/// Cube fixed on one face and pulled at the middle of the opposite face.
 Scene pulled_cube(double near_radius, int far_modes) {
   Scene scene;
   scene.simulation = {.duration = 0.05,
@@ -304,8 +304,8 @@ Scene pulled_cube(double near_radius, int far_modes) {
   return scene;
 }
 
-/// Of the pulled node: how far it goes from where it goes with every node stepped, over the
-/// furthest.
+/// Largest deviation of the pulled node from the full integration of every node, relative to its
+/// largest displacement.
 double error_of_far_field(const Scene& scene) {
   Scene all = scene;
   all.simulation.near_radius = 0.0;
@@ -368,7 +368,7 @@ TEST("a step that is stable for the whole tissue is stable with a far field") {
       CHECK(simulation.tick() == StepStatus::ok);
       most = std::max(most, simulation.energy());
     }
-    // What a load of 0.1 N brings in, over less than 2 mm.
+    // Input of a load of 0.1 N over less than 2 mm.
     CHECK(most < 0.1 * 2e-3);
   }
 }

@@ -13,7 +13,7 @@ namespace {
 
 using namespace palpate;
 
-/// Allocations of `ticks` ticks, each sampled in every way; -1 when the run diverged.
+/// Number of allocations of `ticks` ticks with all kinds of sampling; -1 if the run diverged.
 long allocations_of(const Scene& scene, int ticks) {
   Simulation simulation(scene);
   std::vector<double> row(simulation.columns().size());

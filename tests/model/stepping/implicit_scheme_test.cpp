@@ -17,7 +17,7 @@ using namespace palpate;
 
 namespace {
 
-/// Laplacian of an n x n x n grid with three coordinates a node, a little of everything added.
+/// Laplacian of an n x n x n grid with three coordinates per node and a small diagonal term.
 template <class Real> Eigen::SparseMatrix<Real> grid(int n) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> any(0.1, 1.0);
@@ -79,7 +79,7 @@ TEST("columns with the same rows share a panel, and nothing is lost where there 
   full.diagonal().array() += 40.0;
   SupernodeFactors<double> factors;
   factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(full));
-  CHECK(factors.supernode_count() == 2);  // of 32 columns at most
+  CHECK(factors.supernode_count() == 2);  // at most 32 columns each
   CHECK_NEAR(residual(full), 0.0, 1e-6);
   Eigen::SparseMatrix<double> diagonal(4, 4);
   diagonal.setIdentity();
@@ -100,7 +100,7 @@ namespace {
 
 using namespace palpate;
 
-/// Damped 3 x 3 x 3 lattice with one node pushed by `push` [m].
+/// Damped 3 x 3 x 3 lattice with one node displaced by `push` [m].
 SpringNetwork pushed_lattice(double push) {
   SpringNetwork network = uniform_lattice({{3, 3, 3}, 0.005, 26}, 50.0, 0.5, 1e-3);
   for (std::size_t i = 18; i < 27; ++i) { network.fixed[i] = 1; }
@@ -124,7 +124,7 @@ TEST("damped tissue comes to rest and stays there, in either precision") {
         StepStatus status = StepStatus::ok;
         for (int n = 0; n < 2000 && status == StepStatus::ok; ++n) { status = simulation.tick(); }
         CHECK(status == StepStatus::ok);
-        // What is left are roundings of positions of 0.01 m: 1e-18 m, or 1e-9 m in float.
+        // The remaining error is rounding of positions of 0.01 m: 1e-18 m, or 1e-9 m in float.
         const double rounding = precision == Precision::single_precision ? 1e-8 : 1e-16;
         const NodeVectors place = simulation.node_positions();
         CHECK_NEAR(place, pushed_lattice(0.0).rest_position, rounding);
@@ -133,7 +133,8 @@ TEST("damped tissue comes to rest and stays there, in either precision") {
   }
 }
 
-/// Where a node is that a force hits at `start`, 20 ticks later. It stretches its springs by half.
+/// Position of a node 20 ticks after `start`, when a force acts on it. It stretches its springs by
+/// half.
 Eigen::Vector3d place_after_a_blow(double start, const char* integrator) {
   Scene scene;
   scene.simulation = {
@@ -155,8 +156,8 @@ TEST("a blow after a rest is solved as closely as one at once") {
   }
 }
 
-/// Stiff blocks in soft tissue that is pressed to half its height and buckles: far from linear in
-/// every step.
+/// Stiff blocks in soft tissue that is compressed to half its height and buckles: strongly
+/// nonlinear in every step.
 StepStatus press_mixed_block(double force) {
   SpringNetwork network = uniform_lattice({{5, 5, 6}, 0.003, 26}, 60.0, 0.3, 3e-5);
   for (std::size_t i = 0; i < 25; ++i) { network.fixed[i] = 1; }
@@ -234,7 +235,7 @@ struct Setting {
   Eigen::Matrix<double, 10, 1> mass{};
 };
 
-/// Three nodes and a tool as the last coordinate, which no spring touches.
+/// Three nodes and a tool as the last coordinate, without springs to it.
 Setting setting() {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1.0, 1.0);

@@ -26,7 +26,7 @@ struct Pull {
   bool skip = true;
 };
 
-/// The pulled cube of docs/bench.md: held at z-max, pulled at the middle of the free face.
+/// Cube of docs/bench.md: fixed at z-max, pulled at the middle of the free face.
 Scene scene_of(const Pull& pull) {
   Scene scene;
   scene.simulation = {.duration = pull.duration,
@@ -52,7 +52,7 @@ Scene scene_of(const Pull& pull) {
 }
 
 struct Path {
-  std::vector<Vector3d> place{};  ///< of the pulled node after every tick [m]
+  std::vector<Vector3d> place{};  ///< position of the pulled node after every tick [m]
   double awake_share = 0.0;
 };
 
@@ -77,7 +77,7 @@ double largest_distance(const Path& a, const Path& b) {
   return largest;
 }
 
-/// sqrt(C_ii C_jj) of the pulled node and the softest, a corner of the free face [m/N].
+/// sqrt(C_ii C_jj) of the pulled node and of the softest node, a corner of the free face [m/N].
 double find_shared_compliance() {
   const Scene scene = scene_of({});
   const auto problem = make_problem(scene);
@@ -128,7 +128,7 @@ TEST(
 }
 
 TEST("a wave wakes no more than it can have reached, and in time everything") {
-  // A node a step is the furthest that anything travels under an explicit scheme.
+  // An explicit scheme propagates motion by at most one node per step.
   const int n = 24;
   for (const int ticks : {1, 3, 6}) {
     const Path path = path_of({.n = n, .sleep_force = 1e-9, .duration = 1e-3 * ticks});
@@ -164,7 +164,7 @@ TEST("what is displaced, moves or is loaded is awake from the beginning") {
   CHECK(Simulation(scene, network).awake_share() == 0.03);
 }
 
-/// A needle that presses on the skin of a soft block, and does not cut.
+/// Needle that presses on the skin of a soft block without cutting.
 Scene pressed_block(double sleep_force) {
   Scene scene;
   scene.simulation = {.duration = 0.1,

@@ -86,7 +86,7 @@ TEST("float follows double to single precision") {
   for (const IntegratorInfo* scheme : integrators()) {
     const Final d = after(moving_scene(scheme->name), 50);
     const Final f = after(moving_scene(scheme->name, Precision::single_precision), 50);
-    // Positions of 0.02 m round to 1e-9 m; some hundred steps of it, amplified by nothing.
+    // Positions of 0.02 m round to 1e-9 m; some hundred steps, without amplification.
     CHECK_NEAR(f.position, d.position, 2e-7);
   }
 }
@@ -232,9 +232,9 @@ TEST("below the normal range a tick counts zero, and what follows it does not") 
 
 namespace palpate {
 
-// Scenes whose features are on or off by chance: same seed, same scene, on every machine.
+// Scenes with random features. The same seed gives the same scene on every machine.
 
-/// What a scene can have or not.
+/// Optional features of a scene.
 struct SceneFeatures {
   bool damping = false;
   bool gravity = false;
@@ -299,7 +299,7 @@ inline void add_tissue(const SceneFeatures& features, Random& random, Scene& sce
   }
 }
 
-/// They take turns; two keep velocities of half steps, which no tool can be felt with.
+/// Schemes in turn, except two with half-step velocities, which do not support a tool.
 inline std::string scheme_of(const SceneFeatures& features, std::uint64_t seed) {
   const auto schemes = integrators();
   const std::string name(schemes[seed % schemes.size()]->name);
@@ -343,7 +343,7 @@ inline RandomScene random_scene(std::uint64_t seed) {
 
 }  // namespace palpate
 
-// Skipping what a scene does not need changes no bit, whatever the scene has or has not.
+// Skipping unused features does not change any bit of the result.
 
 namespace {
 
@@ -351,7 +351,7 @@ using namespace palpate;
 
 constexpr std::uint64_t scenes = 20;
 
-/// All that a simulation tells, tick by tick.
+/// Complete output of a simulation, tick by tick.
 struct Story {
   std::vector<double> numbers{};
   std::size_t skipped = 0;
@@ -383,7 +383,7 @@ Story story_of(const Scene& scene, bool skip) {
   return story;
 }
 
-/// NaN of the same bits is the same.
+/// Compares bits, so NaN equals NaN of the same bits.
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
 }

@@ -30,7 +30,7 @@ TEST("stable steps agree with the closed forms of the schemes") {
       CHECK_NEAR(limit("feynman-newton-printed", omega, s) * omega, cromer, 1e-10);
       CHECK_NEAR(limit("feynman-newton", omega, s) * omega, cromer, 1e-10);
       CHECK_NEAR(limit("leapfrog", omega, s) * omega, 2.0, 1e-9);
-      // The slope of the growth is 2 S per step there, and 1e-13 of growth counts as rounding.
+      // The slope of the growth is 2 S per step, and growth of 1e-13 is treated as rounding.
       if (s > 0.0) { CHECK_NEAR(limit("euler", omega, s) * omega, 2.0 * s, 1e-13 / s); }
     }
     CHECK_NEAR(limit("rk4", omega, 0.0) * omega, 2.0 * std::sqrt(2.0), 1e-10);
@@ -180,9 +180,9 @@ TEST("a fixed-free chain has the highest frequency of its closed form") {
   }
 }
 
-/// Of an unbounded lattice of 26 equal springs a node: waves along an axis at the zone's edge,
-/// where every second layer moves against the others, have sum over neighbours of (1 - cos) (u.e)^2
-/// = 4 + 8 + 16/3.
+/// Stiffness sum of an infinite lattice with 26 equal springs per node: waves along an axis at the
+/// edge of the Brillouin zone, where alternate layers move in opposite directions, give a sum over
+/// neighbours of (1 - cos) (u.e)^2 = 4 + 8 + 16/3.
 constexpr double fastest_wave = 52.0 / 3.0;
 
 TEST("a network too large to seek its modes as a whole is bounded from both sides too") {

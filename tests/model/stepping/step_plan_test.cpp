@@ -185,8 +185,8 @@ TEST("every registered integrator has its stable step in the plan") {
   }
 }
 
-#ifndef PALPATE_SANITIZED  // of accuracy, not of code: half a minute there
-/// Fat around a body too stiff for explicit schemes at 1 kHz, pushed for 40 ms.
+#ifndef PALPATE_SANITIZED  // tests accuracy; takes half a minute
+/// Fat around a body too stiff for explicit schemes at 1 kHz, loaded for 40 ms.
 Scene stiff_body_in_fat() {
   Scene scene;
   scene.simulation = {.duration = 0.06, .step = 1e-3};
@@ -233,7 +233,7 @@ TEST(
   const double midpoint = error("implicit-midpoint");
   const double euler = error("implicit-euler");
   std::printf("  midpoint %.1e, Euler %.1e of the peak\n", midpoint, euler);
-  CHECK(midpoint < 0.02);  // what auto promises
+  CHECK(midpoint < 0.02);  // accuracy limit of "auto"
   CHECK(midpoint < 0.5 * euler);
 }
 #endif

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// A tick asks nothing of the operating system: it runs in a child process that is killed by its
-/// first system call. Uncontended locks make no call, so those are counted.
+/// Test that a tick makes no system call: it runs in a child process that is killed by its first
+/// system call. Uncontended locks make no call, so they are counted separately.
 
 #include <mutex>
 

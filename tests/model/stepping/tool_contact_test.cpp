@@ -19,7 +19,7 @@ namespace {
 
 using namespace palpate;
 
-/// A run with what a test asks about every tick.
+/// Run with the quantities that tests check at every tick.
 struct Insertion {
   explicit Insertion(const Scene& scene) : simulation(scene), row(simulation.columns().size()) {
     read();
@@ -64,7 +64,7 @@ struct Insertion {
   ToolReport tool;
 };
 
-/// Substeps: automatic unless given.
+/// Number of substeps; automatic if not given.
 Scene timed(Scene scene, double duration, double step,
             const std::string& integrator = "velocity-verlet", std::optional<int> substeps = {}) {
   scene.simulation = {
@@ -72,7 +72,7 @@ Scene timed(Scene scene, double duration, double step,
   return scene;
 }
 
-/// The whole way in a quarter of the time.
+/// Complete motion in a quarter of the time.
 Scene pushed_quickly(Scene scene) {
   scene.drive->speed *= 4.0;
   return scene;
@@ -86,7 +86,7 @@ TEST("a needle meets its layers in order and loses resistance in the epidural sp
   CHECK(run.events.front().time == 0.0);
   CHECK(run.tool.forces.cutting == 0.0);
   CHECK(run.tool.depth > 0.010);
-  // F_c of the ligament and the friction of the whole track.
+  // F_c of the ligament and the friction along the whole track.
   {
     CHECK(peak > 0.15);
     CHECK(peak < 0.15 + 2.0 * 0.004 + 5.0 * 0.006 + 1e-9);
@@ -171,7 +171,7 @@ TEST("the hand's force, the tissue's and inertia balance") {
     momentum += 0.5 * 1e-4 * (force + now);
     force = now;
   });
-  // Impulses of plastic impacts come on top of the forces; they are a thousandth here.
+  // Impulses of plastic impacts are added to the forces; they are about a thousandth here.
   CHECK_NEAR(momentum, run.tool.mass * (run.tool.velocity - before), 2e-3 * run.tool.mass * 0.1);
 }
 
@@ -269,15 +269,15 @@ TEST("in single precision a needle does what it does in double") {
 
 }  // namespace
 
-// A free tool in stiff tissue with ticks far longer than its motion against it takes: tip and shaft
-// keep to their laws within each implicit step.
+// Free tool in stiff tissue with ticks much longer than its time constant: tip and shaft satisfy
+// their laws within each implicit step.
 
 namespace {
 
 using namespace palpate;
 
-/// A hand with 20 N s/m pushes 20 g into ligaments of 15 MPa: 1 ms is the time that hand and tool
-/// take, and ten times that of tool on tissue.
+/// Scene in which a hand with 20 N s/m drives 20 g into ligaments of 15 MPa. The time constant of
+/// hand and tool is 1 ms, ten times that of tool and tissue.
 Scene stiff_scene(double step) {
   Scene scene = layered_scene();
   for (Material& m : scene.materials) {
@@ -312,7 +312,7 @@ std::vector<Sample> run(const Scene& scene) {
   return samples;
 }
 
-/// Times that a quantity turned round.
+/// Number of reversals of a quantity.
 template <class Of> int turns(const std::vector<Sample>& samples, Of of) {
   int count = 0;
   for (std::size_t n = 2; n < samples.size(); ++n) {
@@ -327,7 +327,7 @@ TEST("under a rising push the tool never moves back, and friction opposes what s
   const std::vector<Sample> samples = run(stiff_scene(1e-3));
   for (std::size_t n = 1; n < samples.size(); ++n) {
     CHECK(samples[n].place >= samples[n - 1].place - 1e-9);
-    // Below 1 mN tip and shaft still share their nodes, and their forces cannot be told apart.
+    // Below 1 mN tip and shaft still share nodes, and their forces cannot be separated.
     CHECK((samples[n].friction * samples[n].slip >= 0.0 || std::abs(samples[n].slip) < 1e-9 ||
            std::abs(samples[n].friction) < 1e-3));
   }
@@ -340,8 +340,8 @@ TEST("long ticks do not make the force chatter") {
   CHECK(turns(coarse, force) <= turns(fine, force) + 2);
 }
 
-/// Most that tip and shaft can resist with at a depth of the stiff scene [N]: F_c of the deepest
-/// layer reached and what rubs on the way.
+/// Largest resistance of tip and shaft at a depth of the stiff scene [N]: F_c of the deepest layer
+/// reached plus friction along the track.
 double most_resistance(const Scene& scene, double depth) {
   double cutting = 0.0;
   double rubbing = 0.0;
@@ -370,14 +370,15 @@ TEST("in no step do tip and shaft take more from the tool than cutting and frict
     CHECK(simulation.tick() == StepStatus::ok);
     const ToolReport tool = simulation.tool();
     const double taken = tool.forces.applied - tool.mass * (tool.velocity - before) / 1e-3;
-    // A step's depth is led on at the rate of the step before: L is off by the change of the way.
+    // The depth of a step is extrapolated with the previous rate: the error of L is the change of
+    // the displacement.
     const double led_on = strongest_friction * std::abs(tool.depth - depth - way);
     before = tool.velocity;
     way = tool.depth - depth;
     depth = tool.depth;
     worst = std::max(worst, taken - most_resistance(scene, tool.depth) - led_on);
   }
-  CHECK(worst <= 1e-6);  // of 8 N: what the solver leaves
+  CHECK(worst <= 1e-6);  // solver tolerance, for 8 N
 }
 
 TEST("where long and short ticks both see the tool, it is at the same place") {
@@ -387,7 +388,7 @@ TEST("where long and short ticks both see the tool, it is at the same place") {
   for (std::size_t n = 0; n < std::min(coarse.size(), fine.size()); ++n) {
     worst = std::max(worst, std::abs(coarse[n].place - fine[n].place));
   }
-  // Events are found to a tick, in which the tool moves at most as fast as the hand lets it.
+  // Events are located to one tick, in which the tool moves at most at the speed of the hand.
   double fastest = 0.0;
   for (const Sample& s : fine) { fastest = std::max(fastest, std::abs(s.velocity)); }
   CHECK(worst <= 1e-3 * fastest);
@@ -402,9 +403,10 @@ TEST("a solver that is asked for less leaves as little more as it is asked for")
   double fastest = 0.0;
   for (const Sample& s : all) { fastest = std::max(fastest, std::abs(s.velocity)); }
   for (std::size_t n = 0; n < all.size(); ++n) {
-    CHECK_NEAR(less[n].place, all[n].place, 1e-6 * fastest * 0.5);  // of every step's way, added up
+    CHECK_NEAR(less[n].place, all[n].place,
+               1e-6 * fastest * 0.5);  // relative displacement error per step, summed
   }
-  // And it does leave more: one correction is not all there is.
+  // The error is larger: one correction is not sufficient.
   CHECK(std::ranges::any_of(all, [&](const Sample& s) {
     return s.place != less[static_cast<std::size_t>(&s - all.data())].place;
   }));
@@ -425,7 +427,8 @@ TEST("a tolerance of a hundredth leaves the force of every tick within 1 % of it
 
 }  // namespace
 
-// A network with a tool in it remembers forces that were looked at; no scheme may be able to tell.
+// A network with a tool caches evaluated forces; the cache must not change the result of any
+// scheme.
 
 namespace {
 
@@ -433,7 +436,7 @@ using namespace palpate;
 
 constexpr double h = 2e-5;
 
-/// A scene's tissue, tool and scheme, stepped by hand.
+/// Tissue, tool and scheme of a scene, stepped manually.
 class Stage {
  public:
   Stage(const Scene& scene, const IntegratorInfo& scheme)
@@ -467,7 +470,7 @@ class Stage {
   }
   [[nodiscard]] const State<double>& state() const { return state_; }
   [[nodiscard]] int jumps() const { return jumps_; }
-  /// Of the springs, as the look told and as the network tells [J].
+  /// Energy of the springs [J], from the force evaluation and from the network.
   [[nodiscard]] double energy() const { return energy_; }
   [[nodiscard]] double energy_asked() const {
     return network_->energy(state_.position, Vector<double>::Zero(system_.dof()));

@@ -27,7 +27,7 @@ const std::vector<Material> materials{
      .cutting_force = 5.0},
     {.name = "vertebra-bone", .youngs_modulus = 1e9, .density = 1900.0}};
 
-/// Dark is stiff, bright is soft, straight in log E between 0 and 1.
+/// Dark pixels are stiff and bright pixels soft, linear in log E between 0 and 1.
 const std::vector<LookupPoint> falling{{0.0, "stiff"}, {1.0, "soft"}};
 
 ImageVolume image_of(std::array<int, 3> count, const Vector3d& spacing, auto value) {
@@ -72,8 +72,8 @@ TEST("nodes lie at the pixels' own spacing, x fastest, centred, from z = 0 inwar
 }
 
 TEST("a spring's modulus is the mean of its nodes', each from the mean of 3 x 3 pixels") {
-  // Brightness grows evenly along y: the mean of three pixels is the middle one, and of two at an
-  // edge their mean.
+  // Brightness is linear along y: the mean of three pixels is the middle one, the mean at an edge
+  // is that of two.
   const int ny = 11;
   const ImageVolume image =
       image_of({4, ny, 3}, Vector3d::Constant(1e-3), [](int, int j, int) { return 10.0 * j; });
@@ -89,8 +89,7 @@ TEST("a spring's modulus is the mean of its nodes', each from the mean of 3 x 3 
     const int jb = s.b / 4 % ny;
     const Vector3d away =
         tissue.network.rest_position.col(s.b) - tissue.network.rest_position.col(s.a);
-    // Inside the block a bond has all its cells; on a face, edge or corner a half or a quarter of
-    // them.
+    // All cells of a bond are inside the block; on a face, edge or corner only a half or a quarter.
     double share = 1.0;
     for (int axis = 0; axis < 3; ++axis) {
       const std::array<int, 3> count{4, ny, 3};
@@ -118,7 +117,7 @@ TEST("percentiles, not the brightest pixel, make the scale") {
   CHECK_NEAR(tissue.image->range, Vector2d(101.0, 109.0), 1e-4);
   CHECK_NEAR(double(tissue.intensity[5 * 11 + 5]), 0.5, 1e-6);
   CHECK_NEAR(double(tissue.intensity[5 * 11 + 10]), 1.0, 0.0);
-  // Another scanner's units change nothing.
+  // Units of another scanner have no effect.
   ImageVolume other = image;
   for (float& v : other.value) { v = 3.0F * v + 500.0F; }
   const VoxelTissue same = build(other, settings);
@@ -143,7 +142,7 @@ TEST("strides, a region and a spacing of one's own choose the nodes") {
   const VoxelTissue even =
       build(image, {.node_spacing = 1.25e-3, .percentiles = {0.0, 100.0}, .lookup = falling});
   CHECK(even.nodes.count == (std::array{9, 7, 7}));
-  // A linear image is reproduced between its pixels: node (4, 3, 2) is at pixel (10, 7.5, 2.5).
+  // Interpolation of a linear image is exact: node (4, 3, 2) is at pixel (10, 7.5, 2.5).
   CHECK_NEAR(double(even.intensity[(2 * 7 + 3) * 9 + 4]),
              (10.0 + 3.0 * 7.5 + 7.0 * 2.5) / (20.0 + 48.0 + 56.0), 1e-6);
 }
@@ -155,13 +154,13 @@ TEST("the image's axis that points inwards becomes z, by its name or by the pati
       build(image, {.inward = FileAxis::x_minus, .percentiles = {0.0, 100.0}, .lookup = falling});
   CHECK(turned.nodes.count == (std::array{4, 3, 5}));
   CHECK_NEAR(turned.nodes.spacing, Vector3d(2e-3, 3e-3, 1e-3), 0.0);
-  // z = 0 is the last pixel of a row; x runs against y of the image.
+  // z = 0 is the last pixel of a row; x is opposite to y of the image.
   const float first = turned.intensity[turned.nodes.index(0, 0, 0)];
   const float inwards = turned.intensity[turned.nodes.index(0, 0, 1)];
   const float along_x = turned.intensity[turned.nodes.index(1, 0, 0)];
   CHECK(first > inwards);
   CHECK(first > along_x);
-  // Rows run to the patient's back, columns to the head, slices to the left.
+  // Rows point to the patient's back, columns to the head, slices to the left.
   image.orientation.emplace() << 0, 0, 1, 1, 0, 0, 0, 1, 0;
   const VoxelTissue anterior =
       build(image, {.inward = FileAxis::anterior, .percentiles = {0.0, 100.0}, .lookup = falling});
@@ -252,7 +251,7 @@ TEST("a needle reads its layers from the volume") {
   CHECK(intervals[0].label == "soft");
   CHECK(intervals[1].label == "stiff");
   CHECK(intervals[2].label == "soft");
-  // Boxes are centred on their pixels: slice 10 begins at 9.5 spacings.
+  // Boxes are centred on pixels: slice 10 begins at 9.5 spacings.
   CHECK_NEAR(intervals[1].begin, 9.5 * 2e-3, 1e-12);
   CHECK_NEAR(intervals[1].end, 13.5 * 2e-3, 1e-12);
   CHECK_NEAR(intervals[1].cutting_force, 5.0, 0.0);

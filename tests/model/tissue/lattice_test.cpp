@@ -183,7 +183,7 @@ TEST("six neighbours carry E along each axis and nothing across") {
 }
 
 TEST("a column of boxes under load shortens as E says") {
-  // Checked through the constants alone: C of the bonds, summed here from lengths and directions.
+  // Computed from the constants alone: C of the bonds, summed here from lengths and directions.
   const Vector3d size(0.9e-3, 1.1e-3, 1.4e-3);
   const BoxBonds bonds = box_bonds(size, 26);
   Eigen::Matrix3d c = Eigen::Matrix3d::Zero();

@@ -89,7 +89,7 @@ TEST("a surface that goes through itself is named with both faces") {
     two.triangle.push_back({t[0] + first, t[1] + first, t[2] + first});
   }
   CHECK(contains(surface_defect(two), "cross each other"));
-  // Without a common point there is nothing to name: two bodies in one file.
+  // Two bodies in one file without a common point: the message names no point.
   two.vertex.rightCols(other.vertex.cols()).array() += 2.0;
   CHECK(!surface_defect(two));
 }
@@ -198,7 +198,7 @@ TEST("every cell agrees with the winding number of the surface about its centre"
 }
 
 TEST("rows through vertices and along edges count them once") {
-  // An octahedron whose tips and edges lie exactly on rows of centres.
+  // Octahedron whose vertices and edges are exactly on rows of cell centres.
   const double h = 0.001;
   const TriangleSurface shape = sphere_surface(Vector3d::Constant(0.5 * h), 10.0 * h, 1);
   const BoxGrid grid = cubes_around(Vector3d::Constant(-12.0 * h), Vector3d::Constant(12.0 * h), h);
@@ -216,8 +216,8 @@ TEST("rows through vertices and along edges count them once") {
     }
   }
   CHECK_NEAR(double(wrong), 0.0, 0.0);
-  // Faces own their cells half and half: of the 402 centres on the surface (4 n^2 + 2) some are in,
-  // some out.
+  // A face includes about half of its cells: of the 402 centres on the surface (4 n^2 + 2) some are
+  // inside and some outside.
   {
     CHECK(body.voxel_count > 1000);
     CHECK(body.voxel_count < 1600);
@@ -259,8 +259,8 @@ TEST("volume, centroid and inertia come to those of the surface at first order")
     for (const double h : {0.004, 0.002, 0.001, 0.0005}) {
       const BoxGrid grid = grid_of(shape, h);
       const SolidMoments voxels = moments_of(voxelise(shape, grid), grid);
-      // A cell that is wrong in part lies within half its diagonal of the surface: at most all of
-      // that shell.
+      // A partly wrong cell is within half its diagonal of the surface, so the error is at most the
+      // volume of that shell.
       const double shell = surface * h * std::sqrt(3.0);
       const double reach =
           (shape.vertex.colwise() - exact.centroid).colwise().norm().maxCoeff() + h;
@@ -280,7 +280,7 @@ TEST("voxelising twice gives the same bytes") {
 TEST("two million voxels of 200,000 faces take less than ten seconds, its check included") {
   const TriangleSurface sphere = sphere_surface(Vector3d::Zero(), 0.08, 158);
   CHECK(sphere.triangle.size() >= 199000);
-  const std::clock_t begin = std::clock();  // of this process: the machine may be busy with others
+  const std::clock_t begin = std::clock();  // processor time: the machine may be busy
   CHECK(!surface_defect(sphere));
   const BoxGrid grid = grid_of(sphere, 0.001);
   const VoxelBody body = voxelise(sphere, grid);
@@ -336,8 +336,8 @@ TEST("a cube of voxels is the lattice of its size, spring by spring") {
   for (const int connectivity : {6, 18, 26}) {
     const MeshSettings settings{.voxel = 0.004, .connectivity = connectivity};
     const Vector3d low(-0.5 * edge, -0.5 * edge, 0.0);
-    // Walls of cells at multiples of the voxel: 0.01 is 2.5 of them, so the box is moved by half a
-    // voxel.
+    // Cell borders are at multiples of the voxel. A side of 0.01 has 2.5 voxels, so the box is
+    // shifted by half a voxel.
     const Vector3d shift(0.002, 0.002, 0.0);
     const VoxelTissue tissue = build(
         {body(box_surface(low + shift, low + shift + Vector3d::Constant(edge)), "soft")}, settings);
@@ -464,7 +464,7 @@ TEST("a needle meets the bodies on its line, and gaps between them") {
 TEST(
     "where the skin is steep a short gap before the line's own voxels is theirs, a long one stays "
     "a gap") {
-  for (const double low : {0.004, 0.006}) {  // of the body on the line: two voxels and three
+  for (const double low : {0.004, 0.006}) {  // length of the body on the line: two and three voxels
     Scene scene;
     scene.materials = materials;
     scene.tissue.source = Source::mesh;

@@ -152,14 +152,14 @@ TEST("uniform weights give every spring and every node the same") {
   CHECK_NEAR(network.mass, Eigen::VectorXd::Constant(27, 2e-3), 0.0);
 }
 
-/// Modulus of which the spring from an inner node straight down was made: k1 = 2 E a / 3.75.
+/// Modulus from which the vertical spring below an inner node was computed: k1 = 2 E a / 3.75.
 double modulus_below(const SpringNetwork& network, int node, int plane) {
   const auto found = std::ranges::find_if(
       network.springs, [&](const Spring& s) { return s.a == node && s.b == node + plane; });
   return (*found).stiffness * 3.75 / (2.0 * 0.01);
 }
 
-/// Layers of soft tissue and of bone whose border lies in the middle of the third cell.
+/// Layers of soft tissue and of bone. The border is in the middle of the third cell.
 Scene bone_scene() {
   Scene scene = layered_scene();
   scene.materials.push_back(material("bone", 1e9, 2000.0));
@@ -176,7 +176,7 @@ TEST("nodes in a layer of bone are fixed, and no node that moves feels bone's mo
   }
   for (const Spring& s : network.springs) {
     const bool held = network.is_fixed(s.a) && network.is_fixed(s.b);
-    CHECK((held || s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * (1.0 + 1e-12)));  // of the soft alone
+    CHECK((held || s.stiffness <= 2.0 * 1e3 * 0.01 / 3.75 * (1.0 + 1e-12)));  // soft tissue alone
   }
   CHECK_NEAR(modulus_below(network, 4 + 18, 9), 1e3, 1e-9);  // half bone: the mean of the rest
   CHECK_NEAR(mass_of_level(network, 0.02), 4e-6 * 1000.0, 1e-12);

@@ -69,7 +69,7 @@ TEST("the nearest of many faces is that of a search through all of them") {
   for (int n = 0; n < 40; ++n) {
     const Vector3d p(0.04 * std::sin(1.7 * n), 0.03 * std::cos(2.3 * n), 0.01 * std::sin(0.9 * n));
     double least = 1.0;
-    constexpr int parts = 24;  // of each face's edges: some 0.08 mm
+    constexpr int parts = 24;  // per edge of each face, about 0.08 mm
     for (int f = 0; f < static_cast<int>(surface.triangle.size()); ++f) {
       for (int i = 0; i <= parts; ++i) {
         for (int j = 0; i + j <= parts; ++j) {
@@ -122,7 +122,7 @@ TEST("layers stay as thick as they are, across the skin, on a slope") {
   CHECK(line[0].label == "skin");
   CHECK(line[1].label == "fat");
   CHECK(line[2].label == "bone");
-  // Counted from where the nodes begin, here half a millimetre below the skin.
+  // Depth is counted from the first nodes, here half a millimetre below the skin.
   CHECK_NEAR(line[0].end, 0.001 + 0.002 * lean, 1e-8);
   CHECK_NEAR(line[1].end, 0.001 + 0.013 * lean, 1e-8);
   CHECK(label_at(scene, {0.001, 0.0, slope * 0.001 + 0.012 * lean}, 0.0) == "fat");
@@ -182,8 +182,8 @@ TEST("a pit of one cell stays open though all its corners exist") {
   Scene whole = scene;
   whole.tissue.skin = nullptr;
   CHECK(network.node_count() == build_network(whole).node_count());
-  // Four diagonals of the body and two of its top are gone; those of its sides belong to neighbours
-  // too.
+  // Four body diagonals of the cell and two diagonals of its top are removed; those of its sides
+  // are shared with neighbouring cells.
   CHECK(build_network(whole).springs.size() - network.springs.size() == 6);
 }
 

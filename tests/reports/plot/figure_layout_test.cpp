@@ -220,7 +220,7 @@ bool overlap(const std::vector<ZoneLabel>& labels) {
   return false;
 }
 
-/// The seven layers in front of the spinal canal, 46 mm on 400 pixels.
+/// Seven layers in front of the spinal canal, 46 mm on 400 pixels.
 std::vector<ZoneSpan> spine() {
   return {{"skin", 0.0, 17.0},
           {"subcutaneous fat", 17.0, 59.0},

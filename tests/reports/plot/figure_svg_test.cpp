@@ -167,7 +167,7 @@ TEST("zones and marks outside the axis, turned round or not numbers are left out
 TEST("the y axis leaves room for labels, unless it has a maximum") {
   Figure figure = sample::layered();
   const auto drawn = [&] { return draw_figures({&figure}).at(0); };
-  // The largest value is 5; its tick label lies at the top of the plot only if 5 is the limit.
+  // The largest value is 5; its tick label is at the top of the plot only if 5 is the limit.
   const std::string at_top = "y=\"21.6\" text-anchor=\"end\">5</text>";
   CHECK(!contains(drawn(), at_top));
   figure.y.maximum = 5.0;

@@ -15,7 +15,7 @@ namespace {
 using namespace palpate;
 using namespace palpate::timing;
 
-/// As callgrind 3.19 writes it.
+/// Output in the format of callgrind 3.19.
 std::string part(int number, const std::string& trigger, const std::string& totals) {
   return "# callgrind format\nversion: 1\ncreator: callgrind-3.19.0\npid: 9\ncmd:  palpate steps "
          "x\npart: " +

@@ -27,7 +27,7 @@ SpringNetwork block(std::array<int, 3> nodes) {
 
 bool everywhere(const GridPlace&) { return true; }
 
-/// By the divergence theorem; negative where sides point inwards.
+/// Volume by the divergence theorem; negative if faces point inwards.
 double enclosed_volume(const std::vector<GridFace>& faces, const NodeVectors& position) {
   double volume = 0.0;
   for (const GridFace& face : faces) {
@@ -40,7 +40,7 @@ double enclosed_volume(const std::vector<GridFace>& faces, const NodeVectors& po
   return volume;
 }
 
-/// Without the nodes that `gone` holds, and without their springs.
+/// Network without the nodes in `gone` and without their springs.
 SpringNetwork without(const SpringNetwork& network,
                       const std::function<bool(const Eigen::Vector3d&)>& gone) {
   SpringNetwork rest;
@@ -75,7 +75,7 @@ TEST("a lattice has a cell between every eight nodes, and its sides enclose its 
 }
 
 TEST("a voxel body with a gap has no cells across it") {
-  // A U of two legs of 3 x 3 nodes on a base, the gap between them one cell wide.
+  // U shape of two legs of 3 x 3 nodes on a base; the gap between the legs is one cell wide.
   const SpringNetwork network = without(block({8, 3, 6}), [](const Eigen::Vector3d& x) {
     return std::abs(x.x()) < 0.01 && x.z() < 0.015;
   });
@@ -229,7 +229,7 @@ TEST("differences lie in planes of bytes, the lowest first, and may be negative"
 
 namespace palpate {
 
-// Lattices in made-up motion, for the tests of views.
+// Lattices in synthetic motion for tests of views.
 
 struct ViewSample {
   Scene scene{};
@@ -239,7 +239,7 @@ struct ViewSample {
   [[nodiscard]] std::optional<View> view() const { return make_view({scene, *problem, trace}); }
 };
 
-/// A block that is pressed at its middle, deeper in every frame, by a load that grows.
+/// Block that is compressed at its middle by an increasing load, deeper in every frame.
 inline ViewSample pressed_block(std::array<int, 3> nodes, int frames) {
   ViewSample sample;
   sample.scene.tissue.lattice = {
@@ -406,7 +406,7 @@ TEST("the skin around the tissue is shown, and what lies within two spacings of 
   const ViewSample sample = beneath_patch(40);
   std::vector<std::string> notes;
   const auto skin = view_of_skin(sample.scene, notes);
-  // 20 mm to either side, and the squares that touch its rim.
+  // 20 mm to either side, and the squares that intersect its border.
   {
     REQUIRE(skin);
     CHECK(!skin->of_cells);
@@ -495,8 +495,8 @@ TEST("nothing in the page asks the network or ends a script") {
 TEST("a still picture paints what can be seen of the half behind the cut, and its key") {
   const auto view = pressed_block({6, 7, 5}, 3).view();
   const std::string rest = still_at_rest(*view);
-  // Cells: 5 x 6 x 4, of which the 5 x 3 x 4 behind y = 0 are kept; sides towards +x, +y and -z are
-  // seen.
+  // Cells: 5 x 6 x 4, of which the 5 x 3 x 4 behind y = 0 are kept; faces towards +x, +y and -z are
+  // visible.
   const std::size_t sides = 3 * 4 + 5 * 4 + 5 * 3;
   CHECK(count_of(rest, "<path") == sides + 1);
   const std::string moved = still_at(*view, 2, 10.0);

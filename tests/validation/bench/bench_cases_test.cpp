@@ -18,7 +18,7 @@ using timing::InstructionCount;
 
 constexpr std::int64_t counted = 10'000'000;
 
-/// The first workload, found by a counter that says this.
+/// Counter that returns the count of the first workload.
 Outcome found(const InstructionCount& count) {
   const std::vector<Case> cases = instruction_cases([&](const std::string&) { return count; });
   return run_case(cases.front(), {});
@@ -90,8 +90,7 @@ namespace {
 using namespace palpate;
 using namespace palpate::bench;
 
-/// 240 pairs of that ratio, give or take one per cent; batches take `base` seconds and may take 1
-/// ms.
+/// 240 pairs with that ratio, +-1 %; batches take `base` seconds, with up to 1 ms added.
 PairedFinding finding_of(double ratio, double instructions, double base = 5e-4) {
   PairedFinding finding{.same_motion = true, .base = {.passes = {100000}}, .head = {}};
   finding.head.passes = {static_cast<std::int64_t>(100000.0 * instructions)};

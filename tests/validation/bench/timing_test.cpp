@@ -13,7 +13,7 @@ namespace {
 
 using namespace palpate::bench;
 
-/// Work that no optimiser removes, in proportion to `amount`.
+/// Work in proportion to `amount` that an optimiser cannot remove.
 void work(long amount) {
   volatile double x = 1.0;
   for (long n = 0; n < amount; ++n) { x = std::sqrt(x + 1.0); }
@@ -66,8 +66,8 @@ std::vector<double> one_to(int n) {
   return values;
 }
 
-/// Pairs whose times have a heavy tail, as on a busy machine: every tenth batch of either build
-/// takes up to five times as long.
+/// Pairs of times with a heavy tail, as on a busy machine: every tenth batch of either build takes
+/// up to five times as long.
 std::vector<PairedStart> noisy_starts(double ratio, std::uint64_t seed) {
   Random random(seed);
   std::vector<PairedStart> starts(12, PairedStart{.batch_deadline = 1.0});
@@ -166,8 +166,8 @@ TEST("misses rise when chance would split them so unevenly once in a hundred tim
 TEST("nothing measured is not passed") { CHECK(judge_pairs({}).slower()); }
 
 TEST("what decides nothing is measured on, and no further than that") {
-  // Limits of 480 pairs that scatter by this much lie a few per cent from the median: closer than
-  // 5, wider than 2.
+  // Limits of 480 pairs with this scatter are a few per cent from the median: less than 5, more
+  // than 2.
   const auto starts_for = [](double ratio, double scatter) {
     return starts_until_decided(12, [&](int n) {
       Random random(static_cast<std::uint64_t>(n) + 1);
@@ -213,7 +213,7 @@ TEST("a step is found where it is, with the chance that Pettitt gives it") {
   CHECK(change.at == 12);
   CHECK_NEAR(change.before, 1.0, 0.0);
   CHECK_NEAR(change.after, 2.0, 0.0);
-  // K = 12 x 8: every value of the one level lies below every one of the other.
+  // K = 12 x 8: every value of one level is below every value of the other.
   CHECK_NEAR(change.chance, 2.0 * std::exp(-6.0 * 96.0 * 96.0 / (8000.0 + 400.0)), 1e-15);
 }
 
@@ -264,7 +264,7 @@ TEST("what became better, or moved by a trifle, has not crept") {
   }
   CHECK(!creeps(better));
   CHECK(!creeps(trifle));
-  CHECK(find_change(trifle)->chance < 1e-3);  // and is told all the same
+  CHECK(find_change(trifle)->chance < 1e-3);  // reported nevertheless
 }
 
 TEST("digits creep downwards") {

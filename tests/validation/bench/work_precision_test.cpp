@@ -11,7 +11,7 @@ namespace {
 using namespace palpate;
 using namespace palpate::bench;
 
-/// Two coordinates at three ticks; the tool is the first.
+/// Two coordinates at three ticks; the first is the tool.
 MethodRun run_of(double error) {
   MethodRun run;
   run.position.resize(2, 3);
@@ -99,7 +99,7 @@ namespace {
 
 using namespace palpate::bench;
 
-/// A scheme of an order: error = scale / cost^order.
+/// Scheme of a given order: error = scale / cost^order.
 void add_scheme(std::vector<Effort>& efforts, const char* name, double scale, double order) {
   for (double cost = 100.0; cost <= 6400.0; cost *= 2.0) {
     efforts.push_back({.method = name, .cost = cost, .error = scale / std::pow(cost, order)});

@@ -86,7 +86,8 @@ TEST("a calibration ends with a scene whose simulation is what was seen") {
       {.progress = [&](const char* stage) { stages.emplace_back(stage); }, .simulate = lawful});
   CHECK(found.outcome().status == Status::pass);
   CHECK(stages.size() == 4);
-  // The gain of 1 % against a prior of 0.35: (0.01 / 0.35)^2 of the way is left, below 0.1 %.
+  // The gain of 1 % against a prior of 0.35: (0.01 / 0.35)^2 of the difference remains, below 0.1
+  // %.
   CHECK_NEAR(found.fitted.syringe->thumb_force / 9.0, 1.0, 1e-3);
   CHECK_NEAR(found.shortcut_cost(), 0.0, 1e-12);  // the law has no shortcuts
 }

@@ -48,7 +48,7 @@ TEST("several recordings of one person count as their mean, and only within a gr
   const std::vector<Subject> people = by_person(recordings);
   REQUIRE(people.size() == 3);
   CHECK_NEAR(people[0].seen.value[0], 2.0, 0.0);
-  CHECK_NEAR(people[0].seen.value[3], 5.0, 0.0);  // of the only one that has it
+  CHECK_NEAR(people[0].seen.value[3], 5.0, 0.0);  // value of the only recording that has it
   CHECK(people[0].seen.force == ForceSource::plunger);
   CHECK_NEAR(people[1].seen.value[0], 4.0, 0.0);
   CHECK_NEAR(people[2].seen.value[0], 9.0, 0.0);
@@ -169,8 +169,7 @@ TEST("prior and one datum meet where their weights say") {
   const Pooled data = lawful_data(truth, 0.2);
   const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
   const auto found = Search(forward, data, {thumb}).from(forward.priors());
-  // Where the derivative of ((v / 22 - 1) / 0.2)^2 + (log(v / 11) / spread)^2 vanishes, by
-  // bisection.
+  // Zero of the derivative of ((v / 22 - 1) / 0.2)^2 + (log(v / 11) / spread)^2, by bisection.
   const double spread = forward.parameters()[thumb].spread;
   double low = 11.0;
   double high = 22.0;

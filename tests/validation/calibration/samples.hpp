@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Made-up insertions and a forward model with a law, for tests of the calibration.
+/// Synthetic insertions and an analytic forward model for tests of the calibration.
 
 #include <cmath>
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace palpate::calibration {
 
-/// 1 mm/s from `begin`; a level pressure, then zero behind `loss` [m]; force as a line of the
-/// depth, 2 N + 100 N/m.
+/// Insertion at 1 mm/s from `begin`: constant pressure, zero after a depth of `loss` [m]; force
+/// linear in depth, 2 N + 100 N/m.
 inline Recording straight_insertion(double level = 60e3, double loss = 20e-3,
                                     double floor = 2000.0) {
   Recording recording{.name = "made-up", .technique = "continuous", .sample_rate = 100.0};
@@ -27,7 +27,7 @@ inline Recording straight_insertion(double level = 60e3, double loss = 20e-3,
   return recording;
 }
 
-/// Layers whose values a test may set; no simulation is made of it.
+/// Scene with layers whose values a test can set. It is never simulated.
 inline Scene three_layers() {
   Scene scene;
   scene.tissue.source = Source::layers;
@@ -45,8 +45,8 @@ inline Scene three_layers() {
   return scene;
 }
 
-/// In place of the simulation: peak from the thumb, plateau and fall from the syringe, force from
-/// the ligament's cutting force alone, depth from the layers.
+/// Analytic forward model instead of the simulation: peak from the thumb, plateau and drop from the
+/// syringe, force from the cutting force of the ligament, depth from the layers.
 inline ObservedInsertion lawful(const Scene& scene) {
   const Syringe& s = *scene.syringe;
   ObservedInsertion seen{
@@ -59,7 +59,7 @@ inline ObservedInsertion lawful(const Scene& scene) {
   return seen;
 }
 
-/// Means that the law gives, each with this relative uncertainty on its own.
+/// Means computed with the analytic model, each with an independent relative uncertainty [1].
 inline Pooled lawful_data(const Scene& truth, double relative) {
   Pooled data{.mean = lawful(truth).value, .subjects = 1};
   data.covariance = (relative * data.mean).cwiseAbs2().asDiagonal();

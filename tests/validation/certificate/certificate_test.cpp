@@ -163,7 +163,7 @@ Scene short_scene() {
   return scene;
 }
 
-/// On a thread of its own, as the procedure requires, and in virtual time.
+/// Runs on its own thread, as the procedure requires, and in virtual time.
 Certificate certified(const Scene& scene, CertifyPlan plan) {
   device::VirtualClock time;
   plan.clock = &time;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The loop that is certified, as `palpate certify` runs it, neither allocates nor faults once it
-// has begun.
+// Test that the certified loop of `palpate certify` neither allocates nor causes page faults after
+// its start.
 
 #include <cstdio>
 
@@ -21,8 +21,8 @@ struct Found {
   long ticks = 0;
 };
 
-/// Ticks of the scene at 2 kHz of virtual time, after one pass at full speed, which brings in code
-/// and tables.
+/// Ticks of the scene at 2 kHz of virtual time, after one pass at full speed that loads code and
+/// tables into memory.
 Found run(const Scene& scene, bool allocating) {
   constexpr double rate = 2000.0;
   {
@@ -74,7 +74,7 @@ TEST(
     const Found found = run(scene, false);
     CHECK(found.ticks == 600);
     CHECK_NEAR(static_cast<double>(found.allocations), 0.0, 0.0);
-    // Without locked memory the system may take pages away at any time.
+    // Without locked memory the system may remove pages at any time.
     if (locked.refusal().empty()) { CHECK_NEAR(static_cast<double>(found.faults), 0.0, 0.0); }
   }
 }

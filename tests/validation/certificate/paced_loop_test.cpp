@@ -23,7 +23,7 @@ TEST("a percentile is the end of the bin of its ordered sample") {
     histogram.add(1e-6 * (n - 0.5));
   }  // one in every bin from 0 to 999
   CHECK_NEAR(*histogram.percentile(0.5), 500e-6,
-             1e-15);  // of 1000 ordered ones number 500, in [499, 500) us
+             1e-15);  // number 500 of 1000 ordered values, in [499, 500) us
   CHECK_NEAR(*histogram.percentile(0.99), 990e-6, 1e-15);
   CHECK_NEAR(*histogram.percentile(0.999), 999e-6, 1e-15);
   CHECK_NEAR(histogram.minimum(), 0.5e-6, 1e-20);
@@ -82,8 +82,8 @@ TEST("response is wake-up and computation, from the release that was scheduled")
 
 TEST("one long tick makes all those late that wait behind it: nothing is omitted") {
   LoopRecord record(1e-3);
-  // Tick 0 takes 3.5 ms; 1, 2 and 3 begin at once after it and take 0.1 ms each, 4 is in time
-  // again.
+  // Tick 0 takes 3.5 ms. Ticks 1, 2 and 3 start immediately after it and take 0.1 ms each; tick 4
+  // is on time.
   double free = 0.0;
   for (int n = 0; n < 6; ++n) {
     const double due = 1e-3 * n;

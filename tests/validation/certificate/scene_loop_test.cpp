@@ -199,7 +199,7 @@ namespace {
 using namespace palpate;
 using namespace palpate::certificate;
 
-/// A hand presses a needle against layers that it never gets through.
+/// Hand that presses a needle against layers without puncturing them.
 Scene pressing(double coupling) {
   Scene scene = layered_scene();
   for (Material& each : scene.materials) { each.cutting_force = 50.0; }

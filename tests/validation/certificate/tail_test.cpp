@@ -37,7 +37,7 @@ TEST("shape and scale come back within their standard errors") {
 }
 
 TEST("the fit is a maximum of the likelihood: its two equations hold") {
-  // d/d sigma and d/d xi of n log sigma + (1 + 1/xi) sum log(1 + xi y / sigma) vanish.
+  // d/d sigma and d/d xi of n log sigma + (1 + 1/xi) sum log(1 + xi y / sigma) are zero.
   const std::vector<double> sample = pareto_sample(0.3, 1.0, 400, 2);
   const ParetoFit fit = fit_pareto(sample);
   double logs = 0.0;
@@ -116,7 +116,7 @@ TEST("independent exponential times: told, one and two decades beyond the data a
 TEST("a deadline within two decades has its probability") {
   Seeded random(6);
   constexpr long ticks = 20000;
-  const double deadline = 20e-6 * std::log(ticks);  // that of one tick in 20 000
+  const double deadline = 20e-6 * std::log(ticks);  // exceeded by one tick in 20 000
   const Tail tail = judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }),
                                ticks, deadline);
   REQUIRE(tail.beyond_deadline.has_value());
@@ -145,7 +145,7 @@ TEST("the extremal index of maxima over m neighbours is 1/m") {
       recent[static_cast<std::size_t>(n % m)] = exponential(random);
       return *std::ranges::max_element(recent);
     });
-    // Of some 2500/m clusters: 1/sqrt(n) of the index, four times
+    // About 2500/m clusters: 1/sqrt(n) of the index, four times
     CHECK_NEAR(extremal_index(exceedances(largest, 2500, 50000)), 1.0 / m,
                4.0 / m / std::sqrt(2500.0 / m));
   }

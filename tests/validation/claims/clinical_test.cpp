@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// Faults planted in what is compared must turn the verdicts of group "clinical" red; without a
-/// fault the same cases are green.
+/// Tests that faults planted in the compared data fail the verdicts of group "clinical", which pass
+/// without a fault.
 
 #include <algorithm>
 #include <cmath>
@@ -100,7 +100,7 @@ TEST("a sample that is not a number is never rated well") {
 
 }  // namespace
 
-// Faults planted in the simulation that a calibration fits must turn its cases red.
+// Tests that faults planted in the simulation of a calibration fail its cases.
 
 namespace {
 
@@ -122,7 +122,7 @@ TEST("a pressure of nine tenths makes intervals of the thumb's force miss it") {
   check_red(fault, {"clinical/calibration/coverage"});
 }
 
-#ifndef PALPATE_SANITIZED  // of bounds, not of code: half a minute there
+#ifndef PALPATE_SANITIZED  // tests bounds; takes half a minute
 TEST("intervals that always hold the truth are too wide, and are outside the bound") {
   const std::vector<std::string> coverage{"clinical/calibration/coverage"};
   const Outcome outcome =

@@ -29,8 +29,8 @@ Outcome outcome_of(const std::string& name, const Mutation* mutation) {
   return run_case(*found, {.quick = true, .mutation = mutation});
 }
 
-/// The longest case sees every kind of fault too, but not every time: it costs as much as all
-/// others.
+/// The longest case also covers every kind of fault, but not in every run, since it costs as much
+/// as all others.
 enum class Lagged { measured, left_out };
 
 void check_caught(const Mutation& mutation, Lagged lagged = Lagged::left_out) {
@@ -88,8 +88,8 @@ TEST("one coordinate that is not a number turns every case red") {
                Lagged::measured);
 }
 
-/// The faults that matter most here: an erratum that is switched on but not acted on, or that acts
-/// when it is off.
+/// Most important faults: an erratum that is switched on without effect, or has an effect when it
+/// is off.
 TEST("an erratum that is ignored turns its case red") {
   const Mutation ignored{.name = "corrected after all", .model = [](Scene& scene, SpringNetwork&) {
                            scene.simulation.printed = {};

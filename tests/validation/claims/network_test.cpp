@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// Faults planted in the candidate must turn the verdicts of group "network" red; without a fault
-/// the same cases are green.
+/// Tests that faults planted in the candidate fail the verdicts of group "network", which pass
+/// without a fault.
 
 #include <cstdio>
 #include <limits>

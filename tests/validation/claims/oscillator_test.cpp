@@ -22,7 +22,7 @@ Outcome outcome_of(const std::string& name, const Mutation* mutation) {
   return run_case(*found, {.quick = true, .mutation = mutation});
 }
 
-/// Green without the fault and red, for a measured reason, with it.
+/// Checks that the case passes without the fault and fails with it because of a measured value.
 void check_caught(const std::vector<std::string>& names, const Mutation& mutation) {
   for (const std::string& name : names) {
     const Status sound = outcome_of(name, nullptr).status;
@@ -43,7 +43,7 @@ const std::vector<std::string>& schemes() {
   return all;
 }
 
-/// "oscillator/<check>/<scheme>" of every scheme, or of the explicit ones.
+/// Names "oscillator/<check>/<scheme>" of all schemes, or of the explicit ones.
 std::vector<std::string> of_every_scheme(const std::string& check, bool with_implicit = true) {
   std::vector<std::string> names;
   for (const std::string& scheme : schemes()) {
@@ -105,8 +105,8 @@ TEST("one position that is not a number turns every case red") {
       mutation);
 }
 
-/// A stability limit does not depend on when samples were taken, nor does an order of one notice
-/// what is as small as its error: both are right to pass.
+/// Stability cases and first-order cases are excluded: a stability limit does not depend on sample
+/// times, and a first-order error hides a fault of the same size.
 TEST("samples shifted by one step turn every trajectory check red") {
   const Mutation mutation{.name = "shifted by one", .trace = [](Trace& motion) {
                             for (Eigen::MatrixXd* samples : {&motion.position, &motion.velocity}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Faults planted in the candidate must turn the verdicts of group "stability" red.
+/// Tests that faults planted in the candidate fail the verdicts of group "stability".
 
 #include <cmath>
 #include <cstdio>
@@ -11,7 +11,7 @@ namespace {
 
 using namespace palpate;
 
-/// Every case passes without a fault: the first test.
+/// Checks that the cases fail with the fault. The first test checks that they pass without it.
 void check_fails(const Mutation& mutation, std::initializer_list<const char*> names) {
   for (const char* name : tried(std::span<const char* const>(names))) {
     check_status(name, &mutation, Status::fail);

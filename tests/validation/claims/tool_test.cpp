@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// Faults planted in insertions must turn the verdicts of needle and probe red; without a fault the
-/// same cases are green.
+/// Tests that faults planted in insertions fail the verdicts of needle and probe, which pass
+/// without a fault.
 
 #include <cstdio>
 #include <limits>
@@ -109,8 +109,8 @@ TEST("a probe whose bone is soft is seen") {
 
 }  // namespace
 
-// Faults planted in haptic loops must turn the verdicts of group "haptics" red; without a fault the
-// same cases are green.
+// Tests that faults planted in haptic loops fail the verdicts of group "haptics", which pass
+// without a fault.
 
 namespace {
 

@@ -13,7 +13,7 @@ using namespace palpate;
 using namespace palpate::comparison;
 using clinical::PressureLaw;
 
-/// A law whose clock began `clock` seconds before, with a needle that has moved at `speed` since
+/// Analytic signal with a clock offset `clock` [s], and a needle that has moved at `speed` since
 /// the rise.
 PreparedTrace prepared(const PressureLaw& law, double clock, double speed = 0.0) {
   std::vector<double> time = clinical::instants(16.0, 200.0);
@@ -52,7 +52,7 @@ TEST("depth comes first where both have it") {
 }
 
 TEST("an event at another depth is left where it is") {
-  // The same speed and start, the loss a second later: by depth there is no lag to hide it.
+  // Same speed and start, loss one second later: over depth no lag can hide it.
   const Alignment found = align(prepared({.loss = 6.0}, 0.0, 0.005),
                                 prepared({.loss = 7.0}, 0.0, 0.005), AlignmentRule::depth);
   CHECK_NEAR(found.lag, 0.0, 1e-6);
@@ -82,7 +82,7 @@ TEST("depths that do not meet cannot align anything") {
 
 TEST("a gap over the depth of the event is not bridged: the event decides, and that is said") {
   PreparedTrace gap = prepared({}, 50.0, 0.005);
-  // The event is at 6.1 s, so half a second on either side of it has no depth.
+  // The event is at 6.1 s, so depth is missing within 0.5 s on either side of it.
   for (std::size_t n = 0; n < gap.input.depth.size(); ++n) {
     if (std::abs(gap.input.depth.time(n) - 56.1) < 0.5) { gap.input.depth.value[n] = not_measured; }
   }

@@ -122,7 +122,7 @@ TEST("a straight line passes unchanged to its ends") {
   Samples line{.step = step};
   for (int n = 0; n < 300; ++n) { line.value.push_back(2.0 - 0.7 * n); }
   const Samples filtered = zero_phase(line, 10.0);
-  // Three periods of the cut-off leave exp(-2 pi 3 / sqrt(2)) = 2e-6 of the start of a run.
+  // After three periods of the cut-off, exp(-2 pi 3 / sqrt(2)) = 2e-6 of the initial value remains.
   for (std::size_t n = 0; n < 300; ++n) {
     CHECK_NEAR(filtered.value[n], line.value[n], 1e-5 * 0.7 * 30.0);
   }
@@ -135,7 +135,7 @@ TEST("forward or backward in time is the same") {
   there = zero_phase(there, 8.0);
   back = zero_phase(back, 8.0);
   std::ranges::reverse(back.value);
-  // Away from the ends, where each run starts in a steady state of its own.
+  // Away from the ends, where each run starts in its own steady state.
   for (std::size_t n = 100; n < 300; ++n) { CHECK_NEAR(there.value[n], back.value[n], 1e-9); }
 }
 
@@ -238,7 +238,7 @@ namespace {
 using namespace palpate::comparison;
 using Decision = LossOfResistance::Decision;
 
-/// 100 samples a second of a law in units of the peak.
+/// Analytic signal at 100 Hz in units of the peak.
 LossOfResistance found_in(double duration, const std::function<double(double)>& law) {
   Samples pressure{.step = 0.01};
   for (int n = 0; n <= static_cast<int>(duration * 100.0); ++n) {

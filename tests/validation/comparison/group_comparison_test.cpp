@@ -17,7 +17,7 @@ using clinical::PressureLaw;
 const std::vector<double> time_of_link = clinical::instants(14.0, 120.0);
 const std::vector<double> ticks = clinical::instants(14.0, 1000.0);
 
-/// A subject whose pressures are all larger by a factor.
+/// Subject whose pressures are all scaled by a factor.
 Recording subject(double factor, const std::string& group) {
   std::vector<double> pressure = clinical::pressures({}, time_of_link);
   for (double& p : pressure) { p *= factor; }
@@ -49,8 +49,8 @@ TEST(
   CHECK(group.agree > 0);
   CHECK(group.recordings == 5);
   CHECK(group.measured == 0);
-  // 79 % of the peak tolerance is left after the spread of a mean of five: undecided or agreed,
-  // never different
+  // 79 % of the peak tolerance remains after the spread of a mean of five: the verdict is undecided
+  // or agreed, never different.
   {
     CHECK(group.outcome.status != Status::fail);
     CHECK(group.outcome.status != Status::error);
@@ -156,7 +156,7 @@ TEST("what cannot be compared is counted and left out") {
   CHECK(compare_all({}, simulated()).outcome.reasons.front() == "there is no recording");
 }
 
-/// With both traces cut before the event can be called so, for a recording of the factor.
+/// Both traces end before the event can be detected; the recording is scaled by the factor.
 Recording cut(Recording recording) {
   while (recording.time.back() > 8.5) {
     recording.time.pop_back();

@@ -117,7 +117,7 @@ namespace {
 
 using namespace palpate::comparison;
 
-/// Least sum of squares over every path within the band, by trying them all.
+/// Minimum sum of squares over all paths within the band, by exhaustive search.
 double least_square(const std::vector<double>& a, const std::vector<double>& b, long i, long j,
                     long radius) {
   if (i < 0 || j < 0 || std::abs(i - j) >= radius) {

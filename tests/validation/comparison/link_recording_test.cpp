@@ -12,9 +12,9 @@ namespace {
 using namespace palpate;
 
 constexpr std::size_t plenty = 100000;
-constexpr double step = 0.1 * pascals_per_mmhg;  // of the link [Pa]
+constexpr double step = 0.1 * pascals_per_mmhg;  // resolution of the link [Pa]
 
-/// Whole steps of the link, as many samples a second as asked for.
+/// Values in whole resolution steps of the link, at the given sample rate.
 Recording wave(double rate, std::size_t samples) {
   Recording recording{.sample_rate = rate};
   for (std::size_t n = 0; n < samples; ++n) {

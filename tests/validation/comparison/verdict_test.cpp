@@ -26,7 +26,7 @@ TEST("there is one tolerance for every feature, in order, and each says who says
 TEST("the peak may be off by what group means of the trial were apart") {
   const Tolerance peak =
       default_tolerances(QuantityKind::pressure)[static_cast<std::size_t>(Feature::peak)];
-  // From the middle of 376 and 461 mmHg the tolerance reaches exactly both.
+  // From the midpoint of 376 and 461 mmHg the tolerance includes exactly both values.
   CHECK_NEAR(peak.lower(418.5), 376.0, 1e-9);
   CHECK_NEAR(peak.upper(418.5), 461.0, 1e-9);
 }
@@ -50,7 +50,7 @@ namespace {
 using namespace palpate;
 using namespace palpate::comparison;
 
-/// Status of a simulated value compared with a recorded 10.
+/// Status of a simulated value compared with a recorded value of 10.
 Status status_of(double simulated, double tolerance, double uncertainty) {
   FeatureComparison one{.tolerance = {.absolute = tolerance}, .uncertainty = {.data = uncertainty}};
   judge_difference(one, 10.0, simulated, 1.0);
@@ -113,7 +113,7 @@ namespace {
 using namespace palpate;
 using namespace palpate::comparison;
 
-/// Both sides with every feature at 100, except for the peak.
+/// Both sides with all features at 100, except the peak.
 Comparison given(double recorded_peak, double simulated_peak) {
   Comparison comparison{.unit = "Pa"};
   for (Measured& m : comparison.recorded_features.all) { m.value = 100.0; }
@@ -177,7 +177,7 @@ TEST("times are not judged where depth or the event aligned the clocks") {
     CHECK(time.status == Status::skip);
     CHECK(time.reason == (rule == AlignmentRule::depth ? "the clocks were aligned by the depth"
                                                        : "the clocks were aligned by the event"));
-    CHECK_NEAR(time.error, 30.0, 1e-12);  // told, though not judged
+    CHECK_NEAR(time.error, 30.0, 1e-12);  // reported, though not judged
   }
   CHECK(compared(Feature::depth_of_loss, comparison).status == Status::pass);
 }
@@ -221,7 +221,7 @@ namespace {
 using namespace palpate;
 using namespace palpate::comparison;
 
-/// Spaces that do not break are spaces to the eye.
+/// Replaces non-breaking spaces by spaces.
 std::string eye(std::string text) {
   for (const std::string space : {"\u00a0", "\u202f"}) {
     for (std::size_t at = text.find(space); at != std::string::npos; at = text.find(space)) {

@@ -135,13 +135,13 @@ Figure drawn(const std::function<double(double)>& law, int samples = 1001) {
   return {.id = "f", .x = {.label = "time (s)"}, .y = {.label = "force (N)"}, .series = {series}};
 }
 
-/// At rest at either end.
+/// Pulse that is at rest at both ends.
 double wave(double t) {
   const double angle = 2.0 * std::numbers::pi * t;
   return 1.0 - std::cos(angle) + 0.3 * (1.0 - std::cos(2.0 * angle));
 }
 
-/// A force that rises and is gone at the instant `at`.
+/// Force that increases and becomes zero at time `at`.
 double rupture(double t, double at) { return t < at ? 2.0 + t : 0.5 * t; }
 
 ChangeKind judged(const Figure& before, const Figure& now, double spread = 0.0) {
@@ -149,7 +149,7 @@ ChangeKind judged(const Figure& before, const Figure& now, double spread = 0.0) 
 }
 
 TEST("a curve within the tube holds, one beside it does not") {
-  const double range = 2.1;  // of wave(), about
+  const double range = 2.1;  // approximate range of wave()
   const Figure before = drawn(wave);
   CHECK(judged(before, before) == ChangeKind::same);
   CHECK(judged(before, drawn([&](double t) { return wave(t) + 1e-3 * range; })) ==
@@ -262,7 +262,7 @@ TEST("points are compared one by one, and one of many is not lost") {
 
 }  // namespace
 
-// What the cases of group "gate" do not plant: who is told what, approvals, and runs in another
+// Properties that the cases of group "gate" do not cover: messages, approvals, and runs in another
 // order.
 
 namespace {
@@ -374,8 +374,7 @@ TEST("the spread is the largest difference that other builds showed") {
 
 TEST("damage turns the gate red") { check_status("gate/faults", nullptr, Status::pass); }
 
-#ifndef PALPATE_SANITIZED  // two hundred runs of the same code, which those of damage go through
-                           // too
+#ifndef PALPATE_SANITIZED  // two hundred runs of code that the damage tests also execute
 TEST("the same code never turns it red") { check_status("gate/self", nullptr, Status::pass); }
 #endif
 

@@ -43,8 +43,8 @@ TEST("the tool follows the hand through the layers, and the hand feels them") {
   CHECK(held.facts.ticks == 1200);
   CHECK(held.facts.unanswered == 0);
   CHECK(held.facts.largest_requested > 1.0);
-  // The motors lag by half a millisecond and words are whole: never more than was asked for, but
-  // for two words of each motor, 0.0026 N each, seen from the weakest direction.
+  // The motors lag by half a millisecond and words are integers: the force does not exceed the
+  // command by more than two words per motor, 0.0026 N each, in the weakest direction.
   CHECK(held.facts.largest_delivered <= held.facts.largest_requested + 0.02);
 }
 
@@ -81,7 +81,7 @@ TEST("a quicker hand overshoots less") {
   const double quick = hold(scene).facts.overshoot;
   scene.falcon->reaction_delay = 0.15;
   const double slow = hold(scene).facts.overshoot;
-  // The intent goes on at 30 mm/s for 0.15 s more; layers behind may take some of it up.
+  // The intent continues at 30 mm/s for 0.15 s; deeper layers may absorb part of it.
   CHECK(slow > quick + 0.5 * 0.03 * 0.15);
 }
 
@@ -130,25 +130,26 @@ TEST("a fault on the line is felt in the loop") {
   };
   using Kind = device::falcon::LinkFault::Kind;
   const Held sound = hold(scene);
-  // 16 bytes survive with 0.99^16 each way: 72.5 % of exchanges bring a reply.
+  // 16 bytes arrive with probability 0.99^16 in each direction: 72.5 % of exchanges have a reply.
   const Held lossy = faulty({.kind = Kind::drop, .probability = 0.01});
   CHECK(lossy.facts.unanswered > 200);
   CHECK(lossy.facts.unanswered < 460);
   CHECK(!lossy.run.diverged);
-  // Latency is a delay of what is read and of what is sent; the loop keeps its rate. One
-  // millisecond each way: the first force is two ticks late.
+  // Latency delays input and output; the loop keeps its rate. With one millisecond in each
+  // direction the first force is two ticks late.
   const auto first_force = [](const Held& held) {
     const std::vector<double>& force = held.run.find("device.delivered_n")->values;
     return std::ranges::find_if(force, [](double f) { return f > 0.05; }) - force.begin();
   };
   const Held late = faulty({.kind = Kind::latency, .latency = 1e-3});
   CHECK(late.facts.ticks == sound.facts.ticks);
-  CHECK(late.facts.unanswered < 60);  // of 1200: a reply at the edge of a tick falls to either side
+  CHECK(late.facts.unanswered <
+        60);  // of 1200: a reply at the border of a tick can count for either
   {
     CHECK(first_force(late) >= first_force(sound) + 2);
     CHECK(first_force(late) <= first_force(sound) + 4);
   }
-  // Without the line for 100 ms the watchdog lets go: nothing is delivered though more is asked.
+  // After 100 ms without link the watchdog releases the motors: no force despite a larger command.
   const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
   const std::size_t tick = 660;
   CHECK(sound.run.find("device.delivered_n")->values[tick] > 0.1);
@@ -163,14 +164,14 @@ TEST("a device that lost its zero is neither believed nor pulled with") {
       held_scene(),
       {.faults = {.seed = 3, .faults = {{.kind = Kind::power_loss, .start = 0.6, .end = 0.65}}}});
   CHECK(!lost.run.diverged);
-  CHECK(lost.facts.unhomed > 500);  // of the 550 ticks after power came back
+  CHECK(lost.facts.unhomed > 500);  // of the 550 ticks after power returned
   CHECK(lost.facts.largest_requested <= sound.facts.largest_requested);
   const auto last = [](const Held& held, const char* name) {
     return held.run.find(name)->values.back();
   };
   CHECK(last(sound, "device.requested_n") > 0.0);
   CHECK(last(lost, "device.requested_n") == 0.0);
-  // A lost reply on top of that brings no old garbage back.
+  // An additional lost reply does not return stale bytes.
   const Held lossy =
       hold(held_scene(),
            {.faults = {.seed = 3,
@@ -179,7 +180,7 @@ TEST("a device that lost its zero is neither believed nor pulled with") {
   CHECK(lossy.facts.unanswered > 50);
   CHECK(lossy.facts.largest_requested <= sound.facts.largest_requested);
   CHECK(last(lossy, "device.requested_n") == 0.0);
-  // Nothing moves the handle any more: the needle stays where it last was.
+  // Nothing moves the handle: the needle stays at its last position.
   const std::vector<double>& place = lost.run.find("tool.insertion_m")->values;
   CHECK_NEAR(place.back(), place[place.size() - 100], 1e-5);
 }
