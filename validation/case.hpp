@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A case is one claim about the model with the code that measures it. The registry is the sum of
-/// the groups in cases/; `palpate validate` runs what is selected from it.
+/// A case is one claim about the model and the code that measures it. all_cases() returns the
+/// registry; `palpate validate` runs a selection of it.
 
 #include <cstdint>
 #include <functional>
@@ -18,22 +18,23 @@
 
 namespace palpate {
 
-/// What a case may use besides the code: nothing here is global, so a test can give each its own.
+/// Settings and services of a run of cases. No state is global, so tests can run cases with
+/// different contexts.
 struct CaseContext {
-  bool quick = false;  ///< a shorter form that judges the same claims
-  bool skip = true;    ///< false: compute what scenes do not need
-  /// Not 0: nodes and springs of networks stand in an order of chance, which moves nothing but
-  /// rounding. Tissue with a tool in it stays as it is: its layers are ranges of nodes.
+  bool quick = false;  ///< use the shorter form, which judges the same claims
+  bool skip = true;    ///< false: also compute the parts that a scene does not need
+  /// Seed of a random order of nodes and springs, which changes only rounding; 0: keep the order.
+  /// Tissue with a tool keeps its order, because its layers are ranges of nodes.
   std::uint64_t order = 0;
-  /// Makes the simulator under test; empty: the model in this process.
+  /// Creates the simulator under test; empty: the model in this process.
   std::function<std::unique_ptr<Subject>()> subject{};
-  /// Damages the candidate (never a reference), to see that a verdict turns red.
+  /// Fault planted in the candidate, never in a reference; checks that a faulty candidate fails.
   const Mutation* mutation = nullptr;
-  const reference::Cache* cache = nullptr;  ///< of slow references; nullptr: none
-  /// Networks that live outside the project, by name; empty when absent.
+  const reference::Cache* cache = nullptr;  ///< cache of slow reference solutions; nullptr: none
+  /// Returns a network that is stored outside the project, by name; empty if it is not available.
   std::function<std::optional<SpringNetwork>(std::string_view)> outside_network{};
-  /// Files of a gate, each damaged in one way: what was done, and the message that refused it
-  /// (empty: none did).
+  /// Returns damaged gate files: the kind of damage, and the error message of the reader (empty:
+  /// the file was accepted).
   std::function<std::vector<std::pair<std::string, std::string>>()> damaged_files{};
 };
 
@@ -45,18 +46,19 @@ struct Case {
   bool quick = true;    ///< part of --quick
   double weight = 1.0;  ///< expected seconds: long cases start first
   bool keeps =
-      true;  ///< what it found holds until code, options or data change; false: it always runs
+      true;  ///< the result can be reused until code, options or data change; false: always run
 };
 
-/// Every case, in the order of the groups.
+/// Returns all cases in the order of the groups.
 std::vector<Case> all_cases();
 
-/// Those whose name equals a pattern, or begins with one followed by '/'; all when there is none.
-/// Throws InputError when a pattern matches nothing or the selection is empty.
+/// Returns the cases whose name equals a pattern or begins with a pattern followed by '/'; all
+/// cases without patterns. Throws InputError if a pattern matches no case or the selection is
+/// empty.
 std::vector<Case> select_cases(const std::vector<Case>& cases,
                                std::span<const std::string> patterns, bool quick);
 
-/// Measures and judges one case. What it throws becomes an error outcome, never a crash.
+/// Measures and judges one case. Exceptions become an outcome with status error.
 Outcome run_case(const Case& definition, const CaseContext& context);
 
 }  // namespace palpate

@@ -21,7 +21,7 @@ std::string superscript(int exponent) {
   return text;
 }
 
-/// "12350" to "12 350" with narrow spaces, from five digits before the point on.
+/// Groups digits with narrow spaces from five digits on: "12350" to "12 350".
 std::string grouped(const std::string& digits) {
   const std::size_t point = std::min(digits.find('.'), digits.size());
   std::string text;
@@ -32,8 +32,8 @@ std::string grouped(const std::string& digits) {
   return text;
 }
 
-/// To so many digits where that leaves a whole number below a million, which is read without a
-/// power of ten.
+/// Rounds a number to `digits` significant digits if the result is a whole number below a million,
+/// which is then written without a power of ten.
 double rounded(double size, int digits) {
   if (!(size < 1e6) || size < 1.0) { return size; }
   const double unit = std::pow(10.0, std::floor(std::log10(size)) + 1.0 - digits);

@@ -1,25 +1,27 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Numbers as programs and as people read them.
+/// Conversion of numbers to text for programs and for readers.
 
 #include <string>
 #include <string_view>
 
 namespace palpate {
 
-/// Shortest text that reads back as the same double; "nan", "inf", "-inf".
+/// Returns the shortest text that parses to the same double; "nan", "inf", "-inf".
 std::string exact_number(double value);
 
-/// For programs, at most that many significant digits: "0.001234", "1.235e-07", "12350".
+/// Returns a number for programs with at most `digits` significant digits: "0.001234", "1.235e-07",
+/// "12350".
 std::string plain_number(double value, int digits = 4);
 
-/// For people: "0.001234", "1.235 × 10⁻⁷", "12 350", "−3"; no break inside.
+/// Returns a number for readers: "0.001234", "1.235 × 10⁻⁷", "12 350", "−3". The text has no line
+/// break opportunity.
 std::string short_number(double value, int digits = 4);
 
-/// A number with its unit, for people; no break inside.
+/// Returns a number with its unit for readers, without a line break opportunity.
 std::string quantity(double value, std::string_view unit);
 
-/// How many digits, four or more, two numbers need that they do not read the same.
+/// Returns the number of digits (at least 4) at which the texts of two numbers differ.
 int digits_apart(double a, double b);
 
 }  // namespace palpate

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What a probe feels over a grid of places: how stiff the tissue is under its footprint.
+/// Stiffness of the tissue under the footprint of a probe, on a grid of positions.
 
 #include <Eigen/Core>
 
@@ -10,13 +10,14 @@
 
 namespace palpate {
 
-/// The stiffness 1 / (w.K^-1 w) [N/m] of a tissue at rest under the footprint w of the scene's
-/// probe at a place of the skin [m]; infinite on bone alone. K is the caller's: one for all places.
+/// Returns the stiffness 1 / (w.K^-1 w) [N/m] of a tissue at rest under the footprint w of the
+/// scene's probe at a skin position [m]; infinity on bone alone. `response` factorises K once for
+/// all positions.
 double stiffness_felt(const Scene& scene, const NetworkProblem& problem,
                       const reference::StaticResponse& response, const Eigen::Vector2d& place);
 
-/// Of a scene with a probe: the whole grid, x and y in mm, z in N/mm. SolverError where the tissue
-/// can move freely.
+/// Returns the stiffness map of a scene with a probe: x and y in mm, z in N/mm. Throws SolverError
+/// if the tissue can move freely.
 HeatMap palpation_map(const Scene& scene, const NetworkProblem& problem, const PalpationGrid& grid);
 
 }  // namespace palpate

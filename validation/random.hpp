@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Numbers of chance that are the same on every machine.
+/// Random numbers that are identical on every machine.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// Uniform in [low, high) from the bits alone: the same on every machine.
+/// Generator of uniform random numbers in [low, high) that are identical on every machine.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : bits_(seed) {}

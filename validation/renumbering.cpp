@@ -17,7 +17,7 @@ template <class Values> void shuffle(Values& values, Random& random) {
   }
 }
 
-/// What may have no columns stays so.
+/// Matrices without columns stay empty.
 void move_columns(const NodeVectors& from, const std::vector<int>& node_of, NodeVectors& to) {
   for (Eigen::Index i = 0; i < from.cols(); ++i) {
     to.col(node_of[static_cast<std::size_t>(i)]) = from.col(i);

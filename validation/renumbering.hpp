@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The same network with its nodes and springs in an order of chance: another order of summation,
-/// and nothing else.
+/// Random permutation of the nodes and springs of a network, which changes only the order of
+/// summation.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -12,22 +12,22 @@
 
 namespace palpate {
 
-/// Renames nodes, shuffles springs and turns each round by chance; loads of the scene follow their
-/// nodes. Returns where every node went.
+/// Permutes nodes, shuffles springs and swaps their ends at random; loads of the scene follow their
+/// nodes. Returns the new index of every node.
 std::vector<int> renumber(SpringNetwork& network, Scene& scene, std::uint64_t seed);
 
-/// A network in another order for as long as it moves.
+/// Permutes a network on construction and converts results back to the original order.
 class OtherOrder {
  public:
-  /// Seed 0, or a network without nodes: leaves everything as it is.
+  /// Does nothing if the seed is 0 or the network has no nodes.
   OtherOrder(std::uint64_t seed, SpringNetwork& network, Scene& scene);
-  /// Coordinates of the free nodes (dof x times) of that network, in the order that it had; what is
-  /// empty stays so.
+  /// Converts coordinates of the free nodes (dof x times) of `network` to the original order. Empty
+  /// matrices stay empty.
   void undo(const SpringNetwork& network, Eigen::MatrixXd& coordinates) const;
 
  private:
   SpringNetwork first_{};
-  std::vector<int> node_of_{};  ///< empty: the order is the first one
+  std::vector<int> node_of_{};  ///< new index of each node; empty: original order
 };
 
 }  // namespace palpate

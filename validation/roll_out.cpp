@@ -46,7 +46,7 @@ class Sampler {
     reserve_frames();
   }
 
-  /// After each tick.
+  /// Records the state after a tick.
   void take() {
     const double energy = is_measured_ ? subject_.energy() : 0.0;
     if (is_measured_) {
@@ -61,7 +61,7 @@ class Sampler {
     take_keyframe();
   }
 
-  /// Releases the memory of rows and frames that never came.
+  /// Releases the unused memory of rows and frames.
   void finish() {
     const auto samples = static_cast<Eigen::Index>(trace_.time.size());
     if (options_.position) { trace_.position.conservativeResize(Eigen::NoChange, samples); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The one loop that moves a subject: a scene in, a Trace out.
+/// Time loop that runs a subject through a scene and returns a Trace.
 
 #include <atomic>
 #include <functional>
@@ -15,44 +15,46 @@ namespace palpate {
 
 struct CaseContext;
 
-/// A fault planted in the candidate, to see that a verdict turns red.
+/// Fault planted in the candidate, used to check that a faulty candidate fails.
 struct Mutation {
   std::string name{};
-  std::function<void(Scene&, SpringNetwork&)> model{};  ///< before the run; network may be empty
-  std::function<void(Trace&)> trace{};                  ///< after the run
-  int loop_delay = 0;                                   ///< further ticks in every haptic loop
-  bool step_twice = false;                              ///< every step takes twice its length
+  std::function<void(Scene&, SpringNetwork&)>
+      model{};                          ///< applied before the run; the network may be empty
+  std::function<void(Trace&)> trace{};  ///< applied after the run
+  int loop_delay = 0;                   ///< additional delay of every haptic loop [ticks]
+  bool step_twice = false;              ///< every step advances by twice its length
 };
 
-/// Contents of a trace beside the columns of the subject.
+/// Selection of the data that a trace contains besides the columns of the subject.
 struct SampleOptions {
   long every = 1;             ///< ticks between rows; the first and the last tick always have one
   bool position = false;      ///< Trace::position
   bool velocity = false;      ///< Trace::velocity
   bool energy = false;        ///< column "energy_j"
-  bool energy_range = false;  ///< Trace::energy alone
+  bool energy_range = false;  ///< write Trace::energy only
   bool tool = false;  ///< columns of ToolReport that trace.csv lacks, see tool_audit_columns()
-  int frames = 0;     ///< evenly over the ticks
-  int keyframes = 0;  ///< at the first so many ticks with events, and at the largest tool force
+  int frames = 0;     ///< number of frames, evenly spaced over the ticks
+  int keyframes = 0;  ///< number of keyframes at the first ticks with events; one more at the
+                      ///< largest tool force
 };
 
-/// "tool.velocity_m_per_s", "tool.tip_depth_m" (in the undeformed tissue), "tool.deepest_cut_m",
-/// "tool.slip_m_per_s" (of the shaft against the tissue), "tool.mass_kg", and losses of energy:
-/// "loss.cutting_j", "loss.friction_j", "loss.damping_j", "loss.impact_j", "loss.impact_hand_j",
-/// "loss.impulse_ns", "loss.hand_j".
+/// Returns the audit columns "tool.velocity_m_per_s", "tool.tip_depth_m" (in the undeformed
+/// tissue), "tool.deepest_cut_m", "tool.slip_m_per_s" (shaft relative to the tissue),
+/// "tool.mass_kg", and the energy losses "loss.cutting_j", "loss.friction_j", "loss.damping_j",
+/// "loss.impact_j", "loss.impact_hand_j", "loss.impulse_ns", "loss.hand_j".
 std::vector<Column> tool_audit_columns();
 
 struct RunControl {
   const std::atomic<bool>* stop = nullptr;       ///< read between ticks
   std::function<void(double share)> progress{};  ///< 0 to 1, at most a few times a second
-  std::function<bool(const Trace&)> enough{};    ///< true after a tick ends the run there
-  device::DeadlineClock* clock = nullptr;        ///< each tick waits for it; nullptr: no waiting
-  FalconLoopOptions device{};                    ///< of scenes whose drive is a Falcon
-  FalconFacts* falcon = nullptr;                 ///< receives the facts of that device
+  std::function<bool(const Trace&)> enough{};    ///< checked after each tick; true ends the run
+  device::DeadlineClock* clock = nullptr;  ///< clock that paces the ticks; nullptr: no waiting
+  FalconLoopOptions device{};     ///< options of the Falcon loop, for scenes driven by a Falcon
+  FalconFacts* falcon = nullptr;  ///< output: facts of the Falcon loop
 };
 
-/// Runs a loaded subject to the end of the scene, to divergence, or to a stop. The trace has every
-/// row before the first state that is not finite or out of bounds.
+/// Runs a loaded subject until the scene ends, the state diverges or a stop is requested. The trace
+/// contains the rows before the first state that is not finite or out of bounds.
 Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& options = {},
                const RunControl& control = {});
 
@@ -65,7 +67,7 @@ inline Trace roll_out(const CaseContext& context, Scene scene, const SampleOptio
   return roll_out(context, std::move(scene), nullptr, options, std::move(control));
 }
 
-/// Scene around a network that is made in memory.
+/// Returns a scene for a network that is created in memory; step and duration in s.
 Scene scene_of(const std::string& integrator, double step, double duration, int substeps = 1);
 
 }  // namespace palpate

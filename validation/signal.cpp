@@ -72,7 +72,7 @@ Grid grid_between(double begin, double end, double anchor, double step) {
 
 namespace {
 
-/// The value at t between samples i and i + 1, one of which may be t's own.
+/// Interpolates at t between samples i and i + 1; an instant close to a sample takes its value.
 double value_between(std::span<const double> time, std::span<const double> value, std::size_t i,
                      double t, double usual) {
   const double slack = 1e-4 * usual;
@@ -123,7 +123,7 @@ struct Biquad {
   double a1 = 0.0;
   double a2 = 0.0;
 
-  /// In place; starts as if the first value had always been there.
+  /// Filters in place, from the steady state of the first value.
   void run(std::span<double> value) const {
     double late = (b0 - a2) * value.front();
     double later = (1.0 - b0) * value.front();

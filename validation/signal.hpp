@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Samples on a uniform grid, and the only place where samples are moved from one grid to another.
-/// A gap is NaN and stays one: nothing is interpolated across it.
+/// Samples on a uniform time grid and resampling. A gap is NaN and stays NaN: no value is
+/// interpolated across it.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -13,10 +13,12 @@ namespace palpate::comparison {
 
 inline constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
 
-/// Squares and their sums stay numbers up to here; nothing larger is a measurement.
+/// Largest absolute value that is treated as a measurement; sums of squares of such values do not
+/// overflow.
 inline constexpr double largest_value = 1e100;
 
-/// An interval longer than this many usual ones is a gap: a single missing sample makes it 2.
+/// Longest interval that is not a gap, as a multiple of the usual interval. One missing sample
+/// gives 2.
 inline constexpr double longest_bridge = 1.5;
 
 struct Grid {
@@ -28,19 +30,19 @@ struct Grid {
 struct Samples {
   double start = 0.0;           ///< [s]
   double step = 0.01;           ///< [s]
-  std::vector<double> value{};  ///< NaN where nothing was measured
+  std::vector<double> value{};  ///< NaN in gaps
 
   [[nodiscard]] std::size_t size() const { return value.size(); }
   [[nodiscard]] double time(std::size_t n) const { return start + step * static_cast<double>(n); }
   [[nodiscard]] double end() const { return value.empty() ? start : time(value.size() - 1); }
   [[nodiscard]] Grid grid() const { return {start, step, value.size()}; }
-  /// The index at or before a time, clamped to the samples.
+  /// Returns the index of the last sample at or before a time [s], clamped to the samples.
   [[nodiscard]] std::size_t index_at(double t) const;
-  /// How many steps a duration [s] holds, at least one.
+  /// Returns the number of steps in a duration [s], at least 1.
   [[nodiscard]] std::size_t steps(double duration) const;
 };
 
-/// Samples [begin, end) without a gap.
+/// Range [begin, end) of samples without a gap.
 struct Stretch {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -49,51 +51,52 @@ struct Stretch {
 std::vector<Stretch> finite_stretches(std::span<const double> value);
 Stretch longest_stretch(std::span<const double> value);
 
-/// Median of the intervals between times [s]; NaN below two of them.
+/// Returns the median interval between times [s]; NaN for fewer than two times.
 double usual_interval(std::span<const double> time);
 
-/// Every instant from `begin` to `end` [s] that lies on start + n step.
+/// Returns the grid of all instants anchor + n step between `begin` and `end` [s].
 Grid grid_between(double begin, double end, double anchor, double step);
 
-/// Linear between neighbours no further apart than `longest_bridge` usual intervals and both
-/// finite; NaN elsewhere and outside. An instant within 1e-4 of an interval of a sample takes that
-/// sample. `time` is strictly increasing.
+/// Interpolates linearly between finite neighbours that are at most `longest_bridge` usual
+/// intervals apart; NaN elsewhere. An instant within 1e-4 of an interval of a sample takes that
+/// sample. `time` must be strictly increasing.
 Samples resample(std::span<const double> time, std::span<const double> value, const Grid& grid);
 Samples resample(const Samples& samples, const Grid& grid);
 
-/// The samples on a grid of their own usual interval, which starts at the first of them.
+/// Resamples to a grid with the usual interval of the samples that starts at the first sample.
 Samples regular(std::span<const double> time, std::span<const double> value);
 
-/// The q-quantile of the finite values, linear between order statistics; NaN when there is none.
+/// Returns the q-quantile of the finite values, linear between order statistics; NaN without finite
+/// values.
 double quantile(std::span<const double> value, double q);
 
-/// The finite values alone.
+/// Returns the finite values.
 std::vector<double> finite_only(std::span<const double> value);
 
-// The one low-pass of the comparison, the same for recorded and simulated traces.
+// Low-pass filter of the comparison, identical for recorded and simulated traces.
 
-/// Butterworth low-pass of second order run forward and backward: no phase, gain 1 / (1 + w^4) with
-/// w = tan(pi f / rate) / tan(pi cutoff / rate), so 1/2 at the cut-off, and fourth order in all.
-/// Each stretch between gaps is filtered alone. Its ends are extended by their own odd reflection
-/// over three periods of the cut-off (less in shorter stretches), and both runs start in the steady
-/// state of their first sample, so a straight line passes unchanged to its ends. Stretches of one
-/// or two samples stay as they are.
+/// Applies a second-order Butterworth low-pass forward and backward: zero phase, gain 1 / (1 + w^4)
+/// with w = tan(pi f / rate) / tan(pi cutoff / rate), so 1/2 at the cut-off [Hz]. Each stretch
+/// between gaps is filtered separately. Its ends are extended by odd reflection over three periods
+/// of the cut-off (less in shorter stretches). Both passes start in the steady state of their first
+/// sample, so a straight line is unchanged. Stretches of one or two samples are not filtered.
 Samples zero_phase(const Samples& samples, double cutoff);
 
-/// True when a rate [Hz] leaves such a filter something to take away: cut-off below 0.4 of it.
+/// Returns true if the cut-off [Hz] is below 0.4 of the sampling rate [Hz].
 bool can_filter(double cutoff, double rate);
 
-/// Shares of the variance of white noise that pass the filter, and that stay in what it takes away.
+/// Shares of the variance of white noise in the filtered signal and in the removed part [1].
 struct NoiseShares {
   double passed = 1.0;
   double removed = 0.0;
 };
 NoiseShares noise_shares(double cutoff, double rate);
 
-// Distances of a whole trace from another. They explain a verdict and never make one: none is sharp
-// on the event (docs/comparison.md has the table of what each is blind to).
+// Distance measures between two traces. They explain a verdict but do not decide it: none is
+// specific to the event (docs/comparison.md lists the limits of each).
 
-/// Over the samples where both are numbers; NaN where a figure is not defined.
+/// Distance measures over the samples where both traces are finite; NaN where a measure is
+/// undefined.
 struct TraceErrors {
   std::size_t samples = 0;
   double rmse = 0.0;       ///< root mean square of simulated - recorded, in the traces' unit
@@ -109,8 +112,8 @@ TraceErrors trace_errors(std::span<const double> simulated, std::span<const doub
 
 namespace palpate {
 
-// Distances between motions, and orders of convergence. Everything is finite-first: a value that
-// is not finite, or a shape that does not match, gives NaN, which no bound holds.
+// Distances between motions and observed orders of convergence. A value that is not finite or a
+// shape that does not match gives NaN, which fails every bound.
 
 struct TrajectoryError {
   double maximum = 0.0;  ///< largest |candidate - truth| over the peak of |truth - start| [1]
@@ -119,20 +122,20 @@ struct TrajectoryError {
   double peak = 0.0;     ///< largest |truth - start| [m]: the scale
 };
 
-/// Both dof x times, sampled at the same instants; `start` is the position that motion is measured
-/// from (truth.col(0) when the caller has nothing better). A candidate that stopped early gives
-/// NaN.
+/// Returns the error of a candidate relative to the truth. Both are dof x times at the same
+/// instants; `start` is the reference position of the motion (truth.col(0) by default). A candidate
+/// that stopped early gives NaN.
 TrajectoryError trajectory_error(const Eigen::Ref<const Eigen::MatrixXd>& candidate,
                                  const Eigen::Ref<const Eigen::MatrixXd>& truth,
                                  const Eigen::Ref<const Eigen::VectorXd>& start);
 
-/// Slope of log e over log h by least squares, with sign, over the rungs above round-off
-/// (e > floor) and below `ceiling`.
+/// Order of convergence: least-squares slope of log e over log h, over the points with floor < e <
+/// `ceiling`.
 struct ObservedOrder {
-  double slope = 0.0;  ///< NaN with fewer than four rungs
+  double slope = 0.0;  ///< NaN with fewer than four points
   double r_squared = 0.0;
-  int rungs = 0;          ///< used
-  bool monotone = false;  ///< the used errors fall with h
+  int rungs = 0;          ///< number of points used
+  bool monotone = false;  ///< the used errors decrease with h
 };
 ObservedOrder observed_order(std::span<const double> h, std::span<const double> error, double floor,
                              double ceiling = 0.1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Intervals: of a share that was counted, and of a mean over a few subjects.
+/// Confidence intervals of a counted share and of a mean over a few subjects.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,15 +15,15 @@ struct Interval {
   [[nodiscard]] bool holds(double value) const { return value >= lower && value <= upper; }
 };
 
-/// Clopper-Pearson (exact, from the beta distribution) for `hits` out of `trials`, at least one.
+/// Returns the exact Clopper-Pearson interval for `hits` of `trials` (at least one).
 Interval share_interval(std::size_t hits, std::size_t trials, double level = 0.95);
 
-/// Counts out of `trials` outside of which a binomial variable of this share falls at most 1 -
-/// level of the time, as shares: what a measured share must lie in if the true one is `share`.
+/// Returns the interval, as shares, that contains the measured share of `trials` with probability
+/// `level` if the true share is `share` (binomial).
 Interval expected_share(double share, std::size_t trials, double level = 0.999);
 
 double mean_of(std::span<const double> value);
-/// With n - 1; NaN below two values.
+/// Returns the sample standard deviation (n - 1); NaN for fewer than two values.
 double deviation_of(std::span<const double> value);
 
 struct BootstrapOptions {
@@ -31,18 +31,19 @@ struct BootstrapOptions {
   double level = 0.95;
   std::uint64_t seed = 1;
 };
-/// Percentile bootstrap of the mean over subjects, seeded. Absent below three subjects. With few
-/// subjects such intervals are too narrow: for five normal values they cover 0.846 instead of 0.95,
-/// Student's t at 1.96 sqrt(4/5). Stated with every result.
+/// Returns the seeded percentile bootstrap interval of the mean over subjects; absent for fewer
+/// than three subjects. With few subjects these intervals are too narrow: for five normal values
+/// the coverage is 0.846 instead of 0.95 (Student's t at 1.96 sqrt(4/5)).
 std::optional<Interval> bootstrap_mean(std::span<const double> value,
                                        const BootstrapOptions& options = {});
 
-/// Student's t at which a share of `level` lies between -t and t.
+/// Returns the t of Student's distribution for which a share of `level` lies between -t and t.
 double student_factor(double level, std::size_t degrees_of_freedom);
-/// The share that lies between -factor and factor.
+/// Returns the share of Student's distribution between -factor and factor.
 double student_share(double factor, std::size_t degrees_of_freedom);
 
-/// The share of a normal distribution that lies more than so many deviations above its mean.
+/// Returns the share of a normal distribution that lies more than `deviations` standard deviations
+/// above the mean.
 double normal_above(double deviations);
 
 }  // namespace palpate::comparison

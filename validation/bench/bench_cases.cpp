@@ -47,7 +47,7 @@ Workload cube(bool as_list, Precision precision) {
   return workload;
 }
 
-/// While the tip pierces skin and fat.
+/// Scene while the tip pierces skin and fat.
 Workload needle(const std::string& name, const std::string& what, Scene scene,
                 const std::string& integrator) {
   scene.simulation.integrator = integrator;
@@ -89,7 +89,7 @@ double spring_steps_of_tick(const Simulation& simulation) {
   return static_cast<double>(simulation.spring_count()) * simulation.plan().substeps;
 }
 
-// What a tick costs in instructions, which neither a busy machine nor a faster one changes.
+// Instructions per tick, which do not depend on load or speed of the machine.
 
 namespace {
 

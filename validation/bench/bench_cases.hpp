@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Work that is counted instead of timed: the same number on a busy machine and on an idle one.
+/// Instruction counts, which do not depend on other load of the machine.
 
 #include <cstdint>
 #include <functional>
@@ -12,46 +12,46 @@
 
 namespace palpate::timing {
 
-/// Machine instructions of a workload's counted ticks.
+/// Machine instructions of the counted ticks of a workload.
 struct InstructionCount {
-  std::vector<std::int64_t> passes{};  ///< each set up anew and stepped alike
-  std::string kernel{};   ///< that the counting processor chose; it may be another than this one
+  std::vector<std::int64_t> passes{};  ///< counts of identical passes, each with a new setup
+  std::string kernel{};   ///< kernel chosen on the counting processor; it may differ from this one
   std::string counter{};  ///< "callgrind-3.19.0"
-  std::string refusal{};  ///< why nothing was counted; empty: it was
+  std::string refusal{};  ///< why nothing was counted; empty if it was
 };
 
-/// Counts a workload of that name (validation/bench/workloads.hpp), twice. Nothing is thrown where
-/// the machine cannot: that is a refusal.
+/// Counts a workload by name (validation/bench/workloads.hpp) twice. Does not throw; a machine that
+/// cannot count gives a refusal.
 using InstructionCounter = std::function<InstructionCount(const std::string& workload)>;
 
 }  // namespace palpate::timing
 
 namespace palpate::bench {
 
-// What instructions are counted of: scenes small enough for a counter that runs fifty times slower,
+// Workloads for instruction counts: scenes small enough for a counter that runs fifty times slower,
 // one for each kernel.
 
 struct Workload {
   std::string name{};  ///< "cube-list-double"
   std::string what{};
   Scene scene{};
-  bool as_list = false;  ///< the same springs, but not known to be a regular lattice
-  long before = 10;      ///< ticks that are not counted
-  long ticks = 20;       ///< that are
+  bool as_list = false;  ///< same springs, but not detected as a regular lattice
+  long before = 10;      ///< ticks before counting
+  long ticks = 20;       ///< counted ticks
 };
 
 std::vector<Workload> workloads();
 
-/// Throws InputError, naming those there are.
+/// Returns a workload by name. Throws InputError that lists the valid names.
 Workload find_workload(const std::string& name);
 
 Simulation simulation_of(const Workload& workload);
 
-/// Springs times substeps: how often a tick computes a spring, a scheme's further evaluations not
-/// counted.
+/// Returns springs times substeps: the number of spring computations per tick, without additional
+/// evaluations of a scheme.
 double spring_steps_of_tick(const Simulation& simulation);
 
-// What `palpate bench` measures: cases of the suite "timing", which run one at a time.
+// Cases of `palpate bench` (suite "timing"), which run one at a time.
 
 std::vector<Case> kernel_cases();
 std::vector<Case> instruction_set_cases();
@@ -63,11 +63,11 @@ std::vector<Case> far_field_cases();
 std::vector<Case> frontier_cases();
 std::vector<Case> instruction_cases(const timing::InstructionCounter& counter);
 
-/// Every one, in that order.
+/// Returns all cases in that order.
 std::vector<Case> all_benches(const timing::InstructionCounter& counter);
 
-/// The problem that mass-spring programs are compared with: n x n x n nodes of 1 g, 10 mm apart, 26
-/// neighbours with 50 N/m and 0.05 N s/m, one face held, 0.1 N on the middle of the other.
+/// Returns the benchmark problem for mass-spring programs: n x n x n nodes of 1 g, 10 mm apart, 26
+/// neighbours with 50 N/m and 0.05 N s/m, one face fixed, 0.1 N on the middle of the opposite face.
 Scene s26_scene(int n);
 
 }  // namespace palpate::bench

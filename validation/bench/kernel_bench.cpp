@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// What `bench/kernels` shows.
+/// Tables and figures of `bench/kernels`.
 
 #include <algorithm>
 #include <array>
@@ -22,13 +22,13 @@
 
 namespace palpate::bench {
 
-/// Of a spring's square root and division alone [ns].
+/// Cost of the square root and division of a spring [ns].
 struct RootLimits {
   double in_double = 0.0;
   double in_float = 0.0;
 };
 
-/// One kernel at one size, all per spring and step.
+/// Times of one kernel at one size, per spring and step.
 struct KernelTime {
   const KernelVariant* variant = nullptr;
   double least = 0.0;      ///< [ns]
@@ -38,7 +38,7 @@ struct KernelTime {
   double root = 0.0;       ///< root and quotient [ns]
 
   [[nodiscard]] double memory() const { return 1e9 * bytes / bandwidth; }  ///< [ns]
-  /// No step of a lattice can be quicker [ns].
+  /// Lower limit of the time of a lattice step [ns].
   [[nodiscard]] double bound() const { return memory() > root ? memory() : root; }
 };
 
@@ -128,7 +128,7 @@ Table limits_table(const RootLimits& limits) {
           .timing = true};
 }
 
-/// What was asked of the project on one core of the machine of the peers' table.
+/// Required time on one core of the machine of the comparison table.
 struct Target {
   const char* kernel;
   int n;
@@ -163,8 +163,8 @@ Table targets_table(std::span<const KernelSize> sizes) {
   return table;
 }
 
-/// Measured before this project began, one thread of a Zen 3 EPYC, g++ 12 -O3 -march=native, the
-/// same problem; not measured again here.
+/// Times of other engines, not measured here: one thread of a Zen 3 EPYC, g++ 12 -O3 -march=native,
+/// the same problem.
 struct Peer {
   const char* engine;
   const char* version;
@@ -181,7 +181,7 @@ constexpr std::array peers{
     Peer{"SOFA regular-grid springs, explicit Euler", "v26.06", {57.5, 58.4, 58.8}, "yes"},
     Peer{"XPBD of the PBD library, 1 substep", "d0894bd", {59.0, 99.0, 247.0}, "no damping"}};
 
-/// "7.7 (5.1 x)": how many times longer than the damped lattice in double takes here.
+/// Returns the time and its ratio to the damped double-precision lattice, "7.7 (5.1 x)".
 std::string peer_cell(std::span<const KernelSize> sizes, int n, double ns) {
   if (ns == 0.0) { return "-"; }
   std::array<char, 48> text{};
@@ -288,8 +288,8 @@ std::vector<Figure> kernel_figures(std::span<const KernelSize> sizes, const Root
           times_figure(sizes, limits, Precision::single_precision)};
 }
 
-// What a spring costs in a step, by kernel and size, beside what the machine allows and what other
-// engines take.
+// Cost of a spring per step by kernel and size, compared with the limits of the machine and with
+// other engines.
 
 namespace {
 
@@ -303,8 +303,8 @@ RootLimits measure_roots() {
           .in_float = 1e9 * timed[1].least / RootsAndQuotients<float>::count};
 }
 
-/// All kernels of one size, and for each lattice memory with as much data as it has, in the same
-/// rounds.
+/// Times all kernels of one size, and for each lattice memory traffic of the same amount in the
+/// same rounds.
 KernelSize measure_size(int n, std::span<const KernelVariant> variants, const RootLimits& limits) {
   std::vector<std::unique_ptr<Stepping>> steppings;
   std::vector<std::unique_ptr<VectorUpdate>> updates;
@@ -413,8 +413,8 @@ std::vector<Case> kernel_cases() {
            .weight = 60.0}};
 }
 
-// What kernels for wider instruction sets are worth: the same steps of the same lattice with each
-// that this processor has.
+// Speed-up by kernels for wider instruction sets: the same steps of the same lattice with each
+// kernel that this processor supports.
 
 namespace {
 
@@ -496,12 +496,12 @@ std::vector<Case> instruction_set_cases() {
            .weight = 20.0}};
 }
 
-// What a second thread is worth to a lattice, where a second processor is free to run it.
+// Speed-up of a lattice by a second thread, if a second processor is free.
 
 namespace {
 
 constexpr double wanted_speed_up = 1.7;
-/// Of the 2 that a second processor can bring, 1.8 must be left by what else the machine does.
+/// Largest slowdown by other load: of the ideal speed-up of 2, 1.8 must remain.
 constexpr double most_slowdown = 1.1;
 
 struct Pair {
@@ -516,9 +516,8 @@ struct Pair {
   [[nodiscard]] bool second_was_free() const { return slowdown <= most_slowdown; }
 };
 
-/// One thread and two in turn, both made anew each time: threads that wait do so by looking, so
-/// those of the pair must exist only while they are timed, and then the one must not have older
-/// memory than the two.
+/// Times one thread and two alternately, both created anew each time: waiting threads spin, so they
+/// must exist only while they are timed, and both variants must use equally new memory.
 Pair time_pair(const KernelVariant& variant, int n) {
   KernelVariant shared = variant;
   shared.threads = 2;
@@ -567,8 +566,7 @@ Table pairs_table(const std::vector<Pair>& pairs) {
   return table;
 }
 
-/// Only while a second processor is free, before and after; what was timed in between is shown in
-/// any case.
+/// Judges only if a second processor is free before and after; the times are shown in any case.
 std::vector<Pair> time_pairs(const CaseContext& context, double& most) {
   std::vector<Pair> pairs;
   for (const int n : context.quick ? std::vector{40} : std::vector{40, 80}) {
@@ -624,12 +622,11 @@ std::vector<Case> thread_cases() {
        .weight = 30.0}};
 }
 
-// What each thing that a scene does not need is worth: ticks with it left out and ticks with it
-// gone through all the same.
+// Savings by each part that a scene does not need: ticks without it and ticks that compute it.
 
 namespace {
 
-/// A scene that needs all but one thing, so that nothing else is left out.
+/// Scene that needs all parts but one.
 struct SkippedThing {
   std::string name{};
   Scene scene{};
@@ -682,7 +679,8 @@ std::vector<SkippedThing> skipped_things() {
   return things;
 }
 
-/// So many ticks from the beginning, each time of a simulation made anew outside the time.
+/// Times ticks from the beginning, each time with a new simulation created outside the measured
+/// time.
 Contender contender(const SkippedThing& what, bool skip, std::unique_ptr<Simulation>& simulation) {
   return {.name = what.name,
           .repeat =

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The kernels that are timed: S26 of n nodes a side (bench_cases.hpp), stepped in every way there
-/// is.
+/// Kernels that are timed: S26 with n nodes a side (bench_cases.hpp), in all available variants.
 
 #include <functional>
 #include <memory>
@@ -16,50 +15,49 @@ namespace palpate::bench {
 struct KernelVariant {
   const char* name = "";
   Precision precision = Precision::double_precision;
-  bool lattice = true;  ///< else the same springs in a list
-  bool uneven = false;  ///< stiffness of its own for every spring
+  bool lattice = true;  ///< false: the same springs in a list
+  bool uneven = false;  ///< individual stiffness for every spring
   bool damped = true;
   int threads = 1;
   const char* instructions =
-      nullptr;  ///< lattice::Kernels::name of a lattice; nullptr: the best here
+      nullptr;  ///< lattice::Kernels::name of a lattice; nullptr: the best on this processor
 
   [[nodiscard]] bool in_double() const { return precision == Precision::double_precision; }
 };
 
-/// One thread, all that differs otherwise.
+/// Returns all variants with one thread.
 std::span<const KernelVariant> kernel_variants();
 
-/// Those that memory may hold back, for the largest size.
+/// Returns the variants that memory bandwidth may limit, for the largest size.
 std::span<const KernelVariant> largest_variants();
 
-/// Semi-implicit Euler with 1 ms, step after step, without what a Simulation knows besides: bounds
-/// of the spectrum alone take minutes for a million nodes.
+/// Semi-implicit Euler with steps of 1 ms, without the setup of a Simulation: bounds of the
+/// spectrum alone take minutes for a million nodes.
 class Stepping {
  public:
   virtual ~Stepping() = default;
   virtual void step(long times) = 0;
-  [[nodiscard]] virtual double springs() const = 0;  ///< that are computed
+  [[nodiscard]] virtual double springs() const = 0;  ///< computed in a step
 };
 std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n);
 
-/// Adds a spring that no lattice has, so weak that it changes nothing: the network goes through its
-/// list.
+/// Adds a very weak spring that is not part of a regular lattice, so that the list kernel is used.
 void break_lattice(SpringNetwork& network);
 
-/// What a step in one pass cannot do without, from its layout (lattice_view.hpp): of each node
-/// position and velocity, read and written, the inverse mass, read, and the constants of its
-/// springs where no two rows share them [bytes]. Forces are kept for two layers at a time and stay
-/// in the cache.
+/// Returns the minimum memory traffic of a step in one pass from the layout (lattice_view.hpp)
+/// [bytes]: per node, position and velocity read and written, inverse mass read, and spring
+/// constants that rows do not share. Forces are stored for two layers at a time and stay in the
+/// cache.
 double bytes_moved(const KernelVariant& variant, int n);
 
-/// All that a step touches [bytes].
+/// Returns the size of all data that a step accesses [bytes].
 double working_set(const KernelVariant& variant, int n);
 
-// What this machine allows, measured beside what is judged by it.
+// Limits of this machine, measured together with the kernels.
 
-/// A square root and a division for every number, with the instructions that kernels of lattices
-/// use: no spring can cost less. Buffers stay in the first cache; one repetition goes through
-/// `count` numbers.
+/// One square root and one division per number, with the instructions of the lattice kernels: a
+/// lower limit of the cost of a spring. Buffers stay in the first-level cache; one repetition
+/// processes `count` numbers.
 template <class Real> class RootsAndQuotients {
  public:
   static constexpr long count = 2048;
@@ -71,25 +69,24 @@ template <class Real> class RootsAndQuotients {
   std::vector<Real> to_;
 };
 
-/// a += x b: two numbers read and one written, the latter where it was read, so that nothing else
-/// moves between processor and memory. The two vectors together have `bytes`, so that the bandwidth
-/// is that of the cache or memory which a working set of that size lives in.
+/// Vector update a += x b: two numbers read and one written in place, without other memory traffic.
+/// The two vectors together have `bytes`, so the bandwidth is that of the cache or memory level for
+/// a working set of this size.
 class VectorUpdate {
  public:
   explicit VectorUpdate(double bytes);
   void repeat(long times);
-  [[nodiscard]] double bytes_moved() const;  ///< in one repetition
+  [[nodiscard]] double bytes_moved() const;  ///< traffic of one repetition [bytes]
 
  private:
   std::vector<double> a_, b_;
 };
 
-/// How many times longer two threads take, each with work of its own, than the first alone: 1 on
-/// two idle processors, 2 where both share one, and in between where memory holds them up. Median
-/// of rounds, wall clock.
+/// Returns the slowdown of a thread by a second thread with its own work: 1 on two idle processors,
+/// 2 if both share one, in between if memory limits them. Median of rounds, wall clock.
 double side_by_side_slowdown(const std::function<void()>& mine, const std::function<void()>& other);
 
-/// The same of roots and quotients, which need nothing but processors.
+/// Returns the same slowdown for roots and quotients, which do not use memory.
 double side_by_side_slowdown();
 
 }  // namespace palpate::bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Insertions of a needle, tick by tick: what force each had and what it cost.
+/// Insertions of a needle with force and cost of every tick.
 
 #include <algorithm>
 #include <cmath>
@@ -23,17 +23,17 @@ struct Insertion {
 };
 
 Insertion insert(const Scene& scene);
-/// A run is the same work at the same tick every time: the least of several is what it costs.
+/// Takes the minimum of several runs at each tick, because the work of a tick is the same in every
+/// run.
 Insertion insert_repeatedly(const Scene& scene, int repeats);
 
-/// Over the peak of `truth`, at every tick; NaN where a run ended early.
+/// Returns the error over the peak of `truth` at every tick; NaN if a run ended early.
 std::vector<double> errors(const Insertion& run, const Insertion& truth);
-/// How far each force lies from what `truth` goes through within a tick before or after, over its
-/// peak.
+/// Returns the distance of each force from the range of `truth` within one tick, over its peak.
 std::vector<double> errors_within_a_tick(const Insertion& run, const Insertion& truth);
 /// NaN if one is.
 double largest(const std::vector<double>& values);
-/// What this share of the ticks takes at most [us].
+/// Returns the time that this share of the ticks does not exceed [us].
 double ticks_within(const Insertion& run, double share);
 /// Median, hundredth and worst tick [us].
 void tell_times(const Insertion& run, const std::string& of, Outcome& outcome);
@@ -172,8 +172,8 @@ std::vector<Case> needle_cases() {
            .weight = 30.0}};
 }
 
-// A needle in fifty thousand nodes, of which those away from it are left to a far field: what a
-// tick costs, and what it changes in the force, against explicit steps of every node.
+// Needle in fifty thousand nodes with a reduced-order model away from it: cost of a tick and change
+// of the force, compared with explicit steps of every node.
 
 namespace {
 

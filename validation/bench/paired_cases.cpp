@@ -23,7 +23,7 @@ double instruction_ratio(const PairedFinding& finding) {
          static_cast<double>(finding.base.passes.front());
 }
 
-/// A reason to believe the clock.
+/// Returns true if the counts confirm the times.
 bool has_a_cause(const PairedFinding& finding, const PairedVerdict& verdict) {
   return !counted(finding) || instruction_ratio(finding) > 1.0 || verdict.misses_rose();
 }
@@ -108,7 +108,8 @@ Alarms alarms_of(const std::string& scene, Head head, int comparisons,
   return alarms;
 }
 
-/// A false alarm is to be rarer than one slowdown missed.
+/// Returns the number of comparisons with the slowed-down build. It is smaller, because false
+/// alarms must be rarer than missed slowdowns.
 int planted_among(int comparisons) {
   return comparisons < 20 ? comparisons : std::max(20, comparisons / 10);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Two builds of the model against each other: wall clock in pairs, and instructions.
+/// Comparison of two builds of the model by wall clock in pairs and by instructions.
 
 #include <functional>
 #include <string>
@@ -12,32 +12,32 @@
 
 namespace palpate::bench {
 
-/// What two builds take for one scene.
+/// Times and instruction counts of two builds for one scene.
 struct PairedFinding {
   std::vector<timing::PairedStart> starts{};
   bool same_motion = false;
-  timing::InstructionCount base{};  ///< of the same ticks
+  timing::InstructionCount base{};  ///< instructions of the same ticks
   timing::InstructionCount head{};
 };
 
-/// Whose head is meant.
+/// Version of the head: as built, or slowed down deliberately.
 enum class Head { as_built, planted };
 
-/// Measures a scene by its name; `seed`: of the order within pairs.
+/// Function that measures a scene by name; `seed` determines the order within pairs.
 using PairedMeasurement =
     std::function<PairedFinding(const std::string& scene, Head head, std::uint64_t seed)>;
 
-/// Whether the head is slower: the lower limit of the ratio of times is above 1.03, and it takes
-/// more instructions or misses more deadlines. Where nobody counts instructions, the clock decides
+/// Returns true if the head is slower: the lower limit of the ratio of times is above 1.03, and it
+/// executes more instructions or misses more deadlines. Without instruction counts the time decides
 /// alone.
 bool is_slower(const PairedFinding& finding);
 
-/// "bench/paired/SCENE": the head against the base.
+/// Returns the cases "bench/paired/SCENE", which compare the head with the base.
 std::vector<Case> paired_cases(const std::vector<std::string>& scenes,
                                const PairedMeasurement& measure);
 
-/// "bench/self-test/SCENE": so many comparisons of a build with itself, and with itself slowed down
-/// by one tick in twenty.
+/// Returns the cases "bench/self-test/SCENE": comparisons of a build with itself, and with itself
+/// slowed down by one tick in twenty.
 std::vector<Case> self_test_cases(const std::vector<std::string>& scenes, int comparisons,
                                   const PairedMeasurement& measure);
 

@@ -28,16 +28,16 @@ namespace palpate::bench {
 /// Instants of the ticks, the first 0 [s].
 std::vector<double> instants_of(const Scene& scene);
 
-/// A scene without a tool: the place of one point stands for it.
+/// Scene without a tool: the observed signal is the position of one point.
 class PointScene {
  public:
   /// `node` of a network; an oscillator has one coordinate.
   PointScene(const CaseContext& context, const Scene& scene, int node);
   ~PointScene();
   [[nodiscard]] MethodRun here(const Scene& scene) const;
-  /// Networks with forces from the model's list kernel, so that nobody pays for a plain right-hand
-  /// side. The time is that of the march by the wall clock, or less where others had the processor.
-  /// A solver that gives up is a run that failed.
+  /// Solves networks with forces from the list kernel of the model, for a fair run time. The time
+  /// is the wall time of the integration, or less if other processes used the processor. A solver
+  /// that gives up is a failed run.
   [[nodiscard]] MethodRun there(const std::string& solver,
                                 const reference::Tolerance& tolerance) const;
 
@@ -50,10 +50,10 @@ class PointScene {
   Eigen::Index count_ = 1;
 };
 
-/// A scene with a needle: the force on the hand stands for it.
+/// Scene with a needle: the observed signal is the force on the hand.
 MethodRun needle_here(const CaseContext& context, const Scene& scene);
 
-/// CVODE with events as roots.
+/// Solves with CVODE and root finding for events.
 struct NeedleReference {
   MethodRun run{};
   std::vector<bool> jumps{};  ///< ticks within two of an event
@@ -211,17 +211,17 @@ NeedleReference needle_there(const Scene& scene, double tolerance) {
 
 namespace {
 
-/// But the printed Feynman-Newton, which is an erratum.
+/// All schemes except the printed Feynman-Newton, which is an erratum.
 const std::vector<std::string> all_schemes{"euler",          "euler-cromer",     "feynman-newton",
                                            "leapfrog",       "velocity-verlet",  "rk4",
                                            "implicit-euler", "implicit-midpoint"};
 const std::vector<std::string> explicit_solvers{"cvode-adams", "arkode-dormand-prince-5-4",
                                                 "gsl-rk8pd", "odeint-dormand-prince-5-4"};
 
-/// Of the peak at the tool (docs/scenes.md).
+/// Allowed error at the tool, relative to the peak (docs/scenes.md).
 constexpr double automatic_promise = 0.02;
 
-/// What is asked of one scene.
+/// Requirements for one scene.
 struct Demand {
   double times_cheaper = 0.0;  ///< than others at a thousandth of the peak; 0: nothing
   /// At the end of S26: what semi-implicit Euler of any engine has (5.7338e-4 m for 5.7313e-4 m),
@@ -229,7 +229,8 @@ struct Demand {
   double error_at_end = unbounded;
 };
 
-/// Of "auto", and of one step of semi-implicit Euler a tick, which kernels are timed with.
+/// Errors of "auto", and of semi-implicit Euler with one step per tick, the setting of the kernel
+/// timings.
 void judge_end(const std::vector<Point>& points, double most, Outcome& outcome) {
   for (const Point& p : points) {
     const bool timed = p.method.starts_with("euler-cromer") && p.setting == "1 substep";
@@ -410,8 +411,8 @@ std::vector<Case> precision_cases() {
           measure_ligament)};
 }
 
-// What accuracy costs, counted: evaluations of the force are the same on every machine, so that a
-// gate can hold them.
+// Cost of accuracy in force evaluations, which are the same on every machine, so that a gate can
+// compare them.
 
 namespace {
 
@@ -421,7 +422,7 @@ struct Frontier {
   std::vector<std::string> schemes{"euler", "euler-cromer", "velocity-verlet", "rk4"};
   int least_substeps = 1;
   int most_substeps = 64;
-  std::vector<double> costs{};  ///< evaluations for which digits are told
+  std::vector<double> costs{};  ///< numbers of evaluations for which digits are reported
   Truth truth{};
   std::function<MethodRun(const Scene&)> here{};
 };

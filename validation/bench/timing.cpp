@@ -23,7 +23,7 @@ double seconds_of(const Contender& contender, long times) {
   return seconds;
 }
 
-/// How often fills a batch; warms caches and code on the way.
+/// Returns the number of repetitions of a batch; also warms caches and code.
 long times_for(const Contender& contender, double batch) {
   long times = 1;
   double seconds = seconds_of(contender, times);
@@ -165,7 +165,7 @@ std::optional<ChangePoint> find_change(std::span<const double> values) {
   long largest = -1;
   ChangePoint change;
   for (std::size_t t = 0; t + 1 < n; ++t) {
-    // Value t goes over to the side of the old level.
+    // Value t moves to the side of the old level.
     for (std::size_t j = 0; j < n; ++j) { sum += sign(values[j] - values[t]); }
     if (std::abs(sum) > largest) {
       largest = std::abs(sum);

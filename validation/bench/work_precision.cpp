@@ -25,7 +25,7 @@ struct Place {
   double error = 0.0;
 };
 
-/// Each method's points by rising cost.
+/// Returns the points of each method by increasing cost.
 std::vector<std::vector<Place>> ladders_of(std::span<const Effort> efforts) {
   std::map<std::string, std::vector<Place>> by_method;
   for (const Effort& each : efforts) {
@@ -63,7 +63,7 @@ double error_on(const std::vector<Place>& ladder, double cost) {
   return ladder.back().error;
 }
 
-/// Least over the ladders, those that have none left out.
+/// Returns the minimum over the methods, ignoring those without a value.
 template <class Value> double least(std::span<const Effort> efforts, double at, Value&& value) {
   double best = nothing;
   for (const std::vector<Place>& ladder : ladders_of(efforts)) {
@@ -88,7 +88,7 @@ double root_mean_square(const Eigen::MatrixXd& values) {
   return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
 }
 
-/// Of the tool's error, at each tick that counts.
+/// Returns the length of the error vector at each counted tick.
 Eigen::VectorXd lengths(const Eigen::MatrixXd& error, const std::vector<bool>& left_out) {
   Eigen::VectorXd length = error.colwise().norm().transpose();
   for (std::size_t n = 0; n < left_out.size(); ++n) {
@@ -97,12 +97,12 @@ Eigen::VectorXd lengths(const Eigen::MatrixXd& error, const std::vector<bool>& l
   return length;
 }
 
-/// What the signal has come to.
+/// Returns the change of the signal from start to end.
 Eigen::VectorXd final_of(const Eigen::MatrixXd& signal) {
   return signal.rightCols(1) - signal.leftCols(1);
 }
 
-/// In the component that has come furthest.
+/// Returns the final error of the component with the largest change, relative to that change.
 double error_at_end(const Eigen::MatrixXd& signal, const Eigen::MatrixXd& truth) {
   Eigen::Index component = 0;
   const double size = final_of(truth).cwiseAbs().maxCoeff(&component);
@@ -230,7 +230,7 @@ void add_solver(const Study& study, const std::string& name, double patience,
   }
 }
 
-/// What a point stands against.
+/// Returns true if both or none of the points use the reduced-order model.
 bool same_field(const Point& a, const Point& b) {
   const auto field = [](const Point& p) {
     return p.kind == Point::Kind::automatic ? Point::Kind::in_double : p.kind;
@@ -342,7 +342,7 @@ double noise_of(const std::vector<Point>& points) {
 
 namespace {
 
-/// What a method's name leaves open.
+/// Describes the reduced-order model, which the name of a method does not.
 std::string words_on_far_field(const Study& study) {
   if (!(study.reduction.near_radius > 0.0)) { return ""; }
   std::array<char, 160> text{};

@@ -13,7 +13,7 @@ std::size_t worst_told(const Fit& fit) {
                                    [&](std::size_t n) { return fit.parameters[n].deviation; });
 }
 
-/// The depth of a group whose women weigh more or less than those that were fitted.
+/// Corrects the depth of a group whose BMI differs from that of the fitted groups.
 void move_depth(Observation& foretold, const Pooled& fitted, const Pooled& held) {
   if (!fitted.body_mass_index || !held.body_mass_index) { return; }
   foretold[index_of(Observable::depth_of_loss)] +=
@@ -138,7 +138,7 @@ Outcome Calibration::outcome() const {
 
 namespace {
 
-/// The coarsest of three forms that the scene can be simulated in as it is.
+/// Returns the coarsest of three forms in which the scene can be simulated.
 Coarsening coarsest(const Scene& scene, const CalibrationOptions& options) {
   Coarsening gentler = options.coarsening;
   gentler.block = false;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Calibration of a scene with recordings, and checks of the fit: growth of the misfit away from
-/// it, and prediction of groups that were left out.
+/// Calibration of a scene with recordings, and checks of the fit: profile of the misfit and
+/// prediction of groups that were left out.
 
 #include <span>
 
@@ -10,12 +10,13 @@
 
 namespace palpate::calibration {
 
-/// Least misfit with one parameter fixed beside its fit and the other constrained ones fitted
-/// again.
+/// Minimum misfit with one parameter fixed beside its fitted value and the other constrained
+/// parameters fitted again.
 struct Profile {
   std::size_t parameter = 0;  ///< index
   std::vector<double> value{};
-  std::vector<double> growth{};  ///< of the sum of squares over that of the fit, priors included
+  std::vector<double>
+      growth{};  ///< increase of the sum of squares relative to the fit, priors included
 };
 /// Profile of the constrained parameter with the widest interval; empty if none is constrained.
 Profile profile_of_worst(Forward& forward, const Fit& fit);
@@ -26,12 +27,13 @@ struct HeldOut {
   std::size_t subjects = 0;
   Pooled seen{};  ///< observations of the group that was left out
   Observation foretold{};
-  double error_fitted = 0.0;    ///< root mean square over observables, relative, of those fitted
-  double error_foretold = 0.0;  ///< the same of the group that was left out
+  double error_fitted =
+      0.0;  ///< relative root mean square error over observables of the fitted groups
+  double error_foretold = 0.0;  ///< the same for the group that was left out
   bool converged = false;
 };
 
-/// Names of the groups, in the order of the recordings.
+/// Returns the names of the groups in the order of the recordings.
 std::vector<std::string> groups_of(std::span<const Subject> subjects);
 
 /// Fits the constrained parameters again without each group in turn; empty for fewer than two
@@ -40,11 +42,12 @@ std::vector<HeldOut> leave_groups_out(Forward& forward, const Fit& fit,
                                       std::span<const Subject> subjects,
                                       const SharedUncertainty& shared = {});
 
-/// Relative error of every observable that both have; NaN elsewhere.
+/// Returns the relative error of every observable that both have; NaN elsewhere.
 Eigen::VectorXd relative_errors(const Observation& simulated, const Observation& seen);
-double root_mean_square(const Eigen::VectorXd& values);  ///< of the numbers among them
+double root_mean_square(const Eigen::VectorXd& values);  ///< of the finite values
 
-// `palpate calibrate` without its files: from subjects and a scene to a fit and its checks.
+// Calibration from subjects and a scene to a fit and its checks, without file access (`palpate
+// calibrate`).
 
 struct CalibrationOptions {
   Coarsening coarsening{};
@@ -52,7 +55,7 @@ struct CalibrationOptions {
   int jobs = 2;
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const char* stage)> progress{};
-  Forward::Simulate simulate{};  ///< instead of the simulation: for planted faults
+  Forward::Simulate simulate{};  ///< replaces the simulation, for planted faults
 };
 
 struct Calibration {
@@ -60,10 +63,10 @@ struct Calibration {
   Profile profile{};
   std::vector<HeldOut> held_out{};
   Scene fitted{};               ///< the scene with the values of the fit
-  Observation whole{};          ///< the fitted scene simulated as it is, without shortcuts
-  std::size_t simulations = 0;  ///< of the coarser scene
+  Observation whole{};          ///< the fitted scene simulated without shortcuts
+  std::size_t simulations = 0;  ///< number of simulations of the coarser scene
 
-  /// Largest difference between coarser and whole scene, in uncertainties of the data.
+  /// Largest difference between the coarser and the full scene, in uncertainties of the data [1].
   [[nodiscard]] double shortcut_cost() const;
   /// The verdict: the search converged, at least one parameter is constrained, none is at a bound,
   /// the misfit did not grow, and the shortcuts change each observable by less than its
@@ -71,9 +74,9 @@ struct Calibration {
   [[nodiscard]] Outcome outcome() const;
 };
 
-/// Recordings without a refusal; parameters of parameters_of(), changed or fewer. Throws
-/// runtime_error where the scene cannot be simulated at the values that are tried, Interrupted on a
-/// stop.
+/// Calibrates a scene. The recordings must have no refusal; `parameters` is a subset of
+/// parameters_of(), possibly with changed priors. Throws runtime_error if the scene cannot be
+/// simulated at the tested values, and Interrupted on a stop.
 Calibration calibrate(const Scene& scene, const std::vector<Parameter>& parameters,
                       std::span<const Subject> recordings, const CalibrationOptions& options = {});
 

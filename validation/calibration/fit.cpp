@@ -12,7 +12,7 @@ namespace palpate::calibration {
 
 namespace {
 
-/// The weighted slopes w J, and H^-1.
+/// Weighted slopes w J, and H^-1.
 struct Normal {
   Eigen::MatrixXd weighted{};
   Eigen::MatrixXd inverse{};
@@ -81,10 +81,10 @@ Eigen::MatrixXd columns_besides(const Eigen::MatrixXd& matrix,
 
 namespace {
 
-/// Of finite differences, in spreads of the prior: far above what the ticks of a simulation leave.
+/// Step of finite differences in prior spreads, far above the discretisation of the ticks.
 constexpr double difference = 0.1;
 
-/// A free number q stands for log v = lower + (upper - lower) / (1 + exp(-q)).
+/// A free variable q represents log v = lower + (upper - lower) / (1 + exp(-q)).
 double share_of(double q) { return 1.0 / (1.0 + std::exp(-q)); }
 
 double from_free(const Parameter& p, double q) {
@@ -92,13 +92,13 @@ double from_free(const Parameter& p, double q) {
 }
 
 double to_free(const Parameter& p, double value) {
-  constexpr double edge = 1e-6;  // a start on a bound would never leave it
+  constexpr double edge = 1e-6;  // the gradient vanishes at a bound
   const double share = std::log(value / p.lower) / std::log(p.upper / p.lower);
   const double inside = std::clamp(share, edge, 1.0 - edge);
   return std::log(inside / (1.0 - inside));
 }
 
-/// d x / d q of the standardised parameter.
+/// Returns d x / d q of the standardised parameter.
 double slope_of_free(const Parameter& p, double q) {
   const double share = share_of(q);
   return std::log(p.upper / p.lower) / p.spread * share * (1.0 - share);
@@ -224,13 +224,13 @@ std::vector<std::size_t> besides(const Forward& forward, const std::vector<std::
   return others;
 }
 
-/// What one spread of the prior moves all rows by, in their uncertainties.
+/// Returns the effect of one prior spread on all rows, in their uncertainties.
 Eigen::VectorXd sensitivities(const Eigen::MatrixXd& slopes, const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd weight = covariance.diagonal().cwiseSqrt().cwiseInverse();
   return (weight.asDiagonal() * slopes).colwise().norm().transpose();
 }
 
-/// Those of `candidates` that are told, others left at their priors.
+/// Returns the `candidates` that the data constrain, with the others at their priors.
 std::vector<std::size_t> choose(const Search& search, const Forward& forward,
                                 const Forward::Values& at,
                                 const std::vector<std::size_t>& candidates) {
@@ -239,8 +239,8 @@ std::vector<std::size_t> choose(const Search& search, const Forward& forward,
   return {told.begin(), told.end()};
 }
 
-/// What data tell is judged at the prior first, and again where the fit has led, until all that is
-/// fitted is told; none comes back, so it ends.
+/// Selects constrained parameters at the prior, and again at the fit, until all fitted parameters
+/// are constrained. Removed parameters do not return, so the loop ends.
 Search::Found search_told(Forward& forward, const Pooled& data, Fit& result) {
   const Forward::Values priors = forward.priors();
   result.told = choose(Search(forward, data, {}), forward, priors, all_of(forward));
@@ -257,8 +257,8 @@ Search::Found search_told(Forward& forward, const Pooled& data, Fit& result) {
   }
 }
 
-/// More than one in a hundred would show by chance: then uncertainties were too small by this
-/// factor (R. T. Birge 1932), or the model cannot follow.
+/// Returns the factor on uncertainties if the misfit is larger than in one of a hundred cases by
+/// chance: uncertainties were too small (R. T. Birge 1932), or the model is inadequate.
 double widening_of(double misfit, std::size_t rows) {
   const boost::math::chi_squared chance(static_cast<double>(rows));
   return misfit > quantile(chance, 0.99) ? std::sqrt(misfit / static_cast<double>(rows)) : 1.0;
@@ -272,8 +272,8 @@ FittedParameter untold(const Parameter& p, double sensitivity) {
           .interval = {p.value(-normal_factor), p.value(normal_factor)}};
 }
 
-/// Student's t with as many degrees of freedom as are left where a part of the variance alone was
-/// estimated from n subjects: (n - 1) (all / part)^2 (Welch and Satterthwaite; GUM, annex G.4).
+/// Returns Student's t if only a part of the variance was estimated from n subjects; degrees of
+/// freedom (n - 1) (all / part)^2 (Welch and Satterthwaite; GUM, annex G.4).
 double factor_of(double all, double sampled, std::size_t degrees_of_freedom) {
   constexpr double many = 1e4;  // as good as normal
   if (degrees_of_freedom == 0 || !(sampled > 0.0)) { return normal_factor; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What is known of parameters after a fit, from its linearisation alone. Parameters are
-/// standardised, so the prior of each has variance 1.
+/// Linearised posterior of fitted parameters. Parameters are standardised, so the prior of each has
+/// variance 1.
 
 #include <Eigen/Core>
 #include <vector>
@@ -13,38 +13,38 @@
 
 namespace palpate::calibration {
 
-/// Around the place of the fit, one row per observable that is there.
+/// Linearisation at the fit, one row per available observable.
 struct Linearised {
-  Eigen::MatrixXd slope{};       ///< J, of the parameters that are fitted
-  Eigen::MatrixXd considered{};  ///< J of those left at their prior, whose uncertainty stays
-  Eigen::MatrixXd covariance{};  ///< C of the means that were fitted, in full
+  Eigen::MatrixXd slope{};  ///< J of the fitted parameters
+  Eigen::MatrixXd
+      considered{};  ///< J of the parameters kept at their prior, whose uncertainty remains
+  Eigen::MatrixXd covariance{};  ///< full covariance C of the fitted means
 };
 
-/// The fit weighs rows by their own variances, w = 1 / C_ii, and so is x = G (y - f) with
-/// G = H^-1 J^T w, H = J^T w J + 1. What it passes on is
-///   G (C + J_c J_c^T) G^T + H^-2
-/// of correlated rows, of the parameters that were left, and of the prior ("consider covariance",
+/// Returns the posterior covariance. The fit weights rows by their own variances, w = 1 / C_ii: x =
+/// G (y - f) with G = H^-1 J^T w, H = J^T w J + 1. The covariance is G (C + J_c J_c^T) G^T + H^-2
+/// for correlated rows, parameters kept at their prior, and the prior ("consider covariance",
 /// Schmidt 1966; sandwich of Huber 1967).
 Eigen::MatrixXd posterior_covariance(const Linearised& at);
 
-/// G c G^T: what one part c of the rows' covariance passes on.
+/// Returns G c G^T, the contribution of one part c of the covariance of the rows.
 Eigen::MatrixXd passed_on(const Linearised& at, const Eigen::MatrixXd& part);
 
 Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance);
 
-/// Those of `candidates` (columns of `slope`) that data tell: fitted without the others, each has
-/// less than half of its prior variance, so that data say more than the prior. The worst are left
+/// Returns the `candidates` (columns of `slope`) that the data constrain: fitted without the
+/// others, each has less than half of its prior variance. The least constrained ones are removed
 /// one by one.
 std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope,
                                        const Eigen::MatrixXd& covariance,
                                        std::vector<Eigen::Index> candidates);
 
-/// The columns of a matrix in this order, and those that are left.
+/// Returns the given columns of a matrix in this order, or the remaining columns.
 Eigen::MatrixXd columns_of(const Eigen::MatrixXd& matrix, const std::vector<Eigen::Index>& columns);
 Eigen::MatrixXd columns_besides(const Eigen::MatrixXd& matrix,
                                 const std::vector<Eigen::Index>& columns);
 
-// The least squares problem behind a fit: some parameters free, the others held, priors as rows.
+// Least-squares problem of a fit: some parameters free, the others fixed, priors as rows.
 
 class Search {
  public:
@@ -53,21 +53,22 @@ class Search {
 
   struct Found {
     Forward::Values values{};
-    double cost = 0.0;  ///< sum of squares, rows and priors
+    double cost = 0.0;  ///< sum of squares of rows and priors
     std::size_t iterations = 0;
     bool converged = false;
   };
-  /// From these values; those that are not free stay as they are.
+  /// Minimises from these values; parameters that are not free keep theirs.
   Found from(const Forward::Values& start, const reference::LeastSquaresRule& rule = {}) const;
 
-  /// Standardised slopes d f / d x of these parameters, one column each, rows of the data.
+  /// Returns the standardised slopes d f / d x of these parameters, one column each, one row per
+  /// observable.
   [[nodiscard]] Eigen::MatrixXd slopes(const Forward::Values& at,
                                        const std::vector<std::size_t>& of) const;
   [[nodiscard]] Eigen::VectorXd rows_of(const Observation& observation) const;
   [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return rows_; }
   [[nodiscard]] Eigen::MatrixXd covariance() const { return rows_of(data_.covariance); }
   [[nodiscard]] Eigen::MatrixXd rows_of(const Eigen::MatrixXd& covariance) const;
-  /// (simulated - seen) over the standard uncertainty of each row.
+  /// Returns (simulated - observed) over the standard uncertainty of each row.
   [[nodiscard]] Eigen::VectorXd misfits(const Observation& simulated) const;
 
  private:
@@ -83,45 +84,46 @@ class Search {
   Eigen::VectorXd deviation_{};  ///< standard uncertainty of each row
 };
 
-// Parameters of a scene from recordings: what they can tell is fitted, the rest stays at its prior
-// and is named. docs/calibration.md says how.
+// Fit of scene parameters to recordings: parameters that the data constrain are fitted, the others
+// keep their prior value (docs/calibration.md).
 
 enum class Telling {
-  told,         ///< fitted
-  insensitive,  ///< one spread of the prior moves all that was seen by less than its uncertainty
-  wide,         ///< data leave half of the prior variance or more: other parameters do the same
+  told,         ///< constrained by the data and fitted
+  insensitive,  ///< one prior spread changes the observables by less than their uncertainty
+  wide,  ///< data leave half of the prior variance or more: other parameters have the same effect
 };
 std::string_view name_of(Telling telling);
 
 struct FittedParameter {
   Parameter parameter{};
   Telling telling = Telling::insensitive;
-  double value = 0.0;        ///< the prior's where it is not told
-  double sensitivity = 0.0;  ///< what one spread of the prior moves, in uncertainties
-  double deviation = 1.0;    ///< standard, of the logarithm over the prior's spread [1]
-  double interval_factor = normal_factor;  ///< deviations that the interval reaches to either side
-  comparison::Interval interval{};         ///< 95 %; of the prior where it is not told
+  double value = 0.0;        ///< prior value if it is not constrained
+  double sensitivity = 0.0;  ///< effect of one prior spread, in uncertainties
+  double deviation = 1.0;    ///< standard deviation of the logarithm over the prior spread [1]
+  double interval_factor = normal_factor;  ///< half width of the interval in standard deviations
+  comparison::Interval interval{};         ///< 95 % interval; of the prior if it is not constrained
   bool at_bound = false;
 };
 
 struct Fit {
   std::vector<FittedParameter> parameters{};  ///< in the order of the forward model
-  std::vector<std::size_t> told{};            ///< indices of these
-  Eigen::MatrixXd correlation{};              ///< of those told, in their order
-  std::vector<Eigen::Index> rows{};           ///< observables that were fitted
+  std::vector<std::size_t> told{};            ///< indices of the constrained parameters
+  Eigen::MatrixXd correlation{};     ///< correlation of the constrained parameters, in their order
+  std::vector<Eigen::Index> rows{};  ///< fitted observables
   Pooled data{};
   Observation before{};        ///< simulated at the priors
   Observation after{};         ///< simulated at the fit
-  double misfit_before = 0.0;  ///< sum of squares over uncertainties, of the rows alone
+  double misfit_before = 0.0;  ///< sum of squares over uncertainties, rows only
   double misfit_after = 0.0;
-  double widening = 1.0;  ///< of intervals, where the misfit is more than chance
+  double widening = 1.0;  ///< factor on intervals if the misfit is larger than chance
   std::size_t iterations = 0;
   bool converged = false;
 
   [[nodiscard]] Forward::Values values() const;
 };
 
-/// Throws runtime_error of the forward model, and invalid_argument where there is nothing to fit.
+/// Fits the parameters. Throws the runtime_error of the forward model, and invalid_argument if
+/// there is nothing to fit.
 Fit fit(Forward& forward, const Pooled& data);
 
 }  // namespace palpate::calibration

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The scene simulated at other values of its parameters: what a fit compares with recordings.
+/// Forward model of a calibration: the scene simulated at given parameter values.
 
 #include <atomic>
 #include <functional>
@@ -17,9 +17,9 @@ struct Interrupted : std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
-/// Keeps the width of the block with three nodes along x and y, where there is an odd number of
-/// more (one column is free then); four times the step; and lasts for `after` seconds from when the
-/// needle stops.
+/// Shortcuts for faster simulations. The block keeps its width with three nodes along x and y, if
+/// it has a larger odd number of nodes (one column is then free); the step is multiplied by
+/// `step_factor`; the scene ends `after` seconds after the needle stops.
 struct Coarsening {
   bool block = true;
   double step_factor = 4.0;
@@ -27,17 +27,17 @@ struct Coarsening {
 };
 Scene coarser(Scene scene, const Coarsening& how = {});
 
-/// Values of parameters (in the order of the list) to observables.
+/// Forward model from parameter values (in the order of the list) to observables, with a cache.
 class Forward {
  public:
   using Values = std::vector<double>;
-  /// Replaces the simulation: for tests, and for planted faults.
+  /// Replacement of the simulation, for tests and planted faults.
   using Simulate = std::function<ObservedInsertion(const Scene&)>;
 
   Forward(Scene scene, std::vector<Parameter> parameters, int jobs = 1,
           const std::atomic<bool>* stop = nullptr, Simulate simulate = {});
-  /// Simulated at `jobs` places at a time; a place that was seen before is not simulated again.
-  /// Throws runtime_error for a scene that diverges or shows no loss of resistance there.
+  /// Simulates at several parameter values, `jobs` at a time; cached values are not simulated
+  /// again. Throws runtime_error if a scene diverges or shows no loss of resistance.
   std::vector<Observation> at(const std::vector<Values>& places);
   Observation at(const Values& place) { return at(std::vector<Values>{place}).front(); }
 
@@ -60,7 +60,7 @@ class Forward {
   std::map<Values, Observation> seen_{};
 };
 
-/// One run of the scene as it is.
+/// Runs the scene without shortcuts and returns its observables.
 ObservedInsertion simulate_insertion(const Scene& scene, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace palpate::calibration

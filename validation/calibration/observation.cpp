@@ -14,10 +14,10 @@ namespace {
 
 using namespace comparison;
 
-/// Of the way of a bin, so much must have been seen.
+/// Minimum share of a depth interval that must be covered [1].
 constexpr double least_seen = 0.8;
-/// The thumb takes its time to press fully: until the tip has gone so far, a force on the plunger
-/// is none of the needle's [m].
+/// Initial travel of the tip that is ignored, because the thumb does not yet press fully and the
+/// plunger force is not that of the needle [m].
 constexpr double first_advance = 0.25e-3;
 
 struct Inputs {
@@ -27,14 +27,14 @@ struct Inputs {
   std::span<const double> force{};  ///< empty: none
 };
 
-/// Force over the way on which it was met.
+/// Work of the force over a depth interval, and its length.
 struct Way {
   double work = 0.0;    ///< integral of the force over the depth [J]
   double length = 0.0;  ///< [m]
 };
 
-/// Trapezia over the advance; samples that do not advance weigh nothing, so that the hand's speed
-/// does not count.
+/// Trapezoidal rule over the depth; samples without advance have no weight, so the speed of the
+/// hand has no effect.
 Way way_through(const Samples& force, const Samples& depth, double begin, double end,
                 std::size_t last) {
   Way way;
@@ -85,8 +85,8 @@ void add_force(const Inputs& inputs, const PreparedTrace& prepared, double cutof
   }
 }
 
-/// The loss where the force falls is that of the pressure: both fall when the tip enters the
-/// epidural space.
+/// The drop of the force is at the loss of resistance of the pressure: both drop when the tip
+/// enters the epidural space.
 ObservedInsertion observe_inputs(const Inputs& inputs, double cutoff) {
   ObservedInsertion seen{.value = Observation::Constant(observable_count, not_measured)};
   const double rate = 1.0 / usual_interval(inputs.time);
@@ -230,8 +230,8 @@ Eigen::MatrixXd table_of(std::span<const Subject> subjects,
   return table;
 }
 
-/// Of means: deviations of each column over its own count; what is missing deviates by nothing, so
-/// the matrix has no negative eigenvalue.
+/// Returns the covariance of means from deviations scaled by the count of each column; missing
+/// values deviate by zero, so the matrix has no negative eigenvalue.
 Eigen::MatrixXd spread_of_means(const Eigen::MatrixXd& table, const Pooled& pooled) {
   Eigen::MatrixXd deviation = Eigen::MatrixXd::Zero(table.rows(), table.cols());
   for (Eigen::Index c = 0; c < table.cols(); ++c) {
@@ -245,7 +245,7 @@ Eigen::MatrixXd spread_of_means(const Eigen::MatrixXd& table, const Pooled& pool
   return deviation.transpose() * deviation;
 }
 
-/// Each source of error moves all that it touches at once.
+/// Returns the covariance of common errors: each source changes all affected observables together.
 Eigen::MatrixXd shared_covariance(const Eigen::VectorXd& mean, bool plunger, double area,
                                   const SharedUncertainty& u) {
   Eigen::MatrixXd sources =

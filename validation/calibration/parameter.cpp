@@ -9,7 +9,7 @@
 namespace palpate::calibration {
 namespace {
 
-/// A number of the scene with its key and what is known of it beforehand.
+/// Number of the scene with its key and prior.
 struct Slot {
   std::string key{};
   std::string unit{};
@@ -25,7 +25,7 @@ Material* find_material(Scene& scene, std::string_view name) {
   return found == scene.materials.end() ? nullptr : &*found;
 }
 
-/// Layers that the needle passes before the epidural space; all when there is none.
+/// Returns the layers before the epidural space; all if there is none.
 std::size_t passed_layers(const Scene& scene) {
   std::size_t count = 0;
   for (const Layer& layer : scene.tissue.layers) {
@@ -36,7 +36,7 @@ std::size_t passed_layers(const Scene& scene) {
   return count;
 }
 
-/// BMI acts on the fat alone (Bahk et al. 1998); where no layer is called so, on the one under the
+/// BMI affects only the fat (Bahk et al. 1998); without a layer of this name, the layer under the
 /// skin.
 std::size_t layer_of_body_mass(const Scene& scene, std::size_t count) {
   for (std::size_t n = 0; n < count; ++n) {

@@ -11,7 +11,7 @@ namespace palpate::certificate {
 
 namespace {
 
-constexpr std::size_t line = 8;  // numbers of a line of cache
+constexpr std::size_t line = 8;  // doubles per cache line
 
 }  // namespace
 
@@ -45,7 +45,7 @@ void BackgroundLoad::compute() noexcept {
   for (int n = 0; n < 100000; ++n) { result = std::sqrt(result + 1.0); }
 }
 
-/// One number of a line here and there, in an order that no prefetcher foretells.
+/// Accesses one number per cache line in an order that hardware prefetchers cannot predict.
 void BackgroundLoad::walk(std::vector<double>& buffer) noexcept {
   std::uint64_t place = 1;
   for (int n = 0; n < 100000; ++n) {

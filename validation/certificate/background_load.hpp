@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Other work on the machine while a loop is measured: threads of ordinary priority that do one
-/// thing without end, in memory of fixed size.
+/// Background load during a measurement: threads of ordinary priority that run one kind of work
+/// continuously in memory of fixed size.
 
 #include <atomic>
 #include <cstddef>
@@ -18,7 +18,7 @@ inline constexpr std::string_view own_loads = "idle, cpu, cache, memory";
 
 class BackgroundLoad {
  public:
-  /// One thread for each of these processors, and kept to them. `cache_bytes`: of the largest
+  /// Starts one thread pinned to each of these processors. `cache_bytes` is the size of the largest
   /// cache.
   BackgroundLoad(std::string_view name, const std::vector<int>& processors,
                  std::size_t cache_bytes);
@@ -27,7 +27,7 @@ class BackgroundLoad {
   BackgroundLoad& operator=(const BackgroundLoad&) = delete;
 
   [[nodiscard]] std::size_t threads() const { return threads_.size(); }
-  /// Rounds of work done by all so far: it grows while the load works.
+  /// Returns the number of rounds that all threads have completed.
   [[nodiscard]] long rounds() const { return rounds_.load(std::memory_order_relaxed); }
 
  private:

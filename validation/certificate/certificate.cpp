@@ -39,7 +39,7 @@ namespace {
 
 constexpr double us = 1e6;
 
-/// Without the spaces of people's numbers: these sentences are in files that programs read.
+/// Formats without digit grouping, because programs read these sentences.
 std::string with_unit(double value, const char* unit) {
   return plain_number(value, 6) + " " + unit;
 }
@@ -59,7 +59,7 @@ std::string refused_rights(const Rights& rights) {
   return text;
 }
 
-/// Why the environment cannot carry a certificate; empty where it can.
+/// Returns the reason why the environment does not qualify; empty if it does.
 std::string why_not_qualified(const Certificate& all) {
   if (!all.rights.all()) { return "The system grants " + refused_rights(all.rights) + "."; }
   for (const LoadResult& load : all.loads) {
@@ -77,7 +77,7 @@ std::string why_not_qualified(const Certificate& all) {
   return {};
 }
 
-/// Why the scene is not certified in an environment that could do it; empty where it is.
+/// Returns the reason why the scene fails in a qualified environment; empty if it passes.
 std::string why_not_certified(const Certificate& all) {
   for (const LoadResult& load : all.loads) {
     if (load.scene.record.misses.count() == 0 && !load.scene.hopeless) { continue; }
@@ -192,7 +192,8 @@ std::string budget_text(const Certificate& all) {
 
 namespace {
 
-/// An isolated processor if there is one, else the last: the first often has the interrupts.
+/// Selects an isolated processor if there is one, else the last: the first often handles
+/// interrupts.
 int processor_of_loop(const std::vector<int>& allowed, const std::vector<int>& isolated) {
   for (const int n : isolated) {
     if (std::ranges::find(allowed, n) != allowed.end()) { return n; }
@@ -300,7 +301,7 @@ class Certifier {
     return plan_.processor_times ? plan_.processor_times(result_.rights.on) : ProcessorTimes{};
   }
 
-  /// At real-time priority while it lasts.
+  /// Runs a phase at real-time priority.
   template <class Work> LoopEnd run_paced(Phase& phase, long ticks, Work&& work) {
     std::optional<device::FifoScheduling> fifo;
     if (plan_.ask_for_rights) {
@@ -321,8 +322,8 @@ class Certifier {
     run_paced(phase, plan_.claim.ticks(), [](Moment&) { return true; });
   }
 
-  /// Again and again from the start; it is built anew in a pause between two ticks, on the same
-  /// processor, so that nothing is allocated while releases come.
+  /// Runs the scene repeatedly. It is rebuilt in a pause between two ticks on the same processor,
+  /// so that nothing is allocated during ticks.
   void run_scene(Phase& phase) {
     LoopEnd end = LoopEnd::over;
     while (end == LoopEnd::over && phase.record.ticks() < plan_.claim.ticks()) {
@@ -333,7 +334,7 @@ class Certifier {
         phase.paused += plan_.clock->now() - begin;
       }
       end = run_paced(phase, plan_.claim.ticks() - phase.record.ticks(), [&scene](Moment& moment) {
-        (void)scene.tick();  // one that diverges was told by the provocations
+        (void)scene.tick();  // the probes report divergence
         moment = scene.moment();
         return !scene.over();
       });

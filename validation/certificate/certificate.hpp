@@ -17,62 +17,62 @@
 
 namespace palpate::certificate {
 
-/// Upper limit of the probability that a tick misses, after `misses` of `ticks`, one-sided (Clopper
-/// & Pearson, Biometrika 26, 1934): the p for which so few misses or fewer have the chance 1 -
-/// confidence. After none it is 1 - (1 - confidence)^(1/n), some 3/n at 95 %. 1 where every tick
-/// missed, or none was counted. The inverse is Boost's: gsl_cdf_beta_Pinv of GSL 2.7 ends the
-/// program for one miss of 1000, where its steps do not converge.
+/// Returns the one-sided upper confidence limit of the probability that a tick misses its deadline,
+/// after `misses` of `ticks` (Clopper & Pearson, Biometrika 26, 1934). Without misses it is 1 - (1
+/// - confidence)^(1/n), about 3/n at 95 %. It is 1 if every tick missed or none was counted. Boost
+/// computes the inverse: gsl_cdf_beta_Pinv of GSL 2.7 aborts for one miss of 1000 because its
+/// iteration does not converge.
 double miss_probability_upper(long misses, long ticks, double confidence = 0.95);
 
 // A real-time certificate: the claim, the measurements and the verdict.
 
 struct Claim {
-  double rate = 1000.0;    ///< of releases [Hz]
-  double deadline = 1e-3;  ///< from a release until the tick is done [s]
-  double duration = 10.0;  ///< asked for, of each phase [s]
+  double rate = 1000.0;    ///< release rate [Hz]
+  double deadline = 1e-3;  ///< time from the release to the end of the tick [s]
+  double duration = 10.0;  ///< requested duration of each phase [s]
 
   [[nodiscard]] double period() const { return 1.0 / rate; }
-  [[nodiscard]] long ticks() const;  ///< of each phase
+  [[nodiscard]] long ticks() const;  ///< number of ticks in each phase
 };
 
-/// Time that other work took from the loop's processor during a phase.
+/// Processor time used by other work during a phase.
 struct ProcessorTimes {
   double stolen = 0.0;      ///< by the hypervisor [s]
   double others = 0.0;      ///< busy on all other processors [s]
   double interrupts = 0.0;  ///< hardware and software interrupts [s]
 };
 
-/// One loop under one load.
+/// Measurements of one loop under one load.
 struct Phase {
   explicit Phase(double deadline) : record(deadline) {}
   LoopRecord record;
-  device::ThreadCounts counts{};  ///< in its ticks alone
+  device::ThreadCounts counts{};  ///< counts during ticks only
   ProcessorTimes times{};
-  double seconds = 0.0;   ///< wall time, with pauses
-  long restarts = 0;      ///< of the scene from its beginning
-  double paused = 0.0;    ///< for them, between ticks [s]
-  bool hopeless = false;  ///< given up, far too late
+  double seconds = 0.0;   ///< wall time including pauses [s]
+  long restarts = 0;      ///< number of restarts of the scene
+  double paused = 0.0;    ///< total pause for restarts, between ticks [s]
+  bool hopeless = false;  ///< aborted because the loop was too late
 };
 
-/// The empty loop and the scene, one after the other under the same load.
+/// Results of the empty loop and of the scene, measured one after the other under the same load.
 struct LoadResult {
   LoadResult(std::string name, double deadline)
       : load(std::move(name)), control(deadline), scene(deadline) {}
   std::string load;
   Phase control;
   Phase scene;
-  Tail tail{};  ///< of the scene's responses
+  Tail tail{};  ///< tail of the scene's response times
 
   [[nodiscard]] double miss_probability_upper() const;
 };
 
-/// Rights that the system granted: an empty text, or why it refused.
+/// Rights granted by the system. Each text is empty, or the reason why the right was refused.
 struct Rights {
   std::string fifo{};
   std::string memory{};
   std::string processor{};
   int on = 0;         ///< processor of the loop
-  bool alone = true;  ///< loads had other processors
+  bool alone = true;  ///< the loads ran on other processors
 
   [[nodiscard]] bool all() const { return fifo.empty() && memory.empty(); }
 };
@@ -95,17 +95,18 @@ struct Certificate {
 /// pass: "certified"; fail: "not certified"; inconclusive: "environment not qualified".
 std::string_view verdict_word(Status status);
 
-/// The verdict on a certificate; its one reason is a sentence. A scene that diverges fails in any
-/// environment. Otherwise the environment is judged first: without real-time scheduling and locked
-/// memory, or if the empty loop alone missed a deadline, the verdict is inconclusive. It is a pass
-/// if no tick missed under any load and no provoked tick computes for longer than the deadline.
+/// Returns the verdict on a certificate with one sentence as its reason. A scene that diverges
+/// fails in any environment. Otherwise the environment is judged first: the verdict is inconclusive
+/// without real-time scheduling and locked memory, or if the empty loop missed a deadline. The
+/// verdict is pass if no tick missed under any load and no worst-case probe computes for longer
+/// than the deadline.
 Outcome outcome_of(const Certificate& certificate);
 
-/// Possible causes of missed deadlines according to the counters of the system; empty without any.
+/// Returns possible causes of missed deadlines from the system counters; empty without any.
 std::string suspects(const Phase& phase);
 
-/// A sentence that compares the computation time of the costliest tick with the deadline. It does
-/// not depend on the environment.
+/// Returns a sentence that compares the computation time of the slowest tick with the deadline. It
+/// does not depend on the environment.
 std::string budget_text(const Certificate& certificate);
 
 // The procedure: worst-case probes, then for each load the empty loop and the scene for equal
@@ -115,31 +116,31 @@ std::string budget_text(const Certificate& certificate);
 struct Progress {
   std::atomic<const char*> stage{"beginning"};
   std::atomic<long> done{0};
-  std::atomic<long> ticks{0};  ///< of this stage; 0: not known
+  std::atomic<long> ticks{0};  ///< ticks of this stage; 0: unknown
 };
 
 struct CertifyPlan {
   Claim claim{};
   std::vector<std::string> loads{"idle"};
-  std::size_t cache_bytes = 32U << 20U;  ///< of the largest cache
-  std::vector<int> isolated{};  ///< processors that the system keeps free; the loop takes one
+  std::size_t cache_bytes = 32U << 20U;  ///< size of the largest cache [bytes]
+  std::vector<int> isolated{};           ///< isolated processors; the loop uses one of them
   std::optional<double>
-      tissue_stiffness{};      ///< at the tool, at rest [N/m]; for a tool without a device
-  int priority = 80;           ///< of SCHED_FIFO
-  bool ask_for_rights = true;  ///< false: as if the system had refused them
+      tissue_stiffness{};      ///< stiffness at the tool at rest [N/m], for a tool without a device
+  int priority = 80;           ///< SCHED_FIFO priority
+  bool ask_for_rights = true;  ///< false: behave as if the system had refused the rights
   const std::atomic<bool>* stop = nullptr;
   Progress* progress = nullptr;
-  /// Times of the loop's processor and of all others since the start of the machine; empty: not
-  /// known.
+  /// Returns the times of the given processor and of all others since boot; empty: unknown.
   std::function<ProcessorTimes(int processor)> processor_times{};
-  device::Clock* clock = &device::monotonic_clock();  ///< of the loops
-  /// A load that is not one of background_load.hpp, until what is returned is gone.
+  device::Clock* clock = &device::monotonic_clock();  ///< clock of the loops
+  /// Starts a load that background_load.hpp does not provide; it runs until the returned object is
+  /// destroyed.
   std::function<std::shared_ptr<void>(const std::string& load, const std::vector<int>& processors)>
       outside_load{};
 };
 
-/// Changes affinity and scheduling of the calling thread: call it on one of its own. The scene must
-/// be able to run at the claim's rate (why_not_at()).
+/// Runs the certification. It changes affinity and scheduling of the calling thread, so call it on
+/// a separate thread. The scene must be able to run at the claimed rate (why_not_at()).
 Certificate certify(const Scene& scene, const CertifyPlan& plan);
 
 }  // namespace palpate::certificate

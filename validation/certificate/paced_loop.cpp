@@ -10,7 +10,7 @@ namespace palpate::certificate {
 void LatencyHistogram::add(double seconds) noexcept {
   constexpr auto last = static_cast<double>(bin_count - 1);
   const double place = seconds / bin_width;
-  const double bin = place < last ? std::max(place, 0.0) : last;  // what is no number is last
+  const double bin = place < last ? std::max(place, 0.0) : last;  // NaN goes to the last bin
   ++counts_[static_cast<std::size_t>(bin)];
   minimum_ = count_ == 0 ? seconds : std::min(minimum_, seconds);
   maximum_ = count_ == 0 ? seconds : std::max(maximum_, seconds);
@@ -24,7 +24,7 @@ std::size_t LatencyHistogram::used_bins() const {
 }
 
 std::optional<double> LatencyHistogram::percentile(double share) const {
-  constexpr double rounding = 1e-9;  // of share n, which may be a whole number
+  constexpr double rounding = 1e-9;  // tolerance on share n
   const double rank = std::ceil(share * static_cast<double>(count_) - rounding);
   if (count_ == 0 || !(rank < static_cast<double>(count_))) { return {}; }
   double below = 0.0;
@@ -58,7 +58,7 @@ void Misses::add(bool missed, const TickTimes& times) noexcept {
 }
 
 LargestTicks::LargestTicks(std::size_t capacity) : capacity_(capacity) {
-  heap_.resize(capacity);  // touched, so that no page is missing later
+  heap_.resize(capacity);  // touches the memory to avoid page faults
   heap_.clear();
 }
 

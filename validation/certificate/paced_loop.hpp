@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Times in bins of 1 us: the memory of a day is that of a second. After construction nothing is
-/// allocated.
+/// Histogram of times in bins of 1 us, so that memory does not grow with the duration. No
+/// allocation after construction.
 
 #include <atomic>
 #include <cstdint>
@@ -17,22 +17,24 @@ namespace palpate::certificate {
 
 class LatencyHistogram {
  public:
-  static constexpr double bin_width = 1e-6;         ///< [s]
-  static constexpr std::size_t bin_count = 100000;  ///< the last one holds all from 0.1 s on
+  static constexpr double bin_width = 1e-6;  ///< [s]
+  static constexpr std::size_t bin_count =
+      100000;  ///< the last bin contains all times from 0.1 s on
 
   LatencyHistogram() : counts_(bin_count, 0) {}
 
   void add(double seconds) noexcept;
 
   [[nodiscard]] long count() const { return count_; }
-  [[nodiscard]] double minimum() const { return minimum_; }  ///< [s]; 0 without any
-  [[nodiscard]] double maximum() const { return maximum_; }  ///< [s]; 0 without any
+  [[nodiscard]] double minimum() const { return minimum_; }  ///< [s]; 0 if empty
+  [[nodiscard]] double maximum() const { return maximum_; }  ///< [s]; 0 if empty
   [[nodiscard]] std::span<const std::uint32_t> counts() const { return counts_; }
-  /// Bins up to the last one that holds any.
+  /// Returns the number of bins up to the last one that is not empty.
   [[nodiscard]] std::size_t used_bins() const;
-  /// The time [s] that this share of all does not exceed: the end of the bin of the ordered sample
-  /// at ceil(share n), so up to 1 us too long and never too short; beyond the bins the maximum.
-  /// Nothing where no sample lies above it, that is, where fewer than 1 / (1 - share) are there.
+  /// Returns the time [s] that this share of all samples does not exceed: the upper edge of the bin
+  /// of the ordered sample at ceil(share n), up to 1 us too long and never too short. Beyond the
+  /// bins it is the maximum. Absent if no sample lies above it, that is, for fewer than 1 / (1 -
+  /// share) samples.
   [[nodiscard]] std::optional<double> percentile(double share) const;
 
  private:
@@ -42,37 +44,37 @@ class LatencyHistogram {
   double maximum_ = 0.0;
 };
 
-// What a loop with deadlines leaves: times of every tick, and its misses. All from the release that
-// was scheduled, never from the actual start, so that a late tick is charged to whoever made it
-// late.
+// Record of a loop with deadlines: times of every tick and its misses. Times are measured from the
+// scheduled release, never from the actual start, so a late tick also delays the following ticks.
 
-/// Where in the scene a tick was.
+/// Position of a tick in the scene.
 struct Moment {
   double scene_time = 0.0;                   ///< [s]
-  std::optional<ToolHappening> happening{};  ///< in this tick; the last of several
+  std::optional<ToolHappening> happening{};  ///< last event in this tick
 };
 
 /// Instants of one tick [s].
 struct TickTimes {
-  double due = 0.0;    ///< its release
-  double begin = 0.0;  ///< when it was awake
-  double end = 0.0;    ///< when its work was done
+  double due = 0.0;    ///< scheduled release
+  double begin = 0.0;  ///< actual start
+  double end = 0.0;    ///< end of its work
 };
 
-/// The longest of a kind, and when it was.
+/// Largest time of one kind and the tick in which it occurred.
 struct Peak {
   double seconds = -1.0;  ///< below 0: none yet
   long tick = 0;
   Moment moment{};
 };
 
-/// Ticks whose response took longer than the deadline.
+/// Statistics of ticks whose response time exceeded the deadline.
 class Misses {
  public:
   void add(bool missed, const TickTimes& times) noexcept;
   [[nodiscard]] long count() const { return count_; }
   [[nodiscard]] long longest_run() const { return longest_run_; }
-  /// Longest time from the release of a first missed tick until a tick was in time again [s].
+  /// Returns the longest time from the release of a first missed tick to the next tick that met its
+  /// deadline [s].
   [[nodiscard]] double longest_recovery() const { return longest_recovery_; }
 
  private:
@@ -88,7 +90,7 @@ struct LargeTick {
   long tick = 0;
 };
 
-/// The largest of all so far, at most `capacity`; never allocates after construction.
+/// Set of the `capacity` largest times so far; no allocation after construction.
 class LargestTicks {
  public:
   explicit LargestTicks(std::size_t capacity);
@@ -97,10 +99,10 @@ class LargestTicks {
 
  private:
   std::size_t capacity_;
-  std::vector<LargeTick> heap_{};  ///< the least on top
+  std::vector<LargeTick> heap_{};  ///< min-heap
 };
 
-/// Response times that are kept for the tail.
+/// Number of response times stored for the tail.
 inline constexpr std::size_t kept_responses = 4001;
 
 class LoopRecord {
@@ -123,27 +125,27 @@ class LoopRecord {
   double deadline_;
 };
 
-/// A loop that is later than this is ended: it will not catch up in useful time [s].
+/// A loop later than this is aborted [s].
 inline constexpr double hopeless_lateness = 2.0;
 
 enum class LoopEnd {
-  done,      ///< as many ticks as were asked for
-  over,      ///< the work said that nothing is left of it
+  done,      ///< all requested ticks done
+  over,      ///< the work function returned false
   stopped,   ///< Ctrl-C
   hopeless,  ///< later than hopeless_lateness
 };
 
-/// Loop with absolute deadlines: it is woken at every release, works, and sleeps until the next
-/// release. It allocates nothing and makes no system call but those of the clock.
+/// Loop with absolute deadlines: it wakes at every release, works, and sleeps until the next
+/// release. It allocates nothing and makes no system calls except those of the clock.
 struct PacedLoop {
   double period = 1e-3;                     ///< [s]
-  const std::atomic<bool>* stop = nullptr;  ///< looked at between ticks
-  std::atomic<long>* done = nullptr;        ///< ticks so far, for whoever shows progress
-  device::ThreadCounts counts{};            ///< of what the system did to the thread in its ticks
+  const std::atomic<bool>* stop = nullptr;  ///< checked between ticks
+  std::atomic<long>* done = nullptr;        ///< ticks so far, for a progress display
+  device::ThreadCounts counts{};            ///< system counters of the thread during its ticks
   device::Clock* clock = &device::monotonic_clock();
 
-  /// `work(moment)` is one tick, tells where in the scene it was, and is false where it was the
-  /// last one.
+  /// Runs up to `ticks` ticks. `work(moment)` performs one tick, writes its position in the scene
+  /// to `moment`, and returns false on the last tick.
   template <class Work> LoopEnd run(long ticks, LoopRecord& record, Work&& work) noexcept {
     (void)clock->now();  // the first read of the clock loads its page
     const device::ThreadCounts before = device::thread_counts();

@@ -37,7 +37,7 @@ bool is_whole(double number) {
   return number >= 0.5 && std::abs(number - std::round(number)) <= 1e-6 * number;
 }
 
-/// Of everything that a line can do to bytes a little, all the time, and once a loss of power.
+/// Faults of all kinds at a low rate, and one loss of power.
 FaultScript wire_faults(const Scene& scene) {
   const double middle = 0.5 * scene.simulation.duration;
   return {.seed = 1,
@@ -109,7 +109,7 @@ StepStatus SceneLoop::tick() noexcept {
   return status;
 }
 
-/// Told and forgotten, as a trace does; neither list ever grows.
+/// Reads and clears the events as a trace does; neither list grows.
 void SceneLoop::take_happenings() noexcept {
   for (const ToolHappening& each : subject_.tool_happenings()) {
     if (happened_.size() < happened_.capacity()) { happened_.push_back(each); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The pressure link as part of a tick: a frame when one is due, coded, sent and read again.
+/// Pressure link as part of a tick: a due frame is encoded, sent and decoded.
 
 #include <memory>
 #include <optional>
@@ -16,11 +16,10 @@ namespace palpate::certificate {
 
 class PressureLine {
  public:
-  /// With `damaged` a byte of every other frame is changed on its way, so that the reader has to
-  /// look for the next one.
+  /// If `damaged`, one byte of every other frame is changed, so that the reader must resynchronise.
   explicit PressureLine(bool damaged = false) : damaged_(damaged) {}
 
-  /// The pressure [Pa] at this time [s]; sends nothing while no frame is due.
+  /// Sends the pressure [Pa] at this time [s] if a frame is due.
   void send(double time, double pressure) noexcept;
   [[nodiscard]] const device::pressure_link::ReaderCounts& counts() const {
     return reader_.counts();
@@ -32,37 +31,38 @@ class PressureLine {
   device::pressure_link::FrameReader reader_{};
 };
 
-// A scene as the loop of a trainer steps it, one period at a time: what `palpate run` steps, that
-// is tissue, tool and hand, the emulated Falcon and its wire where the scene has one, and the
-// pressure link where it has a syringe. Everything is allocated on construction.
+// Scene stepped one period at a time, as in a training simulator. It contains tissue, tool and
+// hand, the emulated Falcon and its line if the scene has one, and the pressure link if it has a
+// syringe. Everything is allocated on construction.
 
 struct SceneLoopOptions {
-  bool skip = true;                        ///< false: compute what the scene does not need
-  bool faults = false;                     ///< on the Falcon's wire and on the pressure link
-  const SpringNetwork* network = nullptr;  ///< instead of the scene's own tissue
+  bool skip = true;     ///< false: compute what the scene does not need
+  bool faults = false;  ///< inject faults on the Falcon's line and on the pressure link
+  const SpringNetwork* network = nullptr;  ///< replaces the tissue of the scene; nullptr: keep it
 };
 
-/// Loop rate of a scene [Hz]: that of its haptic loop, else a tick a step.
+/// Returns the loop rate of a scene [Hz]: the rate of its haptic loop, or one tick per step without
+/// one.
 double rate_of(const Scene& scene);
-/// Why a scene cannot run at this rate: what was found and what is allowed; empty where it can.
+/// Returns the reason why a scene cannot run at this rate, with the allowed rates; empty if it can.
 std::string why_not_at(const Scene& scene, double rate);
 
 class SceneLoop {
  public:
-  /// The scene outlives the loop. Throws what Simulation and FalconLoop throw.
+  /// Prepares the loop. The scene must outlive it. Throws the exceptions of Simulation and
+  /// FalconLoop.
   SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& options = {});
-  SceneLoop(const SceneLoop&) = delete;  // its parts know each other's places
+  SceneLoop(const SceneLoop&) = delete;  // members hold references to each other
   SceneLoop& operator=(const SceneLoop&) = delete;
 
-  /// One period. Between two steps of slower tissue only the device is stepped, or nothing without
-  /// one.
+  /// Advances by one period. Between two steps of slower tissue only the device, if any, is
+  /// stepped.
   StepStatus tick() noexcept;
-  /// The scene's duration is over.
+  /// Returns true after the duration of the scene.
   [[nodiscard]] bool over() const noexcept;
-  [[nodiscard]] long tick_count() const noexcept;  ///< in the scene's duration
+  [[nodiscard]] long tick_count() const noexcept;  ///< ticks in the scene's duration
   [[nodiscard]] Moment moment() const noexcept;
-  /// What happened to the tool in the last tick; in the first one also what had happened at the
-  /// start.
+  /// Returns the events of the tool in the last tick; in the first tick also those at the start.
   [[nodiscard]] std::span<const ToolHappening> happenings() const noexcept { return happened_; }
   [[nodiscard]] Simulation& simulation() { return subject_.simulation(); }
   [[nodiscard]] FalconLoop* falcon() { return falcon_ ? &*falcon_ : nullptr; }

@@ -21,13 +21,13 @@ constexpr double least_shape = -0.5;
 constexpr double largest_shape = 3.0;
 constexpr double exponential = 1e-7;  // shapes below it are that of the exponential distribution
 constexpr double impossible = 1e300;
-constexpr int digits = 26;  // bits of a minimum's place: half of a double's
+constexpr int digits = 26;  // bits of the position of a minimum: half of those of a double
 
 double sum_of(std::span<const double> excess) {
   return std::accumulate(excess.begin(), excess.end(), 0.0);
 }
 
-/// - log likelihood of shape and scale.
+/// Returns the negative log likelihood of shape and scale.
 double unlikeliness(std::span<const double> excess, double shape, double scale) {
   if (!(scale > 0.0)) { return impossible; }
   const auto n = static_cast<double>(excess.size());
@@ -41,8 +41,8 @@ double unlikeliness(std::span<const double> excess, double shape, double scale) 
   return n * std::log(scale) + (1.0 + 1.0 / shape) * sum;
 }
 
-/// With theta = xi / sigma the best shape is the mean of log(1 + theta y) (Grimshaw, Technometrics
-/// 35, 1993), which leaves one unknown.
+/// With theta = xi / sigma the optimal shape is the mean of log(1 + theta y) (Grimshaw,
+/// Technometrics 35, 1993), which leaves one unknown.
 struct AlongTheta {
   std::span<const double> excess;
   double largest;
@@ -66,13 +66,13 @@ struct AlongTheta {
   }
 };
 
-/// log(1 / q) stretched: y_q / sigma of a shape.
+/// Returns y_q / sigma for a shape.
 double stretch(double shape, double q) {
   const double decades = -std::log(q);
   return std::abs(shape) < exponential ? decades : std::expm1(shape * decades) / shape;
 }
 
-/// The largest log likelihood of all shapes whose excess at q is y.
+/// Returns the profile log likelihood: the maximum over all shapes whose excess at q is y.
 double profile(std::span<const double> excess, double q, double y) {
   const auto cost = [&](double shape) {
     return unlikeliness(excess, shape, y / stretch(shape, q));
@@ -145,7 +145,7 @@ namespace {
 
 constexpr long lags = 10;
 
-/// Beyond which a standard normal number falls with this chance, on both sides.
+/// Returns the two-sided standard normal quantile for this probability.
 double two_sided(double chance) { return gsl_cdf_ugaussian_Qinv(0.5 * chance); }
 
 std::vector<double> sizes(const Exceedances& all) {
@@ -154,7 +154,7 @@ std::vector<double> sizes(const Exceedances& all) {
   return size;
 }
 
-/// Rank correlation of two lists of one length; 0 where one of them does not vary.
+/// Returns the rank correlation of two lists of the same length; 0 if one is constant.
 double rank_correlation(std::span<const double> a, std::span<const double> b) {
   std::vector<double> work(2 * a.size());
   const double r = gsl_stats_spearman(a.data(), 1, b.data(), 1, a.size(), work.data());
@@ -166,9 +166,9 @@ Quantity correlation_check(const char* name, const char* claim, double r, std::s
   return {.name = name, .value = r, .lower = -limit, .upper = limit, .bound_from = claim};
 }
 
-/// Ticks that are both above the threshold, a lag apart: how unlikely the most surprising number of
-/// such pairs is among independent ticks, times the number of lags. Their number is close to a
-/// Poisson variable.
+/// Tests pairs of excesses at a lag: returns the probability of the most unusual number of such
+/// pairs among independent ticks, times the number of lags. The number is approximately Poisson
+/// distributed.
 double chance_of_pairs(const Exceedances& all) {
   std::array<unsigned, lags + 1> pairs{};
   for (std::size_t n = 0; n < all.count(); ++n) {
@@ -186,7 +186,7 @@ double chance_of_pairs(const Exceedances& all) {
   return std::min(1.0, static_cast<double>(lags) * least);
 }
 
-/// Largest distance of two distributions, of sorted samples (Kolmogorov & Smirnov).
+/// Returns the largest distance of the distributions of two sorted samples (Kolmogorov & Smirnov).
 double distribution_distance(std::span<const double> a, std::span<const double> b) {
   double distance = 0.0;
   std::size_t i = 0;
@@ -261,7 +261,7 @@ double extremal_index(const Exceedances& all) {
 std::vector<Quantity> independence_checks(const Exceedances& all) {
   const std::vector<double> size = sizes(all);
   const std::span<const double> each(size);
-  // Of n exponential gaps the estimator has a standard error of 1 / sqrt(n): 4 + 20/4 - 8/2 from
+  // For n exponential gaps the standard error of the estimator is 1 / sqrt(n): 4 + 20/4 - 8/2 from
   // the moments of mean and mean square.
   const double spread =
       gsl_cdf_ugaussian_Qinv(false_alarm) / std::sqrt(static_cast<double>(all.count()));
@@ -300,7 +300,8 @@ std::vector<Quantity> stationarity_checks(const Exceedances& all) {
 
 namespace {
 
-/// Excesses over the lowest threshold: a twentieth of all ticks, and those that are kept.
+/// Returns the number of excesses over the lowest threshold: a twentieth of all ticks, at most
+/// those stored.
 std::size_t most_excesses(std::span<const LargeTick> largest, long ticks) {
   return std::min(largest.size() - 1, static_cast<std::size_t>(ticks / 20));
 }
@@ -311,7 +312,7 @@ struct Level {
   ParetoFit fit{};
 };
 
-/// Threshold by threshold, each with half the excesses of the one below.
+/// Fits thresholds in order, each with half the excesses of the previous one.
 std::vector<Level> levels_of(std::span<const LargeTick> largest, long ticks) {
   std::vector<Level> levels;
   for (const std::size_t part : {1U, 2U, 4U}) {
@@ -326,7 +327,7 @@ std::vector<Level> levels_of(std::span<const LargeTick> largest, long ticks) {
   return levels;
 }
 
-/// The chance of a tick, among those above the threshold.
+/// Converts the probability per tick to that among excesses.
 double conditional(const Exceedances& above, double probability) {
   return probability * static_cast<double>(above.of) / static_cast<double>(above.count());
 }
@@ -350,7 +351,7 @@ Quantity shape_limit(const Level& lowest) {
           .bound_from = "the tail has a variance: upper 95 % limit of the shape below 0.5"};
 }
 
-/// Excesses over a higher threshold are some of those over the lowest, so that variances subtract.
+/// Excesses over a higher threshold are a subset of those over the lowest, so variances subtract.
 Quantity shape_stability(const std::vector<Level>& levels) {
   const Level& lowest = levels.front();
   double largest = 0.0;
@@ -369,7 +370,7 @@ Quantity shape_stability(const std::vector<Level>& levels) {
               "the shape is the same over three thresholds (difference over its standard error)"};
 }
 
-/// 0 in the middle of what the worst other threshold allows, 1 at its edge.
+/// Returns 0 in the middle of the allowed interval of the worst other threshold, 1 at its edge.
 Quantity level_stability(const std::vector<Level>& levels, double probability) {
   const double value = return_level(levels.front(), probability, 1.0 - false_alarm).value;
   double worst = 0.0;
@@ -387,7 +388,7 @@ Quantity level_stability(const std::vector<Level>& levels, double probability) {
               "interval)"};
 }
 
-/// The first half alone bounds the largest of the second.
+/// Checks that the fit to the first half bounds the maximum of the second half.
 Quantity foretelling(const Level& lowest) {
   Level first{.above = lowest.above.half(false)};
   const Exceedances second = lowest.above.half(true);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The generalised Pareto distribution of excesses over a threshold, P(Y > y) = (1 + xi y /
-/// sigma)^(-1 / xi) (Pickands, Annals of Statistics 3, 1975), by maximum likelihood.
+/// Generalised Pareto distribution of excesses over a threshold, P(Y > y) = (1 + xi y / sigma)^(-1
+/// / xi) (Pickands, Annals of Statistics 3, 1975), fitted by maximum likelihood.
 
 #include <cstddef>
 #include <optional>
@@ -20,26 +20,27 @@ struct ParetoFit {
   double log_likelihood = 0.0;
   std::size_t count = 0;
 
-  /// Standard error of the shape, asymptotic: (1 + xi) / sqrt(n) (Smith, Biometrika 72, 1985).
+  /// Returns the asymptotic standard error of the shape, (1 + xi) / sqrt(n) (Smith, Biometrika 72,
+  /// 1985).
   [[nodiscard]] double shape_error() const;
-  /// P(Y > y).
+  /// Returns P(Y > y).
   [[nodiscard]] double exceeded(double y) const;
-  /// The excess that is exceeded with probability q.
+  /// Returns the excess that is exceeded with probability q.
   [[nodiscard]] double excess_at(double q) const;
 };
 
-/// Of at least two excesses > 0, not all alike. The shape is looked for from -0.5, below which the
-/// likelihood has no regular maximum, to 3.
+/// Fits the distribution to at least two excesses > 0 that are not all equal. The shape is searched
+/// from -0.5, below which the likelihood has no regular maximum, to 3.
 ParetoFit fit_pareto(std::span<const double> excess);
 
 struct ExcessInterval {
   double lower = 0.0;
-  double upper = 0.0;  ///< infinite where nothing bounds it
+  double upper = 0.0;  ///< infinite if unbounded
 };
 
-/// What excesses allow the one at q to be: all values whose profile likelihood lies within half the
-/// quantile of chi-squared with one degree of freedom at `confidence` of the largest (Coles, An
-/// Introduction to Statistical Modeling of Extreme Values, 2001, section 4.3.3).
+/// Returns the confidence interval of the excess at q: all values whose profile log likelihood is
+/// within half the chi-squared quantile (one degree of freedom, `confidence`) of the maximum
+/// (Coles, An Introduction to Statistical Modeling of Extreme Values, 2001, section 4.3.3).
 ExcessInterval excess_interval(const ParetoFit& fit, std::span<const double> excess, double q,
                                double confidence);
 
@@ -62,42 +63,42 @@ struct ReturnLevel {
 };
 
 struct Tail {
-  std::string refusal{};              ///< why there are no levels; empty: there are
+  std::string refusal{};              ///< why there are no levels; empty if there are
   std::vector<Quantity> checks{};     ///< assumptions of the method; bound_from says what must hold
   std::vector<ThresholdFit> fits{};   ///< lowest threshold first; the levels are from that
   std::vector<ReturnLevel> levels{};  ///< one and two decades beyond the data
-  /// That a response exceeds the deadline; empty where that is rarer than one in a hundred times
-  /// the ticks that were seen, about which nothing is said.
+  /// Probability that a response exceeds the deadline. Absent if it is below 1 / (100 x number of
+  /// ticks), where the data allow no statement.
   std::optional<double> beyond_deadline{};
 };
 
-/// Fewest ticks with which there is any answer: three thresholds, 50 excesses over the highest.
+/// Minimum number of ticks for an extrapolation: three thresholds, 50 excesses over the highest.
 inline constexpr long least_ticks_of_tail = 4000;
-/// Of each check, that it contradicts what is true.
+/// Probability of each check that it rejects a true assumption.
 inline constexpr double false_alarm = 1e-3;
 
-/// Of the largest responses of `ticks` ticks, largest first.
+/// Extrapolates from the largest responses of `ticks` ticks, sorted in descending order.
 Tail judge_tail(std::span<const LargeTick> largest, long ticks, double deadline);
 
 // Assumptions of the extrapolation about excesses over a threshold, each as a bounded quantity.
 
-/// Response times above a threshold, in the order of time.
+/// Response times above a threshold in the order of time.
 struct Exceedances {
   double threshold = 0.0;  ///< [s]
   std::vector<LargeTick> ticks{};
-  long of = 0;  ///< ticks in all
+  long of = 0;  ///< total number of ticks
 
   [[nodiscard]] std::size_t count() const { return ticks.size(); }
   [[nodiscard]] std::vector<double> excess() const;  ///< [s]
-  /// Those of one half of the time.
+  /// Returns the excesses of one half of the time.
   [[nodiscard]] Exceedances half(bool second) const;
 };
 
-/// The `count` largest of a list with the largest first; the one after them is the threshold.
+/// Returns the `count` largest of a list sorted in descending order; the next one is the threshold.
 Exceedances exceedances(std::span<const LargeTick> largest, std::size_t count, long ticks);
 
-/// Ferro & Segers, Journal of the Royal Statistical Society B 65, 2003: 1 where excesses come
-/// alone, 1/m where they come in clusters of m.
+/// Returns the extremal index (Ferro & Segers, Journal of the Royal Statistical Society B 65,
+/// 2003): 1 for isolated excesses, 1/m for clusters of m.
 double extremal_index(const Exceedances& all);
 
 std::vector<Quantity> independence_checks(const Exceedances& all);

@@ -15,7 +15,7 @@ namespace palpate::certificate {
 
 namespace {
 
-/// A run up to some tick, with an observer at the grip of the device itself, not at its counts.
+/// Run up to a given tick, with an observer at the grip of the device, not at the encoder counts.
 class ObservedRun {
  public:
   explicit ObservedRun(const Scene& scene) : subject_(Simulation(scene)), loop_(scene, subject_) {
@@ -41,11 +41,12 @@ class ObservedRun {
 
 struct Worst {
   long tick = -1;
-  double given = 0.0;  ///< foretold from the kept run [J]
+  double given = 0.0;  ///< predicted energy [J]
   double speed = 0.0;  ///< [m/s]
 };
 
-/// The force of the tick before instead of this one's, over the way of the grip in it.
+/// Finds the tick with the largest work error if the force of the previous tick acts over the grip
+/// displacement of this tick.
 Worst worst_tick(const Scene& scene, double period, const std::atomic<bool>* stop) {
   Worst worst;
   ObservedRun run(scene);
@@ -82,7 +83,7 @@ MissedTick measure_missed_tick(const Scene& scene, const std::atomic<bool>* stop
   const Worst worst = worst_tick(scene, period, stop);
   MissedTick result = bounded_missed_tick(settings.coupling_stiffness, worst.speed, period);
   result.measured = 0.0;
-  if (worst.tick < 0) { return result; }  // no force ever changed against the way of the grip
+  if (worst.tick < 0) { return result; }  // no force changed against the motion
   ObservedRun kept(scene);
   ObservedRun missed(scene);
   for (long n = 0; n <= worst.tick; ++n) {
@@ -113,7 +114,7 @@ TimedTick time_tick(SceneLoop& loop, StepStatus& status) {
   return {.processor = processor_after - processor, .wall = seconds_on(Clock::wall) - wall};
 }
 
-/// One pass from the start; fewer ticks than it should have where it was stopped or diverged.
+/// Runs one pass from the start; it has fewer ticks if it was stopped or diverged.
 TimedPasses one_pass(const PassSetting& setting, const ProvocationPlan& plan) {
   const std::unique_ptr<SceneLoop> loop = setting.make();
   TimedPasses pass;
@@ -138,9 +139,8 @@ TimedPasses one_pass(const PassSetting& setting, const ProvocationPlan& plan) {
   return pass;
 }
 
-/// Of what a tick takes, by which it may still fall from one pass to the next when it is taken as
-/// its cost: on a virtual machine the thread's clock goes on while the hypervisor has the
-/// processor.
+/// Smallest ratio of the times of a tick in successive passes at which the time is accepted as its
+/// cost. On a virtual machine the thread clock also counts time taken by the hypervisor.
 constexpr double same = 0.95;
 
 void keep_least(TimedPasses& least, TimedPasses pass) {
@@ -193,7 +193,7 @@ namespace {
 
 using Make = std::function<std::unique_ptr<SceneLoop>()>;
 
-/// Ticks of a provocation that looks at the beginning of a scene alone.
+/// Ticks of a probe that runs only the beginning of a scene.
 constexpr std::size_t beginning = 200;
 
 class Provoker {
@@ -256,7 +256,7 @@ class Provoker {
     if (passes.passes == 0) { return; }
     add(name, what, passes, passes.costliest(0, passes.ticks.size()), passes.ticks.size());
   }
-  /// Velocities that no longer have all their digits, as where a motion dies away.
+  /// Runs with denormal velocities, as at the end of a decaying motion.
   void add_denormals() {
     constexpr double denormal = 1e-310;
     const std::string name = "denormal numbers";
@@ -283,7 +283,7 @@ class Provoker {
         "bytes lost, doubled and changed on every line of the scene, power lost once", passes,
         passes.costliest(0, passes.ticks.size()), passes.ticks.size());
   }
-  /// Before its most telling ticks every cache is filled with something else.
+  /// Evicts all caches before the selected ticks.
   void add_cold_caches() {
     std::vector<std::size_t> chosen{0, whole_.costliest(0, whole_.ticks.size())};
     for (const Happened& each : whole_.happenings) { chosen.push_back(each.tick); }

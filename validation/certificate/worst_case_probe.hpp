@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What one missed tick does to the hand: the force of the tick before is held for one more period.
+/// Energy effect of one missed tick on the hand: the force of the previous tick is applied for one
+/// more period.
 
 #include <atomic>
 #include <cstdint>
@@ -17,47 +18,48 @@ namespace palpate::certificate {
 
 struct MissedTick {
   double stiffness = 0.0;      ///< K at the hand [N/m]
-  double speed = 0.0;          ///< v, the largest of grip and tool [m/s]
-  double bound = 0.0;          ///< 1/2 K (v T)^2: against a spring that is never held [J]
-  double sampled_bound = 0.0;  ///< K (v T)^2: against the same loop with the tick kept [J]
-  /// Through an emulated Falcon: what the worst single tick gave the hand more than if it had been
-  /// kept [J].
+  double speed = 0.0;          ///< v, largest speed of grip and tool
+  double bound = 0.0;          ///< 1/2 K (v T)^2: relative to a continuous spring
+  double sampled_bound = 0.0;  ///< K (v T)^2: relative to the same loop without a missed tick
+  /// Energy that the worst single missed tick gives the hand in excess of the run without a missed
+  /// tick, through an emulated Falcon [J].
   std::optional<double> measured{};
   double measured_at = 0.0;  ///< [s]
 };
 
-/// While the force of a spring K is held, it grows wrong by K v t and the hand moves on with v: 1/2
-/// K (v T)^2 of work over a period. A loop that keeps its ticks holds forces too, so that beside it
-/// a missed tick is wrong by the whole K v T from its first instant: twice as much.
+/// Returns the bounds for a spring K [N/m] and a hand speed v [m/s]. While the force is held, its
+/// error grows as K v t, which does the work 1/2 K (v T)^2 over a period. A loop without missed
+/// ticks also holds its forces; relative to it the force error is K v T from the first instant, so
+/// the work is twice as large.
 MissedTick bounded_missed_tick(double stiffness, double speed, double period);
 
-/// Of a scene whose drive is the Falcon: K is the coupling's. The passivity observer sits at the
-/// grip; the tick where the change of force times the way of the grip is largest is missed in a
-/// second run.
+/// Measures the effect of a missed tick in a scene driven by the Falcon; K is the stiffness of the
+/// coupling. The passivity observer is at the grip. A second run misses the tick with the largest
+/// product of force change and grip displacement.
 MissedTick measure_missed_tick(const Scene& scene, const std::atomic<bool>* stop);
 
-// The worst ticks of a scene, provoked instead of awaited: what each costs by itself. The same tick
-// is the same work every time, so that the least over several repetitions is its cost, however busy
-// the machine is.
+// Worst-case probes: they trigger the most expensive ticks of a scene and measure the cost of each.
+// The same tick does the same work every time, so the minimum over several repetitions is its cost,
+// independent of other load on the machine.
 
 struct Provocation {
   std::string name{};       ///< "puncture: ligamentum flavum"
-  std::string what{};       ///< how it was provoked
-  double scene_time = 0.0;  ///< of the tick that took longest [s]
-  double processor = 0.0;  ///< its time on the thread's own clock, the least of the repetitions [s]
-  double wall = 0.0;       ///< by the wall clock, the least likewise [s]
+  std::string what{};       ///< how it was triggered
+  double scene_time = 0.0;  ///< time of the longest tick in the scene
+  double processor = 0.0;   ///< thread processor time, minimum over the repetitions
+  double wall = 0.0;        ///< wall time, minimum over the repetitions
   int repetitions = 0;
-  long ticks = 0;  ///< that were tried
+  long ticks = 0;  ///< ticks measured
 };
 
-/// What a tick may cost, and what the costliest one does.
+/// Computation times of the worst-case probes and limits of their coverage.
 struct ComputeBudget {
-  std::vector<Provocation> provocations{};  ///< costliest first
-  /// Instructions of the costliest tick, where somebody counted them.
+  std::vector<Provocation> provocations{};  ///< slowest first
+  /// Instructions of the slowest tick; absent if they were not counted.
   std::optional<std::int64_t> worst_instructions{};
   double largest_speed = 0.0;           ///< of the tool [m/s]
-  std::optional<double> diverged_at{};  ///< [s]; then there is nothing else to say
-  long skipped_events = 0;              ///< of the scene, that were not reached
+  std::optional<double> diverged_at{};  ///< [s]; the other members are then not set
+  long skipped_events = 0;              ///< events of the scene that were not reached
 
   [[nodiscard]] double worst() const {
     return provocations.empty() ? 0.0 : provocations.front().processor;
@@ -66,21 +68,21 @@ struct ComputeBudget {
 
 struct ProvocationPlan {
   double rate = 1000.0;                  ///< [Hz]
-  std::size_t cache_bytes = 32U << 20U;  ///< of the largest cache
+  std::size_t cache_bytes = 32U << 20U;  ///< size of the largest cache [bytes]
   int least_repetitions = 3;
   int most_repetitions = 12;
-  double enough = 1.0;  ///< [s] after which no repetition is added
+  double enough = 1.0;  ///< time after which no repetition is started [s]
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const std::string& stage)> tell{};
 };
 
-/// The scene from beginning to end as fast as it goes, and special ticks of it.
+/// Runs the whole scene as fast as possible and then the worst-case probes at selected ticks.
 ComputeBudget provoke(const Scene& scene, const ProvocationPlan& plan);
 
-// A scene's ticks, timed one by one over several passes from its start.
+// Times of individual ticks over several passes of a scene.
 
 struct TimedTick {
-  double processor = 0.0;  ///< least over the passes [s]
+  double processor = 0.0;  ///< minimum over the passes [s]
   double wall = 0.0;       ///< likewise
 };
 
@@ -93,23 +95,24 @@ struct TimedPasses {
   std::vector<TimedTick> ticks{};
   std::vector<Happened> happenings{};
   double largest_speed = 0.0;  ///< of the tool [m/s]
-  int passes = 0;              ///< that were finished
+  int passes = 0;              ///< passes completed
   std::optional<double> diverged_at{};
 
-  /// The tick that costs most of those in [begin, end), and of a list.
+  /// Returns the slowest tick in [begin, end) or in a list.
   [[nodiscard]] std::size_t costliest(std::size_t begin, std::size_t end) const;
   [[nodiscard]] std::size_t costliest(const std::vector<std::size_t>& of) const;
-  [[nodiscard]] double worst() const;  ///< of all ticks [s]
+  [[nodiscard]] double worst() const;  ///< time of the slowest tick [s]
 };
 
 struct PassSetting {
   std::function<std::unique_ptr<SceneLoop>()> make{};
-  std::size_t most_ticks = 0;                      ///< 0: the whole scene
-  std::function<void(std::size_t tick)> before{};  ///< outside the time of the tick; empty: nothing
+  std::size_t most_ticks = 0;  ///< 0: the whole scene
+  std::function<void(std::size_t tick)>
+      before{};  ///< called before each tick, outside its time; empty: nothing
 };
 
-/// As many passes as the plan asks for, and more until the costliest tick falls no further. None is
-/// kept of a pass that was stopped.
+/// Times as many passes as the plan requests, and more until the time of the slowest tick no longer
+/// decreases. A pass that was stopped is discarded.
 TimedPasses time_passes(const PassSetting& setting, const ProvocationPlan& plan);
 
 }  // namespace palpate::certificate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The statistics of a real-time certificate: what they say of data whose law is known.
+/// Cases of the statistics of a real-time certificate, with data of a known distribution.
 
 #include "validation/claims/certificate.hpp"
 
@@ -24,8 +24,8 @@ namespace certificate {
 
 namespace {
 
-/// At its own limit so few misses have the chance 1 - confidence, by another library than that of
-/// the limit.
+/// Checks with a second library that the probability of so few misses at the limit is 1 -
+/// confidence.
 double worst_error_at_limit() {
   double worst = 0.0;
   for (const long ticks : {10L, 1000L, 60000L, 86400000L}) {
@@ -40,7 +40,7 @@ double worst_error_at_limit() {
   return worst;
 }
 
-/// How often the limit lies above the truth, by the binomial law itself.
+/// Returns the coverage of the limit from the binomial distribution.
 double least_coverage(long ticks) {
   std::vector<double> limit;
   for (long misses = 0; misses <= ticks; ++misses) {
@@ -151,8 +151,8 @@ std::vector<Case> certificate_cases() {
 
 namespace palpate::certificate {
 
-// Extrapolated response times of samples whose law is known: told where they may be, and right
-// then.
+// Extrapolated response times of samples with a known distribution: correct, or refused where the
+// assumptions do not hold.
 
 namespace {
 
@@ -181,7 +181,7 @@ Sample heavy(Seeded& random) {
   return sample([&](long) { return std::expm1(0.15 * exponential(random)) / 0.15; });
 }
 
-/// Every late tick makes the next one late: extremal index 1/2.
+/// Samples in which every late tick makes the next one late: extremal index 1/2.
 Sample in_pairs(Seeded& random) {
   double before = exponential(random);
   return sample([&](long) {
@@ -208,7 +208,7 @@ Sample disturbed_later(Seeded& random) {
   return sample([&](long n) { return exponential(random) * (2 * n < ticks ? 1.0 : 2.0); });
 }
 
-/// Shape 1: a mean that does not exist.
+/// Distribution of shape 1, without a finite mean.
 Sample without_mean(Seeded& random) {
   return sample([&](long) { return std::expm1(exponential(random)); });
 }
@@ -225,7 +225,8 @@ struct Tried {
   std::size_t covered = 0;
 };
 
-/// `truth` [s] is the response that one tick in a hundred times as many as were seen exceeds.
+/// Judges the extrapolation; `truth` [s] is the response that one tick in a hundred times the
+/// observed number exceeds.
 Tried try_tails(const Draw& draw, int seeds, double truth) {
   Tried tried;
   for (int seed = 1; seed <= seeds; ++seed) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the group "certificate" is made of besides its own file.
+/// Parts of the case group "certificate" outside its main file.
 
 #include <cstdint>
 #include <vector>
@@ -10,9 +10,9 @@
 
 namespace palpate::certificate {
 
-std::vector<Case> tail_cases();  ///< what is extrapolated, and what is refused
+std::vector<Case> tail_cases();  ///< accepted and refused extrapolations
 
-/// Judged of responses of which every late one makes the next one late.
+/// Returns the tail of responses in which every late one makes the next one late.
 Tail tail_of_pairs(std::uint64_t seed);
 
 }  // namespace palpate::certificate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// A short insertion that calibrations are tried on, and its simulation as a straight line.
+/// Short insertion for tests of calibrations, and a linear model of its simulation.
 
 #include <array>
 #include <cmath>
@@ -12,17 +12,18 @@
 
 namespace palpate::clinical {
 
-/// The last 20 mm of an insertion through ligament, on one column of nodes: some 5 ms a simulation.
+/// Returns the last 20 mm of an insertion through ligament, on one column of nodes, which is fast
+/// to simulate.
 Scene short_way();
-/// With syringes that reach the thumb's limit before the needle is through: beyond, the law bends.
+/// Returns parameters of syringes that reach the thumb's limit before the needle is through;
+/// beyond, the response is not linear.
 std::vector<calibration::Parameter> fitted_parameters(const Scene& scene);
-/// With the columns that observe() asks for.
-/// Observables of the candidate, with the planted fault in its scene or its trace.
+/// Runs the candidate, with the planted fault in its scene or trace, and returns its observables.
+/// The trace has the columns that observe() requires.
 calibration::ObservedInsertion candidate(const CaseContext& context, const Scene& scene);
 
-/// The candidate as a straight line in what its observables are straight in: cutting forces, the
-/// thumb's force, time constant and resistance of the syringe. Six simulations instead of
-/// thousands.
+/// Linear model of the candidate in the quantities with a linear effect: cutting forces, thumb
+/// force, time constant and resistance of the syringe. It replaces thousands of simulations by six.
 class StraightScene {
  public:
   explicit StraightScene(const CaseContext& context);
@@ -120,15 +121,15 @@ Scene StraightScene::with_numbers(const Eigen::VectorXd& all) const {
   return scene;
 }
 
-// Calibration: parameters that are known come back within their own intervals, and the trial's
-// groups keep the order and the range of their published pressures.
+// Calibration: known parameters are recovered within their intervals, and the groups of the trial
+// keep the order and range of their published pressures.
 
 namespace {
 
 using namespace calibration;
 
-/// What all readings of one study share beside the transducer, as large as the fit is told: errors
-/// of depth, of the time of the fall, and of forces in a coarser block.
+/// Errors common to all readings of one study besides the transducer, of the size that the fit
+/// assumes: depth, drop time, and forces in a coarser block.
 void add_shared_errors(std::vector<calibration::Subject>& subjects, const SharedUncertainty& shared,
                        device::Seeded& seeded) {
   Observation offset = Observation::Zero(observable_count);
@@ -143,7 +144,8 @@ void add_shared_errors(std::vector<calibration::Subject>& subjects, const Shared
   }
 }
 
-/// Women whose tissue differs by a factor from the one that was simulated, under one transducer.
+/// Synthetic subjects whose tissue differs by a factor from the simulated one, measured with one
+/// transducer.
 std::vector<calibration::Subject> noisy_subjects(const Scene& scene, std::size_t count,
                                                  device::Seeded& seeded) {
   const Trace clean = roll_out({}, scene, {});
@@ -176,8 +178,8 @@ struct Coverage {
   double squares = 0.0;  ///< of errors over stated deviations
 };
 
-/// Truths are drawn from the priors, so that prior rows are as right as they claim to be; the
-/// flavum is cut by more than what lies before it.
+/// Draws true values from the priors, so that the prior rows are correct; the flavum needs a larger
+/// cutting force than the layers before it.
 Forward::Values drawn_truth(const std::vector<Parameter>& parameters, device::Seeded& seeded) {
   Forward::Values truth;
   for (const Parameter& p : parameters) { truth.push_back(p.value(seeded.normal())); }
@@ -205,7 +207,8 @@ void fit_one(const StraightScene& straight, std::uint64_t seed, Coverage& covera
   }
 }
 
-/// Root mean square of the relative difference between straight line and undamaged simulation.
+/// Returns the root mean square of the relative difference between the linear model and the
+/// undamaged simulation.
 double straightness(const StraightScene& straight) {
   const Scene scene = short_way();
   const std::vector<Parameter> parameters = fitted_parameters(scene);
@@ -221,7 +224,7 @@ double straightness(const StraightScene& straight) {
 }
 
 void measure_coverage(const CaseContext& context, Outcome& outcome) {
-  // Of fewer than 149 trials all may hold by chance, 0.95^149 < 0.0005: intervals of any width
+  // With fewer than 149 trials all may hold by chance, 0.95^149 < 0.0005, so intervals of any width
   // would pass.
   const std::size_t trials = context.quick ? 160 : 300;
   const StraightScene straight(context);
@@ -254,7 +257,7 @@ struct Group {
 constexpr std::array groups{Group{"BMI 18-24.9", 22.0, 461.0}, Group{"BMI 25-34.9", 30.0, 430.0},
                             Group{"BMI 35-44.9", 40.0, 415.0}, Group{"BMI >= 45", 47.0, 376.0}};
 
-/// Five women each with the published mean and the spread that the stored recordings have.
+/// Returns groups of five subjects with the published mean and the spread of the stored recordings.
 std::vector<calibration::Subject> reconstructed_group(const Group& group, std::uint64_t seed) {
   std::vector<calibration::Subject> subjects;
   constexpr double ligament_ratio = 7.467 / 12.133;  // of the needle force, Davidor et al. 2023
@@ -274,7 +277,7 @@ std::vector<calibration::Subject> reconstructed_group(const Group& group, std::u
   return subjects;
 }
 
-/// Peak of the scene that was fitted to these [mmHg].
+/// Returns the peak pressure of the scene that was fitted to these recordings [mmHg].
 double fitted_peak(const StraightScene& straight, std::span<const calibration::Subject> subjects) {
   const Scene scene = short_way();
   Forward forward(scene, fitted_parameters(scene), 1, nullptr,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// A recording against copies of itself with one fault each: what every measure sees of it, and the
+/// Comparison of a recording with copies that have one fault each: values of every measure, and the
 /// verdict.
 
 #include <algorithm>
@@ -149,7 +149,7 @@ void measure_verdicts(const CaseContext& context, Outcome& outcome) {
   outcome.tables.push_back(std::move(table));
 }
 
-/// A gate on a rating would let these through.
+/// Faults that a limit on a rating would not detect.
 void measure_blindness(const CaseContext& context, Outcome& outcome) {
   const std::vector<double> time = instants(14.0, 120.0);
   const PressureLaw law;
@@ -202,7 +202,7 @@ std::vector<Case> verdict_cases() {
            .weight = 0.1}};
 }
 
-// Corridor and bootstrap over subjects who differ by a factor of their own.
+// Corridor and bootstrap over subjects that differ by an individual factor.
 
 namespace {
 
@@ -216,7 +216,7 @@ Samples subject(const std::vector<double>& time, double factor) {
 
 double drawn_factor(device::Seeded& seeded) { return 1.0 + 0.1 * seeded.normal(); }
 
-/// A further subject lies in the corridor of the others with the probability it was made for.
+/// Checks that a further subject is in the corridor with the nominal probability.
 void measure_corridor(const CaseContext& context, Outcome& outcome) {
   const std::vector<double> time = instants(10.0, 10.0);
   constexpr std::size_t trials = 1000;
@@ -247,7 +247,8 @@ void measure_corridor(const CaseContext& context, Outcome& outcome) {
                  .bound_from = "one subject has no spread: refused"});
 }
 
-/// Ten subjects; the bootstrap of their mean covers less than it says, by what theory tells.
+/// Checks the coverage of the bootstrap for ten subjects, which is below its nominal level as
+/// theory predicts.
 void measure_bootstrap(const CaseContext& context, Outcome& outcome) {
   constexpr std::size_t trials = 400;
   constexpr std::size_t count = 10;
@@ -289,7 +290,7 @@ std::vector<Case> subject_cases() {
            .weight = 0.2}};
 }
 
-// A simulated insertion recorded through the pressure link, and compared with itself.
+// A simulated insertion recorded through the pressure link and compared with itself.
 
 namespace {
 
@@ -297,7 +298,8 @@ using namespace comparison;
 
 constexpr double quantum = 0.1 * pascals_per_mmhg;  // [Pa] of the link
 
-/// A needle that advances into the epidural space and rests there for as long as the rule asks.
+/// Returns a scene in which a needle advances into the epidural space and rests there for the
+/// duration that the rule requires.
 Scene resting_insertion() {
   Scene scene = tools::seven_soft_layers();
   scene.simulation = {.duration = 8.5, .step = 1e-3, .integrator = "velocity-verlet"};
@@ -312,7 +314,8 @@ Recording through_the_link(const Trace& run) {
   return recording_of_link(bytes, run.time.size()).recording;
 }
 
-/// Largest rise of the pressure over one frame period [Pa]: what sampling may take from a peak.
+/// Returns the largest rise of the pressure over one frame period [Pa], the largest error of a peak
+/// by sampling.
 double largest_rise(const Recording& recording) {
   double largest = 0.0;
   for (std::size_t n = 1; n < recording.pressure.size(); ++n) {
@@ -334,8 +337,8 @@ void judge_samples(const Comparison& found, Outcome& outcome) {
                  .bound_from = "a recording of the simulation is the simulation"});
 }
 
-/// Without a filter, which makes a little less of a corner at 120 Hz than at 1 kHz. Clocks are laid
-/// over each other by the event, which either trace places to within its own sampling.
+/// Compares without a filter, because it rounds a corner more at 120 Hz than at 1 kHz. The event
+/// aligns the clocks to within the sampling of each trace.
 void judge_event(const Comparison& found, const Recording& recording, Outcome& outcome) {
   const double period = 1.0 / recording.sample_rate;
   outcome.judge({.name = "lag_by_the_event",

@@ -71,15 +71,15 @@ namespace {
 
 constexpr double length = 30.0;  // [s]
 
-/// What happens at the event of one insertion.
+/// Event of one insertion.
 struct Event {
   double time = 0.0;            // [s]
-  double drop = 0.0;            // of the peak
+  double drop = 0.0;            // relative to the peak [1]
   double fall_constant = 0.05;  // [s]
   double back = 0.0;            // [s] after it; 0: never
 };
 
-/// The share of the peak that is left of the pressure by the event.
+/// Returns the pressure after the event as a share of the peak.
 double left_by(const Event& event, double t) {
   if (t < event.time) { return 1.0; }
   const double fallen =
@@ -88,7 +88,8 @@ double left_by(const Event& event, double t) {
   return std::min(1.0, fallen + 2.0 * (t - event.time - event.back));  // back within half a second
 }
 
-/// Pushes of a thumb: up within a fifth of a period, held, then let go between them; 0 to 1.
+/// Returns the pushes of a thumb between 0 and 1: rise within a fifth of a period, constant, then
+/// release.
 double push(double t, double period, double relax) {
   const double phase = std::fmod(t, period);
   if (phase < 0.2 * period) { return phase / (0.2 * period); }

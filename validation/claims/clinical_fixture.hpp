@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Pressures of insertions made up from a law, whose features are known before anything measures
-/// them.
+/// Synthetic pressures of insertions that follow a law, so that their features are known in
+/// advance.
 
 #include <cstdint>
 #include <functional>
@@ -16,62 +16,64 @@
 
 namespace palpate::clinical {
 
-/// Level, a straight rise to the peak, then an exponential fall to the plateau.
+/// Pressure law: constant level, linear rise to the peak, then exponential fall to the plateau.
 struct PressureLaw {
   double level = 20.0 * pascals_per_mmhg;   ///< [Pa]
   double peak = 60.0 * pascals_per_mmhg;    ///< [Pa]
   double plateau = 8.0 * pascals_per_mmhg;  ///< [Pa]; equal to the peak: no loss of resistance
-  double rise = 1.0;                        ///< [s] when it begins
+  double rise = 1.0;                        ///< [s] start of the rise
   double loss = 6.0;                        ///< [s]
-  double fall_constant = 0.15;              ///< [s] of the exponential
-  double delay = 0.0;                       ///< [s] of everything
+  double fall_constant = 0.15;              ///< [s] time constant of the fall
+  double delay = 0.0;                       ///< [s] delay of the whole law
 
   [[nodiscard]] double at(double time) const;  ///< [Pa]
 };
 
-/// One per step from 0 to `duration` inclusive [s].
+/// Returns instants from 0 to `duration` inclusive [s] at `rate` [Hz].
 std::vector<double> instants(double duration, double rate);
 std::vector<double> pressures(const PressureLaw& law, const std::vector<double>& time);
 
 void add_noise(std::vector<double>& values, double deviation, device::Seeded& seeded);
 
-/// The planted fault of a case, if there is one, on a simulated pressure.
+/// Applies the planted fault of a case, if any, to a simulated pressure.
 void damage(const CaseContext& context, std::vector<double>& pressure);
 
-/// As compare() takes them: a thumb's recording, a simulated trace.
+/// Inputs of compare(): the recording of a thumb, a simulated trace.
 Recording recording_of(const std::vector<double>& time, std::vector<double> pressure);
 Trace trace_of(const std::vector<double>& time, std::vector<double> pressure);
 
-/// Largest |a - b| of two of the same length; NaN where any of them is NaN, or there is none.
+/// Returns the largest |a - b| of two sequences of the same length; NaN if a value is NaN or they
+/// are empty.
 double largest_difference(std::span<const double> a, std::span<const double> b);
 
-/// The hands' techniques with and without a loss of resistance, for the rule that finds it.
+/// Insertion techniques with and without a loss of resistance, to test its detection.
 enum class Technique { continuous, intermittent };
 struct Insertions {
   Technique technique = Technique::continuous;
-  double mean_drop = 0.73;       ///< of the peak
-  double deviation_drop = 0.18;  ///< normal, kept within 0.02 and 0.98
-  bool held = true;              ///< false: the pressure comes back within 4 s
-  bool drops = true;             ///< false: no fall but those between pushes
+  double mean_drop = 0.73;       ///< relative to the peak [1]
+  double deviation_drop = 0.18;  ///< standard deviation, normal, clamped to 0.02 and 0.98
+  bool held = true;              ///< false: the pressure recovers within 4 s
+  bool drops = true;             ///< false: no drops other than those between pushes
 };
 inline constexpr double sample_rate = 120.0;  ///< [Hz] of the raw pressure link
 inline constexpr double noise_deviation = 5.0 * pascals_per_mmhg;  ///< [Pa] (assumed)
 inline constexpr double smallest_peak =
     300.0 * pascals_per_mmhg;  ///< [Pa]; the largest is twice that
-/// One made-up insertion of 30 s.
+/// Returns a synthetic insertion of 30 s.
 comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed);
 
-// What the group "clinical" is made of. The candidate of these cases is a simulated pressure (or,
-// for the rule that finds the event, a made-up insertion): planted faults damage that.
+// Parts of the case group "clinical". The candidate of these cases is a simulated pressure (or a
+// synthetic insertion for the detection rule); planted faults change it.
 
+std::vector<Case> measure_cases();  ///< distances, ratings and filter compared with closed forms
+                                    ///< and an independent program
+std::vector<Case> feature_cases();  ///< features of traces with a known law
 std::vector<Case>
-measure_cases();  ///< distances, ratings and filter against closed forms and a second opinion
-std::vector<Case> feature_cases();  ///< features of traces whose law is known
-std::vector<Case> verdict_cases();  ///< what each measure is blind to, and the verdict that is not
+verdict_cases();  ///< faults that single measures do not detect but the verdict does
+std::vector<Case> detection_cases();  ///< true and false detections of the event
+std::vector<Case> subject_cases();    ///< corridor and bootstrap over subjects
 std::vector<Case>
-detection_cases();  ///< how often the event is found, and is found where there is none
-std::vector<Case> subject_cases();      ///< corridor and bootstrap over subjects
-std::vector<Case> round_trip_cases();   ///< simulated, recorded through the link, compared
+round_trip_cases();  ///< simulated insertions recorded through the link and compared
 std::vector<Case> calibration_cases();  ///< parameters from recordings
 
 }  // namespace palpate::clinical

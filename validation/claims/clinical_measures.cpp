@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// Each measure against closed forms, and all against a second opinion on one trace with six
-/// faults.
+/// Comparison of each measure with closed forms, and with an independent program on one trace with
+/// six faults.
 
 #include <algorithm>
 #include <array>
@@ -30,14 +30,14 @@ void judge_near(Outcome& outcome, const std::string& name, double value, double 
 
 constexpr double rounding = 1e-12;
 
-/// A square wave of 20 samples a half period.
+/// Returns a square wave with half periods of 20 samples.
 std::vector<double> square_wave(double size) {
   std::vector<double> wave(200);
   for (std::size_t n = 0; n < wave.size(); ++n) { wave[n] = n / 20 % 2 == 0 ? size : -size; }
   return wave;
 }
 
-/// Zeros, and 1 on 30 samples from `begin`.
+/// Returns zeros with 30 ones from `begin`.
 std::vector<double> pulse(std::size_t begin) {
   std::vector<double> wave(200, 0.0);
   std::fill_n(wave.begin() + static_cast<std::ptrdiff_t>(begin), 30, 1.0);
@@ -107,8 +107,8 @@ Figures figures_of(const std::vector<double>& simulated, const std::vector<doubl
   return {e.nrmse, e.magnitude, e.phase, r.corridor, r.phase, r.magnitude, r.slope, r.overall};
 }
 
-/// Ramp 20 to 60 mmHg, at 6 s a fall to 8 mmHg; 10 s at 100 Hz. The second opinion is a plain
-/// program in Python with NumPy, written from the definitions.
+/// Trace of the comparison: ramp from 20 to 60 mmHg, fall to 8 mmHg at 6 s; 10 s at 100 Hz. The
+/// independent program is in Python with NumPy, written from the definitions.
 std::vector<Fault> faults_of(const std::vector<double>& time) {
   std::vector<double> louder = pressures({}, time);
   std::vector<double> higher = louder;
@@ -159,7 +159,7 @@ void measure_fault_table(const CaseContext& context, Outcome& outcome) {
   outcome.tables.push_back(std::move(table));
 }
 
-/// A fall from 1 to 0 that begins at 2 s, filtered, at 1 kHz.
+/// Returns a filtered fall from 1 to 0 that begins at 2 s, at 1 kHz.
 Samples filtered_fall(const CaseContext& context, double duration, double cutoff) {
   std::vector<double> fall;
   for (const double t : instants(4.0, 1000.0)) {
@@ -169,7 +169,7 @@ Samples filtered_fall(const CaseContext& context, double duration, double cutoff
   return zero_phase({.step = 1e-3, .value = fall}, cutoff);
 }
 
-/// When the second half of it last passes a level, linear between samples [s].
+/// Returns the time at which its second half last passes a level, linear between samples [s].
 double last_passage(const Samples& fall, double level) {
   for (std::size_t n = fall.size() - 1; n > 0; --n) {
     if (fall.value[n - 1] >= level) {
@@ -180,9 +180,9 @@ double last_passage(const Samples& fall, double level) {
   return not_measured;
 }
 
-/// What the filter does to falls. The impulse response of 1 / (1 + w^4) is a/2 exp(-a|t|) (cos at +
-/// sin a|t|) with a = sqrt(2) pi f_c, so a step has passed 1 - exp(-at) cos(at) / 2 at t, and a
-/// straight line is overshot most where that is 1 first, by exp(-pi/2) / (4 a T) of its height.
+/// Effect of the filter on falls. The impulse response of 1 / (1 + w^4) is a/2 exp(-a|t|) (cos at +
+/// sin a|t|) with a = sqrt(2) pi f_c. A step response is 1 - exp(-at) cos(at) / 2 at t. The largest
+/// overshoot of a ramp occurs where this is first 1: exp(-pi/2) / (4 a T) of its height.
 void measure_falls(const CaseContext& context, Outcome& outcome) {
   const double cutoff = 20.0;
   const double a = std::numbers::sqrt2 * std::numbers::pi * cutoff;
@@ -204,7 +204,7 @@ void measure_falls(const CaseContext& context, Outcome& outcome) {
   }
 }
 
-/// Gain and delay of the filter for a sine, away from its ends.
+/// Checks gain and delay of the filter for a sine, away from its ends.
 void measure_filter(const CaseContext& context, Outcome& outcome) {
   const double rate_hz = 200.0;
   const double cutoff = 20.0;
@@ -257,7 +257,7 @@ std::vector<Case> measure_cases() {
        .weight = 0.1}};
 }
 
-// Features of pressures whose law is known, and the reasons for those that are not there.
+// Features of pressures with a known law, and the reasons for absent features.
 
 namespace {
 
@@ -316,7 +316,7 @@ void measure_closed_form_features(const CaseContext& context, Outcome& outcome) 
                       "closed form: a straight rise");
 }
 
-/// With noise, at the rate of the link: found to within what is stated as its uncertainty.
+/// With noise at the rate of the link: the error is within the stated uncertainty.
 void measure_uncertain_features(const CaseContext& context, Outcome& outcome) {
   const PressureLaw law;
   const Features clean = features_at(context, law, 120.0, 20.0);
@@ -374,7 +374,7 @@ std::vector<Case> feature_cases() {
        .weight = 0.2}};
 }
 
-// How often the published rule finds a loss of resistance, and finds one where there is none.
+// Rates of true and false detections of the loss of resistance by the published rule.
 
 namespace {
 
@@ -404,12 +404,14 @@ void add_row(Table& table, const std::string& what, const Count& count) {
       {what, static_cast<double>(count.trials), count.share(), interval.lower, interval.upper});
 }
 
-/// What four deviations of filtered noise on a plateau take from the drop of the smallest peak.
+/// Effect of four standard deviations of filtered plateau noise on the relative drop of the
+/// smallest peak.
 double lost_to_noise() {
   return 4.0 * noise_deviation * std::sqrt(noise_shares(20.0, sample_rate).passed) / smallest_peak;
 }
 
-/// Those whose drop, drawn from a normal distribution, is at least the threshold are found.
+/// Compares the share of detected insertions with the expected share, whose normally distributed
+/// drop is at least the threshold.
 void judge_share(Outcome& outcome, const std::string& name, const Insertions& kind,
                  const Count& count) {
   const double over = (LossRule{}.least_drop - kind.mean_drop) / kind.deviation_drop;
@@ -425,7 +427,8 @@ void judge_share(Outcome& outcome, const std::string& name, const Insertions& ki
            "above it by four deviations of the noise"});
 }
 
-/// Not one: the rule must leave them out for what they are, so any is a fault of the code.
+/// Expected number is zero: the rule must reject all of these, so any detection is a fault of the
+/// code.
 void judge_none(Outcome& outcome, const std::string& name, const Count& count) {
   outcome.judge(
       {.name = name,

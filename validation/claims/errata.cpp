@@ -17,7 +17,8 @@ namespace {
 
 constexpr double touch = 1e-7;  ///< [N] deflects by 1e-9 m, and tissue 150 times softer by 1e-7 m
 
-/// Where implicit Euler comes to rest with steps of 10 s, which no mode of the lattice outlives.
+/// Returns the equilibrium from implicit Euler with steps of 10 s, which damp every mode of the
+/// lattice.
 Eigen::VectorXd rest_under(const CaseContext& context, const PrintedForm& printed, double force) {
   Scene scene = lattice_scene(10.0, 300.0, "implicit-euler");
   scene.simulation.printed = printed;
@@ -36,7 +37,7 @@ double depth(const Eigen::VectorXd& displacement) {
   return displacement.size() > at ? displacement(at) : std::nan("");
 }
 
-/// [m] of the pressed node by the linearised printed equations.
+/// Returns the displacement of the pressed node [m] from the linearised printed equations.
 double predicted_depth(const PrintedForm& printed, double force) {
   const SpringNetwork network = build_network(lattice_scene(step, step));
   const Linear linear = linearise(network, printed);
@@ -63,7 +64,7 @@ void judge_ratio(Outcome& outcome, const std::string& name, double value, double
                  .bound_from = from});
 }
 
-/// Stiffness felt by a finger, printed over corrected.
+/// Judges the stiffness at a point and returns printed over corrected.
 double judge_stiffness(const CaseContext& context, Outcome& outcome, const PrintedForm& printed,
                        double expected) {
   const double corrected = depth(rest_under(context, {}, touch));
@@ -82,7 +83,7 @@ double judge_stiffness(const CaseContext& context, Outcome& outcome, const Print
   return corrected / wrong;
 }
 
-/// Decay of the slowest mode.
+/// Measures the decay of the slowest mode.
 void judge_decay(const CaseContext& context, Outcome& outcome, const PrintedForm& printed,
                  const std::string& name) {
   const Rate rate = measure_rate(context, printed, step, step);
@@ -154,8 +155,8 @@ Finding measure_half_force(const CaseContext& context, Outcome& outcome) {
           "stiffness ratio (1)", found,    0.5};
 }
 
-// The errata that make a lattice diverge, judged by the rate at which the linearised printed
-// equations say it must.
+// Errata that make a lattice diverge, compared with the growth rate of the linearised printed
+// equations.
 
 namespace {
 
@@ -181,7 +182,7 @@ void judge_divergence(Outcome& outcome, const std::string& name, bool diverged) 
                  .bound_from = "a positive rate of growth"});
 }
 
-/// Long enough for every growing mode to leave all bounds.
+/// Duration after which every growing mode exceeds all bounds.
 Trace run_away(const CaseContext& context, const PrintedForm& printed, double seconds) {
   const Scene scene = pressed_scene(step, seconds, printed);
   const SpringNetwork network = build_network(scene);

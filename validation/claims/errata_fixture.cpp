@@ -31,7 +31,7 @@ std::vector<int> free_nodes(const SpringNetwork& network) {
   return nodes;
 }
 
-/// Of the eigenvalues of S^T the one that `larger` puts last, with its vector.
+/// Returns the eigenvalue of S^T that is largest by `larger`, with its vector.
 template <class Larger> Mode dominant(const MatrixXd& transposed, Larger larger) {
   const reference::GeneralModes modes = reference::general_modes(transposed);
   Index best = 0;
@@ -163,7 +163,7 @@ Rate measure_rate(const CaseContext& context, const PrintedForm& printed, double
   const Linear linear = linearise(network, printed, damping_factor);
   const Mode mode = dominant_mode(linear, update);
   const double per_step = std::log(std::abs(mode.value));
-  // Five powers of e are seen well, and leave strains below 1e-4.
+  // Growth by five powers of e is measurable and keeps strains below 1e-4.
   const long steps = std::clamp(std::lround(5.0 / std::abs(per_step)), 1L, 20000L);
   Scene scene = lattice_scene(h, static_cast<double>(steps) * h);
   scene.simulation.printed = printed;
@@ -232,7 +232,7 @@ namespace {
 constexpr double never = std::numeric_limits<double>::infinity();
 constexpr long ticks = 500;  ///< steps of 1e-4 s
 
-/// The samples until the printed form is off by the whole peak, and when that is.
+/// Number of samples until the error of the printed form equals the peak, and the time of that.
 struct Departure {
   double error = 0.0;
   double at = never;

@@ -77,7 +77,7 @@ double predicted_limit(bool lagged) {
   return limit;
 }
 
-/// Whether a displacement of 1e-9 m, in all modes, grows a hundredfold in 3000 steps.
+/// Returns true if a displacement of 1e-9 m, in all modes, grows a hundredfold in 3000 steps.
 bool grows(const CaseContext& context, const Variant& variant, double h) {
   const long ticks = 3000;
   Scene scene = lattice_scene(h, static_cast<double>(ticks) * h, variant.scheme);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The cases of group "gate": the harness judged by itself.
+/// Cases of group "gate": self-test of the harness.
 
 #include "validation/gate/gate.hpp"
 
@@ -22,29 +22,29 @@
 
 namespace palpate::gating {
 
-Case self_case();    ///< the same code never falls
-Case faults_case();  ///< planted damage always does
+Case self_case();    ///< unchanged code never fails
+Case faults_case();  ///< planted faults always fail
 
 // A small block whose results the cases of group "gate" accept once and then damage.
 
-/// A damped block, held below, pushed at one node for half a sine.
+/// Damped block, fixed below, with a half-sine force at one node.
 struct Study {
   Scene scene{};
   SpringNetwork network{};
-  int probe = 0;  ///< node that is pushed and watched
+  int probe = 0;  ///< node that is loaded and observed
   Trace truth{};  ///< by CVODE
 };
-/// `loaded`: false leaves the push out of the truth.
+/// Returns the fixture; if `loaded` is false, the truth has no load.
 Study block_study(bool loaded = true);
 
-/// What a run of it gives: its error against the truth, energies, the path of the node, and all
-/// nodes at six instants.
+/// Runs the block: error relative to the truth, energies, path of the node, and all nodes at six
+/// instants.
 Outcome outcome_of(const CaseContext& context, const Study& study);
 
-/// With the sums of every network in another order.
+/// Returns a context with another order of summation in every network.
 CaseContext in_order(CaseContext context, std::uint64_t seed);
 
-/// The outcome accepted, with the spread of runs in other orders.
+/// Accepts the outcome with the spread of runs in other orders.
 gate::Baseline accepted(const CaseContext& context, const Study& study);
 
 namespace {
@@ -52,7 +52,7 @@ namespace {
 constexpr double step = 2e-4;  ///< [s]
 constexpr long steps = 600;
 constexpr int instants_of_nodes = 6;
-constexpr int orders = 8;  ///< of summation, that tell the spread
+constexpr int orders = 8;  ///< number of orders of summation for the spread
 
 Figure path_figure(const Trace& motion, int probe) {
   return {.id = "path",
@@ -135,13 +135,13 @@ gate::Baseline accepted(const CaseContext& context, const Study& study) {
   return gate::accept({}, acceptance);
 }
 
-// A gate that cries wolf is switched off: the same code against itself, in orders of summation that
-// the baseline has not seen.
+// False alarms: the same code compared with itself in orders of summation that the baseline does
+// not contain.
 
 namespace {
 
 constexpr int comparisons = 200;
-constexpr std::uint64_t first_seed = 1000;  ///< none of those that told the spread
+constexpr std::uint64_t first_seed = 1000;  ///< different from the seeds of the spread
 
 void measure_self(const CaseContext& context, Outcome& outcome) {
   const Study study = block_study();
@@ -184,8 +184,7 @@ Case self_case() {
           .weight = 2.0};
 }
 
-// Damage of every kind that a gate exists for, planted one at a time: each must turn its verdict
-// red.
+// Faults of every kind, planted one at a time: the gate must detect each.
 
 namespace {
 
@@ -195,7 +194,7 @@ using gate::GateResult;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// In the model or its motion.
+/// Faults in the model or its motion.
 std::vector<Mutation> model_faults() {
   return {
       {.name = "a node is not a number",
@@ -238,7 +237,7 @@ std::vector<Mutation> model_faults() {
        }}};
 }
 
-/// In what is handed to the gate, or in how it is asked.
+/// Faults in the input or the options of the gate.
 struct HandedFault {
   std::string name{};
   std::function<void(Baseline&, Candidate&, std::vector<std::string>&)> plant{};
@@ -308,8 +307,7 @@ std::vector<HandedFault> faults_of_cases() {
            [](Baseline&, Candidate&, std::vector<std::string>& only) { only = {"brick"}; }}};
 }
 
-/// Six starts of 40 pairs; both builds wait for the rest of the machine, by up to 30 % in every
-/// pair.
+/// Returns six starts of 40 pairs; other load delays both builds by up to 30 % in every pair.
 bench::PairedFinding timed_builds(double slowdown) {
   Random random(1);
   const auto counted = [](double work) {
@@ -333,7 +331,7 @@ std::string refusal_of_slower_library() {
   return "slower by pairs and by instructions; the same library is not";
 }
 
-/// What happened to one fault, as a row of the report.
+/// Results of the faults as rows of the report.
 class Ledger {
  public:
   void add(const std::string& fault, const GateResult& verdict) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Scenes that a hand feels through the emulated Falcon, and their runs.
+/// Scenes with a hand on the emulated Falcon, and their runs.
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -38,8 +38,8 @@ Scene chain_in_hand(bool quick, double stiffness) {
   return scene;
 }
 
-// The Falcon in the loop: against a continuous solution between ticks, by hand through the layers,
-// and what the port's energy says.
+// Falcon in the loop: comparison with a continuous solution between ticks, insertion by hand
+// through the layers, and energy at the port.
 
 namespace {
 
@@ -137,8 +137,8 @@ void measure_reference(const CaseContext& context, Outcome& outcome) {
   outcome.figures.push_back(std::move(figure));
 }
 
-/// The layers of needle cases with fat as thick as the four groups of the trial have it (skin to
-/// epidural space 17.80 + 0.978 BMI, Ravi et al. 2011; fixtures/scenes/epidural-bmi-*.toml).
+/// Layers of needle cases with the fat thickness of the four groups of the trial (skin to epidural
+/// space 17.80 + 0.978 BMI, Ravi et al. 2011; fixtures/scenes/epidural-bmi-*.toml).
 struct Group {
   const char* name;
   double fat;  ///< [m]
@@ -350,7 +350,7 @@ std::vector<Case> falcon_cases() {
        .weight = 1.0}};
 }
 
-// What reaches the hand of a force that was asked for, through the drivers that users have.
+// Force at the hand compared with the requested force, through the available drivers.
 
 namespace {
 
@@ -364,7 +364,7 @@ Eigen::Vector3d delivered(DriverProfile& profile, const Kinematics& kinematics,
   return kinematics.jacobian(place)->transpose().inverse() * torque;
 }
 
-/// Most that one word less in every motor takes from a force at this place [N].
+/// Returns the largest change of a force at this position if every motor word decreases by one [N].
 double worth_of_words(const Kinematics& kinematics, const Eigen::Vector3d& place) {
   const Eigen::Matrix3d force_of_torque = kinematics.jacobian(place)->transpose().inverse();
   return force_of_torque.cwiseAbs().rowwise().sum().norm() / MotorOptions{}.words_per_newton_metre;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A device of one mass on a rail, whose motion between ticks is known exactly: what loops are
-/// measured with where theory speaks of such a mass.
+/// Device with one mass on a rail and exact motion between ticks, for comparison with theory.
 
 #include <cmath>
 
@@ -10,8 +9,8 @@
 
 namespace palpate::haptics {
 
-/// m x'' + b x' = F along the rail (x of the device), F held; optionally read through an encoder
-/// and rubbed by Coulomb friction.
+/// Device with m x'' + b x' = F along the rail (x of the device) and F constant within a tick;
+/// optionally with an encoder and Coulomb friction.
 class Rail final : public device::HapticDevice {
  public:
   struct Settings {
@@ -29,11 +28,11 @@ class Rail final : public device::HapticDevice {
     velocity_ = velocity;
   }
   device::DeviceSample exchange(const Eigen::Vector3d& force) noexcept override;
-  void advance() noexcept;  ///< by one period
+  void advance() noexcept;  ///< advances by one period
 
   [[nodiscard]] double place() const { return place_; }        ///< [m]
   [[nodiscard]] double velocity() const { return velocity_; }  ///< [m/s]
-  [[nodiscard]] double read() const;                           ///< through the encoder [m]
+  [[nodiscard]] double read() const;  ///< position read through the encoder [m]
 
  private:
   void glide(double force, double time) noexcept;
@@ -44,7 +43,7 @@ class Rail final : public device::HapticDevice {
   double velocity_ = 0.0;
 };
 
-/// A two-sided wall at 0 with a backward difference.
+/// Two-sided virtual wall at 0 with damping from a backward difference.
 class Wall {
  public:
   Wall(double stiffness, double damping, double period)
@@ -63,11 +62,11 @@ class Wall {
   double last_ = 0.0;
 };
 
-/// Ticks that a mutation of the loop adds to its delay.
+/// Returns the delay [ticks] that a mutation of the loop adds.
 int extra_delay(const CaseContext& context);
 
 std::vector<Case> falcon_cases();   ///< hand, emulated Falcon and tissue in one loop
-std::vector<Case> profile_cases();  ///< what drivers make of forces
-std::vector<Case> wall_cases();     ///< virtual walls against the theory of sampled loops
+std::vector<Case> profile_cases();  ///< conversion of forces by the drivers
+std::vector<Case> wall_cases();     ///< virtual walls compared with the theory of sampled loops
 
 }  // namespace palpate::haptics

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// What a virtual wall feeds in, frequency by frequency.
+/// Energy that a virtual wall adds, by frequency.
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +12,13 @@
 
 namespace palpate::haptics {
 
-/// The damping that takes it, measured over whole cycles, against the first harmonic of the held
-/// force and the condition of Colgate and Schenkel.
+/// Damping that dissipates this energy, measured over whole cycles and compared with the first
+/// harmonic of the held force and the condition of Colgate and Schenkel.
 void measure_wall_passivity(const CaseContext& context, Outcome& outcome);
 
 namespace {
 
-/// A grip that is shaken along a sine, whatever the force on it.
+/// Grip with a prescribed sine motion, independent of the force on it.
 class Shaker final : public device::HapticDevice {
  public:
   explicit Shaker(double phase_step) : phase_step_(phase_step) {}
@@ -39,8 +39,8 @@ struct HeldWall {
   double period = 1e-3;
 };
 
-/// Damping of device and hand that takes what the wall gives to a sine of `cycles` in `ticks`, from
-/// the energy of whole cycles [N s/m].
+/// Returns the damping of device and hand that dissipates the energy of the wall for a sine of
+/// `cycles` in `ticks`, from the energy of whole cycles [N s/m].
 double measured_need(const CaseContext& context, const HeldWall& held, int cycles, int ticks) {
   const double phase_step = 2.0 * M_PI * cycles / ticks;
   Shaker shaker(phase_step);
@@ -72,7 +72,7 @@ double harmonic_need(const HeldWall& held, double omega) {
   return -(wall * hold).imag() / omega;
 }
 
-/// Colgate & Schenkel: what every motion together may need at this frequency.
+/// Returns the damping that the condition of Colgate & Schenkel requires at this frequency.
 double passive_need(const HeldWall& held, double omega) {
   using Complex = std::complex<double>;
   const Complex z = std::polar(1.0, -omega * held.period);
@@ -140,8 +140,8 @@ void measure_wall_passivity(const CaseContext& context, Outcome& outcome) {
   outcome.figures.push_back(std::move(figure));
 }
 
-// Virtual walls felt through a sampled loop: where they become unstable and where they feed energy
-// in, in the time domain, against theory.
+// Virtual walls in a sampled loop: limits of stability and of passivity in the time domain,
+// compared with theory.
 
 namespace {
 
@@ -170,7 +170,7 @@ bool grows(const CaseContext& context, const WallLoop& loop, double stiffness) {
   return late > early;
 }
 
-/// By bisection in the logarithm of K.
+/// Finds the limit by bisection in the logarithm of K.
 double measured_boundary(const CaseContext& context, const WallLoop& loop) {
   double low = 1.0;
   double high = 1e6;
@@ -334,7 +334,7 @@ void measure_rates(const CaseContext& context, Outcome& outcome) {
   outcome.tables.push_back(std::move(table));
 }
 
-/// Swing that is left after ten seconds on a wall felt through an encoder [m].
+/// Returns the remaining oscillation after ten seconds on a wall with an encoder [m].
 double limit_cycle(const CaseContext& context, const Rail::Settings& settings, double stiffness) {
   Rail rail(settings);
   rail.put(3.3 * settings.encoder_step, 0.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// A free network can neither make nor lose momentum.
+/// Conservation of momentum in free networks.
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 
 using Columns = Eigen::Map<const NodeVectors>;
 
-/// Flying, spinning and shaking: random velocities about a mean, nothing held.
+/// Returns a free network with random velocities about a mean.
 SpringNetwork free_flight(double relaxation) {
   const Block block{.nodes = {4, 4, 4}, .relaxation = relaxation};
   SpringNetwork network = block_network(block);
@@ -151,8 +151,8 @@ std::vector<Case> momentum_cases() {
            .weight = 0.3}};
 }
 
-// Energy where nothing drives a network: kept in the band of each scheme's theory without damping,
-// only ever lost with it.
+// Energy of a network without loads: within the theoretical band of each scheme without damping,
+// decreasing with damping.
 
 namespace {
 
@@ -289,7 +289,8 @@ void judge_damped(const CaseContext& context, Outcome& outcome) {
     const std::string name(scheme->name);
     const EnergyRun run = run_energy(context, network, name, h,
                                      scheme->implicit ? (context.quick ? 100 : 500) : 4000);
-    // What a scheme reports is its modified energy to within z/2 of itself at first order.
+    // The reported energy of a first-order scheme equals its modified energy to within a relative
+    // z/2.
     const bool monotone = name == "implicit-euler" || name == "rk4";
     outcome.judge({.name = "largest_rise_" + name,
                    .value = largest_rise(run.ratio),
@@ -318,8 +319,8 @@ std::vector<Case> energy_cases() {
            .weight = 1.0}};
 }
 
-// Work of the loads = change of energy + what the dampers took, for the reference exactly and for
-// each scheme to its order.
+// Energy balance: work of the loads = change of energy + dissipation, exactly for the reference and
+// to its order for each scheme.
 
 namespace {
 
@@ -462,8 +463,8 @@ std::vector<Case> work_cases() {
            .weight = 1.5}};
 }
 
-// What a motion must not depend on: place, orientation and handedness of the frame, numbering,
-// units, and the instant at which a resting body is first loaded.
+// Independence of a motion of position, orientation and handedness of the frame, numbering, units,
+// and the time at which a resting body is first loaded.
 
 namespace {
 

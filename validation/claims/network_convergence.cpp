@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// A block of tissue whose motion is compared with a reference: what it is, and what is measured.
+/// Block of tissue whose motion is compared with a reference.
 
 #include <algorithm>
 #include <cmath>
@@ -34,7 +34,8 @@ BlockStudy seven_layer_study(bool quick);
 /// Every spring and every node of its own (paper, Fig. 15).
 BlockStudy heterogeneous_study(bool quick);
 
-/// References, every scheme at its steps, table and figures. The truth is handed back.
+/// Computes references and every scheme at its steps, and adds table and figures. Returns the
+/// truth.
 Truth judge_block(const CaseContext& context, const BlockStudy& study, Outcome& outcome);
 
 BlockStudy cube_study(bool quick) {
@@ -575,7 +576,7 @@ std::vector<int> ladder(const IntegratorInfo& scheme, int order, bool quick) {
   return rungs;
 }
 
-/// Share of the motion that a linearised lattice would not show.
+/// Share of the motion that is nonlinear.
 double nonlinear_share(const NetworkProblem& problem, const Truth& truth) {
   const reference::LinearProblem linear(problem);
   const Trace straight =
@@ -674,7 +675,7 @@ Figure ladder_figure(const reference::Reference& found) {
   return figure;
 }
 
-/// The reference of the cases above, under every check that a reference can be put to.
+/// Reference of the cases above with all checks of references.
 void measure_reference(const CaseContext& context, Outcome& outcome) {
   const NetworkProblem problem = problem_of(pushed("rk4", 1), lattice(true));
   using reference::solver_named;

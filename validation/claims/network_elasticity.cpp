@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// The lattice at rest is a cubic elastic solid: its assembled stiffness under uniform traction and
-/// under affine boundary displacement, against the homogenised moduli.
+/// Comparison of the lattice at rest with a cubic elastic solid: assembled stiffness under uniform
+/// traction and under affine boundary displacement, and homogenised moduli.
 
 #include <Eigen/Cholesky>
 #include <cmath>
@@ -30,7 +30,8 @@ struct CubicModuli {
   [[nodiscard]] double poisson() const { return c12 / (c11 + c12); }
 };
 
-/// How many axes a spring of a lattice spans: 1 edge, 2 face diagonal, 3 body diagonal.
+/// Returns the number of axes that a lattice spring spans: 1 edge, 2 face diagonal, 3 body
+/// diagonal.
 int kind_of(const SpringNetwork& network, const Spring& spring, double spacing) {
   const Eigen::Vector3d d =
       network.rest_position.col(spring.b) - network.rest_position.col(spring.a);
@@ -90,7 +91,8 @@ void pull_on_rollers(const Block& block, const MatrixXd& stiffness, const NodeVe
   }
   VectorXd u = VectorXd::Zero(stiffness.rows());
   solve_static(stiffness, force, held, u);
-  // The far corner tells the homogeneous strain; every other node is held to it.
+  // The displacement of the far corner gives the homogeneous strain, with which every other node is
+  // compared.
   const Eigen::Vector3d extent = rest.rightCols<1>() - rest.col(0);
   const Eigen::Vector3d strain = u.tail<3>().cwiseQuotient(extent);
   measured.youngs = traction / strain.z();
@@ -314,8 +316,8 @@ Series slice(const Block& block, const SpringNetwork& network, const Trace& moti
   return points;
 }
 
-/// Where theory says that the block comes to rest. Without shear stiffness each column keeps the
-/// direction that it was given and shortens to its rest length along it.
+/// Returns the theoretical rest position of the block. Without shear stiffness each column keeps
+/// its initial direction and shortens to its rest length.
 Eigen::VectorXd final_position(const Block& block, const SpringNetwork& network) {
   const NetworkProblem problem(network);
   const double height = block.spacing * (block.nodes[2] - 1);
@@ -426,7 +428,7 @@ double identify_frequency(const VectorXd& x, double dt) {
   return std::acos(0.5 * middle.dot(sides) / middle.squaredNorm()) / dt;
 }
 
-/// What classical RK4 makes of omega: the argument of its amplification factor.
+/// Returns the numerical frequency of classical RK4: the argument of its amplification factor.
 double rk4_frequency(double omega, double h) {
   const std::complex<double> z(0.0, omega * h);
   return std::arg(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))) / h;

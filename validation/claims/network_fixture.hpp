@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the cases of groups "network" and "patient" share: small lattices, deterministic random
-/// numbers, references of two families, and how errors are drawn.
+/// Test fixture of the groups "network" and "patient": small lattices, deterministic random
+/// numbers, references from two solver families, and error plots.
 
 #include <Eigen/Core>
 #include <array>
@@ -21,7 +21,7 @@ namespace palpate::networks {
 
 inline constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-/// A block of one material, built cell by cell and free on all sides.
+/// Block of one material, built cell by cell and free on all sides.
 struct Block {
   std::array<int, 3> nodes{4, 4, 4};
   double spacing = 5e-3;  ///< [m]
@@ -38,51 +38,52 @@ void hold(SpringNetwork& network, Face face);
 /// Gives every free node a random displacement of up to `amplitude` [m] along each axis.
 void displace(SpringNetwork& network, double amplitude, std::uint64_t seed);
 
-/// The network with the planted fault, for claims about a network that does not move.
+/// Returns the network with the planted fault, for claims about a network at rest.
 SpringNetwork candidate(const CaseContext& context, SpringNetwork network);
 
-/// The equation of motion of a scene around a network.
+/// Returns the equation of motion of a scene with a network.
 NetworkProblem problem_of(const Scene& scene, const SpringNetwork& network);
 
-/// K = -df/dq at the initial state.
+/// Returns K = -df/dq at the initial state.
 Eigen::SparseMatrix<double> stiffness_of(const Problem& problem);
-/// Largest natural angular frequency of a network about its initial state [rad/s], from a dense
-/// eigensolution: small networks only.
+/// Returns the largest natural angular frequency of a network about its initial state [rad/s], from
+/// a dense eigensolution; for small networks only.
 double highest_frequency(const Problem& problem);
 
-/// 0, step, ... count * step, as the model counts them.
+/// Returns 0, step, ... count * step, computed as in the model.
 std::vector<double> instants(double step, long count);
 
-/// A reference on which two families of solvers agree.
+/// Reference solution on which two solver families agree.
 struct Truth {
   Trace solution{};
-  double worst_floor = 0.0;  ///< largest disagreement of the families over the peak [1]
-  double l2_floor = 0.0;     ///< their disagreement in the root mean square [1]
+  double worst_floor = 0.0;  ///< largest difference between the families over the peak [1]
+  double l2_floor = 0.0;     ///< root mean square difference between the families
   double agreed_digits = 0.0;
-  bool trustworthy = false;  ///< every check of reference::establish
+  bool trustworthy = false;  ///< all checks of reference::establish pass
   std::string reason{};      ///< why not
 };
 struct TruthSettings {
   std::array<std::string, 2> solvers{"arkode-fehlberg-7-8", "cvode-adams"};
   reference::Tolerance tolerance{};
-  int rungs = 2;  ///< of the ladder of tolerances, a hundredfold apart
+  int rungs = 2;  ///< number of tolerances, each a hundred times smaller
   double demanded_digits = 9.0;
 };
 Truth find_truth(const CaseContext& context, const Problem& problem,
                  const std::vector<double>& times, const TruthSettings& settings);
-/// Judges agreement and ladder, and puts into words what was compared.
+/// Judges the agreement and the convergence with tolerance, and describes the comparison.
 void judge_truth(const Truth& truth, const TruthSettings& settings, Outcome& outcome);
 
-/// Distance of a motion from a truth sampled at the same instants; NaN when it stopped early.
+/// Returns the distance of a motion from a truth sampled at the same instants; NaN if it stopped
+/// early.
 TrajectoryError distance(const Trace& motion, const Trace& truth);
 
 std::string text(double value);  ///< "%.3g"
 Series line(std::string label, std::vector<double> x, std::vector<double> y,
             Series::Style style = Series::Style::line);
 std::vector<double> row(const Eigen::MatrixXd& matrix, Eigen::Index index);
-/// The larger one, or NaN when either is NaN.
+/// Returns the larger one, or NaN if either is NaN.
 double worse(double a, double b);
-/// Largest |value|, or NaN when one is not finite (Eigen's maxCoeff may pass one over).
+/// Returns the largest |value|, or NaN if one is not finite (maxCoeff of Eigen may ignore it).
 double largest_of(const Eigen::Ref<const Eigen::MatrixXd>& values);
 
 // The cases of group "network", by subject.
@@ -90,15 +91,15 @@ double largest_of(const Eigen::Ref<const Eigen::MatrixXd>& values);
 std::vector<Case> elasticity_cases();     ///< the lattice as an elastic solid, at rest
 std::vector<Case> wave_cases();           ///< frequencies and dispersion against closed forms
 std::vector<Case> skew_cases();           ///< the paper's Fig. 12
-std::vector<Case> momentum_cases();       ///< nothing outside, nothing gained
-std::vector<Case> energy_cases();         ///< undamped: kept; damped: only lost
+std::vector<Case> momentum_cases();       ///< momentum is conserved without external forces
+std::vector<Case> energy_cases();         ///< conserved without damping, decreasing with damping
 std::vector<Case> work_cases();           ///< work of loads = energy change + dissipation
-std::vector<Case> invariance_cases();     ///< what must not depend on frame, numbering or unit
+std::vector<Case> invariance_cases();     ///< independence of frame, numbering and unit
 std::vector<Case> block_cases();          ///< the paper's Figs. 13-15 against references
 std::vector<Case> order_cases();          ///< observed order on a nonlinear lattice
-std::vector<Case> load_cases();           ///< which steps a load acts on
+std::vector<Case> load_cases();           ///< steps on which a load acts
 std::vector<Case> kernel_cases();         ///< fast kernels equal the specification
-std::vector<Case> manufactured_cases();   ///< chosen exact solutions
+std::vector<Case> manufactured_cases();   ///< manufactured solutions
 std::vector<Case> approximation_cases();  ///< heavy nodes, single precision, skipped work
 
 }  // namespace palpate::networks

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Every fast kernel computes what the specification says, in random states.
+/// Comparison of every fast kernel with the specification in random states.
 
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@ namespace palpate::networks {
 
 namespace {
 
-/// What is asked of a kernel.
+/// Configuration of a kernel test.
 struct Variant {
   const char* name;
   PrintedForm printed{};
@@ -137,7 +137,7 @@ double lattice_error(const NetworkProblem& kernel, const NetworkProblem& specifi
   return force_error<Real>(system, specification, states);
 }
 
-/// Kernels of regular lattices, which know no printed form.
+/// Judges the kernels of regular lattices, which do not implement the printed form.
 void measure_lattice(const CaseContext& context, Outcome& outcome) {
   Table table{
       .id = "lattice-kernels",

@@ -109,7 +109,8 @@ Figure draw_forms(double c) {
   return figure;
 }
 
-/// Which of the three the equation of motion itself follows, by the model's Runge-Kutta.
+/// Determines by the Runge-Kutta scheme of the model which of the three curves satisfies the
+/// equation of motion.
 void judge_model(const CaseContext& context, Outcome& outcome, double c, Figure& figure) {
   Oscillator o = paper_oscillator(c);
   o.displacement = amplitude;
@@ -343,7 +344,7 @@ Figure draw(const CaseContext& context, const Drawn& one, double c) {
 /// |measured - theory| over its rounding.
 double miss_of_area(const CaseContext& context, const Drawn& one, double c, double h,
                     Table& table) {
-  // Long enough to see, short enough for the orbit not to vanish in rounding.
+  // Long enough to be visible, short enough to limit rounding.
   const long steps = 60;
   const Samples orbit = samples_of(run(context, paper_oscillator(c), one.scheme, h, steps));
   const double found = area_factor(orbit, steps);
@@ -444,7 +445,7 @@ Round play(const CaseContext& context, double c, double h) {
   return round;
 }
 
-/// How often each contender is nearest, over the rounds.
+/// Counts how often each contender is nearest, over the rounds.
 std::array<int, 4> wins(const std::vector<Round>& rounds, std::array<double, 4> Round::*distance) {
   std::array<int, 4> won{};
   for (const Round& round : rounds) {

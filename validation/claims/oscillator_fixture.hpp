@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// What the oscillator cases share: the paper's setting, runs of it, and how they are drawn.
+/// Test fixture of the oscillator cases: the settings of the paper, runs and figures.
 
 #include <Eigen/Core>
 #include <array>
@@ -13,20 +13,20 @@
 
 namespace palpate::oscillator {
 
-/// m = 1 kg, k = 1 N/m and these c [N s/m], over 25 s (paper, Figs. 6-10).
+/// Damping c [N s/m] of the paper with m = 1 kg, k = 1 N/m, over 25 s (Figs. 6-10).
 inline constexpr std::array paper_viscosities{0.1, 0.3, 0.7, 1.0, 1.4, 1.8};
 inline constexpr std::array paper_steps{0.25, 0.1};  ///< h [s]
 inline constexpr double paper_duration = 25.0;       ///< [s]
 
-/// The paper's and 0, 2 (critical) and 3 (overdamped).
+/// Damping values of the paper and 0, 2 (critical) and 3 (overdamped).
 inline constexpr std::array swept_viscosities{0.0, 0.1, 0.3, 0.7, 1.0, 1.4, 1.8, 2.0, 3.0};
 
-/// x0 = 1 m, v0 = 0.
+/// Returns the oscillator with x0 = 1 m, v0 = 0.
 Oscillator paper_oscillator(double viscosity);
-/// Pushed by cos(0.8 t) N, c = 0.7 N s/m.
+/// Returns the oscillator driven by cos(0.8 t) N, c = 0.7 N s/m.
 Oscillator driven_oscillator();
 
-/// `steps` steps of h [s] by the model, with velocities.
+/// Runs `steps` steps of h [s] with the model, including velocities.
 Trace run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
           double h, long steps);
 
@@ -39,24 +39,24 @@ Samples samples_of(const Trace& motion);
 Samples exact_samples(const Oscillator& oscillator, const std::vector<double>& time);
 std::vector<double> equation_6_samples(const Oscillator& oscillator,
                                        const std::vector<double>& time);
-/// Positions of a scheme's own closed form (reference/discrete.hpp).
+/// Returns the positions of the closed form of a scheme (reference/discrete.hpp).
 std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator,
                                      double h, long steps);
-/// 0, h, ... steps h.
+/// Returns the instants 0, h, ... steps h.
 std::vector<double> instants(double h, long steps);
 
-/// Root mean square of a - b; NaN when they differ in length or are not finite.
+/// Returns the root mean square of a - b; NaN if the lengths differ or a value is not finite.
 double rms_distance(const std::vector<double>& a, const std::vector<double>& b);
-/// Largest |a - b| over the largest |b|; NaN likewise.
+/// Returns the largest |a - b| over the largest |b|; NaN likewise.
 double peak_distance(const std::vector<double>& a, const std::vector<double>& b);
-/// The larger one, or NaN when either is NaN.
+/// Returns the larger one, or NaN if either is NaN.
 double worse(double a, double b);
 
-/// State space weighted so that k = m = 1: (x, v / omega0).
+/// State weighted so that k = m = 1: (x, v / omega0).
 double natural_frequency(const Oscillator& oscillator);
 
-/// x(n+1) = trace x(n) - determinant x(n-1): the two invariants of one step's matrix, read off a
-/// curve by least squares. `condition` is how much the fit magnifies rounding.
+/// Invariants of the matrix of one step, x(n+1) = trace x(n) - determinant x(n-1), from a
+/// least-squares fit to a curve. `condition` is the amplification of rounding by the fit.
 struct Recurrence {
   double trace = 0.0;
   double determinant = 0.0;
@@ -67,7 +67,7 @@ Recurrence identify_recurrence(const std::vector<double>& x);
 std::string text(double value);             ///< "%g"
 std::string id_of(std::string_view words);  ///< an id from words
 
-// The parts of the oscillator group; oscillator.cpp joins them.
+// Parts of the oscillator group; oscillator.cpp joins them.
 
 std::vector<Case> order_cases();            ///< oscillator/order/<scheme>
 std::vector<Case> discrete_cases();         ///< oscillator/discrete/<scheme>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The exact motion of every regime against evaluations that know no regimes.
+/// Exact motion of every regime compared with evaluations that do not distinguish regimes.
 
 #include <algorithm>
 #include <cmath>
@@ -147,7 +147,7 @@ void judge_closed_form(Outcome& outcome) {
   outcome.figures.push_back(std::move(figure));
 }
 
-/// Two solvers that somebody else wrote, on the equation of motion itself.
+/// Judges the closed form with two external solvers for the equation of motion.
 void judge_solvers(Outcome& outcome) {
   const std::vector<double> times = instants(sampling, sample_count);
   const auto judge = [&](const std::string& name, const Oscillator& oscillator) {

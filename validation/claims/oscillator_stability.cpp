@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The longest stable step of every scheme, found by running it, against theory.
+/// Measured stability limit of every scheme, compared with theory.
 
 #include <algorithm>
 #include <cmath>
@@ -25,12 +25,12 @@ double largest(const std::vector<double>& x, std::size_t begin, std::size_t end)
   return value;
 }
 
-/// A motion that has shrunk by this factor is stable; far below it squares underflow and what is
-/// left says nothing about the scheme.
+/// A motion that decays by this factor is stable; far below it squares underflow and the result
+/// does not describe the scheme.
 constexpr double vanished = 1e-100;
 
-/// Whether a run of `steps` steps ends larger than it was in its second quarter, when the parts of
-/// the motion that decay are gone.
+/// Returns true if a run of `steps` steps ends larger than in its second quarter, when decaying
+/// parts are negligible.
 bool grows(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
            double h, long steps) {
   const Trace motion = run(context, oscillator, scheme, h, steps);
@@ -115,7 +115,7 @@ double growth_per_step(const Samples& samples) {
   return std::pow(w(last) / w(1), 0.5 / static_cast<double>(last - 1));
 }
 
-/// What the paper's own setting does to explicit Euler: |A|^2 = 1 - c h / m + k h^2 / m.
+/// Growth of explicit Euler with the settings of the paper: |A|^2 = 1 - c h / m + k h^2 / m.
 void judge_paper_setting(const CaseContext& context, Outcome& outcome) {
   const auto judge = [&](double c, double h, long steps, const std::string& what) {
     const Trace motion = run(context, paper_oscillator(c), "euler", h, steps);

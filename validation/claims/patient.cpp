@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// The network of a real patient: 4,650 nodes and 49,727 springs sampled from a lumbar MRI, pressed
-/// on the middle of its posterior plane for 50 ms and let go.
+/// Network of a patient: 4,650 nodes and 49,727 springs sampled from a lumbar MRI, loaded on the
+/// middle of its posterior plane for 50 ms and released.
 
 #include <algorithm>
 #include <cmath>
@@ -84,7 +84,7 @@ void judge_references(const reference::Reference& truth, Outcome& outcome) {
   }
 }
 
-/// What one scheme did at one number of substeps.
+/// Result of one scheme at one number of substeps.
 struct Shown {
   const Rungs* rungs;
   int substeps;

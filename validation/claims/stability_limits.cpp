@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The bounds from which automatic substeps are chosen, against exact spectra of random networks.
+/// Bounds that determine automatic substeps, compared with exact spectra of random networks.
 
 #include <algorithm>
 #include <cmath>
@@ -125,9 +125,9 @@ void add_bound_cases(std::vector<Case>& cases) {
                    .measure = measure_bounds});
 }
 
-// The step at which a small lattice blows up, found by running it, against the limit that follows
-// from the exact eigenvalues of its assembled matrices. Schemes without a limit are run at a huge
-// step, schemes without a stable step at small ones.
+// Measured stability limit of a small lattice, compared with the exact eigenvalues of its assembled
+// matrices. Schemes without a limit run at a very large step, schemes without a stable step at
+// small ones.
 
 namespace {
 
@@ -163,8 +163,8 @@ struct Run {
   double growth;
 };
 
-/// Bisection between a run that stays and one that blows up, from 5 % around the expected limit;
-/// further out where that is not enough, and 0 or infinite where nothing is.
+/// Finds the limit by bisection between a stable and an unstable run, from 5 % around the expected
+/// limit. The bracket is extended if needed; 0 or infinity if there is no limit.
 double blow_up_step(double expected, const std::function<double(double)>& growth,
                     std::vector<Run>& runs) {
   const auto blows_up = [&](double h) {
@@ -223,7 +223,7 @@ void judge_row(const Row& row, Outcome& outcome) {
                  .bound_from = "automatic substeps stay at half of the guaranteed step"});
 }
 
-/// The step that the plan takes by itself for a tick of ten times the limit.
+/// Returns the automatic step for a tick of ten times the limit.
 double automatic_step(const CaseContext& context, const IntegratorInfo& scheme,
                       const SpringNetwork& network, double limit) {
   Scene scene = scene_of(std::string(scheme.name), 10.0 * limit, 10.0 * limit);
@@ -251,8 +251,8 @@ Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringN
   return row;
 }
 
-/// A scheme that no step amplifies: no mode may pass its own initial displacement, so all of them
-/// together at most the square root of their number times it.
+/// Judges an unconditionally stable scheme: no mode may exceed its initial displacement, so all
+/// modes together at most the square root of their number times it.
 void judge_without_limit(const IntegratorInfo& scheme, const CaseContext& context,
                          SpringNetwork network, const Row& row, double omega, Outcome& outcome) {
   displace(network, moderate);
@@ -263,7 +263,7 @@ void judge_without_limit(const IntegratorInfo& scheme, const CaseContext& contex
                  .bound_from = "A-stability: no mode exceeds its initial amplitude"});
 }
 
-/// A scheme that every step amplifies: growth of the fastest mode per step against theory.
+/// Judges an unstable scheme: growth of the fastest mode per step compared with theory.
 void judge_always_unstable(const IntegratorInfo& scheme, const CaseContext& context,
                            SpringNetwork network, double omega, Outcome& outcome) {
   displace(network, tiny);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Inputs that no tissue gives: springs of zero length, inverted cells, enormous forces, NaN.
+/// Extreme inputs: springs of zero length, inverted cells, very large forces, NaN.
 
 #include <algorithm>
 #include <cmath>

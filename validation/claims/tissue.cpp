@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Voxels of solids whose volume is known, a voxelised cube under load, and a phantom image.
+/// Voxels of solids with known volume, a voxelised cube under load, and a phantom image.
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -32,7 +32,7 @@ using Eigen::Vector3d;
 struct Solid {
   std::string name{};
   TriangleSurface surface{};
-  double volume = 0.0;  ///< exact, of the solid that the triangles stand for [m^3]
+  double volume = 0.0;  ///< exact volume of the solid that the triangles represent [m^3]
 };
 
 std::vector<Solid> solids() {
@@ -109,7 +109,7 @@ const std::vector<Material>& phantom_materials() {
   return materials;
 }
 
-/// How far a push on the middle of the skin goes in [m/N].
+/// Returns the compliance for a force on the middle of the skin [m/N].
 double compliance(SpringNetwork network) {
   const NodeVectors& at = network.rest_position;
   const double bottom = at.row(2).maxCoeff();
@@ -302,7 +302,7 @@ class HalfSpace {
     return number_[static_cast<std::size_t>(place(i, j, 0, 2))];
   }
 
-  /// Of a quarter; nodes in its faces do not leave them.
+  /// Numbers the free coordinates of a quarter; nodes in its symmetry planes stay in them.
   void number() {
     number_.assign(static_cast<std::size_t>(3 * cells_ * cells_ * cells_), -1);
     for (int l = 0; l < cells_; ++l) {
@@ -448,7 +448,7 @@ double area_under_arc(double arc) {
   return half * std::sqrt(arc * arc - half * half) + arc * arc * std::asin(half / arc);
 }
 
-/// Of the outer layer and of what lies beneath it [m^3].
+/// Volumes of the outer layer and of the tissue below it [m^3].
 std::array<double, 2> volumes() {
   const double outer = area_under_arc(radius) - area_under_arc(radius - thickness);
   const double all = area_under_arc(radius) - 2.0 * half * (radius - depth);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// What must balance at every tick of an insertion: the parts of the force, momentum, energy.
+/// Balances at every tick of an insertion: parts of the force, momentum, energy.
 
 #include <cmath>
 

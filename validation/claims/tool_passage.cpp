@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// A needle on its way: layers in order, loss of resistance, bone, angles, spacing, the old track.
+/// Needle insertions: layers in order, loss of resistance, bone, angles, spacing, reinsertion.
 
 #include <algorithm>
 #include <cmath>
@@ -424,7 +424,7 @@ std::vector<Case> moduli_cases() {
            .weight = 10.0}};
 }
 
-// Extremes of speed, force and step: every value stays finite, or divergence is said.
+// Extremes of speed, force and step: every value is finite, or divergence is reported.
 
 namespace {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Palpation: a blunt probe spreads its force, cuts nothing, and finds bone under fat.
+/// Palpation: a blunt probe distributes its force, does not cut, and detects bone under fat.
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// A chain of springs under the needle: without inertia and friction the force over the depth is a
-/// curve of straight stretches and known bends, whatever the integrator.
+/// Chain of springs under the needle: without inertia and friction the force over depth is
+/// piecewise linear with known vertices, for every integrator.
 
 #include <algorithm>
 #include <array>
@@ -36,7 +36,8 @@ double compliance(const Chain& chain, double depth) {
   return (1.0 - share) * (1.0 - share) * low + (2.0 - share) * share * high;
 }
 
-/// Force at the tool's place s, by walking the curve: stick to F_c, cut to the next border, stick.
+/// Returns the force at the tool position s along the curve: stick to F_c, cut to the next border,
+/// stick.
 double exact_force(const Chain& chain, double s) {
   for (std::size_t n = 0; n < strata.size(); ++n) {
     const Stratum& here = strata[n];
@@ -141,8 +142,8 @@ std::vector<Case> chain_cases() {
            .weight = 2.0}};
 }
 
-// Seven layers against the same insertion as a hybrid differential equation, whose events are roots
-// that CVODE finds: what happens when, and the force in between.
+// Seven layers compared with a hybrid differential equation of the same insertion, whose events
+// CVODE locates by root finding: times of events and forces between them.
 
 namespace {
 
@@ -351,8 +352,8 @@ std::vector<Case> reference_cases() {
   return cases;
 }
 
-// A block of three layers under a needle that hardly dents it: the force over the depth is the
-// curve that one sparse factorisation foretells.
+// Block of three layers with small deformation: the force over depth is compared with a curve from
+// one sparse factorisation.
 
 namespace {
 
@@ -376,7 +377,8 @@ Scene layered_block(double speed) {
   return scene;
 }
 
-/// Where the reference drops at once the run falls within a few ticks, and rings for a while.
+/// Returns true near an instant drop of the reference, where the run drops within a few ticks and
+/// then oscillates.
 bool beside_a_drop(const std::vector<reference::ForceDepthVertex>& curve, double place) {
   constexpr double rest = 3e-4;  // [m]
   for (std::size_t n = 1; n < curve.size(); ++n) {

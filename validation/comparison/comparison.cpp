@@ -82,8 +82,8 @@ double ValidationUncertainty::total() const { return std::hypot(numerical, input
 
 namespace {
 
-/// When a depth is first reached [s]; absent where that is hidden by a gap, or came before the
-/// first sample.
+/// Returns the time at which a depth is first reached [s]; absent if a gap hides it or it was
+/// before the first sample.
 std::optional<double> time_at_depth(const Samples& depth, double wanted) {
   for (std::size_t n = 0; n < depth.size(); ++n) {
     if (!(depth.value[n] >= wanted)) { continue; }
@@ -189,13 +189,13 @@ Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, A
 
 namespace {
 
-/// Whether a factor on the trace scales the feature, and whether an offset of the trace moves it.
+/// Returns true if a gain of the trace scales the feature.
 bool scales(Feature feature) {
   return feature == Feature::peak || feature == Feature::plateau ||
          feature == Feature::drop_height || feature == Feature::slope_before;
 }
 
-/// Change of the feature per unit of offset of the trace.
+/// Returns the change of the feature per unit of offset of the trace.
 double moved_by_offset(Feature feature, const Features& features) {
   if (feature == Feature::peak || feature == Feature::plateau) { return 1.0; }
   if (feature == Feature::relative_drop) {
@@ -230,8 +230,8 @@ std::string reason_of_absence(const FeatureComparison& one) {
   return "recorded: " + one.recorded.reason + "; simulated: " + one.simulated.reason;
 }
 
-/// One of the two is missing, or both. Only the event is never just absent: it is there, or it is
-/// not, or nobody can tell; what is missing with it is told by the event itself.
+/// Handles a missing feature in one or both traces. Only the event is never just absent: it is
+/// found, not found or undecided. The event explains the features that are missing with it.
 void explain_absence(FeatureComparison& one) {
   one.reason = reason_of_absence(one);
   one.status = one.feature == Feature::loss_of_resistance ? Status::inconclusive : Status::skip;
@@ -312,12 +312,12 @@ std::vector<FeatureComparison> compare_features(const Comparison& comparison,
 
 namespace {
 
-/// Drops are shares of the peak.
+/// Returns the unit for readers; relative drops are in percent.
 FieldUnit unit_for(Feature feature, std::string_view unit) {
   return feature == Feature::relative_drop ? FieldUnit{100.0, "%"} : field_unit(unit);
 }
 
-/// Nobody reads less than a ten-thousandth of these units; rounding would be shown as 10^-14 mmHg.
+/// Rounds to a ten-thousandth of the unit, which hides rounding such as 10^-14 mmHg.
 double in_unit(double value, const FieldUnit& unit) {
   return std::round(1e4 * unit.factor * value) / 1e4 + 0.0;  // no negative zero
 }
@@ -402,7 +402,7 @@ RawTrace simulated_trace(const Trace& trace, const ComparisonOptions& options) {
   return raw;
 }
 
-/// The same cut-off for both: a quarter of the lower rate leaves every filter its shape.
+/// Returns the common cut-off: a quarter of the lower rate preserves the shape of the filter.
 double common_cutoff(const RawTrace& a, const RawTrace& b, double wanted) {
   const double slowest = std::max(usual_interval(a.time), usual_interval(b.time));
   return std::min(wanted, 0.25 / slowest);
@@ -424,7 +424,7 @@ Samples moved(Samples samples, double by) {
   return samples;
 }
 
-/// Both on the grid of the recording's samples where they overlap, on the simulation's clock.
+/// Resamples both to the grid of the recording where they overlap, on the clock of the simulation.
 void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated,
                  const ComparisonOptions& options, Comparison& comparison) {
   const double lag = comparison.alignment.lag;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// Comparison of one recording with one simulated insertion: tolerances, alignment of clocks,
-/// features and their verdicts.
+/// features and verdicts.
 
 #include <optional>
 #include <string>
@@ -23,7 +23,7 @@ struct FieldUnit {
   std::string name{};
 };
 
-/// Of "Pa", "Pa/s" and "m"; every other unit stays as it is.
+/// Returns the clinical unit for "Pa", "Pa/s" and "m"; other units are unchanged.
 inline FieldUnit field_unit(std::string_view unit) {
   if (unit == "Pa") { return {1.0 / pascals_per_mmhg, "mmHg"}; }
   if (unit == "Pa/s") { return {1.0 / pascals_per_mmhg, "mmHg/s"}; }
@@ -33,13 +33,13 @@ inline FieldUnit field_unit(std::string_view unit) {
 
 // Tolerances of features and their sources.
 
-/// What is compared: saline pressure [Pa], or force along the needle [N].
+/// Kind of quantity that is compared: saline pressure [Pa], or force along the needle [N].
 enum class QuantityKind { pressure, force };
 std::string_view unit_of(QuantityKind kind);  ///< "Pa", "N"
 std::string_view name_of(QuantityKind kind);  ///< "pressure", "force"
 
-/// Allowed is D - a to D + a with a = absolute + relative |D|; with a factor f > 1, D / f to D f
-/// instead.
+/// Tolerance of a feature. The allowed interval is D - a to D + a with a = absolute + relative |D|
+/// for the recorded value D; with a factor f > 1 it is D / f to D f.
 struct Tolerance {
   Feature feature{};
   double absolute = 0.0;  ///< in the feature's unit
@@ -51,22 +51,21 @@ struct Tolerance {
   [[nodiscard]] double upper(double recorded) const;
 };
 
-/// One for every feature, in their order.
+/// Returns the default tolerance of every feature, in the order of Feature.
 std::vector<Tolerance> default_tolerances(QuantityKind kind);
 
-// Status of a comparison and its name: pass, "agrees": within the tolerance at both ends of the
+// Names of the status of a comparison: pass, "agrees": within the tolerance at both ends of the
 // expanded uncertainty; fail, "differs": outside at both ends; inconclusive, "not distinguishable":
 // the uncertainty contains a limit of the tolerance; error, "not comparable"; skip, "not judged":
-// of a feature that is absent, or determined by the alignment.
+// the feature is absent or determined by the alignment.
 
 std::string_view verdict_word(Status status);
 
 /// Standard uncertainties of ASME V&V 20. The error E = S - D has the uncertainty u_val =
-/// sqrt(num^2
-/// + input^2 + data^2); an error below it is no evidence about the model.
+/// sqrt(num^2 + input^2 + data^2); a smaller error is no evidence about the model.
 struct ValidationUncertainty {
   double numerical = 0.0;  ///< u_num, of the simulated value: step, sampling
-  double input = 0.0;      ///< u_input, of what the simulation was given
+  double input = 0.0;      ///< u_input, of the inputs of the simulation
   double data = 0.0;       ///< u_D, of the recorded value: noise, sampling, transducer
   [[nodiscard]] double total() const;
 };
@@ -74,64 +73,68 @@ struct ValidationUncertainty {
 // Alignment of the clocks of a recording and a simulation.
 
 enum class AlignmentRule {
-  automatic,  ///< depth where both have it without a gap there, else the event in both, else the
-              ///< start
+  automatic,  ///< depth if both have it without a gap there, else the event in both, else the start
   depth,  ///< both reach the depth of the recorded event (else the middle of the common depths) at
-          ///< once
-  event,  ///< loss of resistance where both show one, else the peak
+          ///< the same time once
+  event,  ///< loss of resistance if both show one, else the peak
   start,  ///< the first samples coincide
 };
 std::string_view name_of(AlignmentRule rule);
 
 struct Alignment {
   AlignmentRule used = AlignmentRule::start;  ///< never automatic
-  std::string how{};                          ///< "by the loss of resistance", for people
-  double lag = 0.0;          ///< [s] recorded time - simulated time of one instant; always reported
+  std::string how{};                          ///< text for readers, "by the loss of resistance"
+  double lag =
+      0.0;  ///< [s] recorded time minus simulated time of the same instant; always reported
   double uncertainty = 0.0;  ///< [s] standard
   std::string
-      not_by_depth{};  ///< why another rule was used though both have depth; part of `how` as well
-  std::string refusal{};  ///< why the rule that was asked for cannot be followed
-  /// True if instants can be judged. Alignment by the event makes them equal, and after alignment
-  /// by depth the depth of the event is judged instead, as hands move at different speeds.
+      not_by_depth{};     ///< why depth was not used although both have it; part of `how` as well
+  std::string refusal{};  ///< why the requested rule cannot be applied
+  /// Returns true if instants can be judged. Alignment by the event makes them equal. After
+  /// alignment by depth, the depth of the event is judged instead because hands move at different
+  /// speeds.
   [[nodiscard]] bool judges_times() const { return used == AlignmentRule::start; }
 };
 
 /// Aligns two traces with features. The lag is not optimised for a better fit.
 Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, AlignmentRule rule);
 
-// One recording against one simulated insertion. The verdict comes from features alone (and, with
-// several recordings, from the corridor: group_comparison.hpp); ratings and distances explain it.
+// Comparison of one recording with one simulated insertion. Only features decide the verdict (and,
+// with several recordings, the corridor: group_comparison.hpp); ratings and distances explain it.
 
 /// Standard uncertainties of the values, apart from their noise.
 struct Uncertainties {
   double zero = 57.0;  ///< u_D [Pa]: the transducer within 1 cm of the needle's height, uniform
-  double zero_force = 0.0;  ///< u_D [N]: of the force sensor's zero (not stated by recordings)
+  double zero_force = 0.0;  ///< u_D [N]: zero of the force sensor (not stated by recordings)
   double gain = 0.01;       ///< u_D [1]: assumed, no recording states it
-  double numerical = 0.0;   ///< u_num [1] of simulated values, beside sampling
-  double input = 0.0;       ///< u_input [1] of simulated values; 0 when nobody propagated inputs
+  double numerical = 0.0;   ///< u_num [1] of simulated values, in addition to sampling
+  double input = 0.0;       ///< u_input [1] of simulated values; 0 if inputs were not propagated
   double coverage_factor = 2.0;  ///< U = k u_val, about 95 %
 };
 
 struct ComparisonOptions {
   QuantityKind quantity = QuantityKind::pressure;
-  std::string column{};  ///< of the simulated trace; empty: "syringe.pressure_pa" or "tool.force_n"
+  std::string
+      column{};  ///< column of the simulated trace; empty: "syringe.pressure_pa" or "tool.force_n"
   std::string depth_column = "tool.depth_m";
   Recording::Regime simulated_regime = Recording::Regime::thumb;
   AlignmentRule alignment = AlignmentRule::automatic;
-  double cutoff = 20.0;      ///< [Hz] of the low-pass, at most a quarter of the lower rate; 0: none
-  double grid_rate = 200.0;  ///< [Hz] most of the common grid; the recording's own if that is lower
+  double cutoff =
+      20.0;  ///< [Hz] cut-off of the low-pass, at most a quarter of the lower rate; 0: none
+  double grid_rate =
+      200.0;  ///< [Hz] largest rate of the common grid; the rate of the recording if that is lower
   std::size_t most_samples =
-      12000;                   ///< of the common grid, which is made coarser for longer traces
+      12000;  ///< largest size of the common grid, which is coarser for longer traces
   double least_overlap = 1.0;  ///< [s]
   FeatureRule features{};
-  std::vector<Tolerance> tolerances{};  ///< those given replace the defaults of their features
+  std::vector<Tolerance> tolerances{};  ///< replace the defaults of their features
   Uncertainties uncertainties{};
 };
 
-/// Of the simulated trace that is compared.
+/// Returns the column of the simulated trace that is compared.
 std::string column_of(const ComparisonOptions& options);
 
-/// One feature of both traces, and whether they agree.
+/// Comparison of one feature of both traces.
 struct FeatureComparison {
   Feature feature{};
   Measured recorded{};
@@ -143,72 +146,73 @@ struct FeatureComparison {
   ValidationUncertainty uncertainty{};
   bool below_uncertainty = false;  ///< |E| < u_val: E says nothing about the model
   Status status = Status::skip;
-  std::string reason{};  ///< of a status that no numbers explain
+  std::string reason{};  ///< reason for a status that the numbers do not explain
 };
 
 struct Comparison {
   std::string recording{};
   std::string group{};
-  std::string subject{};  ///< a code; empty: of whom there is no other recording
+  std::string subject{};  ///< a code; empty: a subject without other recordings
   Recording::Kind kind = Recording::Kind::measured;
-  Outcome outcome{.status =
-                      Status::error};  ///< quantities are the features that were judged by numbers
+  Outcome outcome{.status = Status::error};  ///< quantities are the features judged numerically
   std::string unit{};
   Alignment alignment{};
-  double cutoff = 0.0;   ///< [Hz] that was used; 0: none
-  double overlap = 0.0;  ///< [s] of both on the common grid
+  double cutoff = 0.0;   ///< [Hz] cut-off that was used; 0: none
+  double overlap = 0.0;  ///< [s] overlap of both traces on the common grid
   std::vector<FeatureComparison> features{};
-  Features recorded_features{};       ///< on the recording's own clock
-  Features simulated_features{};      ///< on the simulation's
-  TraceErrors errors{};               ///< of the filtered traces
-  std::optional<IsoRating> rating{};  ///< of the filtered traces
+  Features recorded_features{};       ///< features on the clock of the recording
+  Features simulated_features{};      ///< features on the clock of the simulation
+  TraceErrors errors{};               ///< for the filtered traces
+  std::optional<IsoRating> rating{};  ///< for the filtered traces
   std::optional<IsoRating> unfiltered_rating{};
-  double rated = 0.0;  ///< share of the overlap that was rated: its longest stretch without a gap
-  /// On the common grid and the simulation's clock; filtered, and as sampled.
+  double rated =
+      0.0;  ///< share of the overlap that was rated: its longest stretch without a gap [1]
+  /// Traces on the common grid and the clock of the simulation: filtered, and as sampled.
   Samples recorded{}, simulated{}, recorded_raw{}, simulated_raw{};
 };
 
 Comparison compare(const Recording& recording, const Trace& simulated,
                    const ComparisonOptions& options = {});
 
-// E = S - D of every feature against its tolerance and its validation uncertainty.
+// Comparison of the error E = S - D of every feature with its tolerance and its validation
+// uncertainty.
 
-/// From the features and the alignment of a comparison.
+/// Compares the features of a comparison after alignment.
 std::vector<FeatureComparison> compare_features(const Comparison& comparison,
                                                 const ComparisonOptions& options);
 
-/// Compares two values of the feature by its tolerance and u_val; an error where one of these is
-/// not finite.
+/// Compares two values of the feature using its tolerance and u_val; the status is error if one of
+/// these is not finite.
 void judge_difference(FeatureComparison& one, double recorded, double simulated,
                       double coverage_factor);
 
-/// Status of the feature, with a sentence unless it agrees or is not judged.
+/// Returns the status of the feature, with a sentence unless it agrees or is not judged.
 Reason reason_of(const FeatureComparison& one);
 
-/// The one given for the feature, else its default.
+/// Returns the given tolerance of the feature, or else its default.
 Tolerance tolerance_of(Feature feature, const ComparisonOptions& options);
 
-/// u_D of one recorded feature: its noise and sampling, and the transducer's zero and gain.
+/// Returns u_D of one recorded feature: noise and sampling, and zero and gain of the transducer.
 double data_uncertainty(Feature feature, const Features& recorded,
                         const ComparisonOptions& options);
 
 // Texts of features in clinical units: mmHg, mm and percent.
 
-/// "loss of resistance" of "loss_of_resistance".
+/// Returns the name for readers, "loss of resistance" for "loss_of_resistance".
 std::string in_words(Feature feature);
 
-/// Value [SI] of a feature in its clinical unit, rounded to a ten-thousandth of that unit; "found"
-/// or "not found" for the event, "-" for NaN.
+/// Returns the text of a feature value [SI] in its clinical unit, rounded to a ten-thousandth of
+/// that unit; "found" or "not found" for the event, "-" for NaN.
 std::string shown(Feature feature, double value, std::string_view unit);
-/// "300 to 367 mmHg".
+/// Returns the text of an interval, "300 to 367 mmHg".
 std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit);
-/// Expanded uncertainty with sign and unit; empty if it is 0.
+/// Returns the text of the expanded uncertainty with sign and unit; empty if it is 0.
 std::string shown_uncertainty(const FeatureComparison& one);
-/// A tolerance as "10.2 %", "7 mmHg", "a factor of 2".
+/// Returns the text of a tolerance, "10.2 %", "7 mmHg", "a factor of 2".
 std::string shown(const Tolerance& tolerance, std::string_view unit);
 
-/// "peak: 398 mmHg simulated, 461 mmHg recorded; 414 to 508 mmHg allowed, known to ±9.3 mmHg:
-/// differs"
+/// Returns the sentence of a feature, "peak: 398 mmHg simulated, 461 mmHg recorded; 414 to 508 mmHg
+/// allowed, known to ±9.3 mmHg: differs"
 std::string sentence_of(const FeatureComparison& one);
 
 }  // namespace palpate::comparison

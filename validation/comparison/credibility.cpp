@@ -11,7 +11,7 @@ namespace {
 
 using Shown = CredibilityFactor::Shown;
 
-/// A factor of verification and the cases (or whole groups of them) that show it.
+/// Factor of verification and the cases (or groups of cases) that show it.
 struct FromCases {
   const char* factor;
   const char* goal;
@@ -58,7 +58,7 @@ CredibilityFactor from(const FromCases& wanted, std::span<const Outcome> outcome
   return factor;
 }
 
-/// A factor that no computation of ours shows.
+/// Factor that the program cannot show.
 CredibilityFactor never(const char* activity, const char* factor, const char* goal,
                         const char* why) {
   return {.activity = activity,
@@ -75,8 +75,8 @@ struct Evidence {
   Status worst = Status::skip;       ///< on the measured ones alone
 };
 
-/// A group of measured recordings alone is judged as one; where rebuilt ones are among them, what
-/// they say is left out and each measured one speaks for itself.
+/// A group that has only measured recordings is judged as a group. In a mixed group, reconstructed
+/// recordings are ignored and each measured one is judged separately.
 Status measured_status(const Comparison& one, const GroupComparison& comparison) {
   for (const GroupSummary& group : comparison.groups) {
     if (group.group == one.group && group.measured == group.recordings) {
@@ -120,7 +120,8 @@ CredibilityFactor test_samples(const Evidence& evidence) {
   return factor;
 }
 
-/// Agreement with patients. "Shown" speaks of the comparison; its verdict is part of the evidence.
+/// Returns the factor for agreement with patients. "Shown" refers to the comparison; its verdict is
+/// part of the evidence.
 CredibilityFactor output_comparison(const Evidence& evidence) {
   CredibilityFactor factor{
       .activity = "validation",

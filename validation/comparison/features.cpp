@@ -21,7 +21,8 @@ std::string text_of(const char* format, double a, double b, double c = 0.0) {
   return buffer;
 }
 
-/// Largest finite value of value[n] ... value[n + width - 1] for every n; -inf where there is none.
+/// Returns the largest finite value of value[n] ... value[n + width - 1] for every n; -inf if there
+/// is none.
 std::vector<double> largest_ahead(std::span<const double> value, std::size_t width) {
   std::vector<double> largest(value.size(), -std::numeric_limits<double>::infinity());
   std::deque<std::size_t> falling;  // indices of candidates, the largest first
@@ -36,7 +37,7 @@ std::vector<double> largest_ahead(std::span<const double> value, std::size_t wid
   return largest;
 }
 
-/// How often nothing was measured before each index: differences tell of any window.
+/// Returns the cumulative number of missing samples; differences give the number in any window.
 std::vector<std::size_t> missing_before(std::span<const double> value) {
   std::vector<std::size_t> missing(value.size() + 1, 0);
   for (std::size_t n = 0; n < value.size(); ++n) {
@@ -55,10 +56,10 @@ struct Search {
   std::vector<std::size_t> missing = missing_before(pressure.value);
   double maximum = *std::ranges::max_element(ahead_hold);
 
-  /// The largest pressure within reach before n.
+  /// Returns the largest pressure within reach before n.
   [[nodiscard]] double before(std::size_t n) const {
     const std::size_t first = n > reach ? n - reach : 0;
-    double largest = ahead_reach[first];  // of `reach` samples from there: may pass n at the start
+    double largest = ahead_reach[first];  // maximum of `reach` samples; may extend past
     if (n < reach) {
       largest = -std::numeric_limits<double>::infinity();
       for (std::size_t m = 0; m < n; ++m) { largest = std::fmax(largest, pressure.value[m]); }
@@ -72,17 +73,17 @@ struct Search {
   [[nodiscard]] bool under(std::size_t n, double peak) const {
     return counts(peak) && pressure.value[n] <= level(peak);
   }
-  /// A fall to n from a peak that counts.
+  /// Returns true for a fall to n from a sufficiently large peak.
   [[nodiscard]] bool fallen(std::size_t n) const { return under(n, before(n)); }
-  /// No sample of the next 5 s that was measured lies above the level.
+  /// Returns true if no measured sample of the next 5 s is above the level.
   [[nodiscard]] bool held(std::size_t n, double peak) const { return ahead_hold[n] <= level(peak); }
   [[nodiscard]] bool ends_within(std::size_t n) const { return n + hold >= pressure.size(); }
-  /// A tenth of the plateau may be missing.
+  /// Returns true if more than a tenth of the plateau is missing.
   [[nodiscard]] bool hidden(std::size_t n) const {
     const std::size_t end = std::min(n + hold + 1, pressure.size());
     return 10 * (missing[end] - missing[n]) > hold;
   }
-  /// By how much of a peak the pressure falls at most within the 5 s from n.
+  /// Returns the largest relative drop of the pressure within the 5 s from n.
   [[nodiscard]] double deepest(std::size_t n, double peak) const {
     double least = pressure.value[n];
     for (std::size_t m = n; m < std::min(n + hold + 1, pressure.size()); ++m) {
@@ -117,7 +118,7 @@ bool steady(const Search& search, const LossOfResistance& loss) {
   return quantile(plateau, 0.95) - quantile(plateau, 0.05) <= search.rule.unsteady * loss.peak;
 }
 
-/// The first fall that holds.
+/// Finds the first fall that lasts long enough.
 std::optional<LossOfResistance> first_held(const Search& search) {
   for (std::size_t n = 1; !search.ends_within(n); ++n) {
     if (!search.fallen(n) || !search.held(n, search.before(n)) || search.hidden(n)) { continue; }
@@ -128,7 +129,7 @@ std::optional<LossOfResistance> first_held(const Search& search) {
   return std::nullopt;
 }
 
-/// The first fall of which a gap or the end of the trace leaves open whether it was held.
+/// Finds the first fall for which a gap or the end of the trace hides whether it lasted.
 std::optional<LossOfResistance> first_open(const Search& search) {
   for (std::size_t n = 1; n < search.pressure.size(); ++n) {
     const double peak = search.before(n);
@@ -149,7 +150,7 @@ std::optional<LossOfResistance> first_open(const Search& search) {
   return std::nullopt;
 }
 
-/// A fall that took place within a gap longer than the reach, so that nobody knows how fast it was.
+/// Finds a fall within a gap longer than the reach, whose speed is unknown.
 std::optional<LossOfResistance> first_in_a_gap(const Search& search) {
   const std::vector<double>& value = search.pressure.value;
   std::size_t last = value.size();  // that was measured
@@ -168,7 +169,7 @@ std::optional<LossOfResistance> first_in_a_gap(const Search& search) {
   return std::nullopt;
 }
 
-/// Why nothing was found, told of the deepest fall.
+/// Returns the reason why no loss was found, for the deepest fall.
 LossOfResistance not_found(const Search& search) {
   LossOfResistance loss;
   const std::span<const double> value = search.pressure.value;
@@ -223,7 +224,7 @@ LossOfResistance find_loss(const Samples& pressure, const LossRule& rule) {
 
 namespace {
 
-/// Standard uncertainty of an instant or value that may lie anywhere in a width.
+/// Returns the standard uncertainty of a value that is uniformly distributed over a width.
 double spread_over(double width) { return width / std::sqrt(12.0); }
 
 struct Extraction {
@@ -231,11 +232,11 @@ struct Extraction {
   const FeatureRule& rule;
   double noise = 0.0;        ///< of one filtered sample
   double independent = 1.0;  ///< share of filtered samples that are independent of their neighbours
-  std::size_t reach = 0;     ///< samples over which the filter ties neighbours together
+  std::size_t reach = 0;     ///< correlation length of the filter in samples
 };
 
-/// Between samples n - reach and n + 1 + reach: between neighbours alone, noise would make a slope
-/// of its own.
+/// Returns the slope between samples n - reach and n + 1 + reach; noise would dominate the slope
+/// between neighbours.
 double slope_about(const Extraction& of, std::size_t n) {
   const std::size_t first = n > of.reach ? n - of.reach : 0;
   const std::size_t last = std::min(n + 1 + of.reach, of.trace.size() - 1);
@@ -249,7 +250,7 @@ void absent(Features& features, std::initializer_list<Feature> which, const std:
   for (const Feature feature : which) { features[feature] = {.reason = reason}; }
 }
 
-/// Where the trace passes a level between samples n and n + 1 [s].
+/// Returns the time at which the trace crosses a level between samples n and n + 1 [s].
 Measured crossing(const Extraction& of, std::size_t n, double level) {
   const double low = of.trace.value[n];
   const double high = of.trace.value[n + 1];
@@ -258,7 +259,7 @@ Measured crossing(const Extraction& of, std::size_t n, double level) {
           .uncertainty = std::hypot(of.noise / slope_about(of, n), spread_over(of.trace.step))};
 }
 
-/// The last fall through a level at or before sample n.
+/// Returns the last fall through a level at or before sample n.
 Measured last_fall(const Extraction& of, std::size_t n, double level) {
   for (std::size_t m = n; m > 0; --m) {
     if (of.trace.value[m - 1] >= level) { return crossing(of, m - 1, level); }
@@ -267,7 +268,7 @@ Measured last_fall(const Extraction& of, std::size_t n, double level) {
   return {.reason = "a gap hides the fall"};
 }
 
-/// The first fall through a level after sample n.
+/// Returns the first fall through a level after sample n.
 Measured first_fall(const Extraction& of, std::size_t n, double level) {
   for (std::size_t m = n; m < of.trace.size(); ++m) {
     if (of.trace.value[m] <= level) { return m == 0 ? Measured{} : crossing(of, m - 1, level); }
@@ -282,8 +283,8 @@ Measured difference(const Measured& later, const Measured& earlier) {
           .uncertainty = std::hypot(later.uncertainty, earlier.uncertainty)};
 }
 
-/// The time of a maximum is as uncertain as the stretch over which the trace stays within its noise
-/// of it.
+/// Returns the time of a maximum. Its uncertainty is the stretch over which the trace is within its
+/// noise of the maximum.
 Measured time_of(const Extraction& of, std::size_t peak) {
   const double level = of.trace.value[peak] - of.noise;
   std::size_t first = peak;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Whether and where a pressure shows the loss of resistance, by the published rule: a drop that is
-/// held for more than 5 s with a stable low plateau (Vaira et al. 2019; J Clin Monit Comput
-/// 2022;36:283).
+/// Detection of the loss of resistance in a pressure by the published rule: a drop that lasts more
+/// than 5 s with a stable low plateau (Vaira et al. 2019; J Clin Monit Comput 2022;36:283).
 
 #include <array>
 #include <optional>
@@ -14,54 +13,57 @@
 
 namespace palpate::comparison {
 
-/// Drops are relative to the pressure above zero gauge at the peak before them.
+/// Parameters of the rule. Drops are relative to the gauge pressure at the preceding peak.
 struct LossRule {
-  /// Published means are 0.73 for true and 0.33 for false ones, the rule of thumb is 0.5, and 6 of
-  /// 60 true ones stayed under it; 0.4 lies above the false mean and lets a true one of 0.45 pass.
+  /// Smallest relative drop. Published means are 0.73 for true and 0.33 for false losses, the rule
+  /// of thumb is 0.5, and 6 of 60 true losses were below it; 0.4 is above the false mean and
+  /// accepts a true loss of 0.45.
   double least_drop = 0.40;
-  double hold = 5.0;          ///< [s] under the level (1 - least_drop) peak, published
-  double settle = 1.0;        ///< [s] after the fall until the plateau is measured
-  double longest_fall = 2.0;  ///< [s] from the peak to that level; a leak is slower (assumed)
-  double unsteady = 0.20;     ///< of the peak, largest 5-95 % range of the plateau (assumed)
-  double least_peak =
-      0.50;  ///< of the largest pressure: flushing a needle is no insertion (assumed)
+  double hold = 5.0;    ///< time below the level (1 - least_drop) peak, published [s]
+  double settle = 1.0;  ///< delay from the fall to the measurement of the plateau [s]
+  double longest_fall =
+      2.0;  ///< longest time from the peak to that level; a leak is slower (assumed) [s]
+  double unsteady = 0.20;    ///< largest 5-95 % range of the plateau over the peak (assumed) [1]
+  double least_peak = 0.50;  ///< smallest peak over the largest pressure; excludes flushing of the
+                             ///< needle (assumed) [1]
 };
 
 struct LossOfResistance {
-  /// Undecided: the trace ends before `hold`, or a gap hides whether, or how fast, the pressure
-  /// fell.
+  /// Result of the detection. Undecided: the trace ends before `hold`, or a gap hides the fall or
+  /// its speed.
   enum class Decision { found, not_found, undecided };
   Decision status = Decision::not_found;
-  std::string reason{};          ///< why it was not found
-  bool weak = false;             ///< found, but dropped by less than half
-  std::size_t peak_index = 0;    ///< the largest pressure within `longest_fall` before the fall
-  std::size_t fallen_index = 0;  ///< the first sample under (1 - least_drop) peak
+  std::string reason{};  ///< why it was not found
+  bool weak = false;     ///< found, but the relative drop is below 0.5
+  std::size_t peak_index =
+      0;  ///< index of the largest pressure within `longest_fall` before the fall
+  std::size_t fallen_index = 0;  ///< index of the first sample below (1 - least_drop) peak
   double peak = not_measured;
   double plateau = not_measured;  ///< median from `settle` to `hold` after the fall, or to the end
-  std::size_t plateau_samples = 0;      ///< from which that is
+  std::size_t plateau_samples = 0;      ///< number of samples in the plateau
   double relative_drop = not_measured;  ///< 1 - plateau / peak
 
   [[nodiscard]] bool found() const { return status == Decision::found; }
-  /// A fall that can be measured: found, or held as far as the trace tells.
+  /// Returns true if the fall can be measured: found, or undecided with samples on the plateau.
   [[nodiscard]] bool fell() const { return status != Decision::not_found && plateau_samples > 0; }
 };
 std::string_view name_of(LossOfResistance::Decision status);
 
-/// In a filtered trace. The first fall that holds decides.
+/// Detects the loss in a filtered trace. The first fall that lasts decides.
 LossOfResistance find_loss(const Samples& pressure, const LossRule& rule = {});
 
-// What is judged of a trace: the event and the numbers around it, each with its uncertainty or with
-// the reason why it is not there. docs/comparison.md has the definitions for people.
+// Features of a trace: the event and quantities around it, each with its uncertainty or the reason
+// why it is absent. docs/comparison.md defines them.
 
 enum class Feature {
   loss_of_resistance,  ///< [1] 1 found, 0 not found
   peak,           ///< [Pa or N] largest value within 2 s before the fall; without one, of the trace
   drop_height,    ///< [Pa or N] peak - plateau
   relative_drop,  ///< [1] drop_height / peak
-  drop_time,      ///< [s] last fall through 90 % of the drop to the first through 10 %
+  drop_time,      ///< [s] from the last fall through 90 % of the drop to the first through 10 %
   plateau,        ///< [Pa or N] median from 1 s to 5 s after the fall
   slope_before,   ///< [Pa/s or N/s] of a straight line through 2 s that end 0.1 s before the peak
-  time_of_peak,   ///< [s] the last sample of that value
+  time_of_peak,   ///< [s] last sample with the peak value
   time_of_loss,   ///< [s] last fall through the middle of the drop
   depth_of_peak,  ///< [m]
   depth_of_loss,  ///< [m]
@@ -69,22 +71,22 @@ enum class Feature {
 inline constexpr std::size_t feature_count = 11;
 
 std::string_view name_of(Feature feature);  ///< "drop_time"
-/// `quantity` is the unit of the trace itself, "Pa" or "N".
+/// Returns the unit of a feature; `quantity` is the unit of the trace, "Pa" or "N".
 std::string unit_of(Feature feature, std::string_view quantity);
-/// Lies on the time axis, so that it means nothing where this axis was laid by the event itself.
+/// Returns true for instants. They are meaningless if the event itself determined the alignment.
 bool is_time(Feature feature);
 
 struct Measured {
   std::optional<double> value{};
-  double uncertainty = 0.0;  ///< standard, from noise and sampling alone
-  std::string reason{};      ///< why it is absent
+  double uncertainty = 0.0;  ///< standard uncertainty from noise and sampling only
+  std::string reason{};      ///< reason why it is absent
 };
 
 struct Features {
   std::array<Measured, feature_count> all{};
   LossOfResistance loss{};
-  double noise =
-      0.0;  ///< standard deviation of single samples [Pa or N], from what the filter took away
+  double noise = 0.0;  ///< standard deviation of single samples [Pa or N], from the part that the
+                       ///< filter removed
 
   [[nodiscard]] const Measured& operator[](Feature f) const {
     return all[static_cast<std::size_t>(f)];
@@ -95,24 +97,23 @@ struct Features {
 struct FeatureRule {
   LossRule loss{};
   double slope_window = 2.0;  ///< [s]
-  double slope_end = 0.1;     ///< [s] before the peak
+  double slope_end = 0.1;     ///< end of the window before the peak [s]
 };
 
-/// A trace as it was sampled and as it is judged, with depths on the same grid (empty: not
-/// recorded).
+/// Trace as sampled and as filtered, with depths on the same grid (empty: not recorded).
 struct FeatureInput {
   Samples raw{};
   Samples filtered{};
   Samples depth{};
-  double cutoff = 0.0;  ///< [Hz] of the filter; 0: none
+  double cutoff = 0.0;  ///< cut-off of the filter [Hz]; 0: none
 };
 Features find_features(const FeatureInput& input, const FeatureRule& rule = {});
 
-/// Standard deviation of white noise on the samples, from the median size of what the filter took
-/// away (Gaussian: median |r| = 0.6745 standard deviations); 0 without a filter.
+/// Returns the standard deviation of white noise on the samples, from the median size of the part
+/// that the filter removed (Gaussian: median |r| = 0.6745 standard deviations); 0 without a filter.
 double noise_of(const FeatureInput& input);
 
-// One trace made ready to be compared: on a uniform grid, filtered, its features found, or refused.
+// Preparation of one trace for comparison: resampled to a uniform grid, filtered, with features.
 
 struct RawTrace {
   std::span<const double> time{};   ///< [s]
@@ -123,11 +124,12 @@ struct RawTrace {
 struct PreparedTrace {
   FeatureInput input{};
   Features features{};
-  std::string refusal{};  ///< why there is nothing to compare; empty: there is
+  std::string refusal{};  ///< why the trace cannot be compared; empty if it can
 };
 
-/// Why a trace cannot be compared: empty, one sample, times that do not increase, no number, a
-/// constant, or more than ten million of its usual intervals. Empty when it can.
+/// Returns the reason why a trace cannot be compared: empty, one sample, times that do not
+/// increase, no finite value, a constant, or more than ten million usual intervals. Empty if it
+/// can.
 std::string refusal_of(const RawTrace& trace);
 
 PreparedTrace prepare(const RawTrace& trace, double cutoff, const FeatureRule& rule);

@@ -14,7 +14,7 @@ namespace {
 
 using Members = std::vector<const Comparison*>;
 
-/// What could be compared of a group.
+/// Recordings of a group that could be compared.
 Members comparable(const std::vector<Comparison>& all, const std::string& group) {
   Members members;
   for (const Comparison& one : all) {
@@ -23,14 +23,14 @@ Members comparable(const std::vector<Comparison>& all, const std::string& group)
   return members;
 }
 
-/// Whose each of them is.
+/// Returns the subject of each recording.
 std::vector<std::size_t> subjects_of(const Members& members) {
   std::vector<std::string> codes;
   for (const Comparison* one : members) { codes.push_back(one->subject); }
   return subject_indices(codes);
 }
 
-/// All that any of them covers on the simulation's clock, with the coarsest of their steps.
+/// Returns the union of the time ranges on the clock of the simulation, with the coarsest step.
 Grid shared_grid(const Members& members) {
   double begin = std::numeric_limits<double>::infinity();
   double end = -begin;
@@ -43,7 +43,7 @@ Grid shared_grid(const Members& members) {
   return grid_between(begin, end, begin, step);
 }
 
-/// The simulated trace where any of them was compared with it.
+/// Returns the simulated trace where any recording was compared with it.
 Samples simulated_on(const Members& members, const Grid& grid) {
   Samples whole{grid.start, grid.step, std::vector<double>(grid.count, not_measured)};
   for (const Comparison* one : members) {
@@ -90,9 +90,8 @@ FeatureSummary summarise(Feature feature, const Members& members,
 
 bool has_numbers(const FeatureComparison& one) { return one.recorded.value && one.simulated.value; }
 
-/// The verdict of the first recording that tells most of the feature: judged by numbers, else
-/// judged. Which recording comes first must not matter for the rest: compare_mean() replaces what
-/// is its own.
+/// Returns the comparison of the first recording with the most informative status: judged
+/// numerically, else judged. compare_mean() replaces the members that depend on the recording.
 FeatureComparison most_telling(Feature feature, const Members& members) {
   const auto n = static_cast<std::size_t>(feature);
   const auto rank = [&](const Comparison* one) {
@@ -102,8 +101,8 @@ FeatureComparison most_telling(Feature feature, const Members& members) {
   return (*std::ranges::max_element(members, {}, rank))->features[n];  // the first of equal ones
 }
 
-/// u_D of a mean: zero and gain of a transducer are the same in all, so that they do not average
-/// out; what is each recording's own is part of the spread between subjects.
+/// Returns u_D of a mean. Zero and gain of a transducer are common to all recordings and do not
+/// average out; individual errors are part of the spread between subjects.
 double mean_data_uncertainty(Feature feature, const Members& members) {
   std::vector<double> all;
   for (const Comparison* one : members) {
@@ -113,7 +112,7 @@ double mean_data_uncertainty(Feature feature, const Members& members) {
   return mean_of(all);
 }
 
-/// The feature of the simulation compared with the mean over subjects; its spread is part of u_D.
+/// Compares the simulated feature with the mean over subjects; its spread is part of u_D.
 FeatureComparison compare_mean(const FeatureSummary& summary, const Members& members,
                                double coverage_factor) {
   FeatureComparison one = most_telling(summary.feature, members);
@@ -164,7 +163,7 @@ void judge_by_corridor(const Members& members, const GroupOptions& options, Grou
   conclude(summary.outcome, std::move(parts));
 }
 
-/// Adds the status of an outcome and all its reasons, each with a label in front.
+/// Adds the status and all reasons of an outcome, each with a label.
 void add_reasons(const Outcome& outcome, Status status, const std::string& label,
                  std::vector<Reason>& parts) {
   parts.push_back({status});
@@ -192,7 +191,7 @@ void count(const std::vector<Comparison>& all, GroupSummary& summary) {
   }
 }
 
-/// A subject agrees when all of the recordings do: they are not independent of each other.
+/// A subject agrees if all its recordings agree, because they are not independent.
 void count_subjects(const Members& members, GroupSummary& summary) {
   const std::vector<std::size_t> subject = subjects_of(members);
   summary.subjects = subject_count(subject);
@@ -233,8 +232,8 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
   return summary;
 }
 
-/// Before the reasons of one of several groups; recordings of the one without a name tell
-/// themselves.
+/// Returns the label before the reasons of a group; recordings of the unnamed group are named
+/// individually.
 std::string label_of(const GroupSummary& group, const std::vector<Comparison>& all) {
   if (!group.group.empty()) { return group.group + ": "; }
   return group.recordings > 1 ? ""

@@ -19,7 +19,7 @@ namespace {
 
 enum class From : std::uint8_t { first_before, second_before, both_before };
 
-/// Column c of row i stands for sample j = i + c - (radius - 1) of the second trace.
+/// Column c of row i represents sample j = i + c - (radius - 1) of the second trace.
 struct Band {
   std::size_t length = 0;
   std::size_t radius = 1;
@@ -32,7 +32,8 @@ struct Band {
   [[nodiscard]] From& at(std::size_t i, std::size_t j) { return from[i * width() + column(i, j)]; }
 };
 
-/// One row of least sums; `above` is the row before, one column further right for the same j.
+/// Computes one row of least sums; `above` is the previous row, one column further right for the
+/// same j.
 void add_row(std::span<const double> first, std::span<const double> second, std::size_t i,
              Band& band, const std::vector<double>& above, std::vector<double>& row) {
   constexpr double none = std::numeric_limits<double>::infinity();
@@ -104,7 +105,7 @@ double corridor_score(std::span<const double> s, std::span<const double> r, cons
   return sum / static_cast<double>(r.size());
 }
 
-/// Sums over every window of a trace about its own mean, for correlations at many shifts.
+/// Cumulative sums of a trace about its mean, for correlations at many shifts.
 class Moments {
  public:
   explicit Moments(std::span<const double> value)
@@ -118,7 +119,7 @@ class Moments {
       sum_[n + 1] = sum_[n] + v;
       square_[n + 1] = square_[n] + v * v;
     }
-    // What the rounding of values and of these sums may leave of a constant.
+    // Bound on the rounding error of these sums for a constant.
     floor_ = 1e-12 * square_.back() + static_cast<double>(value.size()) * std::pow(1e-12 * mean, 2);
   }
 
@@ -128,7 +129,7 @@ class Moments {
   [[nodiscard]] double sum(std::size_t begin, std::size_t count) const {
     return sum_[begin + count] - sum_[begin];
   }
-  /// Sum of squares about the window's own mean; 0 for a constant.
+  /// Returns the sum of squares about the mean of the window; 0 for a constant.
   [[nodiscard]] double variation(std::size_t begin, std::size_t count) const {
     const double square = square_[begin + count] - square_[begin];
     const double left = square - std::pow(sum(begin, count), 2) / static_cast<double>(count);
@@ -142,7 +143,8 @@ class Moments {
   double floor_ = 0.0;
 };
 
-/// Pearson's of `count` samples from each beginning; nothing where one of them does not vary.
+/// Returns the Pearson correlation of `count` samples from each beginning; absent if one is
+/// constant.
 std::optional<double> correlation(const Moments& a, std::size_t from_a, const Moments& b,
                                   std::size_t from_b, std::size_t count) {
   const double product = a.variation(from_a, count) * b.variation(from_b, count);
@@ -157,7 +159,7 @@ struct Shifted {
   std::span<const double> recorded;
 };
 
-/// The overlap when the simulated trace is taken to be `late` samples late.
+/// Returns the overlap if the simulated trace is shifted by `late` samples.
 Shifted shifted(std::span<const double> s, std::span<const double> r, long late) {
   const std::size_t n = s.size();
   const auto by = static_cast<std::size_t>(std::abs(late));
@@ -165,7 +167,7 @@ Shifted shifted(std::span<const double> s, std::span<const double> r, long late)
   return {s.first(n - by), r.subspan(by)};
 }
 
-/// Of correlations that are equal to rounding the smallest shift counts.
+/// Among correlations that are equal to rounding, the smallest shift is selected.
 void find_shift(std::span<const double> s, std::span<const double> r, const IsoRule& rule,
                 IsoRating& rating) {
   std::optional<double> best;
@@ -190,7 +192,7 @@ void find_shift(std::span<const double> s, std::span<const double> r, const IsoR
   rating.phase = std::max(0.0, 1.0 - static_cast<double>(std::abs(rating.shift)) / allowed);
 }
 
-/// Central differences per sample, then the mean over nine of them (fewer, symmetric, near the
+/// Returns central differences per sample, averaged over nine samples (fewer, symmetric, near the
 /// ends).
 std::vector<double> smooth_slope(std::span<const double> value) {
   const std::size_t count = value.size();
@@ -210,7 +212,8 @@ std::vector<double> smooth_slope(std::span<const double> value) {
   return smooth;
 }
 
-/// 1 without error, 0 from `zero` on; a reference that is zero throughout leaves no scale.
+/// Returns a score: 1 without error, 0 from `zero` on, and 0 for an error relative to a reference
+/// of zero.
 double linear_score(double error, double scale, double zero) {
   if (error == 0.0) { return 1.0; }
   return scale > 0.0 ? std::max(0.0, 1.0 - error / scale / zero) : 0.0;

@@ -15,10 +15,11 @@ namespace link = device::pressure_link;
 
 constexpr double pascals_per_count = 0.1 * pascals_per_mmhg;
 
-/// Rounding of times to microseconds, in frame periods: a sample this near to a frame is its value.
+/// Tolerance for times rounded to microseconds, in frame periods: a closer sample is used without
+/// interpolation.
 constexpr double same_instant = 1e-3;
 
-/// The pressure at a time between two samples, NaN where none was measured [Pa].
+/// Returns the pressure at a time between two samples [Pa]; NaN in gaps.
 double pressure_at(const Recording& recording, std::size_t after, double time, double longest) {
   const double begin = recording.time[after - 1];
   const double end = recording.time[after];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Between the raw pressure link and a Recording, in memory.
+/// Conversion between frames of the raw pressure link and a Recording, in memory.
 
 #include <cstdint>
 #include <optional>
@@ -13,26 +13,27 @@
 namespace palpate {
 
 struct LinkRecording {
-  Recording recording{};  ///< time, pressure, sample_rate and defects alone
+  Recording recording{};  ///< only time, pressure, sample_rate and defects are set
   device::pressure_link::ReaderCounts counts{};
 };
 
-/// Time goes on by one frame period for each sequence number, missing ones too; it begins at 0.
-/// A gap of more than 256 frames looks shorter by multiples of 256 (frame_reader.hpp).
-/// `most_samples` [1]: reading stops once one more than these was found.
+/// Converts bytes of the link to a recording. Time starts at 0 and advances by one frame period per
+/// sequence number, including missing ones. A gap of more than 256 frames appears shorter by
+/// multiples of 256 (frame_reader.hpp). Reading stops when more than `most_samples` samples are
+/// found.
 LinkRecording recording_of_link(std::span<const std::uint8_t> bytes, std::size_t most_samples);
 
-/// What the link sends of a pressure [Pa], as frame number `place`; nothing of what is no number.
-/// What the frame cannot hold is its largest or smallest value and marked as over range.
+/// Returns frame number `place` for a pressure [Pa]; absent if the pressure is not finite. Values
+/// outside the range of the frame are clamped and marked as over range.
 std::optional<device::pressure_link::Frame> frame_of(double pressure, std::size_t place);
 
-/// What a transducer sends that follows the pressure: one place per frame period from the first
-/// sample on, interpolated linearly between samples and rounded to 0.1 mmHg. Nothing is sent within
-/// gaps of the recording and next to samples without a number.
+/// Returns the frames of a transducer that measures the recorded pressure: one per frame period
+/// from the first sample, interpolated linearly and rounded to 0.1 mmHg. No frame is sent within
+/// gaps or next to samples that are not finite.
 using LinkFrames = std::vector<std::optional<device::pressure_link::Frame>>;
 LinkFrames link_frames(const Recording& recording);
 
-/// The bytes of the frames, one after the other.
+/// Returns the concatenated bytes of the frames.
 std::vector<std::uint8_t> link_bytes(const LinkFrames& frames);
 
 }  // namespace palpate

@@ -15,8 +15,8 @@ namespace {
 
 using Technique = InsertionOutline::Technique;
 
-// How a hand goes about it; none of these is published.
-constexpr double rise_time = 1.0;      // until the thumb presses fully [s]
+// Assumed technique of the hand; none of these values is published.
+constexpr double rise_time = 1.0;      // until full thumb pressure [s]
 constexpr double reaction_time = 0.2;  // from the fall to the stop of the needle [s]
 constexpr double advance_time = 0.5;   // of one step of the intermittent technique [s]
 constexpr double press_time = 0.3;     // [s]
@@ -25,14 +25,14 @@ constexpr double test_time = 0.5;      // under full pressure [s]
 constexpr double pressure_step = 0.1 * pascals_per_mmhg;  // [Pa]
 constexpr double depth_step = 1e-5;                       // [m]
 
-/// Pressure and depth go straight to these values.
+/// Segment with linear pressure and depth to these values.
 struct Leg {
   double duration = 0.0;  ///< [s]
   double pressure = 0.0;  ///< at its end [Pa]
   double depth = 0.0;     ///< at its end [m]
 };
 
-/// What a full press of the thumb meets at a depth [Pa].
+/// Returns the pressure under a full press of the thumb at a depth [Pa].
 double pressed(const InsertionOutline& o, double depth) {
   const double share = (depth - o.flavum_begin) / (o.flavum_end - o.flavum_begin);
   return std::lerp(o.plateau, o.peak, std::clamp(share, 0.0, 1.0));
@@ -69,7 +69,7 @@ std::vector<Leg> intermittent(const InsertionOutline& o) {
   return legs;
 }
 
-/// Two slow waves; nothing at the peak, so that the peak is what it should be.
+/// Adds two slow waves; zero at the peak, so that its value is exact.
 class Tremor {
  public:
   Tremor(double share, double peak, device::Seeded& chance) : share_(share), peak_(peak) {

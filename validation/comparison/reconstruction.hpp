@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// An insertion drawn from a few numbers, where nobody has published the recording itself: straight
-/// lines from the plateau in the interspinous ligament over the peak in the ligamentum flavum to
-/// the epidural space.
+/// Reconstruction of an insertion from a few published numbers, if the recording itself is not
+/// published: straight lines from the plateau in the interspinous ligament over the peak in the
+/// ligamentum flavum to the epidural space.
 
 #include <cstdint>
 #include <vector>
@@ -16,7 +16,7 @@ struct InsertionOutline {
   double peak = 0.0;     ///< at the far side of the ligamentum flavum [Pa]
   double floor = 0.0;    ///< in the epidural space [Pa]
 
-  double start = 0.0;         ///< depth of the tip when the syringe is put on [m]
+  double start = 0.0;         ///< depth of the tip when the syringe is attached [m]
   double flavum_begin = 0.0;  ///< [m]
   double flavum_end = 0.0;    ///< [m]
 
@@ -25,21 +25,21 @@ struct InsertionOutline {
   double flavum_speed = 1e-3;       ///< [m/s]
   double largest_advance = 1.5e-3;  ///< intermittent: between two tests [m]
   double pressure_left = 0.3;       ///< intermittent: while advancing, of that under the thumb [1]
-  double fall = 0.1;                ///< time that the loss of resistance takes [s]
+  double fall = 0.1;                ///< duration of the loss of resistance [s]
   double hold = 7.0;                ///< time at the floor [s]
 
-  double tremor = 0.0;         ///< over the pressure [1]; fades towards the peak
-  double noise = 0.0;          ///< SD [Pa]
+  double tremor = 0.0;  ///< amplitude relative to the pressure [1]; decreases to 0 towards the peak
+  double noise = 0.0;   ///< SD [Pa]
   double sample_rate = 120.0;  ///< [Hz]
-  std::uint64_t seed = 1;      ///< of tremor and noise
+  std::uint64_t seed = 1;      ///< seed of tremor and noise
 };
 
-/// Time, pressure, depth, technique and sample rate. Pressure is rounded to the 0.1 mmHg of the raw
-/// link and depth to 0.01 mm.
+/// Returns a recording with time, pressure, depth, technique and sample rate. Pressure is rounded
+/// to the 0.1 mmHg of the raw link and depth to 0.01 mm.
 Recording draw_insertion(const InsertionOutline& outline);
 
-/// Numbers evenly spaced about 0 with a sample standard deviation of 1, in an order drawn from the
-/// seed: a group that is given them has exactly the mean and the SD that it should have.
+/// Returns evenly spaced numbers with mean 0 and sample standard deviation 1 in a seeded random
+/// order. A group that is scaled with them has exactly the required mean and SD.
 std::vector<double> even_scores(std::size_t count, std::uint64_t seed);
 
 }  // namespace palpate

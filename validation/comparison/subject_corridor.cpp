@@ -58,7 +58,7 @@ OverSubjects over_subjects(std::span<const double> value, std::span<const std::s
 
 namespace {
 
-/// k for every number of subjects up to `most`; NaN below two.
+/// Returns k for every number of subjects up to `most`; NaN for fewer than two.
 std::vector<double> factors(std::size_t most, const CorridorRule& rule) {
   std::vector<double> all(most + 1, not_measured);
   for (std::size_t n = 2; n <= most; ++n) {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Several recordings of one subject are not several subjects: the unit of analysis is the subject
-/// (Altman and Bland, BMJ 1997;314:1874), of whom the mean of the recordings is the one value that
-/// counts (Matthews et al., BMJ 1990;300:230). How much single recordings of one subject differ is
-/// kept apart.
+/// Statistics with the subject as the unit of analysis (Altman and Bland, BMJ 1997;314:1874): the
+/// mean of the recordings of a subject is its one value (Matthews et al., BMJ 1990;300:230). The
+/// variation between recordings of one subject is estimated separately.
 
 #include <cstddef>
 #include <optional>
@@ -15,61 +14,66 @@
 
 namespace palpate::comparison {
 
-/// To which subject each recording belongs, by codes: 0, 1, ... in the order of their first
-/// recordings. An empty code is a subject of its own.
+/// Returns the subject index of each recording from the codes: 0, 1, ... in the order of the first
+/// recordings. An empty code is a separate subject.
 std::vector<std::size_t> subject_indices(std::span<const std::string> codes);
-/// How many there are.
+/// Returns the number of subjects.
 std::size_t subject_count(std::span<const std::size_t> subject);
 
-/// Values of recordings over their subjects. With values x_ij = m + subject_i + recording_ij, of
-/// variances B and W, means of n_i recordings scatter by B + W <1/n_i>, and a single recording of a
-/// further subject by B + W.
+/// Statistics of values of recordings by subject. For values x_ij = m + subject_i + recording_ij
+/// with variances B and W, means of n_i recordings have the variance B + W <1/n_i>, and a single
+/// recording of a further subject B + W.
 struct OverSubjects {
-  std::vector<double> means{};         ///< one per subject that has a value
-  std::size_t recordings = 0;          ///< values
-  double mean = not_measured;          ///< of the subjects' means
-  double deviation = not_measured;     ///< of these means; NaN below two subjects
+  std::vector<double> means{};      ///< mean of each subject with a value
+  std::size_t recordings = 0;       ///< number of values
+  double mean = not_measured;       ///< mean of the subjects' means
+  double deviation = not_measured;  ///< standard deviation of these means; NaN for fewer than two
   double of_recording = not_measured;  ///< sqrt(B + W), from deviation^2 + W (1 - <1/n_i>)
 };
-/// Values that are not finite are left out. An empty `subject`: every value is of another one.
+/// Computes the statistics. Values that are not finite are ignored. If `subject` is empty, every
+/// value belongs to a different subject.
 OverSubjects over_subjects(std::span<const double> value,
                            std::span<const std::size_t> subject = {});
 
-// What several subjects leave open at each instant, and how much of a simulated trace lies in it.
+// Corridor of several subjects at each instant, and coverage of a simulated trace by it.
 
 struct CorridorRule {
-  std::size_t least_subjects = 3;  ///< fewer have no standard deviation worth the name
-  /// k of mean +- k SD. Absent: the one that a further subject's value lies in with a probability
-  /// of 0.95 if subjects are normally distributed, t(0.975, N - 1) sqrt(1 + 1/N) (4.97 for 3
-  /// subjects, 2.02 for 60), with the N that were measured at that instant.
+  std::size_t least_subjects = 3;  ///< minimum number for a standard deviation
+  /// Factor k of mean +- k SD. If absent, k is chosen so that the value of a further subject is
+  /// inside with probability 0.95 for normally distributed subjects: t(0.975, N - 1) sqrt(1 + 1/N)
+  /// (4.97 for 3 subjects, 2.02 for 60), with the N subjects measured at that instant.
   std::optional<double> half_width{};
-  double least_inside = 0.90;  ///< of the samples; 0.95 is expected pointwise (assumed margin)
+  double least_inside =
+      0.90;  ///< minimum share of samples inside; 0.95 is expected pointwise (assumed margin)
 };
 
-/// Mean +- half width on a grid; NaN where fewer than `least_subjects` were measured.
+/// Corridor mean +- half width on a grid; NaN if fewer than `least_subjects` were measured.
 struct SubjectCorridor {
-  Samples mean{};        ///< of the subjects' means
-  Samples deviation{};   ///< of single recordings of different subjects (subjects.hpp)
-  Samples half_width{};  ///< k of as many subjects as were measured there, times the deviation
+  Samples mean{};        ///< mean of the subjects' means
+  Samples deviation{};   ///< standard deviation of single recordings of different subjects
+                         ///< (subjects.hpp)
+  Samples half_width{};  ///< k for the number of subjects measured there, times the deviation
   std::size_t subjects = 0;
   std::size_t recordings = 0;
-  double factor = 0.0;  ///< k, where all subjects were measured
+  double factor = 0.0;  ///< k if all subjects were measured
 };
 
-/// All on the grid of the first. `refusal` says why there is no corridor.
+/// Corridor on the grid of the first trace, or the reason why there is none.
 struct CorridorBuilt {
   std::optional<SubjectCorridor> corridor{};
   std::string refusal{};
 };
-/// `subject` says whose each is; empty: every one is of another subject.
+/// Computes the corridor. `subject` assigns traces to subjects; empty: every trace is a different
+/// subject.
 CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRule& rule = {},
                              std::span<const std::size_t> subject = {});
 
 struct CorridorCoverage {
-  std::size_t samples = 0;         ///< judged: where trace and corridor both are
-  double inside = 0.0;             ///< share of them within the corridor; NaN without any
-  double largest_excursion = 0.0;  ///< beyond the edge, in the traces' unit; 0 when all are inside
-  double excursion_time = not_measured;  ///< [s] of it
+  std::size_t samples = 0;  ///< number of samples where both trace and corridor exist
+  double inside = 0.0;      ///< share of these samples inside the corridor; NaN without any
+  double largest_excursion =
+      0.0;  ///< distance from the edge in the unit of the traces; 0 if all are inside
+  double excursion_time = not_measured;  ///< time of the largest excursion [s]
   bool holds = false;                    ///< inside >= least_inside
 };
 CorridorCoverage coverage(const SubjectCorridor& corridor, const Samples& simulated,

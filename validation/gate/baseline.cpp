@@ -15,7 +15,7 @@ namespace palpate::gate {
 
 namespace {
 
-/// Replaces a map by a curve of its values over their index, so that one rule serves both.
+/// Replaces a map by a curve of its values over their index, so that one rule applies to both.
 void add_map_as_curve(Figure& figure) {
   if (!figure.heat_map) { return; }
   Series series{
@@ -141,7 +141,7 @@ AcceptedCase* find(Baseline& baseline, const std::string& name) {
   return found == baseline.cases.end() ? nullptr : &*found;
 }
 
-/// Replaces in place: a partial approval leaves the order of all other cases.
+/// Replaces in place, so that a partial approval keeps the order of the other cases.
 void take_in(Baseline& baseline, const Outcome& outcome) {
   AcceptedCase* accepted = find(baseline, outcome.name);
   if (accepted == nullptr) { accepted = &baseline.cases.emplace_back(); }

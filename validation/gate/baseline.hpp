@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The accepted results that a gate compares new results with (docs/gate.md).
+/// Accepted results with which a gate compares new results (docs/gate.md).
 
 #include <map>
 #include <string>
@@ -23,10 +23,10 @@ struct AcceptedCase {
   Spread spread{};
 };
 
-/// One entry of the ledger: which cases were accepted, when, and why.
+/// Entry of the ledger: cases that were accepted, date and reason.
 struct Approval {
   std::string date{};    ///< UTC, ISO 8601
-  std::string commit{};  ///< of the program that made the results
+  std::string commit{};  ///< commit of the program that produced the results
   std::string reason{};
   std::vector<std::string> cases{};
 };
@@ -40,21 +40,24 @@ struct Baseline {
   [[nodiscard]] const AcceptedCase* find(const std::string& name) const;
 };
 
-/// The parts that two runs of one program on one input share. Run times, tables and notes are
-/// removed; of suite "timing" only the counted quantities remain (is_counted()).
+/// Returns the parts of an outcome that two runs of one program on one input share. Run times,
+/// tables and notes are removed; in suite "timing" only the counted quantities remain
+/// (is_counted()).
 Outcome comparable(Outcome outcome);
 
-/// True for units of counts, which repeat to the last digit: instructions, evaluations, digits.
+/// Returns true for units of counts, which are exactly reproducible: instructions, evaluations,
+/// digits.
 bool is_counted(const std::string& unit);
 
-/// "error-over-step: leapfrog", with a number where two series of a figure share a label.
+/// Returns the name of a curve, "error-over-step: leapfrog"; a number is added if two series of a
+/// figure share a label.
 std::string curve_name(const Figure& figure, std::size_t series);
 
-/// Largest differences of `variants` from `accepted` and from each other, by case. Every variant
-/// must hold the same cases, quantities and curves. Throws InputError.
+/// Returns the largest differences of `variants` from `accepted` and from each other, by case.
+/// Every variant must contain the same cases, quantities and curves. Throws InputError.
 void measure_spread(Baseline& baseline, const std::vector<std::vector<Outcome>>& variants);
 
-// Accepts results as the baseline of later ones.
+// Approval of results as the baseline of later results.
 
 struct Acceptance {
   std::string command{};                            ///< command line that made the results
@@ -62,17 +65,18 @@ struct Acceptance {
   std::string date{};                               ///< of the approval
   std::string reason{};
   std::vector<Outcome> outcomes{};
-  std::vector<std::string> only{};  ///< names; empty: all, and what the results lack is dropped
-  /// The same cases by other builds or orders of summation, for Spread.
+  std::vector<std::string>
+      only{};  ///< names; empty: all, and cases missing in the results are removed
+  /// Results of the same cases from other builds or orders of summation, for Spread.
   std::vector<std::vector<Outcome>> variants{};
 };
 
-/// A case without new variants keeps the spread that it had. Throws InputError where a case ended
-/// in an error or a number is not finite.
+/// Accepts results. A case without new variants keeps its previous spread. Throws InputError if a
+/// case ended in an error or a number is not finite.
 Baseline accept(const Baseline& old, const Acceptance& acceptance);
 
-/// One line for each number that an approval changes (old value, new value, bound), and for each
-/// case that is added or removed.
+/// Returns one line for each number that an approval changes (old value, new value, bound), and for
+/// each case that is added or removed.
 std::vector<std::string> described_changes(const Baseline& old, const Baseline& updated);
 
 }  // namespace palpate::gate

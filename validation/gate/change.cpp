@@ -20,12 +20,13 @@ std::string bounds_text(const Quantity& q) {
   return plain_number(q.lower, 17) + " to " + plain_number(q.upper, 17);
 }
 
-/// A bound that comes from a reference moves with it; one that is widened by hand moves by more.
+/// Returns true if two bounds are the same up to the changes of a reference; a manual change is
+/// larger.
 bool same_bound(double before, double now) {
   return now == before || std::abs(now - before) <= allowed_share * std::abs(before);
 }
 
-/// Why two quantities cannot be compared; empty: they can.
+/// Returns the reason why two quantities cannot be compared; empty if they can.
 std::string obstacle_of_quantity(const Quantity& before, const Quantity& now) {
   if (now.unit != before.unit) { return "unit " + now.unit + ", was " + before.unit; }
   if (!same_bound(before.lower, now.lower) || !same_bound(before.upper, now.upper) ||
@@ -44,8 +45,8 @@ std::string obstacle_of_quantity(const Quantity& before, const Quantity& now) {
   return {};
 }
 
-/// Distance of a value from the best one that its bound implies, to be compared by ratio. NaN
-/// without such a bound.
+/// Returns the distance of a value from the best one implied by its bound, to be compared by ratio.
+/// NaN without such a bound.
 double distance_from_good(const Quantity& q) {
   const bool above = q.lower > -unbounded;
   const bool below = q.upper < unbounded;
@@ -70,7 +71,7 @@ Change judged(Change change, double worse_by, double allowed, const std::string&
   return change;
 }
 
-/// For a quantity without a better direction: a change either way counts.
+/// Compares a quantity without a better direction: any change counts.
 Change unguided(Change change) {
   const double scale = std::abs(change.before);
   const double share = std::abs(change.now - change.before) / scale;
@@ -133,7 +134,7 @@ struct Range {
   }
 };
 
-/// On the chord between its neighbours; at the ends the end's own value.
+/// Returns the value on the chord between the neighbours; at the ends the value of the end.
 double value_at(const Path& path, double x) {
   const auto right = std::ranges::lower_bound(path.x, x);
   if (right == path.x.begin()) { return path.y.front(); }
@@ -144,7 +145,7 @@ double value_at(const Path& path, double x) {
   return path.y[n - 1] + share * (path.y[n] - path.y[n - 1]);
 }
 
-/// Everything that a curve does within [begin, end].
+/// Returns the range of a curve within [begin, end].
 Range range_within(const Path& path, double begin, double end) {
   Range range;
   range.add(value_at(path, begin));
@@ -179,7 +180,8 @@ Excess largest_excess(const Path& before, const Path& now, double half_width_x) 
 
 namespace {
 
-/// Columns: what a lag of one sample, a gain of one and an offset of one add to `before`.
+/// Returns the columns of the fit: the effects on `before` of a lag of one sample, a gain of one
+/// and an offset of one.
 Eigen::MatrixXd directions_of(const Eigen::Ref<const Eigen::VectorXd>& before) {
   const Eigen::Index inner = before.size() - 2;
   Eigen::MatrixXd columns(inner, 3);
@@ -203,7 +205,7 @@ bool evenly_spaced(const std::vector<double>& x) {
 double lag_in_samples(const std::vector<double>& x, const std::vector<double>& before,
                       const std::vector<double>& now) {
   constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-  constexpr double collinear = 1e-3;  // a ramp that is late is a ramp with an offset
+  constexpr double collinear = 1e-3;  // a delayed ramp equals a ramp with an offset
   if (before.size() < least_samples_for_lag || now.size() != before.size() || !evenly_spaced(x)) {
     return nothing;
   }
@@ -248,14 +250,14 @@ double range_of(const std::vector<double>& values) {
   return greatest > least ? greatest - least : 0.0;
 }
 
-/// Of all curves of a figure together.
+/// Returns the range of all curves of a figure.
 double range_of_all(const Figure& figure) {
   std::vector<double> all;
   for (const Series& each : figure.series) { all.insert(all.end(), each.y.begin(), each.y.end()); }
   return range_of(coordinates(all, figure.y.logarithmic));
 }
 
-/// Sizes and gaps: a value that is not finite may stand only where one stood.
+/// Checks sizes and gaps: values that are not finite must be at the same positions.
 std::string obstacle_of_curve(const Series& before, const Series& now) {
   if (now.x.size() != now.y.size()) { return "x and y of different lengths"; }
   if (now.label != before.label) {
@@ -288,7 +290,7 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
   return largest;
 }
 
-/// What can be drawn of a curve, from left to right.
+/// Returns the finite points of a curve from left to right.
 Path path_of(const Series& series, const Figure& figure) {
   Path path;
   for (std::size_t n = 0; n < series.x.size(); ++n) {
@@ -305,7 +307,7 @@ Path path_of(const Series& series, const Figure& figure) {
   return path;
 }
 
-/// Points, and curves that turn back, sample by sample.
+/// Compares points, and curves whose x is not monotonic, sample by sample.
 Excess excess_by_sample(const Path& before, const Path& now, double half_width_x) {
   Excess largest;
   for (std::size_t n = 0; n < before.x.size(); ++n) {
@@ -368,7 +370,7 @@ Change compare_edge(const Figure& before, const Figure& now, std::size_t series,
   return change;
 }
 
-/// The upper edges of a filled series in place of the lower ones.
+/// Returns a filled series with the upper edges in place of the lower ones.
 Figure upper_edge(Figure figure, std::size_t series) {
   figure.series[series].y = figure.series[series].y2;
   figure.series[series].y2.clear();
@@ -387,7 +389,7 @@ Tube tube_around(const Figure& figure, std::size_t series) {
     greatest = std::isfinite(y) ? std::max(greatest, std::abs(y)) : greatest;
   }
   tube.x = tube_x * range_of(coordinates(curve.x, figure.x.logarithmic));
-  // A constant has no range but its own height.
+  // The range of a constant is its absolute value.
   tube.y = figure.y.logarithmic ? tube_digits : tube_y * (scale > 0.0 ? scale : greatest);
   return tube;
 }

@@ -39,7 +39,8 @@ double spread_of(const std::map<std::string, double>& spreads, const std::string
   return found == spreads.end() ? 0.0 : found->second;
 }
 
-/// A judged case must be judged again, one that passed must pass, and none may end in an error.
+/// Checks the status: a judged case must be judged again, a passed one must pass, and none may end
+/// in an error.
 std::string status_problem(const Outcome& before, const Outcome& now) {
   const std::string why = now.reasons.empty() ? "" : ": " + now.reason();
   const std::string is = "is " + std::string(name_of(now.status)) + why;
@@ -110,7 +111,7 @@ void compare_figures(const AcceptedCase& accepted, const Outcome& now,
   }
 }
 
-/// Without what changes no result.
+/// Removes options that do not affect results.
 std::string command_of(std::string command) {
   const std::string option = " --no-skip";
   if (const auto at = command.find(option); at != std::string::npos) {

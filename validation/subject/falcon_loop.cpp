@@ -14,7 +14,7 @@ namespace {
 FalconDrive settings_of(const Scene& scene) { return scene.falcon.value_or(FalconDrive{}); }
 Drive drive_of(const Scene& scene) { return scene.drive.value_or(Drive{}); }
 
-/// Further than any duration takes it where the drive names no depth.
+/// Upper bound of the depth if the drive specifies none.
 double way_in(const Scene& scene, const Drive& drive) {
   if (drive.depth) { return *drive.depth - drive.from; }
   return drive.speed * (scene.simulation.duration + 1.0);
@@ -47,7 +47,7 @@ device::falcon::EmulatedFalconOptions falcon_options(const Scene& scene) {
                               : device::falcon::libnifalcon();
   options.body.start = grip_start(scene);
   options.body.seed = static_cast<std::uint64_t>(settings.seed);
-  options.body.plant.gravity = 0.0;  // the person bears it, see docs/falcon.md
+  options.body.plant.gravity = 0.0;  // the hand compensates it, see docs/falcon.md
   if (!settings.friction) {
     options.body.plant.coulomb = 0.0;
     options.body.plant.viscosity = 0.0;
@@ -152,10 +152,10 @@ StepStatus FalconLoop::finish_device_tick() noexcept {
   return status;
 }
 
-/// Trace is the device's -z: a coupling that pushes the tool in pushes the hand out.
+/// The tool axis is -z of the device: a coupling that pushes the tool in pushes the hand out.
 Eigen::Vector3d FalconLoop::render(const device::DeviceSample& sample, double time) noexcept {
   if (!sample.answered) { ++facts_.unanswered; }
-  if (!sample.homed) {  // its counts say nothing of where the grip is
+  if (!sample.homed) {  // its counts do not give the position of the grip
     ++facts_.unhomed;
     velocity_.setZero();
     return Eigen::Vector3d::Zero();
@@ -175,7 +175,8 @@ Eigen::Vector3d FalconLoop::render(const device::DeviceSample& sample, double ti
   return force;
 }
 
-/// In tissue the needle cannot move sideways: the coupling holds the grip to the line of its entry.
+/// Tissue prevents sideways motion of the needle: the coupling keeps the grip on the line of its
+/// entry.
 double FalconLoop::guide(int axis, double velocity) const noexcept {
   if (!in_tissue_) { return 0.0; }
   return -settings_.coupling_stiffness * (place_(axis) - entry_(axis)) -

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// A simulator under test. The model of this project is the first one.
+/// Interface of a simulator under test. ModelSubject implements it with the model of this project.
 
 #include <Eigen/Core>
 #include <memory>
@@ -16,10 +16,10 @@
 
 namespace palpate {
 
-/// Input of one step: where a hand holds its end of the coupling to the tool. Only scenes whose
-/// drive is a device use it.
+/// Input of one step: state of the hand's end of the coupling to the tool. Only scenes driven by a
+/// device use it.
 struct ToolInput {
-  double position = 0.0;  ///< along the line of the tool [m]
+  double position = 0.0;  ///< position along the tool axis [m]
   double velocity = 0.0;  ///< [m/s]
 };
 
@@ -27,50 +27,52 @@ class Subject {
  public:
   virtual ~Subject() = default;
 
-  /// Prepares a scene at t = 0. `network` is the tissue of the scene; empty for an oscillator.
-  /// `skip` = false computes what the scene does not need. Throws what the simulator throws.
+  /// Prepares a scene at t = 0. `network` is the tissue of the scene; empty for an oscillator. If
+  /// `skip` is false, parts that the scene does not need are also computed. Throws the exceptions
+  /// of the simulator.
   virtual void load(const Scene& scene, const SpringNetwork& network, bool skip) = 0;
-  /// Advances by one tick of the scene. After `diverged` the state is the one that diverged.
+  /// Advances by one tick of the scene. If it returns `diverged`, the state is the diverged one.
   virtual StepStatus step(const std::optional<ToolInput>& input) noexcept = 0;
-  /// True: the subject itself waits for `clock` in each tick, so that the loop must not.
+  /// Returns true if the subject itself waits for `clock` in each tick; the loop then does not
+  /// wait.
   virtual bool wait_for(device::DeadlineClock* /*clock*/) { return false; }
 
   [[nodiscard]] virtual double time() const noexcept = 0;  ///< [s]
-  [[nodiscard]] virtual long ticks() const noexcept = 0;   ///< done so far
+  [[nodiscard]] virtual long ticks() const noexcept = 0;   ///< ticks completed
   [[nodiscard]] virtual long tick_count() const noexcept = 0;
-  [[nodiscard]] virtual std::string method() const = 0;           ///< of integration
-  [[nodiscard]] virtual int substeps() const noexcept = 0;        ///< steps of the method in a tick
+  [[nodiscard]] virtual std::string method() const = 0;     ///< name of the integration method
+  [[nodiscard]] virtual int substeps() const noexcept = 0;  ///< integration steps per tick
   [[nodiscard]] virtual double step_length() const noexcept = 0;  ///< [s]
 
-  /// Names and units of what sample() writes.
+  /// Returns the names and units of the values that sample() writes.
   [[nodiscard]] virtual std::vector<Column> columns() const = 0;
   virtual void sample(std::span<double> row) noexcept = 0;
   [[nodiscard]] virtual std::vector<TextColumn> text_columns() const = 0;
   /// Appends the events since the last call to `events`.
   virtual void sample_text(std::span<std::string> row, std::vector<Event>& events) = 0;
 
-  /// Free coordinates, as in Trace::position.
+  /// Returns the number of free coordinates, as in Trace::position.
   [[nodiscard]] virtual Eigen::Index dof() const noexcept = 0;
   virtual void coordinates(Eigen::Ref<Eigen::VectorXd> position) noexcept = 0;
   virtual void velocities(Eigen::Ref<Eigen::VectorXd> velocity) noexcept = 0;
   [[nodiscard]] virtual double energy() noexcept = 0;  ///< [J]
-  /// All nodes, 3 x nodes; no columns where there are none.
+  /// Returns the positions of all nodes [m], 3 x nodes; no columns without nodes.
   [[nodiscard]] virtual NodeVectors node_positions() = 0;
-  /// The same without allocation.
+  /// Writes the positions of all nodes [m], 3 x nodes, without allocation.
   virtual void node_positions(Eigen::Ref<NodeVectors> all) noexcept = 0;
 
   [[nodiscard]] virtual ToolReport tool() noexcept = 0;
   [[nodiscard]] virtual ToolMotion tool_motion() const noexcept = 0;
-  /// Events of the tool since sample_text() or forget_tool_happenings().
+  /// Returns the events of the tool since the last sample_text() or forget_tool_happenings().
   [[nodiscard]] virtual std::span<const ToolHappening> tool_happenings() const noexcept = 0;
   virtual void forget_tool_happenings() noexcept = 0;
 };
 
-/// The model, in this process.
+/// Subject that runs the model in this process.
 class ModelSubject final : public Subject {
  public:
   ModelSubject() = default;
-  /// Already loaded.
+  /// Wraps a simulation that is already loaded.
   explicit ModelSubject(Simulation simulation) : simulation_(std::move(simulation)) {}
 
   void load(const Scene& scene, const SpringNetwork& network, bool skip) override;
