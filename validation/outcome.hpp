@@ -4,6 +4,7 @@
 /// calibration, a gate and a real-time certificate each produce outcomes: a claim, the quantities
 /// that were judged, a status and its reasons, with tables and figures as plain data.
 
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -44,6 +45,20 @@ struct Quantity {
   /// contains a bound. Does not check judged().
   [[nodiscard]] Status status() const;
   [[nodiscard]] bool holds() const { return status() == Status::pass; }
+};
+
+/// Largest of the values added so far. NaN once one of them is NaN, unlike std::max, so that a
+/// judged maximum fails its bound.
+class Largest {
+ public:
+  explicit Largest(double at_least = 0.0) : value_(at_least) {}
+  void add(double value) {
+    if (!(value <= value_ || std::isnan(value_))) { value_ = value; }
+  }
+  [[nodiscard]] double value() const { return value_; }
+
+ private:
+  double value_;
 };
 
 struct Series {

@@ -2,13 +2,32 @@
 
 #include "validation/statistics.hpp"
 
+#include <cmath>
 #include <vector>
 
 #include "tests/check.hpp"
+#include "validation/outcome.hpp"
 
 namespace {
 
 using namespace palpate::comparison;
+
+TEST("a largest value keeps a NaN wherever it is added") {
+  palpate::Largest largest;
+  largest.add(-1.0);
+  CHECK(largest.value() == 0.0);
+  largest.add(2.0);
+  largest.add(1.0);
+  CHECK(largest.value() == 2.0);
+  largest.add(std::nan(""));
+  CHECK(std::isnan(largest.value()));
+  largest.add(3.0);
+  CHECK(std::isnan(largest.value()));
+  palpate::Largest first;
+  first.add(std::nan(""));
+  first.add(1.0);
+  CHECK(std::isnan(first.value()));
+}
 
 TEST("none of n leaves what the law of chance leaves") {
   // (1 - p)^n = 0.025 at the upper end.
