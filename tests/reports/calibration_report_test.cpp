@@ -8,18 +8,14 @@
 #include "tests/check.hpp"
 #include "tests/validation/calibration/samples.hpp"
 
-using namespace palpate;
-using namespace palpate::calibration;
-
 namespace {
 
-bool contains(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
+using namespace palpate::calibration;
+using namespace palpate;
 
 bool warns(const CalibrationReport& report, std::string_view part) {
   for (const std::string& each : calibration_warnings(report)) {
-    if (contains(each, part)) { return true; }
+    if (check::contains(each, part)) { return true; }
   }
   return false;
 }
@@ -65,17 +61,17 @@ TEST("the page begins with the verdict, escapes names and names what is left") {
   const CalibrationReport report = sample(Recording::Kind::measured);
   const std::string page = to_html(report);
   CHECK(page.find(calibration_verdict(report)) < page.find("<table"));
-  CHECK(contains(page, "&lt;scene&gt;.toml"));
-  CHECK(!contains(page, "<scene>"));
+  CHECK_CONTAINS(page, "&lt;scene&gt;.toml");
+  CHECK(!check::contains(page, "<scene>"));
   CHECK(warns(report, "material.ligament.friction"));
-  CHECK(contains(page, "palpate calibrate a.h5"));
+  CHECK_CONTAINS(page, "palpate calibrate a.h5");
 }
 
 TEST("reconstructed recordings are never taken for measured ones") {
   const CalibrationReport made_up = sample(Recording::Kind::reconstructed);
-  CHECK(contains(calibration_detail(made_up), "no evidence about patients"));
+  CHECK_CONTAINS(calibration_detail(made_up), "no evidence about patients");
   CHECK(warns(made_up, "give back what was put into them"));
-  CHECK(!contains(calibration_detail(sample(Recording::Kind::measured)), "no evidence"));
+  CHECK(!check::contains(calibration_detail(sample(Recording::Kind::measured)), "no evidence"));
 }
 
 TEST("what nobody reads in a verdict is said: another plunger, no BMI, a search that failed, NaN") {

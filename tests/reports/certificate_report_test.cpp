@@ -9,8 +9,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::certificate;
+using namespace palpate;
 using Json = nlohmann::json;
 
 CertificateReport sample(long scene_misses) {
@@ -87,17 +87,17 @@ TEST("bins without any tick are left out, and each column counts every tick") {
 
 TEST("the page begins with the verdict, says why, and shows what a manager needs") {
   const std::string good = to_html(sample(0));
-  CHECK(good.find("verdict pass") != std::string::npos);
-  CHECK(good.find("<strong>Certified") != std::string::npos);
-  CHECK(good.find("Extrapolation refused: too few ticks") != std::string::npos);
-  CHECK(good.find("A scene &lt;with&gt; signs") != std::string::npos);
-  CHECK(good.find("not counted (valgrind is not installed)") != std::string::npos);
+  CHECK_CONTAINS(good, "verdict pass");
+  CHECK_CONTAINS(good, "<strong>Certified");
+  CHECK_CONTAINS(good, "Extrapolation refused: too few ticks");
+  CHECK_CONTAINS(good, "A scene &lt;with&gt; signs");
+  CHECK_CONTAINS(good, "not counted (valgrind is not installed)");
   const std::string bad = to_html(sample(3));
-  CHECK(bad.find("verdict fail") != std::string::npos);
-  CHECK(bad.find("Not certified") != std::string::npos);
+  CHECK_CONTAINS(bad, "verdict fail");
+  CHECK_CONTAINS(bad, "Not certified");
   CertificateReport open = sample(3);
   open.result.rights.fifo = "Operation not permitted";
-  CHECK(to_html(open).find("verdict open") != std::string::npos);
+  CHECK_CONTAINS(to_html(open), "verdict open");
 }
 
 TEST("a certificate of nothing is whole too") {
@@ -109,7 +109,7 @@ TEST("a certificate of nothing is whole too") {
   CHECK(json["response_us"].is_null());
   CHECK(json["verdict"] == "environment not qualified");
   CHECK(to_csv(report) == "bin_start_us,wakeup,compute,response,control\n");
-  CHECK(to_html(report).find("It did not run") != std::string::npos);
+  CHECK_CONTAINS(to_html(report), "It did not run");
 }
 
 TEST("several loads have columns of their own after those of the worst") {

@@ -13,14 +13,18 @@
 #include "tests/check.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
-namespace sample {
+namespace {
 
 using namespace palpate;
+using comparison::Feature;
+using comparison::QuantityKind;
+using comparison::Tolerance;
+using Json = nlohmann::json;
 
 /// Recording of the analytic signal at 120 Hz times a factor, with a depth that increases at 5
 /// mm/s.
-inline ComparedRecording compared_recording(const std::string& name, double factor,
-                                            Recording::Kind kind = Recording::Kind::reconstructed) {
+ComparedRecording compared_recording(const std::string& name, double factor,
+                                     Recording::Kind kind = Recording::Kind::reconstructed) {
   const std::vector<double> time = clinical::instants(14.0, 120.0);
   std::vector<double> pressure = clinical::pressures({}, time);
   for (double& p : pressure) { p *= factor; }
@@ -33,7 +37,7 @@ inline ComparedRecording compared_recording(const std::string& name, double fact
   return one;
 }
 
-inline Trace compared_trace() {
+Trace compared_trace() {
   const std::vector<double> time = clinical::instants(14.0, 1000.0);
   Trace trace = clinical::trace_of(time, clinical::pressures({}, time));
   Column depth{"tool.depth_m", "m", {}};
@@ -51,8 +55,8 @@ inline Trace compared_trace() {
   return trace;
 }
 
-inline ComparisonReport compared(std::vector<ComparedRecording> recordings,
-                                 Trace trace = compared_trace()) {
+ComparisonReport compared(std::vector<ComparedRecording> recordings,
+                          Trace trace = compared_trace()) {
   ComparisonReport report{
       .recordings = std::move(recordings),
       .simulation = {.file = "trace.h5", .hash = "4567", .trace = std::move(trace)},
@@ -64,13 +68,6 @@ inline ComparisonReport compared(std::vector<ComparedRecording> recordings,
   report.credibility = comparison::credibility({}, &report.found);
   return report;
 }
-
-}  // namespace sample
-
-using namespace palpate;
-using comparison::Feature;
-using comparison::QuantityKind;
-using comparison::Tolerance;
 
 TEST("a width is a share, a number with its unit, their sum or a factor") {
   const Tolerance share = tolerance_from("peak=15%", QuantityKind::pressure);
@@ -123,23 +120,15 @@ TEST("the defaults that --help shows are those in force") {
   }
 }
 
-using namespace palpate;
-
-namespace {
-
-using Json = nlohmann::json;
-
 Json json_of(const ComparisonReport& report) { return Json::parse(to_json(report)); }
 
 std::vector<ComparedRecording> three() {
-  return {sample::compared_recording("a", 0.98), sample::compared_recording("b", 1.0),
-          sample::compared_recording("c", 1.02, Recording::Kind::measured)};
+  return {compared_recording("a", 0.98), compared_recording("b", 1.0),
+          compared_recording("c", 1.02, Recording::Kind::measured)};
 }
 
-}  // namespace
-
 TEST("comparison.json has the documented keys") {
-  const Json json = json_of(sample::compared(three()));
+  const Json json = json_of(compared(three()));
   for (const char* key :
        {"schema", "verdict", "holds", "sentence", "reasons", "quantity", "unit", "simulation",
         "options", "recordings", "groups", "credibility", "command", "provenance"}) {
@@ -181,7 +170,7 @@ TEST("comparison.json has the documented keys") {
 }
 
 TEST("numbers are those of the comparison, in SI") {
-  const ComparisonReport report = sample::compared(three());
+  const ComparisonReport report = compared(three());
   const Json json = json_of(report);
   const comparison::Comparison& one = report.found.recordings[1];
   const Json& peak = json["recordings"][1]["features"][1];
@@ -201,14 +190,12 @@ TEST("numbers are those of the comparison, in SI") {
   CHECK(group["subjects_agree"] == 3);
   CHECK_NEAR(group["corridor"]["half_width_sd"].get<double>(), 4.968,
              1e-3);  // t(0.975, 2) sqrt(4/3), four digits
-  {
-    CHECK(json["verdict"] == "agrees");
-    CHECK(json["holds"] == true);
-  }
+  CHECK(json["verdict"] == "agrees");
+  CHECK(json["holds"] == true);
 }
 
 TEST("what cannot be compared has a reason and no numbers") {
-  const Json json = json_of(sample::compared({sample::compared_recording("flat", 0.0)}));
+  const Json json = json_of(compared({compared_recording("flat", 0.0)}));
   const Json& one = json["recordings"][0];
   CHECK(json["verdict"] == "not comparable");
   CHECK(json["holds"] == false);
@@ -220,40 +207,30 @@ TEST("what cannot be compared has a reason and no numbers") {
   CHECK(json["groups"][0]["agree_interval_95"].is_null());
 }
 
-using namespace palpate;
-
-namespace {
-
-bool contains(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
-
 std::vector<ComparedRecording> subjects(std::size_t count) {
   std::vector<ComparedRecording> all;
   for (std::size_t n = 0; n < count; ++n) {
     const double middle = 0.5 * static_cast<double>(count - 1);
-    all.push_back(sample::compared_recording("subject-" + std::to_string(n),
-                                             1.0 + 0.02 * (static_cast<double>(n) - middle)));
+    all.push_back(compared_recording("subject-" + std::to_string(n),
+                                     1.0 + 0.02 * (static_cast<double>(n) - middle)));
   }
   return all;
 }
 
-}  // namespace
-
 TEST("only what agrees and could all be compared holds") {
-  CHECK(holds(sample::compared(subjects(1))));
-  CHECK(!holds(sample::compared({sample::compared_recording("loud", 1.5)})));
+  CHECK(holds(compared(subjects(1))));
+  CHECK(!holds(compared({compared_recording("loud", 1.5)})));
   std::vector<ComparedRecording> with_a_constant = subjects(1);
-  with_a_constant.push_back(sample::compared_recording("flat", 0.0));
-  const ComparisonReport mixed = sample::compared(with_a_constant);
+  with_a_constant.push_back(compared_recording("flat", 0.0));
+  const ComparisonReport mixed = compared(with_a_constant);
   CHECK(mixed.found.outcome.status == Status::pass);
   CHECK(!holds(mixed));
   CHECK(verdict_text(mixed) == "Agrees, but 1 recording cannot be compared");
-  CHECK(!holds(sample::compared({})));
+  CHECK(!holds(compared({})));
 }
 
 TEST("the figures of a recording show both over time and depth, with layers, and the residual") {
-  const ComparisonReport report = sample::compared(subjects(1));
+  const ComparisonReport report = compared(subjects(1));
   const std::vector<Figure> figures = recording_figures(report, 0);
   REQUIRE(figures.size() == 5);
   for (const Figure& figure : figures) {
@@ -274,24 +251,24 @@ TEST("the figures of a recording show both over time and depth, with layers, and
 }
 
 TEST("every figure that shows a reconstructed recording says so, and none of a measured one does") {
-  const ComparisonReport report = sample::compared(subjects(3));
+  const ComparisonReport report = compared(subjects(3));
   for (const Figure& figure : recording_figures(report, 0)) {
-    CHECK(contains(figure.caption, "reconstructed from published summary values, not measured"));
+    CHECK_CONTAINS(figure.caption, "reconstructed from published summary values, not measured");
   }
   for (const Figure& figure : group_figures(report, 0)) {
-    CHECK(
-        contains(figure.caption, "3 of 3 recordings: reconstructed from published summary values"));
+    CHECK(check::contains(figure.caption,
+                          "3 of 3 recordings: reconstructed from published summary values"));
   }
   const ComparisonReport measured =
-      sample::compared({sample::compared_recording("patient", 1.0, Recording::Kind::measured)});
+      compared({compared_recording("patient", 1.0, Recording::Kind::measured)});
   for (const Figure& figure : recording_figures(measured, 0)) {
-    CHECK(!contains(figure.caption, "reconstructed"));
+    CHECK(!check::contains(figure.caption, "reconstructed"));
   }
-  CHECK(!contains(verdict_sentence(measured), "reconstructed"));
+  CHECK(!check::contains(verdict_sentence(measured), "reconstructed"));
 }
 
 TEST("the corridor is the mean and its factor of deviations either way") {
-  const ComparisonReport report = sample::compared(subjects(3));
+  const ComparisonReport report = compared(subjects(3));
   const std::vector<Figure> figures = group_figures(report, 0);
   REQUIRE(figures.size() == 2);
   CHECK(figures[0].series.size() == 3);
@@ -301,23 +278,23 @@ TEST("the corridor is the mean and its factor of deviations either way") {
   // = 4.968.
   const std::size_t early = 60;  // before the rise, 20 mmHg
   CHECK_NEAR(band.y2[early] - mean.y[early], 4.968 * 0.02 * mean.y[early], 1e-3 * mean.y[early]);
-  CHECK(group_figures(sample::compared(subjects(2)), 0).empty());
+  CHECK(group_figures(compared(subjects(2)), 0).empty());
 }
 
 TEST("a recording without depth, and a trace without it, have no figures over depth") {
   std::vector<ComparedRecording> one = subjects(1);
   one[0].input.recording.depth.clear();
-  CHECK(recording_figures(sample::compared(one), 0).size() == 3);
-  Trace trace = sample::compared_trace();
+  CHECK(recording_figures(compared(one), 0).size() == 3);
+  Trace trace = compared_trace();
   std::erase_if(trace.columns, [](const Column& column) { return column.name == "tool.depth_m"; });
   trace.events.clear();
-  CHECK(recording_figures(sample::compared(subjects(1), trace), 0).size() == 3);
+  CHECK(recording_figures(compared(subjects(1), trace), 0).size() == 3);
 }
 
 TEST(
     "the page answers in order, makes no request, escapes what it shows and gives the same bytes "
     "twice") {
-  const ComparisonReport report = sample::compared(subjects(4));
+  const ComparisonReport report = compared(subjects(4));
   const std::string html = to_html(report);
   std::size_t last = 0;
   for (const char* heading :
@@ -331,7 +308,7 @@ TEST(
   }
   for (const char* request : {"src=\"http", "href=\"http", "url(http", "@import", "BMI <18>",
                               "compare <x>", "epidural <space>"}) {
-    CHECK(!contains(html, request));
+    CHECK(!check::contains(html, request));
   }
   CHECK(html == to_html(report));
 }
@@ -339,21 +316,23 @@ TEST(
 TEST("the page tells recordings from subjects") {
   std::vector<ComparedRecording> all = subjects(6);
   for (std::size_t n = 0; n < 6; ++n) { all[n].input.recording.subject = std::to_string(n / 2); }
-  const std::string html = to_html(sample::compared(all));
-  CHECK(contains(html, "6 recordings reconstructed"));
-  CHECK(contains(html, "3 subjects (6 recordings)"));
-  CHECK(contains(html, "data-label=\"subjects\">3<"));
-  CHECK(contains(html, "data-label=\"recordings\">6<"));
+  const std::string html = to_html(compared(all));
+  CHECK_CONTAINS(html, "6 recordings reconstructed");
+  CHECK_CONTAINS(html, "3 subjects (6 recordings)");
+  CHECK_CONTAINS(html, "data-label=\"subjects\">3<");
+  CHECK_CONTAINS(html, "data-label=\"recordings\">6<");
 }
 
 TEST("what cannot be compared still has a page, which says why") {
-  const std::string html = to_html(sample::compared({sample::compared_recording("flat", 0.0)}));
-  CHECK(contains(html, "class=\"verdict fail\""));
-  CHECK(contains(html, "Not comparable"));
-  CHECK(contains(html, "constant"));
+  const std::string html = to_html(compared({compared_recording("flat", 0.0)}));
+  CHECK_CONTAINS(html, "class=\"verdict fail\"");
+  CHECK_CONTAINS(html, "Not comparable");
+  CHECK_CONTAINS(html, "constant");
 }
 
 TEST("what was found wrong is counted in words") {
   CHECK(shown(RecordingDefects{}) == "nothing");
   CHECK(shown(RecordingDefects{.missing = 12, .gaps = 3}) == "12 missing samples, 3 gaps");
 }
+
+}  // namespace

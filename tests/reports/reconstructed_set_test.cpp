@@ -14,6 +14,7 @@
 namespace {
 
 using namespace palpate;
+
 namespace fs = std::filesystem;
 
 const fs::path fixtures = scratch::source_folder() / "fixtures";
@@ -105,7 +106,7 @@ TEST("every one says that it is reconstructed, from what, and with which seed") 
   for (const Recording& r : all()) {
     CHECK(r.kind == Recording::Kind::reconstructed);
     CHECK(r.note.starts_with(io::reconstruction_note));
-    CHECK(r.note.find("seed ") != r.note.npos);
+    CHECK_CONTAINS(r.note, "seed ");
     CHECK(!r.source.empty());
     CHECK(!r.group.empty());
     CHECK(r.sample_rate == 120.0);

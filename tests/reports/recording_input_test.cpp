@@ -16,6 +16,7 @@
 namespace {
 
 using namespace palpate;
+
 namespace fs = std::filesystem;
 
 const fs::path recordings = scratch::source_folder() / "fixtures" / "recordings";

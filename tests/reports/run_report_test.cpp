@@ -10,13 +10,9 @@
 #include "reports/plot/trace_figures.hpp"
 #include "tests/check.hpp"
 
-using namespace palpate;
-
 namespace {
 
-bool contains(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
+using namespace palpate;
 
 Trace moving_block() {
   Trace trace{.time = {0.0, 0.1, 0.2}};
@@ -35,18 +31,14 @@ Trace moving_block() {
   return trace;
 }
 
-}  // namespace
-
 TEST("columns of one record and unit share a figure, and positions start at zero") {
   const std::vector<Figure> figures = figures_over_time(moving_block());
   REQUIRE(figures.size() == 2);
   CHECK(figures[0].series.size() == 2);
   CHECK(figures[0].series[0].y[0] == 0.0);
   CHECK_NEAR(figures[0].series[0].y[1], 0.1, 1e-15);  // rounding of a difference near one
-  {
-    CHECK(figures[0].series[1].label == "y");
-    CHECK(figures[1].series[0].label == "fx");
-  }
+  CHECK(figures[0].series[1].label == "y");
+  CHECK(figures[1].series[0].label == "fx");
 }
 
 TEST("the snapshot shows the slice of the node that moved furthest, and says how much larger") {
@@ -55,8 +47,8 @@ TEST("the snapshot shows the slice of the node that moved furthest, and says how
   CHECK(figure->series.size() == 2);
   CHECK(figure->series[0].x.size() == 9);
   REQUIRE(figure);
-  CHECK(contains(figure->caption, "0.1 mm"));
-  CHECK(contains(figure->caption, "10 times larger"));
+  CHECK_CONTAINS(figure->caption, "0.1 mm");
+  CHECK_CONTAINS(figure->caption, "10 times larger");
   REQUIRE(figure);
   CHECK(*figure->y.minimum > *figure->y.maximum);
 }
@@ -65,7 +57,7 @@ TEST("a trace that never moved, or was cut short, has no snapshot and still a pa
   Trace trace = moving_block();
   trace.frames.position[1] = trace.frames.position[0];
   CHECK(!snapshot_figure(trace));
-  CHECK(contains(to_html(RunReport{.title = "empty"}, Trace{}), "empty"));
+  CHECK_CONTAINS(to_html(RunReport{.title = "empty"}, Trace{}), "empty");
   trace.frames.position[1](0, 0) = std::nan("");
   CHECK(!snapshot_figure(trace));
 }
@@ -81,20 +73,16 @@ TEST("the page makes no request, escapes what it shows and gives the same bytes 
   for (const char* request :
        {"src=\"http", "href=\"http", "url(http", "@import", "sourceMappingURL", "<run>", "<all>",
         "<needle>", "tip</script>", "skin <1>"}) {
-    CHECK(!contains(html, request));
+    CHECK(!check::contains(html, request));
   }
-  CHECK(contains(html, "class=\"verdict fail\""));
-  CHECK(contains(html, "new Dygraph"));
+  CHECK_CONTAINS(html, "class=\"verdict fail\"");
+  CHECK_CONTAINS(html, "new Dygraph");
   CHECK(html == to_html(report, moving_block()));
 }
 
-namespace sample {
-
 // Synthetic trace of a needle through skin, ligament and epidural space and back: 1 mm per tick.
 
-using namespace palpate;
-
-inline std::string layer_at(double depth_mm) {
+std::string layer_at(double depth_mm) {
   return depth_mm <= 0.0  ? ""
          : depth_mm < 3.0 ? "skin"
          : depth_mm < 7.0 ? "ligament"
@@ -103,7 +91,7 @@ inline std::string layer_at(double depth_mm) {
 
 /// Depths 0, 0, 1, ..., 10, 9, ..., 0 mm; cutting 2 N in the skin and 5 N in the ligament while it
 /// advances, friction 0.5 N per mm with the sign of the motion.
-inline Trace needle_trace() {
+Trace needle_trace() {
   Trace trace;
   Column depth{"tool.depth_m", "m", {}};
   Column force{"tool.force_n", "N", {}};
@@ -139,7 +127,7 @@ inline Trace needle_trace() {
 }
 
 /// Same motion of a blunt tool.
-inline Trace probe_trace() {
+Trace probe_trace() {
   Trace trace = needle_trace();
   std::erase_if(trace.columns, [](const Column& c) { return c.name.starts_with("syringe"); });
   for (Column& column : trace.columns) {
@@ -148,12 +136,6 @@ inline Trace probe_trace() {
   }
   return trace;
 }
-
-}  // namespace sample
-
-using namespace palpate;
-
-namespace {
 
 std::vector<std::string> ids_of(const std::vector<Figure>& figures) {
   std::vector<std::string> ids;
@@ -172,10 +154,8 @@ void set(Trace& trace, const std::string& name, double value) {
   }
 }
 
-}  // namespace
-
 TEST("the first pass takes each depth once, from the last tick before the tool moves") {
-  const Trace trace = sample::needle_trace();
+  const Trace trace = needle_trace();
   const std::vector<std::size_t> rows = first_pass(trace);
   REQUIRE(rows.size() == 11);
   CHECK(rows.front() == 1);
@@ -183,7 +163,7 @@ TEST("the first pass takes each depth once, from the last tick before the tool m
 }
 
 TEST("layers over depth come from the way in alone and meet where the label changes") {
-  const std::vector<Zone> zones = layers_over_depth(sample::needle_trace());
+  const std::vector<Zone> zones = layers_over_depth(needle_trace());
   REQUIRE(zones.size() == 3);
   CHECK(zones[0].label == "skin");
   CHECK(zones[1].label == "ligament");
@@ -195,14 +175,14 @@ TEST("layers over depth come from the way in alone and meet where the label chan
 }
 
 TEST("layers over time are those of the way in and of the way out") {
-  const std::vector<Zone> zones = layers_over_time(sample::needle_trace());
+  const std::vector<Zone> zones = layers_over_time(needle_trace());
   REQUIRE(zones.size() == 5);
   CHECK(zones[0].label == zones[4].label);
   CHECK(zones[1].label == zones[3].label);
 }
 
 TEST("a tip that rests on the skin does not fill the picture with zones") {
-  Trace trace = sample::needle_trace();
+  Trace trace = needle_trace();
   for (int n = 0; n < 4000; ++n) {
     trace.time.push_back(2.2 + 1e-3 * n);
     trace.text_columns[0].values.push_back(n % 2 == 0 ? "skin" : "");
@@ -212,28 +192,24 @@ TEST("a tip that rests on the skin does not fill the picture with zones") {
 }
 
 TEST("a needle's figures come in order, in mm, N and mmHg, with their events") {
-  const std::vector<Figure> figures = tool_figures(sample::needle_trace());
+  const std::vector<Figure> figures = tool_figures(needle_trace());
   CHECK((ids_of(figures) == std::vector<std::string>{"force-over-depth", "force-parts",
                                                      "force-over-time", "pressure-over-time"}));
   CHECK(figures[0].x.label == "tip depth (mm)");
   CHECK(figures[0].series[0].x.size() == 22);
   CHECK_NEAR(figures[0].series[0].x[11], 10.0, 1e-12);  // rounding of the unit
-  {
-    CHECK(figures[0].marks.size() == 4);
-    CHECK(figures[0].marks[2].label == "loss of resistance");
-  }
+  CHECK(figures[0].marks.size() == 4);
+  CHECK(figures[0].marks[2].label == "loss of resistance");
   CHECK_NEAR(figures[0].marks[2].x, 7.0, 1e-12);
   CHECK(figures[2].zones.empty());
   CHECK(figures[2].marks[3].x == 2.1);
   CHECK_NEAR(figures[3].series[0].y[0], 200.0, 1e-9);  // 26664.4 Pa
-  {
-    CHECK(figures[3].zones.size() == 5);
-    CHECK(figures[3].y.label == "pressure (mmHg)");
-  }
+  CHECK(figures[3].zones.size() == 5);
+  CHECK(figures[3].y.label == "pressure (mmHg)");
 }
 
 TEST("the parts are stacked without gaps and end at the sum") {
-  const Figure figure = tool_figures(sample::needle_trace()).at(1);
+  const Figure figure = tool_figures(needle_trace()).at(1);
   REQUIRE(figure.series.size() == 4);
   CHECK(figure.zones.size() == 3);
   for (std::size_t n = 0; n + 1 < 3; ++n) {
@@ -249,42 +225,42 @@ TEST("the parts are stacked without gaps and end at the sum") {
 }
 
 TEST("a probe shows its force over depth and time, and nothing else") {
-  const std::vector<Figure> figures = tool_figures(sample::probe_trace());
+  const std::vector<Figure> figures = tool_figures(probe_trace());
   CHECK((ids_of(figures) == std::vector<std::string>{"force-over-depth", "force-over-time"}));
   CHECK(figures[0].zones.empty());
 }
 
 TEST("lateral force is shown when there is any") {
-  Trace trace = sample::needle_trace();
+  Trace trace = needle_trace();
   set(trace, "tool.lateral_n", 0.3);
   CHECK(ids_of(tool_figures(trace)).back() == "lateral-force");
 }
 
 TEST("nothing is shown twice, and a trace without a tool has no such figure") {
-  CHECK(figures_over_time(sample::needle_trace()).empty());
-  CHECK(tool_traces(sample::needle_trace()).size() == 2);
+  CHECK(figures_over_time(needle_trace()).empty());
+  CHECK(tool_traces(needle_trace()).size() == 2);
   CHECK(tool_figures(Trace{.time = {0.0, 1.0}}).empty());
   CHECK(tool_facts(Trace{.time = {0.0, 1.0}}).empty());
 }
 
 TEST("the facts say the peak force, where it was, and the loss of resistance") {
-  const std::vector<Fact> facts = tool_facts(sample::needle_trace());
+  const std::vector<Fact> facts = tool_facts(needle_trace());
   const Fact* peak = fact(facts, "peak force");
   REQUIRE(peak != nullptr);
-  CHECK(contains(peak->value, "8"));
-  CHECK(contains(peak->explanation, "ligament"));
+  CHECK_CONTAINS(peak->value, "8");
+  CHECK_CONTAINS(peak->explanation, "ligament");
   const Fact* loss = fact(facts, "loss of resistance");
   REQUIRE(loss != nullptr);
-  CHECK(contains(loss->value, "7"));
+  CHECK_CONTAINS(loss->value, "7");
   REQUIRE(loss != nullptr);
-  CHECK(contains(loss->explanation, "falls by 4.5"));  // 8 N to 3.5 N
+  CHECK_CONTAINS(loss->explanation, "falls by 4.5");  // 8 N to 3.5 N
   const Fact* pressure = fact(facts, "peak pressure");
   REQUIRE(pressure != nullptr);
-  CHECK(contains(pressure->value, "200"));
+  CHECK_CONTAINS(pressure->value, "200");
 }
 
 TEST("an event has the depth, and the force one tick before it and at it") {
-  const Table table = events_table(sample::needle_trace());
+  const Table table = events_table(needle_trace());
   REQUIRE(table.rows.size() == 4);
   CHECK(table.columns.size() == 6);
   CHECK(std::get<std::string>(table.rows[2][1]) == "loss of resistance");
@@ -294,28 +270,24 @@ TEST("an event has the depth, and the force one tick before it and at it") {
 }
 
 TEST("a run that broke off or holds no numbers still has a page") {
-  Trace trace = sample::needle_trace();
+  Trace trace = needle_trace();
   set(trace, "tool.depth_m", std::nan(""));
   set(trace, "tool.force_n", std::nan(""));
-  CHECK(contains(to_html(RunReport{.title = "broken"}, trace), "Forces on the tool"));
-  Trace one = sample::needle_trace();
+  CHECK_CONTAINS(to_html(RunReport{.title = "broken"}, trace), "Forces on the tool");
+  Trace one = needle_trace();
   one.time.resize(1);
   for (Column& column : one.columns) { column.values.resize(1); }
-  CHECK(contains(to_html(RunReport{.title = "short"}, one), "short"));
+  CHECK_CONTAINS(to_html(RunReport{.title = "short"}, one), "short");
 }
 
 TEST("the page begins with the tool, escapes its layers and gives the same bytes twice") {
   const RunReport report{.title = "needle", .facts = {{"nodes", "27", ""}}};
-  const std::string html = to_html(report, sample::needle_trace());
+  const std::string html = to_html(report, needle_trace());
   CHECK(html.find("Key facts") < html.find("Forces on the tool"));
   CHECK(html.find("Forces on the tool") < html.find("<h2>Events"));
-  CHECK(!contains(html, "epidural <space>"));
-  CHECK(html == to_html(report, sample::needle_trace()));
+  CHECK(!check::contains(html, "epidural <space>"));
+  CHECK(html == to_html(report, needle_trace()));
 }
-
-using namespace palpate;
-
-namespace {
 
 /// Box with half sides 3, 4 and 10 N; its corners are in random order.
 FalconFacts box() {
@@ -339,8 +311,6 @@ double area_of(const Series& outline) {
   return 0.5 * twice;
 }
 
-}  // namespace
-
 TEST("the reach of the motors is drawn as closed outlines of the box seen from two sides") {
   const Figure figure = force_reach_figure(box());
   CHECK(figure.square);
@@ -349,10 +319,8 @@ TEST("the reach of the motors is drawn as closed outlines of the box seen from t
   for (std::size_t side = 0; side < 2; ++side) {
     const Series& outline = figure.series[side];
     REQUIRE(outline.x.size() == 5);  // four corners, and the first again
-    {
-      CHECK(outline.x.front() == outline.x.back());
-      CHECK(outline.y.front() == outline.y.back());
-    }
+    CHECK(outline.x.front() == outline.x.back());
+    CHECK(outline.y.front() == outline.y.back());
     CHECK_NEAR(area_of(outline), areas[side], 1e-12);
   }
 }
@@ -384,3 +352,5 @@ TEST("a device that lost its place or its line is told, and a sound one is not")
 }
 
 TEST("a trace without a device has no figures of one") { CHECK(falcon_figures(Trace{}).empty()); }
+
+}  // namespace

@@ -7,6 +7,8 @@
 
 #include "tests/check.hpp"
 
+namespace {
+
 using namespace palpate;
 
 TEST("numbers for people have few digits, true signs and no letters") {
@@ -37,3 +39,5 @@ TEST("numbers that differ are told apart by as few digits as it takes") {
   CHECK(digits_apart(1.0, 1.0) == 4);
   CHECK(digits_apart(1.0, std::nextafter(1.0, 2.0)) == 17);
 }
+
+}  // namespace

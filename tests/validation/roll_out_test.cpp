@@ -5,9 +5,9 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-using namespace palpate;
-
 namespace {
+
+using namespace palpate;
 
 Scene insertion() {
   Scene scene = layered_scene();
@@ -19,8 +19,6 @@ Trace run_of(const Scene& scene, int keyframes) {
   ModelSubject subject{Simulation(scene)};
   return roll_out(subject, scene, {.keyframes = keyframes});
 }
-
-}  // namespace
 
 TEST("nodes are kept at ticks with events and at the largest force, in order of time") {
   const Trace run = run_of(insertion(), 20);
@@ -58,3 +56,5 @@ TEST("no more events are kept than wanted, none without wish, and none without a
   bare.drive.reset();
   CHECK(run_of(bare, 5).keyframes.time.empty());
 }
+
+}  // namespace

@@ -10,6 +10,8 @@
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 
+namespace {
+
 using namespace palpate;
 
 TEST("the share of a bound is at most one exactly when the quantity holds") {
@@ -62,21 +64,11 @@ TEST("a value and a bound that differ never read the same") {
   CHECK(allowed_text({.value = 1.0, .lower = 1.0, .upper = 1.0}) == "= 1");
 }
 
-using namespace palpate;
-
 TEST("text cannot leave the place it is put into") {
   CHECK(escape_markup("<a b='c' d=\"e\"> & \x01") ==
         "&lt;a b=&#39;c&#39; d=&quot;e&quot;&gt; &amp; ?");
   CHECK(escape_markup("µ ω 10⁻³") == "µ ω 10⁻³");
   CHECK(escape_markup("a\xff\xc3") == "a\ufffd\ufffd");
-}
-
-using namespace palpate;
-
-namespace {
-
-bool contains(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
 }
 
 std::vector<std::string> all_matches(const std::string& text, const char* pattern) {
@@ -88,26 +80,24 @@ std::vector<std::string> all_matches(const std::string& text, const char* patter
   return found;
 }
 
-}  // namespace
-
 TEST("a report makes no request and escapes what it shows") {
   const std::string html = to_html(sample::results());
   for (const char* request : {"src=\"http", "href=\"http", "url(http", "@import",
                               "sourceMappingURL", "<tags>", "<fast>", "<over>"}) {
-    CHECK(!contains(html, request));
+    CHECK(!check::contains(html, request));
   }
 }
 
 TEST("the verdict comes first, red when a case fell short and green when all hold") {
   Results results = sample::results();
-  CHECK(contains(
+  CHECK_CONTAINS(
       to_html(results),
-      "class=\"verdict fail\" role=\"status\"><strong>FAIL: 2 of 3 cases fall short; 1 skipped<"));
+      "class=\"verdict fail\" role=\"status\"><strong>FAIL: 2 of 3 cases fall short; 1 skipped<");
   results.outcomes.resize(1);
-  CHECK(contains(to_html(results),
-                 "class=\"verdict pass\" role=\"status\"><strong>PASS: 1 of 1 case holds<"));
+  CHECK_CONTAINS(to_html(results),
+                 "class=\"verdict pass\" role=\"status\"><strong>PASS: 1 of 1 case holds<");
   results.outcomes.clear();
-  CHECK(contains(to_html(results), "<strong>FAIL: no case ran<"));
+  CHECK_CONTAINS(to_html(results), "<strong>FAIL: no case ran<");
 }
 
 TEST("the worst case stands first in the table") {
@@ -149,17 +139,19 @@ TEST("every class that a figure uses is in the style sheet") {
   const std::string html = to_html(sample::results());
   for (const std::string& classes : all_matches(html, "<path class=\"([^\"]*)\"")) {
     for (const std::string& one : all_matches(classes, "([a-z0-9]+)")) {
-      CHECK(contains(html, "." + one + " {"));
+      CHECK_CONTAINS(html, "." + one + " {");
     }
   }
 }
 
 TEST("a skipped case and an error say why") {
   const std::string html = to_html(sample::results());
-  CHECK(contains(html, "the folder lumbar_network is absent"));
-  CHECK(contains(html, "solver: flag -4"));
+  CHECK_CONTAINS(html, "the folder lumbar_network is absent");
+  CHECK_CONTAINS(html, "solver: flag -4");
 }
 
 TEST("the same results give the same bytes") {
   CHECK(to_html(sample::results()) == to_html(sample::results()));
 }
+
+}  // namespace

@@ -9,16 +9,14 @@
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 
-using namespace palpate;
-
 namespace {
+
+using namespace palpate;
 
 int labelled(const std::vector<Tick>& ticks) {
   return static_cast<int>(
       std::ranges::count_if(ticks, [](const Tick& t) { return !t.label.empty(); }));
 }
-
-}  // namespace
 
 TEST("a logarithmic axis has two to ten labels inside its range, whatever it spans") {
   for (const double low : {1e-300, 3e-17, 0.04, 0.97, 1.0, 7.0, 123.0}) {
@@ -81,26 +79,18 @@ TEST("the cells of a heat map are whole") {
   CHECK_NEAR(x_range(figure).high, 2.875, 1e-12);
 }
 
-using namespace palpate;
-
-namespace {
-
 Figure with_y(const std::string& label, double largest) {
   return {.x = {.label = "time (s)"},
           .y = {.label = label},
           .series = {{.x = {0.0, 1.0}, .y = {0.0, largest}}}};
 }
 
-}  // namespace
-
 TEST("a displacement of a millimetre is drawn in millimetres and means the same") {
   const Figure figure = in_field_units(with_y("displacement (m)", 9e-4));
   CHECK(figure.y.label == "displacement (mm)");
   CHECK_NEAR(figure.series[0].y[1], 0.9, 1e-15);  // one rounding
-  {
-    CHECK(figure.x.label == "time (s)");
-    CHECK(figure.series[0].x[1] == 1.0);
-  }
+  CHECK(figure.x.label == "time (s)");
+  CHECK(figure.series[0].x[1] == 1.0);
 }
 
 TEST("each size has its prefix, and unknown or logarithmic axes have none") {
@@ -125,17 +115,11 @@ TEST("equal scales stay equal") {
   CHECK(figure.y.label == "z (mm)");
 }
 
-using namespace palpate;
-
-namespace {
-
 const Projection plain = [](double x, double y) { return Pixel{x, y}; };
 
 bool has(const std::vector<std::size_t>& kept, std::size_t index) {
   return std::ranges::find(kept, index) != kept.end();
 }
-
-}  // namespace
 
 TEST("a rising curve keeps every extreme and at most four samples of a pixel column") {
   Series series;
@@ -200,10 +184,6 @@ TEST("points that cover each other are drawn once") {
   CHECK(thinned(points, plain).size() == 7);
 }
 
-using namespace palpate;
-
-namespace {
-
 const ZoneLabel* find(const std::vector<ZoneLabel>& labels, const std::string& first_line) {
   const auto found = std::ranges::find_if(
       labels, [&](const ZoneLabel& label) { return label.lines.front() == first_line; });
@@ -230,8 +210,6 @@ std::vector<ZoneSpan> spine() {
           {"epidural space", 341.0, 394.0},
           {"dura", 394.0, 400.0}};
 }
-
-}  // namespace
 
 TEST("wide zones are labelled along, narrow ones upright or in two lines, and none is lost") {
   const std::vector<ZoneLabel> labels = place_zone_labels(spine(), 400.0, 120.0);
@@ -279,3 +257,5 @@ TEST("a zone without a label or without width has none") {
   CHECK(place_zone_labels({{"", 0.0, 100.0}}, 400.0, 100.0).empty());
   CHECK(place_zone_labels({ZoneSpan{}}, 400.0, 100.0).empty());
 }
+
+}  // namespace

@@ -10,27 +10,21 @@
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 
-using namespace palpate;
-
 namespace {
 
-bool contains(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
-
-}  // namespace
+using namespace palpate;
 
 TEST("a figure is one svg element that says what it shows and has no colour or id of its own") {
   const Figure figure = sample::curve();
   const std::string svg = draw_figures({&figure}).at(0);
   CHECK(svg.starts_with("<svg"));
   CHECK(svg.ends_with("</svg>"));
-  CHECK(contains(svg,
-                 "aria-label=\"Error &lt;over&gt; step &amp; &quot;more&quot;. The error falls"));
-  CHECK(contains(svg, " s0\""));
-  CHECK(contains(svg, " s1\""));
+  CHECK_CONTAINS(svg,
+                 "aria-label=\"Error &lt;over&gt; step &amp; &quot;more&quot;. The error falls");
+  CHECK_CONTAINS(svg, " s0\"");
+  CHECK_CONTAINS(svg, " s1\"");
   for (const char* own : {"rgb(", "#0", " id=", "xmlns", "width=\"4", "black"}) {
-    CHECK(!contains(svg, own));
+    CHECK(!check::contains(svg, own));
   }
 }
 
@@ -59,9 +53,9 @@ TEST("labels are text, not markup") {
   figure.x.label = "a' <b> & x^2_{y}";
   figure.series[0].label = "<script>";
   const std::string svg = draw_figures({&figure}).at(0);
-  CHECK(contains(svg, ">a&#39; &lt;b&gt; &amp; x^2_{y}</text>"));
-  CHECK(contains(html_legend(figure), "&lt;script&gt;"));
-  CHECK(!contains(html_legend(figure), "<script>"));
+  CHECK_CONTAINS(svg, ">a&#39; &lt;b&gt; &amp; x^2_{y}</text>");
+  CHECK_CONTAINS(html_legend(figure), "&lt;script&gt;");
+  CHECK(!check::contains(html_legend(figure), "<script>"));
 }
 
 TEST("a long series keeps its spike when it is thinned") {
@@ -102,15 +96,11 @@ TEST("a path keeps its points to a tenth, without drift") {
   CHECK(path.data() == "M10 20v10l.1 10v10h1z");
 }
 
-namespace {
-
 std::size_t count(const std::string& text, const std::string& part) {
   std::size_t found = 0;
   for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; ++at) { ++found; }
   return found;
 }
-
-}  // namespace
 
 TEST("tints lie beneath the grid, and the grid beneath the curves") {
   const Figure figure = sample::layered();
@@ -128,23 +118,23 @@ TEST("tints lie beneath the grid, and the grid beneath the curves") {
 TEST("stacked areas are filled stronger than a band, and their sum is a line in ink") {
   const Figure figure = sample::layered();
   const std::string svg = draw_figures({&figure}).at(0);
-  CHECK(contains(svg, "class=\"f s0\" opacity=\".5\""));
-  CHECK(contains(svg, "class=\"f s1\" opacity=\".5\""));
-  CHECK(contains(svg, "class=\"l k\" stroke-width=\"1.7\""));
+  CHECK_CONTAINS(svg, "class=\"f s0\" opacity=\".5\"");
+  CHECK_CONTAINS(svg, "class=\"f s1\" opacity=\".5\"");
+  CHECK_CONTAINS(svg, "class=\"l k\" stroke-width=\"1.7\"");
   const Figure curve = sample::curve();
-  CHECK(contains(draw_figures({&curve}).at(0), "class=\"f s2\" opacity=\".2\""));
+  CHECK_CONTAINS(draw_figures({&curve}).at(0), "class=\"f s2\" opacity=\".2\"");
 }
 
 TEST("labels of zones stand on the picture, those of marks once each in the legend") {
   const Figure figure = sample::layered();
   const std::string svg = draw_figures({&figure}).at(0);
   const std::string legend = html_legend(figure);
-  CHECK(contains(svg, "class=\"note\""));
-  CHECK(contains(svg, ">skin &lt;1&gt;"));
+  CHECK_CONTAINS(svg, "class=\"note\"");
+  CHECK_CONTAINS(svg, ">skin &lt;1&gt;");
   CHECK(count(legend, "puncture &amp; more") == 1);
   CHECK(count(legend, "contact") == 1);
   CHECK(count(legend, "<li>") == 3 + 2);
-  CHECK(!contains(svg, "skin <1>"));
+  CHECK(!check::contains(svg, "skin <1>"));
 }
 
 TEST("zones and marks outside the axis, turned round or not numbers are left out or cut") {
@@ -155,11 +145,11 @@ TEST("zones and marks outside the axis, turned round or not numbers are left out
                   {"nowhere", std::nan(""), 2.0}};
   figure.marks = {{"far", 99.0}, {"nowhere", std::nan("")}};
   const std::string svg = draw_figures({&figure}).at(0);
-  CHECK(contains(svg, ">across<"));
-  CHECK(contains(svg, ">backwards<"));
-  CHECK(!contains(svg, "before"));
-  CHECK(!contains(svg, "nowhere"));
-  CHECK(!contains(svg, "nan"));
+  CHECK_CONTAINS(svg, ">across<");
+  CHECK_CONTAINS(svg, ">backwards<");
+  CHECK(!check::contains(svg, "before"));
+  CHECK(!check::contains(svg, "nowhere"));
+  CHECK(!check::contains(svg, "nan"));
   CHECK(count(svg, "class=\"f z") == 2);  // neighbours, so one of each tint
   CHECK(count(svg, "class=\"l n\"") == 0);
 }
@@ -169,14 +159,14 @@ TEST("the y axis leaves room for labels, unless it has a maximum") {
   const auto drawn = [&] { return draw_figures({&figure}).at(0); };
   // The largest value is 5; its tick label is at the top of the plot only if 5 is the limit.
   const std::string at_top = "y=\"21.6\" text-anchor=\"end\">5</text>";
-  CHECK(!contains(drawn(), at_top));
+  CHECK(!check::contains(drawn(), at_top));
   figure.y.maximum = 5.0;
-  CHECK(contains(drawn(), at_top));
+  CHECK_CONTAINS(drawn(), at_top);
 }
 
 TEST("what leaves an axis with limits is clipped, and nothing else is") {
   Figure figure = sample::layered();
-  CHECK(!contains(draw_figures({&figure}).at(0), "<svg x="));
+  CHECK(!check::contains(draw_figures({&figure}).at(0), "<svg x="));
   figure.y.maximum = 3.0;
   CHECK(count(draw_figures({&figure}).at(0), "<svg x=") == 1);
 }
@@ -186,7 +176,7 @@ TEST("a heat map is one image, with its colour bar beside it") {
   const std::string svg = draw_figures({&figure}).at(0);
   CHECK(count(svg, "<image") == 2);
   CHECK(count(svg, "data:image/png;base64,iVBORw0KGgo") == 2);
-  CHECK(contains(svg, ">log10 growth</text>"));
+  CHECK_CONTAINS(svg, ">log10 growth</text>");
 }
 
 TEST("values of any size and spread are drawn with finite coordinates") {
@@ -196,8 +186,8 @@ TEST("values of any size and spread are drawn with finite coordinates") {
         Figure figure{.series = {{.x = {0.0, 1.0}, .y = {size, size * (1.0 + spread)}}}};
         figure.square = square;
         const std::string svg = draw_figures({&figure}).at(0);
-        CHECK(!contains(svg, "nan"));
-        CHECK(!contains(svg, "inf"));
+        CHECK(!check::contains(svg, "nan"));
+        CHECK(!check::contains(svg, "inf"));
         CHECK(svg.size() < 5000);
       }
     }
@@ -227,3 +217,5 @@ TEST("zones and marks follow the axis into another unit") {
   };
   CHECK(without_texts(draw_figures({&figure}).at(0)) == without_texts(millimetres));
 }
+
+}  // namespace

@@ -70,12 +70,12 @@ TEST("page, table and JUnit name what regressed") {
   figure.series[0].y[2] *= 10.0;
   report.result = gate::compare(report.baseline, report.candidate);
   CHECK(verdict_text(report.result) == "FAIL: 1 of 1 cases regressed");
-  CHECK(changes_text(report.result).find(figure.id) != std::string::npos);
-  CHECK(to_junit(report).find("<failure") != std::string::npos);
-  CHECK(to_json(report).find("\"verdict\": \"fail\"") != std::string::npos);
+  CHECK_CONTAINS(changes_text(report.result), figure.id);
+  CHECK_CONTAINS(to_junit(report), "<failure");
+  CHECK_CONTAINS(to_json(report), "\"verdict\": \"fail\"");
   const std::string page = to_html(report);
-  CHECK(page.find("Curves that moved") != std::string::npos);
-  CHECK(page.find("<svg") != std::string::npos);
+  CHECK_CONTAINS(page, "Curves that moved");
+  CHECK_CONTAINS(page, "<svg");
 }
 
 }  // namespace

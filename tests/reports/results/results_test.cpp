@@ -14,6 +14,8 @@
 #include "tests/fixtures/scratch_folder.hpp"
 #include "tests/reports/sample_results.hpp"
 
+namespace {
+
 using namespace palpate;
 
 TEST("a quantity that is not a number never passes, whatever its bounds") {
@@ -52,7 +54,7 @@ TEST("an uncertainty that contains a bound makes a quantity and its case inconcl
   const Results read = results_from_json(to_json(Results{.outcomes = {outcome}}), "results.json");
   CHECK(read.outcomes.at(0).status == Status::inconclusive);
   CHECK(read.outcomes.at(0).quantities.at(1).uncertainty == 0.1);
-  CHECK(to_junit(read).find("<failure type=\"inconclusive\"") != std::string::npos);
+  CHECK_CONTAINS(to_junit(read), "<failure type=\"inconclusive\"");
   outcome.quantities[1].uncertainty = std::nan("");
   CHECK(outcome.quantities[1].status() == Status::fail);
 }
@@ -153,10 +155,6 @@ TEST("text that is no UTF-8 does not stop a report, and comes back the same") {
   CHECK(to_json(again) == to_json(results));
 }
 
-using namespace palpate;
-
-namespace {
-
 bool well_formed(const std::string& xml) {
   const scratch::Folder folder;
   io::replace_file(folder.path() / "results.xml", xml);
@@ -164,27 +162,21 @@ bool well_formed(const std::string& xml) {
   return std::system(command.c_str()) == 0;
 }
 
-bool contains(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
-
-}  // namespace
-
 TEST("JUnit is well formed and counts every case once") {
   const std::string xml = to_junit(sample::results());
   CHECK(well_formed(xml));
-  CHECK(contains(xml, "tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"1\""));
-  CHECK(contains(
-      xml, "<testsuite name=\"stability\" tests=\"1\" failures=\"0\" errors=\"1\" skipped=\"0\""));
+  CHECK_CONTAINS(xml, "tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"1\"");
+  CHECK_CONTAINS(
+      xml, "<testsuite name=\"stability\" tests=\"1\" failures=\"0\" errors=\"1\" skipped=\"0\"");
 }
 
 TEST("every quantity is a property with its bounds, and a fallen one is the message") {
   const std::string xml = to_junit(sample::results());
-  CHECK(contains(xml, "<property name=\"observed_order\" value=\"4.01\"/>"));
-  CHECK(contains(xml, "<property name=\"observed_order.upper\" value=\"4.15\"/>"));
-  CHECK(!contains(xml, "rungs.upper"));
-  CHECK(contains(xml, "message=\"modulus = nan Pa; allowed 1 to 2 (theory)\""));
-  CHECK(contains(xml, "<skipped message=\"the folder lumbar_network is absent\"/>"));
+  CHECK_CONTAINS(xml, "<property name=\"observed_order\" value=\"4.01\"/>");
+  CHECK_CONTAINS(xml, "<property name=\"observed_order.upper\" value=\"4.15\"/>");
+  CHECK(!check::contains(xml, "rungs.upper"));
+  CHECK_CONTAINS(xml, "message=\"modulus = nan Pa; allowed 1 to 2 (theory)\"");
+  CHECK_CONTAINS(xml, "<skipped message=\"the folder lumbar_network is absent\"/>");
 }
 
 TEST("hostile text stays text") {
@@ -193,3 +185,5 @@ TEST("hostile text stays text") {
   results.outcomes[1].claim = "</failure><x>";
   CHECK(well_formed(to_junit(results)));
 }
+
+}  // namespace

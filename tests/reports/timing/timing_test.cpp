@@ -12,8 +12,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::timing;
+using namespace palpate;
 
 /// Output in the format of callgrind 3.19.
 std::string part(int number, const std::string& trigger, const std::string& totals) {
@@ -27,9 +27,7 @@ std::string part(int number, const std::string& trigger, const std::string& tota
 template <class Do> bool refused(Do&& work, const std::string& what) {
   try {
     work();
-  } catch (const InputError& error) {
-    return std::string(error.what()).find(what) != std::string::npos;
-  }
+  } catch (const InputError& error) { return check::contains(error.what(), what); }
   return false;
 }
 
@@ -88,13 +86,6 @@ TEST("a program that is not there is not found") {
   CHECK(run_child({"/no/such/program"}, nullptr).status == 127);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::timing;
-
 HistoryLine run_of(double instructions, const std::string& compiler = "g++ 12") {
   return {.date = "2026-01-01T00:00:00Z",
           .commit = "abc",
@@ -133,10 +124,9 @@ TEST("a damaged line is named, and a file that cannot be written is refused") {
     } catch (const InputError& error) { return error.what(); }
     return "";
   };
-  CHECK(said([&] { read_history(file); }).find("history.jsonl:2: ") != std::string::npos);
-  CHECK(said([&] {
-          append_history(folder.path() / "no" / "folder", run_of(1.0));
-        }).find("cannot be written") != std::string::npos);
+  CHECK_CONTAINS(said([&] { read_history(file); }), "history.jsonl:2: ");
+  CHECK_CONTAINS(said([&] { append_history(folder.path() / "no" / "folder", run_of(1.0)); }),
+                 "cannot be written");
 }
 
 TEST("of results only what is finite is kept") {

@@ -17,9 +17,9 @@
 #include "reports/view/view_page.hpp"
 #include "tests/check.hpp"
 
-using namespace palpate;
-
 namespace {
+
+using namespace palpate;
 
 SpringNetwork block(std::array<int, 3> nodes) {
   return uniform_lattice({.nodes = nodes, .spacing = 0.01, .connectivity = 26}, 10.0, 0.0, 1e-3);
@@ -61,8 +61,6 @@ SpringNetwork without(const SpringNetwork& network,
   }
   return rest;
 }
-
-}  // namespace
 
 TEST("a lattice has a cell between every eight nodes, and its sides enclose its volume") {
   const SpringNetwork network = block({4, 5, 6});
@@ -124,10 +122,6 @@ TEST("every second plane gives cells of twice the size where all small ones are"
              0.04 * 0.04 * 0.06, 1e-17);
 }
 
-using namespace palpate;
-
-namespace {
-
 /// Nodes in a row along `direction`, 1 m apart, the last one fixed.
 SpringNetwork row(const Eigen::Vector3d& direction, int nodes, double stiffness) {
   SpringNetwork network;
@@ -141,8 +135,6 @@ SpringNetwork row(const Eigen::Vector3d& direction, int nodes, double stiffness)
   }
   return network;
 }
-
-}  // namespace
 
 TEST("inside a chain the principal force is the chain's tension, along the chain") {
   const Eigen::Vector3d direction = Eigen::Vector3d(1.0, 2.0, 2.0) / 3.0;
@@ -183,10 +175,6 @@ TEST("the printed law with its wrong sign is shown as it was simulated") {
   CHECK_NEAR(lines.line(3, 1), -1.0, 1e-6);
 }
 
-using namespace palpate;
-
-namespace {
-
 std::vector<std::uint8_t> inflated(const std::string& packed) {
   std::vector<std::uint8_t> bytes(1U << 20U);
   uLongf size = bytes.size();
@@ -195,8 +183,6 @@ std::vector<std::uint8_t> inflated(const std::string& packed) {
   bytes.resize(code == Z_OK ? size : 0);
   return bytes;
 }
-
-}  // namespace
 
 TEST("base64 is that of RFC 4648, section 10") {
   const std::array<std::pair<const char*, const char*>, 7> vectors{{{"", ""},
@@ -226,8 +212,6 @@ TEST("differences lie in planes of bytes, the lowest first, and may be negative"
   const std::vector<std::uint8_t> expected{2, 255, 87, 1, 255, 1, 4, 3, 2, 1, 254, 49, 255, 1, 9};
   CHECK(inflated(packed.deflated()) == expected);
 }
-
-namespace palpate {
 
 // Lattices in synthetic motion for tests of views.
 
@@ -264,16 +248,6 @@ inline ViewSample pressed_block(std::array<int, 3> nodes, int frames) {
   return sample;
 }
 
-}  // namespace palpate
-
-using namespace palpate;
-
-namespace {
-
-bool contains(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
-
 /// Two layers with a body of another material in the lower one, along z.
 ViewSample layered_block() {
   ViewSample sample;
@@ -289,8 +263,6 @@ ViewSample layered_block() {
   sample.problem = std::make_unique<NetworkProblem>(network);
   return sample;
 }
-
-}  // namespace
 
 TEST("a small network is shown whole, with its skin, springs, forces and largest reaction") {
   const ViewSample sample = pressed_block({6, 6, 5}, 7);
@@ -349,7 +321,7 @@ TEST("a large block keeps its surface, its cut and what is near the tool, and sa
   const ViewFocus focus{.end = {0.0, 0.0, 0.05}, .radius = 0.01};
   const ShownNodes shown = shown_nodes(network, focus, {});
   CHECK(shown.nodes.size() < static_cast<std::size_t>(most_nodes_shown));
-  CHECK(contains(shown.note, "of 64"));
+  CHECK_CONTAINS(shown.note, "of 64");
   std::vector<std::uint8_t> is_shown(64000, 0);
   for (const int node : shown.nodes) { is_shown[static_cast<std::size_t>(node)] = 1; }
   for (int node = 0; node < 64000; ++node) {
@@ -368,7 +340,7 @@ TEST("a block too large even for that is shown by every n-th plane") {
       {.nodes = {150, 150, 60}, .spacing = 0.001, .connectivity = 6}, 1.0, 0.0, 1e-3);
   const ShownNodes shown = shown_nodes(network, {.cut = 0.0}, {7});
   CHECK(shown.nodes.size() <= static_cast<std::size_t>(most_nodes_shown) + 1);
-  CHECK(contains(shown.note, "every 2nd plane"));
+  CHECK_CONTAINS(shown.note, "every 2nd plane");
   CHECK(std::ranges::find(shown.nodes, 7) != shown.nodes.end());
 }
 
@@ -383,10 +355,6 @@ TEST("a surface of a person's own follows the nodes that it names, in place of t
   CHECK(view->surfaces[0].label == "torso");
   CHECK(view->surfaces[0].vertices[1][0].node == 5);
 }
-
-namespace {
-
-using namespace palpate;
 
 /// A patch of skin 4 mm above a block of 20 mm, four times as wide.
 ViewSample beneath_patch(int steps) {
@@ -407,14 +375,12 @@ TEST("the skin around the tissue is shown, and what lies within two spacings of 
   std::vector<std::string> notes;
   const auto skin = view_of_skin(sample.scene, notes);
   // 20 mm to either side, and the squares that intersect its border.
-  {
-    REQUIRE(skin);
-    CHECK(!skin->of_cells);
-    CHECK(skin->triangles.size() >= 2 * 20 * 20);
-    CHECK(skin->triangles.size() <= 2 * 22 * 22);
-  }
+  REQUIRE(skin);
+  CHECK(!skin->of_cells);
+  CHECK(skin->triangles.size() >= 2 * 20 * 20);
+  CHECK(skin->triangles.size() <= 2 * 22 * 22);
   REQUIRE(notes.size() == 1);
-  CHECK(notes[0].find(" of 3200 faces of the skin are shown") != std::string::npos);
+  CHECK_CONTAINS(notes[0], " of 3200 faces of the skin are shown");
   for (std::size_t n = 0; n < skin->vertices.size(); ++n) {
     const Eigen::Vector3d at = skin->rest.col(static_cast<Eigen::Index>(n));
     const double beside = (at.head<2>().cwiseAbs().array() - 0.01).max(0.0).matrix().norm();
@@ -436,14 +402,8 @@ TEST("a skin of too many faces is left out, and a note says so") {
   std::vector<std::string> notes;
   CHECK(!view_of_skin(beneath_patch(400).scene, notes));
   REQUIRE(notes.size() == 1);
-  CHECK(notes[0].find("the skin is not shown: ") != std::string::npos);
+  CHECK_CONTAINS(notes[0], "the skin is not shown: ");
 }
-
-}  // namespace
-
-using namespace palpate;
-
-namespace {
 
 std::size_t count_of(const std::string& text, std::string_view part) {
   std::size_t count = 0;
@@ -452,8 +412,6 @@ std::size_t count_of(const std::string& text, std::string_view part) {
   }
   return count;
 }
-
-}  // namespace
 
 TEST(
     "ten thousand nodes with their springs at sixty instants stay below 5 MB, library and pictures "
@@ -475,7 +433,7 @@ TEST("where numbers are too many they get coarser and then fewer, and the page s
   CHECK(coarser.numbers.size() <= whole.numbers.size() * 9 / 10);
   const EncodedView fewer = encode(*view, whole.numbers.size() / 3);
   REQUIRE(fewer.notes.size() == 1);
-  CHECK(fewer.notes[0].find("of 40 instants") != std::string::npos);
+  CHECK_CONTAINS(fewer.notes[0], "of 40 instants");
   const auto header = nlohmann::json::parse(fewer.header);
   CHECK(header["frames"].size() < 40);
   CHECK(header["frames"][header["peak"].get<std::size_t>()]["reaction"] ==
@@ -487,7 +445,7 @@ TEST("nothing in the page asks the network or ends a script") {
   sample.scene.tissue.lattice.material = "a </script><b>";
   const std::string html = html_view(*sample.view());
   for (const char* request : {"src=", "url(", "@import", "a </script>", "<b>a"}) {
-    CHECK(html.find(request) == std::string::npos);
+    CHECK(!check::contains(html, request));
   }
   CHECK(html == html_view(*sample.view()));
 }
@@ -501,8 +459,8 @@ TEST("a still picture paints what can be seen of the half behind the cut, and it
   CHECK(count_of(rest, "<path") == sides + 1);
   const std::string moved = still_at(*view, 2, 10.0);
   CHECK(count_of(moved, "<path") == sides + 40);
-  CHECK(moved.find("nan") == std::string::npos);
-  CHECK(moved.find("displacement") != std::string::npos);
+  CHECK(!check::contains(moved, "nan"));
+  CHECK_CONTAINS(moved, "displacement");
 }
 
 TEST("of very many sides a still picture paints squares as one, and leaves none out") {
@@ -512,3 +470,5 @@ TEST("of very many sides a still picture paints squares as one, and leaves none 
   // of 2 x 2.
   CHECK(count_of(rest, "<path") == (150 * 60 + 150 * 2 + 60 * 2) / 4 + 1);
 }
+
+}  // namespace

@@ -12,8 +12,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::bench;
+using namespace palpate;
 using timing::InstructionCount;
 
 constexpr std::int64_t counted = 10'000'000;
@@ -64,9 +64,7 @@ TEST("names of workloads are unlike, and an unknown one is refused with those th
   try {
     (void)find_workload("cube");
     CHECK(false);
-  } catch (const std::exception& error) {
-    CHECK(std::string(error.what()).find("cube-list-double") != std::string::npos);
-  }
+  } catch (const std::exception& error) { CHECK_CONTAINS(error.what(), "cube-list-double"); }
 }
 
 TEST("workloads go through the kernels that they are named after") {
@@ -82,13 +80,6 @@ TEST("workloads go through the kernels that they are named after") {
   CHECK(simulation_of(find_workload("needle-implicit")).plan().integrator->implicit);
   CHECK(!simulation_of(find_workload("needle-explicit")).plan().integrator->implicit);
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::bench;
 
 /// 240 pairs with that ratio, +-1 %; batches take `base` seconds, with up to 1 ms added.
 PairedFinding finding_of(double ratio, double instructions, double base = 5e-4) {

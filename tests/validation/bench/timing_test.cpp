@@ -12,6 +12,8 @@
 namespace {
 
 using namespace palpate::bench;
+using namespace palpate::timing;
+using namespace palpate;
 
 /// Work in proportion to `amount` that an optimiser cannot remove.
 void work(long amount) {
@@ -52,13 +54,6 @@ TEST("every contender has every round") {
     CHECK(count >= 4 + 1);
   }  // the rounds, and what found their length
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::timing;
 
 std::vector<double> one_to(int n) {
   std::vector<double> values(static_cast<std::size_t>(n));
@@ -157,10 +152,8 @@ TEST("misses rise when chance would split them so unevenly once in a hundred tim
   CHECK(!rose(5, 5));
   CHECK(!rose(9, 0));
   CHECK(rose(0, 7));  // 2^-7 < 0.01
-  {
-    CHECK(rose(10, 30));
-    CHECK(!rose(15, 25));
-  }
+  CHECK(rose(10, 30));
+  CHECK(!rose(15, 25));
 }
 
 TEST("nothing measured is not passed") { CHECK(judge_pairs({}).slower()); }
@@ -185,13 +178,6 @@ TEST("what decides nothing is measured on, and no further than that") {
   CHECK(judge_pairs(starts_for(1.05, 0.2)).slower());
   CHECK(starts_for(1.03, 0.2).size() == 12 * most_looks);  // on the limit itself
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::timing;
 
 std::vector<double> noise(std::size_t n, std::uint64_t seed) {
   Random random(seed);

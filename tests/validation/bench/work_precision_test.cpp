@@ -8,8 +8,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::bench;
+using namespace palpate;
 
 /// Two coordinates at three ticks; the first is the tool.
 MethodRun run_of(double error) {
@@ -92,12 +92,6 @@ TEST("noise is that of nine in ten settings here, and never below a tenth") {
   points.insert(points.end(), 10, point(elsewhere, 1.0, 9.0, 1e-3));
   CHECK_NEAR(noise_of(points), 1.3, 1e-15);
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate::bench;
 
 /// Scheme of a given order: error = scale / cost^order.
 void add_scheme(std::vector<Effort>& efforts, const char* name, double scale, double order) {

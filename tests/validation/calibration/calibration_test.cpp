@@ -8,10 +8,10 @@
 #include "tests/check.hpp"
 #include "tests/validation/calibration/samples.hpp"
 
-using namespace palpate;
-using namespace palpate::calibration;
-
 namespace {
+
+using namespace palpate::calibration;
+using namespace palpate;
 
 std::vector<Subject> group(const char* name, double thumb) {
   std::vector<Subject> subjects;
@@ -64,13 +64,6 @@ TEST("relative errors leave out what is not there") {
   CHECK_NEAR(root_mean_square(relative_errors(simulated, seen)), std::sqrt((0.01 + 0.0625) / 2.0),
              1e-15);
 }
-
-}  // namespace
-
-using namespace palpate;
-using namespace palpate::calibration;
-
-namespace {
 
 std::vector<Subject> seen_in(const Scene& scene) {
   return {{.name = "one", .seen = lawful(scene)}};

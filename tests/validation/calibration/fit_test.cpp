@@ -10,9 +10,10 @@
 #include "tests/validation/calibration/samples.hpp"
 #include "validation/calibration/observation.hpp"
 
-using namespace palpate::calibration;
-
 namespace {
+
+using namespace palpate::calibration;
+using namespace palpate;
 
 constexpr SharedUncertainty nothing{.zero = 0.0,
                                     .gain = 0.0,
@@ -94,12 +95,6 @@ TEST("depths are moved to the mean body mass by the published slope") {
   CHECK_NEAR(pooled.covariance(3, 3), 0.0, 1e-18);  // rounding: nothing but body mass differs
 }
 
-}  // namespace
-
-using namespace palpate::calibration;
-
-namespace {
-
 TEST("one row and one parameter leave 1 / (1 + s^2) of the prior variance") {
   const Linearised at{.slope = Eigen::MatrixXd::Constant(1, 1, 6.0),
                       .considered = Eigen::MatrixXd(1, 0),
@@ -147,13 +142,6 @@ TEST("correlation has ones on its diagonal") {
   CHECK_NEAR(correlation_of(covariance)(0, 1), -0.5, 1e-15);
   CHECK_NEAR(correlation_of(covariance)(1, 1), 1.0, 1e-15);
 }
-
-}  // namespace
-
-using namespace palpate;
-using namespace palpate::calibration;
-
-namespace {
 
 std::size_t index_of_key(const Forward& forward, std::string_view key) {
   std::size_t n = 0;
@@ -210,13 +198,6 @@ TEST("slopes are those of the law, in spreads of the prior") {
              1e-12);  // rounding
   CHECK_NEAR(slopes.col(0).tail(slopes.rows() - 1).norm(), 0.0, 1e-15);
 }
-
-}  // namespace
-
-using namespace palpate;
-using namespace palpate::calibration;
-
-namespace {
 
 const FittedParameter& of(const Fit& fit, std::string_view key) {
   return *std::ranges::find_if(fit.parameters,

@@ -11,10 +11,10 @@
 #include "validation/calibration/observation.hpp"
 #include "validation/calibration/parameter.hpp"
 
-using namespace palpate;
-using namespace palpate::calibration;
-
 namespace {
+
+using namespace palpate::calibration;
+using namespace palpate;
 
 const Parameter* find(const std::vector<Parameter>& all, std::string_view key) {
   const auto found = std::ranges::find(all, key, &Parameter::key);
@@ -64,13 +64,6 @@ TEST("a scene that cannot be compared says why") {
   CHECK(why_not_calibrated(scene).starts_with("layer"));
 }
 
-}  // namespace
-
-using namespace palpate;
-using namespace palpate::calibration;
-
-namespace {
-
 TEST("bins of a straight force are its values in their middles, however the hand moves") {
   const ObservedInsertion seen = observe(straight_insertion());
   CHECK(seen.force == ForceSource::recorded);
@@ -98,8 +91,7 @@ TEST("without a recorded force the plunger tells it in the continuous technique 
 }
 
 TEST("a pressure that is not lost is refused, and without depth there are no bins") {
-  CHECK(observe(straight_insertion(60e3, 20e-3, 59e3)).refusal.find("no loss of resistance") !=
-        std::string::npos);
+  CHECK_CONTAINS(observe(straight_insertion(60e3, 20e-3, 59e3)).refusal, "no loss of resistance");
   Recording recording = straight_insertion();
   recording.depth.clear();
   const ObservedInsertion seen = observe(recording);
@@ -117,13 +109,6 @@ TEST("every observable has a name and a unit of its own kind") {
   CHECK(unit_of(index_of(Observable::drop_time)) == "s");
   CHECK(unit_of(index_of(Observable::depth_of_loss)) == "m");
 }
-
-}  // namespace
-
-using namespace palpate;
-using namespace palpate::calibration;
-
-namespace {
 
 TEST("the coarser block is as wide, and lasts until the needle has stopped for a while") {
   Scene scene = three_layers();
@@ -165,8 +150,7 @@ TEST("a place where the scene fails is named, and a stop ends it") {
     forward.at(place);
     CHECK(false);
   } catch (const std::runtime_error& problem) {
-    CHECK(std::string(problem.what()).find("material.firm-fat.cutting_force = 0.75 N diverges") !=
-          std::string::npos);
+    CHECK_CONTAINS(problem.what(), "material.firm-fat.cutting_force = 0.75 N diverges");
   }
   const std::atomic<bool> stop{true};
   Forward stopped(scene, parameters_of(scene), 1, &stop, lawful);

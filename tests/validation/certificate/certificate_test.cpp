@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace palpate::certificate;
+using namespace palpate;
 using palpate::certificate::miss_probability_upper;
 
 TEST("after no miss the limit is 1 - 0.05^(1/n), some 3/n") {
@@ -43,13 +45,6 @@ TEST("where all missed, or nothing ran, nothing contradicts a probability of one
   CHECK_NEAR(miss_probability_upper(0, 0), 1.0, 0.0);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::certificate;
-
 constexpr double deadline = 1e-3;
 
 void fill(Phase& phase, long ticks, long misses) {
@@ -73,14 +68,14 @@ Certificate clean(long control_misses = 0, long scene_misses = 0) {
 TEST("no miss at all is certified, with the limit that so many ticks support") {
   const Outcome outcome = outcome_of(clean());
   CHECK(outcome.status == Status::pass);
-  CHECK(outcome.reason().find("No tick of 1000 missed") != std::string::npos);
+  CHECK_CONTAINS(outcome.reason(), "No tick of 1000 missed");
   CHECK_NEAR(clean().worst()->miss_probability_upper(), 1.0 - std::pow(0.05, 1e-3), 1e-15);
 }
 
 TEST("a single miss of the scene is not certified") {
   const Outcome outcome = outcome_of(clean(0, 1));
   CHECK(outcome.status == Status::fail);
-  CHECK(outcome.reason().find("1 of 1000 deadlines") != std::string::npos);
+  CHECK_CONTAINS(outcome.reason(), "1 of 1000 deadlines");
 }
 
 TEST("where the empty loop missed, nothing is said against the scene, whatever it did") {
@@ -92,7 +87,7 @@ TEST("without the rights nothing is certified, however well it went") {
   Certificate all = clean();
   all.rights.fifo = "Operation not permitted";
   CHECK(outcome_of(all).status == Status::inconclusive);
-  CHECK(outcome_of(all).reason().find("SCHED_FIFO (Operation not permitted)") != std::string::npos);
+  CHECK_CONTAINS(outcome_of(all).reason(), "SCHED_FIFO (Operation not permitted)");
   all.rights = {.memory = "Cannot allocate memory"};
   CHECK(outcome_of(all).status == Status::inconclusive);
 }
@@ -101,7 +96,7 @@ TEST("a provoked tick beyond the deadline is enough, though none was met while t
   Certificate all = clean();
   all.budget.provocations = {{.name = "cold caches", .processor = 1.01 * deadline}};
   CHECK(outcome_of(all).status == Status::fail);
-  CHECK(outcome_of(all).reason().find("cold caches") != std::string::npos);
+  CHECK_CONTAINS(outcome_of(all).reason(), "cold caches");
   all.budget.provocations.front().processor = std::nan("");
   CHECK(outcome_of(all).status == Status::fail);
 }
@@ -142,20 +137,13 @@ TEST("who stole the time is named by what was counted") {
   CHECK(suspects(phase).empty());
   phase.times.stolen = 0.25;
   phase.counts.involuntary_switches = 3;
-  CHECK(suspects(phase).find("hypervisor took") != std::string::npos);
-  CHECK(suspects(phase).find("3 times") != std::string::npos);
+  CHECK_CONTAINS(suspects(phase), "hypervisor took");
+  CHECK_CONTAINS(suspects(phase), "3 times");
 }
 
 TEST("the computation is told whatever the environment") {
-  CHECK(budget_text(clean(1000, 0)).find("40 % of the deadline") != std::string::npos);
+  CHECK_CONTAINS(budget_text(clean(1000, 0)), "40 % of the deadline");
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::certificate;
 
 Scene short_scene() {
   Scene scene = layered_scene();
@@ -184,7 +172,7 @@ TEST(
     CHECK(load.scene.record.ticks() == 120);
     CHECK(load.scene.restarts == 2);
     CHECK(load.control.restarts == 0);
-    CHECK(load.tail.refusal.find("too few ticks") != std::string::npos);
+    CHECK_CONTAINS(load.tail.refusal, "too few ticks");
   }
   CHECK(!all.interrupted);
   REQUIRE(all.notes.empty());
@@ -202,7 +190,7 @@ TEST("a scene that is longer than the loop is noted") {
   const Certificate all =
       certified(short_scene(), {.claim = {.duration = 0.02}, .cache_bytes = 1U << 20U});
   REQUIRE(all.notes.size() == 1);
-  CHECK(all.notes.front().find("first 20 of the scene's 50 ticks") != std::string::npos);
+  CHECK_CONTAINS(all.notes.front(), "first 20 of the scene's 50 ticks");
 }
 
 TEST("Ctrl-C leaves a certificate for what ran") {

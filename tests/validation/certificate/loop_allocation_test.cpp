@@ -12,8 +12,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::certificate;
+using namespace palpate;
 
 struct Found {
   long allocations = 0;

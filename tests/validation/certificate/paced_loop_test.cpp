@@ -15,6 +15,8 @@
 
 namespace {
 
+using namespace palpate::certificate;
+using namespace palpate;
 using palpate::certificate::LatencyHistogram;
 
 TEST("a percentile is the end of the bin of its ordered sample") {
@@ -56,19 +58,10 @@ TEST("no number is lost among the short ones") {
   LatencyHistogram histogram;
   histogram.add(std::numeric_limits<double>::quiet_NaN());
   histogram.add(-1e-9);  // a clock that is read twice
-  {
-    CHECK(histogram.counts().back() == 1);
-    CHECK(histogram.counts().front() == 1);
-    CHECK(histogram.count() == 2);
-  }
+  CHECK(histogram.counts().back() == 1);
+  CHECK(histogram.counts().front() == 1);
+  CHECK(histogram.count() == 2);
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::certificate;
 
 TEST("response is wake-up and computation, from the release that was scheduled") {
   LoopRecord record(1e-3);
@@ -126,12 +119,6 @@ TEST("what happened to the tool stands with the longest tick") {
   CHECK(record.worst_compute.moment.happening->event == ToolEvent::puncture);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::certificate;
-
 TEST("every load but idle works until it is gone") {
   const std::vector<int> processors = palpate::device::allowed_processors();
   for (const char* name : {"cpu", "cache", "memory"}) {
@@ -149,12 +136,6 @@ TEST("names that are no load are known as such") {
   CHECK(!is_own_load("gpu"));
   CHECK(!is_own_load(""));
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate::certificate;
 
 TEST("every release is met once, in order, and at its time") {
   palpate::device::VirtualClock time;

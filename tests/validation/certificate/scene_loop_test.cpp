@@ -12,8 +12,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::certificate;
+using namespace palpate;
 
 Scene needle_scene() {
   Scene scene = layered_scene();
@@ -95,10 +95,9 @@ TEST("a step must be a whole number of periods, and a haptic loop keeps its own 
   const Scene scene = needle_scene();
   CHECK(why_not_at(scene, 1000.0).empty());
   CHECK(why_not_at(scene, 3000.0).empty());
-  CHECK(why_not_at(scene, 500.0).find("a rate of 1000 Hz or a whole multiple") !=
-        std::string::npos);
+  CHECK_CONTAINS(why_not_at(scene, 500.0), "a rate of 1000 Hz or a whole multiple");
   CHECK(!why_not_at(scene, 1500.0).empty());
-  CHECK(why_not_at(hand_scene(1e-3), 2000.0).find("falcon.rate") != std::string::npos);
+  CHECK_CONTAINS(why_not_at(hand_scene(1e-3), 2000.0), "falcon.rate");
   CHECK_NEAR(rate_of(scene), 1000.0, 1e-9);
   CHECK_NEAR(rate_of(hand_scene(4e-3)), 1000.0, 0.0);
 }
@@ -108,13 +107,6 @@ TEST("happenings have the name of what the needle was in") {
   const HappeningNames names(scene);
   CHECK(names.of({.event = ToolEvent::puncture, .interval = 0}) == "puncture: skin");
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::certificate;
 
 Scene insertion() {
   Scene scene = layered_scene();
@@ -191,13 +183,6 @@ TEST("Ctrl-C ends it at once") {
   const std::atomic<bool> stop{true};
   CHECK(provoke(insertion(), {.stop = &stop}).provocations.empty());
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::certificate;
 
 /// Hand that presses a needle against layers without puncturing them.
 Scene pressing(double coupling) {

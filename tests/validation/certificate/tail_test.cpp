@@ -13,8 +13,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::certificate;
+using namespace palpate;
 using palpate::device::Seeded;
 
 std::vector<double> pareto_sample(double shape, double scale, int count, std::uint64_t seed) {
@@ -78,14 +78,6 @@ TEST("the interval holds the estimate, grows with confidence, and is wider above
   CHECK(wide.upper - value > value - wide.lower);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::certificate;
-using palpate::device::Seeded;
-
 double exponential(Seeded& random) { return -std::log(1.0 - random.uniform(0.0, 1.0)); }
 
 std::vector<LargeTick> largest_of(long ticks, const std::function<double(long)>& time) {
@@ -132,7 +124,7 @@ TEST("late ticks that come in pairs are refused, by the number that shows it") {
                                             return std::max(std::exchange(before, now), now);
                                           }),
                                8000, 1e-3);
-  CHECK(tail.refusal.find("late ticks do not follow each other") != std::string::npos);
+  CHECK_CONTAINS(tail.refusal, "late ticks do not follow each other");
   CHECK(!check_named(tail, "alone-in-time").holds());
   CHECK(tail.levels.empty());
 }
@@ -158,15 +150,14 @@ TEST("what grows with time is refused") {
           8000,
           [&](long n) { return exponential(random) * (1.0 + static_cast<double>(n) / 8000.0); }),
       8000, 1e-3);
-  CHECK(tail.refusal.find("both halves") != std::string::npos);
+  CHECK_CONTAINS(tail.refusal, "both halves");
 }
 
 TEST("too few ticks, and ticks that are all alike, have no tail") {
-  CHECK(
-      judge_tail(largest_of(1000, [](long n) { return 1e-6 * static_cast<double>(n); }), 1000, 1e-3)
-          .refusal.find("too few") != std::string::npos);
-  CHECK(judge_tail(largest_of(5000, [](long) { return 1e-4; }), 5000, 1e-3)
-            .refusal.find("all alike") != std::string::npos);
+  const auto rising = [](long n) { return 1e-6 * static_cast<double>(n); };
+  CHECK_CONTAINS(judge_tail(largest_of(1000, rising), 1000, 1e-3).refusal, "too few");
+  const auto equal = [](long) { return 1e-4; };
+  CHECK_CONTAINS(judge_tail(largest_of(5000, equal), 5000, 1e-3).refusal, "all alike");
 }
 
 TEST("a check whose number is none does not hold") {

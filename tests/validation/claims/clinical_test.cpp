@@ -98,13 +98,7 @@ TEST("a sample that is not a number is never rated well") {
   check_status("clinical/measures/fault-table", &fault, Status::error);  // a rating refuses it
 }
 
-}  // namespace
-
 // Tests that faults planted in the simulation of a calibration fail its cases.
-
-namespace {
-
-using namespace palpate;
 
 TEST("a needle that cuts the flavum with two thirds of its force makes intervals miss the truth") {
   const Mutation fault{.name = "flavum cut by 2/3", .model = [](Scene& scene, SpringNetwork&) {

@@ -107,14 +107,8 @@ TEST("a probe whose bone is soft is seen") {
   check_red(fault, {"probe/palpation-map"});
 }
 
-}  // namespace
-
 // Tests that faults planted in haptic loops fail the verdicts of group "haptics", which pass
 // without a fault.
-
-namespace {
-
-using namespace palpate;
 
 TEST("one tick of delay too much is seen") {
   const Mutation fault{.name = "one more tick of delay", .loop_delay = 1};

@@ -9,9 +9,13 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::comparison;
+using namespace palpate;
+using clinical::instants;
 using clinical::PressureLaw;
+using clinical::pressures;
+using clinical::recording_of;
+using clinical::trace_of;
 
 /// Analytic signal with a clock offset `clock` [s], and a needle that has moved at `speed` since
 /// the rise.
@@ -40,7 +44,7 @@ TEST("without a loss in both the peak is taken, and said to be") {
   const Alignment found = align(prepared({}, 0.0), prepared({.plateau = PressureLaw{}.peak}, 5.0),
                                 AlignmentRule::event);
   CHECK(found.refusal.empty());
-  CHECK(found.how.find("peak") != std::string::npos);
+  CHECK_CONTAINS(found.how, "peak");
 }
 
 TEST("depth comes first where both have it") {
@@ -76,8 +80,8 @@ TEST("depth that was asked for and is not there is refused, not replaced") {
 TEST("depths that do not meet cannot align anything") {
   PreparedTrace deep = prepared({}, 0.0, 0.005);
   for (double& d : deep.input.depth.value) { d += 1.0; }
-  CHECK(align(deep, prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal.find("do not meet") !=
-        std::string::npos);
+  CHECK_CONTAINS(align(deep, prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal,
+                 "do not meet");
 }
 
 TEST("a gap over the depth of the event is not bridged: the event decides, and that is said") {
@@ -105,17 +109,6 @@ TEST("a depth at which a trace begins above it was passed before") {
   CHECK(!align(late, prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal.empty());
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::comparison;
-using clinical::instants;
-using clinical::pressures;
-using clinical::recording_of;
-using clinical::trace_of;
-
 const std::vector<double> time_of_link = instants(14.0, 120.0);
 const std::vector<double> ticks = instants(14.0, 1000.0);
 
@@ -136,10 +129,8 @@ TEST("one law at two rates agrees") {
   CHECK(found.outcome.reasons.empty());
   CHECK_NEAR(found.alignment.lag, 0.0,
              0.5 / 120.0);  // filters of two rates differ by less than half a sample
-  {
-    CHECK(found.rating);
-    CHECK(found.rating->overall > 0.98);
-  }
+  CHECK(found.rating);
+  CHECK(found.rating->overall > 0.98);
   CHECK(found.kind == Recording::Kind::reconstructed);
   CHECK_NEAR(found.cutoff, 20.0, 0.0);
 }
@@ -195,7 +186,7 @@ TEST("a simulation that stops right after the event leaves the verdict open") {
   const std::vector<double> until = instants(8.5, 1000.0);
   const Comparison found = compare(recorded(), trace_of(until, pressures({}, until)));
   CHECK(found.outcome.status == Status::inconclusive);
-  CHECK(found.outcome.reasons.front().find("the trace ends") != std::string::npos);
+  CHECK_CONTAINS(found.outcome.reasons.front(), "the trace ends");
 }
 
 TEST("gaps in the recording stay out of the figures") {

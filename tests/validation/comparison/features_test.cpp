@@ -13,6 +13,9 @@
 namespace {
 
 using namespace palpate::comparison;
+using namespace palpate;
+using Decision = LossOfResistance::Decision;
+using clinical::PressureLaw;
 
 TEST("a straight line is the same line on any grid") {
   std::vector<double> time;
@@ -103,12 +106,6 @@ TEST("quantiles are linear between order statistics and skip gaps") {
   CHECK(std::isnan(quantile(std::vector<double>{not_measured}, 0.5)));
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::comparison;
-
 constexpr double step = 0.01;
 
 Samples noise(std::size_t count) {
@@ -182,13 +179,6 @@ TEST("a cut-off that the rate cannot carry, or none, changes nothing") {
   CHECK(zero_phase(samples, 0.0).value == samples.value);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::comparison;
-
 std::string refusal(const std::vector<double>& time, const std::vector<double>& value) {
   return refusal_of({.time = time, .value = value});
 }
@@ -231,13 +221,6 @@ TEST("a good trace keeps its samples, its filtered ones and its depth on one gri
   CHECK(prepared.features.loss.found());
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::comparison;
-using Decision = LossOfResistance::Decision;
-
 /// Analytic signal at 100 Hz in units of the peak.
 LossOfResistance found_in(double duration, const std::function<double(double)>& law) {
   Samples pressure{.step = 0.01};
@@ -271,22 +254,22 @@ TEST("a weak one of 45 % is found and said to be weak") {
 TEST("a fall of 33 % is none, and the reason has its size") {
   const LossOfResistance loss = found_in(14.0, falls_to(0.67 * 60.0));
   CHECK(loss.status == Decision::not_found);
-  CHECK(loss.reason.find("fell by 33 %") != std::string::npos);
+  CHECK_CONTAINS(loss.reason, "fell by 33 %");
 }
 
 TEST("a fall that comes back is none, and the reason says when") {
   const LossOfResistance loss =
       found_in(20.0, [](double t) { return t > 6.0 && t < 9.0 ? 10.0 : 50.0; });
   CHECK(loss.status == Decision::not_found);
-  CHECK((loss.reason.find("came back after 2.9") != std::string::npos ||
-         loss.reason.find("came back after 3.0") != std::string::npos));
+  CHECK((check::contains(loss.reason, "came back after 2.9") ||
+         check::contains(loss.reason, "came back after 3.0")));
 }
 
 TEST("a trace that ends too early cannot be decided, and what fell can still be measured") {
   const LossOfResistance loss = found_in(9.0, falls_to(8.0));
   CHECK(loss.status == Decision::undecided);
   CHECK(loss.fell());
-  CHECK(loss.reason.find("ends 3.0") != std::string::npos);
+  CHECK_CONTAINS(loss.reason, "ends 3.0");
   CHECK_NEAR(loss.plateau, 8.0, 0.0);
   CHECK(!found_in(6.5, falls_to(8.0)).fell());  // nothing settled yet
 }
@@ -339,7 +322,7 @@ TEST("a gap that begins soon after the fall and never ends hides it") {
   pressure.value.resize(3000, not_measured);
   const LossOfResistance hidden = find_loss(pressure);
   CHECK(hidden.status == Decision::undecided);
-  CHECK(hidden.reason.find("gap") != std::string::npos);
+  CHECK_CONTAINS(hidden.reason, "gap");
 }
 
 TEST("a fall within a gap longer than a fall may take is not told from a slow one") {
@@ -390,14 +373,6 @@ TEST("suction in the epidural space is a drop of more than all") {
   CHECK(loss.found());
   CHECK(loss.relative_drop > 1.0);
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::comparison;
-using clinical::PressureLaw;
 
 struct Given {
   std::vector<double> time = clinical::instants(14.0, 200.0);
@@ -450,7 +425,7 @@ TEST("a trace that ends too early has a drop but no verdict on its event") {
   given.value.resize(kept);
   const Features found = given.found();
   CHECK(!found[Feature::loss_of_resistance].value);
-  CHECK(found[Feature::loss_of_resistance].reason.find("the trace ends") != std::string::npos);
+  CHECK_CONTAINS(found[Feature::loss_of_resistance].reason, "the trace ends");
   CHECK(found[Feature::drop_time].value);
   CHECK(found[Feature::plateau].value);
 }

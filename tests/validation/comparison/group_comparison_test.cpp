@@ -10,9 +10,10 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::comparison;
+using namespace palpate;
 using clinical::PressureLaw;
+using Shown = CredibilityFactor::Shown;
 
 const std::vector<double> time_of_link = clinical::instants(14.0, 120.0);
 const std::vector<double> ticks = clinical::instants(14.0, 1000.0);
@@ -51,10 +52,8 @@ TEST(
   CHECK(group.measured == 0);
   // 79 % of the peak tolerance remains after the spread of a mean of five: the verdict is undecided
   // or agreed, never different.
-  {
-    CHECK(group.outcome.status != Status::fail);
-    CHECK(group.outcome.status != Status::error);
-  }
+  CHECK(group.outcome.status != Status::fail);
+  CHECK(group.outcome.status != Status::error);
 }
 
 TEST("means and spreads over subjects by hand") {
@@ -97,7 +96,7 @@ TEST("a simulation that ends before its event can be called so leaves the group 
   const Trace cut = clinical::trace_of(until, clinical::pressures({}, until));
   const GroupComparison found = compare_all(subjects("lean"), cut);
   CHECK(found.outcome.status == Status::inconclusive);
-  CHECK(found.outcome.reasons.front().find("the trace ends") != std::string::npos);
+  CHECK_CONTAINS(found.outcome.reasons.front(), "the trace ends");
 }
 
 TEST("a first recording with a gap over its fall hides nothing of the others") {
@@ -109,7 +108,7 @@ TEST("a first recording with a gap over its fall hides nothing of the others") {
   CHECK(found.groups.front().features[static_cast<std::size_t>(Feature::drop_time)].count == 4);
   bool told = false;
   for (const std::string& reason : found.outcome.reasons) {
-    told = told || reason.find("drop time") != std::string::npos;
+    told = told || check::contains(reason, "drop time");
   }
   CHECK(told);
   CHECK(found.outcome.status == Status::fail);
@@ -120,7 +119,7 @@ TEST("an insertion without the event differs from the group and leaves its corri
       compare_all(subjects("lean"), simulated({.plateau = PressureLaw{}.peak}));
   CHECK(found.outcome.status == Status::fail);
   CHECK(!found.groups.front().coverage.holds);
-  CHECK(found.outcome.reasons.front().find("in the corridor of 5 subjects") != std::string::npos);
+  CHECK_CONTAINS(found.outcome.reasons.front(), "in the corridor of 5 subjects");
 }
 
 TEST("two recordings have no corridor; they are judged one by one") {
@@ -171,8 +170,7 @@ TEST("two traces that both end before the event can be called so do not agree") 
   const GroupComparison found =
       compare_all(std::vector<Recording>{cut(subject(1.0, "lean"))}, trace);
   CHECK(found.outcome.status == Status::inconclusive);
-  CHECK(found.outcome.reasons.front().find("loss of resistance: in neither: the trace ends") !=
-        std::string::npos);
+  CHECK_CONTAINS(found.outcome.reasons.front(), "loss of resistance: in neither: the trace ends");
 }
 
 TEST("the verdict of a group does not depend on who comes first") {
@@ -218,14 +216,6 @@ TEST("two recordings of each subject leave the mean and the number of subjects")
   CHECK(twice.agree == 2 * once.agree);
   CHECK(twice.agree_interval.upper == once.agree_interval.upper);
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::comparison;
-using Shown = CredibilityFactor::Shown;
 
 CredibilityFactor find(const std::vector<CredibilityFactor>& all, const std::string& name) {
   const auto found = std::ranges::find(all, name, &CredibilityFactor::factor);
@@ -281,8 +271,8 @@ TEST("recordings rebuilt from published values show nothing about patients") {
   const GroupComparison rebuilt = compared(Recording::Kind::reconstructed, 8, Status::pass);
   const std::vector<CredibilityFactor> all = credibility({}, &rebuilt);
   CHECK(find(all, "test samples").shown == Shown::not_shown);
-  CHECK(find(all, "test samples").evidence.find("8 rebuilt from published values do not count") !=
-        std::string::npos);
+  CHECK_CONTAINS(find(all, "test samples").evidence,
+                 "8 rebuilt from published values do not count");
   CHECK(find(all, "output comparison").shown == Shown::not_shown);
 }
 

@@ -111,12 +111,6 @@ TEST("grades begin above their limits") {
   CHECK(grade_of(std::nan("")) == "poor");
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::comparison;
-
 /// Minimum sum of squares over all paths within the band, by exhaustive search.
 double least_square(const std::vector<double>& a, const std::vector<double>& b, long i, long j,
                     long radius) {
@@ -173,11 +167,6 @@ TEST("a band of one sample compares instant by instant") {
   CHECK(sums.length == 3);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::comparison;
 const double gap = std::numeric_limits<double>::quiet_NaN();
 
 TEST("a factor is all magnitude and no phase") {

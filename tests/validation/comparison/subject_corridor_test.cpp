@@ -9,8 +9,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::comparison;
+using namespace palpate;
 
 TEST("codes tell who is who, and an empty one is a subject of its own") {
   const std::vector<std::string> codes{"a", "", "b", "a", "", "b"};
@@ -71,12 +71,6 @@ TEST("a single recording of a further subject lies in the corridor as often as i
   const double share = static_cast<double>(inside) / trials;
   CHECK(share >= expected_share(0.95, trials).lower);
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate::comparison;
 
 Samples of(std::vector<double> value) { return {.step = 1.0, .value = std::move(value)}; }
 

@@ -9,8 +9,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::comparison;
+using namespace palpate;
 
 TEST("there is one tolerance for every feature, in order, and each says who says so") {
   for (const QuantityKind kind : {QuantityKind::pressure, QuantityKind::force}) {
@@ -42,13 +42,6 @@ TEST("a relative part is of the size, also below zero") {
   CHECK_NEAR(tolerance.lower(-10.0), -12.0, 1e-15);
   CHECK_NEAR(tolerance.upper(-10.0), -8.0, 1e-15);
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::comparison;
 
 /// Status of a simulated value compared with a recorded value of 10.
 Status status_of(double simulated, double tolerance, double uncertainty) {
@@ -105,13 +98,6 @@ TEST("reasons are sorted worst first, and equal ones keep their order") {
   CHECK(outcome.status == Status::fail);
   CHECK(outcome.reasons == std::vector<std::string>({"b", "d", "a", "e", "c"}));
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::comparison;
 
 /// Both sides with all features at 100, except the peak.
 Comparison given(double recorded_peak, double simulated_peak) {
@@ -213,13 +199,6 @@ TEST("an event that neither trace decides is open") {
   CHECK(compared(Feature::loss_of_resistance, comparison).reason ==
         "recorded: the trace ends; simulated: a gap");
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::comparison;
 
 /// Replaces non-breaking spaces by spaces.
 std::string eye(std::string text) {

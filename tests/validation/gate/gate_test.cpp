@@ -14,8 +14,8 @@
 
 namespace {
 
-using namespace palpate;
 using namespace palpate::gate;
+using namespace palpate;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -119,13 +119,6 @@ TEST("a number that fell out of its bound is broken, whatever the allowance") {
   CHECK(judged(error_of(0.99e-3), error_of(1.01e-3)) == ChangeKind::broken);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::gate;
-
 Figure drawn(const std::function<double(double)>& law, int samples = 1001) {
   Series series{.label = "curve"};
   for (int n = 0; n < samples; ++n) {
@@ -184,7 +177,7 @@ TEST("a whole curve that is one sample late is seen though every sample lies in 
   };
   const Change change = compare_curve(late(0.0), late(1.0), 0, 0.0);
   CHECK(change.kind == ChangeKind::moved);
-  CHECK(change.moved.find("samples late") != std::string::npos);
+  CHECK_CONTAINS(change.moved, "samples late");
   CHECK(judged(late(0.0), late(0.2)) == ChangeKind::within);
   CHECK_NEAR(lag_in_samples(late(0.0).series[0].x, late(0.0).series[0].y, late(0.3).series[0].y),
              0.3, 0.01);
@@ -260,15 +253,8 @@ TEST("points are compared one by one, and one of many is not lost") {
   CHECK(judged(before, now) == ChangeKind::moved);
 }
 
-}  // namespace
-
 // Properties that the cases of group "gate" do not cover: messages, approvals, and runs in another
 // order.
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::gate;
 
 Outcome sample(const std::string& name, double error) {
   Outcome outcome{.name = name, .suite = "accuracy", .claim = "It is right."};
@@ -346,8 +332,8 @@ TEST("a whole approval drops what is gone, and says so") {
   CHECK(second.find("b") == nullptr);
   const std::vector<std::string> lines = described_changes(first, second);
   REQUIRE(lines.size() == 2);
-  CHECK(lines[0].find("1e-05 -> 2e-05") != std::string::npos);
-  CHECK(lines[0].find("bound -inf to 0.001") != std::string::npos);
+  CHECK_CONTAINS(lines[0], "1e-05 -> 2e-05");
+  CHECK_CONTAINS(lines[0], "bound -inf to 0.001");
   CHECK(lines[1] == "b: dropped");
 }
 

@@ -10,9 +10,9 @@
 #include "validation/claims/tool_fixture.hpp"
 #include "validation/roll_out.hpp"
 
-using namespace palpate;
-
 namespace {
+
+using namespace palpate;
 
 Scene held_scene() {
   Scene scene = tools::seven_soft_layers(0.006, 4);
@@ -33,8 +33,6 @@ Held hold(const Scene& scene, const FalconLoopOptions& options = {}) {
   held.run = roll_out(subject, scene, {}, {.device = options, .falcon = &held.facts});
   return held;
 }
-
-}  // namespace
 
 TEST("the tool follows the hand through the layers, and the hand feels them") {
   const Held held = hold(held_scene());
@@ -145,10 +143,8 @@ TEST("a fault on the line is felt in the loop") {
   CHECK(late.facts.ticks == sound.facts.ticks);
   CHECK(late.facts.unanswered <
         60);  // of 1200: a reply at the border of a tick can count for either
-  {
-    CHECK(first_force(late) >= first_force(sound) + 2);
-    CHECK(first_force(late) <= first_force(sound) + 4);
-  }
+  CHECK(first_force(late) >= first_force(sound) + 2);
+  CHECK(first_force(late) <= first_force(sound) + 4);
   // After 100 ms without link the watchdog releases the motors: no force despite a larger command.
   const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
   const std::size_t tick = 660;
@@ -184,3 +180,5 @@ TEST("a device that lost its zero is neither believed nor pulled with") {
   const std::vector<double>& place = lost.run.find("tool.insertion_m")->values;
   CHECK_NEAR(place.back(), place[place.size() - 100], 1e-5);
 }
+
+}  // namespace
