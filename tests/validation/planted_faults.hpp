@@ -2,32 +2,20 @@
 #pragma once
 /// Tests that faults planted in the candidate fail the verdicts that pass without them.
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdio>
-#include <initializer_list>
+#include <limits>
 #include <map>
 #include <set>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "tests/check.hpp"
 #include "validation/case.hpp"
 
 namespace palpate {
 
-/// Cases of a fault that a test runs. The optimised build runs all cases. With sanitizers, which
-/// are ten times slower, each fault runs only the first case, unless another fault already covers
-/// it.
-template <class Name> std::span<const Name> tried(std::span<const Name> names) {
-#ifdef PALPATE_SANITIZED
-  static std::set<std::string> seen;
-  return names.first(!names.empty() && seen.insert(names.front()).second ? 1 : 0);
-#else
-  return names;
-#endif
-}
+/// Fault and the cases of a group that must fail with it.
+struct Planted {
+  Mutation fault{};
+  std::vector<std::string> cases{};
+};
 
 /// Cache of references. They do not depend on the faults and are computed once.
 inline const reference::Cache& shared_references() {
@@ -46,7 +34,7 @@ inline void check_status(const std::string& name, const Mutation* mutation, Stat
   const CaseContext context{.quick = true, .mutation = mutation, .cache = &shared_references()};
   const Outcome outcome = run_case(select_cases(all_cases(), patterns, true).front(), context);
   if (outcome.status != expected) {
-    std::printf("  %s is %s %s %s\n", name.c_str(), name_of(outcome.status).data(),
+    std::printf("  %s is %s with \"%s\": %s\n", name.c_str(), name_of(outcome.status).data(),
                 mutation != nullptr ? mutation->name.c_str() : "", outcome.reason().c_str());
     for (const Quantity& q : outcome.quantities) {
       if (!q.holds()) { std::printf("    %s = %g\n", q.name.c_str(), q.value); }
@@ -55,16 +43,81 @@ inline void check_status(const std::string& name, const Mutation* mutation, Stat
   CHECK(outcome.status == expected);
 }
 
-/// Checks that the verdicts fail with the fault and pass without it. With sanitizers only the run
-/// with the fault is checked, since it executes the same code.
-inline void check_red(const Mutation& mutation, std::initializer_list<const char*> names) {
-  for (const char* name : tried(std::span<const char* const>(names))) {
-    check_status(name, &mutation, Status::fail);
-#ifndef PALPATE_SANITIZED
-    static std::set<std::string> green;
-    if (green.insert(name).second) { check_status(name, nullptr, Status::pass); }
+/// Checks that the case passes without a fault. It runs once, however many faults name it.
+inline void check_green(const std::string& name) {
+  static std::set<std::string> green;
+  if (green.insert(name).second) { check_status(name, nullptr, Status::pass); }
+}
+
+/// Checks that the cases fail with the fault and pass without it; `group` begins their names. With
+/// sanitizers, which are ten times slower, each fault runs its first case only, unless another
+/// fault already covers it, and the run without the fault, which executes the same code, is left
+/// out.
+inline void check_red(const std::string& group, const std::vector<Planted>& faults) {
+  [[maybe_unused]] std::set<std::string> covered;
+  for (const auto& [fault, cases] : faults) {
+    for (const std::string& name : cases) {
+#ifdef PALPATE_SANITIZED
+      if (&name != &cases.front() || !covered.insert(name).second) { continue; }
+#else
+      check_green(group + name);
 #endif
+      check_status(group + name, &fault, Status::fail);
+    }
   }
+}
+
+// Faults that several groups share. They change both the network, which may be empty, and the
+// oscillator.
+
+inline constexpr double quiet_nan = std::numeric_limits<double>::quiet_NaN();
+
+inline Mutation stiffer() {
+  return {.name = "stiffness +1 %", .model = [](Scene& scene, SpringNetwork& network) {
+            network.springs.change_each([](Spring& spring) { spring.stiffness *= 1.01; });
+            scene.tissue.oscillator.stiffness *= 1.01;
+          }};
+}
+
+inline Mutation lighter() {
+  return {.name = "mass -1 %", .model = [](Scene& scene, SpringNetwork& network) {
+            network.mass *= 0.99;
+            scene.tissue.oscillator.mass *= 0.99;
+          }};
+}
+
+inline Mutation reversed_damping() {
+  return {.name = "damping of the wrong sign", .model = [](Scene& scene, SpringNetwork& network) {
+            network.springs.change_each([](Spring& spring) { spring.viscosity *= -1.0; });
+            scene.tissue.oscillator.viscosity *= -1.0;
+          }};
+}
+
+inline Mutation missing_spring() {
+  return {
+      .name = "one spring missing", .model = [](Scene&, SpringNetwork& network) {
+        if (network.springs.empty()) { return; }
+        const auto middle = static_cast<std::ptrdiff_t>(network.springs.size() / 2);
+        network.springs.edit([&](std::vector<Spring>& all) { all.erase(all.begin() + middle); });
+      }};
+}
+
+inline Mutation double_steps() { return {.name = "every step taken twice", .step_twice = true}; }
+
+inline Mutation not_a_number() {
+  return {.name = "NaN in one coordinate", .trace = [](Trace& motion) {
+            motion.position(motion.position.rows() / 2, motion.position.cols() / 2) = quiet_nan;
+          }};
+}
+
+inline Mutation late_frames() {
+  return {.name = "frames one sample late", .trace = [](Trace& motion) {
+            for (Eigen::MatrixXd* frames : {&motion.position, &motion.velocity}) {
+              for (Eigen::Index n = frames->cols() - 1; n > 0; --n) {
+                frames->col(n) = frames->col(n - 1).eval();
+              }
+            }
+          }};
 }
 
 }  // namespace palpate
