@@ -12,12 +12,46 @@ namespace palpate {
 
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
-  for (const auto group :
-       {oscillator_cases, errata_cases, network_cases, patient_cases, stability_cases, tool_cases,
-        haptic_cases, clinical_cases, certificate_cases, gate_cases}) {
+  for (const auto group : {oscillator::order_cases,
+                           oscillator::stability_limit_cases,
+                           oscillator::figure_cases,
+                           errata::cases,
+                           networks::elasticity_cases,
+                           networks::conservation_cases,
+                           networks::convergence_cases,
+                           networks::kernel_cases,
+                           tissue_cases,
+                           patient_cases,
+                           stability::limit_cases,
+                           stability::robustness_cases,
+                           tools::reference_cases,
+                           tools::balance_cases,
+                           tools::passage_cases,
+                           tools::probe_cases,
+                           haptics::wall_cases,
+                           haptics::falcon_cases,
+                           clinical::measure_cases,
+                           clinical::comparison_cases,
+                           clinical::calibration_cases,
+                           certificate::cases,
+                           gating::cases}) {
     std::ranges::move(group(), std::back_inserter(cases));
   }
   return cases;
+}
+
+void add_scheme_cases(
+    std::vector<Case>& cases, const std::string& prefix, const std::string& suite,
+    const std::function<std::string(const IntegratorInfo&)>& claim,
+    const std::function<void(const IntegratorInfo&, const CaseContext&, Outcome&)>& measure,
+    const SchemeWeights& weights) {
+  for (const IntegratorInfo* scheme : integrators()) {
+    cases.push_back({prefix + std::string(scheme->name), suite, claim(*scheme),
+                     [scheme, measure](const CaseContext& context, Outcome& outcome) {
+                       measure(*scheme, context, outcome);
+                     },
+                     scheme->implicit ? weights.implicit_scheme : weights.explicit_scheme});
+  }
 }
 
 std::vector<Case> select_cases(const std::vector<Case>& cases,

@@ -43,8 +43,8 @@ struct Case {
   std::string suite{};  ///< "accuracy", "stability", "haptics", "clinical", "timing", "model"
   std::string claim{};  ///< the sentence that is judged
   std::function<void(const CaseContext&, Outcome&)> measure{};
-  bool quick = true;    ///< part of --quick
   double weight = 1.0;  ///< expected seconds: long cases start first
+  bool quick = true;    ///< part of --quick
   bool keeps =
       true;  ///< the result can be reused until code, options or data change; false: always run
 };

@@ -40,6 +40,70 @@ Status Quantity::status() const {
   return in_part ? Status::inconclusive : Status::fail;
 }
 
+Series curve(std::string label, std::vector<double> x, std::vector<double> y, Series::Style style) {
+  return {.label = std::move(label), .style = style, .x = std::move(x), .y = std::move(y)};
+}
+
+Axis logarithmic(std::string label) { return {.label = std::move(label), .logarithmic = true}; }
+
+Figure plot(std::string id, std::string title, std::string caption, Axis x, Axis y,
+            std::vector<Series> series) {
+  return {.id = std::move(id),
+          .title = std::move(title),
+          .caption = std::move(caption),
+          .x = std::move(x),
+          .y = std::move(y),
+          .series = std::move(series)};
+}
+
+Table make_table(std::string id, std::string title, std::string caption,
+                 std::vector<std::string> columns, std::vector<std::vector<Cell>> rows) {
+  return {.id = std::move(id),
+          .title = std::move(title),
+          .caption = std::move(caption),
+          .columns = std::move(columns),
+          .rows = std::move(rows)};
+}
+
+void Outcome::judge_between(std::string what, double value, double lower, double upper,
+                            std::string from, std::string unit) {
+  judge({.name = std::move(what),
+         .value = value,
+         .unit = std::move(unit),
+         .lower = lower,
+         .upper = upper,
+         .bound_from = std::move(from)});
+}
+
+void Outcome::judge_at_least(std::string what, double value, double lower, std::string from,
+                             std::string unit) {
+  judge_between(std::move(what), value, lower, unbounded, std::move(from), std::move(unit));
+}
+
+void Outcome::judge_at_most(std::string what, double value, double upper, std::string from,
+                            std::string unit) {
+  judge_between(std::move(what), value, -unbounded, upper, std::move(from), std::move(unit));
+}
+
+void Outcome::judge_near(std::string what, double value, double expected, double tolerance,
+                         std::string from, std::string unit) {
+  judge_between(std::move(what), value, expected - tolerance, expected + tolerance, std::move(from),
+                std::move(unit));
+}
+
+void Outcome::judge_equal(std::string what, double value, double expected, std::string from,
+                          std::string unit) {
+  judge_between(std::move(what), value, expected, expected, std::move(from), std::move(unit));
+}
+
+void Outcome::judge_true(std::string what, bool holds, std::string from) {
+  judge_at_least(std::move(what), holds ? 1.0 : 0.0, 1.0, std::move(from));
+}
+
+void Outcome::report(std::string what, double value, std::string unit) {
+  judge({.name = std::move(what), .value = value, .unit = std::move(unit)});
+}
+
 std::string Outcome::reason() const {
   std::string text;
   for (const std::string& each : reasons) { text += (text.empty() ? "" : "\n") + each; }

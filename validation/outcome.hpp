@@ -61,6 +61,19 @@ class Largest {
   double value_;
 };
 
+/// Smallest of the values added so far. NaN once one of them is NaN.
+class Smallest {
+ public:
+  explicit Smallest(double at_most = unbounded) : value_(at_most) {}
+  void add(double value) {
+    if (!(value >= value_ || std::isnan(value_))) { value_ = value; }
+  }
+  [[nodiscard]] double value() const { return value_; }
+
+ private:
+  double value_;
+};
+
 struct Series {
   /// band: faint, for what is allowed or uncertain; area: strong, for parts stacked on each other
   enum class Style { line, points, line_and_points, dashed, band, area };
@@ -71,7 +84,13 @@ struct Series {
   std::vector<double> y2{};  ///< band and area: the upper edge
 
   [[nodiscard]] bool filled() const { return style == Style::band || style == Style::area; }
+  void add(double at_x, double at_y) {
+    x.push_back(at_x);
+    y.push_back(at_y);
+  }
 };
+Series curve(std::string label, std::vector<double> x, std::vector<double> y,
+             Series::Style style = Series::Style::line);
 
 struct Axis {
   std::string label{};  ///< with unit, "time (s)"
@@ -79,6 +98,7 @@ struct Axis {
   std::optional<double> minimum{};
   std::optional<double> maximum{};
 };
+Axis logarithmic(std::string label);
 
 /// Values on a regular grid, drawn as colours; z is row-major, z[row * columns + column].
 struct HeatMap {
@@ -114,6 +134,8 @@ struct Figure {
   bool square = false;  ///< equal scales on both axes
   bool timing = false;  ///< shows run times, which differ from run to run
 };
+Figure plot(std::string id, std::string title, std::string caption, Axis x, Axis y,
+            std::vector<Series> series = {});
 
 using Cell = std::variant<std::string, double>;
 
@@ -125,6 +147,8 @@ struct Table {
   std::vector<std::vector<Cell>> rows{};
   bool timing = false;
 };
+Table make_table(std::string id, std::string title, std::string caption,
+                 std::vector<std::string> columns, std::vector<std::vector<Cell>> rows = {});
 
 /// A measured run time or cost. It is not judged, and is left out when two runs are compared.
 struct Timing {
@@ -147,6 +171,21 @@ struct Outcome {
   std::vector<std::string> notes{};
 
   void judge(Quantity quantity) { quantities.push_back(std::move(quantity)); }
+  // Judge a value; `from` says where the bound comes from.
+  void judge_at_least(std::string what, double value, double lower, std::string from,
+                      std::string unit = "1");
+  void judge_at_most(std::string what, double value, double upper, std::string from,
+                     std::string unit = "1");
+  void judge_between(std::string what, double value, double lower, double upper, std::string from,
+                     std::string unit = "1");
+  void judge_near(std::string what, double value, double expected, double tolerance,
+                  std::string from, std::string unit = "1");
+  void judge_equal(std::string what, double value, double expected, std::string from,
+                   std::string unit = "1");
+  /// Judges a condition as a quantity of 1 (true) or 0.
+  void judge_true(std::string what, bool holds, std::string from);
+  /// Adds a value that is not judged.
+  void report(std::string what, double value, std::string unit = "1");
   void skip(std::string why) {
     status = Status::skip;
     reasons = {std::move(why)};

@@ -231,6 +231,12 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 }
 
+std::vector<double> tick_times(double step, long count) {
+  std::vector<double> times;
+  for (long n = 0; n <= count; ++n) { times.push_back(static_cast<double>(n) * step); }
+  return times;
+}
+
 TrajectoryError trajectory_error(const Eigen::Ref<const Eigen::MatrixXd>& candidate,
                                  const Eigen::Ref<const Eigen::MatrixXd>& truth,
                                  const Eigen::Ref<const Eigen::VectorXd>& start) {

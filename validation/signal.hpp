@@ -115,6 +115,9 @@ namespace palpate {
 // Distances between motions and observed orders of convergence. A value that is not finite or a
 // shape that does not match gives NaN, which fails every bound.
 
+/// Returns the instants 0, step, ... count * step [s].
+std::vector<double> tick_times(double step, long count);
+
 struct TrajectoryError {
   double maximum = 0.0;  ///< largest |candidate - truth| over the peak of |truth - start| [1]
   double l2 = 0.0;       ///< root mean square over coordinates and times, over the truth's own [1]

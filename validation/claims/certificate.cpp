@@ -1,43 +1,37 @@
 // SPDX-License-Identifier: MIT
 /// Cases of the statistics of a real-time certificate, with data of a known distribution.
 
-#include "validation/claims/certificate.hpp"
+#include "validation/certificate/certificate.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_randist.h>
-#include <iterator>
-#include <utility>
 
 #include "device/seeded.hpp"
-#include "validation/certificate/certificate.hpp"
 #include "validation/certificate/paced_loop.hpp"
 #include "validation/certificate/tail.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/statistics.hpp"
 
-namespace palpate {
-
-namespace certificate {
+namespace palpate::certificate {
 
 namespace {
 
-/// Checks with a second library that the probability of so few misses at the limit is 1 -
-/// confidence.
+/// Returns the error of the chance of so few misses at the limit, 0.05, by a second library.
 double worst_error_at_limit() {
-  double worst = 0.0;
+  Largest worst;
   for (const long ticks : {10L, 1000L, 60000L, 86400000L}) {
     for (const long misses : {0L, 1L, 3L, 9L}) {
       if (misses >= ticks) { continue; }
       const double limit = miss_probability_upper(misses, ticks);
       const double chance =
           gsl_cdf_binomial_P(static_cast<unsigned>(misses), limit, static_cast<unsigned>(ticks));
-      worst = std::max(worst, std::abs(chance - 0.05) / 0.05);
+      worst.add(std::abs(chance - 0.05) / 0.05);
     }
   }
-  return worst;
+  return worst.value();
 }
 
 /// Returns the coverage of the limit from the binomial distribution.
@@ -46,7 +40,7 @@ double least_coverage(long ticks) {
   for (long misses = 0; misses <= ticks; ++misses) {
     limit.push_back(miss_probability_upper(misses, ticks));
   }
-  double least = 1.0;
+  Smallest least(1.0);
   for (int n = 1; n < 1000; ++n) {
     const double truth = 1e-3 * n;
     double covered = 0.0;
@@ -55,36 +49,24 @@ double least_coverage(long ticks) {
       covered +=
           gsl_ran_binomial_pdf(static_cast<unsigned>(misses), truth, static_cast<unsigned>(ticks));
     }
-    least = std::min(least, covered);
+    least.add(covered);
   }
-  return least;
+  return least.value();
 }
 
 void measure_miss_bound(const CaseContext&, Outcome& outcome) {
-  outcome.judge(
-      {.name = "error_of_the_chance_at_the_limit",
-       .value = worst_error_at_limit(),
-       .upper = 1e-6,
-       .bound_from =
-           "theory: the chance is 0.05; two libraries with different series agree to this"});
-  outcome.judge(
-      {.name = "least_coverage_of_50_ticks",
-       .value = least_coverage(50),
-       .lower = 0.95,
-       .upper = 1.0,
-       .bound_from = "theory: Clopper and Pearson's limit covers every truth at least so often"});
-  outcome.judge({.name = "limit_where_all_missed",
-                 .value = miss_probability_upper(7, 7),
-                 .lower = 1.0,
-                 .upper = 1.0,
-                 .bound_from = "theory: nothing contradicts 1"});
+  outcome.judge_at_most(
+      "error_of_the_chance_at_the_limit", worst_error_at_limit(), 1e-6,
+      "theory: the chance is 0.05; two libraries with different series agree to this");
+  outcome.judge_between("least_coverage_of_50_ticks", least_coverage(50), 0.95, 1.0,
+                        "theory: Clopper and Pearson's limit covers every truth at least so often");
+  outcome.judge_equal("limit_where_all_missed", miss_probability_upper(7, 7), 1.0,
+                      "theory: nothing contradicts 1");
   const double day = 86400e3;
-  outcome.judge(
-      {.name = "limit_of_a_clean_day_at_1_khz_times_ticks",
-       .value = day * miss_probability_upper(0, static_cast<long>(day)),
-       .lower = 2.9957322,
-       .upper = 2.9957324,
-       .bound_from = "theory: n (1 - 0.05^(1/n)) = -log 0.05 = 2.99573227 within log^2/2n"});
+  outcome.judge_between("limit_of_a_clean_day_at_1_khz_times_ticks",
+                        day * miss_probability_upper(0, static_cast<long>(day)), 2.9957322,
+                        2.9957324,
+                        "theory: n (1 - 0.05^(1/n)) = -log 0.05 = 2.99573227 within log^2/2n");
 }
 
 void measure_percentiles(const CaseContext&, Outcome& outcome) {
@@ -97,64 +79,27 @@ void measure_percentiles(const CaseContext&, Outcome& outcome) {
     histogram.add(times.back());
   }
   std::ranges::sort(times);
-  double least = 1.0;
-  double most = -1.0;
+  Smallest least(1.0);
+  Largest most(-1.0);
   for (const double share : {0.5, 0.9, 0.99, 0.999, 0.9999}) {
     const double exact =
         times[static_cast<std::size_t>(std::ceil(share * double{count} - 1e-9)) - 1];
     const double off = histogram.percentile(share).value_or(std::nan("")) - exact;
-    least = std::isnan(off) ? off : std::min(least, off);
-    most = std::isnan(off) ? off : std::max(most, off);
+    least.add(off);
+    most.add(off);
   }
   const char* why =
       "a bin of 1 us: never too short, at most a bin too long; rounding of a difference";
-  outcome.judge({.name = "least_of_percentile_minus_exact",
-                 .value = 1e6 * least,
-                 .unit = "us",
-                 .lower = -1e-9,
-                 .upper = 1.0,
-                 .bound_from = why});
-  outcome.judge({.name = "most_of_percentile_minus_exact",
-                 .value = 1e6 * most,
-                 .unit = "us",
-                 .lower = -1e-9,
-                 .upper = 1.0 + 1e-9,
-                 .bound_from = why});
-  outcome.judge({.name = "percentile_that_no_tick_lies_above",
-                 .value = histogram.percentile(0.99999) ? 1.0 : 0.0,
-                 .upper = 0.0,
-                 .bound_from = "20 000 ticks say nothing of one in 100 000"});
+  outcome.judge_between("least_of_percentile_minus_exact", 1e6 * least.value(), -1e-9, 1.0, why,
+                        "us");
+  outcome.judge_between("most_of_percentile_minus_exact", 1e6 * most.value(), -1e-9, 1.0 + 1e-9,
+                        why, "us");
+  outcome.judge_at_most("percentile_that_no_tick_lies_above",
+                        histogram.percentile(0.99999) ? 1.0 : 0.0, 0.0,
+                        "20 000 ticks say nothing of one in 100 000");
 }
 
-}  // namespace
-
-}  // namespace certificate
-
-std::vector<Case> certificate_cases() {
-  std::vector<Case> cases{
-      {.name = "certificate/miss-bound",
-       .suite = "model",
-       .claim = "The limit of the miss probability is what the binomial law says, for no miss, "
-                "some, and all.",
-       .measure = certificate::measure_miss_bound,
-       .weight = 0.1},
-      {.name = "certificate/percentiles",
-       .suite = "model",
-       .claim = "Percentiles from bins of 1 us are those of the sorted times, rounded up to a bin.",
-       .measure = certificate::measure_percentiles,
-       .weight = 0.1}};
-  std::ranges::move(certificate::tail_cases(), std::back_inserter(cases));
-  return cases;
-}
-
-}  // namespace palpate
-
-namespace palpate::certificate {
-
-// Extrapolated response times of samples with a known distribution: correct, or refused where the
-// assumptions do not hold.
-
-namespace {
+// Extrapolated response times of known distributions: correct, or refused if assumptions fail.
 
 using device::Seeded;
 using Sample = std::vector<double>;
@@ -221,12 +166,11 @@ Tail tail_of(const Sample& times) {
 
 struct Tried {
   std::size_t refused = 0;
-  std::size_t told = 0;
+  std::size_t extrapolated = 0;
   std::size_t covered = 0;
 };
 
-/// Judges the extrapolation; `truth` [s] is the response that one tick in a hundred times the
-/// observed number exceeds.
+/// `truth` [s]: the response that one tick in a hundred times the observed number exceeds.
 Tried try_tails(const Draw& draw, int seeds, double truth) {
   Tried tried;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -236,7 +180,7 @@ Tried try_tails(const Draw& draw, int seeds, double truth) {
       ++tried.refused;
       continue;
     }
-    ++tried.told;
+    ++tried.extrapolated;
     const ReturnLevel& level = tail.levels.back();
     tried.covered += level.lower <= truth && truth <= level.upper ? 1 : 0;
   }
@@ -255,17 +199,14 @@ void measure_told(const CaseContext& context, Outcome& outcome) {
        {std::tuple{"exponential", Draw(independent), far},
         {"pareto", Draw(heavy), std::expm1(0.15 * far) / 0.15}}) {
     const Tried tried = try_tails(draw, seeds, base + scale * stretched);
-    outcome.judge(
-        {.name = std::string("refused_share_") + name,
-         .value = share(tried.refused, static_cast<std::size_t>(seeds)),
-         .upper = comparison::expected_share(checks * false_alarm, static_cast<std::size_t>(seeds))
-                      .upper,
-         .bound_from = "ten checks with a false alarm in a thousand each; binomial limit, 99.9 %"});
-    outcome.judge(
-        {.name = std::string("coverage_") + name,
-         .value = share(tried.covered, tried.told),
-         .lower = comparison::expected_share(0.95, std::max<std::size_t>(1, tried.told)).lower,
-         .bound_from = "intervals at 95 %; binomial limit, 99.9 %"});
+    outcome.judge_at_most(
+        std::string("refused_share_") + name, share(tried.refused, static_cast<std::size_t>(seeds)),
+        comparison::expected_share(checks * false_alarm, static_cast<std::size_t>(seeds)).upper,
+        "ten checks with a false alarm in a thousand each; binomial limit, 99.9 %");
+    outcome.judge_at_least(
+        std::string("coverage_") + name, share(tried.covered, tried.extrapolated),
+        comparison::expected_share(0.95, std::max<std::size_t>(1, tried.extrapolated)).lower,
+        "intervals at 95 %; binomial limit, 99.9 %");
   }
 }
 
@@ -277,11 +218,9 @@ void measure_refused(const CaseContext& context, Outcome& outcome) {
                                    {"disturbed_later", Draw(disturbed_later)},
                                    {"without_mean", Draw(without_mean)}}) {
     const Tried tried = try_tails(draw, seeds, 0.0);
-    outcome.judge({.name = std::string("refused_share_") + name,
-                   .value = share(tried.refused, static_cast<std::size_t>(seeds)),
-                   .lower = 1.0,
-                   .upper = 1.0,
-                   .bound_from = "an assumption is broken: every sample must be refused"});
+    outcome.judge_equal(std::string("refused_share_") + name,
+                        share(tried.refused, static_cast<std::size_t>(seeds)), 1.0,
+                        "an assumption is broken: every sample must be refused");
   }
 }
 
@@ -292,22 +231,22 @@ Tail tail_of_pairs(std::uint64_t seed) {
   return tail_of(in_pairs(random));
 }
 
-std::vector<Case> tail_cases() {
-  return {
-      {.name = "certificate/tail/told",
-       .suite = "model",
-       .claim = "Of independent response times the tail is told, and its interval two decades "
-                "beyond the data "
-                "holds the truth as often as it says.",
-       .measure = measure_told,
-       .weight = 3.0},
-      {.name = "certificate/tail/refused",
-       .suite = "model",
-       .claim =
+std::vector<Case> cases() {
+  return {{"certificate/miss-bound", "model",
+           "The limit of the miss probability is what the binomial law says, for no miss, some, "
+           "and all.",
+           measure_miss_bound, 0.1},
+          {"certificate/percentiles", "model",
+           "Percentiles from bins of 1 us are those of the sorted times, rounded up to a bin.",
+           measure_percentiles, 0.1},
+          {"certificate/tail/told", "model",
+           "Of independent response times the tail is told, and its interval two decades beyond "
+           "the data holds the truth as often as it says.",
+           measure_told, 3.0},
+          {"certificate/tail/refused", "model",
            "Of response times that follow each other, change with time or have no mean, nothing is "
            "extrapolated.",
-       .measure = measure_refused,
-       .weight = 1.0}};
+           measure_refused, 1.0}};
 }
 
 }  // namespace palpate::certificate

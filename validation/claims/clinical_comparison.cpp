@@ -9,11 +9,11 @@
 #include "device/pressure_link/frame.hpp"
 #include "model/problem/recording.hpp"
 #include "validation/claims/clinical_fixture.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/tool_fixture.hpp"
 #include "validation/comparison/comparison.hpp"
 #include "validation/comparison/group_comparison.hpp"
 #include "validation/comparison/link_recording.hpp"
-#include "validation/roll_out.hpp"
 
 namespace palpate::clinical {
 
@@ -92,14 +92,11 @@ std::vector<Trial> trials(const std::vector<double>& time) {
 }
 
 Figure figure_of(const std::vector<double>& time, const std::vector<double>& recorded) {
-  Figure figure{.id = "traces",
-                .title = "A recording and faults of a simulation",
-                .caption = "Recorded with noise of 1 mmHg; each copy has one fault.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "pressure (mmHg)"}};
+  Figure figure = plot("traces", "A recording and faults of a simulation",
+                       "Recorded with noise of 1 mmHg; each copy has one fault.", {"time (s)"},
+                       {"pressure (mmHg)"});
   const auto add = [&](const std::string& label, const std::vector<double>& pressure) {
-    figure.series.push_back(
-        {.label = label, .x = time, .y = scaled(pressure, 1.0 / pascals_per_mmhg, 0.0)});
+    figure.series.push_back(curve(label, time, scaled(pressure, 1.0 / pascals_per_mmhg, 0.0)));
   };
   add("recorded", recorded);
   for (const Trial& trial : faults_of_the_event(time)) {
@@ -126,24 +123,17 @@ void measure_verdicts(const CaseContext& context, Outcome& outcome) {
   device::Seeded seeded(20);
   add_noise(noisy, pascals_per_mmhg, seeded);
   const Recording recording = recording_of(time, noisy);
-  Table table{
-      .id = "verdicts",
-      .title = "One fault at a time",
-      .caption =
-          "Ratings follow the whole trace, the verdict follows features with tolerances. Noise of "
-          "1 mmHg on the recording.",
-      .columns = {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO rating", "lag (s)",
-                  "verdict", "first reason"}};
+  Table table =
+      make_table("verdicts", "One fault at a time",
+                 "Ratings follow the trace, the verdict follows features. Noise of 1 mmHg.",
+                 {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO rating", "lag (s)",
+                  "verdict", "first reason"});
   for (Trial& trial : trials(time)) {
     damage(context, trial.simulated);
     const Comparison found = compare(recording, trace_of(time, trial.simulated), trial.options);
     table.rows.push_back(row_of(trial, found));
     const bool right = std::ranges::find(trial.right, found.outcome.status) != trial.right.end();
-    outcome.judge({.name = "right_verdict: " + trial.name,
-                   .value = right ? 1.0 : 0.0,
-                   .lower = 1.0,
-                   .upper = 1.0,
-                   .bound_from = trial.why});
+    outcome.judge_equal("right_verdict: " + trial.name, right ? 1.0 : 0.0, 1.0, trial.why);
   }
   outcome.figures.push_back(figure_of(time, noisy));
   outcome.tables.push_back(std::move(table));
@@ -159,54 +149,22 @@ void measure_blindness(const CaseContext& context, Outcome& outcome) {
     return compare(recording_of(time, same), trace_of(time, std::move(simulated)));
   };
   const Comparison slow = against(pressures({.fall_constant = 5.0 * law.fall_constant}, time));
-  outcome.judge({.name = "iso_rating_of_a_drop_5x_slower",
-                 .value = slow.rating ? slow.rating->overall : not_measured,
-                 .lower = 0.80,
-                 .bound_from = "ISO/TS 18571 calls more than 0.80 good: blind to the event"});
+  outcome.judge_at_least("iso_rating_of_a_drop_5x_slower",
+                         slow.rating ? slow.rating->overall : not_measured, 0.80,
+                         "ISO/TS 18571 calls more than 0.80 good: blind to the event");
   const Tolerance peak = tolerance_of(Feature::peak, {});
-  outcome.judge({.name = "sprague_geers_of_a_drop_5x_slower",
-                 .value = slow.errors.combined,
-                 .upper = peak.relative,
-                 .bound_from =
-                     "the tolerance of the peak, 10.2 %: a gate of that width on the measure would "
-                     "let it pass"});
+  outcome.judge_at_most(
+      "sprague_geers_of_a_drop_5x_slower", slow.errors.combined, peak.relative,
+      "the tolerance of the peak, 10.2 %: a gate of that width on the measure would let it pass");
   const Comparison loud = against(scaled(same, 1.2, 0.0));
-  outcome.judge({.name = "sprague_geers_phase_of_a_gain",
-                 .value = loud.errors.phase,
-                 .upper = 1e-7,
-                 .bound_from = "theory: a factor has no phase (arc cosine of 1 to rounding)"});
+  outcome.judge_at_most("sprague_geers_phase_of_a_gain", loud.errors.phase, 1e-7,
+                        "theory: a factor has no phase (arc cosine of 1 to rounding)");
   const Comparison late = against(pressures({.delay = 1.0}, time));
-  outcome.judge({.name = "reported_lag_of_a_delay",
-                 .value = late.alignment.lag,
-                 .unit = "s",
-                 .lower = -1.0 - 1.0 / 120.0,
-                 .upper = -1.0 + 1.0 / 120.0,
-                 .bound_from = "the delay that was put in, to one sample"});
-}
-
-}  // namespace
-
-std::vector<Case> verdict_cases() {
-  return {{.name = "clinical/verdicts",
-           .suite = "clinical",
-           .claim = "Every fault beyond its tolerance is called a difference, noise and small ones "
-                    "are not, and what "
-                    "cannot be compared is not.",
-           .measure = measure_verdicts,
-           .weight = 0.3},
-          {.name = "clinical/blind-spots",
-           .suite = "clinical",
-           .claim = "Measures of whole traces call a fall that is five times too slow good; they "
-                    "may not judge.",
-           .measure = measure_blindness,
-           .weight = 0.1}};
+  outcome.judge_near("reported_lag_of_a_delay", late.alignment.lag, -1.0, 1.0 / 120.0,
+                     "the delay that was put in, to one sample", "s");
 }
 
 // Corridor and bootstrap over subjects that differ by an individual factor.
-
-namespace {
-
-using namespace comparison;
 
 Samples subject(const std::vector<double>& time, double factor) {
   Samples samples{.step = time[1] - time[0], .value = pressures({}, time)};
@@ -234,21 +192,16 @@ void measure_corridor(const CaseContext& context, Outcome& outcome) {
       inside += built.corridor && coverage(*built.corridor, further).holds ? 1 : 0;
     }
     const Interval expected = expected_share(0.95, trials);
-    outcome.judge({.name = "further_subjects_inside_of_" + std::to_string(count),
-                   .value = static_cast<double>(inside) / trials,
-                   .lower = expected.lower,
-                   .upper = expected.upper,
-                   .bound_from = "Student: 0.95 of further subjects; binomial, 0.999"});
+    outcome.judge_between("further_subjects_inside_of_" + std::to_string(count),
+                          static_cast<double>(inside) / trials, expected.lower, expected.upper,
+                          "Student: 0.95 of further subjects; binomial, 0.999");
   }
   const std::vector<Samples> one{subject(time, 1.0)};
-  outcome.judge({.name = "corridors_of_one_subject",
-                 .value = build_corridor(one).corridor ? 1.0 : 0.0,
-                 .upper = 0.0,
-                 .bound_from = "one subject has no spread: refused"});
+  outcome.judge_at_most("corridors_of_one_subject", build_corridor(one).corridor ? 1.0 : 0.0, 0.0,
+                        "one subject has no spread: refused");
 }
 
-/// Checks the coverage of the bootstrap for ten subjects, which is below its nominal level as
-/// theory predicts.
+/// Coverage of the bootstrap for ten subjects: below its nominal level, as theory predicts.
 void measure_bootstrap(const CaseContext& context, Outcome& outcome) {
   constexpr std::size_t trials = 400;
   constexpr std::size_t count = 10;
@@ -264,42 +217,17 @@ void measure_bootstrap(const CaseContext& context, Outcome& outcome) {
   constexpr double normal_factor = 1.959964;  // 0.95 of a normal distribution
   const double theory = student_share(normal_factor * std::sqrt((count - 1.0) / count), count - 1);
   const Interval expected = expected_share(theory, trials);
-  outcome.judge(
-      {.name = "share_of_bootstrap_intervals_that_hold_the_mean",
-       .value = static_cast<double>(covered) / trials,
-       .lower = expected.lower,
-       .upper = expected.upper,
-       .bound_from =
-           "theory: Student's t at 1.96 sqrt(9/10), 0.90 instead of 0.95; binomial, 0.999"});
-}
-
-}  // namespace
-
-std::vector<Case> subject_cases() {
-  return {{.name = "clinical/subjects/corridor",
-           .suite = "clinical",
-           .claim = "The corridor of a few subjects holds a further one as often as it says; of "
-                    "one there is none.",
-           .measure = measure_corridor,
-           .weight = 0.2},
-          {.name = "clinical/subjects/bootstrap",
-           .suite = "clinical",
-           .claim = "Bootstrap intervals over subjects are as narrow as is known of them, and are "
-                    "said to be.",
-           .measure = measure_bootstrap,
-           .weight = 0.2}};
+  outcome.judge_between(
+      "share_of_bootstrap_intervals_that_hold_the_mean", static_cast<double>(covered) / trials,
+      expected.lower, expected.upper,
+      "theory: Student's t at 1.96 sqrt(9/10), 0.90 instead of 0.95; binomial, 0.999");
 }
 
 // A simulated insertion recorded through the pressure link and compared with itself.
 
-namespace {
-
-using namespace comparison;
-
 constexpr double quantum = 0.1 * pascals_per_mmhg;  // [Pa] of the link
 
-/// Returns a scene in which a needle advances into the epidural space and rests there for the
-/// duration that the rule requires.
+/// A needle advances into the epidural space and rests there as long as the rule requires.
 Scene resting_insertion() {
   Scene scene = tools::seven_soft_layers();
   scene.simulation = {.duration = 8.5, .step = 1e-3, .integrator = "velocity-verlet"};
@@ -314,45 +242,36 @@ Recording through_the_link(const Trace& run) {
   return recording_of_link(bytes, run.time.size()).recording;
 }
 
-/// Returns the largest rise of the pressure over one frame period [Pa], the largest error of a peak
-/// by sampling.
+/// Largest rise over one frame period [Pa]: the largest error of a peak by sampling.
 double largest_rise(const Recording& recording) {
-  double largest = 0.0;
+  Largest largest;
   for (std::size_t n = 1; n < recording.pressure.size(); ++n) {
-    largest = std::max(largest, recording.pressure[n] - recording.pressure[n - 1]);
+    largest.add(recording.pressure[n] - recording.pressure[n - 1]);
   }
-  return largest;
+  return largest.value();
 }
 
 void judge_samples(const Comparison& found, Outcome& outcome) {
-  outcome.judge({.name = "largest_difference_of_samples",
-                 .value = largest_difference(found.recorded_raw.value, found.simulated_raw.value) /
-                          pascals_per_mmhg,
-                 .unit = "mmHg",
-                 .upper = 0.5 * (1.0 + 1e-6) * quantum / pascals_per_mmhg,
-                 .bound_from = "the link rounds to 0.1 mmHg: half of that, and rounding"});
-  outcome.judge({.name = "verdict_agrees",
-                 .value = found.outcome.status == Status::pass ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .bound_from = "a recording of the simulation is the simulation"});
+  outcome.judge_at_most(
+      "largest_difference_of_samples",
+      largest_difference(found.recorded_raw.value, found.simulated_raw.value) / pascals_per_mmhg,
+      0.5 * (1.0 + 1e-6) * quantum / pascals_per_mmhg,
+      "the link rounds to 0.1 mmHg: half of that, and rounding", "mmHg");
+  outcome.judge_true("verdict_agrees", found.outcome.status == Status::pass,
+                     "a recording of the simulation is the simulation");
 }
 
 /// Compares without a filter, because it rounds a corner more at 120 Hz than at 1 kHz. The event
 /// aligns the clocks to within the sampling of each trace.
 void judge_event(const Comparison& found, const Recording& recording, Outcome& outcome) {
   const double period = 1.0 / recording.sample_rate;
-  outcome.judge({.name = "lag_by_the_event",
-                 .value = std::abs(found.alignment.lag) / period,
-                 .unit = "1",
-                 .upper = 1.0,
-                 .bound_from = "sampling: an event is placed to within a frame period, 1/120 s"});
+  outcome.judge_at_most("lag_by_the_event", std::abs(found.alignment.lag) / period, 1.0,
+                        "sampling: an event is placed to within a frame period, 1/120 s");
   const FeatureComparison& peak = found.features.at(static_cast<std::size_t>(Feature::peak));
-  outcome.judge(
-      {.name = "error_of_the_peak",
-       .value = std::abs(peak.error) / pascals_per_mmhg,
-       .unit = "mmHg",
-       .upper = (0.5 * quantum + largest_rise(recording)) / pascals_per_mmhg,
-       .bound_from = "half of 0.1 mmHg, and what the pressure rises between two samples"});
+  outcome.judge_at_most("error_of_the_peak", std::abs(peak.error) / pascals_per_mmhg,
+                        (0.5 * quantum + largest_rise(recording)) / pascals_per_mmhg,
+                        "half of 0.1 mmHg, and what the pressure rises between two samples",
+                        "mmHg");
 }
 
 void measure_round_trip(const CaseContext& context, Outcome& outcome) {
@@ -360,20 +279,16 @@ void measure_round_trip(const CaseContext& context, Outcome& outcome) {
   const Recording recording =
       through_the_link(context.mutation == nullptr ? run : roll_out({}, resting_insertion(), {}));
   const Trace simulated = trace_of(run.time, run.values("syringe.pressure_pa"));
-  outcome.judge(
-      {.name = "missing_samples",
-       .value = static_cast<double>(recording.defects.missing + recording.defects.bad_frames),
-       .upper = 0.0,
-       .bound_from = "an undamaged line loses nothing"});
+  outcome.judge_at_most(
+      "missing_samples",
+      static_cast<double>(recording.defects.missing + recording.defects.bad_frames), 0.0,
+      "an undamaged line loses nothing");
   const Comparison found = compare(recording, simulated, {.alignment = AlignmentRule::start});
   judge_samples(found, outcome);
   const Comparison by_event =
       compare(recording, simulated, {.alignment = AlignmentRule::event, .cutoff = 0.0});
   if (by_event.features.empty()) {
-    outcome.judge({.name = "lag_by_the_event",
-                   .value = not_measured,
-                   .upper = 1.0,
-                   .bound_from = "sampling"});
+    outcome.judge_at_most("lag_by_the_event", not_measured, 1.0, "sampling");
   } else {
     judge_event(by_event, recording, outcome);
   }
@@ -382,14 +297,26 @@ void measure_round_trip(const CaseContext& context, Outcome& outcome) {
 
 }  // namespace
 
-std::vector<Case> round_trip_cases() {
-  return {{.name = "clinical/round-trip",
-           .suite = "clinical",
-           .claim = "A simulated insertion that is recorded through the pressure link agrees with "
-                    "itself, to "
-                    "within what the link rounds and samples.",
-           .measure = measure_round_trip,
-           .weight = 0.5}};
+std::vector<Case> comparison_cases() {
+  return {
+      {"clinical/verdicts", "clinical",
+       "Every fault beyond its tolerance is called a difference, noise and small ones are not, and "
+       "what cannot be compared is not.",
+       measure_verdicts, 0.3},
+      {"clinical/blind-spots", "clinical",
+       "Measures of whole traces call a fall that is five times too slow good; they may not judge.",
+       measure_blindness, 0.1},
+      {"clinical/subjects/corridor", "clinical",
+       "The corridor of a few subjects holds a further one as often as it says; of one there is "
+       "none.",
+       measure_corridor, 0.2},
+      {"clinical/subjects/bootstrap", "clinical",
+       "Bootstrap intervals over subjects are as narrow as is known of them, and are said to be.",
+       measure_bootstrap, 0.2},
+      {"clinical/round-trip", "clinical",
+       "A simulated insertion that is recorded through the pressure link agrees with itself, to "
+       "within what the link rounds and samples.",
+       measure_round_trip, 0.5}};
 }
 
 }  // namespace palpate::clinical

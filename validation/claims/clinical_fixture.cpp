@@ -4,9 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-
-#include "validation/claims/groups.hpp"
 
 namespace palpate::clinical {
 
@@ -88,8 +85,7 @@ double left_by(const Event& event, double t) {
   return std::min(1.0, fallen + 2.0 * (t - event.time - event.back));  // back within half a second
 }
 
-/// Returns the pushes of a thumb between 0 and 1: rise within a fifth of a period, constant, then
-/// release.
+/// Pushes of a thumb between 0 and 1: rise in a fifth of a period, constant, release.
 double push(double t, double period, double relax) {
   const double phase = std::fmod(t, period);
   if (phase < 0.2 * period) { return phase / (0.2 * period); }
@@ -125,17 +121,3 @@ comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed)
 }
 
 }  // namespace palpate::clinical
-
-namespace palpate {
-
-std::vector<Case> clinical_cases() {
-  std::vector<Case> cases;
-  for (const auto part : {clinical::measure_cases, clinical::feature_cases, clinical::verdict_cases,
-                          clinical::detection_cases, clinical::subject_cases,
-                          clinical::round_trip_cases, clinical::calibration_cases}) {
-    std::ranges::move(part(), std::back_inserter(cases));
-  }
-  return cases;
-}
-
-}  // namespace palpate

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Synthetic pressures of insertions that follow a law, so that their features are known in
-/// advance.
+/// Synthetic pressures of insertions that follow a law with known features.
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -42,8 +40,8 @@ void damage(const CaseContext& context, std::vector<double>& pressure);
 Recording recording_of(const std::vector<double>& time, std::vector<double> pressure);
 Trace trace_of(const std::vector<double>& time, std::vector<double> pressure);
 
-/// Returns the largest |a - b| of two sequences of the same length; NaN if a value is NaN or they
-/// are empty.
+/// Returns the largest |a - b| of sequences of the same length; NaN if a value is NaN or none
+/// exists.
 double largest_difference(std::span<const double> a, std::span<const double> b);
 
 /// Insertion techniques with and without a loss of resistance, to test its detection.
@@ -61,19 +59,5 @@ inline constexpr double smallest_peak =
     300.0 * pascals_per_mmhg;  ///< [Pa]; the largest is twice that
 /// Returns a synthetic insertion of 30 s.
 comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed);
-
-// Parts of the case group "clinical". The candidate of these cases is a simulated pressure (or a
-// synthetic insertion for the detection rule); planted faults change it.
-
-std::vector<Case> measure_cases();  ///< distances, ratings and filter compared with closed forms
-                                    ///< and an independent program
-std::vector<Case> feature_cases();  ///< features of traces with a known law
-std::vector<Case>
-verdict_cases();  ///< faults that single measures do not detect but the verdict does
-std::vector<Case> detection_cases();  ///< true and false detections of the event
-std::vector<Case> subject_cases();    ///< corridor and bootstrap over subjects
-std::vector<Case>
-round_trip_cases();  ///< simulated insertions recorded through the link and compared
-std::vector<Case> calibration_cases();  ///< parameters from recordings
 
 }  // namespace palpate::clinical

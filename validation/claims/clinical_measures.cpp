@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "validation/claims/clinical_fixture.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/comparison/features.hpp"
 #include "validation/comparison/iso_rating.hpp"
 #include "validation/signal.hpp"
@@ -18,15 +19,6 @@ namespace palpate::clinical {
 namespace {
 
 using namespace comparison;
-
-void judge_near(Outcome& outcome, const std::string& name, double value, double expected,
-                double within, const std::string& from) {
-  outcome.judge({.name = name,
-                 .value = value,
-                 .lower = expected - within,
-                 .upper = expected + within,
-                 .bound_from = from});
-}
 
 constexpr double rounding = 1e-12;
 
@@ -50,14 +42,14 @@ void by_hand_distances(const CaseContext& context, Outcome& outcome) {
   damage(context, simulated);
   const TraceErrors errors = trace_errors(simulated, recorded);
   const std::string from = "closed form: 2, 2, 2, 2 against 1, 2, 3, 4";
-  judge_near(outcome, "rmse", errors.rmse, std::sqrt(1.5), rounding, from);
-  judge_near(outcome, "nrmse", errors.nrmse, std::sqrt(1.5) / 3.0, rounding, from);
+  outcome.judge_near("rmse", errors.rmse, std::sqrt(1.5), rounding, from);
+  outcome.judge_near("nrmse", errors.nrmse, std::sqrt(1.5) / 3.0, rounding, from);
   const double magnitude = std::sqrt(16.0 / 30.0) - 1.0;
   const double phase = std::acos(20.0 / std::sqrt(480.0)) * std::numbers::inv_pi;
-  judge_near(outcome, "sprague_geers_magnitude", errors.magnitude, magnitude, rounding, from);
-  judge_near(outcome, "sprague_geers_phase", errors.phase, phase, rounding, from);
-  judge_near(outcome, "sprague_geers_combined", errors.combined, std::hypot(magnitude, phase),
-             rounding, from);
+  outcome.judge_near("sprague_geers_magnitude", errors.magnitude, magnitude, rounding, from);
+  outcome.judge_near("sprague_geers_phase", errors.phase, phase, rounding, from);
+  outcome.judge_near("sprague_geers_combined", errors.combined, std::hypot(magnitude, phase),
+                     rounding, from);
 }
 
 void by_hand_rating_of_gain(const CaseContext& context, Outcome& outcome) {
@@ -65,10 +57,10 @@ void by_hand_rating_of_gain(const CaseContext& context, Outcome& outcome) {
   damage(context, simulated);
   const IsoRating rating = rate(simulated, square_wave(1.0));
   const std::string from = "closed form: a square wave 20 % too large";
-  judge_near(outcome, "gain_corridor", rating.corridor, std::pow(0.3 / 0.45, 2), rounding, from);
-  judge_near(outcome, "gain_phase", rating.phase, 1.0, rounding, from);
-  judge_near(outcome, "gain_magnitude", rating.magnitude, 0.6, rounding, from);
-  judge_near(outcome, "gain_slope", rating.slope, 0.9, rounding, from);
+  outcome.judge_near("gain_corridor", rating.corridor, std::pow(0.3 / 0.45, 2), rounding, from);
+  outcome.judge_near("gain_phase", rating.phase, 1.0, rounding, from);
+  outcome.judge_near("gain_magnitude", rating.magnitude, 0.6, rounding, from);
+  outcome.judge_near("gain_slope", rating.slope, 0.9, rounding, from);
 }
 
 void by_hand_rating_of_delay(const CaseContext& context, Outcome& outcome) {
@@ -76,11 +68,11 @@ void by_hand_rating_of_delay(const CaseContext& context, Outcome& outcome) {
   damage(context, simulated);
   const IsoRating rating = rate(simulated, pulse(80));
   const std::string from = "closed form: a pulse of 30 of 200 samples, 10 late";
-  judge_near(outcome, "delay_corridor", rating.corridor, 1.0 - 20.0 / 200.0, rounding, from);
-  judge_near(outcome, "delay_phase", rating.phase, 1.0 - 10.0 / 40.0, rounding, from);
-  judge_near(outcome, "delay_magnitude", rating.magnitude, 1.0, rounding, from);
-  judge_near(outcome, "delay_slope", rating.slope, 1.0, rounding, from);
-  judge_near(outcome, "delay_overall", rating.overall, 0.4 * 0.9 + 0.2 * 2.75, rounding, from);
+  outcome.judge_near("delay_corridor", rating.corridor, 1.0 - 20.0 / 200.0, rounding, from);
+  outcome.judge_near("delay_phase", rating.phase, 1.0 - 10.0 / 40.0, rounding, from);
+  outcome.judge_near("delay_magnitude", rating.magnitude, 1.0, rounding, from);
+  outcome.judge_near("delay_slope", rating.slope, 1.0, rounding, from);
+  outcome.judge_near("delay_overall", rating.overall, 0.4 * 0.9 + 0.2 * 2.75, rounding, from);
 }
 
 void measure_closed_forms(const CaseContext& context, Outcome& outcome) {
@@ -88,8 +80,8 @@ void measure_closed_forms(const CaseContext& context, Outcome& outcome) {
   by_hand_rating_of_gain(context, outcome);
   by_hand_rating_of_delay(context, outcome);
   const std::vector<double> constant(200, 0.3);
-  judge_near(outcome, "phase_of_a_constant", rate(constant, square_wave(1.0)).phase, 0.0, 0.0,
-             "a constant has no phase, so none may be scored");
+  outcome.judge_near("phase_of_a_constant", rate(constant, square_wave(1.0)).phase, 0.0, 0.0,
+                     "a constant has no phase, so none may be scored");
 }
 
 /// NRMSE, Sprague-Geers M and P, then Z, E_P, E_M, E_S, R.
@@ -138,23 +130,20 @@ void measure_fault_table(const CaseContext& context, Outcome& outcome) {
   std::vector<double> time = instants(10.0, 100.0);
   time.pop_back();  // 1000 samples
   const std::vector<double> recorded = pressures({}, time);
-  Table table{.id = "faults",
-              .title = "What each measure makes of a fault",
-              .caption = "Ramp 20 to 60 mmHg, fall to 8 mmHg at 6 s, 10 s at 100 Hz.",
-              .columns = {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO corridor",
-                          "ISO phase", "ISO magnitude", "ISO slope", "ISO rating"}};
+  Table table = make_table("faults", "What each measure makes of a fault",
+                           "Ramp 20 to 60 mmHg, fall to 8 mmHg at 6 s, 10 s at 100 Hz.",
+                           {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO corridor",
+                            "ISO phase", "ISO magnitude", "ISO slope", "ISO rating"});
   for (Fault& fault : faults_of(time)) {
     damage(context, fault.simulated);
     const Figures found = figures_of(fault.simulated, recorded);
     std::vector<Cell> row{fault.name};
     row.insert(row.end(), found.begin(), found.end());
     table.rows.push_back(std::move(row));
-    outcome.judge(
-        {.name = "largest_difference: " + std::string(fault.name),
-         .value = largest_difference(found, fault.second_opinion),
-         .upper = 1e-6,
-         .bound_from =
-             "a second implementation (Python, NumPy), to the six digits it was printed with"});
+    outcome.judge_at_most(
+        "largest_difference: " + std::string(fault.name),
+        largest_difference(found, fault.second_opinion), 1e-6,
+        "a second implementation (Python, NumPy), to the six digits it was printed with");
   }
   outcome.tables.push_back(std::move(table));
 }
@@ -187,20 +176,18 @@ void measure_falls(const CaseContext& context, Outcome& outcome) {
   const double cutoff = 20.0;
   const double a = std::numbers::sqrt2 * std::numbers::pi * cutoff;
   const std::string from =
-      "closed form; the bilinear transform bends 60 Hz, three times the cut-off, by (pi f / "
-      "rate)^2 / 3 = "
-      "1.2 %";
+      "closed form; the bilinear transform shifts 60 Hz by (pi f / rate)^2 / 3 = 1.2 %";
   const Samples sudden = filtered_fall(context, 1e-9, cutoff);
   const double nine_tenths = 0.9975762196151974;  // exp(-x) cos x = 1/5
   const double time = 2.0 * nine_tenths / a;
-  judge_near(outcome, "time_of_a_sudden_fall",
-             last_passage(sudden, 0.1) - last_passage(sudden, 0.9), time, 0.012 * time, from);
+  outcome.judge_near("time_of_a_sudden_fall", last_passage(sudden, 0.1) - last_passage(sudden, 0.9),
+                     time, 0.012 * time, from);
   for (const double duration : {0.06, 0.25}) {
     const Samples fall = filtered_fall(context, duration, cutoff);
     const double overshoot = std::exp(-0.5 * std::numbers::pi) / (4.0 * a * duration);
-    judge_near(outcome,
-               "overshoot_of_a_fall_of_" + std::to_string(std::lround(1e3 * duration)) + "_ms",
-               std::ranges::max(fall.value) - 1.0, overshoot, 0.012 * overshoot, from);
+    outcome.judge_near(
+        "overshoot_of_a_fall_of_" + std::to_string(std::lround(1e3 * duration)) + "_ms",
+        std::ranges::max(fall.value) - 1.0, overshoot, 0.012 * overshoot, from);
   }
 }
 
@@ -226,42 +213,14 @@ void measure_filter(const CaseContext& context, Outcome& outcome) {
     const double w = std::tan(std::numbers::pi * frequency / rate_hz) /
                      std::tan(std::numbers::pi * cutoff / rate_hz);
     const std::string at = std::to_string(static_cast<int>(frequency)) + "_hz";
-    judge_near(outcome, "gain_at_" + at, in_phase, 1.0 / (1.0 + std::pow(w, 4)), 1e-9,
-               "theory: 1 / (1 + w^4); ends a second away");
-    judge_near(outcome, "quadrature_at_" + at, across, 0.0, 1e-9, "theory: no phase");
+    outcome.judge_near("gain_at_" + at, in_phase, 1.0 / (1.0 + std::pow(w, 4)), 1e-9,
+                       "theory: 1 / (1 + w^4); ends a second away");
+    outcome.judge_near("quadrature_at_" + at, across, 0.0, 1e-9, "theory: no phase");
   }
   measure_falls(context, outcome);
 }
 
-}  // namespace
-
-std::vector<Case> measure_cases() {
-  return {
-      {.name = "clinical/measures/closed-forms",
-       .suite = "clinical",
-       .claim = "Distances and ratings of traces are what can be worked out by hand.",
-       .measure = measure_closed_forms,
-       .weight = 0.1},
-      {.name = "clinical/measures/fault-table",
-       .suite = "clinical",
-       .claim =
-           "An implementation written apart from this one gives the same figures for six faults.",
-       .measure = measure_fault_table,
-       .weight = 0.1},
-      {.name = "clinical/measures/filter",
-       .suite = "clinical",
-       .claim = "The low-pass has the gain of theory, moves nothing in time, and costs a fall what "
-                "theory "
-                "says.",
-       .measure = measure_filter,
-       .weight = 0.1}};
-}
-
 // Features of pressures with a known law, and the reasons for absent features.
-
-namespace {
-
-using namespace comparison;
 
 constexpr double nine_tenths_to_one_tenth = 2.1972245773362196;  // ln 9
 
@@ -275,12 +234,8 @@ Features features_at(const CaseContext& context, const PressureLaw& law, double 
 
 void judge_feature_value(Outcome& outcome, const Features& found, Feature feature, double expected,
                          double within, const std::string& from) {
-  outcome.judge({.name = std::string(name_of(feature)),
-                 .value = found[feature].value.value_or(not_measured),
-                 .unit = unit_of(feature, "Pa"),
-                 .lower = expected - within,
-                 .upper = expected + within,
-                 .bound_from = from});
+  outcome.judge_near(std::string(name_of(feature)), found[feature].value.value_or(not_measured),
+                     expected, within, from, unit_of(feature, "Pa"));
 }
 
 /// At 1 kHz and unfiltered: the law is between its samples by no more than a chord leaves.
@@ -340,45 +295,18 @@ void measure_uncertain_features(const CaseContext& context, Outcome& outcome) {
       square[i] += std::pow(off / m.uncertainty, 2) / trials;
     }
   }
-  outcome.judge(
-      {.name = "noise_found_over_noise_added",
-       .value = noise,
-       .lower = 0.95,
-       .upper = 1.05,
-       .bound_from =
-           "theory; the median of 1600 samples is known to 2 %, and the event adds to it"});
+  outcome.judge_between(
+      "noise_found_over_noise_added", noise, 0.95, 1.05,
+      "theory; the median of 1600 samples is known to 2 %, and the event adds to it");
   for (std::size_t i = 0; i < watched.size(); ++i) {
-    outcome.judge({.name = "spread_over_uncertainty: " + std::string(name_of(watched[i])),
-                   .value = std::sqrt(square[i]),
-                   .lower = 0.5,
-                   .upper = 1.2225,
-                   .bound_from =
-                       "1 if the uncertainty is right; up to sqrt(149.4 / 100) over 100 trials (chi"
-                       " square, 0.999), and at most twice too cautious (assumed)"});
+    outcome.judge_between("spread_over_uncertainty: " + std::string(name_of(watched[i])),
+                          std::sqrt(square[i]), 0.5, 1.2225,
+                          "1 if the uncertainty is right; up to sqrt(149.4 / 100) over 100 trials "
+                          "(chi square, 0.999), and at most twice too cautious (assumed)");
   }
 }
 
-}  // namespace
-
-std::vector<Case> feature_cases() {
-  return {
-      {.name = "clinical/features/closed-form",
-       .suite = "clinical",
-       .claim = "Every feature of a pressure with a known law is found where the law has it.",
-       .measure = measure_closed_form_features,
-       .weight = 0.1},
-      {.name = "clinical/features/uncertainty",
-       .suite = "clinical",
-       .claim = "Features of noisy pressures scatter by the uncertainty that is stated with them.",
-       .measure = measure_uncertain_features,
-       .weight = 0.2}};
-}
-
 // Rates of true and false detections of the loss of resistance by the published rule.
-
-namespace {
-
-using namespace comparison;
 
 struct Count {
   std::size_t found = 0;
@@ -404,55 +332,42 @@ void add_row(Table& table, const std::string& what, const Count& count) {
       {what, static_cast<double>(count.trials), count.share(), interval.lower, interval.upper});
 }
 
-/// Effect of four standard deviations of filtered plateau noise on the relative drop of the
-/// smallest peak.
+/// Four standard deviations of filtered plateau noise, as a share of the smallest peak.
 double lost_to_noise() {
   return 4.0 * noise_deviation * std::sqrt(noise_shares(20.0, sample_rate).passed) / smallest_peak;
 }
 
-/// Compares the share of detected insertions with the expected share, whose normally distributed
-/// drop is at least the threshold.
+/// Compares the share found with the share of normally distributed drops above the threshold.
 void judge_share(Outcome& outcome, const std::string& name, const Insertions& kind,
                  const Count& count) {
   const double over = (LossRule{}.least_drop - kind.mean_drop) / kind.deviation_drop;
   const double most = normal_above(over);
   const double least = normal_above(over + lost_to_noise() / kind.deviation_drop);
-  outcome.judge(
-      {.name = name,
-       .value = count.share(),
-       .lower = expected_share(least, count.trials).lower,
-       .upper = expected_share(most, count.trials).upper,
-       .bound_from =
-           "binomial, 0.999, about the share of the distribution above the threshold, and "
-           "above it by four deviations of the noise"});
+  outcome.judge_between(name, count.share(), expected_share(least, count.trials).lower,
+                        expected_share(most, count.trials).upper,
+                        "binomial, 0.999, about the share of the distribution above the threshold, "
+                        "and above it by four deviations of the noise");
 }
 
-/// Expected number is zero: the rule must reject all of these, so any detection is a fault of the
-/// code.
+/// The rule must reject all of these, so any detection is a fault of the code.
 void judge_none(Outcome& outcome, const std::string& name, const Count& count) {
-  outcome.judge(
-      {.name = name,
-       .value = static_cast<double>(count.found),
-       .upper = 0.0,
-       .bound_from = "the rule: nothing that comes back within 5 s; 0 of " +
-                     std::to_string(count.trials) + " leaves at most " +
-                     std::to_string(100.0 * share_interval(0, count.trials).upper).substr(0, 4) +
-                     " %"});
+  outcome.judge_at_most(
+      name, static_cast<double>(count.found), 0.0,
+      "the rule: nothing that comes back within 5 s; 0 of " + std::to_string(count.trials) +
+          " leaves at most " +
+          std::to_string(100.0 * share_interval(0, count.trials).upper).substr(0, 4) + " %");
 }
 
 Figure examples() {
   using enum Technique;
-  Figure figure{.id = "examples",
-                .title = "Made-up insertions",
-                .caption = "One of each kind, as drawn from its seed.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "pressure (mmHg)"}};
+  Figure figure =
+      plot("examples", "Made-up insertions", "One of each kind, as drawn from its seed.",
+           {"time (s)"}, {"pressure (mmHg)"});
   const auto add = [&](const std::string& label, const Insertions& kind, std::uint64_t seed) {
     const Samples pressure = seeded_insertion(kind, seed);
     figure.series.push_back({.label = label});
     for (std::size_t n = 0; n < pressure.size(); ++n) {
-      figure.series.back().x.push_back(pressure.time(n));
-      figure.series.back().y.push_back(pressure.value[n] / pascals_per_mmhg);
+      figure.series.back().add(pressure.time(n), pressure.value[n] / pascals_per_mmhg);
     }
   };
   add("true, continuous", {}, 1);
@@ -463,15 +378,11 @@ Figure examples() {
 
 void measure_detection(const CaseContext& context, Outcome& outcome) {
   using enum Technique;
-  Table table{.id = "detection",
-              .title = "Loss of resistance found",
-              .caption =
-                  "Made-up insertions, 30 s at 120 Hz, noise of 5 mmHg; drops from normal "
-                  "distributions with "
-                  "the published means (73 % true, 33 % false) and 18 %, which puts 10 % of true "
-                  "ones under "
-                  "half. 95 % Clopper-Pearson.",
-              .columns = {"insertions", "number", "share found", "lower", "upper"}};
+  Table table = make_table("detection", "Loss of resistance found",
+                           "Made-up insertions, 30 s at 120 Hz, noise of 5 mmHg; drops from normal "
+                           "distributions with the published means (73 % true, 33 % false) and 18 "
+                           "%, which puts 10 % of true ones under half. 95 % Clopper-Pearson.",
+                           {"insertions", "number", "share found", "lower", "upper"});
   const auto add = [&](const std::string& what, const Insertions& kind, std::uint64_t seed) {
     const Count count = count_found(context, kind, seed);
     add_row(table, what, count);
@@ -496,19 +407,34 @@ void measure_detection(const CaseContext& context, Outcome& outcome) {
   outcome.tables.push_back(std::move(table));
   outcome.figures.push_back(examples());
   outcome.notes.push_back(
-      "A false loss that is held for 5 s cannot be told from a true one by pressure alone: "
-      "about a third of them lie above the threshold.");
+      "A false loss that is held for 5 s cannot be distinguished from a true one by pressure "
+      "alone: about a "
+      "third of them lie above the threshold.");
 }
 
 }  // namespace
 
-std::vector<Case> detection_cases() {
-  return {{.name = "clinical/detection",
-           .suite = "clinical",
-           .claim = "The rule finds the losses that drop by more than its threshold, and no push "
-                    "of a thumb.",
-           .measure = measure_detection,
-           .weight = 1.0}};
+std::vector<Case> measure_cases() {
+  return {
+      {"clinical/measures/closed-forms", "clinical",
+       "Distances and ratings of traces are what can be worked out by hand.", measure_closed_forms,
+       0.1},
+      {"clinical/measures/fault-table", "clinical",
+       "An implementation written apart from this one gives the same figures for six faults.",
+       measure_fault_table, 0.1},
+      {"clinical/measures/filter", "clinical",
+       "The low-pass has the gain of theory, moves nothing in time, and costs a fall what theory "
+       "says.",
+       measure_filter, 0.1},
+      {"clinical/features/closed-form", "clinical",
+       "Every feature of a pressure with a known law is found where the law has it.",
+       measure_closed_form_features, 0.1},
+      {"clinical/features/uncertainty", "clinical",
+       "Features of noisy pressures scatter by the uncertainty that is stated with them.",
+       measure_uncertain_features, 0.2},
+      {"clinical/detection", "clinical",
+       "The rule finds the losses that drop by more than its threshold, and no push of a thumb.",
+       measure_detection, 1.0}};
 }
 
 }  // namespace palpate::clinical

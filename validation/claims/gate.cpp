@@ -6,15 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <iterator>
 #include <limits>
-#include <utility>
 
 #include "reference/solvers.hpp"
 #include "validation/bench/paired_cases.hpp"
-#include "validation/case.hpp"
-#include "validation/claims/certificate.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 #include "validation/gate/baseline.hpp"
@@ -22,10 +18,9 @@
 
 namespace palpate::gating {
 
-Case self_case();    ///< unchanged code never fails
-Case faults_case();  ///< planted faults always fail
-
 // A small block whose results the cases of group "gate" accept once and then damage.
+
+namespace {
 
 /// Damped block, fixed below, with a half-sine force at one node.
 struct Study {
@@ -34,21 +29,6 @@ struct Study {
   int probe = 0;  ///< node that is loaded and observed
   Trace truth{};  ///< by CVODE
 };
-/// Returns the fixture; if `loaded` is false, the truth has no load.
-Study block_study(bool loaded = true);
-
-/// Runs the block: error relative to the truth, energies, path of the node, and all nodes at six
-/// instants.
-Outcome outcome_of(const CaseContext& context, const Study& study);
-
-/// Returns a context with another order of summation in every network.
-CaseContext in_order(CaseContext context, std::uint64_t seed);
-
-/// Accepts the outcome with the spread of runs in other orders.
-gate::Baseline accepted(const CaseContext& context, const Study& study);
-
-namespace {
-
 constexpr double step = 2e-4;  ///< [s]
 constexpr long steps = 600;
 constexpr int instants_of_nodes = 6;
@@ -59,31 +39,28 @@ Figure path_figure(const Trace& motion, int probe) {
           .title = "Path of the pushed node",
           .x = {.label = "time (s)"},
           .y = {.label = "position along z (m)"},
-          .series = {
-              networks::line("node", motion.time, networks::row(motion.position, 3 * probe + 2))}};
+          .series = {curve("node", motion.time, networks::row(motion.position, 3 * probe + 2))}};
 }
 
 Figure node_figure(const Trace& motion) {
-  Figure figure{.id = "nodes",
-                .title = "How far every node has moved",
-                .x = {.label = "coordinate (1)"},
-                .y = {.label = "displacement (m)"}};
+  Figure figure =
+      plot("nodes", "How far every node has moved", "", {"coordinate (1)"}, {"displacement (m)"});
   for (int n = 1; n <= instants_of_nodes; ++n) {
     const Eigen::Index at = (motion.position.cols() - 1) * n / instants_of_nodes;
     const Eigen::VectorXd moved = motion.position.col(at) - motion.position.col(0);
     Series series{.label = "instant " + std::to_string(n), .style = Series::Style::points};
     for (Eigen::Index i = 0; i < moved.size(); ++i) {
-      series.x.push_back(static_cast<double>(i));
-      series.y.push_back(moved(i));
+      series.add(static_cast<double>(i), moved(i));
     }
     figure.series.push_back(std::move(series));
   }
   return figure;
 }
 
-}  // namespace
+enum class TruthLoad { applied, left_out };
 
-Study block_study(bool loaded) {
+/// Returns the fixture; the truth has no load if it is left out.
+Study block_study(TruthLoad in_truth = TruthLoad::applied) {
   const networks::Block block{.relaxation = 2e-4};
   Study study{.network = networks::block_network(block)};
   networks::hold(study.network, Face::z_max);
@@ -94,38 +71,35 @@ Study block_study(bool loaded) {
                         .end = 0.04,
                         .profile = Profile::half_sine}};
   Scene known = study.scene;
-  if (!loaded) { known.loads.clear(); }
+  if (in_truth == TruthLoad::left_out) { known.loads.clear(); }
   const NetworkProblem problem = networks::problem_of(known, study.network);
-  study.truth = reference::solve_cvode_adams(problem, networks::instants(step, steps), {});
+  study.truth = reference::solve_cvode_adams(problem, tick_times(step, steps), {});
   return study;
 }
 
+/// Runs the block: error, energies, path of the node, and all nodes at six instants.
 Outcome outcome_of(const CaseContext& context, const Study& study) {
   const Trace motion =
       roll_out(context, study.scene, &study.network, {.position = true, .energy = true});
   Outcome outcome{
       .name = "block", .suite = "accuracy", .claim = "A pushed block moves as its equations say."};
   const TrajectoryError error = networks::distance(motion, study.truth);
-  outcome.judge({.name = "largest_error",
-                 .value = error.maximum,
-                 .upper = 0.05,
-                 .bound_from = "of a sample"});
-  outcome.judge({.name = "final_energy", .value = motion.values("energy_j").back(), .unit = "J"});
-  outcome.judge({.name = "largest_energy",
-                 .value = *std::ranges::max_element(motion.values("energy_j")),
-                 .unit = "J"});
-  outcome.judge(
-      {.name = "work", .value = static_cast<double>(motion.steps), .unit = "evaluations"});
+  outcome.judge_at_most("largest_error", error.maximum, 0.05, "of a sample");
+  outcome.report("final_energy", motion.values("energy_j").back(), "J");
+  outcome.report("largest_energy", *std::ranges::max_element(motion.values("energy_j")), "J");
+  outcome.report("work", static_cast<double>(motion.steps), "evaluations");
   outcome.figures = {path_figure(motion, study.probe), node_figure(motion)};
   conclude(outcome);
   return outcome;
 }
 
+/// Returns a context with another order of summation in every network.
 CaseContext in_order(CaseContext context, std::uint64_t seed) {
   context.order = seed;
   return context;
 }
 
+/// Accepts the outcome with the spread of runs in other orders.
 gate::Baseline accepted(const CaseContext& context, const Study& study) {
   gate::Acceptance acceptance{.reason = "sample", .outcomes = {outcome_of(context, study)}};
   for (int n = 1; n <= orders; ++n) {
@@ -135,10 +109,7 @@ gate::Baseline accepted(const CaseContext& context, const Study& study) {
   return gate::accept({}, acceptance);
 }
 
-// False alarms: the same code compared with itself in orders of summation that the baseline does
-// not contain.
-
-namespace {
+// False alarms: the same code compared with itself in orders of summation new to the baseline.
 
 constexpr int comparisons = 200;
 constexpr std::uint64_t first_seed = 1000;  ///< different from the seeds of the spread
@@ -157,36 +128,15 @@ void measure_self(const CaseContext& context, Outcome& outcome) {
   }
   const gate::GateResult again =
       gate::compare(baseline, {.outcomes = {outcome_of(context, study)}});
-  outcome.judge({.name = "identical_again",
-                 .value = static_cast<double>(again.counts().identical),
-                 .lower = 1.0,
-                 .upper = 1.0,
-                 .bound_from = "the same run gives the same bits"});
-  outcome.judge({.name = "alarms",
-                 .value = static_cast<double>(alarms),
-                 .upper = 0.0,
-                 .bound_from = "nothing but the order of sums differs"});
-  outcome.judge({.name = "rounded_otherwise",
-                 .value = static_cast<double>(rounded),
-                 .lower = 0.5 * comparisons,
-                 .bound_from = "a comparison of equal bits would show nothing"});
-}
-
-}  // namespace
-
-Case self_case() {
-  return {.name = "gate/self",
-          .suite = "model",
-          .claim =
-              "A model held against itself 200 times, its sums in another order each time, never "
-              "falls.",
-          .measure = measure_self,
-          .weight = 2.0};
+  outcome.judge_equal("identical_again", static_cast<double>(again.counts().identical), 1.0,
+                      "the same run gives the same bits");
+  outcome.judge_at_most("alarms", static_cast<double>(alarms), 0.0,
+                        "nothing but the order of sums differs");
+  outcome.judge_at_least("rounded_otherwise", static_cast<double>(rounded), 0.5 * comparisons,
+                         "a comparison of equal bits would show nothing");
 }
 
 // Faults of every kind, planted one at a time: the gate must detect each.
-
-namespace {
 
 using gate::Baseline;
 using gate::Candidate;
@@ -237,74 +187,54 @@ std::vector<Mutation> model_faults() {
        }}};
 }
 
-/// Faults in the input or the options of the gate.
-struct HandedFault {
-  std::string name{};
-  std::function<void(Baseline&, Candidate&, std::vector<std::string>&)> plant{};
+/// Input and options of the gate, which a fault changes.
+struct Handed {
+  Baseline baseline{};
+  Candidate candidate{};
+  std::vector<std::string> only{};
+
+  Outcome& outcome() { return candidate.outcomes[0]; }
+  Quantity& quantity(const std::string& name) {
+    return *std::ranges::find(outcome().quantities, name, &Quantity::name);
+  }
 };
 
-Quantity& quantity_named(Outcome& outcome, const std::string& name) {
-  return *std::ranges::find(outcome.quantities, name, &Quantity::name);
-}
+struct HandedFault {
+  std::string name{};
+  void (*plant)(Handed&);
+};
 
-std::vector<HandedFault> faults_of_numbers() {
-  return {
-      {"5 % more work",
-       [](Baseline&, Candidate& c, auto&) { quantity_named(c.outcomes[0], "work").value *= 1.05; }},
-      {"2 % more work",
-       [](Baseline&, Candidate& c, auto&) { quantity_named(c.outcomes[0], "work").value *= 1.02; }},
-      {"a number is not one",
-       [](Baseline&, Candidate& c, auto&) {
-         quantity_named(c.outcomes[0], "final_energy").value = nan;
-       }},
-      {"a number is missing",
-       [](Baseline&, Candidate& c, auto&) { c.outcomes[0].quantities.pop_back(); }},
-      {"a number is new",
-       [](Baseline&, Candidate& c, auto&) {
-         c.outcomes[0].quantities.push_back({.name = "new", .value = 1.0});
-       }},
-      {"another unit", [](Baseline&, Candidate& c,
-                          auto&) { quantity_named(c.outcomes[0], "final_energy").unit = "mJ"; }},
-      {"a wider bound", [](Baseline&, Candidate& c, auto&) {
-         quantity_named(c.outcomes[0], "largest_error").upper *= 2.0;
-       }}};
-}
-
-std::vector<HandedFault> faults_of_curves() {
-  return {{"a curve is missing",
-           [](Baseline&, Candidate& c, auto&) { c.outcomes[0].figures.pop_back(); }},
+std::vector<HandedFault> handed_faults() {
+  return {{"5 % more work", [](Handed& h) { h.quantity("work").value *= 1.05; }},
+          {"2 % more work", [](Handed& h) { h.quantity("work").value *= 1.02; }},
+          {"a number is not one", [](Handed& h) { h.quantity("final_energy").value = nan; }},
+          {"a number is missing", [](Handed& h) { h.outcome().quantities.pop_back(); }},
+          {"a number is new", [](Handed& h) { h.outcome().report("new", 1.0); }},
+          {"another unit", [](Handed& h) { h.quantity("final_energy").unit = "mJ"; }},
+          {"a wider bound", [](Handed& h) { h.quantity("largest_error").upper *= 2.0; }},
+          {"a curve is missing", [](Handed& h) { h.outcome().figures.pop_back(); }},
           {"a curve ends early",
-           [](Baseline&, Candidate& c, auto&) {
-             c.outcomes[0].figures[0].series[0].x.pop_back();
-             c.outcomes[0].figures[0].series[0].y.pop_back();
+           [](Handed& h) {
+             h.outcome().figures[0].series[0].x.pop_back();
+             h.outcome().figures[0].series[0].y.pop_back();
            }},
-          {"a curve is of another unit", [](Baseline&, Candidate& c, auto&) {
-             c.outcomes[0].figures[0].y.label = "position along z (mm)";
-           }}};
-}
-
-std::vector<HandedFault> faults_of_cases() {
-  return {{"a case is missing", [](Baseline&, Candidate& c, auto&) { c.outcomes.clear(); }},
-          {"a case has another name",
-           [](Baseline&, Candidate& c, auto&) { c.outcomes[0].name = "brick"; }},
-          {"a case stands twice",
-           [](Baseline&, Candidate& c, auto&) { c.outcomes.push_back(c.outcomes[0]); }},
-          {"a case ended in an error",
-           [](Baseline&, Candidate& c, auto&) { c.outcomes[0].status = Status::error; }},
-          {"a case is skipped",
-           [](Baseline&, Candidate& c, auto&) { c.outcomes[0].status = Status::skip; }},
-          {"a case claims something else",
-           [](Baseline&, Candidate& c, auto&) { c.outcomes[0].claim = "Nothing."; }},
+          {"a curve is of another unit",
+           [](Handed& h) { h.outcome().figures[0].y.label = "position along z (mm)"; }},
+          {"a case is missing", [](Handed& h) { h.candidate.outcomes.clear(); }},
+          {"a case has another name", [](Handed& h) { h.outcome().name = "brick"; }},
+          {"a case stands twice", [](Handed& h) { h.candidate.outcomes.push_back(h.outcome()); }},
+          {"a case ended in an error", [](Handed& h) { h.outcome().status = Status::error; }},
+          {"a case is skipped", [](Handed& h) { h.outcome().status = Status::skip; }},
+          {"a case claims something else", [](Handed& h) { h.outcome().claim = "Nothing."; }},
           {"results of another command",
-           [](Baseline&, Candidate& c, auto&) { c.command = "palpate validate other"; }},
-          {"an empty baseline", [](Baseline& b, Candidate&, auto&) { b.cases.clear(); }},
+           [](Handed& h) { h.candidate.command = "palpate validate other"; }},
+          {"an empty baseline", [](Handed& h) { h.baseline.cases.clear(); }},
           {"nothing on either side",
-           [](Baseline& b, Candidate& c, auto&) {
-             b.cases.clear();
-             c.outcomes.clear();
+           [](Handed& h) {
+             h.baseline.cases.clear();
+             h.candidate.outcomes.clear();
            }},
-          {"a selection that meets nothing",
-           [](Baseline&, Candidate&, std::vector<std::string>& only) { only = {"brick"}; }}};
+          {"a selection that meets nothing", [](Handed& h) { h.only = {"brick"}; }}};
 }
 
 /// Returns six starts of 40 pairs; other load delays both builds by up to 30 % in every pair.
@@ -325,7 +255,7 @@ bench::PairedFinding timed_builds(double slowdown) {
   return finding;
 }
 
-/// Empty where it was not told from the same library.
+/// Empty if it was not distinguished from the same library.
 std::string refusal_of_slower_library() {
   if (bench::is_slower(timed_builds(1.0)) || !bench::is_slower(timed_builds(1.05))) { return ""; }
   return "slower by pairs and by instructions; the same library is not";
@@ -345,20 +275,16 @@ class Ledger {
     table_.rows.push_back({fault, red ? "red" : "GREEN", why});
   }
   void conclude(Outcome& outcome) {
-    outcome.judge({.name = "caught",
-                   .value = static_cast<double>(caught_),
-                   .lower = static_cast<double>(table_.rows.size()),
-                   .upper = static_cast<double>(table_.rows.size()),
-                   .bound_from = "all that were planted"});
+    outcome.judge_equal("caught", static_cast<double>(caught_),
+                        static_cast<double>(table_.rows.size()), "all that were planted");
     outcome.tables.push_back(std::move(table_));
   }
 
  private:
   int caught_ = 0;
-  Table table_{.id = "faults",
-               .title = "Planted damage",
-               .caption = "Each alone, against a baseline that holds without it.",
-               .columns = {"planted", "verdict", "because"}};
+  Table table_ = make_table("faults", "Planted damage",
+                            "Each alone, against a baseline that holds without it.",
+                            {"planted", "verdict", "because"});
 };
 
 void try_model_faults(const CaseContext& context, const Study& study, const Baseline& baseline,
@@ -369,18 +295,15 @@ void try_model_faults(const CaseContext& context, const Study& study, const Base
     ledger.add(fault.name, gate::compare(baseline, {.outcomes = {outcome_of(damaged, study)}}));
   }
   ledger.add("the reference left the force out",
-             gate::compare(baseline, {.outcomes = {outcome_of(context, block_study(false))}}));
+             gate::compare(baseline,
+                           {.outcomes = {outcome_of(context, block_study(TruthLoad::left_out))}}));
 }
 
 void try_handed_faults(const Baseline& baseline, const Candidate& sound, Ledger& ledger) {
-  for (const auto& list : {faults_of_numbers(), faults_of_curves(), faults_of_cases()}) {
-    for (const HandedFault& fault : list) {
-      Baseline damaged_baseline = baseline;
-      Candidate damaged = sound;
-      std::vector<std::string> only;
-      fault.plant(damaged_baseline, damaged, only);
-      ledger.add(fault.name, gate::compare(damaged_baseline, damaged, only));
-    }
+  for (const HandedFault& fault : handed_faults()) {
+    Handed handed{.baseline = baseline, .candidate = sound};
+    fault.plant(handed);
+    ledger.add(fault.name, gate::compare(handed.baseline, handed.candidate, handed.only));
   }
 }
 
@@ -388,11 +311,8 @@ void measure_faults(const CaseContext& context, Outcome& outcome) {
   const Study study = block_study();
   const Baseline baseline = accepted(context, study);
   const Candidate sound{.outcomes = {outcome_of(context, study)}};
-  outcome.judge({.name = "holds_without",
-                 .value = gate::compare(baseline, sound).holds() ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .upper = 1.0,
-                 .bound_from = "a gate that is always red would catch everything"});
+  outcome.judge_equal("holds_without", gate::compare(baseline, sound).holds() ? 1.0 : 0.0, 1.0,
+                      "a gate that is always red would catch everything");
   Ledger ledger;
   try_model_faults(context, study, baseline, ledger);
   try_handed_faults(baseline, sound, ledger);
@@ -412,21 +332,15 @@ void measure_faults(const CaseContext& context, Outcome& outcome) {
 
 }  // namespace
 
-Case faults_case() {
+std::vector<Case> cases() {
+  constexpr bool keeps = false;  // files are the program's, not the model's
   return {
-      .name = "gate/faults",
-      .suite = "model",
-      .claim =
-          "Damage planted in the model, its results, its baseline or its files turns the gate red.",
-      .measure = measure_faults,
-      .weight = 1.0,
-      .keeps = false};  // files are the program's, not the model's
+      {"gate/self", "model",
+       "A model held against itself 200 times, its sums in another order each time, never falls.",
+       measure_self, 2.0},
+      {"gate/faults", "model",
+       "Damage planted in the model, its results, its baseline or its files turns the gate red.",
+       measure_faults, 1.0, true, keeps}};
 }
 
 }  // namespace palpate::gating
-
-namespace palpate {
-
-std::vector<Case> gate_cases() { return {gating::self_case(), gating::faults_case()}; }
-
-}  // namespace palpate

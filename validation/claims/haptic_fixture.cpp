@@ -2,19 +2,6 @@
 
 #include "validation/claims/haptic_fixture.hpp"
 
-#include "validation/claims/groups.hpp"
-
-namespace palpate {
-
-std::vector<Case> haptic_cases() {
-  std::vector<Case> cases = haptics::wall_cases();
-  for (Case& one : haptics::falcon_cases()) { cases.push_back(std::move(one)); }
-  for (Case& one : haptics::profile_cases()) { cases.push_back(std::move(one)); }
-  return cases;
-}
-
-}  // namespace palpate
-
 namespace palpate::haptics {
 
 int extra_delay(const CaseContext& context) {
@@ -42,8 +29,7 @@ void Rail::glide(double force, double time) noexcept {
   velocity_ += (end_velocity - velocity_) * decay;
 }
 
-/// With friction a glide ends where the velocity does; from rest it begins only against more than
-/// the friction.
+/// With friction a glide ends at zero velocity and starts only above the friction.
 void Rail::advance() noexcept {
   const double friction = settings_.coulomb_friction;
   double left = settings_.period;

@@ -2,8 +2,6 @@
 #pragma once
 /// Device with one mass on a rail and exact motion between ticks, for comparison with theory.
 
-#include <cmath>
-
 #include "device/haptic_device.hpp"
 #include "validation/case.hpp"
 
@@ -64,9 +62,5 @@ class Wall {
 
 /// Returns the delay [ticks] that a mutation of the loop adds.
 int extra_delay(const CaseContext& context);
-
-std::vector<Case> falcon_cases();   ///< hand, emulated Falcon and tissue in one loop
-std::vector<Case> profile_cases();  ///< conversion of forces by the drivers
-std::vector<Case> wall_cases();     ///< virtual walls compared with the theory of sampled loops
 
 }  // namespace palpate::haptics

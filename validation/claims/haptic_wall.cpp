@@ -7,14 +7,10 @@
 
 #include "device/servo_loop.hpp"
 #include "reference/haptic_loop.hpp"
-#include "validation/case.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/haptic_fixture.hpp"
 
 namespace palpate::haptics {
-
-/// Damping that dissipates this energy, measured over whole cycles and compared with the first
-/// harmonic of the held force and the condition of Colgate and Schenkel.
-void measure_wall_passivity(const CaseContext& context, Outcome& outcome);
 
 namespace {
 
@@ -62,8 +58,7 @@ double measured_need(const CaseContext& context, const HeldWall& held, int cycle
   return -port.energy() / (0.5 * omega * omega * ticks * held.period);
 }
 
-/// -Im(H Z) / w, H the wall and Z the zero-order hold at frequency w: the same from the first
-/// harmonic of the held force.
+/// -Im(H Z) / w, with H the wall and Z the zero-order hold: from the first harmonic of the force.
 double harmonic_need(const HeldWall& held, double omega) {
   using Complex = std::complex<double>;
   const Complex z = std::polar(1.0, -omega * held.period);
@@ -80,20 +75,17 @@ double passive_need(const HeldWall& held, double omega) {
   return 0.5 * held.period / (1.0 - std::cos(omega * held.period)) * ((1.0 - z) * wall).real();
 }
 
-}  // namespace
-
+/// Compares the damping that dissipates the energy of a wall, measured over whole cycles, with the
+/// first harmonic of the held force and the condition of Colgate and Schenkel.
 void measure_wall_passivity(const CaseContext& context, Outcome& outcome) {
-  Figure figure{.id = "needed-damping",
-                .title = "Damping that takes what a wall feeds in",
-                .caption =
-                    "A grip shaken on a wall of 1 N/mm at 1 kHz: from the energy of whole "
-                    "cycles, from the first harmonic of the held force, and the condition "
-                    "of Colgate and Schenkel, which holds for every motion.",
-                .x = {.label = "frequency (Hz)"},
-                .y = {.label = "needed viscosity (N s/m)"}};
-  double worst = 0.0;
-  double beyond = -unbounded;
-  double most = 0.0;
+  Figure figure = plot("needed-damping", "Damping that takes what a wall feeds in",
+                       "A grip shaken on a wall of 1 N/mm at 1 kHz: from the energy of whole "
+                       "cycles, from the first harmonic of the held force, and the condition of "
+                       "Colgate and Schenkel, which holds for every motion.",
+                       {"frequency (Hz)"}, {"needed viscosity (N s/m)"});
+  Largest worst;
+  Largest beyond(-unbounded);
+  Largest most;
   for (const double damping : {0.0, 0.4}) {
     const HeldWall held{.damping = damping};
     const std::string name = damping == 0.0 ? "B = 0" : "B = 0.4 N s/m";
@@ -105,45 +97,29 @@ void measure_wall_passivity(const CaseContext& context, Outcome& outcome) {
       const double omega = 2.0 * M_PI * cycles / (ticks * held.period);
       const double need = measured_need(context, held, cycles, ticks);
       const double theory = harmonic_need(held, omega);
-      const double error = std::abs(need - theory);
-      worst = std::isnan(error) ? error : std::max(worst, error);
-      beyond = std::max(beyond, need - passive_need(held, omega));
-      most = std::max(most, passive_need(held, omega));
-      points.x.push_back(cycles);
-      points.y.push_back(need);
-      line.x.push_back(cycles);
-      line.y.push_back(theory);
-      limit.x.push_back(cycles);
-      limit.y.push_back(passive_need(held, omega));
+      worst.add(std::abs(need - theory));
+      beyond.add(need - passive_need(held, omega));
+      most.add(passive_need(held, omega));
+      points.add(cycles, need);
+      line.add(cycles, theory);
+      limit.add(cycles, passive_need(held, omega));
     }
     figure.series.push_back(std::move(line));
     figure.series.push_back(std::move(points));
     figure.series.push_back(std::move(limit));
   }
-  outcome.judge({.name = "largest_error_of_the_needed_damping",
-                 .value = worst,
-                 .unit = "N s/m",
-                 .upper = 1e-9,
-                 .bound_from = "theory: first harmonic of a held force; rounding of 1000 ticks"});
-  outcome.judge({.name = "needed_beyond_colgate_and_schenkel",
-                 .value = beyond,
-                 .unit = "N s/m",
-                 .upper = 1e-9,
-                 .bound_from = "theory: their condition holds for every motion"});
+  outcome.judge_at_most("largest_error_of_the_needed_damping", worst.value(), 1e-9,
+                        "theory: first harmonic of a held force; rounding of 1000 ticks", "N s/m");
+  outcome.judge_at_most("needed_beyond_colgate_and_schenkel", beyond.value(), 1e-9,
+                        "theory: their condition holds for every motion", "N s/m");
   const double sum = 0.5 * 1000.0 * 1e-3 + 0.4;
-  outcome.judge({.name = "most_that_they_ask_for",
-                 .value = most,
-                 .unit = "N s/m",
-                 .lower = sum * (1.0 - 1e-2),
-                 .upper = sum * (1.0 + 1e-12),
-                 .bound_from = "theory: K T / 2 + |B|, reached at half the sampling rate"});
+  outcome.judge_between("most_that_they_ask_for", most.value(), sum * (1.0 - 1e-2),
+                        sum * (1.0 + 1e-12),
+                        "theory: K T / 2 + |B|, reached at half the sampling rate", "N s/m");
   outcome.figures.push_back(std::move(figure));
 }
 
-// Virtual walls in a sampled loop: limits of stability and of passivity in the time domain,
-// compared with theory.
-
-namespace {
+// Virtual walls in a sampled loop: limits of stability and passivity in the time domain.
 
 using reference::WallLoop;
 
@@ -198,37 +174,29 @@ std::vector<WallLoop> loops(bool quick) {
 }
 
 void measure_boundary(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "boundaries",
-              .title = "Largest stable stiffness of a wall at 1 kHz",
-              .columns = {"m (kg)", "b (N s/m)", "B (N s/m)", "delay (ticks)", "measured (N/m)",
-                          "exact (N/m)", "linear rule (N/m)", "passive below (N/m)"}};
-  double worst = 0.0;
-  double least_drop = unbounded;
+  Table table = make_table("boundaries", "Largest stable stiffness of a wall at 1 kHz", "",
+                           {"m (kg)", "b (N s/m)", "B (N s/m)", "delay (ticks)", "measured (N/m)",
+                            "exact (N/m)", "linear rule (N/m)", "passive below (N/m)"});
+  Largest worst;
+  Smallest least_drop;
   double without_delay = 0.0;
   for (const WallLoop& loop : loops(context.quick)) {
     const double measured = measured_boundary(context, loop);
     const double exact = reference::critical_stiffness(loop);
     const double passive = reference::passive_stiffness(loop);
-    const double error = std::abs(measured / exact - 1.0);
-    worst = std::isnan(error) ? error : std::max(worst, error);
+    worst.add(std::abs(measured / exact - 1.0));
     if (loop.delay == 0) { without_delay = measured; }
-    if (loop.delay == 1) { least_drop = std::min(least_drop, without_delay / measured); }
+    if (loop.delay == 1) { least_drop.add(without_delay / measured); }
     const Cell passive_cell = loop.delay > 0  ? Cell("-")
                               : passive > 0.0 ? Cell(passive)
                                               : Cell("none");
     table.rows.push_back({loop.mass, loop.viscosity, loop.damping, static_cast<double>(loop.delay),
                           measured, exact, reference::linear_rule(loop), passive_cell});
   }
-  outcome.judge({.name = "largest_error_of_the_boundary",
-                 .value = worst,
-                 .upper = 1e-4,
-                 .bound_from =
-                     "theory: roots of the exact z transform; bisected to 2e-6, growth over "
-                     "tens of thousands of ticks"});
-  outcome.judge({.name = "least_loss_by_one_tick_of_delay",
-                 .value = least_drop,
-                 .lower = 2.5,
-                 .bound_from = "theory: about three times; a tick more or less cannot hide"});
+  outcome.judge_at_most("largest_error_of_the_boundary", worst.value(), 1e-4,
+                        "theory: roots of the exact z transform; bisection to 2e-6");
+  outcome.judge_at_least("least_loss_by_one_tick_of_delay", least_drop.value(), 2.5,
+                         "theory: about three times; a tick more or less cannot hide");
   outcome.tables.push_back(std::move(table));
 }
 
@@ -240,13 +208,10 @@ void add_lines(const CaseContext& context, Figure& figure, int delay) {
   const int steps = context.quick ? 4 : 8;
   for (int n = 0; n <= 40; ++n) {
     WallLoop loop{.mass = 0.1, .viscosity = 0.5, .damping = 2.0 * n / 40.0, .delay = delay};
-    exact.x.push_back(loop.damping);
-    exact.y.push_back(1e-3 * reference::critical_stiffness(loop));
-    rule.x.push_back(loop.damping);
-    rule.y.push_back(1e-3 * reference::linear_rule(loop));
+    exact.add(loop.damping, 1e-3 * reference::critical_stiffness(loop));
+    rule.add(loop.damping, 1e-3 * reference::linear_rule(loop));
     if (n % (40 / steps) == 0) {
-      points.x.push_back(loop.damping);
-      points.y.push_back(1e-3 * measured_boundary(context, loop));
+      points.add(loop.damping, 1e-3 * measured_boundary(context, loop));
     }
   }
   figure.series.push_back(std::move(exact));
@@ -255,34 +220,27 @@ void add_lines(const CaseContext& context, Figure& figure, int delay) {
 }
 
 void measure_width(const CaseContext& context, Outcome& outcome) {
-  Figure figure{.id = "z-width",
-                .title = "Z-width of a free device at 1 kHz",
-                .caption =
-                    "Stiffest stable wall over its damping, m = 0.1 kg and b = 0.5 N s/m: "
-                    "lines from the roots of the loop, points from the time domain, dashed "
-                    "the linear rule. Below the lowest line every wall is passive.",
-                .x = {.label = "B of the wall (N s/m)", .minimum = 0.0, .maximum = 2.0},
-                .y = {.label = "K of the wall (N/mm)", .minimum = 0.0}};
+  Figure figure = plot("z-width", "Z-width of a free device at 1 kHz",
+                       "Stiffest stable wall over its damping, m = 0.1 kg and b = 0.5 N s/m: lines "
+                       "from the roots of the loop, points from the time domain, dashed the linear "
+                       "rule. Below the lowest line every wall is passive.",
+                       {.label = "B of the wall (N s/m)", .minimum = 0.0, .maximum = 2.0},
+                       {.label = "K of the wall (N/mm)", .minimum = 0.0});
   add_lines(context, figure, 0);
   add_lines(context, figure, 1);
-  figure.series.push_back({.label = "passive below (Colgate and Schenkel)",
-                           .style = Series::Style::line,
-                           .x = {0.0, 0.5},
-                           .y = {1.0, 0.0}});
-  double worst = 0.0;
+  figure.series.push_back(
+      curve("passive below (Colgate and Schenkel)", {0.0, 0.5}, {1.0, 0.0}, Series::Style::line));
+  Largest worst;
   for (std::size_t n = 0; n + 2 < figure.series.size(); n += 3) {
     const Series& exact = figure.series[n];
     const Series& points = figure.series[n + 1];
     for (std::size_t i = 0; i < points.x.size(); ++i) {
       const auto at = static_cast<std::size_t>(std::lround(points.x[i] * 20.0));
-      const double error = std::abs(points.y[i] / exact.y[at] - 1.0);
-      worst = std::isnan(error) ? error : std::max(worst, error);
+      worst.add(std::abs(points.y[i] / exact.y[at] - 1.0));
     }
   }
-  outcome.judge({.name = "largest_error_of_the_points",
-                 .value = worst,
-                 .upper = 1e-4,
-                 .bound_from = "theory: roots of the exact z transform"});
+  outcome.judge_at_most("largest_error_of_the_points", worst.value(), 1e-4,
+                        "theory: roots of the exact z transform");
   outcome.figures.push_back(std::move(figure));
 }
 
@@ -294,13 +252,11 @@ struct Plant {
 constexpr Plant plants[] = {{"free device", 0.13, 0.5}, {"held by a medium hand", 0.28, 6.5}};
 
 void measure_rates(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "rates",
-              .title = "Stiffest stable wall by the rate of the loop",
-              .caption =
-                  "Without wall damping and delay, and with the one tick of delay of a loop "
-                  "that sends and reads in a single exchange.",
-              .columns = {"grip", "rate (Hz)", "no delay (N/m)", "one tick late (N/m)"}};
-  double worst = 0.0;
+  Table table = make_table("rates", "Stiffest stable wall by the rate of the loop",
+                           "Without wall damping and delay, and with the one tick of delay of a "
+                           "loop that sends and reads in a single exchange.",
+                           {"grip", "rate (Hz)", "no delay (N/m)", "one tick late (N/m)"});
+  Largest worst;
   for (const Plant& plant : plants) {
     double slow = 0.0;
     double ratio = 0.0;
@@ -310,27 +266,20 @@ void measure_rates(const CaseContext& context, Outcome& outcome) {
       for (const int delay : {0, 1}) {
         const WallLoop loop{plant.mass, plant.viscosity, 0.0, delay, 1.0 / rate};
         const double measured = measured_boundary(context, loop);
-        const double error = std::abs(measured / reference::critical_stiffness(loop) - 1.0);
-        worst = std::isnan(error) ? error : std::max(worst, error);
+        worst.add(std::abs(measured / reference::critical_stiffness(loop) - 1.0));
         if (delay == 0 && rate == 300.0) { slow = measured; }
         if (delay == 0 && rate == 1000.0) { ratio = measured / slow; }
         row.emplace_back(measured);
       }
       table.rows.push_back(std::move(row));
     }
-    outcome.judge({.name = std::string("gain_of_1000_over_300_hz_") +
-                           (plant.viscosity < 1.0 ? "free" : "held"),
-                   .value = ratio,
-                   .lower = 3.1,
-                   .upper = 10.0 / 3.0 + 1e-3,
-                   .bound_from =
-                       "theory: K ~ 2 b / T where T is short against m / b, less where it "
-                       "is not"});
+    outcome.judge_between(
+        std::string("gain_of_1000_over_300_hz_") + (plant.viscosity < 1.0 ? "free" : "held"), ratio,
+        3.1, 10.0 / 3.0 + 1e-3,
+        "theory: K ~ 2 b / T where T is short against m / b, less where it is not");
   }
-  outcome.judge({.name = "largest_error_of_a_boundary",
-                 .value = worst,
-                 .upper = 1e-4,
-                 .bound_from = "theory: roots of the exact z transform"});
+  outcome.judge_at_most("largest_error_of_a_boundary", worst.value(), 1e-4,
+                        "theory: roots of the exact z transform");
   outcome.tables.push_back(std::move(table));
 }
 
@@ -340,14 +289,14 @@ double limit_cycle(const CaseContext& context, const Rail::Settings& settings, d
   rail.put(3.3 * settings.encoder_step, 0.0);
   Wall wall(stiffness, 0.0, settings.period);
   device::ServoLoop servo(rail, extra_delay(context));
-  double swing = 0.0;
+  Largest swing;
   for (int tick = 0; tick < 10000; ++tick) {
     servo.tick([&](const device::DeviceSample& sample) { return wall.force(sample); });
     rail.advance();
-    if (tick >= 9000) { swing = std::max(swing, std::abs(rail.velocity()) * settings.period); }
+    if (tick >= 9000) { swing.add(std::abs(rail.velocity()) * settings.period); }
     if (!(std::abs(rail.place()) < 1.0)) { return 1.0; }
   }
-  return swing;
+  return swing.value();
 }
 
 void measure_quantisation(const CaseContext& context, Outcome& outcome) {
@@ -357,28 +306,21 @@ void measure_quantisation(const CaseContext& context, Outcome& outcome) {
   const WallLoop loop{.mass = settings.mass, .viscosity = settings.viscosity};
   const double limit =
       reference::quantised_stiffness(loop, settings.encoder_step, settings.coulomb_friction);
-  Figure figure{.id = "limit-cycle",
-                .title = "Swing that remains on a quantised wall",
-                .caption =
-                    "Encoder of 0.05 mm, 0.05 N of Coulomb friction, 2 N s/m: beyond 2 f / D "
-                    "= 2 N/mm friction no longer holds an encoder step.",
-                .x = {.label = "K of the wall (N/mm)"},
-                .y = {.label = "fastest motion in the last second (um a tick)"},
-                .marks = {{.label = "2 f / D", .x = 1e-3 * limit}}};
+  Figure figure = plot("limit-cycle", "Swing that remains on a quantised wall",
+                       "Encoder of 0.05 mm, 0.05 N of Coulomb friction, 2 N s/m: beyond 2 f / D = "
+                       "2 N/mm friction no longer holds an encoder step.",
+                       {"K of the wall (N/mm)"}, {"fastest motion in the last second (um a tick)"});
+  figure.marks = {{.label = "2 f / D", .x = 1e-3 * limit}};
   Series swings{.label = "swing", .style = Series::Style::line_and_points};
-  double below = 0.0;
+  Largest below;
   for (int n = 1; n <= 30; ++n) {
     const double stiffness = 100.0 * n;
     const double swing = limit_cycle(context, settings, stiffness);
-    swings.x.push_back(1e-3 * stiffness);
-    swings.y.push_back(1e6 * swing);
-    if (stiffness <= limit) { below = std::max(below, swing); }
+    swings.add(1e-3 * stiffness, 1e6 * swing);
+    if (stiffness <= limit) { below.add(swing); }
   }
-  outcome.judge({.name = "swing_within_the_rule",
-                 .value = below,
-                 .unit = "m",
-                 .upper = 0.0,
-                 .bound_from = "Abbott and Okamura: K <= min(2 b / T, 2 f / D) comes to rest"});
+  outcome.judge_at_most("swing_within_the_rule", below.value(), 0.0,
+                        "Abbott and Okamura: K <= min(2 b / T, 2 f / D) comes to rest", "m");
   figure.series.push_back(std::move(swings));
   outcome.figures.push_back(std::move(figure));
 }
@@ -386,37 +328,22 @@ void measure_quantisation(const CaseContext& context, Outcome& outcome) {
 }  // namespace
 
 std::vector<Case> wall_cases() {
-  return {
-      {.name = "haptics/wall/boundary",
-       .suite = "haptics",
-       .claim = "The stiffest stable virtual wall is that of the loop's exact z transform, with "
-                "and without wall damping and delay.",
-       .measure = measure_boundary,
-       .weight = 10.0},
-      {.name = "haptics/wall/z-width",
-       .suite = "haptics",
-       .claim = "Over the damping of the wall the stable region has the borders that theory "
-                "draws.",
-       .measure = measure_width,
-       .weight = 8.0},
-      {.name = "haptics/wall/rates",
-       .suite = "haptics",
-       .claim = "A loop at 1000 Hz renders a wall more than three times as stiff as one at "
-                "300 Hz.",
-       .measure = measure_rates,
-       .weight = 4.0},
-      {.name = "haptics/wall/passivity",
-       .suite = "haptics",
-       .claim = "What a wall feeds in at a frequency is what a zero-order hold makes of it, and "
-                "never more "
-                "than the passivity condition allows for.",
-       .measure = measure_wall_passivity,
-       .weight = 0.2},
-      {.name = "haptics/wall/quantisation",
-       .suite = "haptics",
-       .claim = "Friction holds an encoder's steps up to K = 2 f / D.",
-       .measure = measure_quantisation,
-       .weight = 0.2}};
+  return {{"haptics/wall/boundary", "haptics",
+           "The stiffest stable virtual wall is that of the loop's exact z transform, with and "
+           "without wall damping and delay.",
+           measure_boundary, 10.0},
+          {"haptics/wall/z-width", "haptics",
+           "Over the damping of the wall the stable region has the borders that theory draws.",
+           measure_width, 8.0},
+          {"haptics/wall/rates", "haptics",
+           "A loop at 1000 Hz renders a wall more than three times as stiff as one at 300 Hz.",
+           measure_rates, 4.0},
+          {"haptics/wall/passivity", "haptics",
+           "What a wall feeds in at a frequency is what a zero-order hold makes of it, and never "
+           "more than the passivity condition allows for.",
+           measure_wall_passivity, 0.2},
+          {"haptics/wall/quantisation", "haptics",
+           "Friction holds an encoder's steps up to K = 2 f / D.", measure_quantisation, 0.2}};
 }
 
 }  // namespace palpate::haptics

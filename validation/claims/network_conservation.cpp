@@ -9,6 +9,7 @@
 
 #include "model/kernels/list_network.hpp"
 #include "model/stepping/integrator.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 #include "validation/renumbering.hpp"
 
@@ -48,8 +49,8 @@ Vector3d angular_momentum(const Eigen::VectorXd& mass, const Eigen::Ref<const Ei
 }
 
 struct Drift {
-  double linear = 0.0;   ///< largest change over sum m |v|
-  double angular = 0.0;  ///< over sum m |x| |v|
+  Largest linear{};   ///< largest change over sum m |v|
+  Largest angular{};  ///< over sum m |x| |v|
 };
 
 Drift drift_of(const SpringNetwork& network, const Trace& motion) {
@@ -62,11 +63,13 @@ Drift drift_of(const SpringNetwork& network, const Trace& motion) {
   for (Index n = 0; n < motion.velocity.cols(); ++n) {
     const auto q = motion.position.col(n);
     const auto v = motion.velocity.col(n);
-    drift.linear = worse(drift.linear, (momentum(mass, v) - p0).norm() / scale);
-    drift.angular =
-        worse(drift.angular, (angular_momentum(mass, q, v) - l0).norm() / (scale * reach));
+    drift.linear.add((momentum(mass, v) - p0).norm() / scale);
+    drift.angular.add((angular_momentum(mass, q, v) - l0).norm() / (scale * reach));
   }
-  if (motion.diverged) { drift.linear = drift.angular = std::nan(""); }
+  if (motion.diverged) {
+    drift.linear.add(std::nan(""));
+    drift.angular.add(std::nan(""));
+  }
   return drift;
 }
 
@@ -74,11 +77,10 @@ void judge_momentum(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = free_flight(1e-3);
   const double steps = context.quick ? 400.0 : 2000.0;
   const double h = 2e-5;
-  Table table{.id = "momentum",
-              .title = "Momentum of a free, damped network",
-              .caption = "Largest change of linear and angular momentum over " + text(steps) +
-                         " steps, over the sum of all nodes' shares.",
-              .columns = {"scheme", "linear (1)", "angular (1)"}};
+  Table table = make_table("momentum", "Momentum of a free, damped network",
+                           "Largest change of linear and angular momentum over " + text(steps) +
+                               " steps, over the sum of all nodes' shares.",
+                           {"scheme", "linear (1)", "angular (1)"});
   for (const IntegratorInfo* scheme : integrators()) {
     const std::string name(scheme->name);
     const double taken = scheme->implicit ? steps / 10.0 : steps;
@@ -87,20 +89,16 @@ void judge_momentum(const CaseContext& context, Outcome& outcome) {
     const Drift drift = drift_of(network, motion);
     // An implicit step ends when Newton's correction is below 64 epsilon of the velocity.
     const double per_step = (scheme->implicit ? 64.0 : 4.0) * epsilon;
-    outcome.judge({.name = "momentum_drift_" + name,
-                   .value = drift.linear,
-                   .upper = taken * per_step,
-                   .bound_from = scheme->implicit ? "64 epsilon a step: where its Newton stops"
-                                                  : "4 roundings of the velocity a step"});
+    outcome.judge_at_most("momentum_drift_" + name, drift.linear.value(), taken * per_step,
+                          scheme->implicit ? "64 epsilon a step: where its Newton stops"
+                                           : "4 roundings of the velocity a step");
     const bool keeps_spin =
         name == "euler-cromer" || name == "feynman-newton-printed" || name == "implicit-midpoint";
     if (keeps_spin) {
-      outcome.judge({.name = "angular_drift_" + name,
-                     .value = drift.angular,
-                     .upper = 4.0 * taken * per_step,
-                     .bound_from = "theory: x' x m v' = x x m v exactly; 4 products a step"});
+      outcome.judge_at_most("angular_drift_" + name, drift.angular.value(), 4.0 * taken * per_step,
+                            "theory: x' x m v' = x x m v exactly; 4 products a step");
     }
-    table.rows.push_back({name, drift.linear, drift.angular});
+    table.rows.push_back({name, drift.linear.value(), drift.angular.value()});
   }
   outcome.tables.push_back(std::move(table));
 }
@@ -111,8 +109,8 @@ void judge_balance(const CaseContext& context, Outcome& outcome) {
   const NetworkProblem problem(network);
   ListNetwork<double> system(problem, {}, 1e-4, true);
   Random random(5);
-  double force = 0.0;
-  double torque = 0.0;
+  Largest force;
+  Largest torque;
   for (int state = 0; state < 20; ++state) {
     const Vector<double> q = problem.initial_position() + random.vector(problem.dof(), 1e-3);
     const Vector<double> v = random.vector(problem.dof(), 0.1);
@@ -120,19 +118,15 @@ void judge_balance(const CaseContext& context, Outcome& outcome) {
     system.force(0.0, 0.0, q, v, f);
     const Columns forces(f.data(), 3, f.size() / 3);
     const double size = forces.colwise().norm().sum();
-    force = worse(force, forces.rowwise().sum().norm() / size);
+    force.add(forces.rowwise().sum().norm() / size);
     const Vector3d about = angular_momentum(Eigen::VectorXd::Ones(f.size() / 3), q, f);
-    torque = worse(torque, about.norm() / (size * q.lpNorm<Eigen::Infinity>()));
+    torque.add(about.norm() / (size * q.lpNorm<Eigen::Infinity>()));
   }
   // Each of up to 26 springs of a node rounds its share once more.
-  outcome.judge({.name = "internal_force_sum",
-                 .value = force,
-                 .upper = 26.0 * epsilon,
-                 .bound_from = "Newton's third law; one rounding per spring and node"});
-  outcome.judge({.name = "internal_torque_sum",
-                 .value = torque,
-                 .upper = 4.0 * 26.0 * epsilon,
-                 .bound_from = "central forces; a few roundings per spring and node"});
+  outcome.judge_at_most("internal_force_sum", force.value(), 26.0 * epsilon,
+                        "Newton's third law; one rounding per spring and node");
+  outcome.judge_at_most("internal_torque_sum", torque.value(), 4.0 * 26.0 * epsilon,
+                        "central forces; a few roundings per spring and node");
 }
 
 void measure_momentum(const CaseContext& context, Outcome& outcome) {
@@ -140,28 +134,12 @@ void measure_momentum(const CaseContext& context, Outcome& outcome) {
   judge_balance(context, outcome);
 }
 
-}  // namespace
-
-std::vector<Case> momentum_cases() {
-  return {{.name = "network/conservation/momentum",
-           .suite = "accuracy",
-           .claim = "A free network keeps its momentum to rounding, and its internal forces and "
-                    "torques cancel.",
-           .measure = measure_momentum,
-           .weight = 0.3}};
-}
-
-// Energy of a network without loads: within the theoretical band of each scheme without damping,
-// decreasing with damping.
-
-namespace {
-
-using Eigen::Index;
+// Energy without loads: within the band of each scheme undamped, decreasing when damped.
 
 /// Energy over its initial value at half the stable step of velocity Verlet.
 struct EnergyRun {
-  double lowest = 0.0;
-  double highest = 0.0;
+  Smallest lowest{1.0};
+  Largest highest{};
   std::vector<double> time{};
   std::vector<double> ratio{};
 };
@@ -170,15 +148,15 @@ EnergyRun run_energy(const CaseContext& context, const SpringNetwork& network,
                      const std::string& scheme, double h, long steps) {
   const Trace motion = roll_out(context, scene_of(scheme, h, static_cast<double>(steps) * h),
                                 &network, {.position = true, .energy = true});
-  EnergyRun run{.lowest = 1.0};
-  for (std::size_t n = 0; n < motion.values("energy_j").size(); ++n) {
-    const double ratio = motion.values("energy_j")[n] / motion.values("energy_j").front();
-    run.lowest = std::isnan(ratio) ? ratio : std::min(run.lowest, ratio);
-    run.highest = worse(run.highest, ratio);
-    run.time.push_back(motion.time[n]);
+  EnergyRun run;
+  run.time = motion.time;
+  for (const double energy : motion.values("energy_j")) {
+    const double ratio = energy / motion.values("energy_j").front();
+    run.lowest.add(ratio);
+    run.highest.add(ratio);
     run.ratio.push_back(ratio);
   }
-  if (motion.diverged) { run.highest = unbounded; }
+  if (motion.diverged) { run.highest.add(unbounded); }
   return run;
 }
 
@@ -218,13 +196,9 @@ void judge_undamped(const CaseContext& context, Outcome& outcome) {
   SpringNetwork still = network;
   still.initial_displacement.resize(3, 0);
   const double h = z / highest_frequency(NetworkProblem(still));
-  Figure figure{.id = "energy-undamped",
-                .title = "Energy of an undamped network",
-                .caption =
-                    "Symplectic schemes keep the energy in the band of their theory for ever "
-                    "(omega_max h = 0.5).",
-                .x = {.label = "time (s)"},
-                .y = {.label = "energy / initial energy"}};
+  Figure figure = plot("energy-undamped", "Energy of an undamped network",
+                       "Symplectic schemes keep the energy in their band (omega_max h = 0.5).",
+                       {"time (s)"}, {"energy / initial energy"});
   const double nonlinear = 1e-3;  // ten times the strain: the elastic energy's cubic term
   for (const Band& band : bands) {
     const std::string name = band.scheme;
@@ -232,20 +206,15 @@ void judge_undamped(const CaseContext& context, Outcome& outcome) {
         name == "implicit-midpoint" ? (context.quick ? 200 : 1000) : (context.quick ? 4000 : 40000);
     const EnergyRun run = run_energy(context, network, name, h, steps);
     const std::string why =
-        "theory: conserved quadratic form at omega_max h = 0.5, and ten times "
-        "the strain of 1e-4 for the cubic term";
-    outcome.judge({.name = "lowest_energy_" + name,
-                   .value = run.lowest,
-                   .lower = band.lowest(z) - nonlinear,
-                   .bound_from = why});
-    outcome.judge({.name = "highest_energy_" + name,
-                   .value = run.highest,
-                   .upper = band.highest(z) + nonlinear,
-                   .bound_from = why});
+        "theory: conserved quadratic form, and ten times the strain for the cubic term";
+    outcome.judge_at_least("lowest_energy_" + name, run.lowest.value(), band.lowest(z) - nonlinear,
+                           why);
+    outcome.judge_at_most("highest_energy_" + name, run.highest.value(),
+                          band.highest(z) + nonlinear, why);
     const std::size_t shown = std::min<std::size_t>(run.time.size(), 300);
     const auto cut = static_cast<std::ptrdiff_t>(shown);
-    figure.series.push_back(line(name, {run.time.begin(), run.time.begin() + cut},
-                                 {run.ratio.begin(), run.ratio.begin() + cut}));
+    figure.series.push_back(curve(name, {run.time.begin(), run.time.begin() + cut},
+                                  {run.ratio.begin(), run.ratio.begin() + cut}));
   }
   outcome.figures.push_back(std::move(figure));
 }
@@ -253,19 +222,19 @@ void judge_undamped(const CaseContext& context, Outcome& outcome) {
 /// Largest rise of the energy from one sample to any later one, over the initial energy.
 double largest_rise(const std::vector<double>& ratio) {
   double lowest = unbounded;
-  double rise = 0.0;
+  Largest rise;
   for (const double value : ratio) {
-    rise = worse(rise, value - lowest);
+    rise.add(value - lowest);
     lowest = std::min(lowest, value);
   }
-  return rise;
+  return rise.value();
 }
 
 void judge_damped(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = shaking(0.1, 4e-4);
   const NetworkProblem problem(network);
   const TruthSettings settings{.tolerance = {.relative = 1e-11}};
-  const Truth truth = find_truth(context, problem, instants(2e-4, 200), settings);
+  const Truth truth = find_truth(context, problem, tick_times(2e-4, 200), settings);
   judge_truth(truth, settings, outcome);
   std::vector<double> exact;
   for (Index n = 0; n < truth.solution.position.cols(); ++n) {
@@ -273,32 +242,26 @@ void judge_damped(const CaseContext& context, Outcome& outcome) {
   }
   const double initial = exact.front();
   for (double& value : exact) { value /= initial; }
-  outcome.judge({.name = "largest_rise_reference",
-                 .value = largest_rise(exact),
-                 .upper = 1e-10,
-                 .bound_from = "theory: dampers only take energy; ten times the tolerance"});
-  Figure figure{.id = "energy-damped",
-                .title = "Energy of a damped network",
-                .caption = "Without loads the energy of a damped network only falls.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "energy / initial energy", .logarithmic = true}};
-  figure.series.push_back(line("reference", truth.solution.time, exact, Series::Style::dashed));
+  outcome.judge_at_most("largest_rise_reference", largest_rise(exact), 1e-10,
+                        "theory: dampers only take energy; ten times the tolerance");
+  Figure figure = plot("energy-damped", "Energy of a damped network",
+                       "Without loads the energy of a damped network only falls.", {"time (s)"},
+                       logarithmic("energy / initial energy"));
+  figure.series.push_back(curve("reference", truth.solution.time, exact, Series::Style::dashed));
   const double h = 1e-5;
   const double z = h * highest_frequency(problem);
   for (const IntegratorInfo* scheme : integrators()) {
     const std::string name(scheme->name);
     const EnergyRun run = run_energy(context, network, name, h,
                                      scheme->implicit ? (context.quick ? 100 : 500) : 4000);
-    // The reported energy of a first-order scheme equals its modified energy to within a relative
-    // z/2.
+    // The reported energy of a first-order scheme is its modified energy to a relative z/2.
     const bool monotone = name == "implicit-euler" || name == "rk4";
-    outcome.judge({.name = "largest_rise_" + name,
-                   .value = largest_rise(run.ratio),
-                   .upper = monotone ? 1e-14 : z / 2.0,
-                   .bound_from = monotone ? "theory: it damps every mode; rounding"
-                                          : "theory: the modified energy falls, and is within "
-                                            "omega_max h / 2 of the energy"});
-    if (!scheme->implicit) { figure.series.push_back(line(name, run.time, run.ratio)); }
+    outcome.judge_at_most(
+        "largest_rise_" + name, largest_rise(run.ratio), monotone ? 1e-14 : z / 2.0,
+        monotone
+            ? "theory: it damps every mode; rounding"
+            : "theory: the modified energy falls, and is within omega_max h / 2 of the energy");
+    if (!scheme->implicit) { figure.series.push_back(curve(name, run.time, run.ratio)); }
   }
   outcome.figures.push_back(std::move(figure));
 }
@@ -308,23 +271,8 @@ void measure_energy(const CaseContext& context, Outcome& outcome) {
   judge_damped(context, outcome);
 }
 
-}  // namespace
+// Energy balance of the reference (exact) and of each scheme (to its order).
 
-std::vector<Case> energy_cases() {
-  return {{.name = "network/conservation/energy",
-           .suite = "accuracy",
-           .claim = "Undamped energy stays in the band of each symplectic scheme's theory; damped "
-                    "and unforced it never grows.",
-           .measure = measure_energy,
-           .weight = 1.0}};
-}
-
-// Energy balance: work of the loads = change of energy + dissipation, exactly for the reference and
-// to its order for each scheme.
-
-namespace {
-
-using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double duration = 0.02;  ///< [s]
@@ -387,40 +335,34 @@ double imbalance(const NetworkProblem& problem, const Eigen::MatrixXd& position,
   if (samples % 4 != 1 || velocity.cols() != samples) { return std::nan(""); }
   const double h = duration / static_cast<double>(samples - 1);
   std::vector<double> powers;
-  double peak = 0.0;
+  Largest peak;
   for (Index n = 0; n < samples; ++n) {
     const VectorXd q = position.col(n);
     const VectorXd v = velocity.col(n);
     powers.push_back(power(problem, static_cast<double>(n) * h, q, v));
-    peak = worse(peak, problem.energy(q, v));
+    peak.add(problem.energy(q, v));
   }
   const double change = problem.energy(position.rightCols<1>(), velocity.rightCols<1>()) -
                         problem.energy(position.col(0), velocity.col(0));
-  return std::abs(change - integral(powers, h)) / peak;
+  return std::abs(change - integral(powers, h)) / peak.value();
 }
 
 void judge_scheme(const CaseContext& context, const NetworkProblem& problem,
                   const IntegratorInfo& scheme, Figure& figure, Outcome& outcome) {
-  std::vector<double> steps;
-  std::vector<double> errors;
+  Series errors{.label = std::string(scheme.name), .style = Series::Style::line_and_points};
   const SpringNetwork& network = problem.network();
   for (const long ticks : {128L, 256L, 512L, 1024L, 2048L}) {
     const Trace motion = roll_out(context, loaded_scene(std::string(scheme.name), ticks, 1),
                                   &network, {.position = true, .velocity = true});
-    steps.push_back(motion.h);
-    errors.push_back(motion.diverged ? std::nan("")
-                                     : imbalance(problem, motion.position, motion.velocity));
+    errors.add(motion.h, motion.diverged ? std::nan("")
+                                         : imbalance(problem, motion.position, motion.velocity));
   }
-  const ObservedOrder order = observed_order(steps, errors, 1e-12, 1.0);
-  outcome.judge(
-      {.name = "order_" + std::string(scheme.name),
-       .value = order.slope,
-       .lower = scheme.order_damped - 0.15,
-       .bound_from = "theory: the balance closes at least as fast as the motion converges"});
-  outcome.quantities.push_back(
-      {.name = "imbalance_" + std::string(scheme.name), .value = errors.back()});
-  figure.series.push_back(
-      line(std::string(scheme.name), steps, errors, Series::Style::line_and_points));
+  const ObservedOrder order = observed_order(errors.x, errors.y, 1e-12, 1.0);
+  outcome.judge_at_least("order_" + std::string(scheme.name), order.slope,
+                         scheme.order_damped - 0.15,
+                         "theory: the balance closes at least as fast as the motion converges");
+  outcome.report("imbalance_" + std::string(scheme.name), errors.y.back());
+  figure.series.push_back(std::move(errors));
 }
 
 void measure_work(const CaseContext& context, Outcome& outcome) {
@@ -428,49 +370,30 @@ void measure_work(const CaseContext& context, Outcome& outcome) {
   const NetworkProblem problem = problem_of(loaded_scene("rk4", 64, 1), network);
   constexpr long samples = 512;
   const TruthSettings settings{.tolerance = {.relative = 1e-12}};
-  const Truth truth = find_truth(context, problem, instants(duration / samples, samples), settings);
+  const Truth truth =
+      find_truth(context, problem, tick_times(duration / samples, samples), settings);
   judge_truth(truth, settings, outcome);
   const double reference = imbalance(problem, truth.solution.position, truth.solution.velocity);
-  outcome.judge({.name = "imbalance_reference",
-                 .value = reference,
-                 .upper = 1e-9,
-                 .bound_from = "theory; 512 samples of Boole's rule at (omega h)^6 and the "
-                               "reference's own tolerance"});
-  Figure figure{.id = "imbalance",
-                .title = "Energy balance under load",
-                .caption =
-                    "What is missing between the work of the loads, the change of energy and "
-                    "the dissipation, over the largest energy; the reference is dashed.",
-                .x = {.label = "step (s)", .logarithmic = true},
-                .y = {.label = "imbalance (1)", .logarithmic = true}};
+  outcome.judge_at_most(
+      "imbalance_reference", reference, 1e-9,
+      "theory; 512 samples of Boole's rule at (omega h)^6 and the reference's own tolerance");
+  Figure figure = plot("imbalance", "Energy balance under load",
+                       "What is missing between the work of the loads, the change of energy and "
+                       "the dissipation, over the largest energy; the reference is dashed.",
+                       logarithmic("step (s)"), logarithmic("imbalance (1)"));
   for (const IntegratorInfo* scheme : integrators()) {
     if (scheme->implicit && context.quick) { continue; }
     judge_scheme(context, problem, *scheme, figure, outcome);
   }
-  figure.series.push_back(line("reference", {duration / 2048, duration / 128},
-                               {reference, reference}, Series::Style::dashed));
+  figure.series.push_back(curve("reference", {duration / 2048, duration / 128},
+                                {reference, reference}, Series::Style::dashed));
   outcome.figures.push_back(std::move(figure));
-}
-
-}  // namespace
-
-std::vector<Case> work_cases() {
-  return {{.name = "network/conservation/work",
-           .suite = "accuracy",
-           .claim = "The work of the loads is the change of energy plus the dissipation, for the "
-                    "reference at once and for every scheme as its step falls.",
-           .measure = measure_work,
-           .weight = 1.5}};
 }
 
 // Independence of a motion of position, orientation and handedness of the frame, numbering, units,
 // and the time at which a resting body is first loaded.
 
-namespace {
-
-using Eigen::Index;
 using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 /// A scene with its network, and how its motion maps back to that of the base.
 struct Changed {
@@ -599,7 +522,7 @@ double largest_difference(const Changed& base, const Trace& base_motion, const C
   const NetworkProblem base_problem(base.network);
   const NetworkProblem problem(changed.network);
   if (motion.position.cols() != base_motion.position.cols() + delay) { return std::nan(""); }
-  double largest = 0.0;
+  Largest largest;
   for (const int node : base_problem.free_nodes()) {
     const int there =
         changed.node_of.empty() ? node : changed.node_of[static_cast<std::size_t>(node)];
@@ -608,11 +531,11 @@ double largest_difference(const Changed& base, const Trace& base_motion, const C
     for (Index n = 0; n < base_motion.position.cols(); ++n) {
       const Vector3d mapped = changed.back(motion.position.col(n + delay).segment<3>(to));
       const Vector3d difference = mapped - base_motion.position.col(n).segment<3>(from);
-      largest = worse(largest, largest_of(difference));
+      largest.add(largest_of(difference));
     }
   }
   const auto start = base_motion.position.col(0);
-  return largest / largest_of(base_motion.position.colwise() - start);
+  return largest.value() / largest_of(base_motion.position.colwise() - start);
 }
 
 /// Every step rounds the positions by half a unit of `reach`; through the stiffest mode that is an
@@ -632,23 +555,18 @@ void judge(const CaseContext& context, const std::string& name, const Changed& b
   const double peak = largest_of(base_motion.position.colwise() - base_motion.position.col(0));
   const double reach = std::max(base.reach, changed.reach);
   const double bound = changed.exact ? 0.0 : rounding_bound(base, reach, peak);
-  outcome.judge({.name = name,
-                 .value = difference,
-                 .upper = bound,
-                 .bound_from = changed.exact
-                                   ? "every operation maps to itself: the same bits"
-                                   : "rounding of positions each step, through the stiffest mode "
-                                     "into the slowest, added up"});
+  outcome.judge_at_most(
+      name, difference, bound,
+      changed.exact ? "every operation maps to itself: the same bits"
+                    : "sum of roundings of positions, from the stiffest into the slowest mode");
   table.rows.push_back({name, difference, bound});
 }
 
 void measure_invariance(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "invariance",
-              .title = "Motions that must be equal",
-              .caption =
-                  "Largest difference over the peak displacement after mapping back, and the "
-                  "growth that rounding allows.",
-              .columns = {"change", "difference (1)", "bound (1)"}};
+  Table table =
+      make_table("invariance", "Motions that must be equal",
+                 "Largest difference over the peak after mapping back, and its bound by rounding.",
+                 {"change", "difference (1)", "bound (1)"});
   const Changed base = base_case();
   judge(context, "translated", base, translated(), 0, table, outcome);
   judge(context, "rotated_and_translated", base, turned(), 0, table, outcome);
@@ -663,13 +581,23 @@ void measure_invariance(const CaseContext& context, Outcome& outcome) {
 
 }  // namespace
 
-std::vector<Case> invariance_cases() {
-  return {{.name = "network/invariance",
-           .suite = "accuracy",
-           .claim = "A motion does not depend on the frame, the numbering, the units or the clock: "
-                    "to the bit where arithmetic maps to itself, else to rounding.",
-           .measure = measure_invariance,
-           .weight = 0.3}};
+std::vector<Case> conservation_cases() {
+  return {
+      {"network/conservation/momentum", "accuracy",
+       "A free network keeps its momentum to rounding, and its internal forces and torques cancel.",
+       measure_momentum, 0.3},
+      {"network/conservation/energy", "accuracy",
+       "Undamped energy stays in the band of each symplectic scheme's theory; damped and unforced "
+       "it never grows.",
+       measure_energy, 1.0},
+      {"network/conservation/work", "accuracy",
+       "The work of the loads is the change of energy plus the dissipation, for the reference at "
+       "once and for every scheme as its step falls.",
+       measure_work, 1.5},
+      {"network/invariance", "accuracy",
+       "A motion does not depend on the frame, the numbering, the units or the clock: to the bit "
+       "where arithmetic maps to itself, else to rounding.",
+       measure_invariance, 0.3}};
 }
 
 }  // namespace palpate::networks

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "model/kernels/list_network.hpp"
 #include "model/stepping/integrator.hpp"
@@ -12,9 +11,12 @@
 #include "reference/exact_problems.hpp"
 #include "reference/solver_cross_check.hpp"
 #include "reference/solvers.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 
 namespace palpate::networks {
+
+namespace {
 
 struct BlockStudy {
   Scene scene{};  ///< loads, tick and duration; scheme and substeps are set per run
@@ -27,17 +29,7 @@ struct BlockStudy {
   std::string what{};         ///< "the cube", in captions
 };
 
-/// The problem of tables 2.3 of other programs: 10 x 10 x 10 nodes, 26 neighbours (paper, Fig. 13).
-BlockStudy cube_study(bool quick);
-/// Skin to dura, soft enough for explicit steps (paper, Fig. 14).
-BlockStudy seven_layer_study(bool quick);
-/// Every spring and every node of its own (paper, Fig. 15).
-BlockStudy heterogeneous_study(bool quick);
-
-/// Computes references and every scheme at its steps, and adds table and figures. Returns the
-/// truth.
-Truth judge_block(const CaseContext& context, const BlockStudy& study, Outcome& outcome);
-
+/// The problem of table 2.3 of other programs: 10 x 10 x 10 nodes, 26 neighbours (paper, Fig. 13).
 BlockStudy cube_study(bool quick) {
   BlockStudy study{.what = "the cube"};
   study.shape = {{10, 10, 10}, 0.01, 26};
@@ -52,10 +44,7 @@ BlockStudy cube_study(bool quick) {
   return study;
 }
 
-namespace {
-
-/// Published order of magnitude; ligaments and dura a hundredth of it, so that an explicit step of
-/// some ten microseconds is stable.
+/// Published orders of magnitude; ligaments and dura a hundredth, for stable steps of some 10 us.
 std::vector<Material> layer_materials() {
   const auto made = [](const char* name, double youngs_modulus, double density) {
     return Material{
@@ -67,8 +56,7 @@ std::vector<Material> layer_materials() {
           made("dura", 122e3, 1174.0)};
 }
 
-}  // namespace
-
+/// Skin to dura, soft enough for explicit steps (paper, Fig. 14).
 BlockStudy seven_layer_study(bool quick) {
   const int side = quick ? 4 : 5;
   Scene scene;
@@ -99,6 +87,7 @@ BlockStudy seven_layer_study(bool quick) {
   return study;
 }
 
+/// Every spring and every node differs (paper, Fig. 15).
 BlockStudy heterogeneous_study(bool quick) {
   const int side = quick ? 6 : 8;
   const Block block{.nodes = {side, side, side}};
@@ -125,10 +114,7 @@ BlockStudy heterogeneous_study(bool quick) {
   return study;
 }
 
-// The paper's Figs. 13-15: blocks of tissue under every scheme, against references on which two
-// families of solvers agree.
-
-namespace {
+// The paper's Figs. 13-15: every scheme against references of two families of solvers.
 
 using Eigen::Index;
 
@@ -180,8 +166,7 @@ SchemeErrors run_scheme(const CaseContext& context, const BlockStudy& study, con
   return errors;
 }
 
-/// Order over the finest halving of the step that the reference resolves: both errors a hundred
-/// times its floor. NaN when there is none.
+/// Order over the finest halving with both errors a hundred times the floor; NaN without one.
 double resolved_order(const std::vector<double>& errors, double floor) {
   for (std::size_t n = errors.size(); n > 1; --n) {
     const double coarse = errors[n - 2];
@@ -196,43 +181,31 @@ void judge_scheme(const IntegratorInfo& scheme, const SchemeErrors& errors, cons
   const std::string name(scheme.name);
   const auto order = static_cast<double>(scheme.order_damped);
   const std::string why =
-      "theory: halving the step divides the error by 2^order, to the next term "
-      "of the expansion";
-  outcome.judge({.name = "order_maximum_" + name,
-                 .value = resolved_order(errors.maximum, truth.worst_floor),
-                 .lower = order - 0.3,
-                 .upper = order + 0.3,
-                 .bound_from = why});
-  outcome.judge({.name = "order_l2_" + name,
-                 .value = resolved_order(errors.l2, truth.l2_floor),
-                 .lower = order - 0.3,
-                 .upper = order + 0.3,
-                 .bound_from = why});
-  outcome.quantities.push_back({.name = "maximum_error_" + name, .value = errors.maximum.back()});
-  outcome.quantities.push_back({.name = "l2_error_" + name, .value = errors.l2.back()});
+      "theory: halving the step divides the error by 2^order, to the next term of the expansion";
+  outcome.judge_near("order_maximum_" + name, resolved_order(errors.maximum, truth.worst_floor),
+                     order, 0.3, why);
+  outcome.judge_near("order_l2_" + name, resolved_order(errors.l2, truth.l2_floor), order, 0.3,
+                     why);
+  outcome.report("maximum_error_" + name, errors.maximum.back());
+  outcome.report("l2_error_" + name, errors.l2.back());
 }
 
 Table empty_table(const BlockStudy& study) {
-  return {.id = "errors",
-          .title = "Errors on " + study.what,
-          .caption =
-              "Error of every scheme at its steps, over the peak displacement (largest, "
-              "last) and over the root mean square of the motion; implicit schemes "
-              "evaluate forces once per Newton iteration, counted as one a step.",
-          .columns = {"scheme", "step (ms)", "largest error (1)", "L2 error (1)",
-                      "error at the end (1)", "force evaluations"}};
+  return make_table("errors", "Errors on " + study.what,
+                    "Error of every scheme at its steps, over the peak displacement (largest, "
+                    "last) and over the root mean square of the motion; implicit schemes evaluate "
+                    "forces once per Newton iteration, counted as one a step.",
+                    {"scheme", "step (ms)", "largest error (1)", "L2 error (1)",
+                     "error at the end (1)", "force evaluations"});
 }
 
 void judge_schemes(const CaseContext& context, const BlockStudy& study, const Truth& truth,
                    const SpectralBounds& bounds, Outcome& outcome) {
   Table table = empty_table(study);
-  Figure figure{.id = "error",
-                .title = "Error against step on " + study.what,
-                .caption =
-                    "Every scheme falls with its order towards the floor of the reference "
-                    "(dashed).",
-                .x = {.label = "step (s)", .logarithmic = true},
-                .y = {.label = "largest error / peak", .logarithmic = true}};
+  Figure figure =
+      plot("error", "Error against step on " + study.what,
+           "Every scheme falls with its order towards the floor of the reference (dashed).",
+           logarithmic("step (s)"), logarithmic("largest error / peak"));
   double coarsest = 0.0;
   double finest = study.scene.simulation.step;
   for (const IntegratorInfo* scheme : integrators()) {
@@ -245,31 +218,27 @@ void judge_schemes(const CaseContext& context, const BlockStudy& study, const Tr
     judge_scheme(*scheme, errors, truth, outcome);
     coarsest = std::max(coarsest, errors.steps.front());
     finest = std::min(finest, errors.steps.back());
-    figure.series.push_back(line(std::string(scheme->name), errors.steps, errors.maximum,
-                                 Series::Style::line_and_points));
+    figure.series.push_back(curve(std::string(scheme->name), errors.steps, errors.maximum,
+                                  Series::Style::line_and_points));
   }
-  figure.series.push_back(line("floor of the reference", {finest, coarsest},
-                               {truth.worst_floor, truth.worst_floor}, Series::Style::dashed));
+  figure.series.push_back(curve("floor of the reference", {finest, coarsest},
+                                {truth.worst_floor, truth.worst_floor}, Series::Style::dashed));
   outcome.tables.push_back(std::move(table));
   outcome.figures.push_back(std::move(figure));
 }
 
 Figure motion_figure(const CaseContext& context, const BlockStudy& study,
                      const NetworkProblem& problem, const Truth& truth) {
-  Figure figure{.id = "displacement",
-                .title = "Displacement of the loaded node of " + study.what,
-                .caption =
-                    "Depth of the node under the load over time: the reference, and schemes "
-                    "at the tick length divided so that each is stable.",
-                .x = {.label = "time (ms)"},
-                .y = {.label = "displacement along z (mm)"}};
+  Figure figure = plot("displacement", "Displacement of the loaded node of " + study.what,
+                       "Depth of the node under the load over time: the reference, and schemes at "
+                       "the tick length divided so that each is stable.",
+                       {"time (ms)"}, {"displacement along z (mm)"});
   const Index c = problem.coordinate(study.probe) + 2;
   const auto shown = [&](const std::vector<double>& time, const Eigen::MatrixXd& position,
                          const std::string& label, Series::Style style) {
     Series series{.label = label, .style = style};
     for (std::size_t n = 0; n < time.size(); ++n) {
-      series.x.push_back(1e3 * time[n]);
-      series.y.push_back(1e3 * (position(c, static_cast<Index>(n)) - position(c, 0)));
+      series.add(1e3 * time[n], 1e3 * (position(c, static_cast<Index>(n)) - position(c, 0)));
     }
     figure.series.push_back(std::move(series));
   };
@@ -303,16 +272,26 @@ Figure section_figure(const BlockStudy& study, const NetworkProblem& problem, co
       map.z.push_back(1e3 * moved);
     }
   }
-  Figure figure{.id = "section",
-                .title = "Middle section of " + study.what,
-                .caption =
-                    "Size of the displacement in the middle plane when the loaded node is "
-                    "furthest from rest, from the reference.",
-                .x = {.label = "x (mm)"},
-                .y = {.label = "z (mm)"},
-                .square = true};
+  Figure figure =
+      plot("section", "Middle section of " + study.what,
+           "Displacement in the middle plane at the peak of the loaded node, reference.",
+           {"x (mm)"}, {"z (mm)"});
+  figure.square = true;
   figure.heat_map = std::move(map);
   return figure;
+}
+
+/// Judges references and every scheme at its steps, adds table and figures, returns the truth.
+Truth judge_block(const CaseContext& context, const BlockStudy& study, Outcome& outcome) {
+  const NetworkProblem problem = problem_of(study.scene, study.network);
+  const double tick = study.scene.simulation.step;
+  const long ticks = std::lround(study.scene.simulation.duration / tick);
+  const Truth truth = find_truth(context, problem, tick_times(tick, ticks), study.settings);
+  judge_truth(truth, study.settings, outcome);
+  judge_schemes(context, study, truth, spectral_bounds(problem), outcome);
+  outcome.figures.push_back(motion_figure(context, study, problem, truth));
+  outcome.figures.push_back(section_figure(study, problem, truth));
+  return truth;
 }
 
 void measure_cube(const CaseContext& context, Outcome& outcome) {
@@ -321,75 +300,25 @@ void measure_cube(const CaseContext& context, Outcome& outcome) {
   const NetworkProblem problem = problem_of(study.scene, study.network);
   const Index c = problem.coordinate(study.probe) + 2;
   const Eigen::MatrixXd& q = truth.solution.position;
-  outcome.judge(
-      {.name = "reference_tip",
-       .value = q(c, q.cols() - 1) - q(c, 0),
-       .unit = "m",
-       .lower = 5.7313150e-4 * (1.0 - 2e-8),
-       .upper = 5.7313150e-4 * (1.0 + 2e-8),
-       .bound_from = "four outside solvers: 5.7313150e-4 m, to 1e-8 and its own rounding"});
+  outcome.judge_between("reference_tip", q(c, q.cols() - 1) - q(c, 0), 5.7313150e-4 * (1.0 - 2e-8),
+                        5.7313150e-4 * (1.0 + 2e-8),
+                        "four outside solvers: 5.7313150e-4 m, to 1e-8 and its own rounding", "m");
   const auto tip = [&](const char* scheme, double expected, const char* who) {
     Scene scene = study.scene;
     scene.simulation.integrator = scheme;
     const Trace motion = roll_out(context, scene, &study.network, {.position = true});
     const Index last = motion.position.cols() - 1;
-    outcome.judge(
-        {.name = std::string("tip_at_1_ms_") + scheme,
-         .value = motion.diverged ? std::nan("") : motion.position(c, last) - motion.position(c, 0),
-         .unit = "m",
-         .lower = expected * (1.0 - 1e-9),
-         .upper = expected * (1.0 + 1e-9),
-         .bound_from = who});
+    outcome.judge_between(
+        std::string("tip_at_1_ms_") + scheme,
+        motion.diverged ? std::nan("") : motion.position(c, last) - motion.position(c, 0),
+        expected * (1.0 - 1e-9), expected * (1.0 + 1e-9), who, "m");
   };
   tip("euler-cromer", 5.733796333e-4, "four other programs with this scheme, equal to ten digits");
   tip("rk4", 5.731306973e-4, "three other programs with this scheme, equal to ten digits");
 }
 
-}  // namespace
-
-Truth judge_block(const CaseContext& context, const BlockStudy& study, Outcome& outcome) {
-  const NetworkProblem problem = problem_of(study.scene, study.network);
-  const double tick = study.scene.simulation.step;
-  const long ticks = std::lround(study.scene.simulation.duration / tick);
-  const Truth truth = find_truth(context, problem, instants(tick, ticks), study.settings);
-  judge_truth(truth, study.settings, outcome);
-  judge_schemes(context, study, truth, spectral_bounds(problem), outcome);
-  outcome.figures.push_back(motion_figure(context, study, problem, truth));
-  outcome.figures.push_back(section_figure(study, problem, truth));
-  return truth;
-}
-
-std::vector<Case> block_cases() {
-  return {{.name = "network/cube",
-           .suite = "accuracy",
-           .claim = "On a cube of 1000 masses every scheme converges to an independent reference "
-                    "with its order, and stands where other programs stand.",
-           .measure = measure_cube,
-           .weight = 10.0},
-          {.name = "network/seven-layers",
-           .suite = "accuracy",
-           .claim = "On seven layers from skin to dura every scheme converges to an independent "
-                    "reference with its order.",
-           .measure =
-               [](const CaseContext& context, Outcome& outcome) {
-                 judge_block(context, seven_layer_study(context.quick), outcome);
-               },
-           .weight = 10.0},
-          {.name = "network/heterogeneous",
-           .suite = "accuracy",
-           .claim = "On a block whose springs and masses all differ every scheme converges to an "
-                    "independent reference with its order.",
-           .measure =
-               [](const CaseContext& context, Outcome& outcome) {
-                 judge_block(context, heterogeneous_study(context.quick), outcome);
-               },
-           .weight = 5.0}};
-}
-
 // Manufactured solutions: a lattice pushed so that it moves along a chosen q*(t). References must
 // follow it to their tolerance, and every scheme, on the model's own kernel, with its order.
-
-namespace {
 
 using reference::ManufacturedProblem;
 
@@ -449,23 +378,23 @@ double error_of(const IntegratorInfo& scheme, const NetworkProblem& kernel,
   const auto integrator = scheme.make<double>();
   integrator->prepare(system, state, h);
   integrator->start(system, state, 0.0, h);
-  double error = 0.0;
-  double peak = 0.0;
+  Largest error;
+  Largest peak;
   for (long n = 0; n < steps; ++n) {
     integrator->step(system, state, static_cast<double>(n) * h, h);
     if ((n + 1) % (steps / 16) != 0) { continue; }
     const Eigen::VectorXd exact = motion.exact_position(static_cast<double>(n + 1) * h);
     const Eigen::VectorXd away = state.position - exact;
     if (!away.allFinite()) { return std::nan(""); }
-    error = worse(error, largest_of(away));
-    peak = worse(peak, largest_of(exact - motion.initial_position()));
+    error.add(largest_of(away));
+    peak.add(largest_of(exact - motion.initial_position()));
   }
-  return error / peak;
+  return error.value() / peak.value();
 }
 
 void judge_references(const CaseContext& context, const ManufacturedProblem& motion,
                       Outcome& outcome) {
-  const std::vector<double> times = instants(duration / 16, 16);
+  const std::vector<double> times = tick_times(duration / 16, 16);
   for (const char* name : {"arkode-fehlberg-7-8", "cvode-adams", "gsl-rk8pd", "arkode-esdirk-5-4",
                            "cvode-bdf", "gsl-msbdf"}) {
     const bool high = std::string_view(name) != "cvode-bdf" &&
@@ -479,67 +408,40 @@ void judge_references(const CaseContext& context, const ManufacturedProblem& mot
       exact.col(static_cast<Eigen::Index>(n)) = motion.exact_position(times[n]);
     }
     const double error = trajectory_error(solution.position, exact, exact.col(0)).maximum;
-    outcome.judge({.name = std::string("reference_error_") + name,
-                   .value = error,
-                   .upper = 1e3 * tolerance.relative,
-                   .bound_from = "exact motion; local tolerance " + text(tolerance.relative) +
-                                 " over at most 1000 steps"});
+    outcome.judge_at_most(
+        std::string("reference_error_") + name, error, 1e3 * tolerance.relative,
+        "exact motion; local tolerance " + text(tolerance.relative) + " over at most 1000 steps");
   }
 }
 
-void measure(const CaseContext& context, Outcome& outcome) {
+void measure_manufactured(const CaseContext& context, Outcome& outcome) {
   const NetworkProblem specification(lattice());
   const NetworkProblem kernel(candidate(context, lattice()));
   const ManufacturedProblem motion(specification,
                                    {.amplitude = 5e-4, .frequency = 300.0, .duration = duration});
   judge_references(context, motion, outcome);
-  Figure figure{.id = "order",
-                .title = "Error against a manufactured motion",
-                .caption =
-                    "Every scheme follows the chosen motion of a damped nonlinear lattice "
-                    "with its own order.",
-                .x = {.label = "step (s)", .logarithmic = true},
-                .y = {.label = "largest error / peak", .logarithmic = true}};
+  Figure figure = plot("order", "Error against a manufactured motion",
+                       "Every scheme follows the chosen motion with its own order.",
+                       logarithmic("step (s)"), logarithmic("largest error / peak"));
   for (const IntegratorInfo* scheme : integrators()) {
-    std::vector<double> steps;
-    std::vector<double> errors;
+    Series errors{.label = std::string(scheme->name), .style = Series::Style::line_and_points};
     long count = scheme->order_damped == 1 ? 256 : scheme->order_damped == 2 ? 128 : 64;
     for (int rung = 0; rung < 5; ++rung, count *= 2) {
-      steps.push_back(duration / static_cast<double>(count));
-      errors.push_back(error_of(*scheme, kernel, motion, specification, count));
+      errors.add(duration / static_cast<double>(count),
+                 error_of(*scheme, kernel, motion, specification, count));
     }
-    const ObservedOrder order = observed_order(steps, errors, 1e-13);
+    const ObservedOrder order = observed_order(errors.x, errors.y, 1e-13);
     const double expected = scheme->order_damped;
-    outcome.judge({.name = "order_" + std::string(scheme->name),
-                   .value = order.slope,
-                   .lower = expected - 0.15,
-                   .upper = expected + 0.15,
-                   .bound_from = "theory"});
-    outcome.judge({.name = "falls_" + std::string(scheme->name),
-                   .value = order.monotone ? 1.0 : 0.0,
-                   .lower = 1.0,
-                   .bound_from = "errors must fall with the step"});
-    figure.series.push_back(
-        line(std::string(scheme->name), steps, errors, Series::Style::line_and_points));
+    outcome.judge_near("order_" + std::string(scheme->name), order.slope, expected, 0.15, "theory");
+    outcome.judge_true("falls_" + std::string(scheme->name), order.monotone,
+                       "errors must fall with the step");
+    figure.series.push_back(std::move(errors));
   }
   outcome.figures.push_back(std::move(figure));
 }
 
-}  // namespace
-
-std::vector<Case> manufactured_cases() {
-  return {{.name = "network/manufactured",
-           .suite = "accuracy",
-           .claim = "On a chosen exact motion the references keep their tolerance and every scheme "
-                    "its order.",
-           .measure = measure,
-           .weight = 2.0}};
-}
-
 // Observed order of every scheme on a lattice that is pushed far enough to be nonlinear, with and
 // without damping, against a reference of ten digits.
-
-namespace {
 
 constexpr long ticks = 16;
 constexpr double tick = 1.25e-3;  ///< [s]
@@ -586,32 +488,28 @@ double nonlinear_share(const NetworkProblem& problem, const Truth& truth) {
       .maximum;
 }
 
-struct Ladder {
-  std::vector<double> steps{};   ///< [s]
-  std::vector<double> errors{};  ///< largest, over the peak
-};
-
-Ladder climb(const CaseContext& context, const IntegratorInfo& scheme, int order,
+/// Largest errors over the peak, by step [s].
+Series climb(const CaseContext& context, const IntegratorInfo& scheme, int order,
              const SpringNetwork& network, const Truth& truth) {
-  Ladder climbed;
+  Series errors{.style = Series::Style::line_and_points};
   for (const int substeps : ladder(scheme, order, context.quick)) {
     const Trace motion =
         roll_out(context, pushed(std::string(scheme.name), substeps), &network, {.position = true});
-    climbed.steps.push_back(tick / substeps);
-    climbed.errors.push_back(motion.diverged ? std::nan("")
-                                             : distance(motion, truth.solution).maximum);
+    errors.add(tick / substeps,
+               motion.diverged ? std::nan("") : distance(motion, truth.solution).maximum);
   }
-  return climbed;
+  return errors;
 }
 
-void draw(const Ladder& climbed, int order, const std::string& how, double floor, Figure& figure) {
-  const auto& [steps, errors] = climbed;
-  const std::vector<double> ends{steps.front(), steps.back()};
-  const double slope = errors.back() * std::pow(ends[0] / ends[1], order);
-  figure.series.push_back(line(how, steps, errors, Series::Style::line_and_points));
+void draw(Series errors, int order, const std::string& how, double floor, Figure& figure) {
+  const std::vector<double> ends{errors.x.front(), errors.x.back()};
+  const double finest = errors.y.back();
+  const double slope = finest * std::pow(ends[0] / ends[1], order);
+  errors.label = how;
+  figure.series.push_back(std::move(errors));
   figure.series.push_back(
-      line("order " + std::to_string(order), ends, {slope, errors.back()}, Series::Style::dashed));
-  figure.series.push_back(line("reference, " + how, ends, {floor, floor}, Series::Style::dashed));
+      curve("order " + std::to_string(order), ends, {slope, finest}, Series::Style::dashed));
+  figure.series.push_back(curve("reference, " + how, ends, {floor, floor}, Series::Style::dashed));
 }
 
 void judge_order(const CaseContext& context, const IntegratorInfo& scheme, bool damped,
@@ -620,57 +518,43 @@ void judge_order(const CaseContext& context, const IntegratorInfo& scheme, bool 
   const int expected = damped ? scheme.order_damped : scheme.order_undamped;
   const SpringNetwork network = lattice(damped);
   const NetworkProblem problem = problem_of(pushed("rk4", 1), network);
-  const Truth truth = find_truth(context, problem, instants(tick, ticks), settings);
-  const Ladder climbed = climb(context, scheme, expected, network, truth);
+  const Truth truth = find_truth(context, problem, tick_times(tick, ticks), settings);
+  Series climbed = climb(context, scheme, expected, network, truth);
   const double floor = std::max(100.0 * truth.worst_floor, 1e-12);
-  const ObservedOrder order = observed_order(climbed.steps, climbed.errors, floor);
-  const auto judge = [&](const std::string& what, double value, double lower, double upper,
-                         const std::string& why) {
-    outcome.judge({.name = what + "_" + how,
-                   .value = value,
-                   .lower = lower,
-                   .upper = upper,
-                   .bound_from = why});
-  };
-  judge("observed_order", order.slope, expected - 0.15, expected + 0.15, "theory");
-  judge("errors_fall", order.monotone ? 1.0 : 0.0, 1.0, unbounded, "a smaller step must be closer");
-  judge("reference_agreed_digits", truth.trustworthy ? truth.agreed_digits : 0.0,
-        settings.demanded_digits, unbounded, "two families of solvers must agree to ten digits");
-  judge("nonlinear_share", nonlinear_share(problem, truth), 0.01, unbounded,
-        "less would judge a linear lattice");
-  outcome.quantities.push_back({.name = "rungs_" + how, .value = static_cast<double>(order.rungs)});
-  outcome.quantities.push_back({.name = "r_squared_" + how, .value = order.r_squared});
-  draw(climbed, expected, how, truth.worst_floor, figure);
+  const ObservedOrder order = observed_order(climbed.x, climbed.y, floor);
+  outcome.judge_near("observed_order_" + how, order.slope, expected, 0.15, "theory");
+  outcome.judge_true("errors_fall_" + how, order.monotone, "a smaller step must be closer");
+  outcome.judge_at_least("reference_agreed_digits_" + how,
+                         truth.trustworthy ? truth.agreed_digits : 0.0, settings.demanded_digits,
+                         "two families of solvers must agree to ten digits");
+  outcome.judge_at_least("nonlinear_share_" + how, nonlinear_share(problem, truth), 0.01,
+                         "less would judge a linear lattice");
+  outcome.report("rungs_" + how, static_cast<double>(order.rungs));
+  outcome.report("r_squared_" + how, order.r_squared);
+  draw(std::move(climbed), expected, how, truth.worst_floor, figure);
 }
 
-void measure(const CaseContext& context, const IntegratorInfo& scheme, Outcome& outcome) {
-  Figure figure{.id = "order",
-                .title = "Error of " + std::string(scheme.name) + " on a nonlinear lattice",
-                .caption =
-                    "Largest error over the peak displacement, beside slopes of the expected "
-                    "order and the floor of the reference.",
-                .x = {.label = "step (s)", .logarithmic = true},
-                .y = {.label = "largest error / peak", .logarithmic = true}};
+void measure_order(const IntegratorInfo& scheme, const CaseContext& context, Outcome& outcome) {
+  Figure figure =
+      plot("order", "Error of " + std::string(scheme.name) + " on a nonlinear lattice",
+           "Largest error over the peak, slopes of the expected order, floor of the reference.",
+           logarithmic("step (s)"), logarithmic("largest error / peak"));
   for (const bool damped : {false, true}) { judge_order(context, scheme, damped, figure, outcome); }
   outcome.figures.push_back(std::move(figure));
 }
 
 Figure ladder_figure(const reference::Reference& found) {
-  Figure figure{.id = "ladder",
-                .title = "Ladder of tolerances of the reference",
-                .caption =
-                    "Distance of looser runs from the finest; the dashed line is where the "
-                    "families stop agreeing.",
-                .x = {.label = "relative tolerance", .logarithmic = true},
-                .y = {.label = "largest difference / peak", .logarithmic = true}};
+  Figure figure =
+      plot("ladder", "Ladder of tolerances of the reference",
+           "Distance of looser runs from the finest; dashed: disagreement of the families.",
+           logarithmic("relative tolerance"), logarithmic("largest difference / peak"));
   Series rungs{.label = settings.solvers[0], .style = Series::Style::line_and_points};
   for (const reference::Rung& rung : found.ladder) {
-    rungs.x.push_back(rung.relative_tolerance);
-    rungs.y.push_back(rung.position_error);
+    rungs.add(rung.relative_tolerance, rung.position_error);
   }
   const double floor = std::pow(10.0, -found.agreed_digits);
   figure.series.push_back(
-      line("agreement", {rungs.x.back(), rungs.x.front()}, {floor, floor}, Series::Style::dashed));
+      curve("agreement", {rungs.x.back(), rungs.x.front()}, {floor, floor}, Series::Style::dashed));
   figure.series.push_back(std::move(rungs));
   return figure;
 }
@@ -684,23 +568,21 @@ void measure_reference(const CaseContext& context, Outcome& outcome) {
                                                solver_named("gsl-rk8pd")};
   if (!context.quick) { families.push_back(solver_named("long-double-fehlberg-7-8")); }
   const reference::Reference found =
-      reference::establish(problem, instants(tick, ticks), settings.tolerance, families,
+      reference::establish(problem, tick_times(tick, ticks), settings.tolerance, families,
                            {.rungs = 5,
                             .demanded_digits = settings.demanded_digits,
                             .cache = context.cache,
                             .permute_springs = true});
-  const auto judge = [&](const char* name, double value, double lower, const char* why) {
-    outcome.judge({.name = name, .value = value, .lower = lower, .bound_from = why});
-  };
-  judge("agreed_digits", found.agreed_digits, settings.demanded_digits,
-        "demanded by the order cases: two digits below their finest rung");
-  judge("agreed_velocity_digits", found.agreed_velocity_digits, settings.demanded_digits - 1.0,
-        "one digit less than positions");
-  judge("ladder_is_monotone", found.ladder_is_monotone ? 1.0 : 0.0, 1.0,
-        "tighter tolerances must come closer");
-  judge("conditioning_digits", found.conditioning_digits.value_or(0.0), settings.demanded_digits,
-        "springs in another order may cost no digit asked for");
-  judge("trustworthy", found.trustworthy ? 1.0 : 0.0, 1.0, "every check of the reference");
+  outcome.judge_at_least("agreed_digits", found.agreed_digits, settings.demanded_digits,
+                         "demanded by the order cases: two digits below their finest rung");
+  outcome.judge_at_least("agreed_velocity_digits", found.agreed_velocity_digits,
+                         settings.demanded_digits - 1.0, "one digit less than positions");
+  outcome.judge_true("ladder_is_monotone", found.ladder_is_monotone,
+                     "tighter tolerances must come closer");
+  outcome.judge_at_least("conditioning_digits", found.conditioning_digits.value_or(0.0),
+                         settings.demanded_digits,
+                         "springs in another order may cost no required digit");
+  outcome.judge_true("trustworthy", found.trustworthy, "every check of the reference");
   if (!found.reason.empty()) { outcome.notes.push_back(found.reason); }
   for (const std::string& note : found.notes) { outcome.notes.push_back(note); }
   outcome.figures.push_back(ladder_figure(found));
@@ -708,25 +590,40 @@ void measure_reference(const CaseContext& context, Outcome& outcome) {
 
 }  // namespace
 
-std::vector<Case> order_cases() {
+std::vector<Case> convergence_cases() {
   std::vector<Case> cases{
-      {.name = "network/reference",
-       .suite = "accuracy",
-       .claim = "Independent solvers agree on a nonlinear lattice to ten digits, and tighter "
-                "tolerances come closer.",
-       .measure = measure_reference,
-       .weight = 1.0}};
-  for (const IntegratorInfo* scheme : integrators()) {
-    cases.push_back({.name = "network/order/" + std::string(scheme->name),
-                     .suite = "accuracy",
-                     .claim = "On a nonlinear lattice " + std::string(scheme->name) +
-                              " has order " + std::to_string(scheme->order_undamped) +
-                              " without and order " + std::to_string(scheme->order_damped) +
-                              " with damping.",
-                     .measure = [scheme](const CaseContext& context,
-                                         Outcome& outcome) { measure(context, *scheme, outcome); },
-                     .weight = scheme->implicit ? 3.0 : 1.0});
-  }
+      {"network/cube", "accuracy",
+       "On a cube of 1000 masses every scheme converges to an independent reference with its "
+       "order, and stands where other programs stand.",
+       measure_cube, 10.0},
+      {"network/seven-layers", "accuracy",
+       "On seven layers from skin to dura every scheme converges to an independent reference with "
+       "its order.",
+       [](const CaseContext& context, Outcome& outcome) {
+         judge_block(context, seven_layer_study(context.quick), outcome);
+       },
+       10.0},
+      {"network/heterogeneous", "accuracy",
+       "On a block whose springs and masses all differ every scheme converges to an independent "
+       "reference with its order.",
+       [](const CaseContext& context, Outcome& outcome) {
+         judge_block(context, heterogeneous_study(context.quick), outcome);
+       },
+       5.0},
+      {"network/reference", "accuracy",
+       "Independent solvers agree on a nonlinear lattice to ten digits, and tighter tolerances "
+       "come closer.",
+       measure_reference, 1.0},
+      {"network/manufactured", "accuracy",
+       "On a chosen exact motion the references keep their tolerance and every scheme its order.",
+       measure_manufactured, 2.0}};
+  add_scheme_cases(cases, "network/order/", "accuracy",
+                   [](const IntegratorInfo& scheme) {
+                     return "On a nonlinear lattice " + std::string(scheme.name) + " has order " +
+                            std::to_string(scheme.order_undamped) + " without and order " +
+                            std::to_string(scheme.order_damped) + " with damping.";
+                   },
+                   measure_order, {.explicit_scheme = 1.0, .implicit_scheme = 3.0});
   return cases;
 }
 

@@ -3,16 +3,12 @@
 #include "validation/claims/network_fixture.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <iterator>
 
 #include "model/tissue/network_builder.hpp"
 #include "reference/modal.hpp"
 #include "reference/solver_cross_check.hpp"
 #include "reference/solvers.hpp"
-#include "validation/claims/groups.hpp"
 
 namespace palpate::networks {
 
@@ -69,12 +65,6 @@ double highest_frequency(const Problem& problem) {
   return std::sqrt(reference::symmetric_eigenvalues(scaled).maxCoeff());
 }
 
-std::vector<double> instants(double step, long count) {
-  std::vector<double> times;
-  for (long n = 0; n <= count; ++n) { times.push_back(static_cast<double>(n) * step); }
-  return times;
-}
-
 Truth find_truth(const CaseContext& context, const Problem& problem,
                  const std::vector<double>& times, const TruthSettings& settings) {
   using reference::solver_named;
@@ -97,15 +87,11 @@ Truth find_truth(const CaseContext& context, const Problem& problem,
 }
 
 void judge_truth(const Truth& truth, const TruthSettings& settings, Outcome& outcome) {
-  outcome.judge({.name = "reference_agreed_digits",
-                 .value = truth.agreed_digits,
-                 .lower = settings.demanded_digits,
-                 .bound_from = "two families must agree at every stored instant"});
-  outcome.judge({.name = "reference_trustworthy",
-                 .value = truth.trustworthy ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .bound_from = "agreement, steps taken, and a ladder of " +
-                               std::to_string(settings.rungs) + " tolerances"});
+  outcome.judge_at_least("reference_agreed_digits", truth.agreed_digits, settings.demanded_digits,
+                         "two families must agree at every stored instant");
+  outcome.judge_true(
+      "reference_trustworthy", truth.trustworthy,
+      "agreement, steps taken, and a ladder of " + std::to_string(settings.rungs) + " tolerances");
   if (!truth.reason.empty()) { outcome.notes.push_back("Reference: " + truth.reason + "."); }
   outcome.notes.push_back("Reference: " + settings.solvers[0] + " (" + truth.solution.version +
                           ", relative tolerance " + text(settings.tolerance.relative) +
@@ -116,24 +102,10 @@ TrajectoryError distance(const Trace& motion, const Trace& truth) {
   return trajectory_error(motion.position, truth.position, truth.position.col(0));
 }
 
-std::string text(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
-  return buffer.data();
-}
-
-Series line(std::string label, std::vector<double> x, std::vector<double> y, Series::Style style) {
-  return {.label = std::move(label), .style = style, .x = std::move(x), .y = std::move(y)};
-}
-
 std::vector<double> row(const Eigen::MatrixXd& matrix, Index index) {
   std::vector<double> values;
   for (Index n = 0; n < matrix.cols(); ++n) { values.push_back(matrix(index, n)); }
   return values;
-}
-
-double worse(double a, double b) {
-  return std::isnan(a) || std::isnan(b) ? std::numeric_limits<double>::quiet_NaN() : std::max(a, b);
 }
 
 double largest_of(const Eigen::Ref<const Eigen::MatrixXd>& values) {
@@ -142,18 +114,3 @@ double largest_of(const Eigen::Ref<const Eigen::MatrixXd>& values) {
 }
 
 }  // namespace palpate::networks
-
-namespace palpate {
-
-std::vector<Case> network_cases() {
-  using namespace networks;
-  std::vector<Case> cases;
-  for (const auto part : {elasticity_cases, wave_cases, skew_cases, momentum_cases, energy_cases,
-                          work_cases, invariance_cases, block_cases, order_cases, load_cases,
-                          kernel_cases, manufactured_cases, approximation_cases}) {
-    std::ranges::move(part(), std::back_inserter(cases));
-  }
-  return cases;
-}
-
-}  // namespace palpate

@@ -14,6 +14,7 @@
 #include "model/tissue/lattice.hpp"
 #include "reference/solution.hpp"
 #include "validation/case.hpp"
+#include "validation/number_text.hpp"
 #include "validation/random.hpp"
 #include "validation/signal.hpp"
 
@@ -36,7 +37,7 @@ SpringNetwork block_network(const Block& block);
 
 void hold(SpringNetwork& network, Face face);
 /// Gives every free node a random displacement of up to `amplitude` [m] along each axis.
-void displace(SpringNetwork& network, double amplitude, std::uint64_t seed);
+void displace(SpringNetwork& network, double amplitude, std::uint64_t seed = 1);
 
 /// Returns the network with the planted fault, for claims about a network at rest.
 SpringNetwork candidate(const CaseContext& context, SpringNetwork network);
@@ -49,9 +50,6 @@ Eigen::SparseMatrix<double> stiffness_of(const Problem& problem);
 /// Returns the largest natural angular frequency of a network about its initial state [rad/s], from
 /// a dense eigensolution; for small networks only.
 double highest_frequency(const Problem& problem);
-
-/// Returns 0, step, ... count * step, computed as in the model.
-std::vector<double> instants(double step, long count);
 
 /// Reference solution on which two solver families agree.
 struct Truth {
@@ -73,33 +71,12 @@ Truth find_truth(const CaseContext& context, const Problem& problem,
 /// Judges the agreement and the convergence with tolerance, and describes the comparison.
 void judge_truth(const Truth& truth, const TruthSettings& settings, Outcome& outcome);
 
-/// Returns the distance of a motion from a truth sampled at the same instants; NaN if it stopped
-/// early.
+/// Returns the distance from a truth at the same instants; NaN if the motion stopped early.
 TrajectoryError distance(const Trace& motion, const Trace& truth);
 
-std::string text(double value);  ///< "%.3g"
-Series line(std::string label, std::vector<double> x, std::vector<double> y,
-            Series::Style style = Series::Style::line);
+inline std::string text(double value) { return plain_number(value, 3); }
 std::vector<double> row(const Eigen::MatrixXd& matrix, Eigen::Index index);
-/// Returns the larger one, or NaN if either is NaN.
-double worse(double a, double b);
 /// Returns the largest |value|, or NaN if one is not finite (maxCoeff of Eigen may ignore it).
 double largest_of(const Eigen::Ref<const Eigen::MatrixXd>& values);
-
-// The cases of group "network", by subject.
-
-std::vector<Case> elasticity_cases();     ///< the lattice as an elastic solid, at rest
-std::vector<Case> wave_cases();           ///< frequencies and dispersion against closed forms
-std::vector<Case> skew_cases();           ///< the paper's Fig. 12
-std::vector<Case> momentum_cases();       ///< momentum is conserved without external forces
-std::vector<Case> energy_cases();         ///< conserved without damping, decreasing with damping
-std::vector<Case> work_cases();           ///< work of loads = energy change + dissipation
-std::vector<Case> invariance_cases();     ///< independence of frame, numbering and unit
-std::vector<Case> block_cases();          ///< the paper's Figs. 13-15 against references
-std::vector<Case> order_cases();          ///< observed order on a nonlinear lattice
-std::vector<Case> load_cases();           ///< steps on which a load acts
-std::vector<Case> kernel_cases();         ///< fast kernels equal the specification
-std::vector<Case> manufactured_cases();   ///< manufactured solutions
-std::vector<Case> approximation_cases();  ///< heavy nodes, single precision, skipped work
 
 }  // namespace palpate::networks

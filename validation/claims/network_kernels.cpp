@@ -11,6 +11,7 @@
 #include "model/kernels/list_network.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/tissue/network_builder.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 
 namespace palpate::networks {
@@ -72,7 +73,7 @@ template <class Real>
 double force_error(NetworkSystem<Real>& system, const NetworkProblem& specification, int states) {
   const NodeLayout& layout = system.layout();
   Random random(22);
-  double error = 0.0;
+  Largest error;
   Vector<Real> q = system.initial_position();
   Vector<Real> v = system.initial_velocity();
   Vector<Real> f(layout.size);
@@ -91,9 +92,9 @@ double force_error(NetworkSystem<Real>& system, const NetworkProblem& specificat
     specification.force(t, t, q_there, v_there, expected);
     const Eigen::VectorXd difference = computed - expected;
     if (!difference.allFinite()) { return std::nan(""); }
-    error = worse(error, largest_of(difference) / largest_of(expected));
+    error.add(largest_of(difference) / largest_of(expected));
   }
-  return error;
+  return error.value();
 }
 
 /// The same of A = M + d C + s K, against the specification's matrices.
@@ -121,12 +122,12 @@ double jacobian_error(const NetworkProblem& kernel, const NetworkProblem& specif
 template <class Real>
 double list_error(const NetworkProblem& kernel, const NetworkProblem& specification,
                   const Variant& variant, int states) {
-  double error = 0.0;
+  Largest error;
   for (const bool padded : {false, true}) {
     ListNetwork<Real> system(kernel, variant.printed, 1e-4, variant.skip, {.padded = padded});
-    error = worse(error, force_error<Real>(system, specification, states));
+    error.add(force_error<Real>(system, specification, states));
   }
-  return error;
+  return error.value();
 }
 
 template <class Real>
@@ -137,97 +138,67 @@ double lattice_error(const NetworkProblem& kernel, const NetworkProblem& specifi
   return force_error<Real>(system, specification, states);
 }
 
-/// Judges the kernels of regular lattices, which do not implement the printed form.
-void measure_lattice(const CaseContext& context, Outcome& outcome) {
-  Table table{
-      .id = "lattice-kernels",
-      .title = "Kernels of regular lattices against the specification",
-      .caption =
-          "Largest difference of forces over the largest force in seeded random states; with the "
-          "instructions of this processor, and with those that all of its kind have.",
-      .columns = {"variant", "double (1)", "float (1)", "double, baseline (1)"}};
-  const int states = context.quick ? 5 : 20;
-  for (const Variant& variant : variants()) {
-    if (variant.printed.any()) { continue; }
-    const NetworkProblem kernel = problem_for(context, variant);
-    const NetworkProblem specification = problem_for(CaseContext{}, variant);
-    const double in_double = lattice_error<double>(kernel, specification, variant, states);
-    const double in_float = lattice_error<float>(kernel, specification, variant, states);
-    const double baseline = lattice_error<double>(kernel, specification, variant, states,
-                                                  lattice::baseline_kernels<double>());
+/// Errors of the forces in double and single precision, and a third one that depends on the kernel.
+using KernelErrors = std::array<double, 3>;
+
+void judge_variants(const CaseContext& context, Outcome& outcome, Table table,
+                    const std::vector<Variant>& all, const std::string& third,
+                    const std::string& third_from,
+                    const std::function<KernelErrors(const NetworkProblem&, const NetworkProblem&,
+                                                     const Variant&)>& errors_of) {
+  const char* from = "26 springs of a node, each k L / f = 10 times a few roundings";
+  for (const Variant& variant : all) {
+    const auto [in_double, in_float, other] =
+        errors_of(problem_for(context, variant), problem_for(CaseContext{}, variant), variant);
     const std::string name = variant.name;
-    for (const auto& [kind, value] : {std::pair{"double_", in_double}, {"baseline_", baseline}}) {
-      outcome.judge(
-          {.name = kind + name,
-           .value = value,
-           .upper = 1e-13,
-           .bound_from = "26 springs of a node, each k L / f = 10 times a few roundings"});
-    }
-    outcome.judge({.name = "float_" + name,
-                   .value = in_float,
-                   .upper = 1e-5,
-                   .bound_from = "the same in single precision, inputs rounded alike"});
-    table.rows.push_back({name, in_double, in_float, baseline});
+    outcome.judge_at_most("double_" + name, in_double, 1e-13, from);
+    outcome.judge_at_most("float_" + name, in_float, 1e-5,
+                          "the same in single precision, inputs rounded alike");
+    outcome.judge_at_most(third + name, other, 1e-13, third_from.empty() ? from : third_from);
+    table.rows.push_back({name, in_double, in_float, other});
   }
   outcome.tables.push_back(std::move(table));
+}
+
+/// Judges the kernels of regular lattices, which do not implement the printed form.
+void measure_lattice(const CaseContext& context, Outcome& outcome) {
+  const int states = context.quick ? 5 : 20;
+  std::vector<Variant> corrected = variants();
+  std::erase_if(corrected, [](const Variant& variant) { return variant.printed.any(); });
+  judge_variants(
+      context, outcome,
+      make_table(
+          "lattice-kernels", "Kernels of regular lattices against the specification",
+          "Largest difference of forces over the largest force in seeded random states; with the "
+          "instructions of this processor, and with those that all of its kind have.",
+          {"variant", "double (1)", "float (1)", "double, baseline (1)"}),
+      corrected, "baseline_", "",
+      [&](const NetworkProblem& kernel, const NetworkProblem& specification,
+          const Variant& variant) {
+        return KernelErrors{lattice_error<double>(kernel, specification, variant, states),
+                            lattice_error<float>(kernel, specification, variant, states),
+                            lattice_error<double>(kernel, specification, variant, states,
+                                                  lattice::baseline_kernels<double>())};
+      });
 }
 
 void measure_kernels(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "kernels",
-              .title = "Kernels against the specification",
-              .caption =
-                  "Largest difference of forces over the largest force in seeded random "
-                  "states, and of the Jacobian over its largest entry.",
-              .columns = {"variant", "double (1)", "float (1)", "Jacobian (1)"}};
-  const CaseContext unharmed{};
   const int states = context.quick ? 5 : 20;
-  for (const Variant& variant : variants()) {
-    const NetworkProblem kernel = problem_for(context, variant);
-    const NetworkProblem specification = problem_for(unharmed, variant);
-    const double in_double = list_error<double>(kernel, specification, variant, states);
-    const double in_float = list_error<float>(kernel, specification, variant, states);
-    const double matrix = jacobian_error(kernel, specification, variant);
-    const std::string name = variant.name;
-    outcome.judge({.name = "double_" + name,
-                   .value = in_double,
-                   .upper = 1e-13,
-                   .bound_from = "26 springs of a node, each k L / f = 10 times a few roundings"});
-    outcome.judge({.name = "float_" + name,
-                   .value = in_float,
-                   .upper = 1e-5,
-                   .bound_from = "the same in single precision, inputs rounded alike"});
-    outcome.judge({.name = "jacobian_" + name,
-                   .value = matrix,
-                   .upper = 1e-13,
-                   .bound_from = "sums of 26 blocks, a few roundings each"});
-    table.rows.push_back({name, in_double, in_float, matrix});
-  }
-  outcome.tables.push_back(std::move(table));
+  judge_variants(context, outcome,
+                 make_table("kernels", "Kernels against the specification",
+                            "Largest difference of forces over the largest force in seeded random "
+                            "states, and of the Jacobian over its largest entry.",
+                            {"variant", "double (1)", "float (1)", "Jacobian (1)"}),
+                 variants(), "jacobian_", "sums of 26 blocks, a few roundings each",
+                 [&](const NetworkProblem& kernel, const NetworkProblem& specification,
+                     const Variant& variant) {
+                   return KernelErrors{list_error<double>(kernel, specification, variant, states),
+                                       list_error<float>(kernel, specification, variant, states),
+                                       jacobian_error(kernel, specification, variant)};
+                 });
 }
 
-}  // namespace
-
-std::vector<Case> kernel_cases() {
-  return {
-      {.name = "network/kernels",
-       .suite = "accuracy",
-       .claim = "Every kernel of the stepping computes the specification's forces and Jacobian "
-                "to rounding.",
-       .measure = measure_kernels,
-       .weight = 0.2},
-      {.name = "network/lattice-kernels",
-       .suite = "accuracy",
-       .claim =
-           "The kernels of regular lattices compute the specification's forces to rounding, with "
-           "every set of instructions that this processor has.",
-       .measure = measure_lattice,
-       .weight = 0.2}};
-}
-
-// Approximations that a scene may ask for, and work that it may save: heavy nodes instead of fixed
-// ones, single precision, skipping.
-
-namespace {
+// Approximations and savings of a scene: heavy nodes, single precision, skipping.
 
 using Eigen::Index;
 
@@ -251,15 +222,15 @@ Scene pulled_cube(int nodes, const std::string& scheme, double step, double dura
 double face_drift(const Scene& scene, const Trace& motion) {
   const SpringNetwork network = build_network(scene);
   const NetworkProblem problem(network);
-  double drift = motion.diverged || !motion.position.allFinite() ? std::nan("") : 0.0;
+  Largest drift(motion.diverged || !motion.position.allFinite() ? std::nan("") : 0.0);
   for (const int node : face_nodes(network.rest_position, Face::z_min)) {
     for (Index n = 0; n < motion.position.cols(); ++n) {
       const Eigen::Vector3d away = motion.position.col(n).segment<3>(problem.coordinate(node)) -
                                    network.rest_position.col(node);
-      drift = worse(drift, largest_of(away));
+      drift.add(largest_of(away));
     }
   }
-  return drift;
+  return drift.value();
 }
 
 /// |M (centre of mass - its start) - F t^2 / 2| over F t^2 / 2 at the end: a body held by mass is
@@ -278,43 +249,31 @@ double centre_error(const Scene& scene, const Trace& motion, double& rounding) {
 }
 
 void measure_heavy(const CaseContext& context, Outcome& outcome) {
-  std::vector<double> factors;
-  std::vector<double> drifts;
+  Series drifts{.label = "held by mass", .style = Series::Style::line_and_points};
   std::vector<double> inverse;
-  double excess = 0.0;
+  Largest excess;
   for (double factor = 1e2; factor < 2e8; factor *= 10.0) {
     Scene scene = pulled_cube(5, "velocity-verlet", 1e-3, 0.05);
     scene.tissue.hold_by_mass = true;
     scene.tissue.heavy_mass_factor = factor;
     const Trace motion = roll_out(context, scene, {.position = true});
-    factors.push_back(factor);
     inverse.push_back(1.0 / factor);
-    drifts.push_back(face_drift(scene, motion));
+    drifts.add(factor, face_drift(scene, motion));
     double rounding = 0.0;
     const double error = centre_error(scene, motion, rounding);
-    excess = worse(excess, error / rounding);
+    excess.add(error / rounding);
   }
-  const ObservedOrder slope = observed_order(inverse, drifts, 0.0, unbounded);
-  outcome.judge({.name = "slope_of_drift_over_factor",
-                 .value = -slope.slope,
-                 .lower = -1.02,
-                 .upper = -0.98,
-                 .bound_from = "theory: the same reaction on a heavier node; at the lightest of "
-                               "seven factors the neighbours' springs pull it back"});
-  outcome.judge({.name = "centre_of_mass_error_over_rounding",
-                 .value = excess,
-                 .upper = 1.0,
-                 .bound_from = "theory: the whole moves by F t^2 / (2 M); one rounding of every "
-                               "position a step"});
-  Figure figure{.id = "drift",
-                .title = "Drift of nodes that are held by mass",
-                .caption =
-                    "A heavy node is not a fixed one: its drift in 50 ms falls as one over "
-                    "its mass and never ends.",
-                .x = {.label = "mass factor (1)", .logarithmic = true},
-                .y = {.label = "largest drift (m)", .logarithmic = true}};
-  figure.series.push_back(line("held by mass", factors, drifts, Series::Style::line_and_points));
-  outcome.figures.push_back(std::move(figure));
+  const ObservedOrder slope = observed_order(inverse, drifts.y, 0.0, unbounded);
+  outcome.judge_between("slope_of_drift_over_factor", -slope.slope, -1.02, -0.98,
+                        "theory: the same reaction on a heavier node; at the lightest of seven "
+                        "factors the neighbours' springs pull it back");
+  outcome.judge_at_most(
+      "centre_of_mass_error_over_rounding", excess.value(), 1.0,
+      "theory: the whole moves by F t^2 / (2 M); one rounding of every position a step");
+  outcome.figures.push_back(
+      plot("drift", "Drift of nodes that are held by mass",
+           "The drift of a heavy node in 50 ms is proportional to one over its mass.",
+           logarithmic("mass factor (1)"), logarithmic("largest drift (m)"), {drifts}));
 }
 
 void measure_float(const CaseContext& context, Outcome& outcome) {
@@ -330,17 +289,13 @@ void measure_float(const CaseContext& context, Outcome& outcome) {
     const TrajectoryError error = trajectory_error(in_float.position, in_double.position, start);
     const double reach = network.rest_position.cwiseAbs().maxCoeff();
     const auto steps = static_cast<double>(in_double.steps);
-    outcome.judge({.name = std::string("largest_error_") + scheme,
-                   .value = error.maximum,
-                   .upper = steps * half_unit * reach / error.peak,
-                   .bound_from = "every step rounds each position by at most 2^-24 of the cube's "
-                                 "extent, and damped motion does not amplify it"});
-    outcome.judge({.name = std::string("rms_error_") + scheme,
-                   .value = error.l2,
-                   .upper = steps * half_unit * reach / error.peak,
-                   .bound_from = "the same"});
-    outcome.quantities.push_back({.name = std::string("one_rounding_over_peak_") + scheme,
-                                  .value = half_unit * reach / error.peak});
+    outcome.judge_at_most(std::string("largest_error_") + scheme, error.maximum,
+                          steps * half_unit * reach / error.peak,
+                          "every step rounds each position by at most 2^-24 of the cube's extent, "
+                          "and damped motion does not amplify it");
+    outcome.judge_at_most(std::string("rms_error_") + scheme, error.l2,
+                          steps * half_unit * reach / error.peak, "the same");
+    outcome.report(std::string("one_rounding_over_peak_") + scheme, half_unit * reach / error.peak);
   }
 }
 
@@ -382,7 +337,7 @@ void measure_skip(const CaseContext& context, Outcome& outcome) {
   skipping.skip = true;
   computing.skip = false;
   for (SkipScene& one : skip_scenes(context.quick)) {
-    double differing = 0.0;
+    Largest differing;
     for (const IntegratorInfo* scheme : integrators()) {
       for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
         one.scene.simulation.integrator = std::string(scheme->name);
@@ -390,44 +345,19 @@ void measure_skip(const CaseContext& context, Outcome& outcome) {
         const SampleOptions samples{.position = true, .velocity = true, .energy = true};
         const Trace a = roll_out(skipping, one.scene, &one.network, samples);
         const Trace b = roll_out(computing, one.scene, &one.network, samples);
-        differing = worse(differing, differing_values(a.position, b.position));
-        differing = worse(differing, differing_values(a.velocity, b.velocity));
-        differing = worse(differing, a.diverged || b.diverged ? std::nan("") : 0.0);
+        differing.add(differing_values(a.position, b.position));
+        differing.add(differing_values(a.velocity, b.velocity));
+        differing.add(a.diverged || b.diverged ? std::nan("") : 0.0);
       }
     }
-    outcome.judge({.name = std::string("differing_values_") + one.name,
-                   .value = differing,
-                   .upper = 0.0,
-                   .bound_from = "skipped work adds nothing: the same bits"});
+    outcome.judge_at_most(std::string("differing_values_") + one.name, differing.value(), 0.0,
+                          "skipped work adds nothing: the same bits");
   }
   outcome.notes.push_back("Every scheme, in both precisions, with and without skipping.");
 }
 
-}  // namespace
-
-std::vector<Case> approximation_cases() {
-  return {{.name = "network/heavy-nodes",
-           .suite = "accuracy",
-           .claim = "Nodes held by mass drift in inverse proportion to it.",
-           .measure = measure_heavy,
-           .weight = 0.3},
-          {.name = "network/float",
-           .suite = "accuracy",
-           .claim = "Single precision adds no more than the rounding of positions.",
-           .measure = measure_float,
-           .weight = 0.5},
-          {.name = "network/skip",
-           .suite = "accuracy",
-           .claim = "Skipping what a scene does not need changes no bit of its motion.",
-           .measure = measure_skip,
-           .weight = 0.5}};
-}
-
-// A load acts on the integrator steps that begin in [start, end): the impulse on a free node
-// counts them. Instants are whole numbers of a small unit here, so that the expected count is
-// exact.
-
-namespace {
+// A load acts on the steps that begin in [start, end): the impulse on a free node counts them.
+// Instants are whole numbers of a unit, so the count is exact.
 
 constexpr double force = 0.75;  ///< [N]
 constexpr double mass = 0.25;   ///< [kg]
@@ -498,22 +428,17 @@ double impulse_in_steps(const CaseContext& context, const std::string& scheme, c
 }
 
 void judge_counts(const CaseContext& context, Outcome& outcome) {
-  Table table{
-      .id = "steps",
-      .title = "Steps on which a load acts",
-      .caption =
-          "Impulse of a constant load over h F under Euler-Cromer, beside the number "
-          "of steps that begin in [start, end).",
-      .columns = {"load", "start (s)", "end (s)", "h (s)", "impulse (steps)", "expected (steps)"}};
+  Table table =
+      make_table("steps", "Steps on which a load acts",
+                 "Impulse of a constant load over h F, and the steps that begin in [start, end).",
+                 {"load", "start (s)", "end (s)", "h (s)", "impulse (steps)", "expected (steps)"});
   for (const Timing& timing : timings) {
     const auto expected = static_cast<double>(expected_steps(timing));
     const double steps = impulse_in_steps(context, "euler-cromer", timing, Profile::constant);
     const double rounding = epsilon * (expected + 4.0) * expected;
-    outcome.judge({.name = std::string("impulse_error_") + timing.name,
-                   .value = std::abs(steps - expected),
-                   .unit = "steps",
-                   .upper = rounding,
-                   .bound_from = "an exact count; one rounding of the velocity per step"});
+    outcome.judge_at_most(std::string("impulse_error_") + timing.name, std::abs(steps - expected),
+                          rounding, "an exact count; one rounding of the velocity per step",
+                          "steps");
     table.rows.push_back({timing.name, timing.start, timing.end,
                           timing.unit * static_cast<double>(timing.tick) / timing.substeps, steps,
                           expected});
@@ -525,19 +450,17 @@ void judge_counts(const CaseContext& context, Outcome& outcome) {
 /// is the mean of two, so only loads that have ended count.
 void judge_schemes(const CaseContext& context, Outcome& outcome) {
   for (const IntegratorInfo* scheme : integrators()) {
-    double error = 0.0;
+    Largest error;
     for (const Timing& timing : timings) {
       if (timing.end_units > timing.ticks * timing.tick) { continue; }
       const auto expected = static_cast<double>(expected_steps(timing));
       const double steps =
           impulse_in_steps(context, std::string(scheme->name), timing, Profile::constant);
-      error = worse(error, std::abs(steps - expected));
+      error.add(std::abs(steps - expected));
     }
-    outcome.judge({.name = "largest_impulse_error_" + std::string(scheme->name),
-                   .value = error,
-                   .unit = "steps",
-                   .upper = 64.0 * epsilon * 200.0 * 200.0,
-                   .bound_from = "an exact count of at most 200 steps; 64 roundings a step"});
+    outcome.judge_at_most("largest_impulse_error_" + std::string(scheme->name), error.value(),
+                          64.0 * epsilon * 200.0 * 200.0,
+                          "an exact count of at most 200 steps; 64 roundings a step", "steps");
   }
 }
 
@@ -549,10 +472,8 @@ void judge_profiles(const CaseContext& context, Outcome& outcome) {
   const double ramp = (n - 1.0) / 2.0;                               // sum of k / n
   const auto judge = [&](const char* name, Profile profile, double expected) {
     const double steps = impulse_in_steps(context, "euler-cromer", aligned, profile);
-    outcome.judge({.name = name,
-                   .value = std::abs(steps / expected - 1.0),
-                   .upper = 1e-14 * n,
-                   .bound_from = "closed sum over the steps; a few roundings each"});
+    outcome.judge_at_most(name, std::abs(steps / expected - 1.0), 1e-14 * n,
+                          "closed sum over the steps; a few roundings each");
   };
   judge("half_sine_impulse_error", Profile::half_sine, sine);
   judge("ramp_impulse_error", Profile::ramp, ramp);
@@ -566,13 +487,25 @@ void measure_load_edges(const CaseContext& context, Outcome& outcome) {
 
 }  // namespace
 
-std::vector<Case> load_cases() {
-  return {{.name = "network/load-edges",
-           .suite = "accuracy",
-           .claim = "A load acts on exactly the integrator steps that begin in [start, end), "
-                    "whatever rounding does to the instants.",
-           .measure = measure_load_edges,
-           .weight = 0.1}};
+std::vector<Case> kernel_cases() {
+  return {
+      {"network/kernels", "accuracy",
+       "Every kernel of the stepping computes the specification's forces and Jacobian to rounding.",
+       measure_kernels, 0.2},
+      {"network/lattice-kernels", "accuracy",
+       "The kernels of regular lattices compute the specification's forces to rounding, with every "
+       "set of instructions that this processor has.",
+       measure_lattice, 0.2},
+      {"network/heavy-nodes", "accuracy", "Nodes held by mass drift in inverse proportion to it.",
+       measure_heavy, 0.3},
+      {"network/float", "accuracy", "Single precision adds no more than the rounding of positions.",
+       measure_float, 0.5},
+      {"network/skip", "accuracy",
+       "Skipping what a scene does not need changes no bit of its motion.", measure_skip, 0.5},
+      {"network/load-edges", "accuracy",
+       "A load acts on exactly the integrator steps that begin in [start, end), whatever rounding "
+       "does to the instants.",
+       measure_load_edges, 0.1}};
 }
 
 }  // namespace palpate::networks

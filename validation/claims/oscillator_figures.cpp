@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "validation/claims/groups.hpp"
 #include "validation/claims/oscillator_fixture.hpp"
 
 namespace palpate::oscillator {
@@ -13,8 +14,6 @@ namespace palpate::oscillator {
 namespace {
 
 constexpr double amplitude = 3.0;  ///< A [m] of Fig. 6
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
-
 using Curve = std::function<double(double)>;
 
 /// Zeros of a curve on [0, 25] s, to rounding.
@@ -47,16 +46,6 @@ double slope_at_zero(const Curve& curve) {
   return (4.0 * slope(0.5e-3) - slope(1e-3)) / 3.0;
 }
 
-void judge_near(Outcome& outcome, const std::string& name, double value, const std::string& unit,
-                double expected, double tolerance, const std::string& from) {
-  outcome.judge({.name = name,
-                 .value = value,
-                 .unit = unit,
-                 .lower = expected - tolerance,
-                 .upper = expected + tolerance,
-                 .bound_from = from});
-}
-
 void judge_forms(Outcome& outcome, double c, Table& table) {
   Oscillator o = paper_oscillator(c);
   o.displacement = amplitude;
@@ -68,18 +57,19 @@ void judge_forms(Outcome& outcome, double c, Table& table) {
   const double zero_rounding = 1e-12;  // zeros near 25 s are known to an eps of 25
   const double slope_rounding = 1e-9;  // h^4 of the extrapolation and eps A / h
   const auto zeros = zeros_of(printed).size();
-  judge_near(outcome, "zeros of the printed form" + label, static_cast<double>(zeros), "1", 0.0,
-             0.0, "theory: a bare exponential has none");
-  judge_near(outcome, "frequency as plotted" + label, frequency_of(zeros_of(plotted)), "rad/s", 1.0,
-             zero_rounding, "theory: omega0, whatever c is; rounding");
-  judge_near(outcome, "initial velocity as plotted" + label, slope_at_zero(plotted), "m/s",
-             -0.5 * c * amplitude, slope_rounding, "theory: -gamma A, not rest");
-  judge_near(outcome, "initial velocity, exact" + label, slope_at_zero(exact), "m/s", 0.0,
-             slope_rounding, "the stated start from rest");
+  outcome.judge_near("zeros of the printed form" + label, static_cast<double>(zeros), 0.0, 0.0,
+                     "theory: a bare exponential has none");
+  outcome.judge_near("frequency as plotted" + label, frequency_of(zeros_of(plotted)), 1.0,
+                     zero_rounding, "theory: omega0, whatever c is; rounding", "rad/s");
+  outcome.judge_near("initial velocity as plotted" + label, slope_at_zero(plotted),
+                     -0.5 * c * amplitude, slope_rounding, "theory: -gamma A, not rest", "m/s");
+  outcome.judge_near("initial velocity, exact" + label, slope_at_zero(exact), 0.0, slope_rounding,
+                     "the stated start from rest", "m/s");
   const std::vector<double> crossings = zeros_of(exact);
   if (crossings.size() >= 2) {
-    judge_near(outcome, "frequency, exact" + label, frequency_of(crossings), "rad/s", omega1,
-               zero_rounding * 1e2, "theory: omega0 sqrt(1 - S^2); rounding of a faint crossing");
+    outcome.judge_near("frequency, exact" + label, frequency_of(crossings), omega1,
+                       zero_rounding * 1e2,
+                       "theory: omega0 sqrt(1 - S^2); rounding of a faint crossing", "rad/s");
   }
   table.rows.push_back({c, static_cast<double>(zeros), frequency_of(zeros_of(plotted)), omega1,
                         slope_at_zero(plotted), slope_at_zero(exact)});
@@ -88,18 +78,15 @@ void judge_forms(Outcome& outcome, double c, Table& table) {
 Figure draw_forms(double c) {
   Oscillator o = paper_oscillator(c);
   o.displacement = amplitude;
-  Figure figure{.id = "c-" + id_of(text(c)),
-                .title = "Eq. 6 in three readings, c = " + text(c) + " N s/m",
-                .caption =
-                    "The printed form only decays; as plotted it swings at omega0 and does "
-                    "not start from rest; the exact motion, which the model follows, swings at "
-                    "omega1 and does.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "position (m)"}};
+  Figure figure =
+      plot("c-" + id_of(text(c)), "Eq. 6 in three readings, c = " + text(c) + " N s/m",
+           "The printed form only decays; as plotted it swings at omega0 and does not start from "
+           "rest; the exact motion, which the model follows, swings at omega1 and does.",
+           {"time (s)"}, {"position (m)"});
   Series printed{.label = "as printed", .style = Series::Style::dashed};
   Series plotted{.label = "as plotted", .style = Series::Style::line_and_points};
   Series exact{.label = "exact"};
-  for (const double t : instants(0.25, 100)) {
+  for (const double t : tick_times(0.25, 100)) {
     for (Series* series : {&printed, &plotted, &exact}) { series->x.push_back(t); }
     printed.y.push_back(equation_6_printed(o, amplitude, t));
     plotted.y.push_back(equation_6_plotted(o, amplitude, 0.0, t));
@@ -109,37 +96,33 @@ Figure draw_forms(double c) {
   return figure;
 }
 
-/// Determines by the Runge-Kutta scheme of the model which of the three curves satisfies the
-/// equation of motion.
+/// Compares the Runge-Kutta scheme of the model with the exact curve.
 void judge_model(const CaseContext& context, Outcome& outcome, double c, Figure& figure) {
   Oscillator o = paper_oscillator(c);
   o.displacement = amplitude;
   const double h = 0.05;
   const long steps = 500;
-  const Samples found = samples_of(run(context, o, "rk4", h, steps));
-  const Samples exact = exact_samples(o, instants(h, steps));
+  const Samples found = run(context, o, "rk4", h, steps);
+  const Samples exact = exact_samples(o, tick_times(h, steps));
   // The energy norm never grows: Taylor remainders of (h |G|)^5 / 120 only add up, |G|^2 = 2 + c^2.
   const double bound =
       static_cast<double>(steps) * std::pow(h * std::sqrt(2.0 + c * c), 5.0) / 120.0;
-  outcome.judge({.name = "model from the exact form over its peak, c = " + text(c),
-                 .value = peak_distance(found.position, exact.position),
-                 .upper = bound,
-                 .bound_from = "Taylor remainder of 500 steps"});
+  outcome.judge_at_most("model from the exact form over its peak, c = " + text(c),
+                        peak_distance(found.position, exact.position), bound,
+                        "Taylor remainder of 500 steps");
   Series points{.label = "model, Runge-Kutta", .style = Series::Style::points};
   for (std::size_t n = 0; n < found.time.size(); n += 20) {
-    points.x.push_back(found.time[n]);
-    points.y.push_back(found.position[n]);
+    points.add(found.time[n], found.position[n]);
   }
   figure.series.push_back(std::move(points));
 }
 
 void measure_figure_6(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "forms",
-              .title = "What the three readings of Eq. 6 do",
-              .caption = "Zeros, frequencies and initial velocities of the three forms.",
-              .columns = {"c (N s/m)", "zeros as printed (1)", "frequency as plotted (rad/s)",
-                          "omega1 (rad/s)", "initial velocity as plotted (m/s)",
-                          "initial velocity, exact (m/s)"}};
+  Table table = make_table(
+      "forms", "What the three readings of Eq. 6 do",
+      "Zeros, frequencies and initial velocities of the three forms.",
+      {"c (N s/m)", "zeros as printed (1)", "frequency as plotted (rad/s)", "omega1 (rad/s)",
+       "initial velocity as plotted (m/s)", "initial velocity, exact (m/s)"});
   for (const double c : paper_viscosities) {
     judge_forms(outcome, c, table);
     Figure figure = draw_forms(c);
@@ -148,13 +131,12 @@ void measure_figure_6(const CaseContext& context, Outcome& outcome) {
   }
   outcome.tables.push_back(std::move(table));
   outcome.notes.emplace_back(
-      "Eq. 6 as printed multiplies omega0 t by a phase of zero and cannot oscillate; the curves "
-      "that "
-      "the paper plots have the frequency of an undamped spring and are thrown inwards at gamma "
-      "A.");
+      "Eq. 6 as printed multiplies omega0 t by a phase of zero and cannot oscillate; the plotted "
+      "curves have the frequency of an undamped spring and start inwards at gamma A.");
 }
 
-/// Figs. 7-9: one scheme each, with the trace and determinant of its step (m = k = 1).
+/// Figs. 7-9: one scheme each, with the trace and determinant of its step (m = k = 1). The
+/// determinant is also the factor by which a step multiplies areas of the phase plane.
 struct SchemeFigure {
   std::string name;
   std::string scheme;
@@ -178,83 +160,67 @@ const std::array<SchemeFigure, 3>& scheme_figures() {
 }
 
 void add_targets(Figure& figure, const Oscillator& oscillator) {
-  const std::vector<double> fine = instants(0.1, 250);
-  figure.series.push_back({.label = "Eq. 6 as plotted",
-                           .style = Series::Style::dashed,
-                           .x = fine,
-                           .y = equation_6_samples(oscillator, fine)});
+  const std::vector<double> fine = tick_times(0.1, 250);
   figure.series.push_back(
-      {.label = "exact", .x = fine, .y = exact_samples(oscillator, fine).position});
+      curve("Eq. 6 as plotted", fine, equation_6_samples(oscillator, fine), Series::Style::dashed));
+  figure.series.push_back(curve("exact", fine, exact_samples(oscillator, fine).position));
 }
 
 /// The recurrence that a curve obeys says which scheme drew it, and at which damping and step.
 struct Misses {
-  double trace = 0.0;        ///< largest |found - theory| over the rounding of the fit
-  double determinant = 0.0;  ///< likewise
-  double position = 0.0;     ///< largest distance from the closed form over its peak
+  Largest trace{};        ///< largest |found - theory| over the rounding of the fit
+  Largest determinant{};  ///< likewise
+  Largest position{};     ///< largest distance from the closed form over its peak
 };
 
 Recurrence compare(Misses& misses, const SchemeFigure& one, double c, double h,
                    const Samples& curve) {
   const Recurrence found = identify_recurrence(curve.position);
   const long steps = std::lround(paper_duration / h);
-  misses.position = worse(
-      misses.position,
+  misses.position.add(
       peak_distance(curve.position, closed_positions(one.scheme, paper_oscillator(c), h, steps)));
   const double rounding = 10.0 * epsilon * found.condition;
-  misses.trace = worse(misses.trace, std::abs(found.trace - one.trace(c, h)) / rounding);
-  misses.determinant =
-      worse(misses.determinant, std::abs(found.determinant - one.determinant(c, h)) / rounding);
+  misses.trace.add(std::abs(found.trace - one.trace(c, h)) / rounding);
+  misses.determinant.add(std::abs(found.determinant - one.determinant(c, h)) / rounding);
   return found;
 }
 
 void judge_misses(Outcome& outcome, const Misses& misses) {
-  for (const auto& [name, value] :
-       {std::pair{"trace", misses.trace}, std::pair{"determinant", misses.determinant}}) {
-    outcome.judge({.name = std::string("largest miss of the step's ") + name + " over its rounding",
-                   .value = value,
-                   .upper = 1.0,
-                   .bound_from = "theory of the step; 10 operations a step at one eps each, times "
-                                 "the condition of the fit"});
+  for (const auto& [name, value] : {std::pair{"trace", misses.trace.value()},
+                                    std::pair{"determinant", misses.determinant.value()}}) {
+    outcome.judge_at_most(
+        std::string("largest miss of the step's ") + name + " over its rounding", value, 1.0,
+        "theory of the step; 10 operations a step at one eps each, times the condition of the fit");
   }
-  outcome.judge({.name = "largest distance from the closed form over its peak",
-                 .value = misses.position,
-                 .upper = 10.0 * 250.0 * epsilon,
-                 .bound_from = "10 operations in each of 250 steps at one eps each"});
+  outcome.judge_at_most("largest distance from the closed form over its peak",
+                        misses.position.value(), 10.0 * 250.0 * epsilon,
+                        "10 operations in each of 250 steps at one eps each");
 }
 
 void measure_scheme_figure(const CaseContext& context, Outcome& outcome, const SchemeFigure& one) {
-  Table table{
-      .id = "distances",
-      .title = one.title + " against Eq. 6",
-      .caption =
-          "Root mean square distances over 25 s, and the trace and determinant of "
-          "the step read off the curve and from theory.",
-      .columns = {"c (N s/m)", "h (s)", "from Eq. 6 as plotted (m)", "from the exact motion (m)",
-                  "trace (1)", "its theory (1)", "determinant (1)", "its theory (1)"}};
+  Table table = make_table(
+      "distances", one.title + " against Eq. 6",
+      "RMS distances over 25 s; trace and determinant of the step, measured and in theory.",
+      {"c (N s/m)", "h (s)", "from Eq. 6 as plotted (m)", "from the exact motion (m)", "trace (1)",
+       "its theory (1)", "determinant (1)", "its theory (1)"});
   Misses misses;
   for (const double c : paper_viscosities) {
     const Oscillator oscillator = paper_oscillator(c);
-    Figure figure{.id = "c-" + id_of(text(c)),
-                  .title = one.title + ", c = " + text(c) + " N s/m",
-                  .caption = one.title +
-                             " at both steps of the paper beside Eq. 6 as plotted and "
-                             "the exact motion.",
-                  .x = {.label = "time (s)"},
-                  .y = {.label = "position (m)"}};
+    Figure figure = plot(
+        "c-" + id_of(text(c)), one.title + ", c = " + text(c) + " N s/m",
+        one.title + " at both steps of the paper beside Eq. 6 as plotted and the exact motion.",
+        {"time (s)"}, {"position (m)"});
     for (const double h : paper_steps) {
       const long steps = std::lround(paper_duration / h);
-      const Samples found = samples_of(run(context, oscillator, one.scheme, h, steps));
-      const Samples exact = exact_samples(oscillator, instants(h, steps));
+      const Samples found = run(context, oscillator, one.scheme, h, steps);
+      const Samples exact = exact_samples(oscillator, tick_times(h, steps));
       const Recurrence recurrence = compare(misses, one, c, h, found);
       table.rows.push_back(
           {c, h, rms_distance(found.position, equation_6_samples(oscillator, exact.time)),
            rms_distance(found.position, exact.position), recurrence.trace, one.trace(c, h),
            recurrence.determinant, one.determinant(c, h)});
-      figure.series.push_back({.label = one.title + ", h = " + text(h) + " s",
-                               .style = Series::Style::line_and_points,
-                               .x = found.time,
-                               .y = found.position});
+      figure.series.push_back(curve(one.title + ", h = " + text(h) + " s", found.time,
+                                    found.position, Series::Style::line_and_points));
     }
     add_targets(figure, oscillator);
     outcome.figures.push_back(std::move(figure));
@@ -263,53 +229,14 @@ void measure_scheme_figure(const CaseContext& context, Outcome& outcome, const S
   outcome.tables.push_back(std::move(table));
 }
 
-}  // namespace
-
-std::vector<Case> figure_cases() {
-  std::vector<Case> cases{
-      {.name = "oscillator/figure-6",
-       .suite = "accuracy",
-       .claim = "Eq. 6 as printed, as plotted and exact are three different motions.",
-       .measure = measure_figure_6,
-       .weight = 0.1}};
-  for (const SchemeFigure& one : scheme_figures()) {
-    cases.push_back(
-        {.name = "oscillator/" + one.name,
-         .suite = "accuracy",
-         .claim = one.title + " moves by the recurrence that its definition gives at "
-                              "every damping and step of the paper.",
-         .measure = [&one](const CaseContext& context,
-                           Outcome& outcome) { measure_scheme_figure(context, outcome, one); },
-         .weight = 0.3});
-  }
-  return cases;
-}
-
 // The paper's Fig. 10: orbits in the phase plane, and the area that each scheme gains or loses.
-
-namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-struct Drawn {
-  std::string scheme;
-  std::string title;
-  double (*area_factor)(double c, double h);  ///< determinant of a step, m = k = 1
-};
-
-constexpr auto semi_implicit = [](double c, double h) { return 1.0 - c * h; };
-const std::array<Drawn, 3>& drawn_schemes() {
-  static const std::array<Drawn, 3> drawn{
-      Drawn{"euler", "Euler", [](double c, double h) { return 1.0 - c * h + h * h; }},
-      Drawn{"euler-cromer", "Euler-Cromer", semi_implicit},
-      Drawn{"feynman-newton-printed", "Feynman-Newton as printed", semi_implicit}};
-  return drawn;
-}
 
 /// Two successive states span a parallelogram; each step multiplies its area by the determinant.
 double area_factor(const Samples& orbit, long steps) {
   const std::size_t count = static_cast<std::size_t>(steps) + 1;
-  if (orbit.position.size() != count || orbit.velocity.size() != count) { return nan; }
+  if (orbit.position.size() != count || orbit.velocity.size() != count) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
   const auto area = [&](std::size_t n) {
     return orbit.position[n] * orbit.velocity[n + 1] - orbit.position[n + 1] * orbit.velocity[n];
   };
@@ -318,60 +245,53 @@ double area_factor(const Samples& orbit, long steps) {
   return factor;
 }
 
-Figure draw(const CaseContext& context, const Drawn& one, double c) {
+Figure draw(const CaseContext& context, const SchemeFigure& one, double c) {
   const Oscillator oscillator = paper_oscillator(c);
-  Figure figure{.id = one.scheme + "-c-" + id_of(text(c)),
-                .title = "Phase portrait of " + one.title + ", c = " + text(c) + " N s/m",
-                .caption = "The orbit of " + one.title +
-                           " at both steps of the paper beside that "
-                           "of the exact motion.",
-                .x = {.label = "position (m)"},
-                .y = {.label = "velocity (m/s)"},
-                .square = true};
+  Figure figure = plot(
+      one.scheme + "-c-" + id_of(text(c)),
+      "Phase portrait of " + one.title + ", c = " + text(c) + " N s/m",
+      "The orbit of " + one.title + " at both steps of the paper beside that of the exact motion.",
+      {"position (m)"}, {"velocity (m/s)"});
+  figure.square = true;
   for (const double h : paper_steps) {
     const long steps = std::lround(paper_duration / h);
-    const Samples orbit = samples_of(run(context, oscillator, one.scheme, h, steps));
-    figure.series.push_back({.label = "h = " + text(h) + " s",
-                             .style = Series::Style::line_and_points,
-                             .x = orbit.position,
-                             .y = orbit.velocity});
+    const Samples orbit = run(context, oscillator, one.scheme, h, steps);
+    figure.series.push_back(curve("h = " + text(h) + " s", orbit.position, orbit.velocity,
+                                  Series::Style::line_and_points));
   }
-  const Samples exact = exact_samples(oscillator, instants(0.05, 500));
-  figure.series.push_back({.label = "exact", .x = exact.position, .y = exact.velocity});
+  const Samples exact = exact_samples(oscillator, tick_times(0.05, 500));
+  figure.series.push_back(curve("exact", exact.position, exact.velocity));
   return figure;
 }
 
 /// |measured - theory| over its rounding.
-double miss_of_area(const CaseContext& context, const Drawn& one, double c, double h,
+double miss_of_area(const CaseContext& context, const SchemeFigure& one, double c, double h,
                     Table& table) {
   // Long enough to be visible, short enough to limit rounding.
   const long steps = 60;
-  const Samples orbit = samples_of(run(context, paper_oscillator(c), one.scheme, h, steps));
+  const Samples orbit = run(context, paper_oscillator(c), one.scheme, h, steps);
   const double found = area_factor(orbit, steps);
-  const double theory = one.area_factor(c, h);
+  const double theory = one.determinant(c, h);
   table.rows.push_back({one.title, c, h, found, theory, std::exp(-c * h)});
   // The area, h, is a difference of products of order one; what 60 steps add the root divides.
   return std::abs(found - theory) / (10.0 * epsilon / h);
 }
 
 void measure_figure_10(const CaseContext& context, Outcome& outcome) {
-  Table table{
-      .id = "areas",
-      .title = "What a step does to an area of the phase plane",
-      .caption = "Measured factor, determinant of the step, and the exact exp(-c h / m).",
-      .columns = {"scheme", "c (N s/m)", "h (s)", "measured (1)", "theory (1)", "exact (1)"}};
-  for (const Drawn& one : drawn_schemes()) {
-    double miss = 0.0;
+  Table table =
+      make_table("areas", "What a step does to an area of the phase plane",
+                 "Measured factor, determinant of the step, and the exact exp(-c h / m).",
+                 {"scheme", "c (N s/m)", "h (s)", "measured (1)", "theory (1)", "exact (1)"});
+  for (const SchemeFigure& one : scheme_figures()) {
+    Largest miss;
     for (const double h : paper_steps) {
       for (const double c : {0.0, 0.1, 0.7, 1.4}) {
-        miss = worse(miss, miss_of_area(context, one, c, h, table));
+        miss.add(miss_of_area(context, one, c, h, table));
       }
     }
-    outcome.judge({.name = "largest miss of the area factor of " + one.title + " over its rounding",
-                   .value = miss,
-                   .upper = 1.0,
-                   .bound_from = "theory: determinant of the step; 10 operations a step at one eps "
-                                 "each, in an area of h"});
+    outcome.judge_at_most(
+        "largest miss of the area factor of " + one.title + " over its rounding", miss.value(), 1.0,
+        "theory: determinant of the step; 10 operations a step at one eps each, in an area of h");
     outcome.figures.push_back(draw(context, one, 0.0));
     outcome.figures.push_back(draw(context, one, 0.1));
     if (!context.quick) { outcome.figures.push_back(draw(context, one, 0.7)); }
@@ -382,20 +302,7 @@ void measure_figure_10(const CaseContext& context, Outcome& outcome) {
       "Euler gains 1 + h^2 per step, and with c = 0.1 N s/m at h = 0.1 s its spiral stands still.");
 }
 
-}  // namespace
-
-std::vector<Case> phase_cases() {
-  return {{.name = "oscillator/figure-10",
-           .suite = "accuracy",
-           .claim = "Each scheme gains or loses area of the phase plane as its step's determinant "
-                    "says.",
-           .measure = measure_figure_10,
-           .weight = 0.5}};
-}
-
 // Who follows what: the schemes of Table 1 against Eq. 6 and the exact motion.
-
-namespace {
 
 struct Contender {
   std::string scheme;
@@ -415,27 +322,25 @@ struct Round {
   double h = 0.0;
   std::array<double, 4> from_equation{};  ///< [m]
   std::array<double, 4> from_exact{};     ///< [m]
-  double surprise = 0.0;                  ///< largest |measured - predicted| [m]
+  Largest surprise{};                     ///< largest |measured - predicted| [m]
   double mean_identity = 0.0;             ///< half-step Feynman-Newton less the mean of the two [m]
 };
 
 Round play(const CaseContext& context, double c, double h) {
   const Oscillator oscillator = paper_oscillator(c);
   const long steps = std::lround(paper_duration / h);
-  const std::vector<double> exact = exact_samples(oscillator, instants(h, steps)).position;
-  const std::vector<double> equation = equation_6_samples(oscillator, instants(h, steps));
+  const std::vector<double> exact = exact_samples(oscillator, tick_times(h, steps)).position;
+  const std::vector<double> equation = equation_6_samples(oscillator, tick_times(h, steps));
   Round round{.c = c, .h = h};
   std::array<std::vector<double>, 4> x;
   for (std::size_t i = 0; i < contenders().size(); ++i) {
     const std::string& scheme = contenders()[i].scheme;
-    x[i] = samples_of(run(context, oscillator, scheme, h, steps)).position;
+    x[i] = run(context, oscillator, scheme, h, steps).position;
     const std::vector<double> closed = closed_positions(scheme, oscillator, h, steps);
     round.from_equation[i] = rms_distance(x[i], equation);
     round.from_exact[i] = rms_distance(x[i], exact);
-    round.surprise =
-        worse(round.surprise, std::abs(round.from_equation[i] - rms_distance(closed, equation)));
-    round.surprise =
-        worse(round.surprise, std::abs(round.from_exact[i] - rms_distance(closed, exact)));
+    round.surprise.add(std::abs(round.from_equation[i] - rms_distance(closed, equation)));
+    round.surprise.add(std::abs(round.from_exact[i] - rms_distance(closed, exact)));
   }
   std::vector<double> mean = x[1];
   for (std::size_t n = 0; n < mean.size() && n < x[2].size(); ++n) {
@@ -504,30 +409,25 @@ void judge_reversal(const CaseContext& context, Outcome& outcome) {
   // conjugate to it, as the explicit damping is not symmetric in time): with the velocity turned
   // round at the end, Euler-Cromer runs the same steps backwards.
   const long steps = 100;
-  const Samples there =
-      samples_of(run(context, paper_oscillator(0.0), "feynman-newton-printed", 0.25, steps));
+  const Samples there = run(context, paper_oscillator(0.0), "feynman-newton-printed", 0.25, steps);
   Oscillator back = paper_oscillator(0.0);
   back.displacement = there.position.back();
   back.velocity = -there.velocity.back();
-  const Samples home = samples_of(run(context, back, "euler-cromer", 0.25, steps));
+  const Samples home = run(context, back, "euler-cromer", 0.25, steps);
   const double miss = home.position.empty()
                           ? std::numeric_limits<double>::quiet_NaN()
                           : std::hypot(home.position.back() - 1.0, home.velocity.back());
-  outcome.judge(
-      {.name = "Euler-Cromer undoes printed Feynman-Newton, c = 0: miss",
-       .value = miss,
-       .unit = "m",
-       .upper = 20.0 * static_cast<double>(steps) * epsilon,
-       .bound_from = "adjoint schemes; one eps for each of 10 operations a step, both ways"});
+  outcome.judge_at_most("Euler-Cromer undoes printed Feynman-Newton, c = 0: miss", miss,
+                        20.0 * static_cast<double>(steps) * epsilon,
+                        "adjoint schemes; one eps for each of 10 operations a step, both ways",
+                        "m");
 }
 
 Table table_of(const std::vector<Round>& rounds) {
-  Table table{.id = "distances",
-              .title = "Who is closest to what",
-              .caption =
-                  "Root mean square distance over 25 s of each scheme from Eq. 6 as plotted "
-                  "and from the exact motion.",
-              .columns = {"c (N s/m)", "h (s)"}};
+  Table table =
+      make_table("distances", "Who is closest to what",
+                 "RMS distance over 25 s from Eq. 6 as plotted and from the exact motion.",
+                 {"c (N s/m)", "h (s)"});
   for (const std::string target : {"Eq. 6", "exact"}) {
     for (const Contender& one : contenders()) {
       table.columns.push_back(one.title + " - " + target + " (m)");
@@ -543,57 +443,45 @@ Table table_of(const std::vector<Round>& rounds) {
 }
 
 void judge_rounds(const std::vector<Round>& rounds, Outcome& outcome) {
-  double surprise = 0.0;
-  double identity = 0.0;
-  double excess = 0.0;
+  Largest surprise;
+  Largest identity;
+  Largest excess;
   for (const Round& round : rounds) {
-    surprise = worse(surprise, round.surprise);
-    identity = worse(identity, round.mean_identity);
+    surprise.add(round.surprise.value());
+    identity.add(round.mean_identity);
     const auto& d = round.from_exact;
-    excess = worse(excess, d[3] / (0.5 * (d[1] + d[2])));
+    excess.add(d[3] / (0.5 * (d[1] + d[2])));
   }
   // Euler at c = 0.1, h = 0.25 grows sixfold; one eps per operation and step all the way.
-  outcome.judge({.name = "largest distance less the closed forms' distance",
-                 .value = surprise,
-                 .unit = "m",
-                 .upper = 10.0 * 10.0 * 250.0 * epsilon,
-                 .bound_from = "closed form of each scheme; one eps for each of 10 operations in "
-                               "250 steps, grown at most tenfold"});
-  outcome.judge({.name = "half-step start less the mean of Euler-Cromer and printed",
-                 .value = identity,
-                 .upper = 10.0 * 250.0 * epsilon,
-                 .bound_from = "linearity: the three start from v0 + (h/2) a, v0 + h a and v0"});
-  outcome.judge({.name = "half-step start over the mean distance of the two from the exact motion",
-                 .value = excess,
-                 .upper = 1.0,
-                 .bound_from = "triangle inequality"});
+  outcome.judge_at_most(
+      "largest distance less the closed forms' distance", surprise.value(),
+      10.0 * 10.0 * 250.0 * epsilon,
+      "closed forms; 10 operations in 250 steps at one eps each, grown at most tenfold", "m");
+  outcome.judge_at_most("half-step start less the mean of Euler-Cromer and printed",
+                        identity.value(), 10.0 * 250.0 * epsilon,
+                        "linearity: the three start from v0 + (h/2) a, v0 + h a and v0");
+  outcome.judge_at_most("half-step start over the mean distance of the two from the exact motion",
+                        excess.value(), 1.0, "triangle inequality");
   const std::string unit = "of " + std::to_string(rounds.size()) + " settings";
-  outcome.judge({.name = "Feynman-Newton as printed nearer to Eq. 6 than Euler-Cromer",
-                 .value = static_cast<double>(nearer(rounds, &Round::from_equation, 2, 1)),
-                 .unit = unit});
-  outcome.judge({.name = "Feynman-Newton as printed nearer to the exact motion than Euler-Cromer",
-                 .value = static_cast<double>(nearer(rounds, &Round::from_exact, 2, 1)),
-                 .unit = unit});
+  outcome.report("Feynman-Newton as printed nearer to Eq. 6 than Euler-Cromer",
+                 static_cast<double>(nearer(rounds, &Round::from_equation, 2, 1)), unit);
+  outcome.report("Feynman-Newton as printed nearer to the exact motion than Euler-Cromer",
+                 static_cast<double>(nearer(rounds, &Round::from_exact, 2, 1)), unit);
 }
 
 Figure draw(const std::vector<Round>& rounds) {
-  Figure figure{.id = "distance",
-                .title = "Distance from Eq. 6 and from the exact motion, h = 0.1 s",
-                .caption =
-                    "Which of the two printed schemes is nearer depends on whether Eq. 6 as "
-                    "plotted or the exact motion is the target.",
-                .x = {.label = "c (N s/m)"},
-                .y = {.label = "RMS distance (m)", .logarithmic = true}};
+  Figure figure = plot("distance", "Distance from Eq. 6 and from the exact motion, h = 0.1 s",
+                       "Which of the two printed schemes is nearer depends on whether Eq. 6 as "
+                       "plotted or the exact motion is the target.",
+                       {"c (N s/m)"}, logarithmic("RMS distance (m)"));
   for (std::size_t i = 1; i < 4; ++i) {
     Series equation{.label = contenders()[i].title + " - Eq. 6", .style = Series::Style::dashed};
     Series exact{.label = contenders()[i].title + " - exact",
                  .style = Series::Style::line_and_points};
     for (const Round& round : rounds) {
       if (round.h != 0.1) { continue; }
-      equation.x.push_back(round.c);
-      equation.y.push_back(round.from_equation[i]);
-      exact.x.push_back(round.c);
-      exact.y.push_back(round.from_exact[i]);
+      equation.add(round.c, round.from_equation[i]);
+      exact.add(round.c, round.from_exact[i]);
     }
     figure.series.push_back(std::move(equation));
     figure.series.push_back(std::move(exact));
@@ -615,14 +503,28 @@ void measure_closest(const CaseContext& context, Outcome& outcome) {
 
 }  // namespace
 
-std::vector<Case> comparison_cases() {
-  return {{.name = "oscillator/who-is-closest",
-           .suite = "accuracy",
-           .claim =
-               "Which scheme follows best depends on the target, Eq. 6 as plotted or the exact "
-               "motion.",
-           .measure = measure_closest,
-           .weight = 1.0}};
+std::vector<Case> figure_cases() {
+  std::vector<Case> cases = {{"oscillator/figure-6", "accuracy",
+                              "Eq. 6 as printed, as plotted and exact are three different motions.",
+                              measure_figure_6, 0.1}};
+  for (const SchemeFigure& one : scheme_figures()) {
+    cases.push_back({"oscillator/" + one.name, "accuracy",
+                     one.title + " moves by the recurrence that its definition gives at every "
+                                 "damping and step of the paper.",
+                     [&one](const CaseContext& context, Outcome& outcome) {
+                       measure_scheme_figure(context, outcome, one);
+                     },
+                     0.3});
+  }
+  cases.push_back(
+      {"oscillator/figure-10", "accuracy",
+       "Each scheme gains or loses area of the phase plane as its step's determinant says.",
+       measure_figure_10, 0.5});
+  cases.push_back(
+      {"oscillator/who-is-closest", "accuracy",
+       "Which scheme follows best depends on the target, Eq. 6 as plotted or the exact motion.",
+       measure_closest, 1.0});
+  return cases;
 }
 
 }  // namespace palpate::oscillator

@@ -3,14 +3,10 @@
 #include "validation/claims/oscillator_fixture.hpp"
 
 #include <Eigen/SVD>
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <iterator>
 #include <limits>
 
 #include "reference/oscillator.hpp"
-#include "validation/claims/groups.hpp"
 
 namespace palpate::oscillator {
 
@@ -29,22 +25,16 @@ Oscillator driven_oscillator() {
   return driven;
 }
 
-Trace run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
-          double h, long steps) {
+Samples run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
+            double h, long steps) {
   Scene scene = scene_of(std::string(scheme), h, static_cast<double>(steps) * h);
   scene.tissue.source = Source::oscillator;
   scene.tissue.oscillator = oscillator;
-  return roll_out(context, scene, {.position = true, .velocity = true});
-}
-
-Samples samples_of(const Trace& motion) {
-  Samples samples{.time = motion.time};
-  const auto copy = [](const Eigen::MatrixXd& from, std::vector<double>& to) {
-    to.assign(from.data(), from.data() + from.size());
-  };
-  copy(motion.position, samples.position);
-  copy(motion.velocity, samples.velocity);
-  return samples;
+  const Trace motion = roll_out(context, scene, {.position = true, .velocity = true});
+  return {.time = motion.time,
+          .position = {motion.position.data(), motion.position.data() + motion.position.size()},
+          .velocity = {motion.velocity.data(), motion.velocity.data() + motion.velocity.size()},
+          .diverged = motion.diverged};
 }
 
 Samples exact_samples(const Oscillator& oscillator, const std::vector<double>& time) {
@@ -75,12 +65,6 @@ std::vector<double> closed_positions(std::string_view scheme, const Oscillator& 
   return x;
 }
 
-std::vector<double> instants(double h, long steps) {
-  std::vector<double> time;
-  for (long n = 0; n <= steps; ++n) { time.push_back(static_cast<double>(n) * h); }
-  return time;
-}
-
 double rms_distance(const std::vector<double>& a, const std::vector<double>& b) {
   if (a.size() != b.size() || a.empty()) { return nan; }
   double sum = 0.0;
@@ -90,16 +74,14 @@ double rms_distance(const std::vector<double>& a, const std::vector<double>& b) 
 
 double peak_distance(const std::vector<double>& a, const std::vector<double>& b) {
   if (a.size() != b.size() || a.empty()) { return nan; }
-  double distance = 0.0;
-  double peak = 0.0;
+  Largest distance;
+  Largest peak;
   for (std::size_t n = 0; n < a.size(); ++n) {
-    distance = worse(distance, std::abs(a[n] - b[n]));
-    peak = worse(peak, std::abs(b[n]));
+    distance.add(std::abs(a[n] - b[n]));
+    peak.add(std::abs(b[n]));
   }
-  return distance / peak;
+  return distance.value() / peak.value();
 }
-
-double worse(double a, double b) { return std::isnan(a) || std::isnan(b) ? nan : std::max(a, b); }
 
 double natural_frequency(const Oscillator& oscillator) {
   return std::sqrt(oscillator.stiffness / oscillator.mass);
@@ -122,12 +104,6 @@ Recurrence identify_recurrence(const std::vector<double>& x) {
   return {0.5 * c(0) + c(1), c(1) - 0.5 * c(0), svd.singularValues()(0) / svd.singularValues()(1)};
 }
 
-std::string text(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%g", value);
-  return buffer.data();
-}
-
 std::string id_of(std::string_view words) {
   std::string id;
   for (const char c : words) {
@@ -142,17 +118,3 @@ std::string id_of(std::string_view words) {
 }
 
 }  // namespace palpate::oscillator
-
-namespace palpate {
-
-std::vector<Case> oscillator_cases() {
-  using namespace oscillator;
-  std::vector<Case> cases;
-  for (const auto part : {order_cases, discrete_cases, stability_limit_cases, regime_cases,
-                          figure_cases, phase_cases, comparison_cases, sweep_cases}) {
-    std::ranges::move(part(), std::back_inserter(cases));
-  }
-  return cases;
-}
-
-}  // namespace palpate

@@ -4,14 +4,19 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "reference/oscillator_motion.hpp"
 #include "validation/case.hpp"
+#include "validation/number_text.hpp"
+#include "validation/signal.hpp"
 
 namespace palpate::oscillator {
+
+inline constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// Damping c [N s/m] of the paper with m = 1 kg, k = 1 N/m, over 25 s (Figs. 6-10).
 inline constexpr std::array paper_viscosities{0.1, 0.3, 0.7, 1.0, 1.4, 1.8};
@@ -26,31 +31,26 @@ Oscillator paper_oscillator(double viscosity);
 /// Returns the oscillator driven by cos(0.8 t) N, c = 0.7 N s/m.
 Oscillator driven_oscillator();
 
-/// Runs `steps` steps of h [s] with the model, including velocities.
-Trace run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
-          double h, long steps);
-
 struct Samples {
   std::vector<double> time{};      ///< [s]
   std::vector<double> position{};  ///< [m]
   std::vector<double> velocity{};  ///< [m/s]
+  bool diverged = false;
 };
-Samples samples_of(const Trace& motion);
+/// Runs `steps` steps of h [s] with the model.
+Samples run(const CaseContext& context, const Oscillator& oscillator, std::string_view scheme,
+            double h, long steps);
 Samples exact_samples(const Oscillator& oscillator, const std::vector<double>& time);
 std::vector<double> equation_6_samples(const Oscillator& oscillator,
                                        const std::vector<double>& time);
 /// Returns the positions of the closed form of a scheme (reference/discrete.hpp).
 std::vector<double> closed_positions(std::string_view scheme, const Oscillator& oscillator,
                                      double h, long steps);
-/// Returns the instants 0, h, ... steps h.
-std::vector<double> instants(double h, long steps);
 
 /// Returns the root mean square of a - b; NaN if the lengths differ or a value is not finite.
 double rms_distance(const std::vector<double>& a, const std::vector<double>& b);
 /// Returns the largest |a - b| over the largest |b|; NaN likewise.
 double peak_distance(const std::vector<double>& a, const std::vector<double>& b);
-/// Returns the larger one, or NaN if either is NaN.
-double worse(double a, double b);
 
 /// State weighted so that k = m = 1: (x, v / omega0).
 double natural_frequency(const Oscillator& oscillator);
@@ -64,18 +64,7 @@ struct Recurrence {
 };
 Recurrence identify_recurrence(const std::vector<double>& x);
 
-std::string text(double value);             ///< "%g"
+inline std::string text(double value) { return plain_number(value, 6); }
 std::string id_of(std::string_view words);  ///< an id from words
-
-// Parts of the oscillator group; oscillator.cpp joins them.
-
-std::vector<Case> order_cases();            ///< oscillator/order/<scheme>
-std::vector<Case> discrete_cases();         ///< oscillator/discrete/<scheme>
-std::vector<Case> stability_limit_cases();  ///< oscillator/stability-limit/<scheme>
-std::vector<Case> regime_cases();           ///< oscillator/regimes
-std::vector<Case> figure_cases();           ///< oscillator/figure-6 ... figure-9
-std::vector<Case> phase_cases();            ///< oscillator/figure-10
-std::vector<Case> comparison_cases();       ///< oscillator/who-is-closest
-std::vector<Case> sweep_cases();            ///< oscillator/sweep
 
 }  // namespace palpate::oscillator

@@ -9,6 +9,7 @@
 #include "model/stepping/integrator.hpp"
 #include "reference/oscillator.hpp"
 #include "reference/solvers.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/oscillator_fixture.hpp"
 #include "validation/signal.hpp"
 
@@ -41,7 +42,7 @@ Generator generator_of(const Oscillator& o) {
 Samples taylor_motion(const Oscillator& o) {
   const Generator g = generator_of(o);
   ExtendedVector y(o.displacement, o.velocity, 1, 0);
-  Samples samples{.time = instants(sampling, sample_count)};
+  Samples samples{.time = tick_times(sampling, sample_count)};
   for (long n = 0; n <= sample_count; ++n) {
     samples.position.push_back(static_cast<double>(y(0)));
     samples.velocity.push_back(static_cast<double>(y(1)));
@@ -61,16 +62,16 @@ double relative_difference(const Oscillator& o, const Samples& found, const Samp
   }
   const double omega = natural_frequency(o);
   double so_far = 0.0;
-  double largest = 0.0;
+  Largest largest;
   for (std::size_t n = 0; n < truth.time.size(); ++n) {
     const double size = std::hypot(truth.position[n], truth.velocity[n] / omega);
     so_far = o.drive_amplitude == 0.0 ? size : std::max(so_far, size);
     if (so_far == 0.0) { continue; }  // rest before the drive has acted
-    largest = worse(largest, std::hypot(found.position[n] - truth.position[n],
-                                        (found.velocity[n] - truth.velocity[n]) / omega) /
-                                 so_far);
+    largest.add(std::hypot(found.position[n] - truth.position[n],
+                           (found.velocity[n] - truth.velocity[n]) / omega) /
+                so_far);
   }
-  return largest;
+  return largest.value();
 }
 
 struct Named {
@@ -107,38 +108,31 @@ std::vector<Named> regimes() {
 }
 
 void judge_closed_form(Outcome& outcome) {
-  Table table{.id = "differences",
-              .title = "Exact motion against a Taylor series in long double",
-              .caption = "Largest difference over 25 s relative to the motion then, by regime.",
-              .columns = {"motion", "S (1)", "class", "relative difference (1)"}};
-  Figure figure{.id = "regimes",
-                .title = "One oscillator, all regimes",
-                .caption =
-                    "The exact free motion passes smoothly from undamped through critical "
-                    "(c = 2) to overdamped (c = 3).",
-                .x = {.label = "time (s)"},
-                .y = {.label = "position (m)"}};
-  double free = 0.0;
-  double near_critical = 0.0;
-  double driven = 0.0;
+  Table table = make_table("differences", "Exact motion against a Taylor series in long double",
+                           "Largest difference over 25 s relative to the motion then, by regime.",
+                           {"motion", "S (1)", "class", "relative difference (1)"});
+  Figure figure =
+      plot("regimes", "One oscillator, all regimes",
+           "The exact free motion, undamped through critical (c = 2) to overdamped (c = 3).",
+           {"time (s)"}, {"position (m)"});
+  Largest free;
+  Largest near_critical;
+  Largest driven;
   for (const Named& one : regimes()) {
     const Samples truth = taylor_motion(one.oscillator);
     const Samples found = exact_samples(one.oscillator, truth.time);
     const double difference = relative_difference(one.oscillator, found, truth);
     const bool is_driven = one.oscillator.drive_amplitude != 0.0;
-    double& worst = is_driven ? driven : one.name.starts_with("S = 1") ? near_critical : free;
-    worst = worse(worst, difference);
+    (is_driven ? driven : one.name.starts_with("S = 1") ? near_critical : free).add(difference);
     table.rows.push_back({one.name, damping_ratio(one.oscillator),
                           std::string(damping_class(one.oscillator)), difference});
     if (one.name.starts_with("c = ")) {
-      figure.series.push_back({.label = one.name, .x = found.time, .y = found.position});
+      figure.series.push_back(curve(one.name, found.time, found.position));
     }
   }
-  const auto judge = [&](const std::string& name, double value) {
-    outcome.judge({.name = name,
-                   .value = value,
-                   .upper = 1e-13,
-                   .bound_from = "the closed form is required to 1e-13; the series errs by 1e-17"});
+  const auto judge = [&](const std::string& name, const Largest& found) {
+    outcome.judge_at_most(name, found.value(), 1e-13,
+                          "the closed form is required to 1e-13; the series errs by 1e-17");
   };
   judge("free motion", free);
   judge("free motion within 1e-3 of critical damping", near_critical);
@@ -149,32 +143,25 @@ void judge_closed_form(Outcome& outcome) {
 
 /// Judges the closed form with two external solvers for the equation of motion.
 void judge_solvers(Outcome& outcome) {
-  const std::vector<double> times = instants(sampling, sample_count);
+  const std::vector<double> times = tick_times(sampling, sample_count);
   const auto judge = [&](const std::string& name, const Oscillator& oscillator) {
     const OscillatorProblem problem(oscillator);
     const Samples exact = exact_samples(oscillator, times);
     const auto difference = [&](const Trace& solution) {
-      const Samples found{.time = times,
-                          .position = {solution.position.data(),
-                                       solution.position.data() + solution.position.size()},
-                          .velocity = {solution.velocity.data(),
-                                       solution.velocity.data() + solution.velocity.size()}};
-      return peak_distance(exact.position, found.position);
+      const std::vector<double> found{solution.position.data(),
+                                      solution.position.data() + solution.position.size()};
+      return peak_distance(exact.position, found);
     };
     const auto accurate = reference::solve_long_double(problem, times, {1e-16, 1.0, 1.0});
-    outcome.judge({.name = name + ", Fehlberg 7(8) in long double",
-                   .value = difference(accurate),
-                   .upper = 1e-13,
-                   .bound_from = "the closed form is required to 1e-13"});
+    outcome.judge_at_most(name + ", Fehlberg 7(8) in long double", difference(accurate), 1e-13,
+                          "the closed form is required to 1e-13");
     const double tolerance = 1e-11;
     const auto adams = reference::solve_cvode_adams(problem, times, {tolerance, 1.0, 1.0});
-    outcome.judge(
-        {.name = name + ", CVODE Adams",
-         .value = difference(adams),
-         .upper = 2.0 * std::numbers::sqrt2 * tolerance * static_cast<double>(adams.steps),
-         .bound_from = "its local errors, an RMS of 1e-11 (1 + |y|) over two states, add "
-                       "up over its " +
-                       std::to_string(adams.steps) + " steps at most"});
+    outcome.judge_at_most(
+        name + ", CVODE Adams", difference(adams),
+        2.0 * std::numbers::sqrt2 * tolerance * static_cast<double>(adams.steps),
+        "its local errors, an RMS of 1e-11 (1 + |y|) over two states, add up over its " +
+            std::to_string(adams.steps) + " steps at most");
   };
   for (const double c : {0.0, 0.1, 2.0, 3.0}) { judge("c = " + text(c), paper_oscillator(c)); }
   judge("driven", driven_oscillator());
@@ -184,33 +171,30 @@ void judge_solvers(Outcome& outcome) {
 void judge_model(const CaseContext& context, Outcome& outcome) {
   const double h = 0.02;
   const long steps = 1250;
-  double worst = 0.0;
+  Largest worst;
   for (const Named& one : regimes()) {
     const Oscillator& o = one.oscillator;
     if (o.viscosity < 0.0) { continue; }
-    const Samples found = samples_of(run(context, o, "rk4", h, steps));
+    const Samples found = run(context, o, "rk4", h, steps);
     const double error =
-        peak_distance(found.position, exact_samples(o, instants(h, steps)).position);
+        peak_distance(found.position, exact_samples(o, tick_times(h, steps)).position);
     // The energy norm never grows, so local errors of (h |G|)^5 / 120 only add up; a drive of unit
     // force adds its own size to that of the motion.
     const double norm = static_cast<double>(generator_of(o).norm());
     const double bound = static_cast<double>(steps) * std::pow(h * norm, 5.0) / 120.0;
-    worst = worse(worst, error / bound);
+    worst.add(error / bound);
   }
-  outcome.judge({.name = "Runge-Kutta run over its error bound",
-                 .value = worst,
-                 .upper = 1.0,
-                 .bound_from = "Taylor remainder (h |G|)^5 / 120 per step"});
+  outcome.judge_at_most("Runge-Kutta run over its error bound", worst.value(), 1.0,
+                        "Taylor remainder (h |G|)^5 / 120 per step");
 }
 
 void measure_regimes(const CaseContext& context, Outcome& outcome) {
   judge_closed_form(outcome);
   judge_solvers(outcome);
   judge_model(context, outcome);
-  Table names{.id = "classes",
-              .title = "Classes of damping",
-              .caption = "What the paper's settings are, with m = 1 kg and k = 1 N/m.",
-              .columns = {"c (N s/m)", "S (1)", "class", "the paper's text"}};
+  Table names = make_table("classes", "Classes of damping",
+                           "What the paper's settings are, with m = 1 kg and k = 1 N/m.",
+                           {"c (N s/m)", "S (1)", "class", "the paper's text"});
   int agreeing = 0;
   for (const double c : swept_viscosities) {
     const Oscillator o = paper_oscillator(c);
@@ -225,35 +209,20 @@ void measure_regimes(const CaseContext& context, Outcome& outcome) {
                                       : c == 1.8 ? "critically damped"
                                                  : "")});
   }
-  outcome.judge({.name = "settings in the class that c^2 - 4 m k says",
-                 .value = static_cast<double>(agreeing),
-                 .lower = static_cast<double>(swept_viscosities.size()),
-                 .bound_from = "sign of c^2 - 4 m k"});
+  outcome.judge_at_least("settings in the class that c^2 - 4 m k says",
+                         static_cast<double>(agreeing),
+                         static_cast<double>(swept_viscosities.size()), "sign of c^2 - 4 m k");
   outcome.tables.push_back(std::move(names));
   outcome.notes.emplace_back(
-      "The paper's text calls c = 0.7 N s/m overdamped and c = 1.8 N s/m critically damped; with "
-      "m = 1 kg and k = 1 N/m they have S = 0.35 and S = 0.9 and are both underdamped. Critical "
+      "The paper's text calls c = 0.7 N s/m overdamped and c = 1.8 N s/m critically damped; with m "
+      "= 1 kg and k = 1 N/m they have S = 0.35 and S = 0.9 and are both underdamped. Critical "
       "damping is c = 2 N s/m.");
-}
-
-}  // namespace
-
-std::vector<Case> regime_cases() {
-  return {{.name = "oscillator/regimes",
-           .suite = "accuracy",
-           .claim = "The exact motion is right to 1e-13 in every regime, driven or not.",
-           .measure = measure_regimes,
-           .weight = 1.0}};
 }
 
 // Every scheme against its own closed form, to rounding.
 
-namespace {
-
 using reference::Amplification;
 using reference::DiscreteState;
-
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// Floating-point operations of one step; an implicit one stops within 64 eps of its solution.
 double operations(std::string_view scheme) {
@@ -306,40 +275,35 @@ double rounding_per_step(const Samples& found, const Closed& closed, double omeg
   if (found.position.size() != closed.position.size()) {
     return std::numeric_limits<double>::quiet_NaN();
   }
-  double largest = 0.0;
+  Largest largest;
   for (std::size_t n = 0; n < closed.position.size(); ++n) {
     const double dx = found.position[n] - closed.position[n];
     const double dv = (found.velocity[n] - closed.velocity[n]) / omega;
-    largest = worse(largest, std::hypot(dx, dv) / closed.rounding[n]);
+    largest.add(std::hypot(dx, dv) / closed.rounding[n]);
   }
-  return largest;
+  return largest.value();
 }
 
-void measure_discrete(const CaseContext& context, Outcome& outcome, std::string_view scheme) {
+void measure_discrete(const IntegratorInfo& info, const CaseContext& context, Outcome& outcome) {
+  const std::string scheme(info.name);
   const long steps = context.quick ? 200 : 500;
   const double limit = operations(scheme);
-  Figure figure{.id = "difference",
-                .title = "Model minus closed form of " + std::string(scheme),
-                .caption =
-                    "The position differs from the scheme's own closed form by rounding "
-                    "only, at every step and damping.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "absolute difference (m)", .logarithmic = true}};
+  Figure figure = plot("difference", "Model minus closed form of " + scheme,
+                       "The position differs from the closed form of the scheme by rounding only.",
+                       {"time (s)"}, logarithmic("absolute difference (m)"));
   const auto judge = [&](const std::string& label, const Oscillator& oscillator, double h) {
-    const Samples found = samples_of(run(context, oscillator, scheme, h, steps));
+    const Samples found = run(context, oscillator, scheme, h, steps);
     const Closed closed = closed_form(scheme, oscillator, h, steps);
-    outcome.judge({.name = "rounding per step, " + label,
-                   .value = rounding_per_step(found, closed, natural_frequency(oscillator)),
-                   .unit = "eps",
-                   .upper = limit,
-                   .bound_from = "one eps for each of the " + text(limit) +
-                                 " operations of a step, carried on by the powers of its matrix"});
+    outcome.judge_at_most("rounding per step, " + label,
+                          rounding_per_step(found, closed, natural_frequency(oscillator)), limit,
+                          "one eps for each of the " + text(limit) +
+                              " operations of a step, carried on by the powers of its matrix",
+                          "eps");
     Series series{.label = label, .style = Series::Style::points};
     for (std::size_t n = 0; n < found.position.size() && n < closed.position.size(); ++n) {
       const double difference = std::abs(found.position[n] - closed.position[n]);
       if (!(difference > 0.0)) { continue; }  // a logarithmic axis has no zero
-      series.x.push_back(found.time[n]);
-      series.y.push_back(difference);
+      series.add(found.time[n], difference);
     }
     figure.series.push_back(std::move(series));
   };
@@ -353,26 +317,7 @@ void measure_discrete(const CaseContext& context, Outcome& outcome, std::string_
   outcome.figures.push_back(std::move(figure));
 }
 
-}  // namespace
-
-std::vector<Case> discrete_cases() {
-  std::vector<Case> cases;
-  for (const IntegratorInfo* info : integrators()) {
-    const std::string scheme(info->name);
-    cases.push_back(
-        {.name = "oscillator/discrete/" + scheme,
-         .suite = "accuracy",
-         .claim = "The model steps " + scheme + " exactly as its definition says, to rounding.",
-         .measure = [scheme](const CaseContext& context,
-                             Outcome& outcome) { measure_discrete(context, outcome, scheme); },
-         .weight = 0.3});
-  }
-  return cases;
-}
-
 // Observed order of every scheme on the undamped, the damped and the driven oscillator.
-
-namespace {
 
 /// Taylor expansion of one step against the exact motion (PHYSICS, section 3): what each scheme
 /// must show, written down here and not taken from the registry.
@@ -403,10 +348,10 @@ struct Setting {
   int order;
 };
 
+/// Largest errors over the peak of the exact motion, by step [s].
 struct Ladder {
-  std::vector<double> h;
-  std::vector<double> position_error;
-  std::vector<double> velocity_error;
+  Series position{.style = Series::Style::points};
+  Series velocity{};
 };
 
 /// A start from rest is special: there the velocity of a one-sided scheme gains an order.
@@ -422,91 +367,69 @@ Ladder climb(const CaseContext& context, const Setting& setting, std::string_vie
   for (int rung = 0; rung < (context.quick ? 5 : 7); ++rung) {
     const long steps = std::lround(coarsest * std::pow(1.37, rung));
     const double h = duration / static_cast<double>(steps);
-    const Samples found = samples_of(run(context, setting.oscillator, scheme, h, steps));
-    const Samples exact = exact_samples(setting.oscillator, instants(h, steps));
-    ladder.h.push_back(h);
-    ladder.position_error.push_back(peak_distance(found.position, exact.position));
-    ladder.velocity_error.push_back(peak_distance(found.velocity, exact.velocity));
+    const Samples found = run(context, setting.oscillator, scheme, h, steps);
+    const Samples exact = exact_samples(setting.oscillator, tick_times(h, steps));
+    ladder.position.add(h, peak_distance(found.position, exact.position));
+    ladder.velocity.add(h, peak_distance(found.velocity, exact.velocity));
   }
   return ladder;
 }
 
 void judge_slope(Outcome& outcome, const std::string& what, int order, const ObservedOrder& found) {
   const double p = order;
-  outcome.judge(
-      {.name = "order of " + what,
-       .value = found.slope,
-       .lower = p - tolerance,
-       .upper = p + tolerance,
-       .bound_from = "Taylor expansion of one step gives order " + std::to_string(order)});
-  outcome.judge({.name = "rungs used for " + what,
-                 .value = static_cast<double>(found.rungs),
-                 .lower = 4.0,
-                 .bound_from = "fewer than four errors show no slope"});
-  outcome.judge({.name = "errors of " + what + " fall with h",
-                 .value = found.monotone ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .bound_from = "convergence"});
-  outcome.judge({.name = "r^2 of " + what, .value = found.r_squared});
+  outcome.judge_near("order of " + what, found.slope, p, tolerance,
+                     "Taylor expansion of one step gives order " + std::to_string(order));
+  outcome.judge_at_least("rungs used for " + what, static_cast<double>(found.rungs), 4.0,
+                         "fewer than four errors show no slope");
+  outcome.judge_true("errors of " + what + " fall with h", found.monotone, "convergence");
+  outcome.report("r^2 of " + what, found.r_squared);
 }
 
-void draw(Figure& figure, const std::string& name, const Ladder& ladder,
-          const ObservedOrder& order) {
-  figure.series.push_back({.label = name + ", measured",
-                           .style = Series::Style::points,
-                           .x = ladder.h,
-                           .y = ladder.position_error});
+void draw(Figure& figure, const std::string& name, Series errors, const ObservedOrder& order) {
   Series fit{.label = name + ", slope " + text(std::round(100.0 * order.slope) / 100.0),
              .style = Series::Style::dashed,
-             .x = ladder.h};
+             .x = errors.x};
   double level = 0.0;  // the line through the middle of the errors
-  for (std::size_t n = 0; n < ladder.h.size(); ++n) {
-    level += std::log(ladder.position_error[n]) - order.slope * std::log(ladder.h[n]);
+  for (std::size_t n = 0; n < errors.x.size(); ++n) {
+    level += std::log(errors.y[n]) - order.slope * std::log(errors.x[n]);
   }
-  level /= static_cast<double>(ladder.h.size());
-  for (const double h : ladder.h) { fit.y.push_back(std::exp(level + order.slope * std::log(h))); }
+  level /= static_cast<double>(errors.x.size());
+  errors.label = name + ", measured";
+  figure.series.push_back(std::move(errors));
+  for (const double h : fit.x) { fit.y.push_back(std::exp(level + order.slope * std::log(h))); }
   figure.series.push_back(std::move(fit));
 }
 
-void judge_registry(Outcome& outcome, const IntegratorInfo& info, const Theory& expected) {
-  const auto same = [&](const std::string& name, int announced, int order) {
-    outcome.judge({.name = name,
-                   .value = static_cast<double>(announced),
-                   .lower = static_cast<double>(order),
-                   .upper = static_cast<double>(order),
-                   .bound_from = "Taylor expansion of one step"});
-  };
-  same("announced order, undamped", info.order_undamped, expected.undamped);
-  same("announced order, damped", info.order_damped, expected.damped);
-}
-
-void measure_order(const CaseContext& context, Outcome& outcome, const IntegratorInfo& info,
-                   const Theory& expected) {
-  judge_registry(outcome, info, expected);
-  Figure figure{.id = "error-over-step",
-                .title = "Convergence of " + std::string(info.name),
-                .caption = "Largest position error over " + text(duration) +
-                           " s against the exact motion, relative to its peak, falls with the "
-                           "step at the slope that the dashed lines show.",
-                .x = {.label = "step h (s)", .logarithmic = true},
-                .y = {.label = "largest error over peak (1)", .logarithmic = true}};
-  Table table{.id = "errors",
-              .title = "Errors on the ladder of steps",
-              .caption = "Largest errors relative to the peak of the exact motion.",
-              .columns = {"oscillator", "h (s)", "position error (1)", "velocity error (1)"}};
+void measure_order(const IntegratorInfo& info, const CaseContext& context, Outcome& outcome) {
+  const auto* found = std::ranges::find(theory, info.name, &Theory::scheme);
+  if (found == theory.end()) {
+    throw std::invalid_argument("no order is known from theory for " + std::string(info.name));
+  }
+  const Theory& expected = *found;
+  const char* from = "Taylor expansion of one step";
+  outcome.judge_equal("announced order, undamped", info.order_undamped, expected.undamped, from);
+  outcome.judge_equal("announced order, damped", info.order_damped, expected.damped, from);
+  Figure figure = plot("error-over-step", "Convergence of " + std::string(info.name),
+                       "Largest position error over " + text(duration) +
+                           " s against the exact motion, relative to its peak, falls with the step "
+                           "at the slope that the dashed lines show.",
+                       logarithmic("step h (s)"), logarithmic("largest error over peak (1)"));
+  Table table = make_table("errors", "Errors on the ladder of steps",
+                           "Largest errors relative to the peak of the exact motion.",
+                           {"oscillator", "h (s)", "position error (1)", "velocity error (1)"});
   for (const Setting& setting :
        {Setting{"undamped", thrown(paper_oscillator(0.0)), expected.undamped},
         Setting{"damped", thrown(paper_oscillator(0.5)), expected.damped},
         Setting{"driven", thrown(driven_oscillator()), expected.damped}}) {
     const Ladder ladder = climb(context, setting, info.name);
-    const ObservedOrder position = observed_order(ladder.h, ladder.position_error, round_off);
-    const ObservedOrder velocity = observed_order(ladder.h, ladder.velocity_error, round_off);
-    judge_slope(outcome, "position, " + setting.name, setting.order, position);
-    judge_slope(outcome, "velocity, " + setting.name, setting.order, velocity);
-    draw(figure, setting.name, ladder, position);
-    for (std::size_t n = 0; n < ladder.h.size(); ++n) {
-      table.rows.push_back(
-          {setting.name, ladder.h[n], ladder.position_error[n], ladder.velocity_error[n]});
+    const auto& [position, velocity] = ladder;
+    const ObservedOrder order = observed_order(position.x, position.y, round_off);
+    judge_slope(outcome, "position, " + setting.name, setting.order, order);
+    judge_slope(outcome, "velocity, " + setting.name, setting.order,
+                observed_order(velocity.x, velocity.y, round_off));
+    draw(figure, setting.name, position, order);
+    for (std::size_t n = 0; n < position.x.size(); ++n) {
+      table.rows.push_back({setting.name, position.x[n], position.y[n], velocity.y[n]});
     }
   }
   outcome.figures.push_back(std::move(figure));
@@ -516,100 +439,59 @@ void measure_order(const CaseContext& context, Outcome& outcome, const Integrato
                           std::string(expected.because) + ".");
 }
 
-}  // namespace
-
-std::vector<Case> order_cases() {
-  std::vector<Case> cases;
-  for (const IntegratorInfo* info : integrators()) {
-    const auto* expected = std::ranges::find(theory, info->name, &Theory::scheme);
-    const std::string orders = expected == theory.end()
-                                   ? "a known order"
-                                   : "order " + std::to_string(expected->undamped) +
-                                         " without damping and " +
-                                         std::to_string(expected->damped) + " with it";
-    cases.push_back({.name = "oscillator/order/" + std::string(info->name),
-                     .suite = "accuracy",
-                     .claim = "The error of " + std::string(info->name) + " falls with " + orders +
-                              ", driven or not.",
-                     .measure =
-                         [info, expected](const CaseContext& context, Outcome& outcome) {
-                           if (expected == theory.end()) {
-                             throw std::invalid_argument("no order is known from theory for " +
-                                                         std::string(info->name));
-                           }
-                           measure_order(context, outcome, *info, *expected);
-                         },
-                     .weight = 1.0});
-  }
-  return cases;
-}
-
 // All schemes over all dampings.
 
-namespace {
-
-/// Errors of one scheme at one damping for h = 0.1 and 0.01 s against the exact motion, and the
-/// same from the closed form.
+/// Errors of one scheme for h = 0.1 and 0.01 s against the exact motion and the closed form.
 void sweep_scheme(const CaseContext& context, Outcome& outcome, const IntegratorInfo& info,
                   Table& table) {
   const std::string scheme(info.name);
-  double surprise = 0.0;
+  Largest surprise;
   for (const double h : {0.1, 0.01}) {
     const long steps = std::lround((context.quick ? 5.0 : paper_duration) / h);
     std::vector<Cell> row{scheme, h};
     for (const double c : swept_viscosities) {
       const Oscillator oscillator = paper_oscillator(c);
-      const std::vector<double> exact = exact_samples(oscillator, instants(h, steps)).position;
+      const std::vector<double> exact = exact_samples(oscillator, tick_times(h, steps)).position;
       const std::vector<double> closed = closed_positions(scheme, oscillator, h, steps);
-      const std::vector<double> found =
-          samples_of(run(context, oscillator, scheme, h, steps)).position;
+      const std::vector<double> found = run(context, oscillator, scheme, h, steps).position;
       const double error = peak_distance(found, exact);
-      surprise = worse(surprise, std::abs(error - peak_distance(closed, exact)));
+      surprise.add(std::abs(error - peak_distance(closed, exact)));
       row.emplace_back(error);
     }
-    const Samples driven = exact_samples(driven_oscillator(), instants(h, steps));
-    row.emplace_back(peak_distance(
-        samples_of(run(context, driven_oscillator(), scheme, h, steps)).position, driven.position));
+    row.emplace_back(
+        peak_distance(run(context, driven_oscillator(), scheme, h, steps).position,
+                      exact_samples(driven_oscillator(), tick_times(h, steps)).position));
     table.rows.push_back(std::move(row));
   }
   const double steps = paper_duration / 0.01;
-  outcome.judge({.name = "error less the closed form's error, " + scheme,
-                 .value = surprise,
-                 .upper = 100.0 * steps * epsilon,
-                 .bound_from = "closed form; at most 100 operations a step at one eps each"});
+  outcome.judge_at_most("error less the closed form's error, " + scheme, surprise.value(),
+                        100.0 * steps * epsilon,
+                        "closed form; at most 100 operations a step at one eps each");
   const std::size_t last = table.rows.size() - 1;
   const double coarse = std::get<double>(table.rows[last - 1].back());
   const double fine = std::get<double>(table.rows[last].back());
-  outcome.judge({.name = "decades of error per decade of step, driven, " + scheme,
-                 .value = std::log10(coarse / fine),
-                 .lower = info.order_damped - 0.15,
-                 .upper = info.order_damped + 0.15,
-                 .bound_from = "order of the scheme with damping"});
+  outcome.judge_near("decades of error per decade of step, driven, " + scheme,
+                     std::log10(coarse / fine), info.order_damped, 0.15,
+                     "order of the scheme with damping");
 }
 
 void measure_sweep(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "errors",
-              .title = "Errors of every scheme over the sweep of damping",
-              .caption =
-                  "Largest position error against the exact motion relative to its peak, "
-                  "for free motions by c and for the driven one.",
-              .columns = {"scheme", "h (s)"}};
+  Table table = make_table("errors", "Errors of every scheme over the sweep of damping",
+                           "Largest position error against the exact motion relative to its peak, "
+                           "for free motions by c and for the driven one.",
+                           {"scheme", "h (s)"});
   for (const double c : swept_viscosities) { table.columns.push_back("c = " + text(c) + " (1)"); }
   table.columns.emplace_back("driven (1)");
   for (const IntegratorInfo* info : integrators()) { sweep_scheme(context, outcome, *info, table); }
-  Figure figure{.id = "errors",
-                .title = "Error over damping, h = 0.01 s",
-                .caption =
-                    "The order of a scheme sets its error at every damping; of the half-step "
-                    "methods only the centred damping keeps it.",
-                .x = {.label = "c (N s/m)"},
-                .y = {.label = "largest error over peak (1)", .logarithmic = true}};
+  Figure figure = plot("errors", "Error over damping, h = 0.01 s",
+                       "The order of a scheme sets its error at every damping; of the half-step "
+                       "methods only the centred damping keeps it.",
+                       {"c (N s/m)"}, logarithmic("largest error over peak (1)"));
   for (std::size_t n = 1; n < table.rows.size(); n += 2) {
     Series series{.label = std::get<std::string>(table.rows[n][0]),
                   .style = Series::Style::line_and_points};
     for (std::size_t i = 0; i < swept_viscosities.size(); ++i) {
-      series.x.push_back(swept_viscosities[i]);
-      series.y.push_back(std::get<double>(table.rows[n][i + 2]));
+      series.add(swept_viscosities[i], std::get<double>(table.rows[n][i + 2]));
     }
     figure.series.push_back(std::move(series));
   }
@@ -619,13 +501,32 @@ void measure_sweep(const CaseContext& context, Outcome& outcome) {
 
 }  // namespace
 
-std::vector<Case> sweep_cases() {
-  return {{.name = "oscillator/sweep",
-           .suite = "accuracy",
-           .claim = "Every scheme errs by what its closed form predicts, from no damping to "
-                    "overdamped.",
-           .measure = measure_sweep,
-           .weight = 3.0}};
+std::vector<Case> order_cases() {
+  std::vector<Case> cases{
+      {"oscillator/regimes", "accuracy",
+       "The exact motion is right to 1e-13 in every regime, driven or not.", measure_regimes, 1.0},
+      {"oscillator/sweep", "accuracy",
+       "Every scheme errs by what its closed form predicts, from no damping to overdamped.",
+       measure_sweep, 3.0}};
+  add_scheme_cases(cases, "oscillator/discrete/", "accuracy",
+                   [](const IntegratorInfo& info) {
+                     return "The model steps " + std::string(info.name) +
+                            " exactly as its definition says, to rounding.";
+                   },
+                   measure_discrete, {.explicit_scheme = 0.3, .implicit_scheme = 0.3});
+  add_scheme_cases(
+      cases, "oscillator/order/", "accuracy",
+      [](const IntegratorInfo& info) {
+        const auto* expected = std::ranges::find(theory, info.name, &Theory::scheme);
+        return "The error of " + std::string(info.name) + " falls with " +
+               (expected == theory.end()
+                    ? "a known order"
+                    : "order " + std::to_string(expected->undamped) + " without damping and " +
+                          std::to_string(expected->damped) + " with it") +
+               ", driven or not.";
+      },
+      measure_order);
+  return cases;
 }
 
 }  // namespace palpate::oscillator

@@ -49,34 +49,21 @@ const std::vector<Rungs>& ladder() {
   return rungs;
 }
 
-std::vector<double> ticks() {
-  std::vector<double> times;
-  for (int n = 0; n <= static_cast<int>(std::lround(duration / tick)); ++n) {
-    times.push_back(n * tick);
-  }
-  return times;
-}
-
 reference::Reference references(const CaseContext& context, const NetworkProblem& problem) {
   using reference::solver_named;
   return reference::establish(
-      problem, ticks(), {.relative = 1e-11},
+      problem, tick_times(tick, std::lround(duration / tick)), {.relative = 1e-11},
       {solver_named("arkode-fehlberg-7-8"), solver_named("cvode-adams"), solver_named("gsl-rk8pd")},
       {.demanded_digits = demanded_digits, .cache = context.cache});
 }
 
 void judge_references(const reference::Reference& truth, Outcome& outcome) {
-  outcome.judge({.name = "digits to which the references agree, at every stored instant",
-                 .value = truth.agreed_digits,
-                 .lower = demanded_digits,
-                 .bound_from = "two families of solvers"});
-  outcome.judge({.name = "references trustworthy",
-                 .value = truth.trustworthy ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .bound_from = "agreement, ladder of tolerances, steps" +
-                               (truth.reason.empty() ? "" : ": " + truth.reason)});
-  outcome.judge({.name = "digits of velocity to which the references agree",
-                 .value = truth.agreed_velocity_digits});
+  outcome.judge_at_least("digits to which the references agree, at every stored instant",
+                         truth.agreed_digits, demanded_digits, "two families of solvers");
+  outcome.judge_true(
+      "references trustworthy", truth.trustworthy,
+      "agreement, ladder of tolerances, steps" + (truth.reason.empty() ? "" : ": " + truth.reason));
+  outcome.report("digits of velocity to which the references agree", truth.agreed_velocity_digits);
   for (const std::string& note : truth.notes) { outcome.notes.push_back(note); }
   outcome.timings.push_back({truth.solution.method, truth.solution.seconds});
   for (const auto& other : truth.second_opinions) {
@@ -111,36 +98,30 @@ void judge_scheme(const std::vector<Shown>& all, const Rungs& rungs, double floo
   const Shown& fine = *mine.back();
   const std::string name = rungs.scheme;
   const bool high_order = rungs.order >= 4.0;
-  outcome.judge({.name = "largest error of " + name + ", finest step",
-                 .value = fine.error.maximum,
-                 .unit = "of peak",
-                 .upper = high_order ? 1e-4 : unbounded,
-                 .bound_from = high_order ? "asked of order four at omega_max h = 0.15" : ""});
+  outcome.judge_at_most("largest error of " + name + ", finest step", fine.error.maximum,
+                        high_order ? 1e-4 : unbounded,
+                        high_order ? "asked of order four at omega_max h = 0.15" : "", "of peak");
   if (mine.size() < 2) { return; }
   const Shown& coarse = **(mine.end() - 2);
   const double order = std::log(coarse.error.maximum / fine.error.maximum) /
                        std::log(static_cast<double>(fine.substeps) / coarse.substeps);
   const bool at_floor = fine.error.maximum < 100.0 * floor;
   if (at_floor) {
-    outcome.notes.push_back("The order of " + name +
-                            " is not judged: its error is below a hundred times the floor of the "
-                            "references.");
+    outcome.notes.push_back(
+        "The order of " + name +
+        " is not judged: its error is below a hundred times the floor of the references.");
   }
-  outcome.judge({.name = "order of " + name + " between its two finest steps",
-                 .value = order,
-                 .lower = at_floor ? -unbounded : rungs.order - 0.3,
-                 .upper = at_floor ? unbounded : rungs.order + 0.3,
-                 .bound_from = at_floor ? "" : "theory, two rungs"});
+  outcome.judge_between("order of " + name + " between its two finest steps", order,
+                        at_floor ? -unbounded : rungs.order - 0.3,
+                        at_floor ? unbounded : rungs.order + 0.3,
+                        at_floor ? "" : "theory, two rungs");
 }
 
 Table table_of(const std::vector<Shown>& all) {
-  Table table{.id = "schemes",
-              .title = "Every integrator on the patient's network",
-              .caption =
-                  "Errors are over all nodes and ticks, relative to the peak displacement; "
-                  "evaluations are of the force.",
-              .columns = {"integrator", "substeps a tick", "h (s)", "largest error (1)",
-                          "L2 error (1)", "steps (1)"}};
+  Table table = make_table(
+      "schemes", "Every integrator on the patient's network",
+      "Errors over all nodes and ticks, relative to the peak displacement.",
+      {"integrator", "substeps a tick", "h (s)", "largest error (1)", "L2 error (1)", "steps (1)"});
   for (const Shown& each : all) {
     table.rows.push_back({std::string(each.rungs->scheme), static_cast<double>(each.substeps),
                           each.motion.h, each.error.maximum, each.error.l2,
@@ -150,15 +131,14 @@ Table table_of(const std::vector<Shown>& all) {
 }
 
 Figure error_figure(const std::vector<Shown>& all, double floor, bool over_cost) {
-  Figure figure{
-      .id = over_cost ? "error-over-cost" : "error-over-step",
-      .title = over_cost ? "Error against run time" : "Error against step",
-      .caption = over_cost
-                     ? "What each digit costs on this machine; left and below is better."
+  Figure figure =
+      plot(over_cost ? "error-over-cost" : "error-over-step",
+           over_cost ? "Error against run time" : "Error against step",
+           over_cost ? "What each digit costs on this machine; left and below is better."
                      : "Each scheme's error falls with its order towards the references' floor.",
-      .x = {.label = over_cost ? "wall time (s)" : "step h (s)", .logarithmic = true},
-      .y = {.label = "largest error (of peak displacement)", .logarithmic = true},
-      .timing = over_cost};
+           logarithmic(over_cost ? "wall time (s)" : "step h (s)"),
+           logarithmic("largest error (of peak displacement)"));
+  figure.timing = over_cost;
   double least = unbounded;
   double most = 0.0;
   for (const Rungs& rungs : ladder()) {
@@ -166,36 +146,29 @@ Figure error_figure(const std::vector<Shown>& all, double floor, bool over_cost)
     for (const Shown& each : all) {
       if (each.rungs != &rungs) { continue; }
       const double x = over_cost ? each.motion.seconds : each.motion.h;
-      series.x.push_back(x);
-      series.y.push_back(each.error.maximum);
+      series.add(x, each.error.maximum);
       least = std::min(least, x);
       most = std::max(most, x);
     }
     figure.series.push_back(std::move(series));
   }
-  figure.series.push_back({.label = "floor of the references",
-                           .style = Series::Style::dashed,
-                           .x = {least, most},
-                           .y = {floor, floor}});
+  figure.series.push_back(
+      curve("floor of the references", {least, most}, {floor, floor}, Series::Style::dashed));
   return figure;
 }
 
 Figure motion_figure(const NetworkProblem& problem, const std::vector<Shown>& all,
                      const Trace& truth) {
   const Eigen::Index z = problem.coordinate(pressed_node) + 2;
-  Figure figure{.id = "pressed-node",
-                .title = "The pressed node",
-                .caption =
-                    "Inward displacement under 0.02 N for 50 ms and free afterwards: the "
-                    "reference, and the coarsest run of three schemes.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "displacement along z (m)"}};
+  Figure figure = plot("pressed-node", "The pressed node",
+                       "Inward displacement under 0.02 N for 50 ms and free afterwards: the "
+                       "reference, and the coarsest run of three schemes.",
+                       {"time (s)"}, {"displacement along z (m)"});
   const auto add = [&](const std::string& label, const Eigen::MatrixXd& position,
                        Series::Style style) {
     Series series{.label = label, .style = style};
     for (Eigen::Index n = 0; n < position.cols(); ++n) {
-      series.x.push_back(truth.time[static_cast<std::size_t>(n)]);
-      series.y.push_back(position(z, n) - truth.position(z, 0));
+      series.add(truth.time[static_cast<std::size_t>(n)], position(z, n) - truth.position(z, 0));
     }
     figure.series.push_back(std::move(series));
   };
@@ -209,14 +182,11 @@ Figure motion_figure(const NetworkProblem& problem, const std::vector<Shown>& al
 }
 
 Figure floor_figure(const reference::Reference& truth) {
-  Figure figure{.id = "floor",
-                .title = "How well the references agree",
-                .caption = "Largest disagreement of the solver families at each stored instant.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "disagreement (of peak)", .logarithmic = true}};
-  figure.series = {{.label = "position", .x = truth.solution.time, .y = truth.position_floor},
-                   {.label = "velocity", .x = truth.solution.time, .y = truth.velocity_floor}};
-  return figure;
+  return plot("floor", "How well the references agree",
+              "Largest disagreement of the solver families at each stored instant.", {"time (s)"},
+              logarithmic("disagreement (of peak)"),
+              {curve("position", truth.solution.time, truth.position_floor),
+               curve("velocity", truth.solution.time, truth.velocity_floor)});
 }
 
 void measure_lumbar(const CaseContext& context, Outcome& outcome) {
@@ -242,9 +212,7 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
     }
     judge_scheme(all, rungs, floor, outcome);
   }
-  outcome.judge({.name = "peak displacement",
-                 .value = reference::peak_displacement(truth.solution.position),
-                 .unit = "m"});
+  outcome.report("peak displacement", reference::peak_displacement(truth.solution.position), "m");
   outcome.tables.push_back(table_of(all));
   outcome.figures = {motion_figure(problem, all, truth.solution), error_figure(all, floor, false),
                      error_figure(all, floor, true), floor_figure(truth)};
@@ -253,16 +221,10 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
 }  // namespace
 
 std::vector<Case> patient_cases() {
-  std::vector<Case> cases = patient_tissue_cases();
-  cases.push_back(
-      {.name = "patient/lumbar",
-       .suite = "accuracy",
-       .claim = "On a network sampled from a patient's MRI, pressed and let go, every scheme "
-                "converges at its order to what independent solvers agree on",
-       .measure = measure_lumbar,
-       .quick = false,
-       .weight = 100.0});
-  return cases;
+  return {{"patient/lumbar", "accuracy",
+           "On a network sampled from a patient's MRI, pressed and let go, every scheme converges "
+           "at its order to what independent solvers agree on",
+           measure_lumbar, 100.0, false}};
 }
 
 }  // namespace palpate

@@ -12,7 +12,6 @@
 #include "model/tissue/lattice.hpp"
 #include "reference/modal.hpp"
 #include "reference/oscillator.hpp"
-#include "validation/claims/groups.hpp"
 
 namespace palpate::stability {
 
@@ -43,17 +42,6 @@ SpringNetwork cube(int n, double relaxation) {
     network.fixed[static_cast<std::size_t>(i)] = 1;
   }
   return network;
-}
-
-void displace(SpringNetwork& network, double amplitude, std::uint64_t seed) {
-  Random random(seed);
-  network.initial_displacement = NodeVectors::Zero(3, network.node_count());
-  for (int i = 0; i < network.node_count(); ++i) {
-    if (network.is_fixed(i)) { continue; }
-    for (int axis = 0; axis < 3; ++axis) {
-      network.initial_displacement(axis, i) = random(-amplitude, amplitude);
-    }
-  }
 }
 
 Spectrum spectrum_of(const SpringNetwork& network) {
@@ -121,20 +109,3 @@ VectorXd rest_position(const SpringNetwork& network) {
 double margin_db(double limit, double used) { return 20.0 * std::log10(limit / used); }
 
 }  // namespace palpate::stability
-
-namespace palpate {
-
-std::vector<Case> stability_cases() {
-  std::vector<Case> cases;
-  stability::add_blow_up_cases(cases);
-  stability::add_bound_cases(cases);
-  stability::add_map_cases(cases);
-  stability::add_contrast_cases(cases);
-  stability::add_abuse_cases(cases);
-  stability::add_step_cases(cases);
-  stability::add_denormal_cases(cases);
-  stability::add_drift_cases(cases);
-  return cases;
-}
-
-}  // namespace palpate

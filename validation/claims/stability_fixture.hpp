@@ -1,37 +1,29 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Test fixture of the group "stability": small networks, their exact spectra, and theoretical
-/// limits.
+/// Test fixture of group "stability": small networks, exact spectra, theoretical limits.
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <vector>
 
 #include "model/problem/spring_network.hpp"
 #include "model/stepping/integrator.hpp"
-#include "validation/case.hpp"
-#include "validation/random.hpp"
+#include "validation/claims/network_fixture.hpp"
 
 namespace palpate::stability {
 
-/// Returns n^3 nodes of 1 g, 5 mm apart, 26 neighbours of 50 N/m, the far face fixed. Every
-/// viscosity is `relaxation` [s] times the stiffness, so damping is proportional and modes are
-/// decoupled.
+/// Returns n^3 nodes of 1 g, 5 mm apart, 26 neighbours of 50 N/m, the far face fixed. Damping is
+/// proportional: every viscosity is `relaxation` [s] times the stiffness.
 SpringNetwork cube(int n, double relaxation);
 
-/// Gives every free node a random displacement of up to `amplitude` [m].
-void displace(SpringNetwork& network, double amplitude, std::uint64_t seed = 1);
+using networks::displace;
 
-/// Returns the exact angular frequencies about the initial state [rad/s], ascending, and the rates
-/// of M^-1 C [1/s].
+/// Exact angular frequencies about the initial state [rad/s], ascending, and rates of M^-1 C [1/s].
 struct Spectrum {
   Eigen::VectorXd omega{};
   double damping_maximum = 0.0;
 };
 Spectrum spectrum_of(const SpringNetwork& network);
 
-/// Returns the largest stable step [s] of one oscillator: from the reference if it provides the
-/// scheme, else from the model.
+/// Largest stable step of an oscillator [s]: of the reference, else of the model.
 double scalar_limit(const IntegratorInfo& scheme, double omega, double damping_ratio);
 
 /// Returns the limit of a network whose damping is `relaxation` times its stiffness: the minimum
@@ -51,8 +43,7 @@ double growth_per_step(const IntegratorInfo& scheme, double omega, double dampin
 /// for the velocity that the model reports; the energy for schemes without such a form.
 Eigen::Matrix2d invariant_form(const IntegratorInfo& scheme, double z);
 
-/// Returns the largest energy over the initial energy of that oscillator for the worst initial
-/// state; 1 if no step gains energy.
+/// Largest energy over the initial one for the worst initial state; 1 if no step gains energy.
 double energy_ratio_bound(const IntegratorInfo& scheme, double z);
 
 /// Returns the coordinates with every spring at its rest length [m].
@@ -60,16 +51,5 @@ Eigen::VectorXd rest_position(const SpringNetwork& network);
 
 /// Returns the margin 20 log10(limit / used) [dB].
 double margin_db(double limit, double used);
-
-// Cases of group "stability" by subject. Each function appends its cases.
-
-void add_blow_up_cases(std::vector<Case>& cases);   ///< step at which a lattice becomes unstable
-void add_bound_cases(std::vector<Case>& cases);     ///< guaranteed bounds against exact spectra
-void add_map_cases(std::vector<Case>& cases);       ///< growth over step and damping, per scheme
-void add_contrast_cases(std::vector<Case>& cases);  ///< stiffness and mass over six decades
-void add_abuse_cases(std::vector<Case>& cases);     ///< zero length, inversion, huge forces, NaN
-void add_step_cases(std::vector<Case>& cases);      ///< random and zero steps
-void add_denormal_cases(std::vector<Case>& cases);  ///< amplitudes below the normal range
-void add_drift_cases(std::vector<Case>& cases);     ///< ten million steps without damping
 
 }  // namespace palpate::stability

@@ -3,24 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
-#include <string>
 
 #include "model/problem/problem.hpp"
 #include "model/stepping/stability.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reference/modal.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/stability_fixture.hpp"
+#include "validation/number_text.hpp"
 #include "validation/signal.hpp"
 
 namespace palpate::stability {
 
 namespace {
 
-/// Masses, stiffness and viscosity over `decades`; some nodes fixed; rest lengths off by up to 60
-/// %.
+/// Masses, stiffness and viscosity over `decades`; some nodes fixed; rest lengths off by 60 %.
 SpringNetwork random_network(std::uint64_t seed, double decades) {
   Random random(seed);
   constexpr int nodes = 16;
@@ -56,30 +55,21 @@ Ratios ratios_of(int networks) {
     const Spectrum truth = spectrum_of(network);
     const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
     const double omega = truth.omega.maxCoeff();
-    for (Series* series : {&ratios.estimate, &ratios.upper, &ratios.damping}) {
-      series->x.push_back(decades);
-    }
-    ratios.estimate.y.push_back(bounds.omega_estimate / omega);
-    ratios.upper.y.push_back(bounds.omega_upper / omega);
-    ratios.damping.y.push_back(bounds.damping_upper / truth.damping_maximum);
+    ratios.estimate.add(decades, bounds.omega_estimate / omega);
+    ratios.upper.add(decades, bounds.omega_upper / omega);
+    ratios.damping.add(decades, bounds.damping_upper / truth.damping_maximum);
   }
   return ratios;
 }
 
 void draw(Ratios ratios, Outcome& outcome) {
-  Figure figure{.id = "ratios",
-                .title = "Bounds over exact values",
-                .caption =
-                    "Random networks of 16 nodes and 60 springs: the estimate must stay "
-                    "below 1 and the guaranteed bounds above it.",
-                .x = {.label = "spread of mass, stiffness and viscosity (decades)"},
-                .y = {.label = "bound / exact value (1)"}};
-  figure.series = {
-      std::move(ratios.estimate),
-      std::move(ratios.upper),
-      std::move(ratios.damping),
-      {.label = "exact", .style = Series::Style::dashed, .x = {0.0, 6.0}, .y = {1.0, 1.0}}};
-  outcome.figures.push_back(std::move(figure));
+  outcome.figures.push_back(
+      plot("ratios", "Bounds over exact values",
+           "Random networks of 16 nodes and 60 springs: the estimate must stay below 1 and the "
+           "guaranteed bounds above it.",
+           {"spread of mass, stiffness and viscosity (decades)"}, {"bound / exact value (1)"},
+           {std::move(ratios.estimate), std::move(ratios.upper), std::move(ratios.damping),
+            curve("exact", {0.0, 6.0}, {1.0, 1.0}, Series::Style::dashed)}));
 }
 
 void measure_bounds(const CaseContext& context, Outcome& outcome) {
@@ -88,48 +78,20 @@ void measure_bounds(const CaseContext& context, Outcome& outcome) {
   const auto [low_upper, high_upper] = std::ranges::minmax(ratios.upper.y);
   const auto [low_damping, high_damping] = std::ranges::minmax(ratios.damping.y);
   const char* exact = "exact eigenvalues of the assembled matrices";
-  outcome.judge({.name = "largest estimate over true frequency",
-                 .value = high_estimate,
-                 .upper = 1.0 + 1e-9,
-                 .bound_from = exact});
-  outcome.judge({.name = "smallest estimate over true frequency",
-                 .value = low_estimate,
-                 .lower = 0.95,
-                 .bound_from = "500 iterations from a start with every wave length"});
-  outcome.judge({.name = "smallest frequency bound over true",
-                 .value = low_upper,
-                 .lower = 1.0 - 1e-11,
-                 .bound_from = exact});
-  outcome.judge({.name = "largest frequency bound over true",
-                 .value = high_upper,
-                 .upper = 1.5,
-                 .bound_from = "looser, and automatic substeps would waste a third of the work"});
-  outcome.judge({.name = "smallest damping bound over true",
-                 .value = low_damping,
-                 .lower = 1.0 - 1e-11,
-                 .bound_from = exact});
-  outcome.judge({.name = "largest damping bound over true",
-                 .value = high_damping,
-                 .upper = 2.25,
-                 .bound_from = "as the bound of the frequency, which is its square root"});
+  outcome.judge_at_most("largest estimate over true frequency", high_estimate, 1.0 + 1e-9, exact);
+  outcome.judge_at_least("smallest estimate over true frequency", low_estimate, 0.95,
+                         "500 iterations from a start with every wave length");
+  outcome.judge_at_least("smallest frequency bound over true", low_upper, 1.0 - 1e-11, exact);
+  outcome.judge_at_most("largest frequency bound over true", high_upper, 1.5,
+                        "looser, and automatic substeps would waste a third of the work");
+  outcome.judge_at_least("smallest damping bound over true", low_damping, 1.0 - 1e-11, exact);
+  outcome.judge_at_most("largest damping bound over true", high_damping, 2.25,
+                        "as the bound of the frequency, which is its square root");
   draw(std::move(ratios), outcome);
 }
 
-}  // namespace
-
-void add_bound_cases(std::vector<Case>& cases) {
-  cases.push_back({.name = "stability/spectral-bounds",
-                   .suite = "stability",
-                   .claim = "the estimated and the guaranteed highest frequency of a network "
-                            "enclose the exact one",
-                   .measure = measure_bounds});
-}
-
-// Measured stability limit of a small lattice, compared with the exact eigenvalues of its assembled
-// matrices. Schemes without a limit run at a very large step, schemes without a stable step at
-// small ones.
-
-namespace {
+// Measured stability limit of a small lattice against its exact eigenvalues. Schemes without a
+// limit run at a very large step, schemes without a stable step at small ones.
 
 constexpr double tiny = 5e-12;       // [m] of 5 mm: strains of 1e-9, so linear theory holds
 constexpr double moderate = 1e-6;    // [m]
@@ -198,29 +160,15 @@ struct Row {
   double automatic = 0.0;   ///< [s] what substeps = "auto" takes
 };
 
-std::string text(const char* format, double value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
-
 void judge_row(const Row& row, Outcome& outcome) {
-  const std::string at = text(", c/k = %g ms", 1e3 * row.relaxation);
-  outcome.judge({.name = "blow-up step over theory" + at,
-                 .value = row.measured / row.limit.h,
-                 .lower = 0.998,
-                 .upper = 1.002,
-                 .bound_from = "exact eigenvalues; runs resolve 0.1 %, bisection 0.05 %"});
-  outcome.judge({.name = "guaranteed step over true limit" + at,
-                 .value = row.guaranteed / row.limit.h,
-                 .lower = 0.5,
-                 .upper = 1.0 + 1e-9,
-                 .bound_from = "a bound lies on the safe side, and within 6 dB to be of use"});
-  outcome.judge({.name = "margin of automatic substeps" + at,
-                 .value = margin_db(row.limit.h, row.automatic),
-                 .unit = "dB",
-                 .lower = 20.0 * std::log10(2.0) - 1e-9,
-                 .bound_from = "automatic substeps stay at half of the guaranteed step"});
+  const std::string at = ", c/k = " + plain_number(1e3 * row.relaxation, 6) + " ms";
+  outcome.judge_between("blow-up step over theory" + at, row.measured / row.limit.h, 0.998, 1.002,
+                        "exact eigenvalues; runs resolve 0.1 %, bisection 0.05 %");
+  outcome.judge_between("guaranteed step over true limit" + at, row.guaranteed / row.limit.h, 0.5,
+                        1.0 + 1e-9, "a bound lies on the safe side, and within 6 dB to be of use");
+  outcome.judge_at_least("margin of automatic substeps" + at, margin_db(row.limit.h, row.automatic),
+                         20.0 * std::log10(2.0) - 1e-9,
+                         "automatic substeps stay at half of the guaranteed step", "dB");
 }
 
 /// Returns the automatic step for a tick of ten times the limit.
@@ -242,11 +190,9 @@ Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringN
   row.measured = blow_up_step(
       row.limit.h, [&](double h) { return growth_of_run(context, scheme, network, h, steps); },
       runs);
-  Series points{.label = text("S = %.3g", row.limit.damping_ratio), .style = Series::Style::points};
-  for (const Run& run : runs) {
-    points.x.push_back(run.h / row.limit.h);
-    points.y.push_back(std::min(run.growth, most_drawn));
-  }
+  Series points{.label = "S = " + plain_number(row.limit.damping_ratio, 3),
+                .style = Series::Style::points};
+  for (const Run& run : runs) { points.add(run.h / row.limit.h, std::min(run.growth, most_drawn)); }
   growth.push_back(std::move(points));
   return row;
 }
@@ -256,11 +202,11 @@ Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringN
 void judge_without_limit(const IntegratorInfo& scheme, const CaseContext& context,
                          SpringNetwork network, const Row& row, double omega, Outcome& outcome) {
   displace(network, moderate);
-  outcome.judge({.name = "growth over 200 steps of 1000 / omega_max" +
-                         text(", c/k = %g ms", 1e3 * row.relaxation),
-                 .value = growth_of_run(context, scheme, network, 1e3 / omega, 200),
-                 .upper = std::sqrt(static_cast<double>(NetworkProblem(network).dof())),
-                 .bound_from = "A-stability: no mode exceeds its initial amplitude"});
+  outcome.judge_at_most("growth over 200 steps of 1000 / omega_max, c/k = " +
+                            plain_number(1e3 * row.relaxation, 6) + " ms",
+                        growth_of_run(context, scheme, network, 1e3 / omega, 200),
+                        std::sqrt(static_cast<double>(NetworkProblem(network).dof())),
+                        "A-stability: no mode exceeds its initial amplitude");
 }
 
 /// Judges an unstable scheme: growth of the fastest mode per step compared with theory.
@@ -273,25 +219,20 @@ void judge_always_unstable(const IntegratorInfo& scheme, const CaseContext& cont
     const double early = growth_of_run(context, scheme, network, z / omega, steps / 2);
     const double late = growth_of_run(context, scheme, network, z / omega, steps);
     const double measured = std::log(late / early) / static_cast<double>(steps - steps / 2);
-    outcome.judge({.name = text("growth rate over theory at h omega_max = %g", z),
-                   .value = measured / std::log(growth),
-                   .lower = 0.75,
-                   .upper = 1.25,
-                   .bound_from = "ln|1 + i h omega|; slower modes and phase blur a finite run"});
+    outcome.judge_between("growth rate over theory at h omega_max = " + plain_number(z, 6),
+                          measured / std::log(growth), 0.75, 1.25,
+                          "ln|1 + i h omega|; slower modes and phase blur a finite run");
   }
-  outcome.judge({.name = "guaranteed step where none is stable",
-                 .value = stable_step(scheme, spectral_bounds(NetworkProblem(network))),
-                 .unit = "s",
-                 .upper = 0.0,
-                 .bound_from = "theory: every step amplifies an undamped oscillator"});
+  outcome.judge_at_most("guaranteed step where none is stable",
+                        stable_step(scheme, spectral_bounds(NetworkProblem(network))), 0.0,
+                        "theory: every step amplifies an undamped oscillator", "s");
 }
 
 void tabulate(const std::vector<Row>& rows, Outcome& outcome) {
-  Table table{.id = "limits",
-              .title = "Steps at which the lattice blows up",
-              .caption = "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
-              .columns = {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
-                          "guaranteed (ms)", "automatic (ms)", "margin (dB)"}};
+  Table table = make_table("limits", "Steps at which the lattice blows up",
+                           "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
+                           {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
+                            "guaranteed (ms)", "automatic (ms)", "margin (dB)"});
   for (const Row& row : rows) {
     table.rows.push_back({1e3 * row.relaxation, row.limit.omega, row.limit.damping_ratio,
                           1e3 * row.limit.h, 1e3 * row.measured, 1e3 * row.guaranteed,
@@ -301,20 +242,15 @@ void tabulate(const std::vector<Row>& rows, Outcome& outcome) {
 }
 
 void draw(std::vector<Series> growth, Outcome& outcome) {
-  Figure figure{.id = "growth",
-                .title = "Growth around the stability limit",
-                .caption =
-                    "Largest displacement of a run over its initial one, for every step "
-                    "that the bisection tried; runs above the line count as blown up; all that "
-                    "grew a millionfold stand "
-                    "at a million.",
-                .x = {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
-                .y = {.label = "largest displacement / initial (1)", .logarithmic = true}};
+  Figure figure =
+      plot("growth", "Growth around the stability limit",
+           "Largest displacement over the initial one, for every step of the bisection; runs above "
+           "the line are unstable; growth is drawn up to a million.",
+           {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
+           logarithmic("largest displacement / initial (1)"));
   figure.series = std::move(growth);
-  figure.series.push_back({.label = "counts as blown up",
-                           .style = Series::Style::dashed,
-                           .x = {0.94, 1.06},
-                           .y = {blown_up, blown_up}});
+  figure.series.push_back(
+      curve("counts as blown up", {0.94, 1.06}, {blown_up, blown_up}, Series::Style::dashed));
   outcome.figures.push_back(std::move(figure));
 }
 
@@ -342,26 +278,8 @@ void measure_blow_up(const IntegratorInfo& scheme, const CaseContext& context, O
   draw(std::move(growth), outcome);
 }
 
-}  // namespace
-
-void add_blow_up_cases(std::vector<Case>& cases) {
-  for (const IntegratorInfo* scheme : integrators()) {
-    cases.push_back({.name = "stability/blow-up/" + std::string(scheme->name),
-                     .suite = "stability",
-                     .claim = scheme->implicit
-                                  ? "no step makes a lattice blow up"
-                                  : "a lattice blows up at the step that its exact spectrum "
-                                    "predicts, and the guaranteed step lies below it",
-                     .measure = [scheme](const CaseContext& context, Outcome& outcome) {
-                       measure_blow_up(*scheme, context, outcome);
-                     }});
-  }
-}
-
 // Growth per step of every scheme over step length and damping, measured by running it, with the
 // border of stability from theory and from bisection.
-
-namespace {
 
 constexpr double highest_step = 3.5;     // h omega0
 constexpr double highest_damping = 2.0;  // S
@@ -445,8 +363,7 @@ Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
   Borders borders;
   for (int n = 0; n <= 200; ++n) {
     const double s = highest_damping * n / 200;
-    borders.theory.x.push_back(s);
-    borders.theory.y.push_back(scalar_limit(scheme, 1.0, s));
+    borders.theory.add(s, scalar_limit(scheme, 1.0, s));
   }
   const int points = context.quick ? 5 : 11;
   for (int n = 0; n < points; ++n) {
@@ -454,8 +371,7 @@ Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
     const double expected = scalar_limit(scheme, 1.0, s);
     if (expected == 0.0) { continue; }
     const double measured = measured_border(context, scheme, s, expected);
-    borders.measured.x.push_back(s);
-    borders.measured.y.push_back(measured);
+    borders.measured.add(s, measured);
     borders.largest_distance =
         std::max(borders.largest_distance, std::abs(measured / expected - 1.0));
   }
@@ -463,53 +379,31 @@ Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
 }
 
 void measure_map(const IntegratorInfo& scheme, const CaseContext& context, Outcome& outcome) {
-  Figure figure{.id = "map",
-                .title = "Growth per step of " + std::string(scheme.name),
-                .caption =
-                    "Growth of x'' + 2 S x' + x = 0 per step, measured over 60 steps; the "
-                    "points are the border found by bisection of long runs.",
-                .x = {.label = "damping ratio S (1)", .minimum = 0.0, .maximum = highest_damping},
-                .y = {.label = "h omega0 (1)", .minimum = 0.0, .maximum = highest_step}};
+  Figure figure = plot("map", "Growth per step of " + std::string(scheme.name),
+                       "Growth of x'' + 2 S x' + x = 0 per step, measured over 60 steps; the "
+                       "points are the border found by bisection of long runs.",
+                       {.label = "damping ratio S (1)", .minimum = 0.0, .maximum = highest_damping},
+                       {.label = "h omega0 (1)", .minimum = 0.0, .maximum = highest_step});
   figure.heat_map = heat_map(context, scheme);
   if (std::isinf(scalar_limit(scheme, 1.0, 0.5))) {
     // The size of a state and its energy are the same here, and A-stable schemes keep that.
-    outcome.judge({.name = "largest log10 growth per step",
-                   .value = *std::ranges::max_element(figure.heat_map->z),
-                   .upper = 1e-9,
-                   .bound_from = "A-stability: no step amplifies, at any damping"});
+    outcome.judge_at_most("largest log10 growth per step",
+                          *std::ranges::max_element(figure.heat_map->z), 1e-9,
+                          "A-stability: no step amplifies, at any damping");
   } else {
     Borders borders = borders_of(context, scheme);
-    outcome.judge({.name = "largest relative distance of the borders",
-                   .value = borders.largest_distance,
-                   .upper = 2e-3,
-                   .bound_from = "closed forms and exact 2 x 2 matrices; runs resolve 0.1 %"});
+    outcome.judge_at_most("largest relative distance of the borders", borders.largest_distance,
+                          2e-3, "closed forms and exact 2 x 2 matrices; runs resolve 0.1 %");
     figure.series = {std::move(borders.theory), std::move(borders.measured)};
     if (scalar_limit(scheme, 1.0, 0.0) == 0.0) {
       outcome.notes.emplace_back(
-          "S = 0 has no border: every step amplifies, which is judged on a "
-          "lattice by stability/blow-up");
+          "S = 0 has no border: every step amplifies (judged by stability/blow-up)");
     }
   }
   outcome.figures.push_back(std::move(figure));
 }
 
-}  // namespace
-
-void add_map_cases(std::vector<Case>& cases) {
-  for (const IntegratorInfo* scheme : integrators()) {
-    cases.push_back({.name = "stability/map/" + std::string(scheme->name),
-                     .suite = "stability",
-                     .claim = "the border between decay and growth lies where theory puts it, at "
-                              "every damping",
-                     .measure = [scheme](const CaseContext& context, Outcome& outcome) {
-                       measure_map(*scheme, context, outcome);
-                     }});
-  }
-}
-
 // Stiffness and mass over six decades within one network, stepped with automatic substeps.
-
-namespace {
 
 constexpr int side = 4;
 constexpr double tick = 1e-3;       // [s]
@@ -589,15 +483,12 @@ void judge_ladder(const std::string& integrator, const std::vector<Rung>& ladder
     table.rows.push_back({integrator, rung.ratio, static_cast<double>(rung.motion.substeps),
                           1e6 * rung.motion.h, margin, rung.energy_growth, rung.energy_bound});
   }
-  outcome.judge({.name = integrator + ": largest energy over initial, over theory",
-                 .value = worst_growth,
-                 .upper = 1.0 + 1e-4,
-                 .bound_from = "quadratic form that the scheme keeps exactly; strains of 1e-5"});
-  outcome.judge({.name = integrator + ": least margin over the decades",
-                 .value = least_margin,
-                 .unit = "dB",
-                 .lower = 20.0 * std::log10(2.0) - 1e-9,
-                 .bound_from = "automatic substeps stay at half of the guaranteed step"});
+  outcome.judge_at_most(integrator + ": largest energy over initial, over theory", worst_growth,
+                        1.0 + 1e-4,
+                        "quadratic form that the scheme keeps exactly; strains of 1e-5");
+  outcome.judge_at_least(integrator + ": least margin over the decades", least_margin,
+                         20.0 * std::log10(2.0) - 1e-9,
+                         "automatic substeps stay at half of the guaranteed step", "dB");
 }
 
 /// Error of a slow push at a modest contrast: the second-order phase error of the modes up to
@@ -614,37 +505,30 @@ void judge_accuracy(const CaseContext& context, Varied varied, Outcome& outcome)
   const NetworkProblem problem(network, resolve_loads(scene, network));
   const Trace exact = reference::modal_solution<double>(problem, motion.time);
   constexpr double omega = 500.0;
-  outcome.judge(
-      {.name = "velocity-verlet: error of a slow push at ratio 100",
-       .value =
-           trajectory_error(motion.position, exact.position, problem.initial_position()).maximum,
-       .upper = std::pow(omega * motion.h, 2) / 24.0 * omega * duration,
-       .bound_from = "modal superposition; (h w)^2 / 24 w T at w = 500 rad/s"});
+  outcome.judge_at_most(
+      "velocity-verlet: error of a slow push at ratio 100",
+      trajectory_error(motion.position, exact.position, problem.initial_position()).maximum,
+      std::pow(omega * motion.h, 2) / 24.0 * omega * duration,
+      "modal superposition; (h w)^2 / 24 w T at w = 500 rad/s");
 }
 
 void measure_contrast(const CaseContext& context, Varied varied, Outcome& outcome) {
   const char* what = varied == Varied::stiffness ? "stiffness contrast" : "mass ratio";
-  Table table{.id = "ladder",
-              .title = "Automatic substeps over six decades",
-              .caption =
-                  "Margin is 20 log10 of the true limit over the step taken; it is infinite "
-                  "where the implicit midpoint rule was chosen.",
-              .columns = {"integrator", std::string(what) + " (1)", "substeps (1)", "step (us)",
-                          "margin (dB)", "largest energy / initial (1)", "theory (1)"}};
-  Figure figure{.id = "step",
-                .title = std::string("Step over ") + what,
-                .caption =
-                    "Steps that automatic substeps take in a tick of 1 ms, and the limit "
-                    "from the exact spectrum.",
-                .x = {.label = std::string(what) + " (1)", .logarithmic = true},
-                .y = {.label = "step (s)", .logarithmic = true}};
+  Table table = make_table("ladder", "Automatic substeps over six decades",
+                           "Margin is 20 log10 of the true limit over the step taken; it is "
+                           "infinite where the implicit midpoint rule was chosen.",
+                           {"integrator", std::string(what) + " (1)", "substeps (1)", "step (us)",
+                            "margin (dB)", "largest energy / initial (1)", "theory (1)"});
+  Figure figure =
+      plot("step", std::string("Step over ") + what,
+           "Automatic substeps in a tick of 1 ms, and the limit from the exact spectrum.",
+           logarithmic(std::string(what) + " (1)"), logarithmic("step (s)"));
   for (const char* integrator : {"euler-cromer", "velocity-verlet", "auto"}) {
     std::vector<Rung> ladder;
     Series steps{.label = integrator, .style = Series::Style::line_and_points};
     for (int decade = 0; decade <= 6; decade += context.quick ? 2 : 1) {
       ladder.push_back(climb(context, integrator, varied, std::pow(10.0, decade)));
-      steps.x.push_back(ladder.back().ratio);
-      steps.y.push_back(ladder.back().motion.h);
+      steps.add(ladder.back().ratio, ladder.back().motion.h);
     }
     judge_ladder(integrator, ladder, table, outcome);
     if (figure.series.empty()) {
@@ -659,21 +543,39 @@ void measure_contrast(const CaseContext& context, Varied varied, Outcome& outcom
   outcome.figures.push_back(std::move(figure));
 }
 
-Case contrast_case(const char* name, Varied varied) {
-  return {.name = name,
-          .suite = "stability",
-          .claim = "automatic substeps keep a run bounded over six decades of " +
-                   std::string(varied == Varied::stiffness ? "stiffness" : "mass"),
-          .measure = [varied](const CaseContext& context,
-                              Outcome& outcome) { measure_contrast(context, varied, outcome); },
-          .weight = 2.0};
-}
-
 }  // namespace
 
-void add_contrast_cases(std::vector<Case>& cases) {
-  cases.push_back(contrast_case("stability/stiffness-contrast", Varied::stiffness));
-  cases.push_back(contrast_case("stability/mass-ratio", Varied::mass));
+std::vector<Case> limit_cases() {
+  std::vector<Case> cases{
+      {"stability/spectral-bounds", "stability",
+       "the estimated and the guaranteed highest frequency of a network enclose the exact one",
+       measure_bounds}};
+  add_scheme_cases(
+      cases, "stability/blow-up/", "stability",
+      [](const IntegratorInfo& scheme) -> std::string {
+        return scheme.implicit ? "no step makes a lattice blow up"
+                               : "a lattice blows up at the step that its exact spectrum predicts, "
+                                 "and the guaranteed step lies below it";
+      },
+      measure_blow_up);
+  add_scheme_cases(
+      cases, "stability/map/", "stability",
+      [](const IntegratorInfo&) -> std::string {
+        return "the border between decay and growth lies where theory puts it, at every damping";
+      },
+      measure_map);
+  for (const Varied varied : {Varied::stiffness, Varied::mass}) {
+    const bool stiffness = varied == Varied::stiffness;
+    cases.push_back({stiffness ? "stability/stiffness-contrast" : "stability/mass-ratio",
+                     "stability",
+                     std::string("automatic substeps keep a run bounded over six decades of ") +
+                         (stiffness ? "stiffness" : "mass"),
+                     [varied](const CaseContext& context, Outcome& outcome) {
+                       measure_contrast(context, varied, outcome);
+                     },
+                     2.0});
+  }
+  return cases;
 }
 
 }  // namespace palpate::stability

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
 
 #include "model/kernels/list_network.hpp"
 #include "model/problem/problem.hpp"
 #include "validation/bench/timing.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/stability_fixture.hpp"
 #include "validation/signal.hpp"
 
@@ -52,11 +52,10 @@ void judge_through_zero(const CaseContext& context, Outcome& outcome) {
   for (Eigen::Index n = 0; n < exact.size(); ++n) {
     exact(n) = gap * std::cos(discrete * motion.time[static_cast<std::size_t>(n)]);
   }
-  outcome.judge(
-      {.name = "error of a spring that swings through zero length",
-       .value = trajectory_error(separation, exact, Eigen::VectorXd::Zero(1)).maximum,
-       .upper = 1e-10,
-       .bound_from = "velocity Verlet's own cosine; 1000 roundings, and no force below 1 pm"});
+  outcome.judge_at_most("error of a spring that swings through zero length",
+                        trajectory_error(separation, exact, Eigen::VectorXd::Zero(1)).maximum,
+                        1e-10,
+                        "velocity Verlet's own cosine; 1000 roundings, and no force below 1 pm");
 }
 
 void measure_zero_length(const CaseContext& context, Outcome& outcome) {
@@ -65,11 +64,9 @@ void measure_zero_length(const CaseContext& context, Outcome& outcome) {
     network.springs.change_each([](Spring& spring) { spring.viscosity = 0.01; });
     Scene scene = scene_of(std::string(scheme->name), 1e-3, 0.1);
     const Trace motion = roll_out(context, scene, &network, {.position = true});
-    outcome.judge({.name = std::string(scheme->name) + ": motion of a pair at one place",
-                   .value = largest_displacement(motion),
-                   .unit = "m",
-                   .upper = 0.0,
-                   .bound_from = "a spring without direction exerts no force"});
+    outcome.judge_at_most(std::string(scheme->name) + ": motion of a pair at one place",
+                          largest_displacement(motion), 0.0,
+                          "a spring without direction exerts no force", "m");
   }
   judge_through_zero(context, outcome);
 }
@@ -88,11 +85,9 @@ double energy_bound(const IntegratorInfo& scheme, double z) {
 }
 
 void measure_inverted(const CaseContext& context, Outcome& outcome) {
-  Figure figure{.id = "energy",
-                .title = "Energy after a node was pushed through its cells",
-                .caption = "Undamped 3 x 3 x 3 block, energy at every tick over the initial one.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "energy / initial (1)"}};
+  Figure figure = plot("energy", "Energy after a node was pushed through its cells",
+                       "Undamped 3 x 3 x 3 block, energy at every tick over the initial one.",
+                       {"time (s)"}, {"energy / initial (1)"});
   const double fastest = spectrum_of(inverted_block(0.0)).omega.maxCoeff();
   for (const IntegratorInfo* scheme : integrators()) {
     if (scheme->name == "euler") { continue; }  // gains energy from any undamped motion
@@ -104,34 +99,30 @@ void measure_inverted(const CaseContext& context, Outcome& outcome) {
       series.y.push_back(e / motion.values("energy_j").front());
     }
     const double growth = motion.diverged ? std::nan("") : *std::ranges::max_element(series.y);
-    outcome.judge(
-        {.name = std::string(scheme->name) + ": largest energy over initial",
-         .value = growth,
-         .upper = energy_bound(*scheme, fastest * motion.h),
-         .bound_from = scheme->implicit
-                           ? "modified energy of the scheme: (h w)^2 / 12 on the fastest mode"
-                           : "quadratic form kept on the fastest mode at half the limit"});
+    outcome.judge_at_most(std::string(scheme->name) + ": largest energy over initial", growth,
+                          energy_bound(*scheme, fastest * motion.h),
+                          scheme->implicit
+                              ? "modified energy of the scheme: (h w)^2 / 12 on the fastest mode"
+                              : "quadratic form kept on the fastest mode at half the limit");
     figure.series.push_back(std::move(series));
   }
   for (const IntegratorInfo* scheme : integrators()) {
     const SpringNetwork network = inverted_block(2e-3);
     const Trace motion = roll_out(context, automatic_scene(*scheme, 0.5), &network,
                                   {.position = true, .energy = true});
-    outcome.judge({.name = std::string(scheme->name) + ": final energy over initial, damped",
-                   .value = motion.diverged ? std::nan("")
-                                            : motion.values("energy_j").back() /
-                                                  motion.values("energy_j").front(),
-                   .upper = 1.0,
-                   .bound_from = "dampers only take energy"});
+    outcome.judge_at_most(
+        std::string(scheme->name) + ": final energy over initial, damped",
+        motion.diverged ? std::nan("")
+                        : motion.values("energy_j").back() / motion.values("energy_j").front(),
+        1.0, "dampers only take energy");
   }
   outcome.figures.push_back(std::move(figure));
 }
 
 void measure_huge_force(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = cube(3, 4e-4);
-  Table table{.id = "verdicts",
-              .title = "A force of 1 MN on a node of 1 g",
-              .columns = {"integrator", "verdict", "at (s)", "largest displacement seen (m)"}};
+  Table table = make_table("verdicts", "A force of 1 MN on a node of 1 g", "",
+                           {"integrator", "verdict", "at (s)", "largest displacement seen (m)"});
   int unclear = 0;
   for (const IntegratorInfo* scheme : integrators()) {
     Scene scene = automatic_scene(*scheme, 0.1);
@@ -144,10 +135,8 @@ void measure_huge_force(const CaseContext& context, Outcome& outcome) {
                           motion.diverged ? motion.diverged_at : 0.1,
                           largest_displacement(motion)});
   }
-  outcome.judge({.name = "schemes without a clear verdict",
-                 .value = static_cast<double>(unclear),
-                 .upper = 0.0,
-                 .bound_from = "every sample that is kept is finite, and divergence has its time"});
+  outcome.judge_at_most("schemes without a clear verdict", static_cast<double>(unclear), 0.0,
+                        "every sample that is kept is finite, and divergence has its time");
   outcome.tables.push_back(std::move(table));
 }
 
@@ -190,36 +179,12 @@ void measure_nan(const CaseContext& context, Outcome& outcome) {
       }
     }
   }
-  outcome.judge({.name = "runs reported as diverged at the first tick, of " + std::to_string(runs),
-                 .value = static_cast<double>(seen_at_once),
-                 .lower = static_cast<double>(runs),
-                 .upper = static_cast<double>(runs),
-                 .bound_from = "a state that is not finite is divergence"});
-}
-
-Case abuse(const char* name, const char* claim, void (*measure)(const CaseContext&, Outcome&)) {
-  return {.name = name, .suite = "stability", .claim = claim, .measure = measure};
-}
-
-}  // namespace
-
-void add_abuse_cases(std::vector<Case>& cases) {
-  cases.push_back(abuse("stability/zero-length",
-                        "a spring of zero length exerts no force, makes no NaN, and may be passed",
-                        measure_zero_length));
-  cases.push_back(abuse("stability/inverted", "a node pushed through its cells gains no energy",
-                        measure_inverted));
-  cases.push_back(abuse("stability/huge-force",
-                        "a force of 1 MN ends in a finite state or in divergence with its time",
-                        measure_huge_force));
-  cases.push_back(abuse("stability/nan-injection",
-                        "a value that is not finite is reported as divergence at the first tick",
-                        measure_nan));
+  outcome.judge_equal("runs reported as diverged at the first tick, of " + std::to_string(runs),
+                      static_cast<double>(seen_at_once), static_cast<double>(runs),
+                      "a state that is not finite is divergence");
 }
 
 // Amplitudes below the normal range of double: nothing becomes NaN, and little becomes slow.
-
-namespace {
 
 constexpr double denormal = 1e-310;  // [m]
 constexpr double ordinary = 1e-3;    // [m]
@@ -260,61 +225,45 @@ Pass run(const CaseContext& context, const std::string& scheme, double amplitude
     const Trace motion = roll_out(context, scene_of(scheme, h, h * static_cast<double>(steps)),
                                   &network, {.every = 20, .position = true});
     pass.seconds = std::min(pass.seconds, bench::seconds_on(bench::Clock::processor) - begin);
-    double first = 0.0;
-    double largest = 0.0;
+    Largest first;
+    Largest largest;
     for (Eigen::Index row = 0; row < motion.position.rows(); ++row) {
       if (row % 3 == 0) { continue; }  // along the chain
-      first = std::max(first, std::abs(motion.position(row, 0)));
-      largest = std::max(largest, motion.position.row(row).cwiseAbs().maxCoeff());
+      first.add(std::abs(motion.position(row, 0)));
+      largest.add(motion.position.row(row).cwiseAbs().maxCoeff());
     }
     const bool sane = !motion.diverged && motion.position.allFinite();
-    pass.growth = sane ? largest / first : std::nan("");
+    pass.growth = sane ? largest.value() / first.value() : std::nan("");
   }
   return pass;
 }
 
 void measure_denormals(const CaseContext& context, Outcome& outcome) {
-  Table table{.id = "cost",
-              .title = "Run time at denormal amplitudes",
-              .columns = {"integrator", "1e-3 m (s)", "1e-310 m (s)", "slowdown (1)"},
-              .timing = true};
+  Table table = make_table("cost", "Run time at denormal amplitudes", "",
+                           {"integrator", "1e-3 m (s)", "1e-310 m (s)", "slowdown (1)"});
+  table.timing = true;
   constexpr double slowdown_allowed = 10.0;
-  double slowest = 0.0;
+  Largest slowest;
   for (const IntegratorInfo* scheme : integrators()) {
     const std::string name(scheme->name);
     if (name == "euler") { continue; }  // gains energy: sideways motion in tension is not damped
     const Pass normal = run(context, name, ordinary);
     const Pass small = run(context, name, denormal);
     const double slowdown = small.seconds / normal.seconds;
-    slowest = std::max(slowest, slowdown);
+    slowest.add(slowdown);
     table.rows.push_back({name, normal.seconds, small.seconds, slowdown});
-    outcome.judge(
-        {.name = name + ": largest displacement over initial at 1e-310 m",
-         .value = small.growth,
-         .upper = 9.0,
-         .bound_from = "no mode exceeds its initial amplitude; 76 modes at worst in phase"});
+    outcome.judge_at_most(name + ": largest displacement over initial at 1e-310 m", small.growth,
+                          9.0, "no mode exceeds its initial amplitude; 76 modes at worst in phase");
   }
-  outcome.judge({.name = "some scheme is slowed down more than tenfold (0 or 1)",
-                 .value = slowest > slowdown_allowed ? 1.0 : 0.0,
-                 .upper = 0.0,
-                 .bound_from = "design: no scene may miss its deadline by coming to rest"});
+  outcome.judge_at_most("some scheme is slowed down more than tenfold (0 or 1)",
+                        slowest.value() > slowdown_allowed ? 1.0 : 0.0, 0.0,
+                        "design: no scene may miss its deadline by coming to rest");
   outcome.timings.push_back(
-      {.name = "largest slowdown by denormals", .value = slowest, .unit = "1"});
+      {.name = "largest slowdown by denormals", .value = slowest.value(), .unit = "1"});
   outcome.tables.push_back(std::move(table));
 }
 
-}  // namespace
-
-void add_denormal_cases(std::vector<Case>& cases) {
-  cases.push_back({.name = "stability/denormals",
-                   .suite = "stability",
-                   .claim = "motion below the normal range of numbers stays bounded, without NaN",
-                   .measure = measure_denormals});
-}
-
 // Steps of random length and of no length, driven through the integrator's own interface.
-
-namespace {
 
 constexpr double amplitude = 1e-6;   // [m]
 constexpr double relaxation = 4e-4;  // [s]
@@ -365,10 +314,9 @@ void measure_jitter(const CaseContext& context, Outcome& outcome) {
   SpringNetwork network = cube(3, relaxation);
   const Spectrum spectrum = spectrum_of(network);
   displace(network, amplitude);
-  Table table{.id = "jitter",
-              .title = "Random steps up to half of the stability limit",
-              .columns = {"integrator", "longest step (ms)", "largest energy / initial (1)",
-                          "final energy / initial (1)"}};
+  Table table = make_table("jitter", "Random steps up to half of the stability limit", "",
+                           {"integrator", "longest step (ms)", "largest energy / initial (1)",
+                            "final energy / initial (1)"});
   for (const IntegratorInfo* scheme : integrators()) {
     const double limit = network_limit(*scheme, spectrum, relaxation).h;
     const double fastest = spectrum.omega.maxCoeff();
@@ -382,17 +330,13 @@ void measure_jitter(const CaseContext& context, Outcome& outcome) {
     const std::string name(scheme->name);
     const double z = longest * fastest;
     const bool gains = scheme->name == "euler";
-    outcome.judge({.name = name + ": largest energy over initial",
-                   .value = worst.growth,
-                   .upper = gains ? 1.0 + z : std::max(1.0 + 1e-6, energy_ratio_bound(*scheme, z)),
-                   .bound_from = gains
-                                     ? "potential energy gains (h w)^2 a step for a quarter period"
-                                     : "what constant steps of the longest may gain on a mode; "
-                                       "the dampers take what the jitter adds"});
-    outcome.judge({.name = name + ": final energy over initial",
-                   .value = worst.final,
-                   .upper = 1.0,
-                   .bound_from = "dampers only take energy"});
+    outcome.judge_at_most(
+        name + ": largest energy over initial", worst.growth,
+        gains ? 1.0 + z : std::max(1.0 + 1e-6, energy_ratio_bound(*scheme, z)),
+        gains ? "potential energy gains (h w)^2 a step for a quarter period"
+              : "gain of a mode by constant longest steps; dampers take what the jitter adds");
+    outcome.judge_at_most(name + ": final energy over initial", worst.final, 1.0,
+                          "dampers only take energy");
     table.rows.push_back({name, 1e3 * longest, worst.growth, worst.final});
   }
   outcome.tables.push_back(std::move(table));
@@ -412,31 +356,15 @@ void measure_zero_step(const CaseContext& /*context*/, Outcome& outcome) {
         std::max((stage.state.position - before.position).norm() / before.position.norm(),
                  (stage.state.velocity - before.velocity).norm() / before.velocity.norm());
     const std::string name(scheme->name);
-    outcome.judge({.name = name + ": relative change of the state by steps of length zero",
-                   .value = change,
-                   .upper = scheme->implicit ? 1e-13 : 0.0,
-                   .bound_from = scheme->implicit ? "Newton's method ends at 64 roundings a step"
-                                                  : "a step of length zero is no step"});
+    outcome.judge_at_most(name + ": relative change of the state by steps of length zero", change,
+                          scheme->implicit ? 1e-13 : 0.0,
+                          scheme->implicit ? "Newton's method ends at 64 roundings a step"
+                                           : "a step of length zero is no step");
   }
-}
-
-}  // namespace
-
-void add_step_cases(std::vector<Case>& cases) {
-  cases.push_back({.name = "stability/step-jitter",
-                   .suite = "stability",
-                   .claim = "steps of random length below the limit feed no energy in",
-                   .measure = measure_jitter});
-  cases.push_back({.name = "stability/zero-step",
-                   .suite = "stability",
-                   .claim = "a step of length zero changes the state by no more than rounding",
-                   .measure = measure_zero_step});
 }
 
 // Ten million undamped steps: a symplectic scheme's energy swings within a band that theory gives,
 // and what it conserves exactly moves by no more than accumulated rounding.
-
-namespace {
 
 constexpr double z = 0.1;  // h omega
 constexpr double epsilon = 2.2e-16;
@@ -485,29 +413,23 @@ void judge(const IntegratorInfo& scheme, const Trace& motion, const Drift& drift
   const double steps = static_cast<double>(motion.steps);
   const double random_walk = epsilon * std::sqrt(steps);
   const bool complete = !motion.diverged;
-  outcome.judge({.name = name + ": highest energy over initial",
-                 .value = complete ? drift.highest : std::nan(""),
-                 .upper = bound * (1.0 + 1e-9),
-                 .bound_from = "axes of the quadratic form that the scheme keeps exactly"});
-  outcome.judge({.name = name + ": lowest energy over initial",
-                 .value = complete ? drift.lowest : std::nan(""),
-                 .lower = (1.0 - 1e-9) / bound,
-                 .bound_from = "axes of the quadratic form that the scheme keeps exactly"});
-  outcome.judge({.name = name + ": trend of what it keeps, over a random walk of rounding",
-                 .value = std::abs(trend(drift.kept)) / random_walk,
-                 .upper = 10.0,
-                 .bound_from = "ten roundings a step, added at random: secular drift would be " +
-                               std::to_string(static_cast<int>(std::sqrt(steps))) + " times more"});
+  outcome.judge_at_most(name + ": highest energy over initial",
+                        complete ? drift.highest : std::nan(""), bound * (1.0 + 1e-9),
+                        "axes of the quadratic form that the scheme keeps exactly");
+  outcome.judge_at_least(name + ": lowest energy over initial",
+                         complete ? drift.lowest : std::nan(""), (1.0 - 1e-9) / bound,
+                         "axes of the quadratic form that the scheme keeps exactly");
+  outcome.judge_at_most(name + ": trend of what it keeps, over a random walk of rounding",
+                        std::abs(trend(drift.kept)) / random_walk, 10.0,
+                        "ten roundings a step, added at random: secular drift would be " +
+                            std::to_string(static_cast<int>(std::sqrt(steps))) + " times more");
 }
 
 void measure_drift(const CaseContext& context, Outcome& outcome) {
-  Figure figure{.id = "kept",
-                .title = "Change of the invariant over the run",
-                .caption =
-                    "Relative change of the quadratic form that each scheme keeps exactly, "
-                    "in units of accumulated random rounding.",
-                .x = {.label = "steps (1)"},
-                .y = {.label = "change / (eps sqrt(steps)) (1)"}};
+  Figure figure = plot("kept", "Change of the invariant over the run",
+                       "Relative change of the quadratic form that each scheme keeps exactly, in "
+                       "units of accumulated random rounding.",
+                       {"steps (1)"}, {"change / (eps sqrt(steps)) (1)"});
   for (const char* name : {"euler-cromer", "feynman-newton", "feynman-newton-printed", "leapfrog",
                            "velocity-verlet", "implicit-midpoint"}) {
     const IntegratorInfo& scheme = *find_integrator(name);
@@ -518,15 +440,14 @@ void measure_drift(const CaseContext& context, Outcome& outcome) {
     judge(scheme, motion, drift, outcome);
     Series series{.label = name};
     for (Eigen::Index n = 0; n < drift.kept.size(); n += 50) {
-      series.x.push_back(static_cast<double>(n) * substeps);
-      series.y.push_back((drift.kept(n) - 1.0) / (epsilon * std::sqrt(static_cast<double>(steps))));
+      series.add(static_cast<double>(n) * substeps,
+                 (drift.kept(n) - 1.0) / (epsilon * std::sqrt(static_cast<double>(steps))));
     }
     figure.series.push_back(std::move(series));
   }
   outcome.notes.emplace_back(
-      "velocity-verlet: h^2 / 2 is rounded apart from h, which shrinks the "
-      "state by some 1e-19 a step; after 1e7 steps that is still less than "
-      "accumulated rounding is allowed to be");
+      "velocity-verlet: h^2 / 2 is rounded apart from h, which shrinks the state by some 1e-19 a "
+      "step; after 1e7 steps that is still less than accumulated rounding is allowed to be");
   outcome.figures.push_back(std::move(figure));
 }
 
@@ -544,33 +465,40 @@ void measure_network(const CaseContext& context, Outcome& outcome) {
                                         std::ssize(motion.values("energy_j"))) /
       motion.values("energy_j").front();
   const double bound = energy_ratio_bound(*find_integrator("velocity-verlet"), 0.5);
-  outcome.judge(
-      {.name = "highest energy over initial",
-       .value = motion.diverged ? std::nan("") : energy.maxCoeff(),
-       .upper = bound * (1.0 + 1e-4),
-       .bound_from = "form kept by velocity Verlet on the fastest mode; strains of 2e-5"});
+  outcome.judge_at_most("highest energy over initial",
+                        motion.diverged ? std::nan("") : energy.maxCoeff(), bound * (1.0 + 1e-4),
+                        "form kept by velocity Verlet on the fastest mode; strains of 2e-5");
   const double swing = std::sqrt((energy.array() - energy.mean()).square().mean());
-  outcome.judge({.name = "trend of the energy over its swing",
-                 .value = std::abs(trend(energy)) / swing,
-                 .upper = 5.0 * std::sqrt(12.0 / static_cast<double>(energy.size())),
-                 .bound_from = "five standard errors of a slope through samples without trend"});
+  outcome.judge_at_most("trend of the energy over its swing", std::abs(trend(energy)) / swing,
+                        5.0 * std::sqrt(12.0 / static_cast<double>(energy.size())),
+                        "five standard errors of a slope through samples without trend");
 }
 
 }  // namespace
 
-void add_drift_cases(std::vector<Case>& cases) {
-  cases.push_back({.name = "stability/drift/oscillator",
-                   .suite = "stability",
-                   .claim =
-                       "ten million undamped steps change what a symplectic scheme keeps by no "
-                       "more than rounding",
-                   .measure = measure_drift,
-                   .weight = 4.0});
-  cases.push_back({.name = "stability/drift/network",
-                   .suite = "stability",
-                   .claim = "the energy of an undamped lattice has no trend over ten million steps",
-                   .measure = measure_network,
-                   .weight = 2.0});
+std::vector<Case> robustness_cases() {
+  return {
+      {"stability/zero-length", "stability",
+       "a spring of zero length exerts no force, makes no NaN, and may be passed",
+       measure_zero_length},
+      {"stability/inverted", "stability", "a node pushed through its cells gains no energy",
+       measure_inverted},
+      {"stability/huge-force", "stability",
+       "a force of 1 MN ends in a finite state or in divergence with its time", measure_huge_force},
+      {"stability/nan-injection", "stability",
+       "a value that is not finite is reported as divergence at the first tick", measure_nan},
+      {"stability/denormals", "stability",
+       "motion below the normal range of numbers stays bounded, without NaN", measure_denormals},
+      {"stability/step-jitter", "stability",
+       "steps of random length below the limit feed no energy in", measure_jitter},
+      {"stability/zero-step", "stability",
+       "a step of length zero changes the state by no more than rounding", measure_zero_step},
+      {"stability/drift/oscillator", "stability",
+       "ten million undamped steps change what a symplectic scheme keeps by no more than rounding",
+       measure_drift, 4.0},
+      {"stability/drift/network", "stability",
+       "the energy of an undamped lattice has no trend over ten million steps", measure_network,
+       2.0}};
 }
 
 }  // namespace palpate::stability

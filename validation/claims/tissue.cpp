@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <vector>
 
 #include "model/problem/needle_path.hpp"
 #include "model/problem/problem.hpp"
@@ -62,44 +61,36 @@ double area_of(const TriangleSurface& surface) {
 }
 
 void measure_surfaces(const CaseContext& /*context*/, Outcome& outcome) {
-  Table table{.id = "volumes",
-              .title = "Volumes",
-              .columns = {"solid", "voxel (mm)", "voxels", "volume (cm^3)", "error (%)",
-                          "of its limit (1)"}};
-  double worst = 0.0;
-  double chords = 0.0;
+  Table table = make_table(
+      "volumes", "Volumes", "",
+      {"solid", "voxel (mm)", "voxels", "volume (cm^3)", "error (%)", "of its limit (1)"});
+  Largest worst;
+  Largest chords;
   std::size_t apart = 0;
   for (const Solid& solid : solids()) {
     const double area = area_of(solid.surface);
-    chords = std::max(chords, std::abs(moments_of(solid.surface).volume / solid.volume - 1.0));
+    chords.add(std::abs(moments_of(solid.surface).volume / solid.volume - 1.0));
     for (const double h : {0.004, 0.002, 0.001, 0.0005}) {
       const BoxGrid grid = cubes_around(solid.surface.vertex.rowwise().minCoeff(),
                                         solid.surface.vertex.rowwise().maxCoeff(), h);
       const VoxelBody body = voxelise(solid.surface, grid);
       const double error = body.volume - solid.volume;
       const double share = std::abs(error) / (0.5 * std::sqrt(3.0) * area * h);
-      worst = std::max(worst, share);
+      worst.add(share);
       apart += voxelise(solid.surface, grid).inside == body.inside ? 0U : 1U;
       table.rows.push_back({solid.name, 1e3 * h, double(body.voxel_count), 1e6 * body.volume,
                             100.0 * error / solid.volume, share});
     }
   }
   outcome.tables.push_back(std::move(table));
-  outcome.judge(
-      {.name = "error of volume, of sqrt(3)/2 h times the surface",
-       .value = worst,
-       .upper = 1.0,
-       .bound_from =
-           "theory: a cell that is wrong in part lies within half its diagonal of the surface"});
-  outcome.judge({.name = "volume of the faces against the solid's closed form",
-                 .value = chords,
-                 .upper = 2e-3,
-                 .bound_from = "theory: chords of 120 sides enclose 1 - sin(2 pi/120)/(2 pi/120) "
-                               "less, both ways round"});
-  outcome.judge({.name = "voxelisations that differ from the first",
-                 .value = double(apart),
-                 .upper = 0.0,
-                 .bound_from = "theory: nothing of chance takes part"});
+  outcome.judge_at_most(
+      "error of volume, of sqrt(3)/2 h times the surface", worst.value(), 1.0,
+      "theory: a cell that is wrong in part lies within half its diagonal of the surface");
+  outcome.judge_at_most(
+      "volume of the faces against the solid's closed form", chords.value(), 2e-3,
+      "theory: chords of 120 sides enclose 1 - sin(2 pi/120)/(2 pi/120) less, both ways round");
+  outcome.judge_at_most("voxelisations that differ from the first", double(apart), 0.0,
+                        "theory: nothing of chance takes part");
 }
 
 const std::vector<Material>& phantom_materials() {
@@ -139,10 +130,9 @@ void measure_cube(const CaseContext& /*context*/, Outcome& outcome) {
   const SpringNetwork lattice = cell_lattice({{11, 11, 11}, h, 26}, [&](int, int, int) {
     return CellMaterial{soft.youngs_modulus, soft.density, soft.damping_ratio, {}};
   });
-  outcome.judge({.name = "compliance of a voxelised cube against the lattice's",
-                 .value = std::abs(compliance(cube.network) / compliance(lattice) - 1.0),
-                 .upper = 1e-10,
-                 .bound_from = "theory: the same springs; what two solves leave"});
+  outcome.judge_at_most("compliance of a voxelised cube against the lattice's",
+                        std::abs(compliance(cube.network) / compliance(lattice) - 1.0), 1e-10,
+                        "theory: the same springs; what two solves leave");
 }
 
 /// Layers of one brightness each, in units of a scanner.
@@ -158,7 +148,7 @@ void measure_image(const CaseContext& /*context*/, Outcome& outcome) {
   const VoxelTissue tissue =
       image_tissue(image, nullptr, settings, phantom_materials(), {0.0, 0.0}, broken);
   const auto modulus = [](int l) { return 2e6 * std::pow(1e-3, l / 11.0); };
-  double worst = 0.0;
+  Largest worst;
   for (const Spring& spring : tissue.network.springs) {
     const int la = spring.a / 72;
     const int lb = spring.b / 72;
@@ -168,59 +158,24 @@ void measure_image(const CaseContext& /*context*/, Outcome& outcome) {
     const bool inside = i > 0 && i < 8 && j > 0 && j < 7;
     if (!upright || !inside) { continue; }
     const double unit = box_bonds(image.spacing, 26).stiffness[2];
-    worst = std::max(worst,
-                     std::abs(spring.stiffness / (unit * 0.5 * (modulus(la) + modulus(lb))) - 1.0));
+    worst.add(std::abs(spring.stiffness / (unit * 0.5 * (modulus(la) + modulus(lb))) - 1.0));
   }
-  outcome.judge({.name = "nodes of a phantom of 9 x 8 x 12 pixels",
-                 .value = double(tissue.network.node_count()),
-                 .lower = 864.0,
-                 .upper = 864.0,
-                 .bound_from = "theory: one a pixel"});
-  outcome.judge({.name = "stiffness of springs along z against the lookup in closed form",
-                 .value = worst,
-                 .upper = 1e-5,
-                 .bound_from = "theory: intensities in single precision, E = 2e6 Pa * 1e-3^I"});
+  outcome.judge_equal("nodes of a phantom of 9 x 8 x 12 pixels",
+                      double(tissue.network.node_count()), 864.0, "theory: one a pixel");
+  outcome.judge_at_most("stiffness of springs along z against the lookup in closed form",
+                        worst.value(), 1e-5,
+                        "theory: intensities in single precision, E = 2e6 Pa * 1e-3^I");
   const Eigen::Matrix3d isotropic =
       Eigen::Matrix3d::Constant(0.4) + 0.8 * Eigen::Matrix3d::Identity();
-  outcome.judge(
-      {.name = "elasticity of its boxes against an isotropic body's",
-       .value = (box_bonds(image.spacing, 26).elasticity - isotropic).cwiseAbs().maxCoeff(),
-       .upper = 1e-12,
-       .bound_from = "theory: boxes this near to cubes can be isotropic"});
-}
-
-}  // namespace
-
-std::vector<Case> patient_tissue_cases() {
-  return {{.name = "tissue/surfaces",
-           .suite = "model",
-           .claim = "Voxels of a sphere, a torus, a letter C and a thin plate come to their "
-                    "volumes at first order, "
-                    "the same every time",
-           .measure = measure_surfaces,
-           .quick = false,
-           .weight = 5.0},
-          {.name = "tissue/cube",
-           .suite = "model",
-           .claim = "A voxelised cube gives way under a push as the lattice of its size does",
-           .measure = measure_cube,
-           .quick = false},
-          {.name = "tissue/image",
-           .suite = "model",
-           .claim = "A phantom image becomes the nodes and springs that its brightness says",
-           .measure = measure_image,
-           .quick = false},
-          skin_case(),
-          hertz_case()};
+  outcome.judge_at_most("elasticity of its boxes against an isotropic body's",
+                        (box_bonds(image.spacing, 26).elasticity - isotropic).cwiseAbs().maxCoeff(),
+                        1e-12, "theory: boxes this near to cubes can be isotropic");
 }
 
 // A rigid sphere, pressed without friction into a half space of voxels, against Hertz's solution
 // (Johnson, Contact Mechanics, 1985, sections 3.2 and 4.2), on three grids.
 
-namespace {
-
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double poisson = 0.25;          // of a network whose springs pull along their axes
@@ -383,12 +338,10 @@ class HalfSpace {
 };
 
 void measure_hertz(const CaseContext& /*context*/, Outcome& outcome) {
-  Table table{
-      .id = "grids",
-      .title = "Force on the sphere",
-      .caption =
-          "At an indentation of 0.2 mm: R = 20 mm, a = 2 mm, E = 10 kPa, Poisson's ratio 1/4.",
-      .columns = {"spacing (mm)", "nodes across the contact", "force (mN)", "error (%)"}};
+  Table table = make_table(
+      "grids", "Force on the sphere",
+      "At an indentation of 0.2 mm: R = 20 mm, a = 2 mm, E = 10 kPa, Poisson's ratio 1/4.",
+      {"spacing (mm)", "nodes across the contact", "force (mN)", "error (%)"});
   std::vector<double> forces;
   for (const int cells : {12, 18, 27}) {
     forces.push_back(HalfSpace(cells).force(indentation()));
@@ -398,44 +351,21 @@ void measure_hertz(const CaseContext& /*context*/, Outcome& outcome) {
   outcome.tables.push_back(std::move(table));
   const double step = std::abs(forces[2] - forces[1]);
   const double order = std::log(std::abs(forces[1] - forces[0]) / step) / std::log(refinement);
-  // Three where the order is not seen, on few nodes across a contact: first order is assumed then
-  // (Roache 1998).
+  // 3 without a visible order on few nodes: first order is assumed then (Roache 1998).
   const bool seen = order >= 0.5 && order <= 2.5;
   const double index =
       (seen ? 1.25 : 3.0) * step / (std::pow(refinement, seen ? order : 1.0) - 1.0) / forces[2];
   constexpr double faces =
       0.4 / 36.0;  // second moment of Hertz's pressure over the square of the reach
-  outcome.judge({.name = "force of the finest grid against Hertz, relative",
-                 .value = std::abs(forces[2] / hertz_force() - 1.0),
-                 .upper = index + faces,
-                 .bound_from = "theory: the grid convergence index of three grids, and 0.4 (a / "
-                               "reach)^2 for the faces"});
-  outcome.judge({.name = "order of convergence", .value = order});
-  outcome.judge({.name = "grid convergence index",
-                 .value = index,
-                 .upper = 0.05,
-                 .bound_from = "wanted: a claim worth making"});
+  outcome.judge_at_most(
+      "force of the finest grid against Hertz, relative", std::abs(forces[2] / hertz_force() - 1.0),
+      index + faces,
+      "theory: the grid convergence index of three grids, and 0.4 (a / reach)^2 for the faces");
+  outcome.report("order of convergence", order);
+  outcome.judge_at_most("grid convergence index", index, 0.05, "wanted: a claim worth making");
 }
 
-}  // namespace
-
-Case hertz_case() {
-  return {.name = "tissue/hertz",
-          .suite = "model",
-          .claim =
-              "A sphere pressed into a block of voxels meets the force of Hertz's solution for "
-              "Poisson's ratio 1/4",
-          .measure = measure_hertz,
-          .quick = false,
-          .weight = 30.0};
-}
-
-// Layers beneath a skin that is part of a cylinder: their volumes, where a needle meets them, and
-// what their surface does when they move.
-
-namespace {
-
-using Eigen::Vector3d;
+// Layers beneath a cylindrical skin: volumes, path of a needle, motion of the surface.
 
 constexpr double radius = 0.1;      // of the skin, about an axis along y [m]
 constexpr double half = 0.04;       // of the block's edges along x and y [m]
@@ -473,12 +403,11 @@ Scene cylinder(double spacing, const std::array<double, 2>& densities) {
 }
 
 void measure_volumes(Outcome& outcome) {
-  Table table{.id = "volumes",
-              .title = "Volumes of two layers",
-              .columns = {"spacing (mm)", "nodes", "outer (cm^3)", "error (%)", "inner (cm^3)",
-                          "error (%)", "of their limit (1)"}};
+  Table table = make_table("volumes", "Volumes of two layers", "",
+                           {"spacing (mm)", "nodes", "outer (cm^3)", "error (%)", "inner (cm^3)",
+                            "error (%)", "of their limit (1)"});
   const std::array<double, 2> exact = volumes();
-  double worst = 0.0;
+  Largest worst;
   for (const double spacing : {0.004, 0.002, 0.00125}) {
     const SpringNetwork even = build_network(cylinder(spacing, {1.0, 1.0}));
     const SpringNetwork dense_outside = build_network(cylinder(spacing, {1001.0, 1.0}));
@@ -487,17 +416,15 @@ void measure_volumes(Outcome& outcome) {
     const double limit = 0.5 * spacing * 4.0 * half * half;
     const double share =
         std::max(std::abs(found[0] - exact[0]), std::abs(found[1] - exact[1])) / limit;
-    worst = std::max(worst, share);
+    worst.add(share);
     table.rows.push_back({1e3 * spacing, double(even.node_count()), 1e6 * found[0],
                           100.0 * (found[0] / exact[0] - 1.0), 1e6 * found[1],
                           100.0 * (found[1] / exact[1] - 1.0), share});
   }
   outcome.tables.push_back(std::move(table));
-  outcome.judge(
-      {.name = "error of the layers' volumes, of h/2 times the block's section",
-       .value = worst,
-       .upper = 1.0,
-       .bound_from = "theory: a column of cells begins within h/2 of the skin above its middle"});
+  outcome.judge_at_most("error of the layers' volumes, of h/2 times the block's section",
+                        worst.value(), 1.0,
+                        "theory: a column of cells begins within h/2 of the skin above its middle");
 }
 
 /// Depth at which a line through the axis' plane enters the cylinder of a radius.
@@ -512,7 +439,7 @@ double meets(const Vector3d& origin, const Vector3d& n, double of_radius) {
 void measure_line(Outcome& outcome) {
   Scene scene = cylinder(0.004, {1000.0, 1000.0});
   const double facet = 2.5 * half / facets;
-  double worst = 0.0;
+  Largest worst;
   for (const double entry : {-0.024, -0.01, 0.0, 0.017}) {
     for (const double lean : {-0.3, 0.0, 0.4}) {
       const Vector3d origin(entry, 0.003, 0.0);
@@ -521,18 +448,14 @@ void measure_line(Outcome& outcome) {
       const auto line =
           intervals_along(scene, origin, n, skin + 1e-3);  // as nodes may begin below the skin
       const double expected = meets(origin, n, radius - thickness) - skin;
-      worst =
-          std::max(worst, line.size() < 2 ? 1.0 : std::abs(line[0].end - line[0].begin - expected));
+      worst.add(line.size() < 2 ? 1.0 : std::abs(line[0].end - line[0].begin - expected));
     }
   }
   // A chord lies within the sagitta of its arc; the steepest of these lines crosses at cos = 0.6.
-  outcome.judge(
-      {.name = "way of a needle through the outer layer",
-       .value = worst,
-       .unit = "m",
-       .upper = 2.0 * facet * facet / (8.0 * radius) / 0.6 + 2e-9,
-       .bound_from =
-           "theory: the sagitta of a face at either end, along the line; a search to 1e-9 m"});
+  outcome.judge_at_most(
+      "way of a needle through the outer layer", worst.value(),
+      2.0 * facet * facet / (8.0 * radius) / 0.6 + 2e-9,
+      "theory: the sagitta of a face at either end, along the line; a search to 1e-9 m", "m");
 }
 
 void measure_surface(Outcome& outcome) {
@@ -543,19 +466,17 @@ void measure_surface(Outcome& outcome) {
   const Vector3d shift(1e-3, -2e-3, 5e-3);
   const NodeVectors moved =
       carried(points, embedded, network.rest_position, network.rest_position.colwise() + shift);
-  double worst = 0.0;
+  Largest worst;
   long above = 0;
   for (Eigen::Index p = 0; p < points.cols(); ++p) {
     const bool over_block = std::max(std::abs(points(0, p)), std::abs(points(1, p))) <= half;
     if (!over_block) { continue; }
     ++above;
-    worst = std::max(worst, (moved.col(p) - points.col(p) - shift).cwiseAbs().maxCoeff());
+    worst.add((moved.col(p) - points.col(p) - shift).cwiseAbs().maxCoeff());
   }
-  outcome.judge({.name = "skin over the block against a movement of the whole block",
-                 .value = above > 0 ? worst : 1.0,
-                 .unit = "m",
-                 .upper = 1e-15,
-                 .bound_from = "theory: weights sum to one; what rounding leaves of 5e-3 m"});
+  outcome.judge_at_most("skin over the block against a movement of the whole block",
+                        above > 0 ? worst.value() : 1.0, 1e-15,
+                        "theory: weights sum to one; what rounding leaves of 5e-3 m", "m");
 }
 
 void measure_skin(const CaseContext& /*context*/, Outcome& outcome) {
@@ -566,15 +487,25 @@ void measure_skin(const CaseContext& /*context*/, Outcome& outcome) {
 
 }  // namespace
 
-Case skin_case() {
-  return {.name = "tissue/skin",
-          .suite = "model",
-          .claim =
-              "Layers beneath a curved skin have their volumes at first order and their thickness "
-              "to the skin's "
-              "facets, and the skin goes with them",
-          .measure = measure_skin,
-          .quick = false};
+std::vector<Case> tissue_cases() {
+  return {{"tissue/surfaces", "model",
+           "Voxels of a sphere, a torus, a letter C and a thin plate come to their volumes at "
+           "first order, the same every time",
+           measure_surfaces, 5.0, false},
+          {"tissue/cube", "model",
+           "A voxelised cube gives way under a push as the lattice of its size does", measure_cube,
+           1.0, false},
+          {"tissue/image", "model",
+           "A phantom image becomes the nodes and springs that its brightness says", measure_image,
+           1.0, false},
+          {"tissue/skin", "model",
+           "Layers beneath a curved skin have their volumes at first order and their thickness to "
+           "the skin's facets, and the skin goes with them",
+           measure_skin, 1.0, false},
+          {"tissue/hertz", "model",
+           "A sphere pressed into a block of voxels meets the force of Hertz's solution for "
+           "Poisson's ratio 1/4",
+           measure_hertz, 30.0, false}};
 }
 
 }  // namespace palpate

@@ -4,22 +4,6 @@
 
 #include <cmath>
 
-#include "validation/claims/groups.hpp"
-
-namespace palpate {
-
-std::vector<Case> tool_cases() {
-  std::vector<Case> cases;
-  for (const auto part : {tools::chain_cases, tools::static_cases, tools::balance_cases,
-                          tools::friction_cases, tools::passage_cases, tools::reference_cases,
-                          tools::stress_cases, tools::probe_cases, tools::moduli_cases}) {
-    for (Case& one : part()) { cases.push_back(std::move(one)); }
-  }
-  return cases;
-}
-
-}  // namespace palpate
-
 namespace palpate::tools {
 
 Material tissue_of(const std::string& name, double youngs_modulus, double cutting_force,
@@ -91,6 +75,8 @@ Scene chain_scene(const Chain& chain) {
   return scene;
 }
 
+namespace {
+
 std::vector<ToolReport> tool_rows(const Trace& trace) {
   std::vector<ToolReport> rows(trace.rows());
   const auto fill = [&](const char* name, double& (*member)(ToolReport&)) {
@@ -119,9 +105,13 @@ std::vector<ToolReport> tool_rows(const Trace& trace) {
   return rows;
 }
 
-Series curve(const std::string& label, std::vector<double> x, std::vector<double> y,
-             Series::Style style) {
-  return {.label = label, .style = style, .x = std::move(x), .y = std::move(y)};
+}  // namespace
+
+Insertion insert(const CaseContext& context, const Scene& scene, SampleOptions options) {
+  options.tool = true;
+  Insertion insertion{.trace = roll_out(context, scene, options)};
+  insertion.tool = tool_rows(insertion.trace);
+  return insertion;
 }
 
 }  // namespace palpate::tools

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 /// Palpation: a blunt probe distributes its force, does not cut, and detects bone under fat.
 
-#include <algorithm>
 #include <cmath>
 
 #include "model/problem/needle_path.hpp"
 #include "model/tissue/network_builder.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/tool_fixture.hpp"
 #include "validation/palpation_map.hpp"
 
@@ -32,27 +32,21 @@ Scene palpated_scene() {
 void measure_probe(const CaseContext& context, Outcome& outcome) {
   Scene scene = palpated_scene();
   scene.simulation = {.duration = 1.0, .step = 1e-3};
-  const Trace run = roll_out(context, scene, {.tool = true});
-  const std::vector<ToolReport> tool = tool_rows(run);
-  double cutting = 0.0;
-  double friction = 0.0;
+  const auto [run, tool] = insert(context, scene);
+  Largest cutting;
+  Largest friction;
   for (const ToolReport& t : tool) {
-    cutting = std::fmax(cutting, std::abs(t.forces.cutting));
-    friction = std::fmax(friction, std::abs(t.forces.friction));
+    cutting.add(std::abs(t.forces.cutting));
+    friction.add(std::abs(t.forces.friction));
   }
   const std::string law = "law: a probe only presses";
-  outcome.judge(
-      {.name = "cutting", .value = cutting, .unit = "N", .upper = 0.0, .bound_from = law});
-  outcome.judge(
-      {.name = "friction", .value = friction, .unit = "N", .upper = 0.0, .bound_from = law});
+  outcome.judge_at_most("cutting", cutting.value(), 0.0, law, "N");
+  outcome.judge_at_most("friction", friction.value(), 0.0, law, "N");
   const NeedlePath path = tool_path(scene, build_network(scene));
   double sum = 0.0;
   for (const auto& s : path.supports(path.knots().front())) { sum += s.weight; }
-  outcome.judge({.name = "sum_of_the_shares",
-                 .value = sum,
-                 .lower = 1.0 - 1e-14,
-                 .upper = 1.0 + 1e-14,
-                 .bound_from = "the footprint shares out the whole force"});
+  outcome.judge_near("sum_of_the_shares", sum, 1.0, 1e-14,
+                     "the footprint shares out the whole force");
 }
 
 void measure_map(const CaseContext& context, Outcome& outcome) {
@@ -61,36 +55,29 @@ void measure_map(const CaseContext& context, Outcome& outcome) {
   const PalpationGrid grid = context.quick ? PalpationGrid{.sites = {7, 5}, .spacing = 0.008}
                                            : PalpationGrid{.sites = {13, 9}, .spacing = 0.004};
   const auto [columns, rows] = grid.sites;
-  Figure figure{.id = "palpation-map",
-                .title = "Palpation map over a spinous process",
-                .caption =
-                    "Stiffness under a fingertip 10 mm wide: the process, 8 mm x 24 mm of "
-                    "bone 10 mm under the skin, is felt through the fat.",
-                .x = {.label = "x (mm)"},
-                .y = {.label = "y (mm)"},
-                .heat_map = palpation_map(scene, problem, grid),
-                .square = true};
+  Figure figure = plot("palpation-map", "Palpation map over a spinous process",
+                       "Stiffness under a fingertip 10 mm wide: the process, 8 mm x 24 mm of bone "
+                       "10 mm under the skin, is felt through the fat.",
+                       {"x (mm)"}, {"y (mm)"});
+  figure.heat_map = palpation_map(scene, problem, grid);
+  figure.square = true;
   const HeatMap& map = *figure.heat_map;
   const auto z = [&, n = columns](int i, int j) {
     return map.z[static_cast<std::size_t>(j * n + i)];
   };
   const double over = z(columns / 2, rows / 2);
   const double beside = z(0, rows / 2);
-  outcome.judge({.name = "stiffness_over_bone_to_beside_it",
-                 .value = over / beside,
-                 .lower = 1.2,
-                 .bound_from = "a finger tells a tenth to a fifth of stiffness apart (Weber share "
-                               "of compliance, about 0.2)"});
-  double skew = 0.0;
+  outcome.judge_at_least(
+      "stiffness_over_bone_to_beside_it", over / beside, 1.2,
+      "a finger resolves a tenth to a fifth of stiffness (Weber share about 0.2)");
+  Largest skew;
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
-      skew = std::fmax(skew, std::abs(z(i, j) - z(columns - 1 - i, rows - 1 - j)) / over);
+      skew.add(std::abs(z(i, j) - z(columns - 1 - i, rows - 1 - j)) / over);
     }
   }
-  outcome.judge({.name = "asymmetry_of_the_map",
-                 .value = skew,
-                 .upper = 1e-9,
-                 .bound_from = "the scene is symmetric; condition of the solve"});
+  outcome.judge_at_most("asymmetry_of_the_map", skew.value(), 1e-9,
+                        "the scene is symmetric; condition of the solve");
 
   outcome.figures.push_back(std::move(figure));
 
@@ -98,29 +85,20 @@ void measure_map(const CaseContext& context, Outcome& outcome) {
   scene.probe->entry = {0.0, 0.0};
   scene.drive = Drive{.speed = 1e-3, .depth = 1e-5};
   scene.simulation = {.duration = 1.0, .step = 1e-3};
-  const Trace run = roll_out(context, scene, {.every = 1000, .energy = true, .tool = true});
-  const std::vector<ToolReport> tool = tool_rows(run);
-  outcome.judge({.name = "pressed_stiffness_over_solved",
-                 .value = tool.back().forces.total / 1e-5 / (1e3 * over),
-                 .lower = 1.0 - 2e-3,
-                 .upper = 1.0 + 2e-3,
-                 .bound_from = "theory: the same springs; 10 um deep, strains of 1e-3"});
+  const auto [run, tool] = insert(context, scene, {.every = 1000, .energy = true});
+  outcome.judge_near("pressed_stiffness_over_solved",
+                     tool.back().forces.total / 1e-5 / (1e3 * over), 1.0, 2e-3,
+                     "theory: the same springs; 10 um deep, strains of 1e-3");
 }
 
 }  // namespace
 
 std::vector<Case> probe_cases() {
-  return {{.name = "probe/spread",
-           .suite = "accuracy",
-           .claim = "A probe cuts nothing, rubs nothing and spreads its whole force.",
-           .measure = measure_probe,
-           .weight = 1.0},
-          {.name = "probe/palpation-map",
-           .suite = "accuracy",
-           .claim = "Bone under fat is felt from the skin: it is stiffer over the process than "
-                    "beside it.",
-           .measure = measure_map,
-           .weight = 4.0}};
+  return {{"probe/spread", "accuracy",
+           "A probe cuts nothing, rubs nothing and spreads its whole force.", measure_probe, 1.0},
+          {"probe/palpation-map", "accuracy",
+           "Bone under fat is felt from the skin: it is stiffer over the process than beside it.",
+           measure_map, 4.0}};
 }
 
 }  // namespace palpate::tools
