@@ -301,7 +301,4 @@ std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network
 /// several are equally near).
 int record_node(const Record& record, const SpringNetwork& network);
 
-/// Returns the name used in scene files, e.g. "z-max".
-std::string_view name_of(Face face);
-
 }  // namespace palpate
