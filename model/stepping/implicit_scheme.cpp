@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "model/stepping/integrator.hpp"
-
 namespace palpate {
 
 namespace {
@@ -194,30 +192,5 @@ bool ImplicitScheme<Real>::find_change(System<Real>& system, const State<Real>& 
 
 template class ImplicitScheme<double>;
 template class ImplicitScheme<float>;
-
-namespace {
-
-template <class Real> std::unique_ptr<Integrator<Real>> make_implicit_euler() {
-  return std::make_unique<ImplicitScheme<Real>>(1.0);
-}
-template <class Real> std::unique_ptr<Integrator<Real>> make_implicit_midpoint() {
-  return std::make_unique<ImplicitScheme<Real>>(0.5);
-}
-
-}  // namespace
-
-const IntegratorInfo schemes::implicit_euler{.name = "implicit-euler",
-                                             .summary = "implicit Euler, sparse Newton",
-                                             .implicit = true,
-                                             .make_double = make_implicit_euler<double>,
-                                             .make_float = make_implicit_euler<float>};
-
-const IntegratorInfo schemes::implicit_midpoint{.name = "implicit-midpoint",
-                                                .summary = "implicit midpoint rule, sparse Newton",
-                                                .order_undamped = 2,
-                                                .order_damped = 2,
-                                                .implicit = true,
-                                                .make_double = make_implicit_midpoint<double>,
-                                                .make_float = make_implicit_midpoint<float>};
 
 }  // namespace palpate

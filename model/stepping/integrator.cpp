@@ -7,8 +7,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
+
+#include "model/stepping/implicit_scheme.hpp"
 
 namespace palpate {
+
+namespace {
 
 template <class Real> class ExplicitScheme : public Integrator<Real> {
  public:
@@ -20,12 +25,6 @@ template <class Real> class ExplicitScheme : public Integrator<Real> {
  protected:
   Vector<Real> a_;  ///< [m/s^2]
 };
-
-/// Creates a scheme for the registry.
-template <template <class> class Scheme, class Real>
-std::unique_ptr<Integrator<Real>> make_scheme() {
-  return std::make_unique<Scheme<Real>>();
-}
 
 // Schemes whose state has the velocity at the half step: start with v(h/2), then drift and kick.
 
@@ -72,8 +71,6 @@ template <class Real> class StaggeredScheme : public Integrator<Real> {
 
 // v' = v + h a(x, v); x' = x + h v  (Table 1).
 
-namespace {
-
 template <class Real> class Euler final : public ExplicitScheme<Real> {
  public:
   void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
@@ -84,17 +81,7 @@ template <class Real> class Euler final : public ExplicitScheme<Real> {
   }
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::euler{.name = "euler",
-                                    .summary = "explicit Euler, Table 1",
-                                    .one_evaluation = true,
-                                    .make_double = make_scheme<Euler, double>,
-                                    .make_float = make_scheme<Euler, float>};
-
 // v' = v + h a(x, v); x' = x + h v'  (Table 1), also called semi-implicit Euler.
-
-namespace {
 
 template <class Real> class EulerCromer final : public ExplicitScheme<Real> {
  public:
@@ -125,18 +112,8 @@ template <class Real> class EulerCromer final : public ExplicitScheme<Real> {
   double travelled_ = 0.0;  ///< [m]
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::euler_cromer{.name = "euler-cromer",
-                                           .summary = "semi-implicit Euler, Table 1",
-                                           .one_evaluation = true,
-                                           .make_double = make_scheme<EulerCromer, double>,
-                                           .make_float = make_scheme<EulerCromer, float>};
-
 // x' = x + h v; v' = v + h a(x', v). With the initial v at t = h/2 it is Feynman's half-step
 // method. As printed in the paper, the initial v is that of t = 0, and the scheme is of order one.
-
-namespace {
 
 template <class Real> class FeynmanNewtonPrinted final : public ExplicitScheme<Real> {
  public:
@@ -159,29 +136,10 @@ template <class Real> class FeynmanNewton final : public StaggeredScheme<Real> {
   }
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::feynman_newton_printed{
-    .name = "feynman-newton-printed",
-    .summary = "Feynman-Newton as printed in Table 1: starts from v(0)",
-    .one_evaluation = true,
-    .make_double = make_scheme<FeynmanNewtonPrinted, double>,
-    .make_float = make_scheme<FeynmanNewtonPrinted, float>};
-
-const IntegratorInfo schemes::feynman_newton{
-    .name = "feynman-newton",
-    .summary = "Feynman-Newton with the half-step start v(h/2)",
-    .order_undamped = 2,
-    .one_evaluation = true,
-    .make_double = make_scheme<FeynmanNewton, double>,
-    .make_float = make_scheme<FeynmanNewton, float>};
-
 // Kick and drift with the damping at the mean of the two half-step velocities: (M + h/2 C) (v+ -
 // v-) = h f(x, v-);  x' = x + h v+. Second order for any damping. The matrix of the kick is
 // symmetric, positive definite and close to M inside the stability limit, so conjugate gradients
 // with M as preconditioner need few products and no assembled matrix.
-
-namespace {
 
 template <class Real> class Leapfrog final : public StaggeredScheme<Real> {
  public:
@@ -243,18 +201,7 @@ template <class Real> class Leapfrog final : public StaggeredScheme<Real> {
   Vector<Real> product_;
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::leapfrog{.name = "leapfrog",
-                                       .summary = "leapfrog with centred damping",
-                                       .order_undamped = 2,
-                                       .order_damped = 2,
-                                       .make_double = make_scheme<Leapfrog, double>,
-                                       .make_float = make_scheme<Leapfrog, float>};
-
 // x' = x + h v + h^2/2 a;  a' = a(x', v + h a);  v' = v + h/2 (a + a').
-
-namespace {
 
 template <class Real> class VelocityVerlet final : public ExplicitScheme<Real> {
  public:
@@ -284,19 +231,7 @@ template <class Real> class VelocityVerlet final : public ExplicitScheme<Real> {
   Vector<Real> a_end_;
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::velocity_verlet{.name = "velocity-verlet",
-                                              .summary = "velocity Verlet, predicted damping",
-                                              .order_undamped = 2,
-                                              .order_damped = 2,
-                                              .evaluations = 2,
-                                              .make_double = make_scheme<VelocityVerlet, double>,
-                                              .make_float = make_scheme<VelocityVerlet, float>};
-
 // Classical Runge-Kutta method of order four on (x, v).
-
-namespace {
 
 template <class Real> class RungeKutta4 final : public ExplicitScheme<Real> {
  public:
@@ -338,37 +273,72 @@ template <class Real> class RungeKutta4 final : public ExplicitScheme<Real> {
   Vector<Real> dv_;  ///< weighted sum of the stage accelerations
 };
 
+template <class Real> struct ImplicitEuler final : ImplicitScheme<Real> {
+  ImplicitEuler() : ImplicitScheme<Real>(1.0) {}
+};
+template <class Real> struct ImplicitMidpoint final : ImplicitScheme<Real> {
+  ImplicitMidpoint() : ImplicitScheme<Real>(0.5) {}
+};
+
+template <template <class> class Scheme, class Real>
+std::unique_ptr<Integrator<Real>> make_scheme() {
+  return std::make_unique<Scheme<Real>>();
+}
+
+template <template <class> class Scheme>
+constexpr IntegratorInfo registered(IntegratorInfo properties) {
+  properties.make_double = make_scheme<Scheme, double>;
+  properties.make_float = make_scheme<Scheme, float>;
+  return properties;
+}
+
+/// Registered schemes; a new scheme is one more entry here.
+constexpr std::array registry{
+    registered<Euler>(
+        {.name = "euler", .summary = "explicit Euler, Table 1", .one_evaluation = true}),
+    registered<EulerCromer>({.name = "euler-cromer",
+                             .summary = "semi-implicit Euler, Table 1",
+                             .one_evaluation = true}),
+    registered<FeynmanNewton>({.name = "feynman-newton",
+                               .summary = "Feynman-Newton with the half-step start v(h/2)",
+                               .order_undamped = 2,
+                               .one_evaluation = true}),
+    registered<FeynmanNewtonPrinted>(
+        {.name = "feynman-newton-printed",
+         .summary = "Feynman-Newton as printed in Table 1: starts from v(0)",
+         .one_evaluation = true}),
+    registered<Leapfrog>({.name = "leapfrog",
+                          .summary = "leapfrog with centred damping",
+                          .order_undamped = 2,
+                          .order_damped = 2}),
+    registered<VelocityVerlet>({.name = "velocity-verlet",
+                                .summary = "velocity Verlet, predicted damping",
+                                .order_undamped = 2,
+                                .order_damped = 2,
+                                .evaluations = 2}),
+    registered<RungeKutta4>({.name = "rk4",
+                             .summary = "classical Runge-Kutta",
+                             .order_undamped = 4,
+                             .order_damped = 4,
+                             .evaluations = 4}),
+    registered<ImplicitEuler>(
+        {.name = "implicit-euler", .summary = "implicit Euler, sparse Newton", .implicit = true}),
+    registered<ImplicitMidpoint>({.name = "implicit-midpoint",
+                                  .summary = "implicit midpoint rule, sparse Newton",
+                                  .order_undamped = 2,
+                                  .order_damped = 2,
+                                  .implicit = true})};
+
+constexpr auto pointers =
+    std::apply([](const auto&... entries) { return std::array{&entries...}; }, registry);
+
 }  // namespace
 
-const IntegratorInfo schemes::rk4{.name = "rk4",
-                                  .summary = "classical Runge-Kutta",
-                                  .order_undamped = 4,
-                                  .order_damped = 4,
-                                  .evaluations = 4,
-                                  .make_double = make_scheme<RungeKutta4, double>,
-                                  .make_float = make_scheme<RungeKutta4, float>};
-
-namespace {
-
-/// Registered schemes; a new scheme is one more line here.
-constexpr std::array registry{&schemes::euler,
-                              &schemes::euler_cromer,
-                              &schemes::feynman_newton,
-                              &schemes::feynman_newton_printed,
-                              &schemes::leapfrog,
-                              &schemes::velocity_verlet,
-                              &schemes::rk4,
-                              &schemes::implicit_euler,
-                              &schemes::implicit_midpoint};
-
-}  // namespace
-
-std::span<const IntegratorInfo* const> integrators() { return registry; }
+std::span<const IntegratorInfo* const> integrators() { return pointers; }
 
 const IntegratorInfo* find_integrator(std::string_view name) {
-  const auto found = std::ranges::find_if(
-      registry, [&](const IntegratorInfo* info) { return info->name == name; });
-  return found == registry.end() ? nullptr : *found;
+  const auto found = std::ranges::find(registry, name, &IntegratorInfo::name);
+  return found == registry.end() ? nullptr : &*found;
 }
 
 }  // namespace palpate

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Time integrators. A scheme is one class and one line of the list in integrator.cpp. Orders,
+/// Time integrators. A scheme is one class and one entry of the registry in integrator.cpp. Orders,
 /// stability limits, help and reports are derived from its IntegratorInfo.
 
 #include <memory>
@@ -48,19 +48,3 @@ template <class... Vectors> std::size_t bytes_of(const Vectors&... vectors) noex
 inline double load_gate(double t, double h) noexcept { return t + 1e-6 * h; }
 
 }  // namespace palpate
-
-namespace palpate::schemes {
-
-// Schemes in the list integrators().
-
-extern const IntegratorInfo euler;
-extern const IntegratorInfo euler_cromer;
-extern const IntegratorInfo feynman_newton;
-extern const IntegratorInfo feynman_newton_printed;
-extern const IntegratorInfo leapfrog;
-extern const IntegratorInfo velocity_verlet;
-extern const IntegratorInfo rk4;
-extern const IntegratorInfo implicit_euler;
-extern const IntegratorInfo implicit_midpoint;
-
-}  // namespace palpate::schemes
