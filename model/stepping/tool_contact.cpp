@@ -29,13 +29,12 @@ double mass_of(const Scene& scene) { return scene.needle ? scene.needle->mass : 
 template <class Real>
 ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem,
                                const NodeLayout& layout)
-    : path_(tool_path(scene, problem.network())),
+    : ToolState(scene, problem.network()),
       drive_(scene.drive.value_or(Drive{})),
       trajectory_(drive_, scene.simulation.duration + scene.simulation.step),
       needle_(scene.needle.has_value()),
       stride_(layout.stride),
       coupling_(coupling_of(scene, drive_)),
-      start_place_(drive_.from),
       n_(path_.direction()),
       tolerance_(std::max(scene.simulation.solver_tolerance,
                           64.0 * static_cast<double>(std::numeric_limits<Real>::epsilon()))) {
@@ -63,7 +62,7 @@ ToolContact<Real>::ToolContact(const Scene& scene, const NetworkProblem& problem
   across_[0] = n_.unitOrthogonal();
   across_[1] = n_.cross(across_[0]);
   shaft_share_.assign(knots_.size(), 0.0);
-  place_ = place_begin_ = handle_place_ = start_place_;
+  place_ = place_begin_ = handle_place_ = drive_.from;
   depth_ = cut_ = knots_.front().depth;
 }
 
@@ -293,7 +292,13 @@ namespace {
 constexpr double clear_of_skin = 1e-6;
 }  // namespace
 
-template <class Real> void ToolContact<Real>::begin(const State<Real>& state) noexcept {
+template <class Real> void ToolContact<Real>::begin(State<Real>& state) {
+  if (is_coordinate()) {
+    state.position.conservativeResize(tool_ + 1);
+    state.velocity.conservativeResize(tool_ + 1);
+    state.position(tool_) = static_cast<Real>(drive_.from);
+    state.velocity(tool_) = Real(0);
+  }
   gather(state.position, state.velocity);
   change_tip(0.0);
 }
@@ -388,6 +393,7 @@ template <class Real> void ToolContact<Real>::end_step(double t, State<Real>& st
   }
   dissipated_power_begin_ = dissipated_power();
   depth_rate_ = depth_rate();
+  if (syringe_) { syringe_->advance(step_length_, in_tissue(), interval().role); }
 }
 
 /// Adds the work of the hand and the dissipated energy in a step of h.
@@ -773,8 +779,57 @@ std::string_view name_of(ToolEvent event) {
   return "withdrawn";
 }
 
-template <class Real>
-void ToolContact<Real>::happen(double t, ToolEvent event, std::size_t interval) noexcept {
+ToolState::ToolState(const Scene& scene, const SpringNetwork& network)
+    : path_(tool_path(scene, network)) {
+  if (scene.syringe) { syringe_.emplace(*scene.syringe); }
+}
+
+std::vector<Column> ToolState::columns() const {
+  std::vector<Column> columns;
+  const auto add = [&](const char* name, const char* unit) { columns.push_back({name, unit, {}}); };
+  add("tool.depth_m", "m");
+  for (const char* name : {"tool.force_n", "tool.cutting_n", "tool.friction_n", "tool.stiffness_n",
+                           "tool.applied_n"}) {
+    add(name, "N");
+  }
+  if (syringe_) {
+    add("syringe.pressure_pa", "Pa");
+    add("syringe.thumb_n", "N");
+  }
+  add("tool.insertion_m", "m");
+  add("tool.cut_m", "m");
+  add("tool.lateral_n", "N");
+  return columns;
+}
+
+void ToolState::sample(std::span<double> row) const noexcept {
+  const ToolForces& f = forces_;
+  std::size_t column = 0;
+  for (const double value :
+       {place_ * path_.direction().z(), f.total, f.cutting, f.friction, f.stiffness, f.applied}) {
+    row[column++] = value;
+  }
+  if (syringe_) {
+    row[column++] = syringe_->pressure();
+    row[column++] = syringe_->thumb();
+  }
+  for (const double value : {place_, in_tissue() ? cut_ : 0.0, f.lateral}) {
+    row[column++] = value;
+  }
+}
+
+void ToolState::sample_text(std::span<std::string> row, std::vector<Event>& events) {
+  row[0] = in_tissue() ? interval().label : "";
+  row[1].clear();
+  for (const ToolHappening& happening : happenings()) {
+    const std::string name(name_of(happening.event));
+    row[1] += (row[1].empty() ? "" : ";") + name;
+    events.push_back({happening.time, name, path_.intervals()[happening.interval].label});
+  }
+  clear_happenings();
+}
+
+void ToolState::happen(double t, ToolEvent event, std::size_t interval) noexcept {
   if (happening_count_ < happenings_.size()) {
     happenings_[happening_count_++] = {t, event, interval};
   }

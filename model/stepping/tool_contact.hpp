@@ -5,13 +5,16 @@
 /// "Lateral lock", "Tool forces"). The constructor allocates all memory.
 
 #include <array>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "model/kernels/system.hpp"
 #include "model/problem/needle_path.hpp"
 #include "model/problem/problem.hpp"
 #include "model/problem/tool.hpp"
+#include "model/problem/trace.hpp"
 #include "model/stepping/constraint_compliance.hpp"
 #include "model/stepping/tool_report.hpp"
 
@@ -23,7 +26,68 @@ struct Coupling {
   double viscosity = 0.0;  ///< [N s/m]
 };
 
-template <class Real> class ToolContact {
+/// Position, modes, forces and events of a tool, without reference to the tissue's coordinates.
+class ToolState {
+ public:
+  explicit ToolState(const Scene& scene, const SpringNetwork& network);
+
+  /// Sets the hand's end of the coupling: position s [m] and velocity s' [m/s].
+  void move_handle(double place, double velocity) noexcept {
+    handle_place_ = place;
+    handle_velocity_ = velocity;
+  }
+  [[nodiscard]] ToolMotion motion() const noexcept { return {place_, velocity_}; }
+  [[nodiscard]] ToolReport report() const noexcept {
+    return {place_, velocity_, depth_, cut_, slip_, mass_, forces_, losses_};
+  }
+  /// Energy of a tool with a coordinate [J]; zero under a prescribed trajectory.
+  [[nodiscard]] double kinetic_energy() const noexcept {
+    return 0.5 * mass_ * velocity_ * velocity_;
+  }
+  /// Adds energy that the tissue's dampers dissipated [J].
+  void add_damping_loss(double energy) noexcept { losses_.damping += energy; }
+
+  /// Columns of sample() and sample_text(), in the same order.
+  [[nodiscard]] std::vector<Column> columns() const;
+  void sample(std::span<double> row) const noexcept;
+  [[nodiscard]] static std::vector<TextColumn> text_columns() {
+    return {{"tool.layer", {}}, {"tool.event", {}}};
+  }
+  /// Writes the layer and the events since the last call, and appends the events to `events`.
+  void sample_text(std::span<std::string> row, std::vector<Event>& events);
+  /// Events since the last clear_happenings(); events beyond the capacity are dropped.
+  [[nodiscard]] std::span<const ToolHappening> happenings() const {
+    return {happenings_.data(), happening_count_};
+  }
+  void clear_happenings() { happening_count_ = 0; }
+
+ protected:
+  [[nodiscard]] bool in_tissue() const { return tip_ != TipMode::outside; }
+  [[nodiscard]] const PathInterval& interval() const {
+    return path_.intervals()[path_.interval_at(depth_)];
+  }
+  void happen(double t, ToolEvent event, std::size_t interval) noexcept;
+
+  NeedlePath path_;
+  std::optional<SyringePressure> syringe_{};
+  TipMode tip_ = TipMode::outside;
+  double mass_ = 0.0;      ///< [kg]; zero under a prescribed trajectory
+  double place_ = 0.0;     ///< s [m]
+  double velocity_ = 0.0;  ///< s' [m/s]
+  double depth_ = 0.0;     ///< of the tip, in undeformed tissue [m]
+  double cut_ = 0.0;       ///< largest cut depth so far [m]
+  double slip_ = 0.0;      ///< sliding velocity of the shaft [m/s]
+  double handle_place_ = 0.0;
+  double handle_velocity_ = 0.0;
+  ToolForces forces_{};  ///< of the last apply()
+  ToolLosses losses_{};
+
+ private:
+  std::array<ToolHappening, 32> happenings_{};
+  std::size_t happening_count_ = 0;
+};
+
+template <class Real> class ToolContact : public ToolState {
  public:
   ToolContact(const Scene& scene, const NetworkProblem& problem, const NodeLayout& layout);
 
@@ -32,14 +96,9 @@ template <class Real> class ToolContact {
   [[nodiscard]] bool is_coordinate() const { return tool_ >= 0; }
   [[nodiscard]] double mass() const { return mass_; }
   [[nodiscard]] const Coupling& coupling() const { return coupling_; }
-  /// Sets the hand's end of the coupling: position s [m] and velocity s' [m/s].
-  void move_handle(double place, double velocity) noexcept {
-    handle_place_ = place;
-    handle_velocity_ = velocity;
-  }
-  [[nodiscard]] double initial_place() const { return start_place_; }
-  /// Initialises the contact at t = 0. A tip that begins on the skin is in contact.
-  void begin(const State<Real>& state) noexcept;
+  /// Initialises the contact at t = 0 and adds the tool's coordinate to the state. A tip that
+  /// begins on the skin is in contact.
+  void begin(State<Real>& state);
 
   /// Evaluates the trajectory for a step from t to t + h. Sticking parts follow a jump of its
   /// velocity. With `predict` the depth is extrapolated linearly and not taken from the state.
@@ -62,26 +121,6 @@ template <class Real> class ToolContact {
   bool update_active_set(const State<Real>& state) noexcept;
   /// Updates the modes after a step that ended at t and removes the drift of sticking parts.
   void end_step(double t, State<Real>& state) noexcept;
-
-  [[nodiscard]] const NeedlePath& path() const { return path_; }
-  [[nodiscard]] const ToolForces& forces() const { return forces_; }  ///< from the last apply()
-  [[nodiscard]] double place() const { return place_; }               ///< s [m]
-  [[nodiscard]] double velocity() const { return velocity_; }         ///< s' [m/s]
-  [[nodiscard]] double depth() const { return depth_; }  ///< of the tip, in undeformed tissue [m]
-  [[nodiscard]] double cut() const { return cut_; }      ///< largest cut depth so far [m]
-  [[nodiscard]] double slip() const { return slip_; }    ///< sliding velocity of the shaft [m/s]
-  [[nodiscard]] TipMode tip() const { return tip_; }
-  [[nodiscard]] ShaftMode shaft() const { return shaft_; }
-  [[nodiscard]] bool in_tissue() const { return tip_ != TipMode::outside; }
-  [[nodiscard]] const PathInterval& interval() const {
-    return path_.intervals()[path_.interval_at(depth_)];
-  }
-  [[nodiscard]] const ToolLosses& losses() const { return losses_; }
-  /// Events since the last clear_happenings(); events beyond the capacity are dropped.
-  [[nodiscard]] std::span<const ToolHappening> happenings() const {
-    return {happenings_.data(), happening_count_};
-  }
-  void clear_happenings() { happening_count_ = 0; }
 
  private:
   using Support = typename ConstraintCompliance<Real>::Support;
@@ -156,7 +195,6 @@ template <class Real> class ToolContact {
   void enter(std::size_t interval, double t) noexcept;
   /// Dissipated power of cutting and friction [W].
   [[nodiscard]] Eigen::Vector2d dissipated_power() const noexcept;
-  void happen(double t, ToolEvent event, std::size_t interval) noexcept;
   /// Cutting force F_c at the tip; its interval changes only between steps.
   [[nodiscard]] double cutting_force() const noexcept {
     return path_.intervals()[path_.interval_at(cut_)].cutting_force;
@@ -165,15 +203,12 @@ template <class Real> class ToolContact {
   /// Force of the hand on a tool with a coordinate [N].
   [[nodiscard]] double hand(double t) const noexcept;
 
-  NeedlePath path_;
   Drive drive_;
   Trajectory trajectory_;
   bool needle_ = true;
   Eigen::Index tool_ = -1;  ///< coordinate of the tool
   Eigen::Index stride_;     ///< between the coordinates of a node
-  double mass_ = 0.0;
   Coupling coupling_{};
-  double start_place_ = 0.0;
   Eigen::Vector3d n_;
   std::array<Eigen::Vector3d, 2> across_;  ///< unit vectors orthogonal to n and to each other
 
@@ -185,17 +220,11 @@ template <class Real> class ToolContact {
   NeedlePath::Place at_{};             ///< position of the tip between the contact points
   Contact contact_{};
 
-  TipMode tip_ = TipMode::outside;
   ShaftMode shaft_ = ShaftMode::stick;
   bool at_bone_ = false;
   bool bone_seen_ = false;
-  bool clear_ = true;     ///< the tip is off the skin by more than a rebound
-  bool present_ = false;  ///< contact was reported, and no withdrawal since
-  double place_ = 0.0;
-  double velocity_ = 0.0;
-  double depth_ = 0.0;
-  double cut_ = 0.0;
-  double slip_ = 0.0;
+  bool clear_ = true;         ///< the tip is off the skin by more than a rebound
+  bool present_ = false;      ///< contact was reported, and no withdrawal since
   double tip_force_ = 0.0;    ///< T
   double shaft_force_ = 0.0;  ///< F_f
   double bone_force_ = 0.0;
@@ -210,8 +239,6 @@ template <class Real> class ToolContact {
   double stopped_ = 0.0;  ///< velocity relative to the tissue of a tip that begins to stick [m/s]
   bool stuck_before_ = false;
   double place_begin_ = 0.0;
-  double handle_place_ = 0.0;
-  double handle_velocity_ = 0.0;
   bool predict_ = false;
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;
@@ -223,10 +250,6 @@ template <class Real> class ToolContact {
   double hand_power_end_ = 0.0;
 
   Eigen::Vector3d sideways_{0.0, 0.0, 0.0};  ///< force of the tissue on the needle [N]
-  ToolForces forces_{};
-  ToolLosses losses_{};
-  std::array<ToolHappening, 32> happenings_{};
-  std::size_t happening_count_ = 0;
 };
 
 }  // namespace palpate
