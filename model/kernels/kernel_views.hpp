@@ -76,17 +76,16 @@ template <class Real> struct Move {
   Real* q = nullptr;                   ///< as in Fields, [m]
   Real* v = nullptr;                   ///< [m/s]
   const Real* inverse_mass = nullptr;  ///< only the entry of x is read [1/kg]
+  const Real* weight = nullptr;        ///< force after the step [N]; null for zero
   Real h = Real(0);                    ///< [s]
 };
 
-/// Arrays of a kernel; arrays that a task does not use may be null. A step may store forces of few
-/// layers only: the forces of layer n then share memory with those of layer n + force_layers.
+/// Arrays of a kernel; arrays that a task does not use may be null.
 template <class Real> struct Fields {
   const Real* q = nullptr;
   const Real* v = nullptr;
   Real* f = nullptr;
   const Move<Real>* move = nullptr;
-  int force_layers = 0;  ///< 0: all
 };
 
 /// Computes the springs of a slab: adds forces to f, or -C v. Returns the elastic energy [J] if the

@@ -67,7 +67,7 @@ LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int threads)
   for (int n = 1; n < count; ++n) {
     boundaries_.push_back(std::make_unique<Boundary>());
     for (auto* numbers : {&boundaries_.back()->below, &boundaries_.back()->above}) {
-      numbers->assign(static_cast<std::size_t>(2 * copy_length_ + few_length()), Real(0));
+      numbers->assign(static_cast<std::size_t>(3 * copy_length_), Real(0));
     }
   }
   sums_.assign(static_cast<std::size_t>(count), 0.0);
@@ -94,10 +94,8 @@ void LatticeSlabs<Real>::copy(const lattice::Fields<Real>& fields, int layer,
 /// the forces of the lower slab's springs on the upper slab. The thread of the lower slab waits for
 /// the copy only before its last layer.
 template <class Real>
-template <class VisitLayers>
 double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
-                                      const lattice::Fields<Real>& fields,
-                                      const VisitLayers& visit_layers) noexcept {
+                                      const lattice::Fields<Real>& fields) noexcept {
   const int begin = begins_[number];
   const int end = begins_[number + 1];
   if (number > 0) {
@@ -108,105 +106,29 @@ double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> 
     const lattice::Nodes<Real> below = layer_in(under.below);
     (void)kernel(view_, {.begin = begin - 1, .end = begin, .below = &below}, fields);
   }
-  if (number == boundaries_.size()) { return visit_layers(begin, end); }
-  const double sum = visit_layers(begin, end - 1);
+  if (number == boundaries_.size()) { return kernel(view_, {.begin = begin, .end = end}, fields); }
+  const double sum = kernel(view_, {.begin = begin, .end = end - 1}, fields);
   Boundary& over = *boundaries_[number];
   while (over.copied.load(std::memory_order_acquire) != round_) { relax(); }
   const lattice::Nodes<Real> above = layer_in(over.above);
   return sum + kernel(view_, {.begin = end - 1, .end = end, .beyond = &above}, fields);
 }
 
-/// Returns the sum of work(number) over the slabs.
-template <class Real>
-template <class Work>
-double LatticeSlabs<Real>::share_out(const Work& work) noexcept {
-  if (team_ == nullptr) { return work(0); }
-  ++round_;
-  auto kept = [&](int number) noexcept {
-    const auto n = static_cast<std::size_t>(number);
-    sums_[n] = work(n);
-  };
-  team_->run(kept);
-  return std::accumulate(sums_.begin(), sums_.end(), 0.0);
-}
-
 template <class Real>
 double LatticeSlabs<Real>::sweep(lattice::Kernel<Real> kernel,
                                  const lattice::Fields<Real>& fields) noexcept {
-  const auto visit_layers = [&](int begin, int end) noexcept {
-    return kernel(view_, {.begin = begin, .end = end}, fields);
+  if (team_ == nullptr) { return sweep_slab(0, kernel, fields); }
+  ++round_;
+  auto work = [&](int number) noexcept {
+    const auto n = static_cast<std::size_t>(number);
+    sums_[n] = sweep_slab(n, kernel, fields);
   };
-  return share_out([&](std::size_t number) noexcept {
-    return sweep_slab(number, kernel, fields, visit_layers);
-  });
-}
-
-template <class Real> void LatticeSlabs<Real>::prepare_steps() {
-  few_forces_.assign(sums_.size(),
-                     AlignedVector<Real>(static_cast<std::size_t>(few_length()), Real(0)));
-  stands_.clear();
-  for (long layer = 0; layer < view_.rows2; ++layer) {
-    const unsigned char* moves = view_.row_moves + layer * view_.rows1;
-    stands_.push_back(std::find(moves, moves + view_.rows1, 0) != moves + view_.rows1);
-  }
-}
-
-template <class Real>
-Real* LatticeSlabs<Real>::forces_of(const lattice::Fields<Real>& fields, int layer) const noexcept {
-  return fields.f + view_.lead + layer % layers_kept * layer_length_;
-}
-
-template <class Real>
-void LatticeSlabs<Real>::clear_standing_rows(const lattice::Fields<Real>& fields,
-                                             int layer) const noexcept {
-  if (stands_[static_cast<std::size_t>(layer)] == 0) { return; }
-  const long row_length = view_.row_length;
-  const unsigned char* moves = view_.row_moves + static_cast<long>(layer) * view_.rows1;
-  for (long row = 0; row < view_.rows1; ++row) {
-    if (moves[row] == 0) {
-      std::fill_n(forces_of(fields, layer) + row * row_length, row_length, Real(0));
-    }
-  }
-}
-
-template <class Real>
-void LatticeSlabs<Real>::add_outside(const lattice::Fields<Real>& fields,
-                                     const Outside<Real>& outside, int layer) const noexcept {
-  if (layer >= view_.rows2) { return; }
-  Real* f = forces_of(fields, layer);
-  if (outside.weight != nullptr) {
-    std::copy_n(outside.weight + view_.lead + layer * layer_length_, layer_length_, f);
-  }
-  for (int n = outside.pulls_begin[layer]; n < outside.pulls_begin[layer + 1]; ++n) {
-    const Pull<Real>& pull = outside.pulls[n];
-    for (long c = 0; c < 3; ++c) { f[pull.element + c * view_.lanes] += pull.force[c]; }
-  }
-}
-
-template <class Real>
-double LatticeSlabs<Real>::step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move,
-                                const Outside<Real>& outside) noexcept {
-  return share_out([&](std::size_t number) noexcept {
-    AlignedVector<Real>& forces = few_forces_[number];
-    const lattice::Fields<Real> fields{
-        .q = move.q, .v = move.v, .f = forces.data(), .move = &move, .force_layers = layers_kept};
-    std::ranges::fill(forces, Real(0));
-    for (int n = 0; n < layers_kept; ++n) { add_outside(fields, outside, begins_[number] + n); }
-    const auto visit_layers = [&](int begin, int end) noexcept {
-      double sum = 0.0;
-      for (int layer = begin; layer < end; ++layer) {
-        sum += kernel(view_, {.begin = layer, .end = layer + 1}, fields);
-        clear_standing_rows(fields, layer);
-        add_outside(fields, outside, layer + layers_kept);
-      }
-      return sum;
-    };
-    return sweep_slab(number, kernel, fields, visit_layers);
-  });
+  team_->run(work);
+  return std::accumulate(sums_.begin(), sums_.end(), 0.0);
 }
 
 template <class Real> std::size_t LatticeSlabs<Real>::memory_bytes() const noexcept {
-  std::size_t bytes = few_forces_.size() * static_cast<std::size_t>(few_length()) * sizeof(Real);
+  std::size_t bytes = 0;
   for (const auto& boundary : boundaries_) {
     bytes += (boundary->below.size() + boundary->above.size()) * sizeof(Real);
   }
@@ -435,63 +357,23 @@ double LatticeNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector
   return energy;
 }
 
-/// Sorts the loads by layer; the sort is stable.
-template <class Real> void LatticeNetwork<Real>::sort_loads() {
-  const lattice::View<Real> view = springs_.view();
-  const long layer_length = view.layer_length;
-  const auto layer_of = [&](const auto& on) { return (on.coordinate - view.lead) / layer_length; };
-  loaded_ = this->loaded();
-  std::ranges::stable_sort(loaded_, {}, layer_of);
-  pulls_.clear();
-  pulls_begin_.assign(static_cast<std::size_t>(view.rows2) + 1, 0);
-  for (const auto& on : loaded_) {
-    pulls_.push_back({.element = (on.coordinate - view.lead) % layer_length});
-    ++pulls_begin_[static_cast<std::size_t>(layer_of(on)) + 1];
-  }
-  std::partial_sum(pulls_begin_.begin(), pulls_begin_.end(), pulls_begin_.begin());
-}
-
 template <class Real> void LatticeNetwork<Real>::prepare_one_pass() {
-  if (!sleep_) {
-    sort_loads();
-    slabs_->prepare_steps();
-    return;
-  }
   next_force_.setZero(this->layout().size);
   this->put_weight(next_force_);
 }
 
 template <class Real>
 double LatticeNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>& state) noexcept {
-  if (sleep_) { return one_pass_with_sleep(t, gate, h, state); }
-  for (std::size_t n = 0; n < loaded_.size(); ++n) {
-    const Eigen::Vector3d force = this->load_at(loaded_[n], t, gate);
-    for (int c = 0; c < 3; ++c) { pulls_[n].force[c] = static_cast<Real>(force(c)); }
-  }
-  return slabs_->step(step_,
-                      {.q = state.position.data(),
-                       .v = state.velocity.data(),
-                       .inverse_mass = this->inverse_mass().data(),
-                       .h = h},
-                      {.weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
-                       .pulls = pulls_.data(),
-                       .pulls_begin = pulls_begin_.data()});
-}
-
-/// Takes a step in one pass. The forces of all rows are stored, because sleeping rows keep their
-/// withheld forces.
-template <class Real>
-double LatticeNetwork<Real>::one_pass_with_sleep(double t, double gate, Real h,
-                                                 State<Real>& state) noexcept {
   this->add_loads(t, gate, Real(1), next_force_);
   const lattice::Move<Real> move{.q = state.position.data(),
                                  .v = state.velocity.data(),
                                  .inverse_mass = this->inverse_mass().data(),
+                                 .weight = this->weight(),
                                  .h = h};
   const lattice::Fields<Real> fields{
       .q = move.q, .v = move.v, .f = next_force_.data(), .move = &move};
   const double squares = slabs_->sweep(step_, fields);
-  return squares + sleep_->wake_in_step(fields);
+  return sleep_ ? squares + sleep_->wake_in_step(fields) : squares;
 }
 
 template <class Real>
@@ -511,8 +393,7 @@ double LatticeNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcep
 
 template <class Real> std::size_t LatticeNetwork<Real>::spring_bytes() const noexcept {
   return springs_.memory_bytes() + slabs_->memory_bytes() + (sleep_ ? sleep_->memory_bytes() : 0) +
-         static_cast<std::size_t>(next_force_.size()) * sizeof(Real) +
-         pulls_.size() * sizeof(Pull<Real>);
+         static_cast<std::size_t>(next_force_.size()) * sizeof(Real);
 }
 
 template class LatticeNetwork<double>;

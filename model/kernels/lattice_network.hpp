@@ -53,19 +53,6 @@ class Team {
   std::vector<std::thread> threads_;
 };
 
-/// Load on one node of a layer.
-template <class Real> struct Pull {
-  long element = 0;  ///< of the node's x, relative to the layer's first element
-  Real force[3]{};   ///< [N]
-};
-
-/// External forces on the nodes.
-template <class Real> struct Outside {
-  const Real* weight = nullptr;       ///< per coordinate [N]; null: none
-  const Pull<Real>* pulls = nullptr;  ///< ordered by layers
-  const int* pulls_begin = nullptr;   ///< first load of each layer, then the total number
-};
-
 /// Partition of a lattice among threads by layers. Results are bitwise identical to those of one
 /// thread (model/EQUATIONS.md, "Lattice in lanes").
 template <class Real> class LatticeSlabs {
@@ -80,20 +67,10 @@ template <class Real> class LatticeSlabs {
 
   /// Applies the kernel to the whole lattice and returns the sum of its results.
   double sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept;
-  /// Applies a kernel that takes a step. The forces are stored internally for two layers at a time,
-  /// which stay in the cache.
-  double step(lattice::Kernel<Real> kernel, const lattice::Move<Real>& move,
-              const Outside<Real>& outside) noexcept;
-  /// Allocates the memory of step(); call it before the first step.
-  void prepare_steps();
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
-  static constexpr int layers_kept = 2;  ///< springs of a layer act on that layer and the next
-  [[nodiscard]] long few_length() const noexcept {
-    return layers_kept * layer_length_ + 2 * view_.lead;
-  }
   /// Boundary between two slabs: copies of both layers before either moves, and memory for the
   /// forces on them that the thread of the other slab computes for itself.
   struct Boundary {
@@ -104,17 +81,8 @@ template <class Real> class LatticeSlabs {
   /// Returns q, v and f of a layer that are stored in one vector.
   [[nodiscard]] lattice::Nodes<Real> layer_in(AlignedVector<Real>& numbers) const noexcept;
   void copy(const lattice::Fields<Real>& fields, int layer, AlignedVector<Real>& to) const noexcept;
-  /// Calls visit_layers(begin, end) for the layers without springs to other slabs.
-  template <class VisitLayers>
   double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
-                    const lattice::Fields<Real>& fields, const VisitLayers& visit_layers) noexcept;
-  [[nodiscard]] Real* forces_of(const lattice::Fields<Real>& fields, int layer) const noexcept;
-  /// Clears the forces of rows that did not move, so that their memory can be used for the layer
-  /// after the next.
-  void clear_standing_rows(const lattice::Fields<Real>& fields, int layer) const noexcept;
-  void add_outside(const lattice::Fields<Real>& fields, const Outside<Real>& outside,
-                   int layer) const noexcept;
-  template <class Work> double share_out(const Work& work) noexcept;
+                    const lattice::Fields<Real>& fields) noexcept;
 
   lattice::View<Real> view_;
   long layer_length_;  ///< in elements
@@ -122,8 +90,6 @@ template <class Real> class LatticeSlabs {
                        ///< access on both sides
   std::vector<int> begins_;  ///< first layer of each slab, then the number of layers
   std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< entry n is below slab n + 1
-  std::vector<AlignedVector<Real>> few_forces_;        ///< two layers for each slab
-  std::vector<unsigned char> stands_;  ///< per layer; 1: at least one row does not move
   std::vector<double> sums_;
   long round_ = 0;
   std::unique_ptr<Team>
@@ -225,9 +191,6 @@ template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
   [[nodiscard]] std::size_t spring_bytes() const noexcept override;
 
-  double one_pass_with_sleep(double t, double gate, Real h, State<Real>& state) noexcept;
-  void sort_loads();
-
   LatticeSprings<Real> springs_;
   bool damped_;
   lattice::Kernels<Real> kernels_;
@@ -235,11 +198,8 @@ template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
   lattice::Kernel<Real> step_ = nullptr;
   std::optional<LatticeSleep<Real>> sleep_;  ///< only if rows may sleep
   std::unique_ptr<LatticeSlabs<Real>> slabs_;
-  Vector<Real> next_force_;  ///< force between two one-pass steps if rows may sleep [N]
-  std::vector<typename NetworkSystem<Real>::LoadOnCoordinate>
-      loaded_;  ///< ordered by layers, for one-pass steps
-  std::vector<Pull<Real>> pulls_;
-  std::vector<int> pulls_begin_;
+  /// Force between two one-pass steps: the weight, and the withheld forces of sleeping rows [N].
+  Vector<Real> next_force_;
 };
 
 }  // namespace palpate

@@ -146,7 +146,7 @@ template <class Real> NodeLayout LatticeSprings<Real>::layout() const {
   layout.first.reserve(static_cast<std::size_t>(nodes));
   for (int node = 0; node < nodes; ++node) {
     const bool fixed = problem_.coordinate(node) < 0;
-    layout.first.push_back(fixed ? -1 : element_of(rows_.place_of(node)));
+    layout.first.push_back(fixed ? -1 : static_cast<int>(element_of(rows_.place_of(node))));
   }
   return layout;
 }

@@ -10,102 +10,6 @@ namespace palpate {
 
 namespace {
 
-template <class Real>
-void add_block(Real* values, const std::int64_t* columns, Real factor,
-               const Eigen::Matrix<Real, 3, 3>& block) noexcept {
-  for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) { values[columns[c] + r] += factor * block(r, c); }
-  }
-}
-
-}  // namespace
-
-template <class Real>
-void SpringMatrices<Real>::pattern(const SpringSet<Real>& springs, Eigen::Index of_nodes,
-                                   Eigen::Index size, std::vector<Eigen::Triplet<Real>> further,
-                                   Eigen::SparseMatrix<Real>& a) {
-  std::vector<Eigen::Triplet<Real>> triplets = std::move(further);
-  triplets.reserve(triplets.size() + 18 * springs.links.size() +
-                   static_cast<std::size_t>(9 * of_nodes));
-  const auto block = [&](Eigen::Index row, Eigen::Index column) {
-    for (int c = 0; c < 3; ++c) {
-      for (int r = 0; r < 3; ++r) {
-        triplets.emplace_back(static_cast<int>(row + r), static_cast<int>(column + c), Real(0));
-      }
-    }
-  };
-  for (Eigen::Index i = 0; i < of_nodes; i += 3) { block(i, i); }
-  for (const auto& s : springs.links) {
-    block(s.a, s.b);
-    block(s.b, s.a);
-  }
-  a.resize(size, size);
-  a.setFromTriplets(triplets.begin(), triplets.end());
-  a.makeCompressed();
-  const auto slot = [&a](int row, int column) -> std::int64_t {
-    const int* begin = a.innerIndexPtr() + a.outerIndexPtr()[column];
-    const int* end = a.innerIndexPtr() + a.outerIndexPtr()[column + 1];
-    return std::lower_bound(begin, end, row) - a.innerIndexPtr();
-  };
-  link_slots_.clear();
-  anchor_slots_.clear();
-  diagonal_slots_.clear();
-  for (const auto& s : springs.links) {
-    std::array<std::int64_t, 12> slots{};
-    for (int c = 0; c < 3; ++c) {
-      const auto n = static_cast<std::size_t>(c);
-      slots[n] = slot(s.a, s.a + c);
-      slots[3 + n] = slot(s.b, s.b + c);
-      slots[6 + n] = slot(s.a, s.b + c);
-      slots[9 + n] = slot(s.b, s.a + c);
-    }
-    link_slots_.push_back(slots);
-  }
-  for (const auto& s : springs.anchors) {
-    anchor_slots_.push_back({slot(s.a, s.a), slot(s.a, s.a + 1), slot(s.a, s.a + 2)});
-  }
-  for (int i = 0; i < static_cast<int>(size); ++i) { diagonal_slots_.push_back(slot(i, i)); }
-}
-
-template <class Real>
-void SpringMatrices<Real>::jacobian(const SpringSet<Real>& springs, const At& at,
-                                    const Vector<Real>& mass,
-                                    Eigen::SparseMatrix<Real>& a) const noexcept {
-  using Vector3 = Eigen::Matrix<Real, 3, 1>;
-  Real* values = a.valuePtr();
-  std::fill(values, values + a.nonZeros(), Real(0));
-  for (Eigen::Index i = 0; i < mass.size(); ++i) {
-    values[diagonal_slots_[static_cast<std::size_t>(i)]] = mass(i);
-  }
-  for (std::size_t n = 0; n < springs.links.size(); ++n) {
-    const auto& s = springs.links[n];
-    const Vector3 d = at.q.template segment<3>(s.b) - at.q.template segment<3>(s.a);
-    const Vector3 w = at.v.template segment<3>(s.b) - at.v.template segment<3>(s.a);
-    const auto g = spring_gradient<Real>(springs.law, numbers_of<Real>(s), d, w);
-    const Eigen::Matrix<Real, 3, 3> block =
-        at.on_stiffness * g.position + at.on_damping * g.velocity;
-    const auto& slots = link_slots_[n];
-    add_block(values, slots.data(), Real(1), block);
-    add_block(values, slots.data() + 3, Real(1), block);
-    add_block(values, slots.data() + 6, Real(-1), block);
-    add_block(values, slots.data() + 9, Real(-1), block);
-  }
-  for (std::size_t n = 0; n < springs.anchors.size(); ++n) {
-    const auto& s = springs.anchors[n];
-    const Vector3 d = Eigen::Map<const Vector3>(s.place) - at.q.template segment<3>(s.a);
-    const Vector3 w = -at.v.template segment<3>(s.a);
-    const auto g = spring_gradient<Real>(springs.law, numbers_of<Real>(s), d, w);
-    const Eigen::Matrix<Real, 3, 3> block =
-        at.on_stiffness * g.position + at.on_damping * g.velocity;
-    add_block(values, anchor_slots_[n].data(), Real(1), block);
-  }
-}
-
-template class SpringMatrices<double>;
-template class SpringMatrices<float>;
-
-namespace {
-
 int spacing_of(const ListVectors& vectors) { return vectors.padded ? adjacency::node_stride : 3; }
 
 /// Returns an index for each fixed node with a spring to a free node, in node order; -1 for all
@@ -145,8 +49,6 @@ ListNetwork<Real>::ListNetwork(const NetworkProblem& problem, const PrintedForm&
   springs_.law = SpringLaw::from(printed);
   springs_.lagged = printed.lagged_velocity;
   springs_.lag = static_cast<Real>(h);
-  kernel_ = spring_kernel_for<Real>(
-      {.damped = damped_ || !skip, .printed = SpringLaw::is_printed(printed)});
   if (springs_.lagged) { remember_lengths(); }
   if (!SpringLaw::is_printed(printed)) { groups_.take(springs_, damped_ || !skip, spacing_); }
   this->spread_weight();
@@ -160,7 +62,7 @@ NodeLayout ListNetwork<Real>::layout_of(const NetworkProblem& problem, const Lis
   };
   NodeLayout layout{.size = at(problem.dof()) + vectors.further, .stride = 1};
   for (int node = 0; node < problem.network().node_count(); ++node) {
-    layout.first.push_back(at(problem.coordinate(node)));
+    layout.first.push_back(static_cast<int>(at(problem.coordinate(node))));
   }
   if (vectors.padded) {
     const auto held =
@@ -172,14 +74,10 @@ NodeLayout ListNetwork<Real>::layout_of(const NetworkProblem& problem, const Lis
 
 template <class Real> void ListNetwork<Real>::remember_lengths() {
   const Vector<Real> q = ListNetwork::initial_position();
-  for (const auto& s : springs_.links) {
-    springs_.previous_length.push_back(
-        (q.template segment<3>(s.b) - q.template segment<3>(s.a)).norm());
-  }
-  for (const auto& s : springs_.anchors) {
-    springs_.previous_length.push_back(
-        (Eigen::Map<const Eigen::Matrix<Real, 3, 1>>(s.place) - q.template segment<3>(s.a)).norm());
-  }
+  for_each_spring(springs_, q.data(), q.data(),
+                  [&](std::size_t, const auto&, int, const auto& d, const auto&) {
+                    springs_.previous_length.push_back(d.norm());
+                  });
 }
 
 template <class Real>
@@ -187,9 +85,7 @@ void ListNetwork<Real>::sort_springs(const NetworkProblem& problem, bool skip) {
   const NodeVectors& places = problem.held_position();
   const std::vector<int> places_behind = places_of(problem.network());
   const int free_end = static_cast<int>(problem.dof()) / 3 * spacing_;
-  const auto first = [&](int node) {
-    return static_cast<int>(this->layout().first[static_cast<std::size_t>(node)]);
-  };
+  const auto first = [&](int node) { return this->layout().first[static_cast<std::size_t>(node)]; };
   std::vector<Spring> between_fixed;
   for (const Spring& s : problem.network().springs) {
     int a = first(s.a);
@@ -247,7 +143,7 @@ template <class Real>
 void ListNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
                                     Vector<Real>& f) noexcept {
   if (groups_.empty()) {
-    kernel_(springs_, q.data(), v.data(), f.data());
+    add_forces(springs_, q.data(), v.data(), f.data());
   } else {
     groups_.add(q.data(), v.data(), f.data());
   }
@@ -265,7 +161,7 @@ double ListNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Re
 
 template <class Real> void ListNetwork<Real>::add_fixed_pairs() noexcept {
   if (!fixed_pairs_.links.empty()) {
-    kernel_(fixed_pairs_, fixed_q_.data(), fixed_v_.data(), fixed_f_.data());
+    add_forces(fixed_pairs_, fixed_q_.data(), fixed_v_.data(), fixed_f_.data());
   }
 }
 
@@ -282,7 +178,7 @@ double ListNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>& s
                           .v = state.velocity.data(),
                           .f = next_force_.data(),
                           .inverse_mass = this->inverse_mass().data(),
-                          .weight = this->weight().size() > 0 ? this->weight().data() : nullptr,
+                          .weight = this->weight(),
                           .h = h},
                          this->layout().size / adjacency::node_stride);
 }
@@ -298,40 +194,84 @@ void ListNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
 
 template <class Real> void ListNetwork<Real>::pattern(Eigen::SparseMatrix<Real>& a) {
   assert(spacing_ == 3);
-  std::vector<Eigen::Triplet<Real>> further;
-  add_entries(further);
-  matrices_.pattern(springs_, this->problem().dof(), this->dof(), std::move(further), a);
+  const Eigen::Index of_nodes = this->problem().dof();
+  std::vector<Eigen::Triplet<Real>> triplets;
+  add_entries(triplets);
+  triplets.reserve(triplets.size() + 18 * springs_.links.size() +
+                   static_cast<std::size_t>(9 * of_nodes));
+  const auto block = [&](int row, int column) {
+    for (int c = 0; c < 3; ++c) {
+      for (int r = 0; r < 3; ++r) { triplets.emplace_back(row + r, column + c, Real(0)); }
+    }
+  };
+  for (int i = 0; i < static_cast<int>(of_nodes); i += 3) { block(i, i); }
+  for (const auto& s : springs_.links) {
+    block(s.a, s.b);
+    block(s.b, s.a);
+  }
+  a.resize(this->dof(), this->dof());
+  a.setFromTriplets(triplets.begin(), triplets.end());
+  a.makeCompressed();
+  slots_.clear();
+  diagonal_slots_.clear();
+  for (const auto& s : springs_.links) {
+    std::array<std::int64_t, 12>& slots = slots_.emplace_back();
+    for (int c = 0; c < 3; ++c) {
+      const auto n = static_cast<std::size_t>(c);
+      slots[n] = slot_of(a, s.a, s.a + c);
+      slots[3 + n] = slot_of(a, s.b, s.b + c);
+      slots[6 + n] = slot_of(a, s.a, s.b + c);
+      slots[9 + n] = slot_of(a, s.b, s.a + c);
+    }
+  }
+  for (const auto& s : springs_.anchors) {
+    slots_.push_back({slot_of(a, s.a, s.a), slot_of(a, s.a, s.a + 1), slot_of(a, s.a, s.a + 2)});
+  }
+  for (int i = 0; i < static_cast<int>(a.cols()); ++i) {
+    diagonal_slots_.push_back(slot_of(a, i, i));
+  }
 }
 
 template <class Real>
 void ListNetwork<Real>::jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping,
                                  Real on_stiffness, Eigen::SparseMatrix<Real>& a) noexcept {
-  matrices_.jacobian(springs_,
-                     {.q = q, .v = v, .on_damping = on_damping, .on_stiffness = on_stiffness},
-                     this->mass(), a);
+  Real* values = a.valuePtr();
+  std::fill(values, values + a.nonZeros(), Real(0));
+  for (Eigen::Index i = 0; i < this->mass().size(); ++i) {
+    values[diagonal_slots_[static_cast<std::size_t>(i)]] = this->mass()(i);
+  }
+  for_each_spring(springs_, q.data(), v.data(),
+                  [&](std::size_t index, const auto& s, int b, const auto& d, const auto& w) {
+                    const auto g = spring_gradient<Real>(springs_.law, numbers_of<Real>(s), d, w);
+                    const Eigen::Matrix<Real, 3, 3> block =
+                        on_stiffness * g.position + on_damping * g.velocity;
+                    const std::size_t blocks = b < 0 ? 1 : 4;
+                    for (std::size_t n = 0; n < blocks; ++n) {
+                      const Real sign = n < 2 ? Real(1) : Real(-1);
+                      for (int c = 0; c < 3; ++c) {
+                        Real* column = values + slots_[index][3 * n + static_cast<std::size_t>(c)];
+                        for (int r = 0; r < 3; ++r) { column[r] += sign * block(r, c); }
+                      }
+                    }
+                  });
 }
 
 template <class Real>
 double ListNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
   double energy = 0.0;
-  const auto elastic = [](const auto& s, double length) {
-    return 0.5 * add_twice_energy(numbers_of<double>(s), length, 0.0);
-  };
-  for (const auto& s : springs_.links) {
-    energy += elastic(
-        s, static_cast<double>((q.template segment<3>(s.b) - q.template segment<3>(s.a)).norm()));
-  }
-  for (const auto& s : springs_.anchors) {
-    const Eigen::Map<const Eigen::Matrix<Real, 3, 1>> place(s.place);
-    energy += elastic(s, static_cast<double>((place - q.template segment<3>(s.a)).norm()));
-  }
+  for_each_spring(springs_, q.data(), q.data(),
+                  [&](std::size_t, const auto& s, int, const auto& d, const auto&) {
+                    energy += 0.5 * add_twice_energy(numbers_of<double>(s),
+                                                     static_cast<double>(d.norm()), 0.0);
+                  });
   return energy;
 }
 
 template <class Real> std::size_t ListNetwork<Real>::spring_bytes() const noexcept {
   return springs_.links.size() * sizeof(Link<Real>) +
          springs_.anchors.size() * sizeof(Anchor<Real>) +
-         springs_.previous_length.size() * sizeof(Real) + matrices_.memory_bytes() +
+         springs_.previous_length.size() * sizeof(Real) + slots_.size() * sizeof(slots_[0]) +
+         diagonal_slots_.size() * sizeof(diagonal_slots_[0]) +
          static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + groups_.memory_bytes();
 }
 

@@ -13,37 +13,6 @@
 
 namespace palpate {
 
-/// Assembles the matrices of springs for vectors with three numbers per node.
-template <class Real> class SpringMatrices {
- public:
-  /// Builds the sparsity pattern of `a`: a square matrix of `size` rows with all entries that
-  /// jacobian() may set, and the entries `further` outside the first `of_nodes` coordinates.
-  /// Allocates.
-  void pattern(const SpringSet<Real>& springs, Eigen::Index of_nodes, Eigen::Index size,
-               std::vector<Eigen::Triplet<Real>> further, Eigen::SparseMatrix<Real>& a);
-  struct At {
-    const Vector<Real>& q;
-    const Vector<Real>& v;
-    Real on_damping;
-    Real on_stiffness;
-  };
-  /// Computes a = M + on_damping C + on_stiffness K for the springs of the last pattern().
-  void jacobian(const SpringSet<Real>& springs, const At& at, const Vector<Real>& mass,
-                Eigen::SparseMatrix<Real>& a) const noexcept;
-  [[nodiscard]] std::size_t memory_bytes() const {
-    return link_slots_.size() * sizeof(link_slots_[0]) +
-           anchor_slots_.size() * sizeof(anchor_slots_[0]) +
-           diagonal_slots_.size() * sizeof(diagonal_slots_[0]);
-  }
-
- private:
-  /// Index of the first row of each of the three columns of the blocks (a,a) (b,b) (a,b) (b,a),
-  /// then of the blocks (a,a) of the anchors.
-  std::vector<std::array<std::int64_t, 12>> link_slots_;
-  std::vector<std::array<std::int64_t, 3>> anchor_slots_;
-  std::vector<std::int64_t> diagonal_slots_;
-};
-
 // Network of any topology: consecutive free nodes, springs in lists, and the matrices of implicit
 // schemes.
 
@@ -90,12 +59,14 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
   int spacing_;  ///< offset between the coordinates of consecutive nodes
   SpringSet<Real> springs_;
   AdjacencySprings<Real> groups_{};  ///< the same springs, unless a printed form is selected
-  SpringKernel<Real> kernel_ = nullptr;
   bool damped_ = true;
   Vector<Real> next_force_;      ///< weight, between two one-pass steps [N]
   SpringSet<Real> fixed_pairs_;  ///< only with skip = false
   Vector<Real> fixed_q_, fixed_v_, fixed_f_;
-  SpringMatrices<Real> matrices_;
+  /// Entries of a matrix that a spring changes: the first rows of the three columns of its blocks
+  /// (a,a) (b,b) (a,b) (b,a); an anchor has the first block only.
+  std::vector<std::array<std::int64_t, 12>> slots_;
+  std::vector<std::int64_t> diagonal_slots_;
 };
 
 }  // namespace palpate

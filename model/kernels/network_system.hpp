@@ -50,27 +50,13 @@ template <class Real> class NetworkSystem : public System<Real> {
   void spread_weight();
   /// Overwrites f with the weight.
   void put_weight(Vector<Real>& f) const noexcept;
-  [[nodiscard]] const Vector<Real>& weight() const {
-    return weight_;
-  }  ///< empty if there is no gravity [N]
+  /// Returns the weight as forces on the coordinates [N], or null if there is no gravity.
+  [[nodiscard]] const Real* weight() const { return weight_.size() > 0 ? weight_.data() : nullptr; }
   /// Adds the spring forces and returns the elastic energy [J].
   virtual double measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                                  Vector<Real>& f) noexcept {
     add_springs(q, v, f);
     return elastic_energy(q);
-  }
-
- protected:
-  struct LoadOnCoordinate {
-    int load;
-    Eigen::Index coordinate;
-  };
-  [[nodiscard]] const std::vector<LoadOnCoordinate>& loaded() const { return loaded_; }
-  /// Returns the load on one entry of loaded() [N].
-  [[nodiscard]] Eigen::Vector3d load_at(const LoadOnCoordinate& on, double t,
-                                        double gate) const noexcept {
-    const Load& load = loads_[static_cast<std::size_t>(on.load)];
-    return load_factor(load, t, gate) * load.force;
   }
 
  private:
@@ -79,10 +65,13 @@ template <class Real> class NetworkSystem : public System<Real> {
   [[nodiscard]] virtual double elastic_energy(const Vector<Real>& q) const noexcept = 0;
   [[nodiscard]] virtual std::size_t spring_bytes() const noexcept = 0;
 
+  struct LoadOnCoordinate {
+    int load;
+    Eigen::Index coordinate;
+  };
   const NetworkProblem& problem_;
   NodeLayout layout_;
   bool skip_;
-  std::vector<Load> loads_;
   std::vector<LoadOnCoordinate> loaded_;
   std::size_t spring_count_ = 0;
   Vector<Real> weight_;  ///< m g per coordinate [N]; empty if there is no gravity

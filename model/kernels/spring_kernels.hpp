@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Loops over single springs, for the printed forms, and for pairs of fixed nodes if nothing is
-/// skipped. Each loop equals NetworkProblem::force to rounding error; tests compare the kernels of
-/// adjacency groups with them.
+/// Springs of a list: loops over single springs, for the printed forms and for dampers, and
+/// adjacency groups, which fill SIMD registers. All equal NetworkProblem::force to rounding error.
 
 #include <span>
 #include <vector>
@@ -36,30 +35,34 @@ template <class Real> struct Anchor {
 template <class Real> struct SpringSet {
   std::vector<Link<Real>> links;
   std::vector<Anchor<Real>> anchors;
-  SpringLaw law{};                      ///< used by the printed kernels only
+  SpringLaw law{};                      ///< adjacency groups compute the corrected law only
   bool lagged = false;                  ///< printed Eq. 9
   std::vector<Real> previous_length{};  ///< links, then anchors; used if `lagged`
   Real lag = Real(1);                   ///< time between two evaluations; used if `lagged` [s]
 };
 
-/// Adds all spring forces to f without clearing it.
+/// Calls visit(index, spring, b, d, w) for the links and then the anchors. b is the first
+/// coordinate of the other end, or -1 for a fixed point; d = x_b - x_a [m] and w = v_b - v_a [m/s].
+template <class Real, class Visit>
+void for_each_spring(const SpringSet<Real>& springs, const Real* q, const Real* v, Visit visit) {
+  using Vector3 = Eigen::Matrix<Real, 3, 1>;
+  using Three = Eigen::Map<const Vector3>;
+  std::size_t index = 0;
+  for (const Link<Real>& s : springs.links) {
+    visit(index++, s, s.b, Vector3(Three(q + s.b) - Three(q + s.a)),
+          Vector3(Three(v + s.b) - Three(v + s.a)));
+  }
+  for (const Anchor<Real>& s : springs.anchors) {
+    visit(index++, s, -1, Vector3(Three(s.place) - Three(q + s.a)), Vector3(-Three(v + s.a)));
+  }
+}
+
+/// Adds all spring forces of the law, printed or corrected, to f.
 template <class Real>
-using SpringKernel = void (*)(SpringSet<Real>& springs, const Real* q, const Real* v,
-                              Real* f) noexcept;
-
-struct KernelTraits {
-  bool damped = true;
-  bool printed = false;  ///< any erratum of the force law is selected
-};
-
-template <class Real> SpringKernel<Real> spring_kernel_for(KernelTraits traits) noexcept;
-
+void add_forces(SpringSet<Real>& springs, const Real* q, const Real* v, Real* f) noexcept;
 /// Adds -C(q) w to f.
 template <class Real>
 void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, Real* f) noexcept;
-
-// Springs of a list in adjacency groups, which fill SIMD registers. The forces equal those of
-// spring_kernel_for() of the physical law to rounding error.
 
 /// Returns all kernels that this processor supports, widest first.
 template <class Real> std::vector<adjacency::Kernels<Real>> adjacency_kernels();

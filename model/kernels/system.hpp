@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <functional>
@@ -22,9 +23,9 @@ template <class Real> using AlignedVector = std::vector<Real, Eigen::aligned_all
 // Layout of the node coordinates in the state vectors of the integrators. The kernels choose it.
 
 struct NodeLayout {
-  Eigen::Index size = 0;    ///< length of a vector of all coordinates, without that of a tool
-  Eigen::Index stride = 1;  ///< offset from a node's x to its y, and from y to z
-  std::vector<Eigen::Index> first{};  ///< index of each node's x; -1 for a fixed node
+  Eigen::Index size = 0;     ///< length of a vector of all coordinates, without that of a tool
+  Eigen::Index stride = 1;   ///< offset from a node's x to its y, and from y to z
+  std::vector<int> first{};  ///< index of each node's x; -1 for a fixed node
 };
 
 /// Returns the three coordinates of a node with its x at index `first`.
@@ -69,6 +70,14 @@ void scatter(const Eigen::VectorXd& packed, const NodeLayout& layout,
 // constructor allocates all memory; later calls do not allocate.
 
 template <class Real> using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+
+/// Returns the index of an entry in the values of a compressed matrix whose pattern contains it.
+template <class Real>
+std::ptrdiff_t slot_of(const Eigen::SparseMatrix<Real>& a, Eigen::Index row, Eigen::Index column) {
+  const int* begin = a.innerIndexPtr() + a.outerIndexPtr()[column];
+  const int* end = a.innerIndexPtr() + a.outerIndexPtr()[column + 1];
+  return std::lower_bound(begin, end, static_cast<int>(row)) - a.innerIndexPtr();
+}
 
 template <class Real> struct State {
   Vector<Real> position;  ///< q [m]

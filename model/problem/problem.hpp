@@ -123,7 +123,7 @@ class NetworkProblem final : public Problem {
   PrintedForm printed_;
   NodeVectors displaced_;  ///< initial positions, if they differ from the rest positions
   std::vector<int> free_;
-  std::vector<Eigen::Index> coordinate_;
+  std::vector<int> coordinate_;
   Eigen::VectorXd mass_;
 };
 

@@ -151,21 +151,18 @@ void ReducedModel<Real>::add_pattern(std::vector<Eigen::Triplet<Real>>& entries)
 }
 
 template <class Real> void ReducedModel<Real>::find_slots(const Eigen::SparseMatrix<Real>& a) {
-  const auto slot = [&a](Index row, Index column) -> std::ptrdiff_t {
-    const int* begin = a.innerIndexPtr() + a.outerIndexPtr()[column];
-    const int* end = a.innerIndexPtr() + a.outerIndexPtr()[column + 1];
-    return std::lower_bound(begin, end, static_cast<int>(row)) - a.innerIndexPtr();
-  };
   shape_slots_.clear();
   for (Edge& edge : edges_) {
     for (Index c = 0; c < 3; ++c) {
-      edge.slots[c] = slot(first_, edge.coordinate + c);
-      edge.diagonal_slots[c] = slot(edge.coordinate, edge.coordinate + c);
+      edge.slots[c] = slot_of(a, first_, edge.coordinate + c);
+      edge.diagonal_slots[c] = slot_of(a, edge.coordinate, edge.coordinate + c);
     }
   }
   for (Index n = 0; n < modes(); ++n) {
-    for (const Edge& edge : edges_) { shape_slots_.push_back(slot(edge.coordinate, first_ + n)); }
-    shape_slots_.push_back(slot(first_, first_ + n));
+    for (const Edge& edge : edges_) {
+      shape_slots_.push_back(slot_of(a, edge.coordinate, first_ + n));
+    }
+    shape_slots_.push_back(slot_of(a, first_, first_ + n));
   }
 }
 

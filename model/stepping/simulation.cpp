@@ -406,7 +406,7 @@ const std::vector<TextColumn>& Simulation::text_columns() const noexcept {
 void Simulation::sample_text(std::span<std::string> row, std::vector<Event>& events) {
   if (core_->tool != nullptr) { core_->tool->sample_text(row, events); }
 }
-ToolReport Simulation::tool() const noexcept {
+ToolReport Simulation::tool() noexcept {
   return core_->tool != nullptr ? core_->tool->report() : ToolReport{};
 }
 void Simulation::move_handle(double place, double velocity) noexcept {
@@ -431,7 +431,7 @@ std::size_t Simulation::spring_count() const noexcept { return core_->spring_cou
 double Simulation::awake_share() const noexcept { return core_->awake_share(); }
 std::size_t Simulation::memory_bytes() const noexcept { return core_->memory_bytes(); }
 
-void Simulation::node_positions(Eigen::Ref<NodeVectors> all) const noexcept {
+void Simulation::node_positions(Eigen::Ref<NodeVectors> all) noexcept {
   for (int node = 0; node < static_cast<int>(all.cols()); ++node) {
     all.col(node) = core_->position(node);
   }
@@ -439,7 +439,9 @@ void Simulation::node_positions(Eigen::Ref<NodeVectors> all) const noexcept {
 NodeVectors Simulation::node_positions() const {
   if (core_->network == nullptr) { return {}; }
   NodeVectors all(3, core_->network->network().node_count());
-  node_positions(all);
+  for (int node = 0; node < static_cast<int>(all.cols()); ++node) {
+    all.col(node) = core_->position(node);
+  }
   return all;
 }
 

@@ -54,7 +54,7 @@ class Simulation {
   /// Positions of all nodes [m], 3 x nodes; empty for the oscillator.
   [[nodiscard]] NodeVectors node_positions() const;
   /// Writes the positions of all nodes [m] without allocating; `all` is 3 x nodes.
-  void node_positions(Eigen::Ref<NodeVectors> all) const noexcept;
+  void node_positions(Eigen::Ref<NodeVectors> all) noexcept;
   /// Kinetic plus elastic energy and the potential of gravity [J].
   [[nodiscard]] double energy() noexcept;
   /// Position s [m] and velocity s' [m/s] of the tool, without a force evaluation; zero without a
@@ -65,7 +65,7 @@ class Simulation {
   /// Clears the events without allocating.
   void forget_tool_happenings() noexcept;
   /// Current state of the tool; zero without a tool.
-  [[nodiscard]] ToolReport tool() const noexcept;
+  [[nodiscard]] ToolReport tool() noexcept;
   [[nodiscard]] int zero_length_springs() const noexcept;
   [[nodiscard]] std::size_t spring_count() const noexcept;  ///< number of springs that are computed
   /// Fraction of the movable rows that is currently integrated; 1 if no row may sleep.

@@ -126,14 +126,14 @@ std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n) {
 }
 
 double bytes_moved(const KernelVariant& variant, int n) {
-  constexpr double read_and_written = 2.0 * 2.0 * 3.0;
+  constexpr double read_and_written = 2.0 * 3.0 * 3.0;
   constexpr double inverse_mass = 1.0;
   return (read_and_written + inverse_mass + constants_per_node(variant)) * size_of_number(variant) *
          nodes(n);
 }
 
 double working_set(const KernelVariant& variant, int n) {
-  return (2.0 * 3.0 + 1.0 + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
+  return (3.0 * 3.0 + 1.0 + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
 }
 
 template <class Real> RootsAndQuotients<Real>::RootsAndQuotients() : from_(count), to_(count) {
