@@ -3,7 +3,6 @@
 /// Sum over the cells around a bond (model/EQUATIONS.md, "Material to springs").
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -12,6 +11,7 @@
 
 #include "model/problem/scene.hpp"
 #include "model/problem/spring_network.hpp"
+#include "model/tissue/grid.hpp"
 
 namespace palpate {
 
@@ -46,27 +46,6 @@ struct BondSum {
   }
 };
 
-// Cells of a grid around a bond between two of its nodes.
-
-/// Calls visit(i, j, l) for the cells that contain both the node at `a` and the node at a + step,
-/// in order of their index. Cell (i, j, l) has node (i, j, l) at its corner of least coordinates.
-/// `nodes` is the number of grid nodes along each axis.
-template <class Visit>
-void for_each_cell_around(const std::array<int, 3>& nodes, const std::array<int, 3>& a,
-                          const std::array<int, 3>& step, Visit visit) {
-  std::array<int, 3> low{};
-  std::array<int, 3> high{};
-  for (std::size_t n = 0; n < 3; ++n) {
-    low[n] = std::max(step[n] == 1 ? a[n] : a[n] - 1, 0);
-    high[n] = std::min(step[n] == -1 ? a[n] - 1 : a[n], nodes[n] - 2);
-  }
-  for (int l = low[2]; l <= high[2]; ++l) {
-    for (int j = low[1]; j <= high[1]; ++j) {
-      for (int i = low[0]; i <= high[0]; ++i) { visit(i, j, l); }
-    }
-  }
-}
-
 // Regular lattices, built cell by cell (model/EQUATIONS.md, "Material to springs").
 
 /// Returns an empty list of springs for a lattice with nodes at `position`.
@@ -88,6 +67,15 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
 /// Builds a lattice with the same stiffness, viscosity and node mass everywhere.
 SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, double viscosity,
                               double node_mass);
+
+struct NodeGrid;  // tissue_grid.hpp
+
+/// Builds the network of the existing nodes of a grid. Each bond is the sum over the cells around
+/// it (model/EQUATIONS.md, "Material to springs", "Springs of a box"). cell(i, j, l, a, b) returns
+/// the material of a cell for the bond between network nodes a and b, or null if the cell is empty;
+/// with a == b the material is used for the mass of that node. No node may be without mass.
+SpringNetwork grid_network(const NodeGrid& nodes, int connectivity,
+                           const std::function<const CellMaterial*(int, int, int, int, int)>& cell);
 
 // Springs of a grid whose boxes need not be cubes (model/EQUATIONS.md, "Springs of a box").
 

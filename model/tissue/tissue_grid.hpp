@@ -19,12 +19,7 @@ struct NodeGrid {
   std::array<int, 3> count{0, 0, 0};
   std::vector<int> node{};  ///< node of the network per grid point, x fastest; -1: no node
 
-  [[nodiscard]] std::size_t index(int i, int j, int l) const {
-    return (static_cast<std::size_t>(l) * static_cast<std::size_t>(count[1]) +
-            static_cast<std::size_t>(j)) *
-               static_cast<std::size_t>(count[0]) +
-           static_cast<std::size_t>(i);
-  }
+  [[nodiscard]] std::size_t index(int i, int j, int l) const { return grid_index(count, i, j, l); }
   [[nodiscard]] int at(int i, int j, int l) const { return node[index(i, j, l)]; }
   [[nodiscard]] Eigen::Vector3d place(int i, int j, int l) const {
     return first + spacing.cwiseProduct(Eigen::Vector3d(i, j, l));

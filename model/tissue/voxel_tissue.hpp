@@ -4,6 +4,7 @@
 /// surface").
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -28,12 +29,7 @@ struct BoxGrid {
     return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) *
            static_cast<std::size_t>(count[2]);
   }
-  [[nodiscard]] std::size_t index(int i, int j, int l) const {
-    return (static_cast<std::size_t>(l) * static_cast<std::size_t>(count[1]) +
-            static_cast<std::size_t>(j)) *
-               static_cast<std::size_t>(count[0]) +
-           static_cast<std::size_t>(i);
-  }
+  [[nodiscard]] std::size_t index(int i, int j, int l) const { return grid_index(count, i, j, l); }
   [[nodiscard]] bool holds(int i, int j, int l) const {
     return i >= 0 && j >= 0 && l >= 0 && i < count[0] && j < count[1] && l < count[2];
   }
@@ -105,6 +101,39 @@ std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue,
                                           const std::vector<Material>& materials,
                                           const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double first);
+
+/// Codes of the materials of a voxel tissue; each material has one code.
+class VoxelMaterials {
+ public:
+  explicit VoxelMaterials(const std::vector<Material>& known) : known_(known) {}
+
+  /// Returns the code of a material for VoxelTissue::material. For an unknown name it returns 0 and
+  /// adds a violation of `key`.
+  std::uint16_t code_of(const std::string& name, const std::string& key,
+                        std::vector<Violation>& broken) {
+    const auto used = std::ranges::find(names_, name);
+    if (used != names_.end()) { return static_cast<std::uint16_t>(used - names_.begin() + 1); }
+    const Material* found = find_material(known_, name);
+    if (found == nullptr) {
+      broken.push_back({key, unknown_material(name, known_)});
+      return 0;
+    }
+    names_.push_back(name);
+    cells_.push_back(
+        {found->youngs_modulus, found->density, found->damping_ratio, found->viscosity});
+    bone_.push_back(role_of(*found) == TissueRole::bone);
+    return static_cast<std::uint16_t>(names_.size());
+  }
+  [[nodiscard]] const CellMaterial& cell(std::uint16_t code) const { return cells_[code - 1U]; }
+  [[nodiscard]] bool bone(std::uint16_t code) const { return code != 0 && bone_[code - 1U]; }
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  const std::vector<Material>& known_;
+  std::vector<std::string> names_{};
+  std::vector<CellMaterial> cells_{};
+  std::vector<bool> bone_{};
+};
 
 // Tissue from closed surfaces with one material each (model/EQUATIONS.md, "Voxels of a surface").
 
