@@ -3,273 +3,339 @@
 #include "model/kernels/lattice_network.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <numeric>
 #include <stdexcept>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "model/kernels/instruction_set.hpp"
 
 namespace palpate {
 
 namespace {
+
 /// Number of polls without a task before a member yields the processor: about a millisecond.
 constexpr long patience = 20000;
+
+/// Signals a spin loop to the processor.
+void relax() noexcept {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
+/// Team of threads that run one task together for a few microseconds at a time. Members wait in
+/// spin loops, so that a tick neither locks nor makes a system call.
+class Team {
+ public:
+  /// Starts the threads for the task work(number). `members` includes the caller, which is number
+  /// 0.
+  Team(int members, std::function<void(int)> work) : work_(std::move(work)) {
+    for (int number = 1; number < members; ++number) {
+      threads_.emplace_back([this, number] { serve(number); });
+    }
+  }
+  ~Team() {
+    round_.store(-1, std::memory_order_release);
+    for (std::thread& thread : threads_) { thread.join(); }
+  }
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  /// Runs the task once on every member and returns when all have finished.
+  void run() noexcept {
+    const long round = round_.load(std::memory_order_relaxed) + 1;
+    round_.store(round, std::memory_order_release);
+    work_(0);
+    const long all = round * static_cast<long>(threads_.size());
+    while (finished_.load(std::memory_order_acquire) < all) { relax(); }
+  }
+
+ private:
+  void serve(int number) noexcept {
+    const FlushedDenormals flushed;  // same mode as on the calling thread
+    for (long seen = 0;;) {
+      long idle = 0;
+      long round = seen;
+      while ((round = round_.load(std::memory_order_acquire)) == seen) {
+        relax();
+        if (++idle > patience) { std::this_thread::yield(); }
+      }
+      if (round < 0) { return; }
+      seen = round;
+      work_(number);
+      finished_.fetch_add(1, std::memory_order_release);
+    }
+  }
+
+  std::function<void(int)> work_;
+  std::atomic<long> round_{0};     ///< number of tasks so far; negative: threads end
+  std::atomic<long> finished_{0};  ///< completed by members other than the caller, over all rounds
+  std::vector<std::thread> threads_;
+};
+
 }  // namespace
 
-Team::Team(int members) {
-  for (int number = 1; number < members; ++number) {
-    threads_.emplace_back([this, number] { serve(number); });
-  }
-}
-
-Team::~Team() {
-  round_.store(-1, std::memory_order_release);
-  for (std::thread& thread : threads_) { thread.join(); }
-}
-
-void Team::run_call() noexcept {
-  const long round = round_.load(std::memory_order_relaxed) + 1;
-  round_.store(round, std::memory_order_release);
-  call_(work_, 0);
-  const long all = round * static_cast<long>(threads_.size());
-  while (finished_.load(std::memory_order_acquire) < all) { relax(); }
-}
-
-void Team::serve(int number) noexcept {
-  const FlushedDenormals flushed;  // same mode as on the calling thread
-  for (long seen = 0;;) {
-    long idle = 0;
-    long round = seen;
-    while ((round = round_.load(std::memory_order_acquire)) == seen) {
-      relax();
-      if (++idle > patience) { std::this_thread::yield(); }
-    }
-    if (round < 0) { return; }
-    seen = round;
-    call_(work_, number);
-    finished_.fetch_add(1, std::memory_order_release);
-  }
-}
-
-template <class Real> int LatticeSlabs<Real>::most_threads(int layers, long vectors, int wanted) {
+int most_lattice_threads(int layers, long vectors, int wanted) {
   return vectors > 1 ? std::max(1, std::min(wanted, layers / 2)) : 1;
 }
 
-template <class Real>
-LatticeSlabs<Real>::LatticeSlabs(const lattice::View<Real>& view, int threads)
-    : view_(view), layer_length_(view.layer_length), copy_length_(layer_length_ + 2 * view.lead) {
-  const int count = most_threads(view.rows2, view.vectors, threads);
-  for (int n = 0; n <= count; ++n) {
-    begins_.push_back(static_cast<int>(static_cast<long>(view.rows2) * n / count));
-  }
-  for (int n = 1; n < count; ++n) {
-    boundaries_.push_back(std::make_unique<Boundary>());
-    for (auto* numbers : {&boundaries_.back()->below, &boundaries_.back()->above}) {
-      numbers->assign(static_cast<std::size_t>(3 * copy_length_), Real(0));
+/// Partition of a lattice among threads by layers. Results are bitwise identical to those of one
+/// thread (model/EQUATIONS.md, "Lattice in lanes").
+template <class Real> class LatticeSlabs {
+ public:
+  LatticeSlabs(const lattice::View<Real>& view, int threads)
+      : view_(view), copy_length_(view.layer_length + 2 * view.lead) {
+    const int count = most_lattice_threads(view.rows2, view.vectors, threads);
+    for (int n = 0; n <= count; ++n) {
+      begins_.push_back(static_cast<int>(static_cast<long>(view.rows2) * n / count));
     }
-  }
-  sums_.assign(static_cast<std::size_t>(count), 0.0);
-  if (count > 1) { team_ = std::make_unique<Team>(count); }
-}
-
-template <class Real>
-lattice::Nodes<Real> LatticeSlabs<Real>::layer_in(AlignedVector<Real>& numbers) const noexcept {
-  Real* first = numbers.data() + view_.lead;
-  return {.q = first, .v = first + copy_length_, .f = first + 2 * copy_length_};
-}
-
-template <class Real>
-void LatticeSlabs<Real>::copy(const lattice::Fields<Real>& fields, int layer,
-                              AlignedVector<Real>& to) const noexcept {
-  const long begin = view_.lead + layer * layer_length_;
-  const auto bytes = static_cast<std::size_t>(layer_length_) * sizeof(Real);
-  Real* q = to.data() + view_.lead;
-  std::memcpy(q, fields.q + begin, bytes);
-  if (fields.v != nullptr) { std::memcpy(q + copy_length_, fields.v + begin, bytes); }
-}
-
-/// Computes one slab. The thread of the upper slab copies the two layers at the boundary and adds
-/// the forces of the lower slab's springs on the upper slab. The thread of the lower slab waits for
-/// the copy only before its last layer.
-template <class Real>
-double LatticeSlabs<Real>::sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
-                                      const lattice::Fields<Real>& fields) noexcept {
-  const int begin = begins_[number];
-  const int end = begins_[number + 1];
-  if (number > 0) {
-    Boundary& under = *boundaries_[number - 1];
-    copy(fields, begin - 1, under.below);
-    copy(fields, begin, under.above);
-    under.copied.store(round_, std::memory_order_release);
-    const lattice::Nodes<Real> below = layer_in(under.below);
-    (void)kernel(view_, {.begin = begin - 1, .end = begin, .below = &below}, fields);
-  }
-  if (number == boundaries_.size()) { return kernel(view_, {.begin = begin, .end = end}, fields); }
-  const double sum = kernel(view_, {.begin = begin, .end = end - 1}, fields);
-  Boundary& over = *boundaries_[number];
-  while (over.copied.load(std::memory_order_acquire) != round_) { relax(); }
-  const lattice::Nodes<Real> above = layer_in(over.above);
-  return sum + kernel(view_, {.begin = end - 1, .end = end, .beyond = &above}, fields);
-}
-
-template <class Real>
-double LatticeSlabs<Real>::sweep(lattice::Kernel<Real> kernel,
-                                 const lattice::Fields<Real>& fields) noexcept {
-  if (team_ == nullptr) { return sweep_slab(0, kernel, fields); }
-  ++round_;
-  auto work = [&](int number) noexcept {
-    const auto n = static_cast<std::size_t>(number);
-    sums_[n] = sweep_slab(n, kernel, fields);
-  };
-  team_->run(work);
-  return std::accumulate(sums_.begin(), sums_.end(), 0.0);
-}
-
-template <class Real> std::size_t LatticeSlabs<Real>::memory_bytes() const noexcept {
-  std::size_t bytes = 0;
-  for (const auto& boundary : boundaries_) {
-    bytes += (boundary->below.size() + boundary->above.size()) * sizeof(Real);
-  }
-  return bytes;
-}
-
-template class LatticeSlabs<double>;
-template class LatticeSlabs<float>;
-
-template <class Real>
-LatticeSleep<Real>::LatticeSleep(const lattice::View<Real>& view, std::vector<unsigned char> awake,
-                                 double most_withheld)
-    : rows1_(view.rows1),
-      rows2_(view.rows2),
-      lead_(view.lead),
-      row_length_(view.row_length),
-      lanes_(view.lanes),
-      most_withheld_(most_withheld),
-      awake_(std::move(awake)) {
-  const int rows = rows1_ * rows2_;
-  state_.assign(awake_.size(), Row::asleep);
-  border_.reserve(awake_.size());
-  for (int row = 0; row < rows; ++row) {
-    const auto n = static_cast<std::size_t>(row);
-    if (view.row_moves[n] == 0) {
-      state_[n] = Row::fixed;
-      awake_[n] = 0;
-      continue;
-    }
-    ++able_count_;
-    if (awake_[n] == 0) { continue; }
-    state_[n] = Row::awake;
-    ++awake_count_;
-  }
-  for (int row = 0; row < rows; ++row) {
-    if (state_[static_cast<std::size_t>(row)] == Row::awake) { watch_around(row); }
-  }
-}
-
-template <class Real> void LatticeSleep<Real>::watch_around(int row) noexcept {
-  const int at1 = row % rows1_;
-  const int at2 = row / rows1_;
-  for (int to2 = std::max(0, at2 - 1); to2 <= std::min(rows2_ - 1, at2 + 1); ++to2) {
-    for (int to1 = std::max(0, at1 - 1); to1 <= std::min(rows1_ - 1, at1 + 1); ++to1) {
-      const int there = to2 * rows1_ + to1;
-      Row& state = state_[static_cast<std::size_t>(there)];
-      if (state != Row::asleep) { continue; }
-      state = Row::border;
-      border_.push_back(there);  // capacity is reserved for all rows
-    }
-  }
-}
-
-template <class Real> void LatticeSleep<Real>::wake(std::size_t place_in_border) noexcept {
-  const int row = border_[place_in_border];
-  border_[place_in_border] = border_.back();
-  border_.pop_back();
-  state_[static_cast<std::size_t>(row)] = Row::awake;
-  awake_[static_cast<std::size_t>(row)] = 1;
-  ++awake_count_;
-  watch_around(row);
-}
-
-template <class Real>
-template <class Visit>
-void LatticeSleep<Real>::visit_nodes(int row, Visit visit) const noexcept {
-  for (long vector = begin_of(row); vector < begin_of(row) + row_length_; vector += 3 * lanes_) {
-    for (long i = vector; i < vector + lanes_; ++i) { visit(i); }
-  }
-}
-
-template <class Real>
-double LatticeSleep<Real>::pull_on(const Real* f, const Real* inverse_mass,
-                                   int row) const noexcept {
-  double pull = 0.0;
-  visit_nodes(row, [&](long i) {
-    if (inverse_mass[i] == Real(0)) { return; }
-    const auto x = static_cast<double>(f[i]);
-    const auto y = static_cast<double>(f[i + lanes_]);
-    const auto z = static_cast<double>(f[i + 2 * lanes_]);
-    pull += std::sqrt(x * x + y * y + z * z);
-  });
-  return pull;
-}
-
-template <class Real> void LatticeSleep<Real>::clear(Real* f, int row) const noexcept {
-  std::fill_n(f + begin_of(row), static_cast<std::size_t>(row_length_), Real(0));
-}
-
-/// Withholds at most an equal share of the total limit on each row. A NaN force wakes the row.
-template <class Real>
-template <class Visit>
-void LatticeSleep<Real>::judge_border(Real* f, const Real* inverse_mass, Visit visit) noexcept {
-  const double share =
-      most_withheld_ / static_cast<double>(std::max<std::size_t>(1, border_.size()));
-  for (std::size_t n = 0; n < border_.size();) {
-    const int row = border_[n];
-    if (pull_on(f, inverse_mass, row) <= share) {
-      clear(f, row);
-      ++n;
-    } else {
-      visit(row);
-      wake(n);
-    }
-  }
-}
-
-template <class Real>
-void LatticeSleep<Real>::wake_pulled(Real* f, const Real* inverse_mass) noexcept {
-  judge_border(f, inverse_mass, [](int) {});
-}
-
-/// Moves the woken rows as lattice::move_row() does, without weight: rows never sleep under
-/// gravity.
-template <class Real>
-double LatticeSleep<Real>::wake_in_step(const lattice::Fields<Real>& fields) noexcept {
-  const lattice::Move<Real>& move = *fields.move;
-  double squares = 0.0;
-  judge_border(fields.f, move.inverse_mass, [&](int row) {
-    visit_nodes(row, [&](long i) {
-      for (long at = i; at <= i + 2 * lanes_; at += lanes_) {
-        move.v[at] += move.h * (fields.f[at] * move.inverse_mass[i]);
-        move.q[at] += move.h * move.v[at];
-        squares += static_cast<double>(move.v[at] * move.v[at]);
+    for (int n = 1; n < count; ++n) {
+      boundaries_.push_back(std::make_unique<Boundary>());
+      for (auto* numbers : {&boundaries_.back()->below, &boundaries_.back()->above}) {
+        numbers->assign(static_cast<std::size_t>(3 * copy_length_), Real(0));
       }
+    }
+    sums_.assign(static_cast<std::size_t>(count), 0.0);
+    if (count > 1) {
+      team_ = std::make_unique<Team>(count, [this](int number) {
+        const auto n = static_cast<std::size_t>(number);
+        sums_[n] = sweep_slab(n, kernel_, fields_);
+      });
+    }
+  }
+
+  /// Applies the kernel to the whole lattice and returns the sum of its results.
+  double sweep(lattice::Kernel<Real> kernel, const lattice::Fields<Real>& fields) noexcept {
+    if (team_ == nullptr) { return sweep_slab(0, kernel, fields); }
+    ++round_;
+    kernel_ = kernel;
+    fields_ = fields;
+    team_->run();
+    return std::accumulate(sums_.begin(), sums_.end(), 0.0);
+  }
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    std::size_t bytes = 0;
+    for (const auto& boundary : boundaries_) {
+      bytes += (boundary->below.size() + boundary->above.size()) * sizeof(Real);
+    }
+    return bytes;
+  }
+
+ private:
+  /// Boundary between two slabs: copies of both layers before either moves, and memory for the
+  /// forces on them that the thread of the other slab computes for itself.
+  struct Boundary {
+    AlignedVector<Real> below;
+    AlignedVector<Real> above;
+    std::atomic<long> copied{0};  ///< round
+  };
+  /// Returns q, v and f of a layer that are stored in one vector.
+  lattice::Nodes<Real> layer_in(AlignedVector<Real>& numbers) const noexcept {
+    Real* first = numbers.data() + view_.lead;
+    return {.q = first, .v = first + copy_length_, .f = first + 2 * copy_length_};
+  }
+  void copy(const lattice::Fields<Real>& fields, int layer,
+            AlignedVector<Real>& to) const noexcept {
+    const long begin = view_.lead + layer * view_.layer_length;
+    const auto bytes = static_cast<std::size_t>(view_.layer_length) * sizeof(Real);
+    Real* q = to.data() + view_.lead;
+    std::memcpy(q, fields.q + begin, bytes);
+    if (fields.v != nullptr) { std::memcpy(q + copy_length_, fields.v + begin, bytes); }
+  }
+  /// Computes one slab. The thread of the upper slab copies the two layers at the boundary and adds
+  /// the forces of the lower slab's springs on the upper slab. The thread of the lower slab waits
+  /// for the copy only before its last layer.
+  double sweep_slab(std::size_t number, lattice::Kernel<Real> kernel,
+                    const lattice::Fields<Real>& fields) noexcept {
+    const int begin = begins_[number];
+    const int end = begins_[number + 1];
+    if (number > 0) {
+      Boundary& under = *boundaries_[number - 1];
+      copy(fields, begin - 1, under.below);
+      copy(fields, begin, under.above);
+      under.copied.store(round_, std::memory_order_release);
+      const lattice::Nodes<Real> below = layer_in(under.below);
+      (void)kernel(view_, {.begin = begin - 1, .end = begin, .below = &below}, fields);
+    }
+    if (number == boundaries_.size()) {
+      return kernel(view_, {.begin = begin, .end = end}, fields);
+    }
+    const double sum = kernel(view_, {.begin = begin, .end = end - 1}, fields);
+    Boundary& over = *boundaries_[number];
+    while (over.copied.load(std::memory_order_acquire) != round_) { relax(); }
+    const lattice::Nodes<Real> above = layer_in(over.above);
+    return sum + kernel(view_, {.begin = end - 1, .end = end, .beyond = &above}, fields);
+  }
+
+  lattice::View<Real> view_;
+  long copy_length_;  ///< of q, including elements that the outermost lanes access on both sides
+  std::vector<int> begins_;  ///< first layer of each slab, then the number of layers
+  std::vector<std::unique_ptr<Boundary>> boundaries_;  ///< entry n is below slab n + 1
+  std::vector<double> sums_;
+  lattice::Kernel<Real> kernel_ = nullptr;  ///< of the current sweep
+  lattice::Fields<Real> fields_{};
+  long round_ = 0;
+  std::unique_ptr<Team> team_;  ///< last member: the threads end before the data are destroyed
+};
+
+/// Rows of a lattice at rest, which are not integrated until a sufficient force acts on them
+/// (model/EQUATIONS.md, "Sleeping rows").
+template <class Real> class LatticeSleep {
+ public:
+  /// Prepares the rows of the whole lattice `view`; a row of `row_length` elements moves or is
+  /// fixed as a whole. `awake` is 1 for rows that are integrated from the start. `most_withheld`
+  /// limits the sum of all forces on sleeping nodes [N].
+  LatticeSleep(const lattice::View<Real>& view, std::vector<unsigned char> awake,
+               double most_withheld)
+      : rows1_(view.rows1),
+        rows2_(view.rows2),
+        lead_(view.lead),
+        row_length_(view.row_length),
+        lanes_(view.lanes),
+        most_withheld_(most_withheld),
+        awake_(std::move(awake)) {
+    const int rows = rows1_ * rows2_;
+    state_.assign(awake_.size(), Row::asleep);
+    border_.reserve(awake_.size());
+    for (int row = 0; row < rows; ++row) {
+      const auto n = static_cast<std::size_t>(row);
+      if (view.row_moves[n] == 0) {
+        state_[n] = Row::fixed;
+        awake_[n] = 0;
+        continue;
+      }
+      ++able_count_;
+      if (awake_[n] == 0) { continue; }
+      state_[n] = Row::awake;
+      ++awake_count_;
+    }
+    for (int row = 0; row < rows; ++row) {
+      if (state_[static_cast<std::size_t>(row)] == Row::awake) { watch_around(row); }
+    }
+  }
+
+  /// Returns 1 for each row that is integrated. The pointer stays valid, so that a View can keep
+  /// it.
+  [[nodiscard]] const unsigned char* awake() const noexcept { return awake_.data(); }
+  /// Returns the fraction of the movable rows that are awake.
+  [[nodiscard]] double awake_share() const noexcept {
+    return static_cast<double>(awake_count_) / static_cast<double>(able_count_);
+  }
+
+  /// Wakes rows with too large forces in f [N] and withholds the forces on the other sleeping rows.
+  /// Call it after forces were added to f.
+  void wake_pulled(Real* f, const Real* inverse_mass) noexcept {
+    judge_border(f, inverse_mass, [](int) {});
+  }
+  /// Wakes rows after a step (lattice::Task::step) and moves them by that step, as
+  /// lattice::move_row() does; rows never sleep under gravity. Returns the sum of squares of their
+  /// velocities.
+  double wake_in_step(const lattice::Fields<Real>& fields) noexcept {
+    const lattice::Move<Real>& move = *fields.move;
+    double squares = 0.0;
+    judge_border(fields.f, move.inverse_mass, [&](int row) {
+      visit_nodes(row, [&](long i) {
+        for (long at = i; at <= i + 2 * lanes_; at += lanes_) {
+          move.v[at] += move.h * (fields.f[at] * move.inverse_mass[i]);
+          move.q[at] += move.h * move.v[at];
+          squares += static_cast<double>(move.v[at] * move.v[at]);
+        }
+      });
+      clear(fields.f, row);
     });
-    clear(fields.f, row);
-  });
-  return squares;
-}
+    return squares;
+  }
+  /// Removes the forces on sleeping rows from f.
+  void withhold(Real* f) const noexcept {
+    for (const int row : border_) { clear(f, row); }
+  }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    return state_.size() + awake_.size() + border_.capacity() * sizeof(int);
+  }
 
-template <class Real> void LatticeSleep<Real>::withhold(Real* f) const noexcept {
-  for (const int row : border_) { clear(f, row); }
-}
+ private:
+  enum class Row : unsigned char { fixed, asleep, border, awake };
 
-template <class Real> std::size_t LatticeSleep<Real>::memory_bytes() const noexcept {
-  return state_.size() + awake_.size() + border_.capacity() * sizeof(int);
-}
+  [[nodiscard]] long begin_of(int row) const noexcept { return lead_ + row * row_length_; }
+  /// Calls visit(index of x) for each node of a row.
+  template <class Visit> void visit_nodes(int row, Visit visit) const noexcept {
+    for (long vector = begin_of(row); vector < begin_of(row) + row_length_; vector += 3 * lanes_) {
+      for (long i = vector; i < vector + lanes_; ++i) { visit(i); }
+    }
+  }
+  void clear(Real* f, int row) const noexcept {
+    std::fill_n(f + begin_of(row), static_cast<std::size_t>(row_length_), Real(0));
+  }
+  double pull_on(const Real* f, const Real* inverse_mass, int row) const noexcept {
+    double pull = 0.0;
+    visit_nodes(row, [&](long i) {
+      if (inverse_mass[i] == Real(0)) { return; }
+      const auto x = static_cast<double>(f[i]);
+      const auto y = static_cast<double>(f[i + lanes_]);
+      const auto z = static_cast<double>(f[i + 2 * lanes_]);
+      pull += std::sqrt(x * x + y * y + z * z);
+    });
+    return pull;
+  }
+  void wake(std::size_t place_in_border) noexcept {
+    const int row = border_[place_in_border];
+    border_[place_in_border] = border_.back();
+    border_.pop_back();
+    state_[static_cast<std::size_t>(row)] = Row::awake;
+    awake_[static_cast<std::size_t>(row)] = 1;
+    ++awake_count_;
+    watch_around(row);
+  }
+  void watch_around(int row) noexcept {
+    const int at1 = row % rows1_;
+    const int at2 = row / rows1_;
+    for (int to2 = std::max(0, at2 - 1); to2 <= std::min(rows2_ - 1, at2 + 1); ++to2) {
+      for (int to1 = std::max(0, at1 - 1); to1 <= std::min(rows1_ - 1, at1 + 1); ++to1) {
+        const int there = to2 * rows1_ + to1;
+        Row& state = state_[static_cast<std::size_t>(there)];
+        if (state != Row::asleep) { continue; }
+        state = Row::border;
+        border_.push_back(there);  // capacity is reserved for all rows
+      }
+    }
+  }
+  /// Withholds at most an equal share of the total limit on each row at the border, and calls
+  /// visit(row) for each row that wakes. A NaN force wakes the row.
+  template <class Visit>
+  void judge_border(Real* f, const Real* inverse_mass, Visit visit) noexcept {
+    const double share =
+        most_withheld_ / static_cast<double>(std::max<std::size_t>(1, border_.size()));
+    for (std::size_t n = 0; n < border_.size();) {
+      const int row = border_[n];
+      if (pull_on(f, inverse_mass, row) <= share) {
+        clear(f, row);
+        ++n;
+      } else {
+        visit(row);
+        wake(n);
+      }
+    }
+  }
 
-template class LatticeSleep<double>;
-template class LatticeSleep<float>;
+  int rows1_;
+  int rows2_;
+  long lead_;
+  long row_length_;
+  long lanes_;
+  double most_withheld_;
+  std::vector<Row> state_;
+  std::vector<unsigned char> awake_;
+  std::vector<int> border_;  ///< sleeping rows next to an awake row
+  long awake_count_ = 0;
+  long able_count_ = 0;
+};
 
 namespace {
 
@@ -317,6 +383,12 @@ LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprin
   step_ = (damped_ ? kernels.step : kernels.undamped_step).at(fetch);
 }
 
+template <class Real> LatticeNetwork<Real>::~LatticeNetwork() = default;
+
+template <class Real> double LatticeNetwork<Real>::awake_share() const noexcept {
+  return sleep_ ? sleep_->awake_share() : 1.0;
+}
+
 template <class Real>
 void LatticeNetwork<Real>::let_sleep(double most_withheld, std::span<const int> touched) {
   const NetworkProblem& problem = this->problem();
@@ -335,7 +407,7 @@ void LatticeNetwork<Real>::let_sleep(double most_withheld, std::span<const int> 
   for (const Load& load : problem.loads()) { std::ranges::for_each(load.nodes, wake); }
   std::ranges::for_each(touched, wake);
   lattice::View<Real> view = springs_.view();
-  sleep_.emplace(view, std::move(awake), most_withheld);
+  sleep_ = std::make_unique<LatticeSleep<Real>>(view, std::move(awake), most_withheld);
   view.row_moves = sleep_->awake();
   slabs_ = std::make_unique<LatticeSlabs<Real>>(view, 1);
 }

@@ -152,7 +152,7 @@ void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, 
     return;
   }
   const int layers = rows->nodes()[2];
-  plan.threads = LatticeSlabs<double>::most_threads(layers, rows->vectors(), wanted);
+  plan.threads = most_lattice_threads(layers, rows->vectors(), wanted);
   if (plan.threads < wanted) {
     plan.warnings.push_back(std::to_string(plan.threads) + " of " + std::to_string(wanted) +
                             " threads: each takes two layers or more of " + std::to_string(layers) +

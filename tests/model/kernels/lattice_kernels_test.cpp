@@ -378,10 +378,10 @@ TEST(
 }
 
 TEST("a lattice is shared by no more threads than have two layers each, in rows of two vectors") {
-  CHECK(LatticeSlabs<double>::most_threads(5, 3, 4) == 2);
-  CHECK(LatticeSlabs<double>::most_threads(3, 3, 4) == 1);
-  CHECK(LatticeSlabs<double>::most_threads(80, 20, 2) == 2);
-  CHECK(LatticeSlabs<double>::most_threads(80, 1, 2) == 1);
+  CHECK(most_lattice_threads(5, 3, 4) == 2);
+  CHECK(most_lattice_threads(3, 3, 4) == 1);
+  CHECK(most_lattice_threads(80, 20, 2) == 2);
+  CHECK(most_lattice_threads(80, 1, 2) == 1);
 }
 
 }  // namespace
