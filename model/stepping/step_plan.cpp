@@ -307,7 +307,7 @@ std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& p
     if (plan.sleep_force > 0.0) { lattice->let_sleep(plan.sleep_force, plan.touched); }
     return lattice;
   }
-  if (plan.far) { return std::make_unique<ReducedNetwork<Real>>(problem, *plan.far); }
+  if (plan.far) { return make_reduced_network<Real>(problem, *plan.far); }
   const bool implicit = plan.integrator != nullptr && plan.integrator->implicit;
   const bool padded = !implicit && !SpringLaw::is_printed(plan.printed);
   return std::make_unique<ListNetwork<Real>>(problem, plan.printed, plan.h, plan.skip,
