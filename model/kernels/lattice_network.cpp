@@ -7,7 +7,11 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
+#include <map>
 #include <numeric>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -78,12 +82,6 @@ class Team {
   std::atomic<long> finished_{0};  ///< completed by members other than the caller, over all rounds
   std::vector<std::thread> threads_;
 };
-
-}  // namespace
-
-int most_lattice_threads(int layers, long vectors, int wanted) {
-  return vectors > 1 ? std::max(1, std::min(wanted, layers / 2)) : 1;
-}
 
 /// Partition of a lattice among threads by layers. Results are bitwise identical to those of one
 /// thread (model/EQUATIONS.md, "Lattice in lanes").
@@ -337,15 +335,242 @@ template <class Real> class LatticeSleep {
   long able_count_ = 0;
 };
 
-namespace {
+/// Unused elements before and after the rows that the outermost lanes access: one cache line.
+template <class Real> constexpr Eigen::Index margin = 64 / sizeof(Real);
 
-template <class Real>
-LatticeSprings<Real> springs_of(const NetworkProblem& problem, int lanes, bool skip,
-                                bool may_fold) {
-  const auto& shape = problem.network().springs.lattice();
-  if (!shape) { throw std::invalid_argument("the network is no regular lattice"); }
-  return LatticeSprings<Real>(problem, *shape, lanes, skip, may_fold);
+/// Returns the length of a vector of all coordinates: a multiple of the margin.
+template <class Real> Eigen::Index size_for(Eigen::Index elements) {
+  return (elements + 3 * margin<Real> - 1) / margin<Real> * margin<Real>;
 }
+
+/// Returns the slot of a spring with offset `step` along (row, second, third).
+std::size_t slot_of(const std::array<int, 3>& step) {
+  for (int kind = 0; kind < lattice::neighbour_kinds; ++kind) {
+    const auto& to = lattice::neighbour_steps[kind];
+    if (step[1] == to[0] && step[2] == to[1]) {
+      return static_cast<std::size_t>(2 + 3 * kind + step[0]);
+    }
+  }
+  return 0;
+}
+
+bool leads_back(const std::array<int, 3>& step) {
+  if (step[2] != 0) { return step[2] < 0; }
+  return step[1] != 0 ? step[1] < 0 : step[0] < 0;
+}
+
+/// Kernel data of a regular lattice: nodes in SIMD lanes, and tables of spring constants that equal
+/// rows share (model/EQUATIONS.md, "Lattice in lanes").
+template <class Real> class LatticeSprings {
+ public:
+  /// Builds the tables. `shape` is the lattice of the problem's network. With skip = false, absent
+  /// dampers and rows of fixed nodes are computed too; results are bitwise identical.
+  LatticeSprings(const NetworkProblem& problem, const LatticeShape& shape, int lanes, bool skip,
+                 bool may_fold)
+      : problem_(problem),
+        spacing_(shape.spacing),
+        rows_(shape, lanes, may_fold),
+        lanes_(lanes),
+        vectors_(rows_.vectors()),
+        size_(size_for<Real>(static_cast<Eigen::Index>(rows_.count()) * vectors_ * 3 * lanes_)),
+        row_moves_(skip ? rows_.moving(problem) : std::vector<unsigned char>(rows_.count(), 1)) {
+    fill_tables(problem, skip);
+  }
+
+  /// newly built by each call
+  [[nodiscard]] NodeLayout layout() const {
+    NodeLayout layout{.size = size_, .stride = lanes_};
+    const int nodes = static_cast<int>(problem_.network().node_count());
+    layout.first.reserve(static_cast<std::size_t>(nodes));
+    for (int node = 0; node < nodes; ++node) {
+      const bool fixed = problem_.coordinate(node) < 0;
+      layout.first.push_back(fixed ? -1 : static_cast<int>(element_of(rows_.place_of(node))));
+    }
+    return layout;
+  }
+  [[nodiscard]] const LatticeRows& rows() const { return rows_; }
+  [[nodiscard]] lattice::View<Real> view() const {
+    return {.rows1 = rows_.rows1(),
+            .rows2 = rows_.nodes()[2],
+            .vectors = vectors_,
+            .row_length = 3L * vectors_ * lanes_,
+            .layer_length = 3L * vectors_ * lanes_ * rows_.rows1(),
+            .folded = rows_.folds() > 1,
+            .lead = margin<Real>,
+            .lanes = lanes_,
+            .numbers = damped_ ? 2 : 1,
+            .tables = tables_.data(),
+            .row_table = row_table_.data(),
+            .row_moves = row_moves_.data(),
+            .own_rest = length_along(1),
+            .own_springs = used_[0],
+            .links = {links_of(0), links_of(1), links_of(rows_.rows1() - 1)}};
+  }
+  /// Returns the initial position of all nodes. Padding elements get positions far from each other.
+  [[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> initial_position() const {
+    Eigen::Matrix<Real, Eigen::Dynamic, 1> q(size_);
+    for (Eigen::Index i = 0; i < size_; ++i) {
+      q(i) = static_cast<Real>(-spacing_ * static_cast<double>(1 + i));
+    }
+    const SpringNetwork& network = problem_.network();
+    for (int node = 0; node < static_cast<int>(network.node_count()); ++node) {
+      at_node(q, element_of(rows_.place_of(node)), lanes_) =
+          network.initial_place(node).template cast<Real>();
+    }
+    return q;
+  }
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return tables_.capacity() * sizeof(Real) + row_table_.capacity() * sizeof(long) +
+           row_moves_.capacity();
+  }
+
+ private:
+  [[nodiscard]] Eigen::Index element_of(const LatticeRows::Place& place) const {
+    const auto row = static_cast<Eigen::Index>(rows_.row_of(place));
+    return margin<Real> + (row * vectors_ + place[0] % vectors_) * 3 * lanes_ +
+           rows_.first_lane(place) + place[0] / vectors_;
+  }
+  /// Equal springs of consecutive nodes in a row, stored with the row that computes them.
+  struct Stretch {
+    std::uint32_t row = 0;
+    int place = 0;  ///< position of the first node in the row
+    int nodes = 0;
+    std::uint16_t slot = 0;
+    std::uint16_t first_lane = 0;  ///< first lane of its lattice row
+    const SpringList::Bond* bond = nullptr;
+    /// Returns true if all members except the row are equal.
+    [[nodiscard]] bool equals(const Stretch& other) const {
+      return place == other.place && nodes == other.nodes && slot == other.slot &&
+             first_lane == other.first_lane && bond->stiffness == other.bond->stiffness &&
+             bond->viscosity == other.bond->viscosity;
+    }
+  };
+  [[nodiscard]] auto stretch_of(int node, int nodes, const SpringList::Bond& bond) const
+      -> Stretch {
+    const LatticeRows::Place a = rows_.place_of(node);
+    const LatticeRows::Place b = rows_.place_of(node + bond.to);
+    std::array<int, 3> step{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const bool back = leads_back(step);
+    if (back) {
+      for (int& s : step) { s = -s; }
+    }
+    const LatticeRows::Place& from = back ? b : a;
+    return {.row = static_cast<std::uint32_t>(rows_.row_of(from)),
+            .place = from[0],
+            .nodes = nodes,
+            .slot = static_cast<std::uint16_t>(slot_of(step)),
+            .first_lane = static_cast<std::uint16_t>(rows_.first_lane(from)),
+            .bond = &bond};
+  }
+  /// rest length of the springs [m]
+  [[nodiscard]] Real length_along(int axes) const {
+    return static_cast<Real>(spacing_ * std::sqrt(static_cast<double>(axes)));
+  }
+  /// Returns the links of a row. After the last interleaved row follow the nodes of the first row
+  /// in the next lane group.
+  [[nodiscard]] lattice::Links<Real> links_of(int row1) const {
+    const int rows1 = rows_.rows1();
+    lattice::Links<Real> links;
+    for (int kind = 0; kind < lattice::neighbour_kinds; ++kind) {
+      const auto& step = lattice::neighbour_steps[kind];
+      const std::size_t slot = 1 + 3 * static_cast<std::size_t>(kind);
+      const bool sides = used_[slot] || used_[slot + 2];
+      const int folds =
+          row1 + step[0] < 0 ? -1 : (row1 + step[0]) / rows1;  // offset in interleaved rows
+      if ((!sides && !used_[slot + 1]) || (folds != 0 && rows_.folds() == 1)) { continue; }
+      const int rows = step[0] - folds * rows1;
+      links.to[links.count++] = {
+          .layers = step[1],
+          .rows = rows + step[1] * rows1,
+          .elements = static_cast<long>(rows) * vectors_ * 3 * lanes_ + folds * rows_.pieces(),
+          .constants = static_cast<long>(slot) * lanes_ * (damped_ ? 2 : 1),
+          .rest_across = length_along(std::abs(step[0]) + step[1]),
+          .rest_aside = length_along(std::abs(step[0]) + step[1] + 1),
+          .sides = sides};
+      links.within += 1 - step[1];
+    }
+    return links;
+  }
+  /// Fills the tables row by row; equal rows share a table.
+  void fill_tables(const NetworkProblem& problem, bool skip) {
+    const SpringList& springs = problem.network().springs;
+    damped_ = !skip || is_damped(springs);
+    const auto numbers = static_cast<std::size_t>(damped_ ? 2 : 1);
+    const auto lanes = static_cast<std::size_t>(lanes_);
+    const std::size_t slot_length = numbers * lanes;
+    std::vector<std::size_t> begins;
+    const std::vector<Stretch> stretches = by_row(springs, begins);
+    const auto before = [](const std::vector<Real>& a, const std::vector<Real>& b) {
+      return std::memcmp(a.data(), b.data(), a.size() * sizeof(Real)) <
+             0;  // NaN compares unequal to every number
+    };
+    std::map<std::vector<Real>, long, decltype(before)> known(before);
+    std::vector<Real> row(static_cast<std::size_t>(vectors_) * lattice::slots * slot_length);
+    std::span<const Stretch> row_before;
+    for (std::size_t n = 0; n + 1 < begins.size(); ++n) {
+      const auto own = std::span(stretches).subspan(begins[n], begins[n + 1] - begins[n]);
+      if (n > 0 && std::ranges::equal(own, row_before, [](const Stretch& a, const Stretch& b) {
+            return a.equals(b);
+          })) {
+        row_table_.push_back(row_table_.back());
+        continue;
+      }
+      row_before = own;
+      std::ranges::fill(row, Real(0));
+      for (const Stretch& stretch : own) {
+        used_[stretch.slot] = true;
+        for (int place = stretch.place; place < stretch.place + stretch.nodes; ++place) {
+          const auto vector = static_cast<std::size_t>(place % vectors_);
+          const auto lane = static_cast<std::size_t>(stretch.first_lane + place / vectors_);
+          Real* constants =
+              row.data() + (vector * lattice::slots + stretch.slot) * slot_length + lane;
+          constants[0] += static_cast<Real>(stretch.bond->stiffness);
+          if (damped_) { constants[lanes] += static_cast<Real>(stretch.bond->viscosity); }
+        }
+      }
+      const auto [found, is_new] = known.try_emplace(row, static_cast<long>(tables_.size()));
+      if (is_new) { tables_.insert(tables_.end(), row.begin(), row.end()); }
+      row_table_.push_back(found->second);
+    }
+  }
+  /// Returns the springs sorted by the row that computes them, in list order within a row. Row n
+  /// has the springs begins[n] to begins[n + 1].
+  [[nodiscard]] auto by_row(const SpringList& springs, std::vector<std::size_t>& begins) const
+      -> std::vector<Stretch> {
+    const int together = rows_.follows_index() ? rows_.nodes()[0] : 1;
+    const auto visit_all = [&](auto visit) {
+      for (const SpringList::Run& run : springs.runs()) {
+        const int end = run.first_node + run.nodes;
+        for (int node = run.first_node; node < end;) {
+          const int piece_end = std::min(end, (node / together + 1) * together);
+          for (const SpringList::Bond& bond : springs.bonds(run)) {
+            visit(stretch_of(node, piece_end - node, bond));
+          }
+          node = piece_end;
+        }
+      }
+    };
+    begins.assign(row_moves_.size() + 1, 0);
+    visit_all([&](const Stretch& stretch) { ++begins[stretch.row + 1]; });
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    std::vector<std::size_t> next(begins.begin(), begins.end() - 1);
+    std::vector<Stretch> sorted(begins.back());
+    visit_all([&](const Stretch& stretch) { sorted[next[stretch.row]++] = stretch; });
+    return sorted;
+  }
+
+  const NetworkProblem& problem_;
+  double spacing_;  ///< [m]
+  LatticeRows rows_;
+  int lanes_;
+  int vectors_;
+  Eigen::Index size_;  ///< length of a vector of all coordinates
+  std::vector<unsigned char> row_moves_;
+  bool damped_ = false;
+  AlignedVector<Real> tables_{};
+  std::vector<long> row_table_{};
+  std::array<bool, lattice::slots> used_{};  ///< slots with a spring in at least one row
+};
 
 /// Size [bytes] above which the data exceed the caches and prefetching of rows is faster
 /// (docs/bench.md).
@@ -358,117 +583,137 @@ template <class Real> lattice::Fetch fetch_for(Eigen::Index coordinates, std::si
   return fits ? lattice::Fetch::nothing : lattice::Fetch::rows;
 }
 
+/// Regular lattice for explicit schemes: no index arrays, one pass over memory, explicit SIMD
+/// (model/EQUATIONS.md, "Lattice in lanes"). Fixed nodes and padding elements have zero inverse
+/// mass and never move.
+template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
+ public:
+  LatticeNetwork(const NetworkProblem& problem, LatticeSprings<Real> springs,
+                 const LatticeOptions<Real>& options)
+      : NetworkSystem<Real>(problem, springs.layout(), options.skip),
+        springs_(std::move(springs)),
+        damped_(springs_.view().numbers > 1),
+        kernels_(options.kernels),
+        slabs_(std::make_unique<LatticeSlabs<Real>>(springs_.view(), options.threads)) {
+    Eigen::VectorXd mass = Eigen::VectorXd::Zero(this->layout().size);
+    scatter(problem.mass(), this->layout(), mass);
+    this->set_mass(mass);
+    this->spread_weight();
+    const lattice::Fetch fetch = fetch_for<Real>(this->layout().size, springs_.memory_bytes());
+    force_ = (damped_ ? kernels_.force : kernels_.undamped_force).at(fetch);
+    step_ = (damped_ ? kernels_.step : kernels_.undamped_step).at(fetch);
+    if (options.sleep_force > 0.0) { let_sleep(options.sleep_force, options.touched); }
+  }
+
+  [[nodiscard]] double awake_share() const noexcept override {
+    return sleep_ ? sleep_->awake_share() : 1.0;
+  }
+  void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override {
+    f.setZero();
+    if (!damped_) { return; }
+    slabs_->sweep(kernels_.damping, {q.data(), w.data(), f.data()});
+    if (sleep_) { sleep_->withhold(f.data()); }
+    f = -f;
+  }
+  [[nodiscard]] bool has_dampers() const override { return damped_; }
+  [[nodiscard]] bool has_one_pass() const override { return true; }
+  void prepare_one_pass() override {
+    next_force_.setZero(this->layout().size);
+    this->put_weight(next_force_);
+  }
+  double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override {
+    this->add_loads(t, gate, Real(1), next_force_);
+    const lattice::Move<Real> move{.q = state.position.data(),
+                                   .v = state.velocity.data(),
+                                   .inverse_mass = this->inverse_mass().data(),
+                                   .weight = this->weight(),
+                                   .h = h};
+    const lattice::Fields<Real> fields{
+        .q = move.q, .v = move.v, .f = next_force_.data(), .move = &move};
+    const double squares = slabs_->sweep(step_, fields);
+    return sleep_ ? squares + sleep_->wake_in_step(fields) : squares;
+  }
+  [[nodiscard]] Vector<Real> initial_position() const override {
+    return springs_.initial_position();
+  }
+
+ private:
+  /// Rows without initial displacement, velocity or load sleep, except the rows of `touched` nodes.
+  void let_sleep(double most_withheld, std::span<const int> touched) {
+    const NetworkProblem& problem = this->problem();
+    const SpringNetwork& network = problem.network();
+    const LatticeRows& rows = springs_.rows();
+    std::vector<unsigned char> awake(rows.count(), 0);
+    const auto wake = [&](int node) { awake[rows.row_of(rows.place_of(node))] = 1; };
+    const auto stirred = [](const NodeVectors& columns, int node) {
+      return columns.cols() > 0 && !columns.col(node).isZero(0.0);
+    };
+    for (int node = 0; node < network.node_count(); ++node) {
+      if (stirred(network.initial_displacement, node) || stirred(network.initial_velocity, node)) {
+        wake(node);
+      }
+    }
+    for (const Load& load : problem.loads()) { std::ranges::for_each(load.nodes, wake); }
+    std::ranges::for_each(touched, wake);
+    lattice::View<Real> view = springs_.view();
+    sleep_.emplace(view, std::move(awake), most_withheld);
+    view.row_moves = sleep_->awake();
+    slabs_ = std::make_unique<LatticeSlabs<Real>>(view, 1);
+  }
+  void add_springs(const Vector<Real>& q, const Vector<Real>& v,
+                   Vector<Real>& f) noexcept override {
+    slabs_->sweep(force_, {q.data(), v.data(), f.data()});
+    if (sleep_) { sleep_->wake_pulled(f.data(), this->inverse_mass().data()); }
+  }
+  double measure_springs(const Vector<Real>& q, const Vector<Real>& v,
+                         Vector<Real>& f) noexcept override {
+    const double energy =
+        slabs_->sweep(damped_ ? kernels_.measured_force : kernels_.measured_undamped_force,
+                      {q.data(), v.data(), f.data()});
+    if (sleep_) { sleep_->wake_pulled(f.data(), this->inverse_mass().data()); }
+    return energy;
+  }
+  [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override {
+    return slabs_->sweep(kernels_.energy, {.q = q.data()});
+  }
+  [[nodiscard]] std::size_t spring_bytes() const noexcept override {
+    return springs_.memory_bytes() + slabs_->memory_bytes() +
+           (sleep_ ? sleep_->memory_bytes() : 0) +
+           static_cast<std::size_t>(next_force_.size()) * sizeof(Real);
+  }
+
+  LatticeSprings<Real> springs_;
+  bool damped_;
+  lattice::Kernels<Real> kernels_;
+  lattice::Kernel<Real> force_ = nullptr;
+  lattice::Kernel<Real> step_ = nullptr;
+  std::optional<LatticeSleep<Real>> sleep_;  ///< only if rows may sleep
+  std::unique_ptr<LatticeSlabs<Real>> slabs_;
+  /// Force between two one-pass steps: the weight, and the withheld forces of sleeping rows [N].
+  Vector<Real> next_force_;
+};
+
 }  // namespace
 
-template <class Real>
-LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, bool skip, int threads,
-                                     const lattice::Kernels<Real>& kernels, bool may_fold)
-    : LatticeNetwork(problem, springs_of<Real>(problem, kernels.lanes, skip, may_fold), kernels,
-                     skip, threads) {}
-
-template <class Real>
-LatticeNetwork<Real>::LatticeNetwork(const NetworkProblem& problem, LatticeSprings<Real> springs,
-                                     const lattice::Kernels<Real>& kernels, bool skip, int threads)
-    : NetworkSystem<Real>(problem, springs.layout(), skip),
-      springs_(std::move(springs)),
-      damped_(springs_.view().numbers > 1),
-      kernels_(kernels),
-      slabs_(std::make_unique<LatticeSlabs<Real>>(springs_.view(), threads)) {
-  Eigen::VectorXd mass = Eigen::VectorXd::Zero(this->layout().size);
-  scatter(problem.mass(), this->layout(), mass);
-  this->set_mass(mass);
-  this->spread_weight();
-  const lattice::Fetch fetch = fetch_for<Real>(this->layout().size, springs_.memory_bytes());
-  force_ = (damped_ ? kernels.force : kernels.undamped_force).at(fetch);
-  step_ = (damped_ ? kernels.step : kernels.undamped_step).at(fetch);
-}
-
-template <class Real> LatticeNetwork<Real>::~LatticeNetwork() = default;
-
-template <class Real> double LatticeNetwork<Real>::awake_share() const noexcept {
-  return sleep_ ? sleep_->awake_share() : 1.0;
+int most_lattice_threads(int layers, long vectors, int wanted) {
+  return vectors > 1 ? std::max(1, std::min(wanted, layers / 2)) : 1;
 }
 
 template <class Real>
-void LatticeNetwork<Real>::let_sleep(double most_withheld, std::span<const int> touched) {
-  const NetworkProblem& problem = this->problem();
-  const SpringNetwork& network = problem.network();
-  const LatticeRows& rows = springs_.rows();
-  std::vector<unsigned char> awake(rows.count(), 0);
-  const auto wake = [&](int node) { awake[rows.row_of(rows.place_of(node))] = 1; };
-  const auto stirred = [](const NodeVectors& columns, int node) {
-    return columns.cols() > 0 && !columns.col(node).isZero(0.0);
-  };
-  for (int node = 0; node < network.node_count(); ++node) {
-    if (stirred(network.initial_displacement, node) || stirred(network.initial_velocity, node)) {
-      wake(node);
-    }
-  }
-  for (const Load& load : problem.loads()) { std::ranges::for_each(load.nodes, wake); }
-  std::ranges::for_each(touched, wake);
-  lattice::View<Real> view = springs_.view();
-  sleep_ = std::make_unique<LatticeSleep<Real>>(view, std::move(awake), most_withheld);
-  view.row_moves = sleep_->awake();
-  slabs_ = std::make_unique<LatticeSlabs<Real>>(view, 1);
+std::unique_ptr<NetworkSystem<Real>> make_lattice_network(const NetworkProblem& problem,
+                                                          const LatticeOptions<Real>& options) {
+  const auto& shape = problem.network().springs.lattice();
+  if (!shape) { throw std::invalid_argument("the network is no regular lattice"); }
+  return std::make_unique<LatticeNetwork<Real>>(
+      problem,
+      LatticeSprings<Real>(problem, *shape, options.kernels.lanes, options.skip,
+                           options.sleep_force <= 0.0),
+      options);
 }
 
-template <class Real>
-void LatticeNetwork<Real>::add_springs(const Vector<Real>& q, const Vector<Real>& v,
-                                       Vector<Real>& f) noexcept {
-  slabs_->sweep(force_, {q.data(), v.data(), f.data()});
-  if (sleep_) { sleep_->wake_pulled(f.data(), this->inverse_mass().data()); }
-}
-
-template <class Real>
-double LatticeNetwork<Real>::measure_springs(const Vector<Real>& q, const Vector<Real>& v,
-                                             Vector<Real>& f) noexcept {
-  const double energy =
-      slabs_->sweep(damped_ ? kernels_.measured_force : kernels_.measured_undamped_force,
-                    {q.data(), v.data(), f.data()});
-  if (sleep_) { sleep_->wake_pulled(f.data(), this->inverse_mass().data()); }
-  return energy;
-}
-
-template <class Real> void LatticeNetwork<Real>::prepare_one_pass() {
-  next_force_.setZero(this->layout().size);
-  this->put_weight(next_force_);
-}
-
-template <class Real>
-double LatticeNetwork<Real>::one_pass(double t, double gate, Real h, State<Real>& state) noexcept {
-  this->add_loads(t, gate, Real(1), next_force_);
-  const lattice::Move<Real> move{.q = state.position.data(),
-                                 .v = state.velocity.data(),
-                                 .inverse_mass = this->inverse_mass().data(),
-                                 .weight = this->weight(),
-                                 .h = h};
-  const lattice::Fields<Real> fields{
-      .q = move.q, .v = move.v, .f = next_force_.data(), .move = &move};
-  const double squares = slabs_->sweep(step_, fields);
-  return sleep_ ? squares + sleep_->wake_in_step(fields) : squares;
-}
-
-template <class Real>
-void LatticeNetwork<Real>::damping(const Vector<Real>& q, const Vector<Real>& w,
-                                   Vector<Real>& f) noexcept {
-  f.setZero();
-  if (!damped_) { return; }
-  slabs_->sweep(kernels_.damping, {q.data(), w.data(), f.data()});
-  if (sleep_) { sleep_->withhold(f.data()); }
-  f = -f;
-}
-
-template <class Real>
-double LatticeNetwork<Real>::elastic_energy(const Vector<Real>& q) const noexcept {
-  return slabs_->sweep(kernels_.energy, {.q = q.data()});
-}
-
-template <class Real> std::size_t LatticeNetwork<Real>::spring_bytes() const noexcept {
-  return springs_.memory_bytes() + slabs_->memory_bytes() + (sleep_ ? sleep_->memory_bytes() : 0) +
-         static_cast<std::size_t>(next_force_.size()) * sizeof(Real);
-}
-
-template class LatticeNetwork<double>;
-template class LatticeNetwork<float>;
+template std::unique_ptr<NetworkSystem<double>> make_lattice_network(const NetworkProblem&,
+                                                                     const LatticeOptions<double>&);
+template std::unique_ptr<NetworkSystem<float>> make_lattice_network(const NetworkProblem&,
+                                                                    const LatticeOptions<float>&);
 
 }  // namespace palpate

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "model/kernels/lattice_network.hpp"
-#include "model/kernels/lattice_springs.hpp"
+#include "model/kernels/lattice_rows.hpp"
 #include "model/kernels/list_network.hpp"
 #include "model/kernels/spring_kernels.hpp"
 #include "model/reduction/mode_basis.hpp"
@@ -302,10 +302,10 @@ template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
                                                          const StepPlan& plan) {
   if (plan.lattice) {
-    auto lattice = std::make_unique<LatticeNetwork<Real>>(
-        problem, plan.skip, plan.threads, lattice_kernels<Real>().front(), plan.sleep_force <= 0.0);
-    if (plan.sleep_force > 0.0) { lattice->let_sleep(plan.sleep_force, plan.touched); }
-    return lattice;
+    return make_lattice_network<Real>(problem, {.skip = plan.skip,
+                                                .threads = plan.threads,
+                                                .sleep_force = plan.sleep_force,
+                                                .touched = plan.touched});
   }
   if (plan.far) { return make_reduced_network<Real>(problem, *plan.far); }
   const bool implicit = plan.integrator != nullptr && plan.integrator->implicit;

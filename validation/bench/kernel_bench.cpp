@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "model/kernels/lattice_springs.hpp"
+#include "model/kernels/lattice_rows.hpp"
 #include "model/stepping/simulation.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "validation/bench/bench_cases.hpp"

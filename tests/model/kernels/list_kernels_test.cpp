@@ -8,7 +8,7 @@
 #include <string>
 
 #include "model/kernels/instruction_set.hpp"
-#include "model/kernels/lattice_springs.hpp"
+#include "model/kernels/lattice_rows.hpp"
 #include "model/kernels/list_network.hpp"
 #include "model/kernels/spring_kernels.hpp"
 #include "model/kernels/system.hpp"
