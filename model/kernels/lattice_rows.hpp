@@ -22,9 +22,7 @@ class LatticeRows {
 
   [[nodiscard]] const Place& nodes() const { return nodes_; }  ///< along the three axes
   [[nodiscard]] int folds() const { return folds_; }           ///< lattice rows per stored row
-  [[nodiscard]] int pieces() const {
-    return pieces_;
-  }  ///< segments of each lattice row, one per lane
+  [[nodiscard]] int pieces() const { return pieces_; }  ///< segments of a lattice row, one per lane
   [[nodiscard]] int vectors() const { return vectors_; }  ///< per row
   [[nodiscard]] int rows1() const { return rows1_; }      ///< per layer
   [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(rows1_ * nodes_[2]); }
@@ -32,9 +30,8 @@ class LatticeRows {
   [[nodiscard]] std::size_t row_of(const Place& place) const {
     return static_cast<std::size_t>(place[2] * rows1_ + place[1] % rows1_);
   }
-  [[nodiscard]] int first_lane(const Place& place) const {
-    return place[1] / rows1_ * pieces_;
-  }  ///< of its fold
+  /// Returns the first lane of the fold of a place.
+  [[nodiscard]] int first_lane(const Place& place) const { return place[1] / rows1_ * pieces_; }
   /// Returns true if the nodes of a row are consecutive in the network.
   [[nodiscard]] bool follows_index() const { return axes_[0] == 0; }
   /// Returns 1 for each row with a free node.
@@ -42,8 +39,7 @@ class LatticeRows {
 
  private:
   LatticeShape shape_;
-  std::array<std::size_t, 3>
-      axes_{};  ///< lattice axis of the rows, of the second and of the third direction
+  std::array<std::size_t, 3> axes_{};  ///< lattice axes: of the rows, second and third
   Place nodes_{};
   int folds_ = 1;
   int pieces_ = 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Network of springs in a list, and the matrices of implicit schemes.
+/// Network of springs in a list, of any topology, and the matrices of implicit schemes.
 
 #include <Eigen/SparseCore>
 #include <array>
@@ -13,26 +13,21 @@
 
 namespace palpate {
 
-// Network of any topology: consecutive free nodes, springs in lists, and the matrices of implicit
-// schemes.
-
 /// Layout of the vectors of a list network.
 struct ListVectors {
-  bool padded = false;  ///< padded 4-vectors, with fixed points after the free nodes, as adjacency
-                        ///< groups require; not available with matrices
+  /// Padded 4-vectors, fixed points after the free nodes; not available with matrices.
+  bool padded = false;
   Eigen::Index further = 0;  ///< additional coordinates, with masses from a derived class
 };
 
 template <class Real> class ListNetwork : public NetworkSystem<Real> {
  public:
-  /// Builds the network. With skip = false, unnecessary terms are computed too; results are bitwise
-  /// identical.
+  /// Builds the network. skip = false computes unnecessary terms too, with identical results.
   ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip,
               const ListVectors& vectors = {});
 
   void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
   [[nodiscard]] bool has_dampers() const override { return damped_; }
-  /// Returns true for padded vectors: the one-pass step combines forces, positions and velocities.
   [[nodiscard]] bool has_one_pass() const override { return spacing_ == adjacency::node_stride; }
   void prepare_one_pass() override;
   double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override;

@@ -22,14 +22,12 @@ template <class Real> class NetworkSystem : public System<Real> {
   [[nodiscard]] const NodeLayout& layout() const { return layout_; }
   [[nodiscard]] virtual Vector<Real> initial_position() const = 0;
   [[nodiscard]] Vector<Real> initial_velocity() const;
-  /// Returns the displacement or velocity of a node without coordinates of its own; zero for a
-  /// fixed node.
+  /// Returns the displacement or velocity of a node without coordinates; zero for a fixed node.
   [[nodiscard]] virtual Eigen::Vector3d moved(const Vector<Real>& /*all*/,
                                               int /*node*/) const noexcept {
     return Eigen::Vector3d::Zero();
   }
-  /// Returns the total energy [J]. The vectors may be longer than the network: a tool's coordinate
-  /// follows.
+  /// Returns the total energy [J]. A tool's coordinate may follow in the vectors.
   [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v) const noexcept {
     return energy(q, v, elastic_energy(q));
   }

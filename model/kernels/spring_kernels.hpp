@@ -21,8 +21,7 @@ template <class Real> struct Link {
   Real rest_length;
 };
 
-/// Spring from a free node to a fixed point; b is the index of the fixed point's coordinates after
-/// those of the free nodes, whether or not they are stored.
+/// Spring from a free node to a fixed point, whose coordinates follow those of the free nodes at b.
 template <class Real> struct Anchor {
   int a;
   int b;
@@ -73,9 +72,8 @@ template <class Real> class AdjacencySprings {
       const adjacency::Kernels<Real>& kernels = adjacency_kernels<Real>().front())
       : kernels_(kernels) {}
   /// Groups the links and anchors; includes dampers only if `damped`. Vectors have `spacing`
-  /// numbers per node. With adjacency::node_stride, fixed points follow the free nodes and the
-  /// vectors are used in place. With 3, there are no fixed points and each evaluation copies to
-  /// padded vectors and back. Allocates.
+  /// numbers per node: adjacency::node_stride, with the fixed points after the free nodes, or 3,
+  /// without fixed points; each evaluation then copies to padded vectors and back. Allocates.
   void take(const SpringSet<Real>& springs, bool damped, int spacing);
   [[nodiscard]] bool empty() const { return groups_.empty(); }
   /// Adds the forces of all springs to f.
@@ -114,8 +112,8 @@ template <class Real> class AdjacencySprings {
   std::vector<int> partners_;
   AlignedVector<Real> numbers_;
   long free_nodes_ = 0;
-  AlignedVector<Real> q_, v_,
-      f_;  ///< free nodes, then fixed points; empty if the caller's vectors are padded
+  /// Free nodes, then fixed points; empty if the caller's vectors are padded.
+  AlignedVector<Real> q_, v_, f_;
 };
 
 }  // namespace palpate

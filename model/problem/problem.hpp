@@ -14,9 +14,9 @@
 
 namespace palpate {
 
-/// Equation of motion with switched loads. f is smooth between the breaks at which loads switch.
-/// The activation time `gate` determines the active loads: an integrator passes the beginning of
-/// its step, a reference solver any time strictly inside the segment between two breaks.
+/// Equation of motion, smooth between the breaks at which loads switch. The activation time `gate`
+/// determines the active loads: an integrator passes the beginning of its step, a reference solver
+/// any time strictly between two breaks.
 class Problem {
  public:
   virtual ~Problem() = default;
@@ -42,12 +42,11 @@ class Problem {
                                       const Eigen::Ref<const Eigen::VectorXd>& v) const = 0;
 };
 
-/// Returns the factor of a load's force at time t: its profile if `gate` is in [start, end),
-/// otherwise 0.
+/// Returns a load's profile at time t if `gate` is in [start, end), otherwise 0.
 double load_factor(const Load& load, double t, double gate) noexcept;
 
-/// Derivatives of the force on end a of a spring with respect to d = x_b - x_a and to w = v_b -
-/// v_a. Zero for a spring of zero length.
+/// Derivatives of the force on end a of a spring by d = x_b - x_a and w = v_b - v_a; zero for a
+/// spring of zero length.
 template <class Real> struct SpringGradient {
   Eigen::Matrix<Real, 3, 3> position = Eigen::Matrix<Real, 3, 3>::Zero();
   Eigen::Matrix<Real, 3, 3> velocity = Eigen::Matrix<Real, 3, 3>::Zero();
@@ -75,9 +74,8 @@ SpringGradient<Real> spring_gradient(const SpringLaw& law, const SpringNumbers<R
   return {e * slope.transpose() + tension * turn, spring.viscosity * e * u.transpose()};
 }
 
-/// Equation of motion of a network. The coordinates are those of the free nodes, three each, in
-/// node order. Errata of the force law are applied; those of the time step (no_time_step,
-/// lagged_velocity) are ignored.
+/// Equation of motion of a network. The coordinates are those of the free nodes in node order.
+/// Errata of the time step (no_time_step, lagged_velocity) are ignored.
 class NetworkProblem final : public Problem {
  public:
   /// Builds the problem. `loads` must refer to nodes; resolve_loads() replaces faces.

@@ -10,10 +10,9 @@ namespace palpate {
 
 /// Spectral bounds of the motion about the initial state, M x'' + C x' + K x = 0.
 struct SpectralBounds {
-  double omega_estimate =
-      0.0;  ///< estimate of the highest frequency by iteration, never above the true value [rad/s]
-  double omega_upper = 0.0;    ///< guaranteed upper bound of the highest frequency [rad/s]
-  double damping_upper = 0.0;  ///< guaranteed upper bound of the eigenvalues of M^-1 C [1/s]
+  double omega_estimate = 0.0;  ///< highest frequency by iteration, never above it [rad/s]
+  double omega_upper = 0.0;     ///< guaranteed upper bound of the highest frequency [rad/s]
+  double damping_upper = 0.0;   ///< guaranteed upper bound of the eigenvalues of M^-1 C [1/s]
   /// Smallest c / k of all springs [s]: v'Cv >= this v'Kv at rest lengths. The transverse stiffness
   /// of a stretched spring has no damping of its own.
   double relaxation_lower = 0.0;
@@ -21,9 +20,6 @@ struct SpectralBounds {
 
 SpectralBounds spectral_bounds(const NetworkProblem& problem);
 SpectralBounds spectral_bounds(const Oscillator& oscillator);
-
-// Largest stable step of any registered scheme, computed from the scheme's own step on a scalar
-// oscillator. A new scheme needs no formula of its own.
 
 /// Returns the spectral radius of one step of h on x'' + damping x' + omega^2 x = 0.
 double amplification(const IntegratorInfo& scheme, double omega, double damping, double h);

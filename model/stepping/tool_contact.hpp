@@ -884,8 +884,8 @@ template <class Real> class ToolContact : public ToolState {
   bool predict_ = false;
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;
-  Eigen::Vector2d lag_{
-      0.0, 0.0};  ///< deceleration that tip and shaft need in an implicit step to stick [m/s^2]
+  /// Deceleration that tip and shaft need in an implicit step to stick [m/s^2].
+  Eigen::Vector2d lag_{0.0, 0.0};
   Eigen::Vector2d dissipated_power_begin_{0.0, 0.0};
   bool first_evaluation_ = false;
   double hand_power_begin_ = 0.0;

@@ -51,29 +51,23 @@ class Lookup {
   bool linear_ = false;
 };
 
-// Image sampled at the nodes of a grid in the tissue frame (model/EQUATIONS.md, "Image to
-// stiffness").
-
 struct ImageRegion {
-  Eigen::Vector3d min{0.0, 0.0,
-                      0.0};  ///< from the centre of the first pixel, along x, y, z of the image [m]
+  Eigen::Vector3d min{0.0, 0.0, 0.0};  ///< in the image, from the centre of the first pixel [m]
   Eigen::Vector3d max{0.0, 0.0, 0.0};  ///< [m]
 };
 
 struct ImageSettings {
   Weighting weighting = Weighting::t2;
-  int stride = 1;                        ///< pixels between nodes within a slice
-  int slice_stride = 1;                  ///< slices between nodes
-  std::optional<double> node_spacing{};  ///< in all three directions, replaces the strides [m]
-  FileAxis inward = FileAxis::z_plus;    ///< direction of the image that points into the tissue
-  std::optional<ImageRegion> region{};   ///< empty: the whole image
-  Eigen::Vector2d percentiles{
-      1.0, 99.0};  ///< percentiles of the region's pixels that map to intensity 0 and 1 [%]
+  int stride = 1;                          ///< pixels between nodes within a slice
+  int slice_stride = 1;                    ///< slices between nodes
+  std::optional<double> node_spacing{};    ///< in all three directions, replaces the strides [m]
+  FileAxis inward = FileAxis::z_plus;      ///< direction of the image that points into the tissue
+  std::optional<ImageRegion> region{};     ///< empty: the whole image
+  Eigen::Vector2d percentiles{1.0, 99.0};  ///< of the pixels, that map to intensity 0 and 1 [%]
   std::optional<double> air{};  ///< darker pixels in front of the skin are not tissue [0 to 1]
   int connectivity = 26;
-  std::vector<LookupPoint> lookup{};  ///< replaces the points of the weighting
-  std::map<int, std::string>
-      materials{};  ///< materials of label values; other values use the lookup
+  std::vector<LookupPoint> lookup{};       ///< replaces the points of the weighting
+  std::map<int, std::string> materials{};  ///< of label values; others use the lookup
 };
 
 /// Values at the nodes; x of the tissue frame varies fastest.
@@ -95,12 +89,10 @@ ImageSamples sample_image(const ImageVolume& image, const ImageVolume* labels,
 /// Returns a percentile [%] with linear interpolation between the sorted values. Reorders `values`.
 double percentile(std::vector<float>& values, double percent);
 
-// Tissue from an image: one node per sample, with springs from its brightness (model/EQUATIONS.md,
-// "Image to stiffness").
-
-/// Builds the tissue. `labels` may be null; otherwise it has the shape of the image. z = 0 is the
-/// first tissue below `entry` (x and y, centred on the grid [m]). Adds violations to `broken` if
-/// the input is not valid; the result must not be used then.
+/// Builds the tissue: one node per sample, with springs from its brightness. `labels` may be null;
+/// otherwise it has the shape of the image. z = 0 is the first tissue below `entry` (x and y,
+/// centred on the grid [m]). Adds violations to `broken` if the input is not valid; the result must
+/// not be used then.
 VoxelTissue image_tissue(const ImageVolume& image, const ImageVolume* labels,
                          const ImageSettings& settings, const std::vector<Material>& materials,
                          const Eigen::Vector2d& entry, std::vector<Violation>& broken);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Sum over the cells around a bond (model/EQUATIONS.md, "Material to springs").
+/// Lattices and grids built cell by cell (model/EQUATIONS.md, "Material to springs", "Springs of a
+/// box").
 
 #include <Eigen/Core>
 #include <array>
@@ -46,8 +47,6 @@ struct BondSum {
   }
 };
 
-// Regular lattices, built cell by cell (model/EQUATIONS.md, "Material to springs").
-
 /// Returns an empty list of springs for a lattice with nodes at `position`.
 SpringList springs_of_lattice(const LatticeShape& shape, const NodeVectors& position);
 
@@ -77,18 +76,15 @@ struct NodeGrid;  // tissue_grid.hpp
 SpringNetwork grid_network(const NodeGrid& nodes, int connectivity,
                            const std::function<const CellMaterial*(int, int, int, int, int)>& cell);
 
-// Springs of a grid whose boxes need not be cubes (model/EQUATIONS.md, "Springs of a box").
-
 /// Stiffness of complete bonds per unit of Young's modulus [m], in the order of bond_directions():
 /// edges, face diagonals, body diagonals. A box contributes a quarter of each edge and half of each
 /// face diagonal.
 struct BoxBonds {
   std::array<double, 13> stiffness{};
-  Eigen::Matrix3d elasticity =
-      Eigen::Matrix3d::Zero();  ///< C_nn and C_nm of axes n, m per unit of E [1]
+  /// C_nn and C_nm of axes n, m per unit of E [1].
+  Eigen::Matrix3d elasticity = Eigen::Matrix3d::Zero();
 
-  /// Returns the Young's modulus of the homogenised grid along each axis per unit of the requested
-  /// E [1].
+  /// Returns the Young's moduli of the homogenised grid along its axes per unit of E [1].
   [[nodiscard]] Eigen::Vector3d youngs_moduli() const;
 };
 

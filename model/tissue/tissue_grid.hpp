@@ -45,8 +45,6 @@ struct PlaneCrossing {
 std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Eigen::Vector3d& origin,
                                            const Eigen::Vector3d& direction);
 
-// Grid of the nodes of a scene's tissue.
-
 /// Returns the block of layers below a flat skin. The number of cells in depth approximates the
 /// total thickness best.
 LatticeShape block_shape(const Scene& scene);
@@ -63,8 +61,8 @@ struct BlockBeneathSkin {
     int begin = 0;
     int end = 0;
   };
-  std::vector<Column>
-      columns{};  ///< tissue cells of each column, [begin, end) in planes of `nodes`; x fastest
+  /// Tissue cells of each column, [begin, end) in planes of `nodes`; x fastest.
+  std::vector<Column> columns{};
 
   [[nodiscard]] bool holds(int i, int j, int l) const {
     const Column& column =
@@ -89,9 +87,6 @@ std::optional<NodeGrid> uneven_grid(const Scene& scene);
 /// Returns the grid with the nodes numbered as in build_network(scene). Empty for a bare network
 /// and for an oscillator.
 std::optional<NodeGrid> tissue_grid(const Scene& scene);
-
-// Material at each position of a scene's lattice or layered block (model/EQUATIONS.md, "Material to
-// springs").
 
 struct LatticeCell {
   Eigen::Vector3d low{0.0, 0.0, 0.0};  ///< corner of least coordinates [m]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Conversion of a closed surface to the cubic cells inside it (model/EQUATIONS.md, "Voxels of a
-/// surface").
+/// Tissue from closed surfaces and images, as boxes of material (model/EQUATIONS.md, "Voxels of a
+/// surface", "Image to stiffness").
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -55,10 +55,6 @@ VoxelBody voxelise(const TriangleSurface& surface, const BoxGrid& grid);
 /// Returns volume, centroid and inertia of the cells, each a homogeneous cube.
 SolidMoments moments_of(const VoxelBody& body, const BoxGrid& grid);
 
-// Patient-specific tissue: boxes of material on a grid, and the network of their corners or centres
-// (model/EQUATIONS.md, "Voxels of a surface", "Image to stiffness"). It is built once when a scene
-// is read (mesh_tissue(), image_tissue()) and shared by all copies of the scene.
-
 /// Voxelisation report of one surface.
 struct BodyFacts {
   std::string name{};
@@ -80,12 +76,13 @@ struct ImageFacts {
   std::size_t labelled_nodes = 0;
 };
 
+/// Patient-specific tissue: boxes of material on a grid, and the network of their corners or
+/// centres. It is built once when a scene is read and shared by all copies of the scene.
 struct VoxelTissue {
   SpringNetwork network{};  ///< nodes of bone and of fixed bodies are fixed
   NodeGrid nodes{};
   BoxGrid boxes{};
-  std::vector<std::uint16_t>
-      material{};  ///< per box; 0: empty, otherwise index into materials plus one
+  std::vector<std::uint16_t> material{};  ///< per box: index into materials plus one; 0: empty
   std::vector<std::string> materials{};
   double thinnest = 0.0;              ///< thinner layers along a needle are treated as noise [m]
   std::vector<BodyFacts> bodies{};    ///< of meshes
@@ -135,8 +132,6 @@ class VoxelMaterials {
   std::vector<bool> bone_{};
 };
 
-// Tissue from closed surfaces with one material each (model/EQUATIONS.md, "Voxels of a surface").
-
 /// Soft tissue that fills a box of the tissue frame outside all bodies.
 struct Surround {
   std::string material{};
@@ -147,9 +142,8 @@ struct Surround {
 struct MeshSettings {
   double voxel = 0.002;  ///< edge of a voxel [m]
   int connectivity = 26;
-  FileAxis inward = FileAxis::z_plus;  ///< direction of the files that points into the tissue
-  Eigen::Vector3d origin{0.0, 0.0,
-                         0.0};  ///< point of the files, after scaling, that becomes [0, 0, 0] [m]
+  FileAxis inward = FileAxis::z_plus;     ///< direction of the files that points into the tissue
+  Eigen::Vector3d origin{0.0, 0.0, 0.0};  ///< point of the scaled files that becomes 0 [m]
   std::optional<Surround> surround{};
 };
 
