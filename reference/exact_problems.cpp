@@ -2,6 +2,7 @@
 
 #include "reference/exact_problems.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>

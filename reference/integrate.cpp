@@ -2,6 +2,7 @@
 
 #include "reference/integrate.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -2,6 +2,7 @@
 
 #include "reference/sundials.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_butcher_dirk.h>

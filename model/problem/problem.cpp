@@ -2,6 +2,7 @@
 
 #include "model/problem/problem.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -5,14 +5,19 @@
 /// does not depend on the time integration.
 
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 #include <memory>
 #include <vector>
 
 #include "model/problem/scene.hpp"
 #include "model/problem/spring_law.hpp"
 
+namespace Eigen {
+template <typename Scalar, int Options, typename StorageIndex> class SparseMatrix;
+}
+
 namespace palpate {
+
+using JacobianMatrix = Eigen::SparseMatrix<double, 0, int>;  ///< of <Eigen/SparseCore>
 
 /// Equation of motion, smooth between the breaks at which loads switch. The activation time `gate`
 /// determines the active loads: an integrator passes the beginning of its step, a reference solver
@@ -30,9 +35,8 @@ class Problem {
                      Eigen::Ref<Eigen::VectorXd> f) const = 0;
   /// Computes the exact K = -df/dq and C = -df/dv. The sparsity pattern is the same on every call.
   virtual void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                        const Eigen::Ref<const Eigen::VectorXd>& v,
-                        Eigen::SparseMatrix<double>& stiffness,
-                        Eigen::SparseMatrix<double>& damping) const = 0;
+                        const Eigen::Ref<const Eigen::VectorXd>& v, JacobianMatrix& stiffness,
+                        JacobianMatrix& damping) const = 0;
   /// Returns the times at which a load begins or ends [s], sorted and without duplicates.
   [[nodiscard]] virtual std::vector<double> breaks() const = 0;
   /// Returns the shortest time over which a load changes [s]; infinite if all loads are constant.
@@ -93,8 +97,8 @@ class NetworkProblem final : public Problem {
              const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
   void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
-                Eigen::SparseMatrix<double>& damping) const override;
+                const Eigen::Ref<const Eigen::VectorXd>& v, JacobianMatrix& stiffness,
+                JacobianMatrix& damping) const override;
   [[nodiscard]] std::vector<double> breaks() const override;
   [[nodiscard]] double shortest_feature() const override;
   [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
@@ -137,8 +141,8 @@ class OscillatorProblem final : public Problem {
              const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
   void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
-                Eigen::SparseMatrix<double>& damping) const override;
+                const Eigen::Ref<const Eigen::VectorXd>& v, JacobianMatrix& stiffness,
+                JacobianMatrix& damping) const override;
   [[nodiscard]] std::vector<double> breaks() const override { return {}; }
   [[nodiscard]] double shortest_feature() const override;
   [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,

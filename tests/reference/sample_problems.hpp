@@ -2,6 +2,7 @@
 #pragma once
 // Problems for several tests of the references.
 
+#include <Eigen/SparseCore>
 #include <cmath>
 #include <complex>
 #include <vector>

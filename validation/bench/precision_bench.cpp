@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// A scene computed by the model, and by solvers of other libraries.
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
 #include <cmath>
