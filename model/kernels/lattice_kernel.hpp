@@ -181,9 +181,9 @@ PALPATE_ALWAYS_INLINE inline void join_neighbours(Vector& vector,
 
 /// Computes the springs of vector `i` of a row. Returns their energy [J] if the task measures it.
 template <Task task, Fetch fetch, class Arch, class Real>
-PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
-                                                      const Neighbours<Arch, Real>& near, long i,
-                                                      const Real* table) noexcept {
+PALPATE_ALWAYS_INLINE inline double compute_vector(const View<Real>& view,
+                                                   const Neighbours<Arch, Real>& near, long i,
+                                                   const Real* table) noexcept {
   using Vector = RowVector<task, fetch, Real, Arch>;
   const Columns<Arch, Real> at(view, i, table);
   Vector vector(near.own, at.here);
@@ -305,8 +305,8 @@ PALPATE_ALWAYS_INLINE inline void fetch_row(const View<Real>& view, const Fields
 }
 
 template <Task task, Fetch fetch, class Real, class Arch>
-double go_through(const View<Real>& view, const Slab<Real>& slab,
-                  const Fields<Real>& fields) noexcept {
+double compute_slab(const View<Real>& view, const Slab<Real>& slab,
+                    const Fields<Real>& fields) noexcept {
   const bool moves = takes_step(task) && slab.below == nullptr;
   double sum = 0.0;
   for (int row2 = slab.begin; row2 < slab.end; ++row2) {
@@ -318,7 +318,7 @@ double go_through(const View<Real>& view, const Slab<Real>& slab,
       const bool joined = near.count > 0 || near.within;
       for (long i = 0; joined && i < view.vectors; ++i) {
         if constexpr (fetch != Fetch::nothing) { fetch_row<task, Arch>(view, fields, row, i); }
-        const double energy = go_through_vector<task, fetch>(view, near, i, table);
+        const double energy = compute_vector<task, fetch>(view, near, i, table);
         if constexpr (measures_energy(task)) { sum += energy; }
       }
       if constexpr (takes_step(task)) {
@@ -343,9 +343,9 @@ void roots_and_quotients(const Real* from, Real* to, long count) noexcept {
 }
 
 template <Task task, class Real, class Arch> FetchingKernels<Real> fetching() noexcept {
-  return {{&go_through<task, Fetch::nothing, Real, Arch>,
-           &go_through<task, Fetch::rows, Real, Arch>,
-           &go_through<task, Fetch::rows_and_constants, Real, Arch>}};
+  return {{&compute_slab<task, Fetch::nothing, Real, Arch>,
+           &compute_slab<task, Fetch::rows, Real, Arch>,
+           &compute_slab<task, Fetch::rows_and_constants, Real, Arch>}};
 }
 
 template <class Real, class Arch> Kernels<Real> kernels_for(const char* name) noexcept {
@@ -353,13 +353,13 @@ template <class Real, class Arch> Kernels<Real> kernels_for(const char* name) no
           .lanes = static_cast<int>(xsimd::batch<Real, Arch>::size),
           .force = fetching<Task::force, Real, Arch>(),
           .undamped_force = fetching<Task::undamped_force, Real, Arch>(),
-          .measured_force = &go_through<Task::measured_force, Fetch::nothing, Real, Arch>,
+          .measured_force = &compute_slab<Task::measured_force, Fetch::nothing, Real, Arch>,
           .measured_undamped_force =
-              &go_through<Task::measured_undamped_force, Fetch::nothing, Real, Arch>,
+              &compute_slab<Task::measured_undamped_force, Fetch::nothing, Real, Arch>,
           .step = fetching<Task::step, Real, Arch>(),
           .undamped_step = fetching<Task::undamped_step, Real, Arch>(),
-          .damping = &go_through<Task::damping, Fetch::nothing, Real, Arch>,
-          .energy = &go_through<Task::energy, Fetch::nothing, Real, Arch>,
+          .damping = &compute_slab<Task::damping, Fetch::nothing, Real, Arch>,
+          .energy = &compute_slab<Task::energy, Fetch::nothing, Real, Arch>,
           .roots_and_quotients = &roots_and_quotients<Real, Arch>};
 }
 

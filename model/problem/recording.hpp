@@ -79,11 +79,11 @@ Sampling sampling_of(std::span<const double> time, const DefectRules& rules = {}
 void leave_out_rows_out_of_order(Recording& recording);
 
 /// Counts the gaps and the missing, non-finite, out-of-range and clipped samples of a recording in
-/// order of time; replaces earlier counts. `told_out_of_range` has one entry per sample, non-zero
-/// if the transducer reported an overrange; empty if it has no such flag. Infinite values become
-/// NaN.
+/// order of time; replaces earlier counts. `reported_out_of_range` has one entry per sample,
+/// non-zero if the transducer reported an overrange; empty if it has no such flag. Infinite values
+/// become NaN.
 void count_defects(Recording& recording, const DefectRules& rules = {},
-                   std::span<const char> told_out_of_range = {});
+                   std::span<const char> reported_out_of_range = {});
 
 /// Returns the reason why a recording cannot be used, as "found; allowed"; empty for a usable
 /// recording. A constant pressure is usable.

@@ -80,7 +80,7 @@ void choose_integrator(const Scene& scene, std::size_t nodes, StepPlan& plan) {
     if (plan.integrator == nullptr) {
       throw std::invalid_argument("unknown integrator \"" + settings.integrator + "\"");
     }
-    plan.integrator_reason = "asked for by the scene";
+    plan.integrator_reason = "set by the scene";
     return;
   }
   if (settings.printed.any()) {
@@ -109,7 +109,7 @@ void choose_substeps(const Scene& scene, StepPlan& plan) {
   const double limit = plan.stable_step.at(std::string(plan.integrator->name));
   if (settings.substeps) {
     plan.substeps = *settings.substeps;
-    plan.substeps_reason = "asked for by the scene";
+    plan.substeps_reason = "set by the scene";
   } else if (plan.integrator->implicit) {
     plan.substeps_reason = "an implicit scheme needs one";
   } else if (!(limit > 0.0) || settings.printed.any()) {
@@ -217,7 +217,7 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem,
     plan.skipped.emplace_back("haptic device: the scene has none");
   }
   if (!scene.simulation.printed.any()) {
-    plan.skipped.emplace_back("printed forms of the paper: not asked for");
+    plan.skipped.emplace_back("printed forms of the paper: none is selected");
   }
 }
 
