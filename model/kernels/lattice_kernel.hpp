@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Kernels of a regular lattice (model/EQUATIONS.md, "Lattice in lanes"). One source file per
-/// instruction set includes this header. It must not include code that other files compile: the
-/// linker could keep the version for the wrong instruction set.
+/// Kernels of a regular lattice (model/EQUATIONS.md, "Lattice in lanes"), for one source file per
+/// instruction set. They must not include code that other files compile: the linker could keep the
+/// version for the wrong instruction set.
 
 #include <type_traits>
 #include <xsimd/xsimd.hpp>
@@ -12,8 +12,8 @@
 
 namespace palpate::lattice {
 
-/// Task of a kernel. Task::step takes a semi-implicit Euler step in the same pass: a row moves as
-/// soon as all its springs are computed, while later rows still have their old positions.
+/// Task::step is a semi-implicit Euler step in the same pass: a row moves once its springs are
+/// computed, while later rows still have their old positions.
 enum class Task {
   force,
   undamped_force,

@@ -24,14 +24,13 @@ SpectralBounds spectral_bounds(const Oscillator& oscillator);
 /// Returns the spectral radius of one step of h on x'' + damping x' + omega^2 x = 0.
 double amplification(const IntegratorInfo& scheme, double omega, double damping, double h);
 
-/// Returns the largest h [s] up to which no step amplifies this oscillator; infinite if no step
-/// amplifies it, 0 if a step of 1e-4 / max(omega, damping) already does. omega [rad/s], damping =
-/// c/m [1/s].
+/// Returns the largest h [s] up to which no step amplifies this oscillator; infinite if none does,
+/// 0 if a step of 1e-4 / max(omega, damping) already does. omega [rad/s], damping = c/m [1/s].
 double stable_step(const IntegratorInfo& scheme, double omega, double damping);
 
-/// Returns the largest stable step for every oscillator within these bounds. Each eigenvalue of the
-/// network is a root of l^2 + g l + w^2 with w <= omega_upper, g <= damping_upper and g >=
-/// relaxation_lower w^2 (Rayleigh quotients). The damping need not be proportional.
+/// Returns the largest step that is stable for every oscillator within these bounds. Each
+/// eigenvalue of the network is a root of l^2 + g l + w^2 with w <= omega_upper, g <= damping_upper
+/// and g >= relaxation_lower w^2 (Rayleigh quotients), also without proportional damping.
 double stable_step(const IntegratorInfo& scheme, const SpectralBounds& bounds);
 
 }  // namespace palpate

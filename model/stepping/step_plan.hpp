@@ -39,12 +39,10 @@ struct StepPlan {
   bool skip = true;
 };
 
-/// Plans the steps of a scene. Throws std::invalid_argument for an unknown integrator, or for one
-/// that does not support an erratum of the scene.
+/// Throws std::invalid_argument for an integrator that is unknown or does not support an erratum.
 StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip = true);
 
-/// Builds the network in the planned form: a lattice in SIMD lanes, a list of springs, or a list
-/// with a reduced-order model. `problem` must outlive it.
+/// Builds the network in the planned form. `problem` must outlive it.
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
                                                          const StepPlan& plan);

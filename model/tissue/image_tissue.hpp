@@ -14,8 +14,7 @@
 
 namespace palpate {
 
-/// Image type, which selects the table from brightness to tissue. `literal` is the rule of the
-/// paper: bright = stiff.
+/// Table from brightness to tissue. `literal` is the rule of the paper: bright = stiff.
 enum class Weighting { t1, t2, literal };
 
 /// Brightness [0 to 1] that is mapped to a material.
@@ -24,18 +23,16 @@ struct LookupPoint {
   std::string material{};
 };
 
-/// Returns the points of a weighting, with material names of the shipped library.
 std::vector<LookupPoint> lookup_points(Weighting weighting);
 
 /// Returns the name used in scene files, e.g. "T2".
 std::string name_of(Weighting weighting);
 
-/// Monotone curve through the moduli of the points. It is constant before the first and after the
-/// last point. Between two points it is linear in log E, or in E if `linear`.
+/// Monotone curve through the moduli of the points, linear in log E, or in E if `linear`, and
+/// constant before the first and after the last point.
 class Lookup {
  public:
-  /// Builds the curve from points in order of intensity. Adds a violation to `broken` if the curve
-  /// is not monotone; the object must not be used then.
+  /// Adds a violation to `broken` if the curve is not monotone; it must not be used then.
   Lookup(const std::vector<LookupPoint>& points, const std::vector<Material>& materials,
          bool linear, std::vector<Violation>& broken);
 
@@ -79,10 +76,9 @@ struct ImageSamples {
   std::vector<int> label{};                ///< empty without labels
 };
 
-/// Samples an image. The intensity of a node is the mean of the 3 x 3 pixels of the slice around it
-/// (fewer at an edge), with linear interpolation between pixels, scaled by the percentiles. The
-/// label is that of the nearest pixel. Adds violations to `broken` if the image cannot be sampled;
-/// the result must not be used then.
+/// Samples an image. The intensity of a node is the mean of the 3 x 3 pixels of the slice around
+/// it, interpolated between pixels and scaled by the percentiles; its label is that of the nearest
+/// pixel. Adds violations to `broken` if it cannot be sampled; the result must not be used then.
 ImageSamples sample_image(const ImageVolume& image, const ImageVolume* labels,
                           const ImageSettings& settings, std::vector<Violation>& broken);
 

@@ -24,8 +24,7 @@ struct CellMaterial {
   std::optional<double> viscosity{};  ///< per spring, overrides damping_ratio [N s/m]
 };
 
-/// Sum over the cells of a bond. Stiffness is additive; damping is the mean of the cells weighted
-/// by their stiffness.
+/// Sum over the cells of a bond; damping is their mean weighted by stiffness.
 struct BondSum {
   double stiffness = 0.0;
   double damping_ratio_sum = 0.0;  ///< weighted by stiffness
@@ -50,16 +49,15 @@ struct BondSum {
 /// Returns an empty list of springs for a lattice with nodes at `position`.
 SpringList springs_of_lattice(const LatticeShape& shape, const NodeVectors& position);
 
-/// Adds the lattice structure to a network if its nodes and springs are those of a regular lattice
-/// to rounding error.
+/// Adds the lattice structure to a network that is a regular lattice to rounding error.
 void recognise_lattice(SpringNetwork& network);
 
 /// Returns the offsets (i, j, l) of the neighbours with a higher index: 3, 9 or 13 of them.
 std::span<const std::array<int, 3>> bond_directions(int connectivity);
 
-/// Builds a lattice from its cells. Each cell contributes k1/4 to its edges, k2/2 to its face
-/// diagonals, k3 to its body diagonals and an eighth of its mass to each corner; contributions to
-/// shared members add up. cell(i, j, l) is called once per cell.
+/// Builds a lattice from its cells: k1/4 of each for its edges, k2/2 for its face diagonals, k3 for
+/// its body diagonals and an eighth of its mass for each corner. cell(i, j, l) is called once per
+/// cell.
 SpringNetwork cell_lattice(const LatticeShape& shape,
                            const std::function<CellMaterial(int, int, int)>& cell);
 
@@ -76,9 +74,7 @@ struct NodeGrid;  // tissue_grid.hpp
 SpringNetwork grid_network(const NodeGrid& nodes, int connectivity,
                            const std::function<const CellMaterial*(int, int, int, int, int)>& cell);
 
-/// Stiffness of complete bonds per unit of Young's modulus [m], in the order of bond_directions():
-/// edges, face diagonals, body diagonals. A box contributes a quarter of each edge and half of each
-/// face diagonal.
+/// Stiffness of complete bonds per unit of Young's modulus [m], in the order of bond_directions().
 struct BoxBonds {
   std::array<double, 13> stiffness{};
   /// C_nn and C_nm of axes n, m per unit of E [1].
@@ -88,10 +84,10 @@ struct BoxBonds {
   [[nodiscard]] Eigen::Vector3d youngs_moduli() const;
 };
 
-/// Computes the bonds of a box with these edges [m]. For cubes they equal bond_stiffness(). The
-/// grid is isotropic (nu = 1/4) if non-negative constants allow it: for 26 neighbours up to an edge
-/// ratio of about 1.7. Beyond that, the constants minimise the least-squares error of C_nm, and
-/// `elasticity` is the result. 6 neighbours give C_nn = E and no shear stiffness.
+/// Computes the bonds of a box with these edges [m], for cubes those of bond_stiffness(). The grid
+/// is isotropic (nu = 1/4) if non-negative constants allow it: for 26 neighbours up to an edge
+/// ratio of about 1.7; beyond that, they minimise the least-squares error of C_nm. 6 neighbours
+/// give C_nn = E and no shear stiffness.
 BoxBonds box_bonds(const Eigen::Vector3d& size, int connectivity);
 
 }  // namespace palpate

@@ -46,10 +46,9 @@ struct VoxelBody {
   double volume = 0.0;  ///< of the voxels [m^3]
 };
 
-/// Returns the cells whose centre is inside the surface. Each row of cells uses the winding number
-/// of the crossings before the centre. The side tests use exact integers in units of 2^-n voxels,
-/// so that a row through a vertex or along an edge counts it once. The cells are then connected
-/// over 26 neighbours to find the components. The surface must have passed surface_defect.
+/// Returns the cells whose centre is inside a surface that has passed surface_defect, by the
+/// winding number of the crossings before the centre. Side tests use exact integers in units of
+/// 2^-n voxels, so that a row through a vertex or along an edge counts it once.
 VoxelBody voxelise(const TriangleSurface& surface, const BoxGrid& grid);
 
 /// Returns volume, centroid and inertia of the cells, each a homogeneous cube.
@@ -90,10 +89,9 @@ struct VoxelTissue {
   std::vector<float> intensity{};     ///< of an image, 0 to 1, per place of `nodes`
 };
 
-/// Returns the materials of the boxes that the line origin + xi n crosses from `first` on; the last
-/// one is unbounded. Intervals thinner than `thinnest`, except bone, are merged into the layer
-/// before. Empty boxes are labelled "gap". A gap of up to two boxes at the skin is merged into the
-/// soft tissue after it.
+/// Returns the materials along the line origin + xi n from `first` on; the last one is unbounded.
+/// Intervals thinner than `thinnest`, except bone, are merged into the layer before. Empty boxes
+/// are labelled "gap"; one of up to two boxes at the skin is merged into the soft tissue after it.
 std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue,
                                           const std::vector<Material>& materials,
                                           const Eigen::Vector3d& origin,
@@ -104,8 +102,7 @@ class VoxelMaterials {
  public:
   explicit VoxelMaterials(const std::vector<Material>& known) : known_(known) {}
 
-  /// Returns the code of a material for VoxelTissue::material. For an unknown name it returns 0 and
-  /// adds a violation of `key`.
+  /// Returns the code of a material; 0 with a violation of `key` for an unknown name.
   std::uint16_t code_of(const std::string& name, const std::string& key,
                         std::vector<Violation>& broken) {
     const auto used = std::ranges::find(names_, name);
@@ -157,15 +154,13 @@ struct MeshBody {
   int priority = 0;  ///< a cell belongs to the body of highest priority, or to the last of equals
 };
 
-/// Transforms the vertices of a file to the tissue frame. `scale` is in metres per unit of the
-/// file; `inward` and `origin` are those of MeshSettings.
+/// Transforms the vertices of a file to the tissue frame; `scale` is in metres per unit.
 void place_in_tissue(TriangleSurface& surface, double scale, FileAxis inward,
                      const Eigen::Vector3d& origin);
 
-/// Builds the tissue. Voxels are the cells of a lattice with a node at each corner. Bodies with
-/// touching voxels share nodes and are therefore connected; a gap of at least one voxel separates
-/// them. Nodes of bone and of fixed bodies are fixed. Adds violations to `broken` if the input is
-/// not valid; the result must not be used then.
+/// Builds the tissue: a node at each corner of a voxel. Bodies with touching voxels share nodes.
+/// Nodes of bone and of fixed bodies are fixed. Adds violations to `broken` if the input is not
+/// valid; the result must not be used then.
 VoxelTissue mesh_tissue(const std::vector<MeshBody>& bodies, const MeshSettings& settings,
                         const std::vector<Material>& materials, std::vector<Violation>& broken);
 
