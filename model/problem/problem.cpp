@@ -71,6 +71,7 @@ NetworkProblem::NetworkProblem(SpringNetwork network, std::vector<Load> loads,
   if (network_.initial_displacement.cols() > 0) { displaced_ = network_.initial_position(); }
   const int nodes = static_cast<int>(network_.node_count());
   coordinate_.assign(static_cast<std::size_t>(nodes), -1);
+  free_.reserve(static_cast<std::size_t>(std::ranges::count(network_.fixed, 0)));
   for (int i = 0; i < nodes; ++i) {
     if (network_.is_fixed(i)) { continue; }
     coordinate_[static_cast<std::size_t>(i)] = static_cast<int>(dof());
