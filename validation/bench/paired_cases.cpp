@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validation/signal.hpp"
+
 namespace palpate::bench {
 
 namespace {
@@ -34,8 +36,7 @@ Table starts_table(const PairedFinding& finding) {
       .title = "Starts of the process",
       .caption =
           "Each loads the libraries in the other order. Head over base; what identical libraries "
-          "show here "
-          "is where they lie in memory.",
+          "show here is where they lie in memory.",
       .columns = {"start", "pairs", "median ratio", "base, median (us)", "head, median (us)"},
       .timing = true};
   for (std::size_t n = 0; n < finding.starts.size(); ++n) {
@@ -46,9 +47,8 @@ Table starts_table(const PairedFinding& finding) {
       head.push_back(1e6 * pair.head);
     }
     table.rows.push_back({static_cast<double>(n + 1), static_cast<double>(start.pairs.size()),
-                          timing::judge_pairs({&start, 1}).ratio,
-                          timing::median_limits(base, timing::paired_confidence).median,
-                          timing::median_limits(head, timing::paired_confidence).median});
+                          timing::judge_pairs({&start, 1}).ratio, comparison::quantile(base, 0.5),
+                          comparison::quantile(head, 0.5)});
   }
   return table;
 }
@@ -77,16 +77,14 @@ void compare(const PairedFinding& finding, Outcome& outcome) {
   if (verdict.slower() && !has_a_cause(finding, verdict)) {
     outcome.notes.emplace_back(
         "The clock says slower, but nothing more is done and no more deadlines are missed: where "
-        "code "
-        "lies in memory, or the machine.");
+        "code lies in memory, or the machine.");
   }
   outcome.judge(
       {.name = "slowdown_with_a_cause",
        .value = has_a_cause(finding, verdict) ? verdict.lower : std::min(verdict.lower, 1.0),
        .upper = timing::allowed_slowdown,
-       .bound_from =
-           "wanted: no build is 3 % slower, with 99 % confidence, by a clock that instructions or "
-           "missed deadlines bear out"});
+       .bound_from = "wanted: no build is 3 % slower, with 99 % confidence, by a clock that "
+                     "instructions or missed deadlines bear out"});
 }
 
 struct Alarms {

@@ -29,8 +29,8 @@ double Tolerance::upper(double recorded) const {
 
 std::vector<Tolerance> default_tolerances(QuantityKind kind) {
   const std::string groups =
-      "Wee et al. 2017: means of four groups, 376 to 461 mmHg, lie within 10.2 % of their "
-      "middle and were not told apart (p = 0.52)";
+      "Wee et al. 2017: means of four groups, 376 to 461 mmHg, lie within 10.2 % of their middle "
+      "and were not told apart (p = 0.52)";
   const std::string depth = "Segal et al. 1996: depth is predicted to within 8 mm";
   const std::string time = "assumption: half a second, felt as the same moment of an insertion";
   const Tolerance plateau = kind == QuantityKind::pressure
