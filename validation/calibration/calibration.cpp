@@ -97,13 +97,11 @@ double root_mean_square(const Eigen::VectorXd& values) {
 }
 
 double Calibration::shortcut_cost() const {
-  double worst = 0.0;
+  Largest worst;
   for (const Eigen::Index row : fit.rows) {
-    const double difference =
-        std::abs(whole[row] - fit.after[row]) / std::sqrt(fit.data.covariance(row, row));
-    worst = difference > worst || std::isnan(difference) ? difference : worst;
+    worst.add(std::abs(whole[row] - fit.after[row]) / std::sqrt(fit.data.covariance(row, row)));
   }
-  return worst;
+  return worst.value();
 }
 
 Outcome Calibration::outcome() const {

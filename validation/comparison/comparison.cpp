@@ -78,7 +78,10 @@ std::string_view verdict_word(Status status) {
   return "not judged";
 }
 
-double ValidationUncertainty::total() const { return std::hypot(numerical, input, data); }
+double ValidationUncertainty::total() const {
+  const double sum = numerical + input + data;
+  return std::isnan(sum) ? sum : std::hypot(numerical, input, data);  // hypot(0, 0, NaN) may be 0
+}
 
 namespace {
 

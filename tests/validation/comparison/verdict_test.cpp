@@ -71,6 +71,8 @@ TEST("what is not a number cannot be compared") {
 TEST("uncertainties add in squares") {
   CHECK_NEAR((ValidationUncertainty{.numerical = 2.0, .input = 3.0, .data = 6.0}.total()), 7.0,
              1e-15);
+  CHECK(std::isnan(ValidationUncertainty{.data = std::nan("")}.total()));
+  CHECK(std::isnan(ValidationUncertainty{.numerical = std::nan("")}.total()));
 }
 
 TEST("the worst verdict is that of the whole") {
