@@ -26,20 +26,20 @@ struct HeldOut {
   std::string group{};
   std::size_t subjects = 0;
   Pooled seen{};  ///< observations of the group that was left out
-  Observation foretold{};
+  Observation predicted{};
   double error_fitted =
       0.0;  ///< relative root mean square error over observables of the fitted groups
-  double error_foretold = 0.0;  ///< the same for the group that was left out
+  double error_predicted = 0.0;  ///< the same for the group that was left out
   bool converged = false;
 };
 
 /// Returns the names of the groups in the order of the recordings.
-std::vector<std::string> groups_of(std::span<const Subject> subjects);
+std::vector<std::string> groups_of(std::span<const ObservedRecording> subjects);
 
 /// Fits the constrained parameters again without each group in turn; empty for fewer than two
 /// groups.
 std::vector<HeldOut> leave_groups_out(Forward& forward, const Fit& fit,
-                                      std::span<const Subject> subjects,
+                                      std::span<const ObservedRecording> subjects,
                                       const SharedUncertainty& shared = {});
 
 /// Returns the relative error of every observable that both have; NaN elsewhere.
@@ -78,6 +78,7 @@ struct Calibration {
 /// parameters_of(), possibly with changed priors. Throws runtime_error if the scene cannot be
 /// simulated at the tested values, and Interrupted on a stop.
 Calibration calibrate(const Scene& scene, const std::vector<Parameter>& parameters,
-                      std::span<const Subject> recordings, const CalibrationOptions& options = {});
+                      std::span<const ObservedRecording> recordings,
+                      const CalibrationOptions& options = {});
 
 }  // namespace palpate::calibration

@@ -104,9 +104,8 @@ Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, A
 
 /// Standard uncertainties of the values, apart from their noise.
 struct Uncertainties {
-  double zero = 57.0;  ///< u_D [Pa]: the transducer within 1 cm of the needle's height, uniform
+  TransducerUncertainty transducer{};  ///< u_D
   double zero_force = 0.0;  ///< u_D [N]: zero of the force sensor (not stated by recordings)
-  double gain = 0.01;       ///< u_D [1]: assumed, no recording states it
   double numerical = 0.0;   ///< u_num [1] of simulated values, in addition to sampling
   double input = 0.0;       ///< u_input [1] of simulated values; 0 if inputs were not propagated
   double coverage_factor = 2.0;  ///< U = k u_val, about 95 %

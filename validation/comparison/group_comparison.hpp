@@ -33,8 +33,8 @@ struct GroupSummary {
   std::size_t recordings = 0;
   std::size_t measured =
       0;  ///< measured recordings; the others were reconstructed from published values
-  std::size_t subjects = 0;  ///< number of subjects that could be compared
-  std::size_t agree = 0, not_distinguishable = 0, differ = 0, not_comparable = 0;  ///< recordings
+  std::size_t subjects = 0;           ///< number of subjects that could be compared
+  Tally tally{};                      ///< verdicts on the recordings
   std::size_t subjects_agree = 0;     ///< number of subjects whose comparable recordings all agree
   double agree_share = not_measured;  ///< share of the subjects that agree
   Interval agree_interval{};          ///< 95 % Clopper-Pearson
