@@ -50,13 +50,17 @@ std::string of_ticks(const Phase& phase) {
          std::to_string(phase.record.ticks()) + " deadlines";
 }
 
-std::string refused_rights(const Rights& rights) {
+std::string joined(const std::vector<std::string>& parts) {
   std::string text;
-  if (!rights.fifo.empty()) { text += "no SCHED_FIFO (" + rights.fifo + ")"; }
-  if (!rights.memory.empty()) {
-    text += std::string(text.empty() ? "" : ", ") + "no locked memory (" + rights.memory + ")";
-  }
+  for (const std::string& each : parts) { text += (text.empty() ? "" : ", ") + each; }
   return text;
+}
+
+std::string refused_rights(const Rights& rights) {
+  std::vector<std::string> refused;
+  if (!rights.fifo.empty()) { refused.push_back("no SCHED_FIFO (" + rights.fifo + ")"); }
+  if (!rights.memory.empty()) { refused.push_back("no locked memory (" + rights.memory + ")"); }
+  return joined(refused);
 }
 
 /// Returns the reason why the environment does not qualify; empty if it does.
@@ -103,18 +107,6 @@ std::string certified_text(const Certificate& all) {
          plain_number(1.0 / worst.miss_probability_upper(), 3) + " does.";
 }
 
-}  // namespace
-
-std::string_view verdict_word(Status status) {
-  switch (status) {
-    case Status::pass: return "certified";
-    case Status::fail: return "not certified";
-    default: return "environment not qualified";
-  }
-}
-
-namespace {
-
 Reason reason_of(const Certificate& all) {
   if (all.budget.diverged_at) {
     return {Status::fail,
@@ -130,6 +122,11 @@ Reason reason_of(const Certificate& all) {
 }
 
 }  // namespace
+
+std::string_view verdict_word(Status status) {
+  if (status == Status::pass) { return "certified"; }
+  return status == Status::fail ? "not certified" : "environment not qualified";
+}
 
 Outcome outcome_of(const Certificate& all) {
   Outcome outcome{.name = "certificate",
@@ -173,9 +170,7 @@ std::string suspects(const Phase& phase) {
     who.push_back("other processors were busy for " + with_unit(phase.times.others, "s") + " of " +
                   with_unit(phase.seconds, "s"));
   }
-  std::string text;
-  for (const std::string& each : who) { text += (text.empty() ? "" : ", ") + each; }
-  return text;
+  return joined(who);
 }
 
 std::string budget_text(const Certificate& all) {

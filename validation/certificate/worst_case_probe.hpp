@@ -59,7 +59,6 @@ struct ComputeBudget {
   std::optional<std::int64_t> worst_instructions{};
   double largest_speed = 0.0;           ///< of the tool [m/s]
   std::optional<double> diverged_at{};  ///< [s]; the other members are then not set
-  long skipped_events = 0;              ///< events of the scene that were not reached
 
   [[nodiscard]] double worst() const {
     return provocations.empty() ? 0.0 : provocations.front().processor;
@@ -73,7 +72,6 @@ struct ProvocationPlan {
   int most_repetitions = 12;
   double enough = 1.0;  ///< time after which no repetition is started [s]
   const std::atomic<bool>* stop = nullptr;
-  std::function<void(const std::string& stage)> tell{};
 };
 
 /// Runs the whole scene as fast as possible and then the worst-case probes at selected ticks.
@@ -98,8 +96,8 @@ struct TimedPasses {
   int passes = 0;              ///< passes completed
   std::optional<double> diverged_at{};
 
-  /// Returns the slowest tick in [begin, end) or in a list.
-  [[nodiscard]] std::size_t costliest(std::size_t begin, std::size_t end) const;
+  /// Returns the slowest tick of all, or of a list.
+  [[nodiscard]] std::size_t costliest() const;
   [[nodiscard]] std::size_t costliest(const std::vector<std::size_t>& of) const;
   [[nodiscard]] double worst() const;  ///< time of the slowest tick [s]
 };

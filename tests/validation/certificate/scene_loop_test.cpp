@@ -153,9 +153,9 @@ TEST("the costliest tick is found among all and among a few") {
   }
   TimedPasses changed = passes;
   changed.ticks[7].processor = 1.0;
-  CHECK(changed.costliest(0, 20) == 7);
+  CHECK(changed.costliest() == 7);
   CHECK(changed.costliest({3, 7, 9}) == 7);
-  CHECK(changed.costliest(8, 20) >= 8);
+  CHECK(changed.costliest({3, 9}) != 7);
 }
 
 TEST("a scene that diverges says when, and provokes nothing") {
