@@ -15,9 +15,8 @@ namespace palpate::calibration {
 
 /// Linearisation at the fit, one row per available observable.
 struct Linearised {
-  Eigen::MatrixXd slope{};  ///< J of the fitted parameters
-  Eigen::MatrixXd
-      considered{};  ///< J of the parameters kept at their prior, whose uncertainty remains
+  Eigen::MatrixXd slope{};       ///< J of the fitted parameters
+  Eigen::MatrixXd considered{};  ///< J of the parameters kept at their prior
   Eigen::MatrixXd covariance{};  ///< full covariance C of the fitted means
 };
 

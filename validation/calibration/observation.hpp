@@ -53,8 +53,7 @@ using Observation = Eigen::VectorXd;
 enum class ForceSource {
   none,      ///< intermittent pushes of a thumb that does not drive the needle
   recorded,  ///< the recorded force
-  plunger,   ///< Eq. 1, F = P A: in the continuous technique the needle is driven through the
-             ///< plunger
+  plunger,   ///< Eq. 1, F = P A: the continuous technique drives the needle through the plunger
 };
 std::string_view name_of(ForceSource source);
 ForceSource force_source(const Recording& recording);
@@ -91,8 +90,7 @@ struct SharedUncertainty {
 struct Pooled {
   Eigen::VectorXd mean{};        ///< one per observable; NaN if too few subjects have it
   Eigen::MatrixXd covariance{};  ///< covariance of `mean`; zero rows where `mean` is NaN
-  Eigen::MatrixXd
-      sampled{};  ///< part of it that was estimated from the spread of these subjects; empty: none
+  Eigen::MatrixXd sampled{};     ///< part of it from the spread of these subjects; empty: none
   std::vector<std::size_t> count{};
   std::size_t subjects = 0;
   std::optional<double> body_mass_index{};  ///< mean, if all subjects have one
