@@ -90,7 +90,7 @@ std::string why_not_certified(const Certificate& all) {
            microseconds(load.scene.record.worst_response.seconds) + ".";
   }
   if (!(all.budget.worst() <= all.claim.deadline)) {
-    const Provocation& worst = all.budget.provocations.front();
+    const WorstCaseProbe& worst = all.budget.probes.front();
     return "Provoked, a tick (" + worst.name + ") takes " + microseconds(worst.processor) +
            " of computing alone, more than the deadline of " + microseconds(all.claim.deadline) +
            ".";
@@ -138,7 +138,7 @@ Outcome outcome_of(const Certificate& all) {
                    .upper = 0.0,
                    .bound_from = "the claim"});
   }
-  if (!all.budget.provocations.empty()) {
+  if (!all.budget.probes.empty()) {
     outcome.judge({.name = "computation of the costliest provoked tick",
                    .value = all.budget.worst(),
                    .unit = "s",
@@ -174,10 +174,10 @@ std::string suspects(const Phase& phase) {
 }
 
 std::string budget_text(const Certificate& all) {
-  if (all.budget.provocations.empty()) {
+  if (all.budget.probes.empty()) {
     return "No tick was provoked, so nothing is known of what one costs.";
   }
-  const Provocation& worst = all.budget.provocations.front();
+  const WorstCaseProbe& worst = all.budget.probes.front();
   const double share = worst.processor / all.claim.deadline;
   return "Whatever the environment: the costliest tick (" + worst.name + ", at " +
          with_unit(worst.scene_time, "s") + ") computes for " + microseconds(worst.processor) +
@@ -205,7 +205,7 @@ class Certifier {
 
   Certificate run() {
     choose_processor();
-    provoke_ticks();
+    probe_ticks();
     if (!result_.budget.diverged_at && !is_stopped()) {
       const std::unique_ptr<device::LockedMemory> locked = lock_memory();
       for (const std::string& load : plan_.loads) {
@@ -237,9 +237,9 @@ class Certifier {
     if (!device::pin_to(result_.rights.on)) { result_.rights.processor = std::strerror(errno); }
   }
 
-  void provoke_ticks() {
+  void probe_ticks() {
     tell("provoking worst ticks", 0);
-    result_.budget = provoke(
+    result_.budget = run_probes(
         scene_, {.rate = plan_.claim.rate, .cache_bytes = plan_.cache_bytes, .stop = plan_.stop});
     if (result_.budget.diverged_at || is_stopped()) { return; }
     tell("missing one tick", 0);

@@ -107,7 +107,7 @@ namespace {
 using bench::Clock;
 using bench::seconds_on;
 
-bool is_stopped(const ProvocationPlan& plan) {
+bool is_stopped(const ProbePlan& plan) {
   return plan.stop != nullptr && plan.stop->load(std::memory_order_relaxed);
 }
 
@@ -120,7 +120,7 @@ TimedTick time_tick(SceneLoop& loop, StepStatus& status) {
 }
 
 /// Runs one pass from the start; it has fewer ticks if it was stopped or diverged.
-TimedPasses one_pass(const PassSetting& setting, const ProvocationPlan& plan) {
+TimedPasses one_pass(const PassSetting& setting, const ProbePlan& plan) {
   const std::unique_ptr<SceneLoop> loop = setting.make();
   TimedPasses pass;
   auto count = static_cast<std::size_t>(loop->tick_count());
@@ -173,7 +173,7 @@ std::size_t TimedPasses::costliest(const std::vector<std::size_t>& of) const {
   return *std::ranges::max_element(of, {}, [this](std::size_t n) { return ticks[n].processor; });
 }
 
-TimedPasses time_passes(const PassSetting& setting, const ProvocationPlan& plan) {
+TimedPasses time_passes(const PassSetting& setting, const ProbePlan& plan) {
   const double begin = seconds_on(Clock::wall);
   TimedPasses least;
   bool settled = false;
@@ -198,9 +198,9 @@ using Make = std::function<std::unique_ptr<SceneLoop>()>;
 /// Ticks of a probe that runs only the beginning of a scene.
 constexpr std::size_t beginning = 200;
 
-class Provoker {
+class Prober {
  public:
-  Provoker(const Scene& scene, const ProvocationPlan& plan) : scene_(scene), plan_(plan) {}
+  Prober(const Scene& scene, const ProbePlan& plan) : scene_(scene), plan_(plan) {}
 
   ComputeBudget run() {
     whole_ = time_passes({.make = loop_with({})}, plan_);
@@ -219,7 +219,7 @@ class Provoker {
       }
       add_cold_caches();
     }
-    std::ranges::stable_sort(budget_.provocations, std::ranges::greater{}, &Provocation::processor);
+    std::ranges::stable_sort(budget_.probes, std::ranges::greater{}, &WorstCaseProbe::processor);
     return std::move(budget_);
   }
 
@@ -234,13 +234,13 @@ class Provoker {
   void add(const std::string& name, const std::string& what, const TimedPasses& passes,
            std::size_t tick, std::size_t tried) {
     const TimedTick& worst = passes.ticks[tick];
-    budget_.provocations.push_back({.name = name,
-                                    .what = what,
-                                    .scene_time = static_cast<double>(tick) / plan_.rate,
-                                    .processor = worst.processor,
-                                    .wall = worst.wall,
-                                    .repetitions = passes.passes,
-                                    .ticks = static_cast<long>(tried)});
+    budget_.probes.push_back({.name = name,
+                              .what = what,
+                              .scene_time = static_cast<double>(tick) / plan_.rate,
+                              .processor = worst.processor,
+                              .wall = worst.wall,
+                              .repetitions = passes.passes,
+                              .ticks = static_cast<long>(tried)});
   }
   void add_scene() {
     add("first tick", "the first after a start", whole_, 0, 1);
@@ -298,15 +298,15 @@ class Provoker {
 
   static constexpr std::size_t spread = 16;  ///< further ticks, evenly over the scene
   const Scene& scene_;
-  const ProvocationPlan& plan_;
+  const ProbePlan& plan_;
   TimedPasses whole_{};
   ComputeBudget budget_{};
 };
 
 }  // namespace
 
-ComputeBudget provoke(const Scene& scene, const ProvocationPlan& plan) {
-  return Provoker(scene, plan).run();
+ComputeBudget run_probes(const Scene& scene, const ProbePlan& plan) {
+  return Prober(scene, plan).run();
 }
 
 }  // namespace palpate::certificate

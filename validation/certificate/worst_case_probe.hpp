@@ -42,7 +42,7 @@ MissedTick measure_missed_tick(const Scene& scene, const std::atomic<bool>* stop
 // The same tick does the same work every time, so the minimum over several repetitions is its cost,
 // independent of other load on the machine.
 
-struct Provocation {
+struct WorstCaseProbe {
   std::string name{};       ///< "puncture: ligamentum flavum"
   std::string what{};       ///< how it was triggered
   double scene_time = 0.0;  ///< time of the longest tick in the scene
@@ -54,18 +54,16 @@ struct Provocation {
 
 /// Computation times of the worst-case probes and limits of their coverage.
 struct ComputeBudget {
-  std::vector<Provocation> provocations{};  ///< slowest first
+  std::vector<WorstCaseProbe> probes{};  ///< slowest first
   /// Instructions of the slowest tick; absent if they were not counted.
   std::optional<std::int64_t> worst_instructions{};
   double largest_speed = 0.0;           ///< of the tool [m/s]
   std::optional<double> diverged_at{};  ///< [s]; the other members are then not set
 
-  [[nodiscard]] double worst() const {
-    return provocations.empty() ? 0.0 : provocations.front().processor;
-  }
+  [[nodiscard]] double worst() const { return probes.empty() ? 0.0 : probes.front().processor; }
 };
 
-struct ProvocationPlan {
+struct ProbePlan {
   double rate = 1000.0;                  ///< [Hz]
   std::size_t cache_bytes = 32U << 20U;  ///< size of the largest cache [bytes]
   int least_repetitions = 3;
@@ -75,7 +73,7 @@ struct ProvocationPlan {
 };
 
 /// Runs the whole scene as fast as possible and then the worst-case probes at selected ticks.
-ComputeBudget provoke(const Scene& scene, const ProvocationPlan& plan);
+ComputeBudget run_probes(const Scene& scene, const ProbePlan& plan);
 
 // Times of individual ticks over several passes of a scene.
 
@@ -111,6 +109,6 @@ struct PassSetting {
 
 /// Times as many passes as the plan requests, and more until the time of the slowest tick no longer
 /// decreases. A pass that was stopped is discarded.
-TimedPasses time_passes(const PassSetting& setting, const ProvocationPlan& plan);
+TimedPasses time_passes(const PassSetting& setting, const ProbePlan& plan);
 
 }  // namespace palpate::certificate
