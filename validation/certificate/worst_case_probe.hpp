@@ -102,9 +102,8 @@ struct TimedPasses {
 
 struct PassSetting {
   std::function<std::unique_ptr<SceneLoop>()> make{};
-  std::size_t most_ticks = 0;  ///< 0: the whole scene
-  std::function<void(std::size_t tick)>
-      before{};  ///< called before each tick, outside its time; empty: nothing
+  std::size_t most_ticks = 0;                      ///< 0: the whole scene
+  std::function<void(std::size_t tick)> before{};  ///< called outside the time of each tick
 };
 
 /// Times as many passes as the plan requests, and more until the time of the slowest tick no longer
