@@ -114,16 +114,12 @@ void measure(const Workload& workload, const InstructionCounter& counter, Outcom
       static_cast<double>(count.passes.front()) / static_cast<double>(workload.ticks);
   outcome.claim += " Kernel: " + count.kernel +
                    ".";  // another one is another claim, and no slowdown of this one
-  outcome.judge({.name = "difference_on_repeat",
-                 .value = static_cast<double>(std::abs(count.passes.back() - count.passes.front())),
-                 .unit = "instructions",
-                 .lower = 0.0,
-                 .upper = 0.0,
-                 .bound_from = "the same work from the same start, in a process of its own"});
-  outcome.judge({.name = "instructions_per_tick", .value = a_tick, .unit = "instructions"});
-  outcome.judge({.name = "instructions_per_spring_step",
-                 .value = a_tick / spring_steps,
-                 .unit = "instructions/spring-step"});
+  outcome.judge_between("difference_on_repeat",
+                        static_cast<double>(std::abs(count.passes.back() - count.passes.front())),
+                        0.0, 0.0, "the same work from the same start, in a process of its own",
+                        "instructions");
+  outcome.report("instructions_per_tick", a_tick, "instructions");
+  outcome.report("instructions_per_spring_step", a_tick / spring_steps, "instructions/spring-step");
   outcome.tables.push_back(counts_table(workload, count, spring_steps));
 }
 

@@ -225,17 +225,13 @@ void judge_size(const KernelSize& size, const std::string& kind, Outcome& outcom
   const KernelTime* lattice = size.find("lattice, " + kind);
   const std::string at = kind + "_n" + std::to_string(size.n);
   if (list != nullptr && lattice != nullptr) {
-    outcome.judge({.name = "list_over_lattice_" + at,
-                   .value = list->least / lattice->least,
-                   .lower = 2.0,
-                   .bound_from = "a kernel of its own must at least halve the cost, else it goes"});
+    outcome.judge_at_least("list_over_lattice_" + at, list->least / lattice->least, 2.0,
+                           "a kernel of its own must at least halve the cost, else it goes");
   }
   if (size.n == 80 && lattice != nullptr) {
-    outcome.judge({.name = "lattice_over_bound_" + at,
-                   .value = lattice->least / lattice->bound(),
-                   .upper = 1.3,
-                   .bound_from = "required: at most so far from the larger of root and quotient, "
-                                 "and memory, measured in the same run"});
+    outcome.judge_at_most("lattice_over_bound_" + at, lattice->least / lattice->bound(), 1.3,
+                          "required: at most so far from the larger of root and quotient, and "
+                          "memory, measured in the same run");
   }
 }
 
@@ -335,11 +331,9 @@ void measure_instruction_sets(const CaseContext& /*context*/, Outcome& outcome) 
     }
   }
   outcome.tables.push_back(std::move(table));
-  outcome.judge({.name = "least_worth_of_the_widest",
-                 .value = worst,
-                 .lower = 0.9,
-                 .bound_from = "wanted: the kernels that are chosen are the quickest; a tenth is "
-                               "noise of this comparison"});
+  outcome.judge_at_least(
+      "least_worth_of_the_widest", worst, 0.9,
+      "wanted: the kernels that are chosen are the quickest; a tenth is noise of this comparison");
 }
 
 // Speed-up of a lattice by a second thread, if a second processor is free.
@@ -436,12 +430,11 @@ void measure_threads(const CaseContext& context, Outcome& outcome) {
   if (!pairs.empty()) { outcome.tables = {pairs_table(pairs)}; }
   for (const Pair& pair : pairs) {
     if (pair.variant.uneven || !pair.second_was_free()) { continue; }
-    outcome.judge({.name = "one_over_two_" +
-                           std::string(pair.variant.in_double() ? "double" : "float") + "_n" +
-                           std::to_string(pair.n),
-                   .value = pair.one / pair.two,
-                   .lower = wanted_speed_up,
-                   .bound_from = "asked of the project: two processors at least 1.7 times one"});
+    outcome.judge_at_least("one_over_two_" +
+                               std::string(pair.variant.in_double() ? "double" : "float") + "_n" +
+                               std::to_string(pair.n),
+                           pair.one / pair.two, wanted_speed_up,
+                           "asked of the project: two processors at least 1.7 times one");
   }
   const std::string busy = "two copies of the same work side by side took up to " +
                            two_digits(most) + " times as long as one; at most " +
@@ -550,12 +543,9 @@ void measure_skips(const CaseContext& /*context*/, Outcome& outcome) {
     table.rows.push_back({what.name, scale * timed[0].least, scale * timed[1].least, worth});
   }
   outcome.tables.push_back(std::move(table));
-  outcome.judge(
-      {.name = "least_worth",
-       .value = worst,
-       .lower = 0.9,
-       .bound_from =
-           "wanted: leaving something out never costs time; a tenth is noise of this comparison"});
+  outcome.judge_at_least(
+      "least_worth", worst, 0.9,
+      "wanted: leaving something out never costs time; a tenth is noise of this comparison");
 }
 
 }  // namespace

@@ -94,15 +94,8 @@ void add_times(const TimedInsertion& run, const std::string& of, Outcome& outcom
 }
 
 void judge_ticks(const TimedInsertion& run, double most, const char* from, Outcome& outcome) {
-  outcome.judge({.name = "diverged",
-                 .value = run.diverged ? 1.0 : 0.0,
-                 .upper = 0.0,
-                 .bound_from = "stable at ticks of 1 ms"});
-  outcome.judge({.name = "worst_tick",
-                 .value = 1e6 * largest(run.seconds),
-                 .unit = "us",
-                 .upper = most,
-                 .bound_from = from});
+  outcome.judge_at_most("diverged", run.diverged ? 1.0 : 0.0, 0.0, "stable at ticks of 1 ms");
+  outcome.judge_at_most("worst_tick", 1e6 * largest(run.seconds), most, from, "us");
 }
 
 // A needle through ligament of published modulus on 1000 nodes, an implicit step a tick: what the
@@ -125,19 +118,14 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
   scene.simulation.solver_tolerance = 0.0;
   const TimedInsertion solved = insert(scene);
   add_times(solved, "solved_to_rounding", outcome);
-  outcome.judge(
-      {.name = "force_error_of_the_tolerance_over_peak",
-       .value = largest(errors(run, solved)),
-       .upper = 0.01,
-       .bound_from =
-           "wanted: 1 % of the largest force, against the same steps solved to rounding"});
+  outcome.judge_at_most(
+      "force_error_of_the_tolerance_over_peak", largest(errors(run, solved)), 0.01,
+      "wanted: 1 % of the largest force, against the same steps solved to rounding");
   scene.simulation.integrator = "velocity-verlet";
   // In a quick run the tip does not get beyond the interspinous ligament.
-  outcome.judge(
-      {.name = "ticks_more_than_1_percent_from_explicit_steps",
-       .value = count_above(errors(run, insert(scene)), 0.01),
-       .upper = context.quick ? 2.0 : 3.0,
-       .bound_from = "a step sees a harder layer when it ends: one tick for each of the three"});
+  outcome.judge_at_most("ticks_more_than_1_percent_from_explicit_steps",
+                        count_above(errors(run, insert(scene)), 0.01), context.quick ? 2.0 : 3.0,
+                        "a step sees a harder layer when it ends: one tick for each of the three");
 }
 
 // Needle in fifty thousand nodes with a reduced-order model away from it: cost of a tick and change
@@ -196,16 +184,13 @@ void measure_far_field(const CaseContext& context, Outcome& outcome) {
   reference.simulation.integrator = "velocity-verlet";
   reference.simulation.threads = 2;
   const TimedInsertion truth = insert(reference);
-  outcome.judge({.name = "force_error_over_peak_within_a_tick",
-                 .value = largest(errors(run, truth, 1)),
-                 .upper = 0.02,
-                 .bound_from = "wanted: 2 % of the largest force, from what explicit steps of "
-                               "every node go through within a tick before or after"});
-  outcome.judge({.name = "ticks_more_than_2_percent_from_explicit_steps",
-                 .value = count_above(errors(run, truth), 0.02),
-                 .upper = 3.0,
-                 .bound_from = "an event falls to the one or the other end of its step; no more "
-                               "than bench/stiff-needle allows"});
+  outcome.judge_at_most("force_error_over_peak_within_a_tick", largest(errors(run, truth, 1)), 0.02,
+                        "wanted: 2 % of the largest force, from what explicit steps of every node "
+                        "go through within a tick before or after");
+  outcome.judge_at_most("ticks_more_than_2_percent_from_explicit_steps",
+                        count_above(errors(run, truth), 0.02), 3.0,
+                        "an event falls to the one or the other end of its step; no more than "
+                        "bench/stiff-needle allows");
 
   Table table{
       .id = "far-fields",

@@ -242,13 +242,12 @@ void judge_end(const std::vector<Point>& points, double most, Outcome& outcome) 
     const bool timed = p.method.starts_with("euler-cromer") && p.setting == "1 substep";
     if (p.far_field) { continue; }
     if (!timed && p.kind != Point::Kind::automatic) { continue; }
-    outcome.judge(
-        {.name = "error_at_end_" + std::string(p.kind == Point::Kind::automatic  ? "auto"
-                                               : p.kind == Point::Kind::in_float ? "float"
-                                                                                 : "double"),
-         .value = p.errors.tool_at_end,
-         .upper = most,
-         .bound_from = "what semi-implicit Euler of other engines has after 0.1 s, 4.3e-4"});
+    outcome.judge_at_most(
+        "error_at_end_" + std::string(p.kind == Point::Kind::automatic  ? "auto"
+                                      : p.kind == Point::Kind::in_float ? "float"
+                                                                        : "double"),
+        p.errors.tool_at_end, most,
+        "what semi-implicit Euler of other engines has after 0.1 s, 4.3e-4");
   }
 }
 
@@ -256,26 +255,21 @@ void judge(const CaseContext& context, const Study& study, const Demand& demand,
   const std::vector<Point> points =
       measure_points(context, study, context.quick ? 0.1 : 0.6, context.quick ? 2 : 5);
   outcome.judge(floor_of(study));
-  outcome.judge({.name = "auto_over_quickest_as_accurate",
-                 .value = automatic_over_best(points),
-                 .upper = noise_of(points),
-                 .bound_from =
-                     "integrator = \"auto\" is on the frontier: the least of its run times over "
-                     "the median of any setting in double that is as near, apart by no more than "
-                     "least and median of one setting are in this table, or a tenth"});
-  outcome.judge({.name = "error_of_auto",
-                 .value = largest_error_of_automatic(points),
-                 .upper = automatic_promise,
-                 .bound_from = "what docs/scenes.md promises of integrator = \"auto\""});
+  outcome.judge_at_most("auto_over_quickest_as_accurate", automatic_over_best(points),
+                        noise_of(points),
+                        "integrator = \"auto\" is on the frontier: the least of its run times over "
+                        "the median of any setting in double that is as near, apart by no more "
+                        "than least and median of one setting are in this table, or a tenth");
+  outcome.judge_at_most("error_of_auto", largest_error_of_automatic(points), automatic_promise,
+                        "what docs/scenes.md promises of integrator = \"auto\"");
   if (demand.times_cheaper > 0.0) {
     const Point* here = cheapest(points, 1e-3, true);
     const Point* there = cheapest(points, 1e-3, false);
-    outcome.judge({.name = "elsewhere_over_here_at_1e-3",
-                   .value = here != nullptr && there != nullptr ? there->seconds / here->seconds
-                                                                : std::nan(""),
-                   .lower = demand.times_cheaper,
-                   .bound_from = "asked of the project: so many times cheaper than the best of "
-                                 "SUNDIALS, GSL and odeint"});
+    outcome.judge_at_least(
+        "elsewhere_over_here_at_1e-3",
+        here != nullptr && there != nullptr ? there->seconds / here->seconds : std::nan(""),
+        demand.times_cheaper,
+        "asked of the project: so many times cheaper than the best of SUNDIALS, GSL and odeint");
   }
   if (std::isfinite(demand.error_at_end)) { judge_end(points, demand.error_at_end, outcome); }
   add_tables(points, study, outcome);
@@ -373,14 +367,12 @@ void count(const CaseContext& context, const Study& study, const std::vector<dou
   const std::vector<Point> points = count_points(context, study);
   outcome.judge(floor_of(study));
   for (const double error : {1e-2, 1e-3, 1e-4}) {
-    outcome.judge({.name = "evaluations_at_" + plain_number(error) + "_of_the_peak",
-                   .value = cost_at(points, error),
-                   .unit = "evaluations"});
+    outcome.report("evaluations_at_" + plain_number(error) + "_of_the_peak", cost_at(points, error),
+                   "evaluations");
   }
   for (const double cost : costs) {
-    outcome.judge({.name = "digits_after_" + plain_number(cost, 6) + "_evaluations",
-                   .value = digits_at(points, cost),
-                   .unit = "digits"});
+    outcome.report("digits_after_" + plain_number(cost, 6) + "_evaluations",
+                   digits_at(points, cost), "digits");
   }
   Table& table = outcome.tables.emplace_back(
       Table{.id = "efforts",

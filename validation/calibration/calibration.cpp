@@ -110,26 +110,16 @@ Outcome Calibration::outcome() const {
       .suite = "calibration",
       .claim = "The recordings constrain parameters of the scene, and the fit is sound."};
   const auto at_bound = std::ranges::count_if(fit.parameters, &FittedParameter::at_bound);
-  outcome.judge({.name = "search converged",
-                 .value = fit.converged ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .bound_from = "an unfinished search has no minimum"});
-  outcome.judge({.name = "constrained parameters",
-                 .value = static_cast<double>(fit.told.size()),
-                 .lower = 1.0,
-                 .bound_from = "without any nothing was fitted"});
-  outcome.judge({.name = "parameters at a bound",
-                 .value = static_cast<double>(at_bound),
-                 .upper = 0.0,
-                 .bound_from = "nothing is known beyond a bound"});
-  outcome.judge({.name = "misfit after the fit",
-                 .value = fit.misfit_after,
-                 .upper = fit.misfit_before,
-                 .bound_from = "the misfit before it"});
-  outcome.judge({.name = "largest effect of the shortcuts",
-                 .value = shortcut_cost(),
-                 .upper = std::nextafter(1.0, 0.0),
-                 .bound_from = "the uncertainty of the observable"});
+  outcome.judge_at_least("search converged", fit.converged ? 1.0 : 0.0, 1.0,
+                         "an unfinished search has no minimum");
+  outcome.judge_at_least("constrained parameters", static_cast<double>(fit.told.size()), 1.0,
+                         "without any nothing was fitted");
+  outcome.judge_at_most("parameters at a bound", static_cast<double>(at_bound), 0.0,
+                        "nothing is known beyond a bound");
+  outcome.judge_at_most("misfit after the fit", fit.misfit_after, fit.misfit_before,
+                        "the misfit before it");
+  outcome.judge_at_most("largest effect of the shortcuts", shortcut_cost(),
+                        std::nextafter(1.0, 0.0), "the uncertainty of the observable");
   palpate::conclude(outcome);
   return outcome;
 }

@@ -133,17 +133,12 @@ Outcome outcome_of(const Certificate& all) {
                   .suite = "certificate",
                   .claim = "Every tick of the scene ends before its deadline."};
   for (const LoadResult& load : all.loads) {
-    outcome.judge({.name = "missed deadlines, load " + load.load,
-                   .value = static_cast<double>(load.scene.record.misses.count()),
-                   .upper = 0.0,
-                   .bound_from = "the claim"});
+    outcome.judge_at_most("missed deadlines, load " + load.load,
+                          static_cast<double>(load.scene.record.misses.count()), 0.0, "the claim");
   }
   if (!all.budget.probes.empty()) {
-    outcome.judge({.name = "computation of the costliest provoked tick",
-                   .value = all.budget.worst(),
-                   .unit = "s",
-                   .upper = all.claim.deadline,
-                   .bound_from = "the deadline"});
+    outcome.judge_at_most("computation of the costliest provoked tick", all.budget.worst(),
+                          all.claim.deadline, "the deadline", "s");
   }
   conclude(outcome, {reason_of(all)});
   return outcome;

@@ -145,10 +145,9 @@ Reason reason_of_corridor(const GroupSummary& summary, double least_inside) {
 }
 
 void judge_by_corridor(const Members& members, const GroupOptions& options, GroupSummary& summary) {
-  summary.outcome.judge({.name = "share of samples in the corridor",
-                         .value = summary.coverage.inside,
-                         .lower = options.corridor.least_inside,
-                         .bound_from = "0.95 is expected at each instant; assumed margin"});
+  summary.outcome.judge_at_least("share of samples in the corridor", summary.coverage.inside,
+                                 options.corridor.least_inside,
+                                 "0.95 is expected at each instant; assumed margin");
   std::vector<Reason> parts{reason_of_corridor(summary, options.corridor.least_inside)};
   for (const FeatureSummary& feature : summary.features) {
     const FeatureComparison& mean = summary.means.emplace_back(
