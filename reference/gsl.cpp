@@ -20,27 +20,22 @@ struct DriverDeleter {
   void operator()(gsl_odeiv2_driver* driver) const { gsl_odeiv2_driver_free(driver); }
 };
 
-class GslDriver final : public Integrator {
+class GslDriver final : public SystemIntegrator {
  public:
   GslDriver(std::string name, const gsl_odeiv2_step_type* type, const Problem& problem,
             const Tolerance& tolerance)
-      : name_(std::move(name)),
+      : SystemIntegrator(problem),
+        name_(std::move(name)),
         type_(type),
         relative_(tolerance.relative),
-        system_(problem),
         equations_{derivative, jacobian, static_cast<std::size_t>(system_.size()), this},
-        state_(static_cast<std::size_t>(system_.size())),
-        scale_(state_.size(), tolerance.velocity_scale) {
-    // The default handler aborts the program; every flag is checked here instead.
-    static const auto unused_default_handler = gsl_set_error_handler_off();
-    static_cast<void>(unused_default_handler);
-    std::fill_n(scale_.begin(), system_.dof(), tolerance.position_scale);
-    system_.initial_state(state_.data());
+        state_(system_.initial_state()),
+        scale_(system_.scales(tolerance)) {
+    return_gsl_errors();
   }
 
-  [[nodiscard]] FirstOrderSystem& system() { return system_; }
-
   void begin(const Segment& segment) override {
+    system_.set_gate(segment.gate);
     const double first = 1e-3 * segment.max_step;
     driver_.reset(gsl_odeiv2_driver_alloc_scaled_new(&equations_, type_, first, relative_,
                                                      relative_, 1.0, 0.0, scale_.data()));
@@ -60,8 +55,9 @@ class GslDriver final : public Integrator {
     steps_ += static_cast<long>(driver_->n);
   }
 
-  [[nodiscard]] const double* state() const override { return state_.data(); }
   [[nodiscard]] long segment_steps() const override { return steps_; }
+
+  [[nodiscard]] const double* state() const override { return state_.data(); }
 
  private:
   static int derivative(double t, const double* y, double* dy, void* driver) {
@@ -103,11 +99,10 @@ class GslDriver final : public Integrator {
   std::string name_;
   const gsl_odeiv2_step_type* type_;
   double relative_;
-  FirstOrderSystem system_;
   std::optional<FirstOrderJacobian> jacobian_;  ///< created at first use
   gsl_odeiv2_system equations_;
-  std::vector<double> state_;
-  std::vector<double> scale_;
+  Eigen::VectorXd state_;
+  Eigen::VectorXd scale_;
   std::unique_ptr<gsl_odeiv2_driver, DriverDeleter> driver_;
   std::string cause_;
   double time_ = 0.0;
@@ -117,11 +112,13 @@ class GslDriver final : public Integrator {
 Trace solve(const char* name, const gsl_odeiv2_step_type* type, const Problem& problem,
             const std::vector<double>& times, const Tolerance& tolerance) {
   GslDriver integrator(name, type, problem, tolerance);
-  return integrate({name, std::string("GSL ") + gsl_version}, integrator.system(), times, tolerance,
+  return integrate({name, std::string("GSL ") + gsl_version}, problem, times, tolerance,
                    integrator);
 }
 
 }  // namespace
+
+void return_gsl_errors() { static_cast<void>(gsl_set_error_handler_off()); }
 
 Trace solve_gsl_rk8pd(const Problem& problem, const std::vector<double>& times,
                       const Tolerance& tolerance) {

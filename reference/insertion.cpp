@@ -6,14 +6,9 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
-#include <cvode/cvode.h>
-#include <exception>
 #include <functional>
-#include <memory>
 #include <set>
 #include <string>
-#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 #include <vector>
 
 #include "reference/insertion_transitions.hpp"
@@ -21,44 +16,29 @@
 
 namespace palpate::reference::insertion {
 
-/// Adams-Moulton up to order 12 with functional iteration. Throws SolverError with the library's
-/// flag.
+/// CVODE over y of Mechanics, restarted at every event.
 class Flow {
  public:
   Flow(Mechanics& mechanics, const Tolerance& tolerance, const InsertionOptions& options);
-  Flow(const Flow&) = delete;  // the library keeps its address
-  Flow& operator=(const Flow&) = delete;
-  ~Flow();
 
   /// Restarts from y at `time` in one mode; never integrates beyond `stop` [s].
   void restart(double time, double stop, const Mode& mode, const Eigen::VectorXd& y);
   /// Integrates to `goal` [s] or to the first event before it; returns the events.
   std::set<Root> advance(double goal, Eigen::VectorXd& y);
-  [[nodiscard]] double time() const { return time_; }
-  [[nodiscard]] long steps() const { return steps_ + steps_since_restart(); }
+  [[nodiscard]] double time() const { return cvode_.time(); }
+  [[nodiscard]] long steps() const { return steps_ + cvode_.steps(); }
 
  private:
-  void set_tolerance(const Tolerance& tolerance);
-  void set_roots(const Eigen::VectorXd& y);
-  [[nodiscard]] long steps_since_restart() const;
-  void check(int flag, const char* function) const;
-  static int right_hand_side(realtype t, N_Vector y, N_Vector dy, void* flow);
-  static int roots(realtype t, N_Vector y, realtype* values, void* flow);
-  static void complain(int code, const char*, const char* function, char* message, void* flow);
+  [[nodiscard]] static Eigen::VectorXd absolute(const Mechanics& mechanics,
+                                                const Tolerance& tolerance);
 
   Mechanics& mechanics_;
+  double longest_step_;
   Mode mode_{};
   Eigen::VectorXd y_, dy_;
   std::vector<Root> names_;
-  sundials::Context context_;
-  sundials::Vector state_;
-  sundials::Vector absolute_;
-  sundials::NonlinearSolver fixed_point_;
-  void* memory_ = nullptr;  ///< freed before what it points to
-  double time_ = 0.0;
+  sundials::Cvode cvode_;
   long steps_ = 0;
-  std::string complaint_;  ///< last message of the library
-  std::string cause_;      ///< reason of a failure in a callback
 };
 
 }  // namespace palpate::reference::insertion
@@ -223,133 +203,53 @@ Insertion solve_insertion(const Scene& scene, const SpringNetwork& network,
 
 namespace palpate::reference::insertion {
 
-namespace {
-
 using Eigen::Index;
 using Eigen::VectorXd;
-using VectorMap = Eigen::Map<VectorXd>;
 
-VectorMap values_of(N_Vector vector) { return {N_VGetArrayPointer(vector), N_VGetLength(vector)}; }
-
-}  // namespace
+VectorXd Flow::absolute(const Mechanics& mechanics, const Tolerance& tolerance) {
+  constexpr double energy_scale = 1e-2;  // work of some newtons over some millimetres [J]
+  const Index n = mechanics.dof();
+  VectorXd scales(mechanics.size());
+  scales << VectorXd::Constant(n, tolerance.position_scale),
+      VectorXd::Constant(n, tolerance.velocity_scale), tolerance.position_scale,
+      tolerance.velocity_scale, VectorXd::Constant(4, energy_scale);
+  return tolerance.relative * scales;
+}
 
 Flow::Flow(Mechanics& mechanics, const Tolerance& tolerance, const InsertionOptions& options)
-    : mechanics_(mechanics), y_(VectorXd::Zero(mechanics.size())) {
-  SUNContext context = nullptr;
-  check(SUNContext_Create(nullptr, &context), "SUNContext_Create");
-  context_.reset(context);
-  state_.reset(N_VNew_Serial(mechanics.size(), context));
-  absolute_.reset(N_VNew_Serial(mechanics.size(), context));
-  memory_ = CVodeCreate(CV_ADAMS, context);
-  if (!state_ || !absolute_ || memory_ == nullptr) { check(CV_MEM_FAIL, "CVodeCreate"); }
-  set_tolerance(tolerance);
-  values_of(state_.get()).setZero();
-  check(CVodeSetErrHandlerFn(memory_, complain, this), "CVodeSetErrHandlerFn");
-  check(CVodeInit(memory_, right_hand_side, 0.0, state_.get()), "CVodeInit");
-  check(CVodeSetUserData(memory_, this), "CVodeSetUserData");
-  check(CVodeSVtolerances(memory_, tolerance.relative, absolute_.get()), "CVodeSVtolerances");
-  check(CVodeSetMaxNumSteps(memory_, step_limit), "CVodeSetMaxNumSteps");
-  check(CVodeSetMaxStep(memory_, options.longest_step), "CVodeSetMaxStep");
-  fixed_point_.reset(SUNNonlinSol_FixedPoint(state_.get(), 0, context));
-  if (!fixed_point_) { check(CV_MEM_FAIL, "SUNNonlinSol_FixedPoint"); }
-  check(CVodeSetNonlinearSolver(memory_, fixed_point_.get()), "CVodeSetNonlinearSolver");
-}
-
-Flow::~Flow() { CVodeFree(&memory_); }
+    : mechanics_(mechanics),
+      longest_step_(options.longest_step),
+      y_(VectorXd::Zero(mechanics.size())),
+      cvode_("insertion", CV_ADAMS, y_, tolerance.relative, absolute(mechanics, tolerance),
+             [this](double t, const double* y, double* dy) {
+               y_ = VectorXd::Map(y, y_.size());
+               mechanics_.evaluate(t, mode_, y_, &dy_);
+               VectorXd::Map(dy, dy_.size()) = dy_;
+               return dy_.allFinite();
+             }) {}
 
 void Flow::restart(double time, double stop, const Mode& mode, const VectorXd& y) {
-  steps_ += steps_since_restart();
+  steps_ += cvode_.steps();
   mode_ = mode;
-  time_ = time;
-  values_of(state_.get()) = y;
-  check(CVodeReInit(memory_, time, state_.get()), "CVodeReInit");
-  set_roots(y);
-  check(CVodeSetStopTime(memory_, stop), "CVodeSetStopTime");
-  // Without a minimum step, a failing right-hand side leads to millions of steps of length zero.
-  check(CVodeSetMinStep(memory_, 1e-14 * stop), "CVodeSetMinStep");
-}
-
-/// Sets the root functions. They are positive while the mode lasts, so only a downward zero
-/// crossing is an event.
-void Flow::set_roots(const VectorXd& y) {
+  cvode_.restart(time, stop, longest_step_, y);
   names_.clear();
-  for (const RootValue& root : roots_of(time_, mode_, y, mechanics_)) {
+  for (const RootValue& root : roots_of(time, mode_, y, mechanics_)) {
     names_.push_back(root.root);
   }
-  const auto count = static_cast<int>(names_.size());
-  check(CVodeRootInit(memory_, count, count > 0 ? roots : nullptr), "CVodeRootInit");
-  if (count == 0) { return; }
-  std::vector<int> falling(names_.size(), -1);
-  check(CVodeSetRootDirection(memory_, falling.data()), "CVodeSetRootDirection");
-  check(CVodeSetNoInactiveRootWarn(memory_), "CVodeSetNoInactiveRootWarn");
+  // Root functions are positive while the mode lasts, so only a downward crossing is an event.
+  cvode_.set_falling_roots(names_.size(), [this](double t, const double* state, double* values) {
+    y_ = VectorXd::Map(state, y_.size());
+    for (const RootValue& root : roots_of(t, mode_, y_, mechanics_)) { *values++ = root.value; }
+  });
 }
 
 std::set<Root> Flow::advance(double goal, VectorXd& y) {
-  const int flag = CVode(memory_, goal, state_.get(), &time_, CV_NORMAL);
-  if (flag < 0) { CVodeGetCurrentTime(memory_, &time_); }
-  check(flag, "CVode");
-  y = values_of(state_.get());
+  const bool at_root = cvode_.evolve(goal);
+  y = VectorXd::Map(cvode_.values(), y_.size());
   std::set<Root> fired;
-  if (flag != CV_ROOT_RETURN) { return fired; }
-  std::vector<int> found(names_.size(), 0);
-  check(CVodeGetRootInfo(memory_, found.data()), "CVodeGetRootInfo");
-  for (std::size_t n = 0; n < found.size(); ++n) {
-    if (found[n] != 0) { fired.insert(names_[n]); }
-  }
+  if (!at_root) { return fired; }
+  for (const std::size_t n : cvode_.found_roots()) { fired.insert(names_[n]); }
   return fired;
-}
-
-void Flow::set_tolerance(const Tolerance& tolerance) {
-  VectorMap absolute = values_of(absolute_.get());
-  const Index n = mechanics_.dof();
-  absolute.head(n).setConstant(tolerance.relative * tolerance.position_scale);
-  absolute.segment(n, n).setConstant(tolerance.relative * tolerance.velocity_scale);
-  absolute(mechanics_.place()) = tolerance.relative * tolerance.position_scale;
-  absolute(mechanics_.speed()) = tolerance.relative * tolerance.velocity_scale;
-  constexpr double energy_scale = 1e-2;  // work of some newtons over some millimetres [J]
-  absolute.tail<4>().setConstant(tolerance.relative * energy_scale);
-}
-
-long Flow::steps_since_restart() const {
-  long steps = 0;
-  check(CVodeGetNumSteps(memory_, &steps), "CVodeGetNumSteps");
-  return steps;
-}
-
-void Flow::check(int flag, const char* function) const {
-  if (flag >= 0) { return; }
-  const std::unique_ptr<char, sundials::Deleter<std::free>> name(CVodeGetReturnFlagName(flag));
-  fail("insertion", function, name ? name.get() : std::to_string(flag), time_,
-       cause_.empty() ? complaint_ : cause_);
-}
-
-int Flow::right_hand_side(realtype t, N_Vector y, N_Vector dy, void* flow) {
-  auto& self = *static_cast<Flow*>(flow);
-  try {
-    self.y_ = values_of(y);
-    self.mechanics_.evaluate(t, self.mode_, self.y_, &self.dy_);
-    values_of(dy) = self.dy_;
-    if (self.dy_.allFinite()) { return 0; }
-    self.cause_ = "the right-hand side is not finite";
-  } catch (const std::exception& error) { self.cause_ = error.what(); }
-  return -1;
-}
-
-int Flow::roots(realtype t, N_Vector y, realtype* values, void* flow) {
-  auto& self = *static_cast<Flow*>(flow);
-  try {
-    self.y_ = values_of(y);
-    for (const RootValue& root : roots_of(t, self.mode_, self.y_, self.mechanics_)) {
-      *values++ = root.value;
-    }
-    return 0;
-  } catch (const std::exception& error) { self.cause_ = error.what(); }
-  return -1;
-}
-
-void Flow::complain(int code, const char*, const char* function, char* message, void* flow) {
-  if (code >= 0) { return; }  // a warning; results are checked separately
-  static_cast<Flow*>(flow)->complaint_ = std::string(function) + ": " + message;
 }
 
 }  // namespace palpate::reference::insertion

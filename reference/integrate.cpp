@@ -24,9 +24,17 @@ FirstOrderSystem::FirstOrderSystem(const Problem& problem)
       inverse_mass_(problem.mass().cwiseInverse()),
       position_(origin_) {}
 
-void FirstOrderSystem::initial_state(double* y) const {
-  VectorMap(y, dof()).setZero();
-  VectorMap(y + dof(), dof()) = problem_->initial_velocity();
+VectorXd FirstOrderSystem::initial_state() const {
+  VectorXd y(size());
+  y << VectorXd::Zero(dof()), problem_->initial_velocity();
+  return y;
+}
+
+VectorXd FirstOrderSystem::scales(const Tolerance& tolerance) const {
+  VectorXd scales(size());
+  scales << VectorXd::Constant(dof(), tolerance.position_scale),
+      VectorXd::Constant(dof(), tolerance.velocity_scale);
+  return scales;
 }
 
 bool FirstOrderSystem::derivative(double t, const double* y, double* dy) {
@@ -42,9 +50,7 @@ bool FirstOrderSystem::derivative(double t, const double* y, double* dy) {
 
 FirstOrderJacobian::FirstOrderJacobian(const FirstOrderSystem& system)
     : system_(&system), inverse_mass_(system.problem().mass().cwiseInverse()) {
-  std::vector<double> y(static_cast<std::size_t>(system.size()));
-  system.initial_state(y.data());
-  evaluate(y.data());
+  evaluate(system.initial_state().data());
   const Index n = system.dof();
   const auto add = [this](Index row, double value) {
     rows_.push_back(row);
@@ -148,14 +154,12 @@ std::vector<Segment> segments_of(const Problem& problem, const std::vector<doubl
   return segments;
 }
 
-namespace {
-
-void store(const FirstOrderSystem& system, const double* y, std::size_t output, Trace& solution) {
-  const Eigen::Index n = system.dof();
-  const auto column = static_cast<Eigen::Index>(output);
-  solution.position.col(column) = system.origin() + Eigen::Map<const Eigen::VectorXd>(y, n);
-  solution.velocity.col(column) = Eigen::Map<const Eigen::VectorXd>(y + n, n);
+void SystemIntegrator::read(Eigen::Ref<VectorXd> position, Eigen::Ref<VectorXd> velocity) const {
+  position = system_.origin() + ConstVectorMap(state(), system_.dof());
+  velocity = ConstVectorMap(state() + system_.dof(), system_.dof());
 }
+
+namespace {
 
 void check_outcome(const Trace& solution, std::size_t segment_count) {
   const auto least = static_cast<long>(segment_count) - 1 + 10;
@@ -170,27 +174,30 @@ void check_outcome(const Trace& solution, std::size_t segment_count) {
 
 }  // namespace
 
-Trace integrate(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
+Trace integrate(const Method& method, const Problem& problem, const std::vector<double>& times,
                 const Tolerance& tolerance, Integrator& integrator) {
   const auto begun = std::chrono::steady_clock::now();
-  const std::vector<Segment> segments = segments_of(system.problem(), times);
+  const std::vector<Segment> segments = segments_of(problem, times);
   Trace solution{.time = times,
                  .method = method.name,
                  .version = method.version,
                  .relative_tolerance = tolerance.relative};
-  solution.position.resize(system.dof(), static_cast<Eigen::Index>(times.size()));
+  solution.position.resize(problem.dof(), static_cast<Index>(times.size()));
   solution.velocity.resizeLike(solution.position);
-  store(system, integrator.state(), 0, solution);
+  const auto store = [&](std::size_t output) {
+    const auto column = static_cast<Index>(output);
+    integrator.read(solution.position.col(column), solution.velocity.col(column));
+  };
+  store(0);
   for (const Segment& segment : segments) {
-    system.set_gate(segment.gate);
     integrator.begin(segment);
     for (const Stop& stop : segment.stops) {
       integrator.advance(stop.time);
-      if (stop.output) { store(system, integrator.state(), *stop.output, solution); }
+      if (stop.output) { store(*stop.output); }
     }
     solution.steps += integrator.segment_steps();
   }
-  solution.evaluations = system.evaluations();
+  solution.evaluations = integrator.evaluations();
   solution.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   check_outcome(solution, segments.size());

@@ -28,7 +28,9 @@ class FirstOrderSystem {
   [[nodiscard]] const Eigen::VectorXd& origin() const { return origin_; }  ///< q(0) [m]
 
   void set_gate(double gate) { gate_ = gate; }  ///< midpoint of the current segment [s]
-  void initial_state(double* y) const;
+  [[nodiscard]] Eigen::VectorXd initial_state() const;
+  /// Returns the scales of positions and velocities of a tolerance, one per component of y.
+  [[nodiscard]] Eigen::VectorXd scales(const Tolerance& tolerance) const;
   /// Computes y'. Returns false if a component is not finite, because the error tests of many
   /// solvers accept NaN.
   [[nodiscard]] bool derivative(double t, const double* y, double* dy);
@@ -97,14 +99,31 @@ std::vector<Segment> segments_of(const Problem& problem, const std::vector<doubl
 /// Largest number of steps between two stops; more steps are an error.
 inline constexpr long step_limit = 10'000'000;
 
-/// Interface of an integrator of a library for y = [u; v] of a FirstOrderSystem.
+/// Interface of an integrator of one problem, which begins at the initial state.
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  virtual void begin(const Segment& segment) = 0;  ///< restarts at segment.start from state()
-  virtual void advance(double time) = 0;  ///< advances state() to `time` [s]; throws SolverError
-  [[nodiscard]] virtual const double* state() const = 0;
+  virtual void begin(const Segment& segment) = 0;  ///< restarts at segment.start
+  virtual void advance(double time) = 0;           ///< [s]; throws SolverError
+  /// Writes the present position [m] and velocity [m/s].
+  virtual void read(Eigen::Ref<Eigen::VectorXd> position,
+                    Eigen::Ref<Eigen::VectorXd> velocity) const = 0;
   [[nodiscard]] virtual long segment_steps() const = 0;  ///< since begin()
+  [[nodiscard]] virtual long evaluations() const = 0;
+};
+
+/// Integrator of a library for y = [u; v] of a FirstOrderSystem.
+class SystemIntegrator : public Integrator {
+ public:
+  explicit SystemIntegrator(const Problem& problem) : system_(problem) {}
+  void read(Eigen::Ref<Eigen::VectorXd> position,
+            Eigen::Ref<Eigen::VectorXd> velocity) const override;
+  [[nodiscard]] long evaluations() const override { return system_.evaluations(); }
+
+ protected:
+  [[nodiscard]] virtual const double* state() const = 0;
+
+  FirstOrderSystem system_;
 };
 
 struct Method {
@@ -114,8 +133,11 @@ struct Method {
 
 /// Integrates to each requested time and restarts at each break. Throws SolverError, also if steps
 /// < breaks + 10 or if the result is not finite.
-Trace integrate(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
+Trace integrate(const Method& method, const Problem& problem, const std::vector<double>& times,
                 const Tolerance& tolerance, Integrator& integrator);
+
+/// Makes GSL return its error codes; its default handler aborts the program.
+void return_gsl_errors();
 
 /// Throws a SolverError such as "cvode-adams: CVode failed with CV_TOO_MUCH_WORK at t = 0.01 s:
 /// <why>".

@@ -8,6 +8,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include "reference/integrate.hpp"
+
 namespace palpate::reference {
 namespace {
 
@@ -66,9 +68,7 @@ int jacobian(const gsl_vector* x, void* data, gsl_matrix* out) {
 
 LeastSquaresSolution least_squares(const LeastSquaresProblem& problem, const Eigen::VectorXd& start,
                                    const LeastSquaresRule& rule) {
-  // The default handler aborts the program; every flag is checked here instead.
-  static const auto unused_default_handler = gsl_set_error_handler_off();
-  static_cast<void>(unused_default_handler);
+  return_gsl_errors();
   Bridge bridge{problem};
   const Eigen::VectorXd first = problem.residuals(start);
   if (first.size() < start.size()) {

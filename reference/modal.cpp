@@ -34,12 +34,6 @@ gsl_matrix_view view_of(Rows& rows) {
                                static_cast<std::size_t>(rows.cols()));
 }
 
-/// Disables GSL's error handler, which aborts the program.
-void return_codes_only() {
-  static const auto unused_default_handler = gsl_set_error_handler_off();
-  (void)unused_default_handler;
-}
-
 void check(int status) {
   if (status != GSL_SUCCESS) {
     throw SolverError(std::string("dense modes: GSL: ") + gsl_strerror(status));
@@ -50,7 +44,7 @@ void check(int status) {
 
 SymmetricModes symmetric_modes(const Eigen::MatrixXd& matrix) {
   if (matrix.rows() == 0) { return {Eigen::VectorXd(0), Eigen::MatrixXd(0, 0)}; }
-  return_codes_only();
+  return_gsl_errors();
   const auto n = static_cast<std::size_t>(matrix.rows());
   Rows work = matrix;
   Rows vectors(matrix.rows(), matrix.cols());
@@ -72,7 +66,7 @@ Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& matrix) {
 
 GeneralModes general_modes(const Eigen::MatrixXd& matrix) {
   if (matrix.rows() == 0) { return {}; }
-  return_codes_only();
+  return_gsl_errors();
   const auto n = static_cast<std::size_t>(matrix.rows());
   Rows work = matrix;
   gsl_matrix_view a = view_of(work);

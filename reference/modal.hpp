@@ -76,10 +76,8 @@ Eigen::VectorXd natural_frequencies(const Problem& problem);
 template <class Real>
 Trace modal_solution(const Problem& problem, const std::vector<double>& times);
 
-/// Solver form of modal_solution(); the tolerance is ignored.
-Trace solve_modal(const Problem& problem, const std::vector<double>& times,
-                  const Tolerance& tolerance);
-Trace solve_modal_long_double(const Problem& problem, const std::vector<double>& times,
-                              const Tolerance& tolerance);
+// modal_solution() as solvers; the tolerance is ignored.
+Solve solve_modal;
+Solve solve_modal_long_double;
 
 }  // namespace palpate::reference
