@@ -10,9 +10,6 @@
 namespace palpate::device::falcon {
 namespace {
 
-constexpr std::array<std::uint8_t, 3> hail_bytes{0x0A, 0x43, 0x0D};
-constexpr std::array<std::uint8_t, 4> hail_answer{0x0A, 0x44, 0x2C, 0x0D};
-constexpr std::array<std::uint8_t, 1> load_request{0x41};
 constexpr std::size_t block_bytes = 62;  // payload of one USB transfer of the real device
 
 }  // namespace
@@ -26,16 +23,16 @@ OpenResult Driver::open(std::span<const std::uint8_t> image) noexcept {
 bool Driver::hail() noexcept {
   for (int n = 0; n < options_.hails; ++n) {
     discard();
-    (void)link_.write(hail_bytes);
-    if (await(hail_answer, options_.hail_patience)) { return true; }
+    (void)link_.write(hail_request);
+    if (await(hail_reply, options_.hail_patience)) { return true; }
   }
   return false;
 }
 
 bool Driver::upload(std::span<const std::uint8_t> image) noexcept {
   discard();
-  (void)link_.write(load_request);
-  bool right = await(load_request, options_.hail_patience);
+  (void)link_.write({&load_request, 1});
+  bool right = await({&load_request, 1}, options_.hail_patience);
   while (right && !image.empty()) {
     const auto block = image.first(std::min(block_bytes, image.size()));
     (void)link_.write(block);
@@ -173,7 +170,7 @@ Command StockProfile::words(const Eigen::Vector3d& position,
   const double largest = torque.cwiseAbs().maxCoeff();
   if (largest > most_torque) { torque *= most_torque / largest; }
   const MotorOptions uncalibrated{.words_per_newton_metre = libnifalcon_scale};
-  Command command{.asked = words_of_torque(uncalibrated, torque).asked};
+  Command command = words_of_torque(uncalibrated, torque);
   for (std::size_t leg = 0; leg < 3; ++leg) { command.sent[leg] = wrapped(command.asked[leg]); }
   return command;
 }

@@ -39,9 +39,7 @@ DeviceSample EmulatedFalcon::exchange(const Eigen::Vector3d& force) noexcept {
 
 DeviceSample EmulatedFalcon::exchange_packets(const Eigen::Vector3d& force) noexcept {
   const Command command = profile_->words(place_, force);
-  const int largest = options_.body.motors.largest_word;
-  saturated_ = std::ranges::any_of(
-      command.asked, [largest](std::int64_t word) { return std::llabs(word) > largest; });
+  saturated_ = command.saturated;
   const std::optional<DevicePacket> reply = driver_.exchange({.words = command.sent});
   if (!reply) { return {.position = place_, .answered = false, .homed = homed_}; }
   homed_ = std::ranges::all_of(reply->homed, [](bool leg) { return leg; });

@@ -152,9 +152,8 @@ Mechanics::Applied Mechanics::applied(const std::array<Leg, 3>& legs, const Plan
     applied.curvature[i] = curvature_acceleration(kinematics_.geometry(), kinematics_.frame(i),
                                                   legs[static_cast<std::size_t>(i)], velocity);
   }
-  applied.motors = drive.torque.array() * (1.0 + drive.speed_share * rate.array());
   const Eigen::Vector3d at_arms =
-      applied.motors - options_.viscosity * rate - options_.arm_inertia * applied.curvature;
+      drive.torque - options_.viscosity * rate - options_.arm_inertia * applied.curvature;
   applied.force = applied.hand.on_grip + applied.stops.force + slope.transpose() * at_arms;
   applied.force.y() -= options_.gravity * (options_.effector_mass + options_.tool_mass);
   return applied;
@@ -185,7 +184,7 @@ bool Mechanics::evaluate(const PlantState& state, const Drive& drive, const Hand
   motion.derivative[part::friction_loss] =
       options_.viscosity * motion.rate.squaredNorm() - motion.friction.dot(motion.rate);
   motion.derivative[part::stop_loss] = given.stops.loss;
-  motion.derivative[part::motor_work] = given.motors.dot(motion.rate);
+  motion.derivative[part::motor_work] = drive.torque.dot(motion.rate);
   motion.derivative[part::hand_work] = given.hand.on_grip.dot(velocity);
   return true;
 }
@@ -250,7 +249,6 @@ bool Plant::place(const Eigen::Vector3d& position, const Hand& hand,
 
 Drive Plant::drive_at(const Given& given, double time) noexcept {
   return {.torque = given.motors.torque_after(time - given.begin),
-          .speed_share = given.motors.speed_share(),
           .intent = given.hand.intent.at(time)};
 }
 

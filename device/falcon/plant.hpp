@@ -56,7 +56,6 @@ struct PlantOptions {
 /// Inputs of the equation of motion at one instant.
 struct Drive {
   Eigen::Vector3d torque{};  ///< motor torques with the arms at rest [N m]
-  double speed_share = 0.0;  ///< see MotorOptions
   IntentPoint intent{};
 };
 
@@ -110,7 +109,6 @@ class Mechanics {
     HandForces hand{};
     Stops stops{};
     Eigen::Vector3d curvature{};  ///< arms' acceleration at constant velocity [rad/s^2]
-    Eigen::Vector3d motors{};     ///< [N m]
     Eigen::Vector3d force{};      ///< total force on the grip [N]
   };
   [[nodiscard]] Applied applied(const std::array<Leg, 3>& legs, const PlantState& state,

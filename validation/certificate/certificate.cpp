@@ -229,7 +229,7 @@ class Certifier {
     std::erase(others_, result_.rights.on);
     result_.rights.alone = !others_.empty();
     if (others_.empty()) { others_ = {result_.rights.on}; }
-    if (!device::pin_to(result_.rights.on)) { result_.rights.processor = std::strerror(errno); }
+    if (!device::pin_to({result_.rights.on})) { result_.rights.processor = std::strerror(errno); }
   }
 
   void probe_ticks() {
