@@ -82,27 +82,29 @@ HeldTool hand_alone() {
 constexpr Tolerance fine{.relative = 1e-10, .position_scale = 1e-3, .velocity_scale = 1e-2};
 
 TEST("a grip on a spring swings as a grip on a spring") {
-  const HeldToolMotion motion = solve_held_tool(hand_alone(), one_node(0.01), 300, fine);
+  const palpate::Trace motion = solve_held_tool(hand_alone(), one_node(0.01), 300, fine);
   const Eigen::Vector3d middle(0.001, -0.002, 0.122);
   const Eigen::Vector3d from(0.0, 0.0, 0.12);
   for (std::size_t n = 0; n < motion.time.size(); ++n) {
     const double swing = std::cos(40.0 * motion.time[n]);
-    CHECK_NEAR(motion.grip[n], Eigen::Vector3d(middle + swing * (from - middle)), 1e-10);
-    CHECK_NEAR(motion.place[n], 0.0, 1e-15);
+    const Eigen::Vector3d grip(motion.at("device.x_m", n), motion.at("device.y_m", n),
+                               motion.at("device.z_m", n));
+    CHECK_NEAR(grip, Eigen::Vector3d(middle + swing * (from - middle)), 1e-10);
+    CHECK_NEAR(motion.at("tool.insertion_m", n), 0.0, 1e-15);
   }
 }
 
 TEST("damping of the hand is that of a damped spring") {
   HeldTool held = hand_alone();
   held.hand_viscosity = 4.0;
-  const HeldToolMotion motion = solve_held_tool(held, one_node(0.01), 300, fine);
+  const palpate::Trace motion = solve_held_tool(held, one_node(0.01), 300, fine);
   const double decay = 4.0 / (2.0 * 0.25);
   const double omega = std::sqrt(1600.0 - decay * decay);
   for (std::size_t n = 0; n < motion.time.size(); ++n) {
     const double t = motion.time[n];
     const double swing =
         std::exp(-decay * t) * (std::cos(omega * t) + decay / omega * std::sin(omega * t));
-    CHECK_NEAR(motion.grip[n].z(), 0.122 - 0.002 * swing, 1e-10);
+    CHECK_NEAR(motion.at("device.z_m", n), 0.122 - 0.002 * swing, 1e-10);
   }
 }
 
@@ -115,10 +117,10 @@ TEST("a held handle moves the tool as a spring and a damper between ticks, exact
     velocity.setZero();
   };
   held.coupling_stiffness = 300.0;
-  const HeldToolMotion still = solve_held_tool(held, one_node(0.01), 50, fine);
-  for (const double place : still.place) { CHECK_NEAR(place, 0.0, 1e-14); }
-  for (const Eigen::Vector3d& force : still.force) {
-    CHECK_NEAR(force, Eigen::Vector3d::Zero().eval(), 1e-11);
+  const palpate::Trace still = solve_held_tool(held, one_node(0.01), 50, fine);
+  for (const double place : still.values("tool.insertion_m")) { CHECK_NEAR(place, 0.0, 1e-14); }
+  for (const char* name : {"device.command_x_n", "device.command_y_n", "device.command_z_n"}) {
+    for (const double force : still.values(name)) { CHECK_NEAR(force, 0.0, 1e-11); }
   }
 }
 

@@ -119,24 +119,12 @@ class PointSolver {
 /// Solves a scene with a needle with CVODE and root finding for events. The events of the trace are
 /// those at which the force jumps.
 Trace solve_needle(const Scene& scene, double tolerance) {
-  Trace run{.time = instants_of(scene),
-            .columns = {{"tool.force_n", "N", {}}, {"energy_j", "J", {}}}};
   const SpringNetwork network = build_network(scene);
   const double begin = seconds_on(Clock::processor);
-  const reference::Insertion solved =
-      reference::solve_insertion(scene, network, run.time, {.relative = tolerance});
-  run.seconds = std::min(seconds_on(Clock::processor) - begin, solved.seconds);
-  run.evaluations = solved.evaluations;
-  run.position.resize(solved.instants.front().position.size(), std::ssize(solved.instants));
-  for (const reference::InsertionInstant& instant : solved.instants) {
-    run.position.col(std::ssize(run.columns[0].values)) = instant.position;
-    run.columns[0].values.push_back(instant.total);
-    run.columns[1].values.push_back(instant.energy.stored);
-  }
-  for (const reference::InsertionEvent& event : solved.events) {
-    if (event.kind == reference::InsertionEvent::Kind::knot_passed) { continue; }
-    run.events.push_back({.time = event.time});
-  }
+  Trace run =
+      reference::solve_insertion(scene, network, instants_of(scene), {.relative = tolerance});
+  run.seconds = std::min(seconds_on(Clock::processor) - begin, run.seconds);
+  std::erase_if(run.events, [](const Event& event) { return event.kind == "knot-passed"; });
   return run;
 }
 
