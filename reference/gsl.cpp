@@ -6,7 +6,6 @@
 #include <gsl/gsl_odeiv2.h>
 #include <gsl/gsl_version.h>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "reference/integrate.hpp"
@@ -73,23 +72,13 @@ class GslDriver final : public SystemIntegrator {
   static int jacobian(double, const double* y, double* dfdy, double* dfdt, void* driver) {
     auto& self = *static_cast<GslDriver*>(driver);
     try {
-      if (!self.jacobian_) { self.jacobian_.emplace(self.system_); }
-      self.jacobian_->update(y);
-    } catch (const std::exception& error) {
-      self.cause_ = error.what();
-      return GSL_EBADFUNC;
-    }
-    const auto size = static_cast<std::size_t>(self.jacobian_->size());
-    std::fill_n(dfdy, size * size, 0.0);
-    std::fill_n(dfdt, size, 0.0);
-    for (std::size_t j = 0; j < size; ++j) {
-      const auto end = static_cast<std::size_t>(self.jacobian_->column_starts()[j + 1]);
-      for (auto k = static_cast<std::size_t>(self.jacobian_->column_starts()[j]); k < end; ++k) {
-        dfdy[static_cast<std::size_t>(self.jacobian_->rows()[k]) * size + j] =
-            self.jacobian_->values()[k];
-      }
-    }
-    return GSL_SUCCESS;
+      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      const Eigen::Index size = self.system_.size();
+      Eigen::Map<RowMajor>(dfdy, size, size) = first_order_jacobian(self.system_, y);
+      std::fill_n(dfdt, size, 0.0);
+      return GSL_SUCCESS;
+    } catch (const std::exception& error) { self.cause_ = error.what(); }
+    return GSL_EBADFUNC;
   }
 
   void check(int flag, const char* function) const {
@@ -99,7 +88,6 @@ class GslDriver final : public SystemIntegrator {
   std::string name_;
   const gsl_odeiv2_step_type* type_;
   double relative_;
-  std::optional<FirstOrderJacobian> jacobian_;  ///< created at first use
   gsl_odeiv2_system equations_;
   Eigen::VectorXd state_;
   Eigen::VectorXd scale_;

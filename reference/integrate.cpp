@@ -48,58 +48,29 @@ bool FirstOrderSystem::derivative(double t, const double* y, double* dy) {
   return VectorMap(dy, size()).allFinite();
 }
 
-FirstOrderJacobian::FirstOrderJacobian(const FirstOrderSystem& system)
-    : system_(&system), inverse_mass_(system.problem().mass().cwiseInverse()) {
-  evaluate(system.initial_state().data());
+SparseJacobian first_order_jacobian(const FirstOrderSystem& system, const double* y) {
+  const Problem& problem = system.problem();
   const Index n = system.dof();
-  const auto add = [this](Index row, double value) {
-    rows_.push_back(row);
-    values_.push_back(value);
-    return values_.size() - 1;
-  };
-  using Entry = Eigen::SparseMatrix<double>::InnerIterator;
+  Eigen::SparseMatrix<double> stiffness, damping;
+  problem.jacobian(system.origin() + ConstVectorMap(y, n), ConstVectorMap(y + n, n), stiffness,
+                   damping);
+  const VectorXd inverse_mass = problem.mass().cwiseInverse();
+  std::vector<Eigen::Triplet<double, std::int64_t>> entries;
   for (Index j = 0; j < n; ++j) {
-    column_starts_.push_back(static_cast<Index>(rows_.size()));
-    add(j, 0.0);
-    for (Entry k(stiffness_, j); k; ++k) { stiffness_slots_.push_back(add(n + k.row(), 0.0)); }
+    entries.emplace_back(j, j, 0.0);
+    entries.emplace_back(j, n + j, 1.0);
+    entries.emplace_back(n + j, n + j, 0.0);
+    const auto add = [&](const Eigen::SparseMatrix<double>& matrix, Index column) {
+      for (Eigen::SparseMatrix<double>::InnerIterator k(matrix, j); k; ++k) {
+        entries.emplace_back(n + k.row(), column, -k.value() * inverse_mass(k.row()));
+      }
+    };
+    add(stiffness, j);
+    add(damping, n + j);
   }
-  for (Index j = 0; j < n; ++j) {
-    column_starts_.push_back(static_cast<Index>(rows_.size()));
-    add(j, 1.0);
-    bool has_diagonal = false;
-    for (Entry c(damping_, j); c; ++c) {
-      has_diagonal = has_diagonal || c.row() == j;
-      damping_slots_.push_back(add(n + c.row(), 0.0));
-    }
-    if (!has_diagonal) { add(n + j, 0.0); }
-  }
-  column_starts_.push_back(static_cast<Index>(rows_.size()));
-}
-
-void FirstOrderJacobian::evaluate(const double* y) {
-  const Index n = system_->dof();
-  const VectorXd position = system_->origin() + ConstVectorMap(y, n);
-  system_->problem().jacobian(position, ConstVectorMap(y + n, n), stiffness_, damping_);
-  stiffness_.makeCompressed();
-  damping_.makeCompressed();
-}
-
-void FirstOrderJacobian::update(const double* y) {
-  evaluate(y);
-  if (static_cast<std::size_t>(stiffness_.nonZeros()) != stiffness_slots_.size() ||
-      static_cast<std::size_t>(damping_.nonZeros()) != damping_slots_.size()) {
-    throw SolverError("first order: the pattern of the problem's Jacobian has changed");
-  }
-  const auto scatter = [this](const Eigen::SparseMatrix<double>& matrix,
-                              const std::vector<std::size_t>& slots) {
-    for (std::size_t s = 0; s < slots.size(); ++s) {
-      const auto entry = static_cast<Index>(s);
-      const Index row = matrix.innerIndexPtr()[entry];
-      values_[slots[s]] = -matrix.valuePtr()[entry] * inverse_mass_(row);
-    }
-  };
-  scatter(stiffness_, stiffness_slots_);
-  scatter(damping_, damping_slots_);
+  SparseJacobian jacobian(2 * n, 2 * n);
+  jacobian.setFromTriplets(entries.begin(), entries.end());
+  return jacobian;
 }
 
 namespace {

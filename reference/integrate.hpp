@@ -44,33 +44,12 @@ class FirstOrderSystem {
   long evaluations_ = 0;
 };
 
-/// Jacobian dy'/dy = [0 I; -K/m -C/m] in compressed columns. The pattern is fixed at construction
-/// and includes the whole diagonal, so that I - gamma J has the same pattern.
-class FirstOrderJacobian {
- public:
-  using Index = std::int64_t;  ///< as in the solver libraries
+/// Sparse matrix with the indices of the solver libraries.
+using SparseJacobian = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 
-  explicit FirstOrderJacobian(const FirstOrderSystem& system);
-  [[nodiscard]] Index size() const { return static_cast<Index>(column_starts_.size()) - 1; }
-  [[nodiscard]] const std::vector<Index>& column_starts() const { return column_starts_; }
-  [[nodiscard]] const std::vector<Index>& rows() const { return rows_; }
-  [[nodiscard]] const std::vector<double>& values() const { return values_; }
-  /// Throws SolverError if the pattern of the problem has changed.
-  void update(const double* y);
-
- private:
-  void evaluate(const double* y);
-
-  const FirstOrderSystem* system_;
-  Eigen::VectorXd inverse_mass_;
-  Eigen::SparseMatrix<double> stiffness_;
-  Eigen::SparseMatrix<double> damping_;
-  std::vector<Index> column_starts_;
-  std::vector<Index> rows_;
-  std::vector<std::size_t> stiffness_slots_;  ///< index in values_ of each entry of K
-  std::vector<std::size_t> damping_slots_;
-  std::vector<double> values_;
-};
+/// Returns the Jacobian dy'/dy = [0 I; -K/m -C/m] at y. The pattern includes the whole diagonal, so
+/// that I - gamma J has the same pattern.
+SparseJacobian first_order_jacobian(const FirstOrderSystem& system, const double* y);
 
 // Segments of the time axis between the instants at which a load switches. The right-hand side is
 // smooth within a segment, so that a method keeps its order.

@@ -63,9 +63,10 @@ Session::Session(std::string solver, const char* prefix, char* (*flag_name)(long
 }
 
 void Session::use_sparse_jacobian(const FirstOrderSystem& system) {
-  jacobian_.emplace(system);
-  const auto entries = static_cast<sunindextype>(jacobian_->rows().size());
-  matrix_.reset(SUNSparseMatrix(jacobian_->size(), jacobian_->size(), entries, CSC_MAT, context()));
+  jacobian_of_ = &system;
+  const SparseJacobian jacobian = first_order_jacobian(system, values());
+  matrix_.reset(
+      SUNSparseMatrix(jacobian.rows(), jacobian.cols(), jacobian.nonZeros(), CSC_MAT, context()));
   check_made(matrix_.get(), "SUNSparseMatrix");
   linear_solver_.reset(SUNLinSol_KLU(vector(), matrix(), context()));
   check_made(linear_solver_.get(), "SUNLinSol_KLU");
@@ -100,12 +101,15 @@ int Session::jacobian(realtype, N_Vector y, N_Vector, SUNMatrix matrix, void* se
                       N_Vector, N_Vector) {
   auto& self = *static_cast<Session*>(session);
   return self.guarded([&] {
-    FirstOrderJacobian& jacobian = *self.jacobian_;
-    jacobian.update(N_VGetArrayPointer(y));
+    const SparseJacobian jacobian = first_order_jacobian(*self.jacobian_of_, N_VGetArrayPointer(y));
+    if (jacobian.nonZeros() != SUNSparseMatrix_NNZ(matrix)) {
+      throw SolverError("the pattern of the problem's Jacobian has changed");
+    }
     // The library also clears the indices before this call, so the pattern is written every time.
-    std::ranges::copy(jacobian.column_starts(), SUNSparseMatrix_IndexPointers(matrix));
-    std::ranges::copy(jacobian.rows(), SUNSparseMatrix_IndexValues(matrix));
-    std::ranges::copy(jacobian.values(), SUNSparseMatrix_Data(matrix));
+    std::copy_n(jacobian.outerIndexPtr(), jacobian.cols() + 1,
+                SUNSparseMatrix_IndexPointers(matrix));
+    std::copy_n(jacobian.innerIndexPtr(), jacobian.nonZeros(), SUNSparseMatrix_IndexValues(matrix));
+    std::copy_n(jacobian.valuePtr(), jacobian.nonZeros(), SUNSparseMatrix_Data(matrix));
     return true;
   });
 }

@@ -12,7 +12,6 @@
 #include <functional>
 #include <memory>
 #include <nvector/nvector_serial.h>
-#include <optional>
 #include <string>
 #include <sundials/sundials_context.h>
 #include <sundials/sundials_linearsolver.h>
@@ -97,7 +96,7 @@ class Session {
   Context context_;
   Vector state_;
   Vector absolute_;
-  std::optional<FirstOrderJacobian> jacobian_;
+  const FirstOrderSystem* jacobian_of_ = nullptr;
   Matrix matrix_;
   LinearSolver linear_solver_;
   std::string complaint_;  ///< last message of the library

@@ -7,13 +7,13 @@
 #include <map>
 #include <string_view>
 
-#include "reference/oscillator_motion.hpp"
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
 namespace {
 
 using namespace palpate;
+using namespace palpate::reference;
 
 using Matrix = Eigen::Matrix<long double, 4, 4>;
 using Column = Eigen::Matrix<long double, 4, 1>;
