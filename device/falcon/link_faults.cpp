@@ -116,7 +116,8 @@ void FaultChannel::send(std::span<const std::uint8_t> bytes, double now_s) noexc
 
 std::size_t FaultChannel::receive(std::span<std::uint8_t> into, double now_s) noexcept {
   std::size_t count = 0;
-  while (count < into.size() && !under_way_.empty() && under_way_.front().arrival <= now_s) {
+  while (count < into.size() && under_way_.read_available() > 0 &&
+         under_way_.front().arrival <= now_s) {
     into[count++] = under_way_.front().byte;
     under_way_.pop();
   }
@@ -124,7 +125,7 @@ std::size_t FaultChannel::receive(std::span<std::uint8_t> into, double now_s) no
 }
 
 std::optional<double> FaultChannel::next_arrival() const noexcept {
-  if (under_way_.empty()) { return std::nullopt; }
+  if (under_way_.read_available() == 0) { return std::nullopt; }
   return under_way_.front().arrival;
 }
 

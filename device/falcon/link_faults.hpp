@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "device/bounded_queue.hpp"
+#include "device/byte_link.hpp"
 #include "device/falcon/packet.hpp"
 #include "device/seeded.hpp"
 
@@ -83,7 +83,7 @@ class FaultChannel {
   std::vector<int> runs_;  ///< remaining bytes of the present run of each fault
   Seeded for_writes_;
   Seeded for_bytes_;
-  Ring<Travelling, 8192> under_way_{};
+  Queue<Travelling, 8192> under_way_{};
   FaultCounts counts_{};
 };
 
