@@ -103,31 +103,6 @@ class Transitions {
   InsertionChecks checks_{};
 };
 
-/// CVODE over y of Mechanics, restarted at every event.
-class Flow {
- public:
-  Flow(Mechanics& mechanics, const Tolerance& tolerance, const InsertionOptions& options);
-
-  /// Restarts from y at `time` in one mode; never integrates beyond `stop` [s].
-  void restart(double time, double stop, const Mode& mode, const Eigen::VectorXd& y);
-  /// Integrates to `goal` [s] or to the first event before it; returns the events.
-  std::set<Root> advance(double goal, Eigen::VectorXd& y);
-  [[nodiscard]] double time() const { return cvode_.time(); }
-  [[nodiscard]] long steps() const { return steps_ + cvode_.steps(); }
-
- private:
-  [[nodiscard]] static Eigen::VectorXd absolute(const Mechanics& mechanics,
-                                                const Tolerance& tolerance);
-
-  Mechanics& mechanics_;
-  double longest_step_;
-  Mode mode_{};
-  Eigen::VectorXd y_, dy_;
-  std::vector<Root> names_;
-  sundials::Cvode cvode_;
-  long steps_ = 0;
-};
-
 namespace {
 
 /// Returns the instants at which the hand's motion or a load has a kink, from 0 to `end` inclusive.
@@ -156,7 +131,18 @@ void check_times(const std::vector<double>& times) {
   }
 }
 
-/// Solution of one insertion from 0 to the last requested time.
+VectorXd absolute_tolerances(const Mechanics& mechanics, const Tolerance& tolerance) {
+  constexpr double energy_scale = 1e-2;  // work of some newtons over some millimetres [J]
+  const Index n = mechanics.dof();
+  VectorXd scales(mechanics.size());
+  scales << VectorXd::Constant(n, tolerance.position_scale),
+      VectorXd::Constant(n, tolerance.velocity_scale), tolerance.position_scale,
+      tolerance.velocity_scale, VectorXd::Constant(4, energy_scale);
+  return tolerance.relative * scales;
+}
+
+/// Solution of one insertion from 0 to the last requested time: CVODE over y of Mechanics,
+/// restarted at every event.
 class Run {
  public:
   Run(const Scene& scene, const SpringNetwork& network, const std::vector<double>& times,
@@ -165,8 +151,16 @@ class Run {
         apart_(1e-13 * times.back()),
         mechanics_(scene, network, tolerance, options),
         transitions_(mechanics_, options),
-        flow_(mechanics_, tolerance, options),
-        y_(VectorXd::Zero(mechanics_.size())) {
+        longest_step_(options.longest_step),
+        y_(VectorXd::Zero(mechanics_.size())),
+        cvode_("insertion", CV_ADAMS, y_, tolerance.relative,
+               absolute_tolerances(mechanics_, tolerance),
+               [this](double t, const double* y, double* dy) {
+                 trial_ = VectorXd::Map(y, y_.size());
+                 mechanics_.evaluate(t, transitions_.mode(), trial_, &rate_);
+                 VectorXd::Map(dy, rate_.size()) = rate_;
+                 return rate_.allFinite();
+               }) {
     y_.segment(mechanics_.dof(), mechanics_.dof()) = mechanics_.problem().initial_velocity();
     y_(mechanics_.place()) = mechanics_.drive().from;
     trace_ = {.method = "insertion", .version = sundials::version()};
@@ -190,7 +184,7 @@ class Run {
       record();
     }
     trace_.events = transitions_.events();
-    trace_.steps = flow_.steps();
+    trace_.steps = steps_ + cvode_.steps();
     trace_.evaluations = mechanics_.evaluations();
     if (checks != nullptr) { *checks = transitions_.checks(); }
     return std::move(trace_);
@@ -265,19 +259,44 @@ class Run {
     trace_.time.push_back(time);
   }
 
+  /// Restarts from y_ in the present mode; never integrates beyond `stop` [s].
+  void restart(double time, double stop) {
+    steps_ += cvode_.steps();
+    cvode_.restart(time, stop, longest_step_, y_);
+    roots_.clear();
+    for (const RootValue& root : roots_of(time, transitions_.mode(), y_, mechanics_)) {
+      roots_.push_back(root.root);
+    }
+    // Root functions are positive while the mode lasts, so only a downward crossing is an event.
+    cvode_.set_falling_roots(roots_.size(), [this](double t, const double* y, double* values) {
+      trial_ = VectorXd::Map(y, y_.size());
+      for (const RootValue& root : roots_of(t, transitions_.mode(), trial_, mechanics_)) {
+        *values++ = root.value;
+      }
+    });
+  }
+
+  /// Integrates to `goal` [s] or to the first event before it; returns the events.
+  std::set<Root> advance(double goal) {
+    std::set<Root> fired;
+    const bool at_root = cvode_.evolve(goal);
+    y_ = VectorXd::Map(cvode_.values(), y_.size());
+    if (!at_root) { return fired; }
+    for (const std::size_t n : cvode_.found_roots()) { fired.insert(roots_[n]); }
+    return fired;
+  }
+
   void integrate_piece(double start, double stop) {
-    flow_.restart(start, stop, transitions_.mode(), y_);
-    while (stop - flow_.time() > apart_) {
+    restart(start, stop);
+    while (stop - cvode_.time() > apart_) {
       const double goal =
           trace_.rows() < times_.size() ? std::min(times_[trace_.rows()], stop) : stop;
       // An event may be too near to an instant for a step between them.
-      const bool there = goal - flow_.time() <= apart_;
-      const std::set<Root> fired = there ? std::set<Root>{} : flow_.advance(goal, y_);
+      const bool there = goal - cvode_.time() <= apart_;
+      const std::set<Root> fired = there ? std::set<Root>{} : advance(goal);
       if (!fired.empty()) {
-        transitions_.settle(flow_.time(), fired, y_);
-        if (stop - flow_.time() > apart_) {
-          flow_.restart(flow_.time(), stop, transitions_.mode(), y_);
-        }
+        transitions_.settle(cvode_.time(), fired, y_);
+        if (stop - cvode_.time() > apart_) { restart(cvode_.time(), stop); }
       } else if (due(goal)) {
         record();
       }
@@ -289,8 +308,11 @@ class Run {
   double apart_ = 0.0;  ///< instants closer than this are merged [s]
   Mechanics mechanics_;
   Transitions transitions_;
-  Flow flow_;
-  VectorXd y_;
+  double longest_step_;
+  VectorXd y_, trial_, rate_;
+  std::vector<Root> roots_;
+  sundials::Cvode cvode_;
+  long steps_ = 0;
   Trace trace_{};
 };
 
@@ -309,52 +331,6 @@ Trace solve_insertion(const Scene& scene, const SpringNetwork& network,
 }
 
 namespace insertion {
-
-VectorXd Flow::absolute(const Mechanics& mechanics, const Tolerance& tolerance) {
-  constexpr double energy_scale = 1e-2;  // work of some newtons over some millimetres [J]
-  const Index n = mechanics.dof();
-  VectorXd scales(mechanics.size());
-  scales << VectorXd::Constant(n, tolerance.position_scale),
-      VectorXd::Constant(n, tolerance.velocity_scale), tolerance.position_scale,
-      tolerance.velocity_scale, VectorXd::Constant(4, energy_scale);
-  return tolerance.relative * scales;
-}
-
-Flow::Flow(Mechanics& mechanics, const Tolerance& tolerance, const InsertionOptions& options)
-    : mechanics_(mechanics),
-      longest_step_(options.longest_step),
-      y_(VectorXd::Zero(mechanics.size())),
-      cvode_("insertion", CV_ADAMS, y_, tolerance.relative, absolute(mechanics, tolerance),
-             [this](double t, const double* y, double* dy) {
-               y_ = VectorXd::Map(y, y_.size());
-               mechanics_.evaluate(t, mode_, y_, &dy_);
-               VectorXd::Map(dy, dy_.size()) = dy_;
-               return dy_.allFinite();
-             }) {}
-
-void Flow::restart(double time, double stop, const Mode& mode, const VectorXd& y) {
-  steps_ += cvode_.steps();
-  mode_ = mode;
-  cvode_.restart(time, stop, longest_step_, y);
-  names_.clear();
-  for (const RootValue& root : roots_of(time, mode_, y, mechanics_)) {
-    names_.push_back(root.root);
-  }
-  // Root functions are positive while the mode lasts, so only a downward crossing is an event.
-  cvode_.set_falling_roots(names_.size(), [this](double t, const double* state, double* values) {
-    y_ = VectorXd::Map(state, y_.size());
-    for (const RootValue& root : roots_of(t, mode_, y_, mechanics_)) { *values++ = root.value; }
-  });
-}
-
-std::set<Root> Flow::advance(double goal, VectorXd& y) {
-  const bool at_root = cvode_.evolve(goal);
-  y = VectorXd::Map(cvode_.values(), y_.size());
-  std::set<Root> fired;
-  if (!at_root) { return fired; }
-  for (const std::size_t n : cvode_.found_roots()) { fired.insert(names_[n]); }
-  return fired;
-}
 
 namespace {
 

@@ -75,18 +75,11 @@ GeneralModes general_modes(const Eigen::MatrixXd& matrix) {
   const Owned<gsl_eigen_nonsymmv_workspace> space(gsl_eigen_nonsymmv_alloc(n),
                                                   gsl_eigen_nonsymmv_free);
   check(gsl_eigen_nonsymmv(&a.matrix, values.get(), vectors.get(), space.get()));
-  GeneralModes modes{Eigen::VectorXcd(matrix.rows()),
-                     Eigen::MatrixXcd(matrix.rows(), matrix.rows())};
-  const auto complex = [](gsl_complex z) { return std::complex<double>(GSL_REAL(z), GSL_IMAG(z)); };
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    modes.values(row) = complex(gsl_vector_complex_get(values.get(), i));
-    for (std::size_t j = 0; j < n; ++j) {
-      modes.vectors(row, static_cast<Eigen::Index>(j)) =
-          complex(gsl_matrix_complex_get(vectors.get(), i, j));
-    }
-  }
-  return modes;
+  using Complex = std::complex<double>;  // of the same layout as GSL's
+  using ComplexRows = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return {Eigen::VectorXcd::Map(reinterpret_cast<const Complex*>(values->data), matrix.rows()),
+          ComplexRows::Map(reinterpret_cast<const Complex*>(vectors->data), matrix.rows(),
+                           matrix.rows())};
 }
 
 namespace {
@@ -389,6 +382,8 @@ Eigen::VectorXd natural_frequencies(const Problem& problem) {
   return decompose<double>(linear, root_mass).values.cwiseMax(0.0).cwiseSqrt();
 }
 
+namespace {
+
 template <class Real>
 Trace modal_solution(const Problem& problem, const std::vector<double>& times) {
   const auto begun = std::chrono::steady_clock::now();
@@ -410,8 +405,7 @@ Trace modal_solution(const Problem& problem, const std::vector<double>& times) {
   return solution;
 }
 
-template Trace modal_solution<double>(const Problem&, const std::vector<double>&);
-template Trace modal_solution<long double>(const Problem&, const std::vector<double>&);
+}  // namespace
 
 Trace solve_modal(const Problem& problem, const std::vector<double>& times, const Tolerance&) {
   return modal_solution<double>(problem, times);

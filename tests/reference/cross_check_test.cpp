@@ -316,6 +316,6 @@ TEST("tightening the tolerance goes on improving where double has stopped") {
 
 TEST("an unknown kind of problem is refused") {
   const NetworkProblem problem(moving_block());
-  const sample::Wrapped unknown(problem);
+  const palpate::reference::DerivedProblem unknown(problem);
   CHECK_THROWS(solve_long_double(unknown, load_times, {}), "only networks and the oscillator");
 }

@@ -5,6 +5,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "reference/exact_problems.hpp"
 #include "reference/integrate.hpp"
 #include "reference/solution.hpp"
 #include "reference/solver_cross_check.hpp"
@@ -210,13 +211,13 @@ void compare(const Oscillator& oscillator, sample::Motion (*exact)(const Oscilla
   }
 }
 
-class NanAfter final : public sample::Wrapped {
+class NanAfter final : public palpate::reference::DerivedProblem {
  public:
-  NanAfter(const Problem& base, double instant) : Wrapped(base), instant_(instant) {}
+  NanAfter(const Problem& base, double instant) : DerivedProblem(base), instant_(instant) {}
   void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
              const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override {
-    Wrapped::force(t, gate, q, v, f);
+    DerivedProblem::force(t, gate, q, v, f);
     if (t > instant_) { f(0) = std::nan(""); }
   }
 
@@ -224,14 +225,14 @@ class NanAfter final : public sample::Wrapped {
   double instant_;
 };
 
-class ThrowsAfter final : public sample::Wrapped {
+class ThrowsAfter final : public palpate::reference::DerivedProblem {
  public:
-  using Wrapped::Wrapped;
+  using DerivedProblem::DerivedProblem;
   void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
              const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override {
     if (t > 0.5) { throw std::runtime_error("planted"); }
-    Wrapped::force(t, gate, q, v, f);
+    DerivedProblem::force(t, gate, q, v, f);
   }
 };
 

@@ -12,6 +12,7 @@
 #include "model/kernels/list_network.hpp"
 #include "model/problem/problem.hpp"
 #include "model/tissue/network_builder.hpp"
+#include "reference/exact_problems.hpp"
 #include "reference/insertion.hpp"
 #include "reference/solution.hpp"
 #include "reference/solvers.hpp"
@@ -26,22 +27,14 @@ namespace palpate::bench {
 namespace {
 
 /// Network problem whose forces come from the list kernel of the model, for a fair run time.
-class QuickProblem final : public Problem {
+class QuickProblem final : public reference::DerivedProblem {
  public:
   explicit QuickProblem(const NetworkProblem& plain)
-      : plain_(plain),
+      : DerivedProblem(plain),
         system_(plain, {}, 1.0, true),
         q_(plain.dof()),
         v_(plain.dof()),
         f_(plain.dof()) {}
-  [[nodiscard]] Eigen::Index dof() const override { return plain_.dof(); }
-  [[nodiscard]] const Eigen::VectorXd& mass() const override { return plain_.mass(); }
-  [[nodiscard]] Eigen::VectorXd initial_position() const override {
-    return plain_.initial_position();
-  }
-  [[nodiscard]] Eigen::VectorXd initial_velocity() const override {
-    return plain_.initial_velocity();
-  }
   void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
              const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override {
@@ -50,20 +43,8 @@ class QuickProblem final : public Problem {
     system_.force(t, gate, q_, v_, f_);
     f = f_;
   }
-  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
-                Eigen::SparseMatrix<double>& damping) const override {
-    plain_.jacobian(q, v, stiffness, damping);
-  }
-  [[nodiscard]] std::vector<double> breaks() const override { return plain_.breaks(); }
-  [[nodiscard]] double shortest_feature() const override { return plain_.shortest_feature(); }
-  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v) const override {
-    return plain_.energy(q, v);
-  }
 
  private:
-  const NetworkProblem& plain_;
   mutable ListNetwork<double> system_;
   mutable Eigen::VectorXd q_, v_, f_;
 };
