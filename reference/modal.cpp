@@ -14,7 +14,9 @@
 #include <memory>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <type_traits>
+#include <utility>
 
 #include "reference/exact_problems.hpp"
 #include "reference/integrate.hpp"
@@ -257,13 +259,10 @@ Matrix<Real> mass_scaled(const Eigen::SparseMatrix<double>& matrix, const Vector
   return scaled;
 }
 
-template <class Real> struct Decomposition {
-  Vector<Real> values;
-  Matrix<Real> vectors;
-};
-
+/// Returns eigenvalues, ascending, and eigenvectors.
 template <class Real>
-Decomposition<Real> decompose(const LinearProblem& problem, const Vector<Real>& root_mass) {
+std::pair<Vector<Real>, Matrix<Real>> decompose(const LinearProblem& problem,
+                                                const Vector<Real>& root_mass) {
   const Matrix<Real> scaled = mass_scaled(problem.stiffness(), root_mass);
   if ((scaled - scaled.transpose()).cwiseAbs().maxCoeff() >
       Real(1e-12) * scaled.cwiseAbs().maxCoeff()) {
@@ -284,9 +283,7 @@ Decomposition<Real> decompose(const LinearProblem& problem, const Vector<Real>& 
 template <class Real> Modes<Real> modes_of(const LinearProblem& problem) {
   Modes<Real> modes;
   modes.root_mass = problem.mass().cast<Real>().cwiseSqrt();
-  const Decomposition<Real> found = decompose(problem, modes.root_mass);
-  modes.omega_squared = found.values;
-  modes.shapes = found.vectors;
+  std::tie(modes.omega_squared, modes.shapes) = decompose(problem, modes.root_mass);
   Matrix<Real> damping = mass_scaled(problem.damping(), modes.root_mass);
   const Real largest = damping.cwiseAbs().maxCoeff();
   damping = (modes.shapes.transpose() * (damping * modes.shapes)).eval();
@@ -379,7 +376,7 @@ ModalHistory<Real> history(const LinearProblem& problem, const Modes<Real>& mode
 Eigen::VectorXd natural_frequencies(const Problem& problem) {
   const LinearProblem linear(problem);
   const Eigen::VectorXd root_mass = linear.mass().cwiseSqrt();
-  return decompose<double>(linear, root_mass).values.cwiseMax(0.0).cwiseSqrt();
+  return decompose<double>(linear, root_mass).first.cwiseMax(0.0).cwiseSqrt();
 }
 
 namespace {

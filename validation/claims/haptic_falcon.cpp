@@ -288,8 +288,8 @@ constexpr double gentle = 3.0;  // [N] within reach everywhere on the needle's w
 const Eigen::Vector3d outward = Eigen::Vector3d::UnitZ();
 
 void along_the_way(const Kinematics& kinematics, Outcome& outcome) {
-  CorrectProfile correct(kinematics);
-  StockProfile stock;
+  DriverProfile correct(DriverProfile::Kind::correct, kinematics);
+  DriverProfile stock(DriverProfile::Kind::stock);
   Figure figure = plot("over-depth", "3 N asked for against the insertion",
                        "What the motors pull with along the needle's way through the workspace.",
                        {"place of the grip, z (mm)"}, {"delivered (N)"});
@@ -323,8 +323,8 @@ void along_the_way(const Kinematics& kinematics, Outcome& outcome) {
 }
 
 void over_force(const Kinematics& kinematics, Outcome& outcome) {
-  CorrectProfile correct(kinematics);
-  StockProfile stock;
+  DriverProfile correct(DriverProfile::Kind::correct, kinematics);
+  DriverProfile stock(DriverProfile::Kind::stock);
   const Eigen::Vector3d place(0.0, 0.0, 0.125);
   Figure figure =
       plot("over-force", "What a growing force becomes in the middle of the workspace",
