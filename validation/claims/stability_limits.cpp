@@ -356,7 +356,7 @@ double measured_border(const CaseContext& context, const IntegratorInfo& scheme,
 struct Borders {
   Series theory{.label = "border, theory", .style = Series::Style::line};
   Series measured{.label = "border, measured", .style = Series::Style::points};
-  double largest_distance = 0.0;
+  Largest distance{};
 };
 
 Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
@@ -372,8 +372,7 @@ Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
     if (expected == 0.0) { continue; }
     const double measured = measured_border(context, scheme, s, expected);
     borders.measured.add(s, measured);
-    borders.largest_distance =
-        std::max(borders.largest_distance, std::abs(measured / expected - 1.0));
+    borders.distance.add(std::abs(measured / expected - 1.0));
   }
   return borders;
 }
@@ -387,12 +386,13 @@ void measure_map(const IntegratorInfo& scheme, const CaseContext& context, Outco
   figure.heat_map = heat_map(context, scheme);
   if (std::isinf(scalar_limit(scheme, 1.0, 0.5))) {
     // The size of a state and its energy are the same here, and A-stable schemes keep that.
-    outcome.judge_at_most("largest log10 growth per step",
-                          *std::ranges::max_element(figure.heat_map->z), 1e-9,
+    Largest growth(-unbounded);
+    for (const double z : figure.heat_map->z) { growth.add(z); }
+    outcome.judge_at_most("largest log10 growth per step", growth.value(), 1e-9,
                           "A-stability: no step amplifies, at any damping");
   } else {
     Borders borders = borders_of(context, scheme);
-    outcome.judge_at_most("largest relative distance of the borders", borders.largest_distance,
+    outcome.judge_at_most("largest relative distance of the borders", borders.distance.value(),
                           2e-3, "closed forms and exact 2 x 2 matrices; runs resolve 0.1 %");
     figure.series = {std::move(borders.theory), std::move(borders.measured)};
     if (scalar_limit(scheme, 1.0, 0.0) == 0.0) {
@@ -464,29 +464,27 @@ Rung climb(const CaseContext& context, const std::string& integrator, Varied var
     scheme = find_integrator("implicit-midpoint");
     rung.limit = unbounded;
   }
-  const auto& energy = rung.motion.values("energy_j");
-  rung.energy_growth =
-      rung.motion.diverged ? std::nan("") : *std::ranges::max_element(energy) / energy.front();
+  rung.energy_growth = energy_growth(rung.motion);
   rung.energy_bound = energy_ratio_bound(*scheme, spectrum.omega.maxCoeff() * rung.motion.h);
   return rung;
 }
 
 void judge_ladder(const std::string& integrator, const std::vector<Rung>& ladder, Table& table,
                   Outcome& outcome) {
-  double worst_growth = 0.0;
-  double least_margin = unbounded;
+  Largest worst_growth;
+  Smallest least_margin;
   for (const Rung& rung : ladder) {
     const double growth = rung.energy_growth / rung.energy_bound;
-    if (!(growth <= worst_growth)) { worst_growth = growth; }  // a NaN stays
+    worst_growth.add(growth);
     const double margin = margin_db(rung.limit, rung.motion.h);
-    if (!(margin >= least_margin)) { least_margin = margin; }
+    least_margin.add(margin);
     table.rows.push_back({integrator, rung.ratio, static_cast<double>(rung.motion.substeps),
                           1e6 * rung.motion.h, margin, rung.energy_growth, rung.energy_bound});
   }
-  outcome.judge_at_most(integrator + ": largest energy over initial, over theory", worst_growth,
-                        1.0 + 1e-4,
+  outcome.judge_at_most(integrator + ": largest energy over initial, over theory",
+                        worst_growth.value(), 1.0 + 1e-4,
                         "quadratic form that the scheme keeps exactly; strains of 1e-5");
-  outcome.judge_at_least(integrator + ": least margin over the decades", least_margin,
+  outcome.judge_at_least(integrator + ": least margin over the decades", least_margin.value(),
                          20.0 * std::log10(2.0) - 1e-9,
                          "automatic substeps stay at half of the guaranteed step", "dB");
 }

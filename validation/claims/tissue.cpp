@@ -415,8 +415,9 @@ void measure_volumes(Outcome& outcome) {
     const double outer = (dense_outside.mass.sum() - even.mass.sum()) / 1000.0;
     const std::array<double, 2> found{outer, even.mass.sum() - outer};
     const double limit = 0.5 * spacing * 4.0 * half * half;
-    const double share =
-        std::max(std::abs(found[0] - exact[0]), std::abs(found[1] - exact[1])) / limit;
+    Largest error(std::abs(found[0] - exact[0]));
+    error.add(std::abs(found[1] - exact[1]));
+    const double share = error.value() / limit;
     worst.add(share);
     table.rows.push_back({1e3 * spacing, double(even.node_count()), 1e6 * found[0],
                           100.0 * (found[0] / exact[0] - 1.0), 1e6 * found[1],
