@@ -47,13 +47,14 @@ struct Ratios {
   Series damping{.label = "guaranteed bound, damping", .style = Series::Style::points};
 };
 
-Ratios ratios_of(int networks) {
+Ratios ratios_of(const CaseContext& context, int networks) {
   Ratios ratios;
   for (int n = 0; n < networks; ++n) {
     const double decades = 6.0 * n / (networks - 1);
     const SpringNetwork network = random_network(static_cast<std::uint64_t>(n) + 1, decades);
     const Spectrum truth = spectrum_of(network);
-    const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
+    const SpectralBounds bounds =
+        spectral_bounds(NetworkProblem(networks::candidate(context, network)));
     const double omega = truth.omega.maxCoeff();
     ratios.estimate.add(decades, bounds.omega_estimate / omega);
     ratios.upper.add(decades, bounds.omega_upper / omega);
@@ -73,7 +74,7 @@ void draw(Ratios ratios, Outcome& outcome) {
 }
 
 void measure_bounds(const CaseContext& context, Outcome& outcome) {
-  Ratios ratios = ratios_of(context.quick ? 60 : 400);
+  Ratios ratios = ratios_of(context, context.quick ? 60 : 400);
   const auto [low_estimate, high_estimate] = std::ranges::minmax(ratios.estimate.y);
   const auto [low_upper, high_upper] = std::ranges::minmax(ratios.upper.y);
   const auto [low_damping, high_damping] = std::ranges::minmax(ratios.damping.y);
