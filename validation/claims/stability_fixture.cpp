@@ -101,6 +101,13 @@ double energy_ratio_bound(const IntegratorInfo& scheme, double z) {
   return values(1) / values(0);
 }
 
+double energy_growth(const Trace& motion) {
+  const std::vector<double>& energy = motion.values("energy_j");
+  Largest growth(motion.diverged ? std::nan("") : 0.0);
+  for (const double e : energy) { growth.add(e / energy.front()); }
+  return growth.value();
+}
+
 VectorXd rest_position(const SpringNetwork& network) {
   SpringNetwork resting = network;
   resting.initial_displacement = {};

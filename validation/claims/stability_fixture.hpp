@@ -46,6 +46,9 @@ Eigen::Matrix2d invariant_form(const IntegratorInfo& scheme, double z);
 /// Largest energy over the initial one for the worst initial state; 1 if no step gains energy.
 double energy_ratio_bound(const IntegratorInfo& scheme, double z);
 
+/// Returns the largest energy of a run over the initial one; NaN if it diverged or a value is NaN.
+double energy_growth(const Trace& motion);
+
 /// Returns the coordinates with every spring at its rest length [m].
 Eigen::VectorXd rest_position(const SpringNetwork& network);
 

@@ -47,13 +47,14 @@ struct Ratios {
   Series damping{.label = "guaranteed bound, damping", .style = Series::Style::points};
 };
 
-Ratios ratios_of(int networks) {
+Ratios ratios_of(const CaseContext& context, int networks) {
   Ratios ratios;
   for (int n = 0; n < networks; ++n) {
     const double decades = 6.0 * n / (networks - 1);
     const SpringNetwork network = random_network(static_cast<std::uint64_t>(n) + 1, decades);
     const Spectrum truth = spectrum_of(network);
-    const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
+    const SpectralBounds bounds =
+        spectral_bounds(NetworkProblem(networks::candidate(context, network)));
     const double omega = truth.omega.maxCoeff();
     ratios.estimate.add(decades, bounds.omega_estimate / omega);
     ratios.upper.add(decades, bounds.omega_upper / omega);
@@ -73,7 +74,7 @@ void draw(Ratios ratios, Outcome& outcome) {
 }
 
 void measure_bounds(const CaseContext& context, Outcome& outcome) {
-  Ratios ratios = ratios_of(context.quick ? 60 : 400);
+  Ratios ratios = ratios_of(context, context.quick ? 60 : 400);
   const auto [low_estimate, high_estimate] = std::ranges::minmax(ratios.estimate.y);
   const auto [low_upper, high_upper] = std::ranges::minmax(ratios.upper.y);
   const auto [low_damping, high_damping] = std::ranges::minmax(ratios.damping.y);
@@ -356,7 +357,7 @@ double measured_border(const CaseContext& context, const IntegratorInfo& scheme,
 struct Borders {
   Series theory{.label = "border, theory", .style = Series::Style::line};
   Series measured{.label = "border, measured", .style = Series::Style::points};
-  double largest_distance = 0.0;
+  Largest distance{};
 };
 
 Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
@@ -372,8 +373,7 @@ Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
     if (expected == 0.0) { continue; }
     const double measured = measured_border(context, scheme, s, expected);
     borders.measured.add(s, measured);
-    borders.largest_distance =
-        std::max(borders.largest_distance, std::abs(measured / expected - 1.0));
+    borders.distance.add(std::abs(measured / expected - 1.0));
   }
   return borders;
 }
@@ -387,12 +387,13 @@ void measure_map(const IntegratorInfo& scheme, const CaseContext& context, Outco
   figure.heat_map = heat_map(context, scheme);
   if (std::isinf(scalar_limit(scheme, 1.0, 0.5))) {
     // The size of a state and its energy are the same here, and A-stable schemes keep that.
-    outcome.judge_at_most("largest log10 growth per step",
-                          *std::ranges::max_element(figure.heat_map->z), 1e-9,
+    Largest growth(-unbounded);
+    for (const double z : figure.heat_map->z) { growth.add(z); }
+    outcome.judge_at_most("largest log10 growth per step", growth.value(), 1e-9,
                           "A-stability: no step amplifies, at any damping");
   } else {
     Borders borders = borders_of(context, scheme);
-    outcome.judge_at_most("largest relative distance of the borders", borders.largest_distance,
+    outcome.judge_at_most("largest relative distance of the borders", borders.distance.value(),
                           2e-3, "closed forms and exact 2 x 2 matrices; runs resolve 0.1 %");
     figure.series = {std::move(borders.theory), std::move(borders.measured)};
     if (scalar_limit(scheme, 1.0, 0.0) == 0.0) {
@@ -464,29 +465,27 @@ Rung climb(const CaseContext& context, const std::string& integrator, Varied var
     scheme = find_integrator("implicit-midpoint");
     rung.limit = unbounded;
   }
-  const auto& energy = rung.motion.values("energy_j");
-  rung.energy_growth =
-      rung.motion.diverged ? std::nan("") : *std::ranges::max_element(energy) / energy.front();
+  rung.energy_growth = energy_growth(rung.motion);
   rung.energy_bound = energy_ratio_bound(*scheme, spectrum.omega.maxCoeff() * rung.motion.h);
   return rung;
 }
 
 void judge_ladder(const std::string& integrator, const std::vector<Rung>& ladder, Table& table,
                   Outcome& outcome) {
-  double worst_growth = 0.0;
-  double least_margin = unbounded;
+  Largest worst_growth;
+  Smallest least_margin;
   for (const Rung& rung : ladder) {
     const double growth = rung.energy_growth / rung.energy_bound;
-    if (!(growth <= worst_growth)) { worst_growth = growth; }  // a NaN stays
+    worst_growth.add(growth);
     const double margin = margin_db(rung.limit, rung.motion.h);
-    if (!(margin >= least_margin)) { least_margin = margin; }
+    least_margin.add(margin);
     table.rows.push_back({integrator, rung.ratio, static_cast<double>(rung.motion.substeps),
                           1e6 * rung.motion.h, margin, rung.energy_growth, rung.energy_bound});
   }
-  outcome.judge_at_most(integrator + ": largest energy over initial, over theory", worst_growth,
-                        1.0 + 1e-4,
+  outcome.judge_at_most(integrator + ": largest energy over initial, over theory",
+                        worst_growth.value(), 1.0 + 1e-4,
                         "quadratic form that the scheme keeps exactly; strains of 1e-5");
-  outcome.judge_at_least(integrator + ": least margin over the decades", least_margin,
+  outcome.judge_at_least(integrator + ": least margin over the decades", least_margin.value(),
                          20.0 * std::log10(2.0) - 1e-9,
                          "automatic substeps stay at half of the guaranteed step", "dB");
 }
