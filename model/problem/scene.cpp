@@ -10,6 +10,7 @@ namespace palpate {
 
 namespace {
 
+constexpr int thickest_gauge = 14;
 /// Outer diameters of gauges 14 to 27 [m]: inches of the Stubs needle scale, rounded to 1 um.
 constexpr std::array diameters{2.108e-3, 1.829e-3, 1.651e-3, 1.473e-3, 1.270e-3,
                                1.067e-3, 0.908e-3, 0.819e-3, 0.718e-3, 0.641e-3,
@@ -22,7 +23,7 @@ bool names(const Material& material, std::string_view part) {
 }  // namespace
 
 std::optional<double> diameter_of_gauge(int gauge) {
-  static_assert(thinnest_gauge - thickest_gauge + 1 == diameters.size());
+  constexpr int thinnest_gauge = thickest_gauge + static_cast<int>(diameters.size()) - 1;
   if (gauge < thickest_gauge || gauge > thinnest_gauge) { return {}; }
   const int index = gauge - thickest_gauge;
   return diameters[static_cast<std::size_t>(index)];

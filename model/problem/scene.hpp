@@ -51,8 +51,6 @@ struct Needle {
   double mass = 0.02;                        ///< of needle and syringe, for a drive by force [kg]
 };
 
-inline constexpr int thickest_gauge = 14;
-inline constexpr int thinnest_gauge = 27;
 /// Returns the outer diameter [m] of a Stubs needle gauge (ISO 9626); empty for an unknown gauge.
 std::optional<double> diameter_of_gauge(int gauge);
 
