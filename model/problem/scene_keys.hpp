@@ -161,10 +161,15 @@ template <class T> struct AutoOrCount {
   T& count;
   [[nodiscard]] std::optional<int> numbers() const { return count; }
 };
-/// Key with the value "physical" or "as-printed".
-template <class T> struct EquationsWord { T& printed; };
-/// Key with the value "fixed" or "heavy".
-template <class T> struct HoldWord { T& by_mass; };
+/// Key with one of two words, each of which sets the member to a value; the first is the default.
+template <class T> struct Preset {
+  using Words = std::array<WordOf<std::remove_const_t<T>>, 2>;
+  T& member;
+  Words words;
+};
+template <class T> Preset<T> preset(T& member, typename Preset<T>::Words words) {
+  return {member, words};
+}
 /// Key with the value "none", one face or a list of faces.
 template <class T> struct FixedFaces { T& faces; };
 /// Key with the index of a node.
@@ -192,8 +197,6 @@ template <class T> struct Edges {
 template <class T> struct GaugeOf { T& diameter; };
 /// Key with the shape of a probe, which also sets the default size.
 template <class T> struct ProbeShape { T& probe; };
-/// Key with the value "saline" or "air", which sets the defaults of the other syringe keys.
-template <class T> struct SyringePreset { T& syringe; };
 /// Key with a text that becomes part of a column name.
 template <class T> struct Label { T& text; };
 
@@ -262,7 +265,7 @@ template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s)
                    "reduced-order model; 0: no reduction"));
   v.value("far_modes", s.far_modes,
           {.range = range::from_to(1, 1000), .doc = "Modes of the reduced-order model"});
-  v.value("equations", EquationsWord{s.printed},
+  v.value("equations", preset(s.printed, {{{"physical", {}}, {"as-printed", PrintedForm::all()}}}),
           {.doc = "Corrected physics, or the equations of the paper as printed (all errata)"});
   v.table("printed", s.printed);
 }
@@ -307,7 +310,7 @@ template <class Visitor, Is<Oscillator> T> void fields(Visitor& v, T& o) {
 template <class Visitor, Is<Tissue> T> void fields(Visitor& v, T& t) {
   v.value("source", t.source, {.doc = "Table below that defines the tissue"});
   v.value("fixed", FixedFaces{t.fixed}, {.doc = "Faces whose nodes do not move"});
-  v.value("hold", HoldWord{t.hold_by_mass},
+  v.value("hold", preset(t.hold_by_mass, {{{"fixed", false}, {"heavy", true}}}),
           {.doc = "Nodes of fixed faces are fixed exactly, or made very heavy"});
   v.value(
       "heavy_mass_factor", t.heavy_mass_factor,
@@ -491,7 +494,8 @@ template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
 }
 
 template <class Visitor, Is<Syringe> T> void fields(Visitor& v, T& s) {
-  v.value("preset", SyringePreset{s}, {.doc = "Fluid; sets the defaults of the keys below"});
+  v.value("preset", preset(s, {{{"saline", {}}, {"air", air_syringe()}}}),
+          {.doc = "Fluid; sets the defaults of the keys below"});
   v.value("plunger_area", s.plunger_area,
           quantity("m^2", range::positive, "Area of the plunger; default: bore of 15 mm"));
   v.value("compliance", s.compliance,

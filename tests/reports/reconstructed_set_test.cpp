@@ -76,7 +76,8 @@ TEST("the stored recordings are what the table gives, sample by sample") {
   }
   CHECK(stored == all().size());
   for (const Recording& made : all()) {
-    const Recording kept = io::read_recording(fixtures / "recordings" / (made.name + ".h5"));
+    const Recording kept =
+        io::read_recording_hdf5(fixtures / "recordings" / (made.name + ".h5")).recording;
     CHECK(kept.time == made.time);
     CHECK(kept.technique == made.technique);
     CHECK(kept.group == made.group);

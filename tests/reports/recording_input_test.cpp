@@ -86,7 +86,7 @@ TEST("of the damaged stream exactly the hit frames are lost, and every other sam
 
 TEST("the clean stream is the recording that it was made of") {
   const Recording heard = read_any_recording(recordings / "link-clean.bin").recording;
-  const Recording made = io::read_recording(recordings / "bmi-25-continuous-01.h5");
+  const Recording made = io::read_recording_hdf5(recordings / "bmi-25-continuous-01.h5").recording;
   CHECK(heard.time.size() == made.time.size());
   for (std::size_t n = 0; n < heard.time.size(); ++n) {
     CHECK_NEAR(heard.pressure[n], made.pressure[n], 1e-9 * 6e4);  // rounding of products
@@ -95,7 +95,8 @@ TEST("the clean stream is the recording that it was made of") {
 
 TEST("the format is told by content, whatever the name") {
   const scratch::Folder folder;
-  const Recording sample = io::read_recording(recordings / "porcine-continuous-01.h5");
+  const Recording sample =
+      io::read_recording_hdf5(recordings / "porcine-continuous-01.h5").recording;
   io::write_recording_hdf5(folder.path() / "a.csv", sample);
   io::write_recording_csv(folder.path() / "b.h5", sample);
   CHECK(format_of(folder.path() / "a.csv") == RecordingFormat::hdf5);
