@@ -22,7 +22,6 @@ using Box = Eigen::AlignedBox3d;
 using Tree = Eigen::KdBVH<double, 3, int>;
 using Corners = std::array<Vector3d, 3>;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double same_place = 1e-9;  // [m]
 constexpr double farthest = 10.0;    // largest distance of a body from the origin [m]
 constexpr double share_rounding =
@@ -59,7 +58,7 @@ double squared_distance(const Vector3d& p, const Corners& t) {
   const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
   const double square = normal.squaredNorm();
   bool above = square > 0.0;  // the foot of the perpendicular is inside the face
-  double nearest = infinity;
+  double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t n = 0; n < 3; ++n) {
     const Vector3d& a = t[n];
     const Vector3d& b = t[(n + 1) % 3];

@@ -93,8 +93,6 @@ std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Vector3d&
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 /// Returns the interval below the skin at the centre of every column of cells, x fastest; begins at
 /// infinity for an empty column.
 std::vector<Skin::Stretch> stretches_of_columns(const Skin& skin, const LatticeShape& shape) {
@@ -104,7 +102,8 @@ std::vector<Skin::Stretch> stretches_of_columns(const Skin& skin, const LatticeS
       const Eigen::Vector3d middle =
           0.5 * (shape.position(i, j, 0) + shape.position(i + 1, j + 1, 0));
       stretches.push_back(
-          skin.beneath(middle.x(), middle.y()).value_or(Skin::Stretch{.top = infinity}));
+          skin.beneath(middle.x(), middle.y())
+              .value_or(Skin::Stretch{.top = std::numeric_limits<double>::infinity()}));
     }
   }
   return stretches;
