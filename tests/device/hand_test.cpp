@@ -160,13 +160,6 @@ TEST("scripts that make no sense are refused with their rule") {
   CHECK_THROWS(Intent({.actions = {Intermittent{.step = {2e-3, 1e-3}}}}), "ranges ordered");
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device;
-using Vector = Eigen::Vector3d;
-
 const IntentPoint intent{.position = {0.0, 0.0, 0.1}, .velocity = {0.0, 0.01, 0.0}};
 const Vector grip(0.001, 0.0, 0.102);
 const Vector velocity(0.0, 0.0, 0.03);

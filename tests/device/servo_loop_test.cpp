@@ -26,8 +26,6 @@ class Counter final : public HapticDevice {
 
 Vector3d mirror(const DeviceSample& sample) { return {-sample.position.x(), 0.0, 0.0}; }
 
-}  // namespace
-
 TEST("a force acts exactly as many ticks late as it is told to") {
   for (const int delay : {0, 1, 2, 5}) {
     Counter device;
@@ -49,9 +47,6 @@ TEST("the sample of a tick is that of its first exchange") {
   device.place = 3.0;
   CHECK(loop.tick(mirror).position.x() == 3.0);
 }
-
-using namespace palpate::device;
-using Eigen::Vector3d;
 
 TEST("a spring felt without delay gives back what it took, and a little more") {
   // Sampled force of a spring on loading and unloading: the hand gains k d^2 / 2 for each step d in
@@ -100,3 +95,5 @@ TEST("the controller takes back what is missing, within its limit") {
   CHECK_NEAR((force - most).norm(), 50.0 * 0.1, 1e-12);
   CHECK(controller.limit(-1.0, Vector3d::Zero(), force) == force);
 }
+
+}  // namespace

@@ -8,17 +8,17 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-using Eigen::MatrixXd;
-using namespace palpate::reference;
-using palpate::Trace;
-
 namespace {
+
+using namespace palpate;
+using namespace palpate::reference;
+using Eigen::MatrixXd;
+
 MatrixXd ramp() {  // two coordinates, three instants; moves by at most 4
   MatrixXd q(2, 3);
   q << 1.0, 2.0, 5.0, -1.0, -1.0, -2.0;
   return q;
 }
-}  // namespace
 
 TEST("the peak is measured from the first instant, not from the origin") {
   CHECK(peak_displacement(ramp()) == 4.0);
@@ -65,12 +65,6 @@ TEST("digits are the negative logarithm, between 0 and 17") {
   CHECK(digits(std::nan("")) == 0.0);
 }
 
-using palpate::NetworkProblem;
-using palpate::Problem;
-using namespace palpate::reference;
-
-namespace {
-
 const std::vector<double> times = sample::instants(0.04, 20);
 constexpr Tolerance finest_tolerance{.relative = 1e-12};
 
@@ -109,8 +103,6 @@ Trace solve_worse_when_tighter(const Problem& problem, const std::vector<double>
   }
   return solution;
 }
-
-}  // namespace
 
 TEST("two families agree to nine digits on a nonlinear lattice under a load of 10 ms") {
   const NetworkProblem problem = pulsed(4);
@@ -194,7 +186,7 @@ TEST("two solvers of one family do not make a reference") {
 
 TEST("energy of an undamped, unloaded lattice balances to ten digits, weight included") {
   auto network = sample::block({.nodes = 3, .viscosity = 0.0});
-  network.initial_velocity = palpate::NodeVectors::Zero(3, network.node_count());
+  network.initial_velocity = NodeVectors::Zero(3, network.node_count());
   network.initial_velocity.col(0) << 0.3, 0.1, 0.5;
   const NetworkProblem problem(network, {}, {0.0, 0.0, 9.81});
   const Trace solution = solve_arkode_explicit(problem, times, finest_tolerance);
@@ -217,26 +209,13 @@ TEST("printed forms are not permuted in silence") {
   CHECK(reference.notes.size() == 1);
 }
 
-using palpate::Load;
-using palpate::NetworkProblem;
-using palpate::PrintedForm;
-using palpate::Problem;
-using palpate::Profile;
-using palpate::Trace;
-using palpate::reference::peak_displacement;
-using palpate::reference::solve_arkode_explicit;
-using palpate::reference::solve_long_double;
-using palpate::reference::trajectory_error;
-
-namespace {
-
 const std::vector<double> load_times = sample::instants(0.03, 6);
 
-palpate::SpringNetwork moving_block() {
+SpringNetwork moving_block() {
   auto network = sample::block({.nodes = 3});
   const Eigen::Index n = network.node_count();
-  network.initial_displacement = palpate::NodeVectors::Zero(3, n);
-  network.initial_velocity = palpate::NodeVectors::Zero(3, n);
+  network.initial_displacement = NodeVectors::Zero(3, n);
+  network.initial_velocity = NodeVectors::Zero(3, n);
   network.initial_displacement.col(4) << 2e-4, -1e-4, 3e-4;
   network.initial_velocity.col(13) << 0.1, 0.05, -0.2;
   return network;
@@ -258,8 +237,6 @@ double disagreement(const Problem& specification, const NetworkProblem& truth) {
   return trajectory_error(a.position, b.position, peak_displacement(b.position));
 }
 
-}  // namespace
-
 TEST("the specification and the equations written afresh agree, all terms at work") {
   const NetworkProblem problem(moving_block(), all_loads(), {1.0, -2.0, 9.81});
   const double error = disagreement(problem, problem);
@@ -269,7 +246,7 @@ TEST("the specification and the equations written afresh agree, all terms at wor
 
 TEST("a stiffness that is 1.0001 times too large in the specification shows") {
   auto stiffer = moving_block();
-  stiffer.springs.change_each([&](palpate::Spring& spring) { spring.stiffness *= 1.0001; });
+  stiffer.springs.change_each([&](Spring& spring) { spring.stiffness *= 1.0001; });
   const NetworkProblem truth(moving_block(), all_loads());
   const NetworkProblem wrong(stiffer, all_loads());
   const double error = disagreement(wrong, truth);
@@ -280,13 +257,13 @@ TEST("a stiffness that is 1.0001 times too large in the specification shows") {
 TEST("one spring missing, a load switched late and half the damping show") {
   const NetworkProblem truth(moving_block(), all_loads());
   auto one_less = moving_block();
-  one_less.springs.edit([&](std::vector<palpate::Spring>& all) { all.erase(all.begin()); });
+  one_less.springs.edit([&](std::vector<Spring>& all) { all.erase(all.begin()); });
   CHECK(disagreement(NetworkProblem(one_less, all_loads()), truth) > 1e-6);
   auto late = all_loads();
   late[1].start = 1e-5;
   CHECK(disagreement(NetworkProblem(moving_block(), late), truth) > 1e-6);
   auto slippery = moving_block();
-  slippery.springs.change_each([&](palpate::Spring& spring) { spring.viscosity *= 0.5; });
+  slippery.springs.change_each([&](Spring& spring) { spring.viscosity *= 0.5; });
   CHECK(disagreement(NetworkProblem(slippery, all_loads()), truth) > 1e-6);
 }
 
@@ -319,3 +296,5 @@ TEST("an unknown kind of problem is refused") {
   const sample::Wrapped unknown(problem);
   CHECK_THROWS(solve_long_double(unknown, load_times, {}), "only networks and the oscillator");
 }
+
+}  // namespace

@@ -7,23 +7,17 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-using Eigen::VectorXd;
-using palpate::NetworkProblem;
-using palpate::Oscillator;
-using palpate::OscillatorProblem;
-using palpate::reference::LinearProblem;
-using palpate::reference::rest_coordinates;
-
 namespace {
 
-VectorXd force_of(const palpate::Problem& p, double t, double gate, const VectorXd& q,
-                  const VectorXd& v) {
+using namespace palpate;
+using namespace palpate::reference;
+using Eigen::VectorXd;
+
+VectorXd force_of(const Problem& p, double t, double gate, const VectorXd& q, const VectorXd& v) {
   VectorXd f(p.dof());
   p.force(t, gate, q, v, f);
   return f;
 }
-
-}  // namespace
 
 TEST("the linear problem touches the network at rest: the difference is of second order") {
   const NetworkProblem network(sample::block({.nodes = 3}), {sample::pulse(0.5)});
@@ -77,22 +71,15 @@ TEST("the energy of the linear problem is the work of its forces, weight include
 
 TEST("rest coordinates are rest positions, whatever the initial displacement") {
   auto network = sample::chain(3, 10.0, 1e-3, false);
-  network.initial_displacement = palpate::NodeVectors::Constant(3, 4, 1e-3);
+  network.initial_displacement = NodeVectors::Constant(3, 4, 1e-3);
   network.initial_displacement.col(0).setZero();
   const NetworkProblem problem(network);
   CHECK_NEAR(rest_coordinates(problem)(2), 0.01, 1e-16);
   CHECK_NEAR(problem.initial_position()(2), 0.011, 1e-16);
 }
 
-using Eigen::VectorXd;
-using palpate::NetworkProblem;
-using namespace palpate::reference;
-using palpate::Trace;
-
-namespace {
 const NetworkProblem base(sample::block({.nodes = 3}), {sample::pulse(0.5)});
 const ManufacturedProblem problem(base, {.amplitude = 3e-4, .frequency = 300.0, .duration = 0.04});
-}  // namespace
 
 TEST("the chosen velocity and acceleration are the derivatives of the chosen position") {
   const double h = 1e-5;
@@ -138,3 +125,5 @@ TEST("the chosen motion moves every coordinate differently") {
   const VectorXd moved = problem.exact_position(0.02) - base.initial_position();
   for (Eigen::Index i = 1; i < moved.size(); ++i) { CHECK(moved(i) != moved(i - 1)); }
 }
+
+}  // namespace

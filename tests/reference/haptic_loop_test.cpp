@@ -7,6 +7,9 @@
 
 #include "tests/check.hpp"
 
+namespace {
+
+using namespace palpate;
 using namespace palpate::reference;
 
 TEST("without wall damping and delay the boundary is the closed form") {
@@ -41,11 +44,6 @@ TEST("the rules of thumb hold where they say they do") {
 TEST("too much wall damping leaves no stable stiffness") {
   CHECK(critical_stiffness({.mass = 0.1, .viscosity = 0.5, .damping = 500.0}) == 0.0);
 }
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::reference;
 
 /// One free node without springs.
 SpringNetwork one_node(double mass) {

@@ -16,6 +16,9 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
+using namespace palpate;
+using namespace palpate::reference;
+
 namespace sample {
 
 /// A chain of nodes below the entry, the last one fixed. Its stiffness is stiffness / springs.
@@ -26,8 +29,8 @@ struct Chain {
   double viscosity = 1.0;    ///< [N s/m] of each spring
   double mass = 1e-3;        ///< [kg] of each node
 
-  [[nodiscard]] palpate::SpringNetwork network() const {
-    palpate::SpringNetwork made;
+  [[nodiscard]] SpringNetwork network() const {
+    SpringNetwork made;
     made.rest_position.setZero(3, springs + 1);
     made.mass = Eigen::VectorXd::Constant(springs + 1, mass);
     made.fixed.assign(static_cast<std::size_t>(springs) + 1, 0);
@@ -44,7 +47,7 @@ struct Stratum {
   double thickness = 0.0;      ///< [m]
   double cutting_force = 0.0;  ///< [N]
   double friction = 0.0;       ///< [N/m]
-  palpate::TissueRole role = palpate::TissueRole::tissue;
+  TissueRole role = TissueRole::tissue;
 };
 
 inline const std::vector<Stratum> two_layers{{0.015, 0.06, 1.0}, {0.025, 0.12, 2.0}};
@@ -52,11 +55,10 @@ inline const std::vector<Stratum> three_layers{
     {0.012, 0.2, 10.0}, {0.01, 0.5, 15.0}, {0.1, 0.1, 5.0}};
 
 /// Needle that enters a network with these layers.
-inline palpate::Scene needle_scene(const palpate::SpringNetwork& network,
-                                   const std::vector<Stratum>& strata,
-                                   const palpate::Drive& drive) {
-  palpate::Scene scene;
-  scene.tissue.source = palpate::Source::network;
+inline Scene needle_scene(const SpringNetwork& network, const std::vector<Stratum>& strata,
+                          const Drive& drive) {
+  Scene scene;
+  scene.tissue.source = Source::network;
   scene.tissue.network = network;
   for (std::size_t n = 0; n < strata.size(); ++n) {
     const std::string name = "layer " + std::to_string(n);
@@ -68,32 +70,28 @@ inline palpate::Scene needle_scene(const palpate::SpringNetwork& network,
                                .role = strata[n].role});
     scene.tissue.layers.push_back({name, name, strata[n].thickness});
   }
-  scene.needle = palpate::Needle{};
+  scene.needle = Needle{};
   scene.drive = drive;
   return scene;
 }
 
 /// Same layers as a block of elastic solid, fixed at its bottom.
-inline palpate::Scene block_scene(int across, const std::vector<Stratum>& strata,
-                                  const palpate::Drive& drive) {
-  palpate::Scene scene = needle_scene({}, strata, drive);
-  scene.tissue.source = palpate::Source::layers;
+inline Scene block_scene(int across, const std::vector<Stratum>& strata, const Drive& drive) {
+  Scene scene = needle_scene({}, strata, drive);
+  scene.tissue.source = Source::layers;
   scene.tissue.block = {.nodes = {across, across}, .spacing = 0.005};
   return scene;
 }
 
-inline constexpr palpate::reference::InsertionOptions with_energy{
-    .account = palpate::reference::InsertionOptions::Account::energy};
+inline constexpr InsertionOptions with_energy{.account = InsertionOptions::Account::energy};
 
-inline palpate::reference::Insertion solve(
-    const palpate::Scene& scene, double end, int count, double relative = 1e-9,
-    const palpate::reference::InsertionOptions& options = {}) {
-  return palpate::reference::solve_insertion(scene, palpate::build_network(scene),
-                                             instants(end, count), {.relative = relative}, options);
+inline Insertion solve(const Scene& scene, double end, int count, double relative = 1e-9,
+                       const InsertionOptions& options = {}) {
+  return solve_insertion(scene, build_network(scene), instants(end, count), {.relative = relative},
+                         options);
 }
 
-inline const palpate::reference::InsertionEvent* first_of(
-    const palpate::reference::Insertion& run, palpate::reference::InsertionEvent::Kind kind) {
+inline const InsertionEvent* first_of(const Insertion& run, InsertionEvent::Kind kind) {
   for (const auto& event : run.events) {
     if (event.kind == kind) { return &event; }
   }
@@ -101,7 +99,7 @@ inline const palpate::reference::InsertionEvent* first_of(
 }
 
 /// Stored and dissipated energy over the work of the hand [J].
-inline double imbalance(const palpate::reference::Insertion& run) {
+inline double imbalance(const Insertion& run) {
   const auto& first = run.instants.front().energy;
   const auto& last = run.instants.back().energy;
   return last.stored - first.stored + last.dampers + last.friction + last.cutting + last.impacts -
@@ -109,9 +107,6 @@ inline double imbalance(const palpate::reference::Insertion& run) {
 }
 
 }  // namespace sample
-
-using namespace palpate;
-using namespace palpate::reference;
 
 namespace {
 
@@ -124,8 +119,6 @@ double at(const std::vector<HandPiece>& hand, double time) {
   }
   return value;
 }
-
-}  // namespace
 
 TEST("an oblique line meets each plane of a lattice, and its knots' mean place is on the line") {
   Scene scene = sample::block_scene(5, {{0.02, 0.1, 1.0}}, {});
@@ -247,14 +240,9 @@ TEST("a force rises, pushes and pauses, and is reversed after its hold") {
   for (const auto& [time, force] : forces) { CHECK_NEAR(at(hand, time), force, 1e-12); }
 }
 
-using namespace palpate;
-using namespace palpate::reference;
 using Kind = InsertionEvent::Kind;
 
-namespace {
-
 constexpr Tolerance tight{.relative = 1e-9};
-}  // namespace
 
 TEST("a chain resists with k_eff s + c_eff v, is punctured at F_c and then resists with F_c") {
   const sample::Chain chain;
@@ -448,12 +436,6 @@ TEST("times that do not ascend and a tip that begins in the tissue are refused")
 
 // Properties of every insertion: momentum, energy, constraints, convergence.
 
-using namespace palpate;
-using namespace palpate::reference;
-using Kind = InsertionEvent::Kind;
-
-namespace {
-
 /// M a - f(q, v) of the free nodes, the force of the needle on the tissue. a is a central
 /// difference.
 Eigen::VectorXd needle_force(const Scene& scene, const InsertionInstant& before,
@@ -465,8 +447,6 @@ Eigen::VectorXd needle_force(const Scene& scene, const InsertionInstant& before,
   problem.force(now.time, now.time, now.position, now.velocities, f);
   return problem.mass().cwiseProduct(acceleration) - f;
 }
-
-}  // namespace
 
 TEST("the needle's forces on the nodes sum to F_r and lie at its knots") {
   const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
@@ -591,11 +571,6 @@ TEST("an intermittent needle keeps its energy whether jumps strike the shaft or 
   }
 }
 
-using namespace palpate;
-using namespace palpate::reference;
-
-namespace {
-
 constexpr double k = 200.0;  // stiffness of the five-spring sample chain [N/m]
 
 /// Compliance of the chain at a depth: contact points in series, hat functions between them.
@@ -610,8 +585,6 @@ double chain_compliance(double depth) {
 Scene chain_scene(const std::vector<sample::Stratum>& strata, const Drive& drive) {
   return sample::needle_scene(sample::Chain{}.network(), strata, drive);
 }
-
-}  // namespace
 
 TEST("a chain yields by its springs in series, linearly weighted between knots") {
   const Scene scene = chain_scene({{1.0, 0.2, 0.0}}, {});
@@ -661,3 +634,5 @@ TEST("tissue that can move freely is refused") {
   scene.tissue.network.fixed.back() = 0;
   CHECK_THROWS(static_compliance(scene, build_network(scene), 0.0), "definite");
 }
+
+}  // namespace

@@ -12,9 +12,10 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-using namespace palpate::reference;
-
 namespace {
+
+using namespace palpate;
+using namespace palpate::reference;
 
 /// Equation of motion integrated by classical RK4 in long double: slow, but independent of
 /// resonance and damping regime.
@@ -64,8 +65,6 @@ template <class Real> double error(const Case& c, const ModeState<long double>& 
                              size);
 }
 
-}  // namespace
-
 TEST("the response to every shape of load solves the equation of motion in every regime") {
   // omega^2 < 0 (unstable), 0 (rigid), near 0, and up; gamma through critical damping; the second
   // harmonic stays, the first sweeps through resonance at 3 rad/s.
@@ -103,22 +102,6 @@ TEST("free motion does not overflow when strongly overdamped") {
   CHECK_NEAR(state.position, std::exp(-100.0 / 2e4), 1e-8);  // slow rate omega^2 / 2 gamma
 }
 
-using palpate::Load;
-using palpate::NetworkProblem;
-using palpate::Problem;
-using palpate::Profile;
-using palpate::Trace;
-using palpate::reference::LinearProblem;
-using palpate::reference::modal_solution;
-using palpate::reference::natural_frequencies;
-using palpate::reference::peak_displacement;
-using palpate::reference::peak_speed;
-using palpate::reference::solve_arkode_explicit;
-using palpate::reference::solve_cvode_adams;
-using palpate::reference::trajectory_error;
-
-namespace {
-
 double distance(const Trace& a, const Trace& b) {
   return std::max(trajectory_error(a.position, b.position, peak_displacement(b.position)),
                   trajectory_error(a.velocity, b.velocity, peak_speed(b.velocity)));
@@ -135,8 +118,6 @@ std::vector<Load> overlapping_loads(double newton) {
   const Load lasting{.nodes = {1}, .force = {0.0, 0.0, newton}, .start = 4e-3};
   return {half_sine, step, ramp, lasting};
 }
-
-}  // namespace
 
 TEST("a fixed-free chain has its exact natural frequencies") {
   const int n = 12;
@@ -218,7 +199,7 @@ TEST("a free body under a constant push moves as a whole by F t^2 / 2 M") {
 
 TEST("damping that is not proportional is refused with the coupling") {
   auto network = sample::block({.nodes = 3});
-  network.springs.change_each([&](palpate::Spring& spring) {
+  network.springs.change_each([&](Spring& spring) {
     if (spring.a < 4) { spring.viscosity *= 3.0; }
   });
   const NetworkProblem problem(network, {sample::pulse(0.1)});
@@ -230,3 +211,5 @@ TEST("a problem whose loads are not known in closed form is refused") {
   const sample::Wrapped unknown(network);
   CHECK_THROWS(modal_solution<double>(unknown, {0.0, 0.01}), "closed form");
 }
+
+}  // namespace

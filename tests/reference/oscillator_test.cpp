@@ -14,6 +14,7 @@
 namespace {
 
 using namespace palpate;
+using namespace palpate::reference;
 
 using Matrix = Eigen::Matrix<long double, 4, 4>;
 using Column = Eigen::Matrix<long double, 4, 1>;
@@ -139,13 +140,7 @@ TEST("Eq. 6 as printed is a bare decay, and as plotted oscillates at omega0") {
   CHECK_NEAR(equation_6_plotted(o, 3.0, 0.2, 2.0), 3.0 * std::exp(-0.3) * std::cos(2.2), 1e-15);
 }
 
-}  // namespace
-
-using namespace palpate::reference;
-using palpate::Oscillator;
 using Real = long double;
-
-namespace {
 
 const Oscillator sample_oscillator{
     .mass = 0.7, .stiffness = 2.3, .viscosity = 0.4, .displacement = 0.9, .velocity = -0.3};
@@ -233,8 +228,6 @@ double observed_order(std::string_view scheme, const Oscillator& o) {
   }
   return std::log2(errors[0] / errors[1]);
 }
-
-}  // namespace
 
 TEST("powers of each matrix are the scheme stepped by its definition") {
   const double h = 0.11;
@@ -331,3 +324,5 @@ TEST("a motion that itself grows has no stable step") {
 TEST("an unknown scheme is refused") {
   CHECK_THROWS(amplification("heun", sample_oscillator, 0.1), "heun");
 }
+
+}  // namespace

@@ -11,13 +11,15 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-using palpate::NetworkProblem;
-using palpate::reference::Segment;
-using palpate::reference::segments_of;
-
 namespace {
+
+using namespace palpate;
+using namespace palpate::reference;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
 const NetworkProblem pulsed(sample::block({.nodes = 2}), {sample::pulse(0.1)});
-}  // namespace
 
 TEST("segments begin and end at breaks and gates lie inside them") {
   const auto segments = segments_of(pulsed, {0.0, 0.01, 0.05});
@@ -73,15 +75,6 @@ TEST("times that do not ascend from zero are refused") {
   CHECK_THROWS(segments_of(pulsed, {0.0, std::nan("")}), "not later");
 }
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-using palpate::NetworkProblem;
-using palpate::reference::FirstOrderJacobian;
-using palpate::reference::FirstOrderSystem;
-
-namespace {
-
 const NetworkProblem network(sample::block({.nodes = 3, .viscosity = 0.5}), {sample::pulse(0.5)});
 
 /// Large deformation (10 % of the spacing) in motion, so that every term of J contributes.
@@ -124,8 +117,6 @@ MatrixXd differences(FirstOrderSystem& system, const VectorXd& y) {
   }
   return matrix;
 }
-
-}  // namespace
 
 TEST("the first-order system is velocity and force over mass") {
   FirstOrderSystem system(network);
@@ -180,18 +171,6 @@ TEST("a right-hand side that is not finite is reported") {
 }
 
 // Requirements on all solvers of the list, for all libraries.
-
-using palpate::NetworkProblem;
-using palpate::Oscillator;
-using palpate::OscillatorProblem;
-using palpate::Problem;
-using palpate::Trace;
-using palpate::reference::all_solvers;
-using palpate::reference::NamedSolver;
-using palpate::reference::SolverError;
-using palpate::reference::Tolerance;
-
-namespace {
 
 constexpr Tolerance unit_scale{.relative = 1e-11, .position_scale = 1.0, .velocity_scale = 1.0};
 
@@ -255,8 +234,6 @@ bool steps_the_problem(const NamedSolver& solver) {
   return solver.family != "modal" && !solver.name.starts_with("long-double");
 }
 
-}  // namespace
-
 TEST("every solver follows the underdamped oscillator") {
   compare({.viscosity = 0.3}, sample::exact);
 }
@@ -317,21 +294,23 @@ TEST("the initial state is stored unchanged and a single instant needs no step")
 TEST("where the origin lies changes nothing") {
   // Rounding at 1 m is 1e-16 m of 4e-4 m of motion, but the solvers then choose other steps, so
   // results differ by their own errors: 1e-9 at this tolerance.
-  palpate::SpringNetwork moved = sample::block({.nodes = 3});
+  SpringNetwork moved = sample::block({.nodes = 3});
   moved.rest_position.colwise() += Eigen::Vector3d(1.0, -0.5, 0.25);
   const NetworkProblem here(sample::block({.nodes = 3}), {sample::pulse(0.5)});
   const NetworkProblem there(moved, {sample::pulse(0.5)});
   const auto times = sample::instants(0.03, 6);
   for (const char* name : {"arkode-fehlberg-7-8", "cvode-adams", "gsl-rk8pd"}) {
-    const auto& solver = palpate::reference::solver_named(name);
+    const auto& solver = solver_named(name);
     const Trace a = solver.solve(here, times, {.relative = 1e-10});
     Trace b = solver.solve(there, times, {.relative = 1e-10});
     b.position.colwise() += a.position.col(0) - b.position.col(0);
-    const double peak = palpate::reference::peak_displacement(a.position);
-    CHECK_NEAR(palpate::reference::trajectory_error(b.position, a.position, peak), 0.0, 1e-8);
+    const double peak = peak_displacement(a.position);
+    CHECK_NEAR(trajectory_error(b.position, a.position, peak), 0.0, 1e-8);
   }
 }
 
 TEST("an unknown solver is refused with those that exist") {
-  CHECK_THROWS(palpate::reference::solver_named("euler"), "cvode-adams");
+  CHECK_THROWS(solver_named("euler"), "cvode-adams");
 }
+
+}  // namespace

@@ -6,22 +6,17 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-using Eigen::VectorXd;
-using palpate::Load;
-using palpate::NetworkProblem;
-using palpate::Oscillator;
-using palpate::OscillatorProblem;
-using namespace palpate::reference;
-
 namespace {
 
-VectorXd force_at(const palpate::Problem& problem, const VectorXd& q) {
+using namespace palpate;
+using namespace palpate::reference;
+using Eigen::VectorXd;
+
+VectorXd force_at(const Problem& problem, const VectorXd& q) {
   VectorXd f(problem.dof());
   problem.force(0.0, 0.0, q, VectorXd::Zero(q.size()), f);
   return f;
 }
-
-}  // namespace
 
 TEST("a lattice pushed far comes to rest where no force is left") {
   Load push{.nodes = {0, 1, 4}, .force = {0.2, 0.1, 0.6}};
@@ -70,19 +65,11 @@ TEST("a body that can move freely is an error") {
   CHECK_THROWS(static_equilibrium(problem, {.time = 0.01, .gate = 0.01}), "static equilibrium");
 }
 
-using Eigen::VectorXd;
-using palpate::NetworkProblem;
-using namespace palpate::reference;
-
-namespace {
-
 NetworkProblem free_block() {
   auto network = sample::block({.nodes = 3});
   std::ranges::fill(network.fixed, std::uint8_t{0});
   return NetworkProblem(network);
 }
-
-}  // namespace
 
 TEST("the response is the limit of small loads") {
   const Eigen::Vector3d load(3e-7, -1e-7, -2e-6);
@@ -119,3 +106,5 @@ TEST("a body that can move freely is an error") {
   const NetworkProblem problem = free_block();
   CHECK_THROWS(StaticResponse(problem)(VectorXd::Unit(problem.dof(), 0)), "move freely");
 }
+
+}  // namespace

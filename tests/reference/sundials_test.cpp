@@ -18,16 +18,12 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
+namespace {
+
+using namespace palpate;
+using namespace palpate::reference;
 using Eigen::Index;
 using Eigen::VectorXd;
-using palpate::Load;
-using palpate::NetworkProblem;
-using palpate::Trace;
-using palpate::reference::peak_displacement;
-using palpate::reference::solver_named;
-using palpate::reference::trajectory_error;
-
-namespace {
 
 /// Load of 10 ms that starts after half a second of rest.
 NetworkProblem late_push() {
@@ -86,8 +82,6 @@ Naive naive_bdf(NetworkProblem problem, double end, double relative) {
   return result;
 }
 
-}  // namespace
-
 TEST("naive CVODE-BDF steps over a push of 10 ms, reports success and is 100 % wrong") {
   const NetworkProblem problem = late_push();
   const Naive naive = naive_bdf(problem, 0.512, 1e-4);
@@ -119,11 +113,8 @@ TEST("no solver of ours steps over the push, at the same tolerance") {
 // SUNDIALS 6.4 uses a stage at the end of the step as the new solution (runge_kutta_table.hpp).
 // These tests show the effect on stock tables; our tables are not affected.
 
-using palpate::Oscillator;
 namespace guarded = palpate::reference::sundials;  // a library namespace has that name too
 using guarded::Table;
-
-namespace {
 
 const Oscillator driven{.viscosity = 0.3, .drive_amplitude = 0.7, .drive_frequency = 1.7};
 
@@ -195,8 +186,6 @@ double observed_order(ARKodeButcherTable table, int steps) {
 }
 
 Table stock(ARKODE_ERKTableID id) { return Table(ARKodeButcherTable_LoadERK(id)); }
-
-}  // namespace
 
 TEST("tables whose last stage lies at the end of the step without being the solution are unsafe") {
   for (const auto id : {ARKODE_HEUN_EULER_2_1_2, ARKODE_VERNER_8_5_6, ARKODE_FEHLBERG_13_7_8}) {
@@ -286,3 +275,5 @@ TEST("stock Fehlberg 13-7-8 saves an evaluation and loses its order, with an add
   const double sound = std::abs(run(ours.get(), driven, 8.0, 20).position - exact);
   CHECK(sound < 0.1 * stale);
 }
+
+}  // namespace

@@ -53,13 +53,7 @@ TEST("a tick of drivers, encoders, motors, plant, arm, intent and its stop alloc
   CHECK_NEAR(static_cast<double>(check::allocations - before), 0.0, 0.0);
 }
 
-}  // namespace
-
 // One process with both ends: readers, firmware, faults, emulator, driver and recording.
-
-namespace {
-
-using namespace palpate::device::falcon;
 
 TEST("upload and exchanges with faults on the line allocate nothing") {
   const FaultScript script{

@@ -97,12 +97,6 @@ TEST("each leg is homed on its own") {
   CHECK(!encoders.all_homed());
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device::falcon;
-
 constexpr double step = 1e-3;
 
 void run(ScriptedGrip& grip, int ticks, bool homing) {

@@ -289,11 +289,6 @@ TEST("the two geometries place the same counts a few millimetres apart") {
   }
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device::falcon;
 using Vector = Eigen::Vector3d;
 
 /// Force of the exact mechanism for torques computed with the stock Jacobian.

@@ -44,10 +44,6 @@ TEST("a seed gives the same numbers, another one others") {
   CHECK(first < 3.0);
 }
 
-}  // namespace
-
-namespace {
-
 using namespace palpate::device::falcon;
 using Kind = LinkFault::Kind;
 using Direction = LinkFault::Direction;

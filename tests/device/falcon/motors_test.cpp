@@ -108,12 +108,6 @@ TEST("no direction is weaker than the weakest, and it has exactly its force") {
   }
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device::falcon;
-
 constexpr double most = 0.5;  // [N m]
 
 Eigen::Matrix3d jacobian_at(const Eigen::Vector3d& position) {

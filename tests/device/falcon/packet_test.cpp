@@ -120,11 +120,6 @@ TEST("any byte that may not stand at its place makes the packet invalid") {
   }
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device::falcon;
 using Stream = std::vector<std::uint8_t>;
 
 constexpr std::size_t frame_count = 1000;

@@ -78,12 +78,7 @@ TEST("arms that move are not touched") {
   }
 }
 
-}  // namespace
-
-namespace {
-
 using namespace palpate::device;
-using namespace palpate::device::falcon;
 using Vector = Eigen::Vector3d;
 
 const Vector grip_start(0.01, -0.005, 0.14);
@@ -274,14 +269,6 @@ TEST("a place beyond reach is refused and changes nothing") {
   CHECK(plant.position() == before);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device;
-using namespace palpate::device::falcon;
-using Vector = Eigen::Vector3d;
-
 const Hand nobody{.impedance = no_hand};
 
 TEST("without friction and motors the energy is conserved while the arms swing") {
@@ -401,20 +388,11 @@ TEST("losses never run backward") {
   CHECK(stops > 0.0);
 }
 
-}  // namespace
-
-using namespace palpate::device;
-using namespace palpate::device::falcon;
-
-namespace {
-
 Hand resting_hand() {
   Hand hand;
   hand.intent = Intent();
   return hand;
 }
-
-}  // namespace
 
 TEST("the person homes the device when the host asks, and only then") {
   PlantBody body({.homed = false, .homes = true, .seed = 3}, resting_hand());
@@ -473,3 +451,5 @@ TEST("past the wire nothing is rounded, and two runs are the same to the bit") {
 TEST("a start beyond reach is refused") {
   CHECK_THROWS(PlantBody({.start = {0.0, 0.0, 0.3}}, resting_hand()), "reach");
 }
+
+}  // namespace

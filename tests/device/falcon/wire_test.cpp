@@ -205,12 +205,6 @@ TEST("a stuck encoder keeps its count and a stuck button stays pressed, while th
   }
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device::falcon;
-
 /// Session with pauses longer than the watchdog time, lost bytes and a stuck encoder.
 const FaultScript faults{.seed = 11,
                          .faults = {{.kind = LinkFault::Kind::drop, .probability = 0.01},

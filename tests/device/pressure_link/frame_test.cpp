@@ -96,12 +96,6 @@ TEST("eight bytes at 960 bytes a second are 120 frames a second") {
   CHECK(frames_per_second == 120.0);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device::pressure_link;
-
 using Bytes = std::vector<std::uint8_t>;
 
 /// Frame n has the sequence number n and a pressure of n times `step`.

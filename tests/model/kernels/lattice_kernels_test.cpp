@@ -11,8 +11,9 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace palpate::lattice_settings {
+namespace {
 
+using namespace palpate;
 using Eigen::VectorXd;
 
 struct Setting {
@@ -23,7 +24,7 @@ struct Setting {
   bool held = true;
 };
 
-inline NetworkProblem problem_of(const Setting& at) {
+NetworkProblem problem_of(const Setting& at) {
   const LatticeShape shape{at.nodes, 0.01, at.connectivity};
   SpringNetwork network = uniform_lattice(shape, 50.0, at.damped ? 0.05 : 0.0, 1e-3);
   Random random(3);
@@ -49,7 +50,7 @@ struct Motion {
   VectorXd q;
   VectorXd v;
 };
-inline Motion motion_of(const NetworkProblem& problem) {
+Motion motion_of(const NetworkProblem& problem) {
   Random random(4);
   return {problem.initial_position() + random.vector(problem.dof(), 2e-3),
           random.vector(problem.dof(), 0.5)};
@@ -73,7 +74,7 @@ template <class Real> struct InLanes {
   Vector<Real> q, v;
 };
 
-inline const std::vector<Setting> settings{
+const std::vector<Setting> settings{
     {.nodes = {4, 4, 4}},
     {.nodes = {10, 3, 5}},
     {.nodes = {2, 2, 2}, .held = false},
@@ -98,15 +99,7 @@ VectorXd force_of(const NetworkProblem& problem, const Motion& motion, bool skip
   return lanes.packed(f, problem.dof());
 }
 
-}  // namespace palpate::lattice_settings
-
 // Kernels of regular lattices compared with NetworkProblem, the specification.
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::lattice_settings;
-using Eigen::VectorXd;
 
 /// Roundings of a node's 26 springs, each k (L - L0) from lengths of 0.01 m.
 double rounding_of(const VectorXd& force, double epsilon) {
@@ -273,15 +266,8 @@ TEST("rows are folded where that fills registers better, and not where they may 
   CHECK(LatticeRows({{2, 2, 2}, 0.01, 26}, 16, true).rows1() == 2);  // two rows of a layer stay
 }
 
-}  // namespace
-
 // Regular lattices with several threads, single-pass integration and prefetch: results are
 // identical.
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::lattice_settings;
 
 /// Maximum number of threads for the lattices of `settings`, independent of the machine.
 constexpr int most_threads = 4;

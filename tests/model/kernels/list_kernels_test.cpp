@@ -43,8 +43,6 @@ class Asked {
 
 std::string best() { return lattice_kernels<double>().front().name; }
 
-}  // namespace
-
 TEST("the widest kernels that the processor can run come first, those that all can run last") {
   const Asked asked("avx512");
   CHECK(best() == (has_avx512() ? "avx512" : has_avx2() ? "avx2" : "baseline"));
@@ -73,9 +71,6 @@ TEST("what is no instruction set is refused, with those that are") {
 
 // Fast kernels compared with NetworkProblem, the specification.
 
-namespace {
-
-using namespace palpate;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -289,12 +284,6 @@ TEST("energy equals that of the specification and zero lengths are counted") {
   CHECK(system.zero_length_springs(at.q) >= 1);
 }
 
-}  // namespace
-
-using namespace palpate;
-
-namespace {
-
 constexpr int node_count = 17;
 
 /// Every third pair of nodes is connected, in either direction, and most nodes are connected to one
@@ -427,8 +416,6 @@ template <class Real> void compare_lengths(const adjacency::Kernels<Real>& kerne
   }
 }
 
-}  // namespace
-
 TEST("springs in fans pull as they do one by one, and store the same energy") {
   for (const bool damped : {true, false}) {
     for (const auto& kernels : adjacency_kernels<double>()) { compare(kernels, damped); }
@@ -473,3 +460,5 @@ TEST("an anchor at a place that is not a number says so, and others do not") {
     CHECK(f(3 * (1 - lost)) == 0.5);
   }
 }
+
+}  // namespace

@@ -100,11 +100,6 @@ TEST("damping is found wherever it is") {
   CHECK(is_damped(springs));
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
 using Eigen::Vector3d;
 
 constexpr double spring_k = 200.0;
@@ -183,12 +178,6 @@ TEST("a spring of zero length exerts no force and makes no NaN") {
   short_one.force(0.0, 0.0, short_one.initial_position(), Eigen::VectorXd::Zero(6), f);
   CHECK_NEAR(f(0), spring_k * (2.0 * zero_length - rest), 1e-9);
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
 
 constexpr double mass = 0.02;
 
@@ -275,11 +264,6 @@ TEST("breaks of a problem are the switching instants, sorted, once each") {
   CHECK_NEAR(problem.shortest_feature(), 0.1, 1e-15);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 

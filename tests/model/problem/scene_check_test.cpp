@@ -299,12 +299,6 @@ TEST("all broken rules are reported at once") {
   CHECK(check_scene(scene).size() >= 3);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-
 /// Ten nodes per side at 5 mm: the skin extends 22.5 mm to each side.
 Scene with_needle() {
   Scene scene;

@@ -51,12 +51,6 @@ TEST("air fills a syringe with more compliance, less resistance and the same ful
   CHECK(air.plunger_area == saline.plunger_area);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-
 double weight_sum(const NeedlePath& path, const NeedlePath::Knot& knot) {
   double sum = 0.0;
   for (const auto& s : path.supports(knot)) { sum += s.weight; }
@@ -207,12 +201,6 @@ TEST("a needle far from every node is refused") {
   CHECK_THROWS(NeedlePath::of_needle(scene, scene.tissue.network), "no node lies near");
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-
 TEST("a continuous trajectory goes on at its speed from the start") {
   const Trajectory path({.start = 0.1, .from = -0.001, .speed = 0.005}, 2.0);
   CHECK(path.place(0.0) == -0.001);
@@ -273,12 +261,6 @@ TEST("intermittent pushes come and go") {
   CHECK(hand_force(drive, 0.3) == 0.0);
   CHECK(hand_force(drive, 0.6) == 4.0);
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
 
 const Syringe syringe{};
 const double limit = syringe.thumb_force / syringe.plunger_area;

@@ -96,8 +96,6 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
   return most;
 }
 
-}  // namespace
-
 TEST("fewer nodes carry all of the box, and what is linear between the others") {
   const Setting setting(31);
   const LatticeShape shape = setting.shape();
@@ -277,12 +275,6 @@ TEST("nodes of a far field are told where they are") {
   CHECK_NEAR((q.segment<3>(problem.coordinate(beside)) - here.col(beside)).norm(), 0.0, 0.0);
 }
 
-namespace {
-
-using namespace palpate;
-using Eigen::Vector3d;
-using Eigen::VectorXd;
-
 /// Cube fixed on one face and pulled at the middle of the opposite face.
 Scene pulled_cube(double near_radius, int far_modes) {
   Scene scene;
@@ -327,8 +319,6 @@ double error_of_far_field(const Scene& scene) {
   }
   return off / peak;
 }
-
-}  // namespace
 
 TEST(
     "with more modes what a load pulls at comes nearer, until what is not linear is left, which "
@@ -441,3 +431,5 @@ TEST("tissue that is held at a single node has no far field to answer at rest") 
                              {.first = {2, 2, 6}, .last = {6, 6, 8}});
   CHECK_THROWS((void)GradedLattice::Statics(graded), "nothing holds the tissue");
 }
+
+}  // namespace

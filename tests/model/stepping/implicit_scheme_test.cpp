@@ -62,8 +62,6 @@ double residual(const Eigen::SparseMatrix<Real>& matrix,
   return static_cast<double>((matrix * x - right).norm() / right.norm());
 }
 
-}  // namespace
-
 TEST("panels solve what the factors solve, to single precision") {
   // Condition below (12 + 0.1) / 0.1; rounding of 6e-8 along a column of up to 375 entries.
   for (const int n : {1, 2, 5}) {
@@ -95,10 +93,6 @@ TEST("what single precision cannot hold is not usable") {
   factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(tiny));
   CHECK(!factors.usable());
 }
-
-namespace {
-
-using namespace palpate;
 
 /// Damped 3 x 3 x 3 lattice with one node displaced by `push` [m].
 SpringNetwork pushed_lattice(double push) {
@@ -222,13 +216,8 @@ TEST("the same to the same digits at amplitudes far from one") {
   }
 }
 
-}  // namespace
-
-using namespace palpate;
 using Eigen::VectorXd;
 using Square = Eigen::Matrix<double, 10, 10>;
-
-namespace {
 
 struct Setting {
   Square p = Square::Zero();  ///< symmetric, positive definite
@@ -252,8 +241,6 @@ Setting setting() {
   made.p.diagonal() += made.mass;
   return made;
 }
-
-}  // namespace
 
 TEST("a corrected solution is that of the saddle system") {
   const Setting s = setting();
@@ -334,3 +321,5 @@ TEST("nothing held changes nothing") {
   response.correct(VectorXd::Ones(10), x);
   CHECK(x == VectorXd::Ones(10));
 }
+
+}  // namespace

@@ -228,10 +228,6 @@ TEST("below the normal range a tick counts zero, and what follows it does not") 
   CHECK(small * 0.5 > 0.0);
 }
 
-}  // namespace
-
-namespace palpate {
-
 // Scenes with random features. The same seed gives the same scene on every machine.
 
 /// Optional features of a scene.
@@ -257,9 +253,7 @@ struct RandomScene {
   Scene scene{};
 };
 
-namespace random_scene_parts {
-
-inline SceneFeatures features(Random& random) {
+SceneFeatures features(Random& random) {
   const auto coin = [&] { return random(0.0, 1.0) < 0.5; };
   SceneFeatures chosen;
   for (bool* one :
@@ -270,11 +264,11 @@ inline SceneFeatures features(Random& random) {
   return chosen;
 }
 
-inline int whole(Random& random, int low, int high) {
+int whole(Random& random, int low, int high) {
   return static_cast<int>(std::floor(random(low, high + 1.0)));
 }
 
-inline void add_tissue(const SceneFeatures& features, Random& random, Scene& scene) {
+void add_tissue(const SceneFeatures& features, Random& random, Scene& scene) {
   if (features.needle) {
     scene = layered_scene();
     scene.drive->speed = random(0.01, 0.04);
@@ -300,25 +294,22 @@ inline void add_tissue(const SceneFeatures& features, Random& random, Scene& sce
 }
 
 /// Schemes in turn, except two with half-step velocities, which do not support a tool.
-inline std::string scheme_of(const SceneFeatures& features, std::uint64_t seed) {
+std::string scheme_of(const SceneFeatures& features, std::uint64_t seed) {
   const auto schemes = integrators();
   const std::string name(schemes[seed % schemes.size()]->name);
   return features.needle && (name == "leapfrog" || name == "feynman-newton") ? "auto" : name;
 }
 
-}  // namespace random_scene_parts
-
-inline RandomScene random_scene(std::uint64_t seed) {
-  namespace parts = random_scene_parts;
+RandomScene random_scene(std::uint64_t seed) {
   Random random(seed);
-  RandomScene made{.features = parts::features(random)};
+  RandomScene made{.features = features(random)};
   const SceneFeatures& features = made.features;
   Scene& scene = made.scene;
-  parts::add_tissue(features, random, scene);
+  add_tissue(features, random, scene);
   scene.simulation = {
       .duration = 0.03,
       .step = 1e-3,
-      .integrator = parts::scheme_of(features, seed),
+      .integrator = scheme_of(features, seed),
       .precision = features.single ? Precision::single_precision : Precision::double_precision,
       .threads = features.two_threads ? 2 : 1};
   if (!features.damping && scene.simulation.integrator == "euler") {
@@ -326,7 +317,7 @@ inline RandomScene random_scene(std::uint64_t seed) {
   }
   if (features.gravity) { scene.tissue.gravity = {random(-1.0, 1.0), 0.0, 9.81}; }
   if (features.loads) {
-    scene.loads = {{.nodes = {parts::whole(random, 0, 8)},
+    scene.loads = {{.nodes = {whole(random, 0, 8)},
                     .force = {random(-0.01, 0.01), 0.0, random(0.0, 0.02)},
                     .start = random(0.0, 0.01),
                     .end = random(0.015, 0.025),
@@ -335,19 +326,13 @@ inline RandomScene random_scene(std::uint64_t seed) {
   if (features.records) {
     scene.records = {
         {"somewhere",
-         parts::whole(random, 0, 20),
+         whole(random, 0, 20),
          {RecordedQuantity::position, RecordedQuantity::velocity, RecordedQuantity::force}}};
   }
   return made;
 }
 
-}  // namespace palpate
-
 // Skipping unused features does not change any bit of the result.
-
-namespace {
-
-using namespace palpate;
 
 constexpr std::uint64_t scenes = 20;
 

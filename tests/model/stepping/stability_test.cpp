@@ -99,11 +99,6 @@ TEST("an undamped network's bound is the limit of its fastest mode") {
   CHECK(stable_step(*find_integrator("euler"), bounds) == 0.0);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 

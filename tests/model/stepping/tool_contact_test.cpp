@@ -267,14 +267,8 @@ TEST("in single precision a needle does what it does in double") {
   CHECK(single.names() == exact.names());
 }
 
-}  // namespace
-
 // Free tool in stiff tissue with ticks much longer than its time constant: tip and shaft satisfy
 // their laws within each implicit step.
-
-namespace {
-
-using namespace palpate;
 
 /// Scene in which a hand with 20 N s/m drives 20 g into ligaments of 15 MPa. The time constant of
 /// hand and tool is 1 ms, ten times that of tool and tissue.
@@ -425,14 +419,8 @@ TEST("a tolerance of a hundredth leaves the force of every tick within 1 % of it
   }
 }
 
-}  // namespace
-
 // A network with a tool caches evaluated forces; the cache must not change the result of any
 // scheme.
-
-namespace {
-
-using namespace palpate;
 
 constexpr double h = 2e-5;
 

@@ -130,11 +130,6 @@ TEST("a given viscosity wins over the damping ratio and is each spring's own") {
   for (const Spring& s : network.springs) { CHECK_NEAR(s.viscosity, 0.02, 1e-16); }
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
 using Eigen::Vector3d;
 
 /// Isotropy with nu = 1/4 and E = 1: C11 = 1.2 and C12 = 0.4.

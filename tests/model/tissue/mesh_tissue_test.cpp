@@ -119,16 +119,6 @@ TEST("welding joins a soup of faces and drops those without area") {
   CHECK_NEAR(double(soup.triangle.size()), 12.0, 0.0);
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using Eigen::Vector3d;
-using reference::box_surface;
-using reference::ring_surface;
-using reference::sphere_surface;
-
 BoxGrid grid_of(const TriangleSurface& surface, double edge) {
   return cubes_around(surface.vertex.rowwise().minCoeff(), surface.vertex.rowwise().maxCoeff(),
                       edge);
@@ -292,14 +282,6 @@ TEST("two million voxels of 200,000 faces take less than ten seconds, its check 
   CHECK(seconds < 10.0);
 #endif
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using Eigen::Vector3d;
-using reference::box_surface;
 
 const std::vector<Material> materials{
     {.name = "soft", .youngs_modulus = 5e3, .density = 1000.0, .damping_ratio = 0.4},

@@ -217,13 +217,6 @@ TEST("scenes that a skin makes impossible are refused by name") {
   CHECK(has(skin_defect(TriangleSurface{}).value_or(""), "no faces"));
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using Eigen::Vector3d;
-
 Scene block() {
   Scene scene;
   scene.tissue.lattice = {.nodes = {5, 4, 6}, .spacing = 0.01, .weights = LatticeWeights::uniform};
