@@ -185,15 +185,6 @@ TEST("damping and energy equal the specification") {
   }
 }
 
-TEST("nodes of no distance pull at nothing") {
-  const NetworkProblem problem = problem_of({.nodes = {4, 5, 3}, .held = false});
-  Motion motion = motion_of(problem);
-  motion.q.segment<3>(3) = motion.q.segment<3>(0);
-  VectorXd expected(problem.dof());
-  problem.force(0.0, 0.0, motion.q, motion.v, expected);
-  CHECK_NEAR(force_of<double>(problem, motion), expected, rounding_of(expected, 2.3e-16));
-}
-
 TEST("fixed nodes, and what fills rows up, have no inverse mass") {
   const NetworkProblem problem = problem_of({.nodes = {10, 3, 5}});
   const LatticeNetwork<double> system(problem, true);

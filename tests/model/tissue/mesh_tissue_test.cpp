@@ -261,12 +261,6 @@ TEST("volume, centroid and inertia come to those of the surface at first order")
   }
 }
 
-TEST("voxelising twice gives the same bytes") {
-  const TriangleSurface shape = ring_surface(0.02, 0.006, 4.5, 60, 30);
-  const BoxGrid grid = grid_of(shape, 0.0007);
-  CHECK(voxelise(shape, grid).inside == voxelise(shape, grid).inside);
-}
-
 TEST("two million voxels of 200,000 faces take less than ten seconds, its check included") {
   const TriangleSurface sphere = sphere_surface(Vector3d::Zero(), 0.08, 158);
   CHECK(sphere.triangle.size() >= 199000);
