@@ -201,7 +201,7 @@ TEST("loads act on nodes that exist, on either nodes or a face, and end after th
   refuses(scene, "load[0].nodes", "0 to 999", [](Scene& s) { s.loads[0].nodes = {1000}; });
   refuses(scene, "load[0].nodes", "exactly one", [](Scene& s) { s.loads[0].face = Face::z_min; });
   refuses(scene, "load[0].nodes", "exactly one", [](Scene& s) { s.loads[0].nodes.clear(); });
-  refuses(scene, "load[0].end", "after start", [](Scene& s) { s.loads[0].end = 0.0; });
+  refuses(scene, "load[0].end", "after start", [](Scene& s) { s.loads[0].start = 0.1; });
   refuses(scene, "load[0].end", "need an end", [](Scene& s) {
     s.loads[0].end = infinite;
     s.loads[0].profile = Profile::ramp;
