@@ -116,7 +116,6 @@ TEST("solvers recover the chosen motion of a nonlinear lattice") {
   for (const auto& [name, limit] : expected) {
     const Trace solution = solver_named(name).solve(problem, times, {.relative = 1e-10});
     const double error = trajectory_error(solution.position, exact.position, peak);
-    std::printf("  %-22s %.1e\n", name, error);
     CHECK_NEAR(error, 0.0, limit);
   }
 }

@@ -44,10 +44,6 @@ std::string refusal(const Scene& scene) {
   return all;
 }
 
-bool has(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST("depth beneath a box: to the nearest of its sides, negative above and beside it") {
   const Skin skin(box_surface({-0.02, -0.01, 0.005}, {0.02, 0.01, 0.045}), true);
   CHECK_NEAR(skin.beneath(0.003, 0.004)->top, 0.005, 1e-15);
@@ -188,33 +184,34 @@ TEST("a pit of one cell stays open though all its corners exist") {
 }
 
 TEST("scenes that a skin makes impossible are refused by name") {
-  CHECK(has(refusal(layered(patch([](double, double) { return 0.5; }))),
-            "tissue.skin.path: no cell of the block"));
-  CHECK(has(refusal(layered(patch([](double, double) { return 0.0195; }))),
-            "from z = 0.0195 to 0.0195 m"));
-  CHECK(has(refusal(layered(patch([](double, double) { return -1e5; }))),
-            "tissue.skin.path: its highest place"));
+  CHECK_CONTAINS(refusal(layered(patch([](double, double) { return 0.5; }))),
+                 "tissue.skin.path: no cell of the block");
+  CHECK_CONTAINS(refusal(layered(patch([](double, double) { return 0.0195; }))),
+                 "from z = 0.0195 to 0.0195 m");
+  CHECK_CONTAINS(refusal(layered(patch([](double, double) { return -1e5; }))),
+                 "tissue.skin.path: its highest place");
   Scene bare = layered(patch([](double, double) { return 0.0; }));
   bare.tissue.source = Source::oscillator;
-  CHECK(has(refusal(bare), "tissue.skin: given"));
+  CHECK_CONTAINS(refusal(bare), "tissue.skin: given");
   Scene needle = layered(patch([](double, double) { return -0.012; }));
   needle.needle = Needle{};
-  CHECK(has(refusal(needle), "needle.entry"));
+  CHECK_CONTAINS(refusal(needle), "needle.entry");
   Scene probe = layered(patch([](double x, double) { return 3.0 * std::max(x - 0.004, 0.0); }));
   probe.probe = Probe{.size = {0.01, 0.01}, .entry = {0.006, 0.0}};
   probe.drive = Drive{};
   CHECK(refusal(probe).empty());
   probe.probe->entry.x() = 0.009;
-  CHECK(has(refusal(probe), "probe.entry: [0.009, 0] m; no tissue lies beneath at its side"));
+  CHECK_CONTAINS(refusal(probe), "probe.entry: [0.009, 0] m; no tissue lies beneath at its side");
   probe.probe->entry.x() = 0.0;
   probe.probe->map = PalpationGrid{.sites = {3, 1}, .spacing = 0.009};
-  CHECK(has(refusal(probe),
-            "probe.map: its site at [-0.009, 0] m: no tissue lies beneath at its side"));
-  CHECK(has(skin_defect(box_surface({0, 0, 0}, {1, 1, 150})).value_or(""), "must lie within 10 m"));
+  CHECK_CONTAINS(refusal(probe),
+                 "probe.map: its site at [-0.009, 0] m: no tissue lies beneath at its side");
+  CHECK_CONTAINS(skin_defect(box_surface({0, 0, 0}, {1, 1, 150})).value_or(""),
+                 "must lie within 10 m");
   TriangleSurface broken = box_surface({0, 0, 0}, {1, 1, 1});
   broken.vertex(1, 3) = std::nan("");
-  CHECK(has(skin_defect(broken).value_or(""), "vertex 3"));
-  CHECK(has(skin_defect(TriangleSurface{}).value_or(""), "no faces"));
+  CHECK_CONTAINS(skin_defect(broken).value_or(""), "vertex 3");
+  CHECK_CONTAINS(skin_defect(TriangleSurface{}).value_or(""), "no faces");
 }
 
 Scene block() {
