@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Test that a tick makes no system call: it runs in a child process that is killed by its first
-/// system call. Uncontended locks make no call, so they are counted separately.
+/// Test that a tick makes no system call and takes no lock (system_call_filter.hpp).
 
 #include <mutex>
 
@@ -33,14 +32,29 @@ TEST("the filter lets computation through and stops the smallest call") {
   CHECK(without_system_calls([] { return write(1, "", 0) == 0; }) == Verdict::called);
 }
 
-TEST("a thousand sampled ticks of any scheme make no system call") {
+void check_silent(const Scene& scene) {
+  Simulation simulation(scene);
+  std::vector<double> row(simulation.columns().size());
+  CHECK(without_system_calls([&] { return thousand_ticks(simulation, row); }) == Verdict::silent);
+  const long before = locks;
+  CHECK(thousand_ticks(simulation, row));
+  CHECK(locks == before);
+}
+
+TEST("a thousand sampled ticks of any scheme make no system call and take no lock") {
   for (const IntegratorInfo* scheme : integrators()) {
     for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
-      Simulation simulation(moving_scene(scheme->name, precision));
-      std::vector<double> row(simulation.columns().size());
-      CHECK(without_system_calls([&] { return thousand_ticks(simulation, row); }) ==
-            Verdict::silent);
+      check_silent(moving_scene(scheme->name, precision));
     }
+  }
+}
+
+TEST("a thousand sampled ticks of an insertion make no system call and take no lock") {
+  for (const char* scheme : {"velocity-verlet", "implicit-euler"}) {
+    Scene scene = layered_scene();
+    scene.syringe = Syringe{};
+    scene.simulation = {.duration = 2.0, .step = 1e-3, .integrator = scheme};
+    check_silent(scene);
   }
 }
 
@@ -50,30 +64,6 @@ TEST("the counter sees a lock that nobody else holds") {
   mutex.lock();
   mutex.unlock();
   CHECK(locks == before + 1);
-}
-
-TEST("a thousand sampled ticks of any scheme take no lock") {
-  for (const IntegratorInfo* scheme : integrators()) {
-    Simulation simulation(moving_scene(scheme->name));
-    std::vector<double> row(simulation.columns().size());
-    const long before = locks;
-    CHECK(thousand_ticks(simulation, row));
-    CHECK(locks == before);
-  }
-}
-
-TEST("a thousand sampled ticks of an insertion make no system call and take no lock") {
-  for (const char* scheme : {"velocity-verlet", "implicit-euler"}) {
-    Scene scene = layered_scene();
-    scene.syringe = Syringe{};
-    scene.simulation = {.duration = 2.0, .step = 1e-3, .integrator = scheme};
-    Simulation simulation(scene);
-    std::vector<double> row(simulation.columns().size());
-    CHECK(without_system_calls([&] { return thousand_ticks(simulation, row); }) == Verdict::silent);
-    const long before = locks;
-    CHECK(thousand_ticks(simulation, row));
-    CHECK(locks == before);
-  }
 }
 
 }  // namespace
