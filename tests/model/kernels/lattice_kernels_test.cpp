@@ -121,8 +121,7 @@ void check_forces(const NetworkProblem& problem, const Motion& motion) {
   }
 }
 
-TEST(
-    "forces equal the specification to rounding, whatever shape, springs, bonds and instructions") {
+TEST("forces equal the specification to rounding, for any shape, springs and instructions") {
   for (const Setting& at : settings) {
     const NetworkProblem problem = problem_of(at);
     check_forces(problem, motion_of(problem));
@@ -193,51 +192,48 @@ TEST("fixed nodes, and what fills rows up, have no inverse mass") {
   CHECK(system.inverse_mass().allFinite());
 }
 
+/// Checks whether a changed copy of a lattice still is one.
+void check_lattice(SpringNetwork network, bool expected, auto change) {
+  change(network);
+  CHECK(network.springs.lattice().has_value() == expected);
+}
+
 TEST("a lattice keeps its structure until a spring is none of its own") {
   const LatticeShape shape{{4, 3, 5}, 0.01, 26};
   const SpringNetwork regular = uniform_lattice(shape, 50.0, 0.05, 1e-3);
-  const auto& found = regular.springs.lattice();
-  REQUIRE(found);
-  CHECK(found->nodes == shape.nodes);
-  SpringNetwork stiffer = regular;
-  stiffer.springs.change_each([](Spring& spring) { spring.stiffness *= 2.0; });
-  CHECK(stiffer.springs.lattice().has_value());
-  SpringNetwork fewer = regular;
-  fewer.springs.edit([&](std::vector<Spring>& all) { all.erase(all.begin() + 7); });
-  CHECK(fewer.springs.lattice().has_value());
-  SpringNetwork longer = regular;
-  longer.springs.edit([](std::vector<Spring>& all) { all[11].rest_length *= 1.0 + 1e-9; });
-  CHECK(!longer.springs.lattice());
-  SpringNetwork reaching = regular;
-  reaching.springs.push_back({0, 2, 50.0, 0.05, 0.02});
-  CHECK(!reaching.springs.lattice());
+  REQUIRE(regular.springs.lattice());
+  CHECK(regular.springs.lattice()->nodes == shape.nodes);
+  using Springs = std::vector<Spring>;
+  check_lattice(regular, true, [](SpringNetwork& n) {
+    n.springs.change_each([](Spring& spring) { spring.stiffness *= 2.0; });
+  });
+  check_lattice(regular, true, [](SpringNetwork& n) {
+    n.springs.edit([](Springs& all) { all.erase(all.begin() + 7); });
+  });
+  check_lattice(regular, false, [](SpringNetwork& n) {
+    n.springs.edit([](Springs& all) { all[11].rest_length *= 1.0 + 1e-9; });
+  });
+  check_lattice(regular, false, [](SpringNetwork& n) {
+    n.springs.push_back({0, 2, 50.0, 0.05, 0.02});
+  });
 }
 
 TEST("a network of a list is recognised as a lattice only where every node and spring fits") {
-  const LatticeShape shape{{4, 3, 5}, 0.01, 26};
-  SpringNetwork regular = uniform_lattice(shape, 50.0, 0.05, 1e-3);
+  SpringNetwork regular = uniform_lattice({{4, 3, 5}, 0.01, 26}, 50.0, 0.05, 1e-3);
   regular.springs = SpringList(regular.springs.listed());
-  const auto is_lattice = [](SpringNetwork network) {
-    recognise_lattice(network);
-    return network.springs.lattice().has_value();
+  const auto recognised = [&](bool expected, auto change) {
+    check_lattice(regular, expected, [&](SpringNetwork& n) {
+      change(n);
+      recognise_lattice(n);
+    });
   };
-  CHECK(is_lattice(regular));
-  SpringNetwork mirrored = regular;
-  mirrored.rest_position.row(0) *= -1.0;
-  CHECK(is_lattice(mirrored));
-  SpringNetwork flat = regular;
-  flat.rest_position.row(2) *= 1.5;
-  CHECK(!is_lattice(flat));
-  SpringNetwork moved = regular;
-  moved.rest_position(1, 17) += 1e-6;
-  CHECK(!is_lattice(moved));
-  SpringNetwork reaching = regular;
-  reaching.springs.push_back({0, 2, 50.0, 0.05, 0.02});
-  CHECK(!is_lattice(reaching));
-  SpringNetwork renumbered = regular;
-  renumbered.rest_position.col(3).swap(renumbered.rest_position.col(9));
-  CHECK(!is_lattice(renumbered));
-  CHECK(!is_lattice(SpringNetwork{}));
+  recognised(true, [](SpringNetwork&) {});
+  recognised(true, [](SpringNetwork& n) { n.rest_position.row(0) *= -1.0; });
+  recognised(false, [](SpringNetwork& n) { n.rest_position.row(2) *= 1.5; });
+  recognised(false, [](SpringNetwork& n) { n.rest_position(1, 17) += 1e-6; });
+  recognised(false, [](SpringNetwork& n) { n.springs.push_back({0, 2, 50.0, 0.05, 0.02}); });
+  recognised(false, [](SpringNetwork& n) { n.rest_position.col(3).swap(n.rest_position.col(9)); });
+  recognised(false, [](SpringNetwork& n) { n = {}; });
 }
 
 TEST("rows are folded where that fills registers better, and not where they may sleep") {
@@ -334,9 +330,7 @@ lattice::Kernels<double> asking(lattice::Kernels<double> kernels, lattice::Fetch
   return kernels;
 }
 
-TEST(
-    "kernels that ask memory ahead give the same bits, with all instructions that this processor "
-    "has") {
+TEST("kernels with prefetch give the same bits, with every instruction set of this processor") {
   for (const Setting& at : settings) {
     const NetworkProblem problem = problem_of(at);
     const Motion motion = motion_of(problem);

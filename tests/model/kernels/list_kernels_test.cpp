@@ -26,13 +26,7 @@ class Asked {
     if (const char* before = std::getenv(variable)) { before_ = before; }
     setenv(variable, name, 1);
   }
-  ~Asked() {
-    if (before_.empty()) {
-      unsetenv(variable);
-    } else {
-      setenv(variable, before_.c_str(), 1);
-    }
-  }
+  ~Asked() { before_.empty() ? unsetenv(variable) : setenv(variable, before_.c_str(), 1); }
   Asked(const Asked&) = delete;
   Asked& operator=(const Asked&) = delete;
 
@@ -50,23 +44,19 @@ TEST("the widest kernels that the processor can run come first, those that all c
   CHECK(lattice_kernels<float>().size() == 1U + (has_avx2() ? 1U : 0U) + (has_avx512() ? 1U : 0U));
 }
 
-TEST("the environment may ask for smaller ones") {
+TEST("the environment may ask for smaller ones, and what is no instruction set is refused") {
   {
     const Asked asked("avx2");
     CHECK(best() == (has_avx2() ? "avx2" : "baseline"));
   }
-  const Asked asked("baseline");
-  CHECK(best() == "baseline");
-  CHECK(lattice_kernels<float>().size() == 1);
-}
-
-TEST("what is no instruction set is refused, with those that are") {
+  {
+    const Asked asked("baseline");
+    CHECK(best() == "baseline");
+    CHECK(lattice_kernels<float>().size() == 1);
+  }
   const Asked asked("sse9");
-  std::string said;
-  try {
-    (void)lattice_kernels<double>();
-  } catch (const std::invalid_argument& error) { said = error.what(); }
-  CHECK(said == "PALPATE_INSTRUCTIONS = sse9; must be avx512, avx2 or baseline");
+  CHECK_THROWS(lattice_kernels<double>(),
+               "PALPATE_INSTRUCTIONS = sse9; must be avx512, avx2 or baseline");
 }
 
 // Fast kernels compared with NetworkProblem, the specification.
@@ -130,32 +120,23 @@ const PrintedForm forms[] = {{},
                              {.half_force = true},
                              {.sign = true, .direction = true, .half_force = true}};
 
-// Each coordinate is a sum of about 20 terms no larger than the largest force.
-TEST("every kernel equals the specification to rounding, in double") {
+TEST("every kernel equals the specification to rounding, in double and in float") {
   for (const PrintedForm& form : forms) {
     for (const double viscosity : {0.1, 0.0}) {
       for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         const Setting at = setting(seed, form, viscosity);
         for (const double t : {0.0, 1.3, 5.0}) {
           const VectorXd expected = specified_force(at, t);
-          const double rounding = 20 * 2.3e-16 * expected.cwiseAbs().maxCoeff();
           for (const bool padded : {false, true}) {
-            CHECK_NEAR(fast_force<double>(at, form, t, true, padded), expected, rounding);
+            // Each coordinate is a sum of about 20 terms no larger than the largest force.
+            CHECK_NEAR(fast_force<double>(at, form, t, true, padded), expected,
+                       20 * 2.3e-16 * expected.cwiseAbs().maxCoeff());
+            // Positions of 0.01 m round to 1e-9 m; the stiffest springs have 1e3 N/m.
+            CHECK_NEAR(fast_force<float>(at, form, t, true, padded), expected,
+                       1e-5 + 1e-5 * expected.norm());
           }
         }
       }
-    }
-  }
-}
-
-TEST("every kernel equals the specification to rounding, in float") {
-  for (const PrintedForm& form : forms) {
-    const Setting at = setting(6, form);
-    const VectorXd expected = specified_force(at, 0.0);
-    // Positions of 0.01 m round to 1e-9 m; the stiffest springs have 1e3 N/m.
-    for (const bool padded : {false, true}) {
-      CHECK_NEAR(fast_force<float>(at, form, 0.0, true, padded), expected,
-                 1e-5 + 1e-5 * expected.norm());
     }
   }
 }
@@ -195,16 +176,15 @@ template <class Real> VectorXd stepped(const Setting& at, bool skip, bool one_pa
       state.position += dt * state.velocity;
     }
   }
-  VectorXd all(2 * at.problem.dof());
-  VectorXd packed(at.problem.dof());
-  gather(state.position, system.layout(), packed);
-  all.head(packed.size()) = packed;
-  gather(state.velocity, system.layout(), packed);
-  all.tail(packed.size()) = packed;
+  VectorXd q(at.problem.dof()), v(at.problem.dof()), all(2 * at.problem.dof());
+  gather(state.position, system.layout(), q);
+  gather(state.velocity, system.layout(), v);
+  all << q, v;
   return all;
 }
 
-TEST("a step of a list in one pass gives the bits of sweeps one after another") {
+TEST("a step of a list in one pass, with padded vectors, gives the bits of separate sweeps") {
+  CHECK(!ListNetwork<double>(setting(9).problem, {}, h, true).has_one_pass());
   for (const double viscosity : {0.1, 0.0}) {
     for (const bool skip : {true, false}) {
       const Setting at = setting(9, {}, viscosity);
@@ -214,11 +194,6 @@ TEST("a step of a list in one pass gives the bits of sweeps one after another") 
       CHECK(stepped<float>(at, skip, true) == stepped<float>(at, skip, false));
     }
   }
-}
-
-TEST("only padded vectors are stepped in one pass") {
-  const Setting at = setting(9);
-  CHECK(!ListNetwork<double>(at.problem, {}, h, true).has_one_pass());
 }
 
 TEST("the lagged velocity of Eq. 9 is the backward difference of the length") {
@@ -241,25 +216,16 @@ TEST("the lagged velocity of Eq. 9 is the backward difference of the length") {
   CHECK_NEAR(f(0), 10.0 * 0.02, 1e-13);
 }
 
-TEST("damping equals C w of the specification") {
+TEST("damping is C w, and the matrix of the implicit schemes M + a C + b K of the specification") {
   for (const PrintedForm& form : forms) {
     const Setting at = setting(8, form);
     ListNetwork<double> system(at.problem, form, h, true);
-    Eigen::SparseMatrix<double> k, c;
+    Eigen::SparseMatrix<double> k, c, a;
     at.problem.jacobian(at.q, at.v, k, c);
     VectorXd f(at.problem.dof());
     system.damping(at.q, at.v, f);
-    const VectorXd expected = c * at.v;
-    CHECK_NEAR(f, expected, 1e-14 * expected.norm());
-  }
-}
-
-TEST("the matrix of the implicit schemes is M + a C + b K of the specification") {
-  for (const PrintedForm& form : forms) {
-    const Setting at = setting(9, form);
-    ListNetwork<double> system(at.problem, form, h, true);
-    Eigen::SparseMatrix<double> k, c, a;
-    at.problem.jacobian(at.q, at.v, k, c);
+    const VectorXd drag = c * at.v;
+    CHECK_NEAR(f, drag, 1e-14 * drag.norm());
     system.pattern(a);
     system.jacobian(at.q, at.v, 0.3, 0.7, a);
     const MatrixXd expected =
@@ -273,11 +239,10 @@ TEST("energy equals that of the specification and zero lengths are counted") {
   ListNetwork<double> system(at.problem, {}, h, true);
   // Springs between fixed nodes store constant energy, which the fast path omits.
   double held = 0.0;
-  for (const Spring& s : at.problem.network().springs) {
+  const SpringNetwork& network = at.problem.network();
+  for (const Spring& s : network.springs) {
     if (at.problem.coordinate(s.a) >= 0 || at.problem.coordinate(s.b) >= 0) { continue; }
-    const double l =
-        (at.problem.network().rest_position.col(s.b) - at.problem.network().rest_position.col(s.a))
-            .norm();
+    const double l = (network.rest_position.col(s.b) - network.rest_position.col(s.a)).norm();
     held += 0.5 * s.stiffness * std::pow(l - s.rest_length, 2);
   }
   CHECK_NEAR(system.energy(at.q, at.v) + held, at.problem.energy(at.q, at.v), 1e-15);
@@ -428,33 +393,29 @@ TEST("lengths and their inverses are good to two roundings with every instructio
   for (const auto& kernels : adjacency_kernels<float>()) { compare_lengths(kernels); }
 }
 
-TEST("a spring without length exerts no force, and a force that is not finite is not hidden") {
+TEST("a spring without length exerts no force, and only nodes that are not finite spread NaN") {
   SpringSet<double> springs;
   springs.links.push_back({0, 3, 1.0, 1.0, 0.5});
   AdjacencySprings<double> fans;
   fans.take(springs, true, 3);
-  Eigen::VectorXd q = Eigen::VectorXd::Zero(6);
-  const Eigen::VectorXd v = Eigen::VectorXd::Ones(6);
-  Eigen::VectorXd f = Eigen::VectorXd::Zero(6);
+  VectorXd q = VectorXd::Zero(6);
+  const VectorXd v = VectorXd::Ones(6);
+  VectorXd f = VectorXd::Zero(6);
   fans.add(q.data(), v.data(), f.data());
-  CHECK(f == Eigen::VectorXd::Zero(6));
-  q(0) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(f == VectorXd::Zero(6));
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  q(0) = nan;
   fans.add(q.data(), v.data(), f.data());
   CHECK(!f.allFinite());
-}
-
-TEST("an anchor at a place that is not a number says so, and others do not") {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (const int lost : {0, 1}) {
-    SpringSet<double> springs;
+    SpringSet<double> anchored;
     for (const int n : {0, 1}) {
-      springs.anchors.push_back(
+      anchored.anchors.push_back(
           {3 * n, 6 + 3 * n, 1.0, 0.0, 0.5, {n == lost ? nan : 1.0, 0.0, 0.0}});
     }
-    AdjacencySprings<double> fans;
-    fans.take(springs, true, 3);
-    const Eigen::VectorXd still = Eigen::VectorXd::Zero(6);
-    Eigen::VectorXd f = still;
+    fans.take(anchored, true, 3);
+    const VectorXd still = VectorXd::Zero(6);
+    f.setZero();
     fans.add(still.data(), still.data(), f.data());
     CHECK(std::isnan(f(3 * lost)));
     CHECK(f(3 * (1 - lost)) == 0.5);
