@@ -89,8 +89,7 @@ TEST("the filter lets computation through and stops the smallest call, beside a 
         Verdict::called);
 }
 
-TEST(
-    "a tick asks nothing of the operating system, whether the reader is idle, flooded or stalled") {
+TEST("a tick makes no system call, whether the reader is idle, flooded or stalled") {
   for (const StagedLink::Act act : acts) {
     CHECK(check::without_system_calls([&] { return std::make_unique<Rig>(act); },
                                       [](const std::unique_ptr<Rig>& rig) {
@@ -232,10 +231,9 @@ TEST("over a terminal with bytes lost on the way every sample has its place in t
   CHECK(receiver.counts().missing > 5);
   std::optional<std::int64_t> first;
   std::int64_t count = 0;
-  while (const auto sample = receiver.next()) {
+  for (; const auto sample = receiver.next(); ++count) {
     if (!first) { first = sample->pressure; }
     CHECK(sample->pressure - *first == sample->index);
-    ++count;
   }
   CHECK(count == receiver.counts().frames);
   CHECK(count > 200);
