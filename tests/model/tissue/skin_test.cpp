@@ -31,6 +31,10 @@ Scene layered(std::shared_ptr<const Skin> skin) {
   return scene;
 }
 
+std::shared_ptr<const Skin> box_skin(const Vector3d& low, const Vector3d& high) {
+  return std::make_shared<const Skin>(box_surface(low, high), true);
+}
+
 std::shared_ptr<const Skin> patch(const std::function<double(double, double)>& height,
                                   bool shapes = true) {
   return std::make_shared<const Skin>(patch_surface({0.03, 0.03}, 40, height), shapes);
@@ -129,8 +133,7 @@ TEST("layers stay as thick as they are, across the skin, on a slope") {
 }
 
 TEST("a layer however thin is met, and where the line leaves the body there is a gap") {
-  Scene scene = layered(
-      std::make_shared<const Skin>(box_surface({-0.012, -0.03, 0.0}, {0.008, 0.03, 0.05}), true));
+  Scene scene = layered(box_skin({-0.012, -0.03, 0.0}, {0.008, 0.03, 0.05}));
   scene.tissue.layers[0].thickness = 1e-7;
   const auto line =
       intervals_along(scene, {0.0, 0.0, 0.0}, Vector3d(1.0, 0.0, 1.0).normalized(), 0.0);
@@ -145,8 +148,7 @@ TEST("a layer however thin is met, and where the line leaves the body there is a
 }
 
 TEST("a closed body ends where its surface is met again") {
-  const Scene scene = layered(
-      std::make_shared<const Skin>(box_surface({-0.03, -0.03, 0.0}, {0.03, 0.03, 0.012}), true));
+  const Scene scene = layered(box_skin({-0.03, -0.03, 0.0}, {0.03, 0.03, 0.012}));
   CHECK_NEAR(build_network(scene).rest_position.row(2).maxCoeff(), 0.012, 1e-15);
   CHECK_NEAR(block_beneath_skin(scene).covered(), 1.0, 0.0);
 }
