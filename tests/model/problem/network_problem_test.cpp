@@ -236,16 +236,24 @@ VectorXd force_of(const NetworkProblem& problem, const VectorXd& q, const Vector
   return f;
 }
 
-VectorXd moved(const NetworkProblem& problem, Random& random) {
-  return problem.initial_position() + random.vector(problem.dof(), 2e-3);
-}
+/// Problem with a random displacement and velocity of its nodes.
+struct Moved {
+  Moved(const SpringNetwork& network, std::uint64_t seed, const PrintedForm& form = {})
+      : problem(network, {}, Eigen::Vector3d(0.0, 1.0, 9.81), form) {
+    Random random(seed + 100);
+    q = problem.initial_position() + random.vector(problem.dof(), 2e-3);
+    v = random.vector(problem.dof(), 0.5);
+  }
+  NetworkProblem problem;
+  VectorXd q, v;
+};
 
 // Truncation of the central difference (~1e-9) and rounding (eps / delta ~ 1e-9) of forces of 1 N.
 constexpr double delta = 1e-7;
 constexpr double difference_error = 1e-6;
 
 template <class Function> MatrixXd numerical_derivative(const VectorXd& at, Function function) {
-  MatrixXd result(at.size(), at.size());
+  MatrixXd result(function(at).size(), at.size());
   for (Eigen::Index i = 0; i < at.size(); ++i) {
     VectorXd up = at;
     VectorXd down = at;
@@ -266,12 +274,8 @@ const PrintedForm forms[] = {{},
 TEST("K and C are the derivatives of the force, in every printed form") {
   for (const PrintedForm& form : forms) {
     for (const std::uint64_t seed : {1u, 2u, 3u}) {
-      const NetworkProblem problem(random_network(seed), {}, Eigen::Vector3d(0, 0, 9.81), form);
-      Random random(seed + 100);
-      const VectorXd q = moved(problem, random);
-      const VectorXd v = random.vector(problem.dof(), 0.5);
-      Eigen::SparseMatrix<double> stiffness;
-      Eigen::SparseMatrix<double> damping;
+      const auto [problem, q, v] = Moved(random_network(seed), seed, form);
+      Eigen::SparseMatrix<double> stiffness, damping;
       problem.jacobian(q, v, stiffness, damping);
       const MatrixXd k =
           -numerical_derivative(q, [&](const VectorXd& x) { return force_of(problem, x, v); });
@@ -283,52 +287,32 @@ TEST("K and C are the derivatives of the force, in every printed form") {
   }
 }
 
-TEST("the pattern of K and C does not depend on the state") {
-  const NetworkProblem problem(random_network(4));
-  Random random(5);
+TEST("the pattern of K and C does not depend on the state; C, and K without speed, are symmetric") {
+  const auto [problem, q, v] = Moved(random_network(4), 5);
+  const VectorXd still = VectorXd::Zero(problem.dof());
   Eigen::SparseMatrix<double> k0, c0, k1, c1;
-  problem.jacobian(problem.initial_position(), VectorXd::Zero(problem.dof()), k0, c0);
-  problem.jacobian(moved(problem, random), random.vector(problem.dof(), 1.0), k1, c1);
+  problem.jacobian(problem.initial_position(), still, k0, c0);
+  problem.jacobian(q, v, k1, c1);
   CHECK(k0.nonZeros() == k1.nonZeros());
   CHECK(c0.nonZeros() == c1.nonZeros());
   CHECK(k0.nonZeros() == c0.nonZeros());
+  problem.jacobian(q, still, k1, c1);
+  CHECK_NEAR(MatrixXd(k1), MatrixXd(k1.transpose()), 1e-13 * k1.norm());
+  CHECK_NEAR(MatrixXd(c1), MatrixXd(c1.transpose()), 1e-15 * c1.norm());
 }
 
-TEST("K at rest velocity and C are symmetric") {
-  const NetworkProblem problem(random_network(6));
-  Random random(7);
-  Eigen::SparseMatrix<double> k, c;
-  problem.jacobian(moved(problem, random), VectorXd::Zero(problem.dof()), k, c);
-  CHECK_NEAR(MatrixXd(k), MatrixXd(k.transpose()), 1e-13 * k.norm());
-  CHECK_NEAR(MatrixXd(c), MatrixXd(c.transpose()), 1e-15 * c.norm());
-}
-
-TEST("the undamped force is the negative gradient of the energy") {
-  const NetworkProblem problem(random_network(11, {.viscosity = 0.0}), {},
-                               Eigen::Vector3d(0.0, 1.0, 9.81));
-  Random random(12);
-  const VectorXd q = moved(problem, random);
-  const VectorXd v = VectorXd::Zero(problem.dof());
-  const VectorXd f = force_of(problem, q, v);
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    VectorXd up = q;
-    VectorXd down = q;
-    up(i) += 1e-6;
-    down(i) -= 1e-6;
-    const double slope = (problem.energy(up, v) - problem.energy(down, v)) / (up(i) - down(i));
-    CHECK_NEAR(-slope, f(i), 1e-6 * f.norm());
-  }
-}
-
-TEST("dampers take power and never give any") {
+TEST("the undamped force is the negative gradient of the energy, and dampers only take power") {
+  const auto [undamped, q, v] = Moved(random_network(11, {.viscosity = 0.0}), 12);
+  const VectorXd still = VectorXd::Zero(undamped.dof());
+  const VectorXd f = force_of(undamped, q, still);
+  const MatrixXd gradient = numerical_derivative(
+      q, [&](const VectorXd& x) { return VectorXd::Constant(1, undamped.energy(x, still)); });
+  CHECK_NEAR(VectorXd(-gradient.transpose()), f, 1e-6 * f.norm());
   for (const std::uint64_t seed : {13u, 14u, 15u, 16u}) {
-    const NetworkProblem damped(random_network(seed));
-    Random random(seed);
-    const VectorXd q = moved(damped, random);
-    const VectorXd v = random.vector(damped.dof(), 1.0);
-    const VectorXd drag =
-        force_of(damped, q, v) - force_of(damped, q, VectorXd::Zero(damped.dof()));
-    CHECK(drag.dot(v) < 0.0);
+    const Moved damped(random_network(seed), seed);
+    const VectorXd drag = force_of(damped.problem, damped.q, damped.v) -
+                          force_of(damped.problem, damped.q, VectorXd::Zero(damped.q.size()));
+    CHECK(drag.dot(damped.v) < 0.0);
   }
 }
 
