@@ -20,17 +20,16 @@ MatrixXd ramp() {  // two coordinates, three instants; moves by at most 4
   return q;
 }
 
-TEST("the peak is measured from the first instant, not from the origin") {
+TEST("the error is the worst coordinate at the worst instant over a scale from the first instant") {
   CHECK(peak_displacement(ramp()) == 4.0);
   CHECK(peak_speed(ramp()) == 5.0);
-}
-
-TEST("the error is the worst coordinate at the worst instant over the scale") {
   MatrixXd candidate = ramp();
   candidate(1, 1) += 0.4;
   candidate(0, 2) -= 0.2;
   CHECK_NEAR(trajectory_error(candidate, ramp(), 4.0), 0.1, 1e-15);
   CHECK_NEAR(instant_errors(candidate, ramp(), 4.0)[2], 0.05, 1e-15);
+  CHECK_THROWS(trajectory_error(MatrixXd::Zero(2, 2), ramp(), 1.0), "different size");
+  CHECK_THROWS(trajectory_error(MatrixXd(), MatrixXd(), 1.0), "different size");
 }
 
 TEST("a NaN or an infinity anywhere makes the error infinite") {
@@ -51,11 +50,6 @@ TEST("where nothing moves equal is zero and different is infinite") {
   moved(0, 1) = 1.5;
   CHECK(trajectory_error(still, still, peak_displacement(still)) == 0.0);
   CHECK(std::isinf(trajectory_error(moved, still, peak_displacement(still))));
-}
-
-TEST("trajectories of different size are refused") {
-  CHECK_THROWS(trajectory_error(MatrixXd::Zero(2, 2), ramp(), 1.0), "different size");
-  CHECK_THROWS(trajectory_error(MatrixXd(), MatrixXd(), 1.0), "different size");
 }
 
 TEST("digits are the negative logarithm, between 0 and 17") {
@@ -245,8 +239,10 @@ TEST("a wrong stiffness, spring, load, damping or printed form of the force law 
   }
 }
 
-TEST("tightening the tolerance goes on improving where double has stopped") {
+TEST("long double improves with the tolerance where double has stopped, for known problems") {
   const NetworkProblem problem(moving_block(), all_loads());
+  CHECK_THROWS(solve_long_double(sample::Wrapped(problem), load_times, {}),
+               "only networks and the oscillator");
   const Trace finest = solve_long_double(problem, load_times, {.relative = 1e-17});
   const double peak = peak_displacement(finest.position);
   double before = 1.0;
@@ -257,12 +253,6 @@ TEST("tightening the tolerance goes on improving where double has stopped") {
     before = error;
   }
   CHECK(before < 1e-14);
-}
-
-TEST("an unknown kind of problem is refused") {
-  const NetworkProblem problem(moving_block());
-  const sample::Wrapped unknown(problem);
-  CHECK_THROWS(solve_long_double(unknown, load_times, {}), "only networks and the oscillator");
 }
 
 }  // namespace

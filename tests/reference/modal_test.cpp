@@ -83,23 +83,16 @@ TEST("the response to every shape of load solves the equation of motion in every
   }
 }
 
-TEST("at resonance without damping the amplitude grows in proportion to time") {
-  const ModeForce<double> force{.harmonics = {{3.0, 0.0, 1.0}}};
+TEST("resonance grows with time, a rigid mode falls freely, and strong damping does not overflow") {
   const double t = 40.0;
-  const auto state = respond<double>({9.0, 0.0}, {}, force, t);
+  const auto resonant = respond<double>({9.0, 0.0}, {}, {.harmonics = {{3.0, 0.0, 1.0}}}, t);
   const double exact = (std::sin(3.0 * t) - 3.0 * t * std::cos(3.0 * t)) / (2.0 * 9.0);
-  CHECK_NEAR(state.position, exact, 1e-12);  // 120 rad of phase, some 1e-14 each
-}
-
-TEST("a rigid mode falls freely") {
-  const auto state = respond<double>({0.0, 0.0}, {1.0, 2.0}, {.constant = -9.81}, 3.0);
-  CHECK_NEAR(state.position, 1.0 + 6.0 - 9.81 * 4.5, 1e-13);
-  CHECK_NEAR(state.velocity, 2.0 - 9.81 * 3.0, 1e-13);
-}
-
-TEST("free motion does not overflow when strongly overdamped") {
-  const auto state = free_response<double>({1.0, 1e4}, {1.0, 0.0}, 100.0);
-  CHECK_NEAR(state.position, std::exp(-100.0 / 2e4), 1e-8);  // slow rate omega^2 / 2 gamma
+  CHECK_NEAR(resonant.position, exact, 1e-12);  // 120 rad of phase, some 1e-14 each
+  const auto rigid = respond<double>({0.0, 0.0}, {1.0, 2.0}, {.constant = -9.81}, 3.0);
+  CHECK_NEAR(rigid.position, 1.0 + 6.0 - 9.81 * 4.5, 1e-13);
+  CHECK_NEAR(rigid.velocity, 2.0 - 9.81 * 3.0, 1e-13);
+  const auto damped = free_response<double>({1.0, 1e4}, {1.0, 0.0}, 100.0);
+  CHECK_NEAR(damped.position, std::exp(-100.0 / 2e4), 1e-8);  // slow rate omega^2 / 2 gamma
 }
 
 double distance(const Trace& a, const Trace& b) {
@@ -184,19 +177,15 @@ TEST("a free body under a constant push moves as a whole by F t^2 / 2 M") {
   CHECK_NEAR(centre / (1e-4 * end * end / (2.0 * mass)), 1.0, 1e-9);  // for positions of 1e-2 m
 }
 
-TEST("damping that is not proportional is refused with the coupling") {
+TEST("damping that is not proportional, and loads without a closed form, are refused") {
   auto network = sample::block({.nodes = 3});
   network.springs.change_each([&](Spring& spring) {
     if (spring.a < 4) { spring.viscosity *= 3.0; }
   });
   const NetworkProblem problem(network, {sample::pulse(0.1)});
   CHECK_THROWS(modal_solution<double>(problem, {0.0, 0.01}), "not proportional");
-}
-
-TEST("a problem whose loads are not known in closed form is refused") {
-  const NetworkProblem network(sample::block({.nodes = 2}));
-  const sample::Wrapped unknown(network);
-  CHECK_THROWS(modal_solution<double>(unknown, {0.0, 0.01}), "closed form");
+  const NetworkProblem sound(sample::block({.nodes = 2}));
+  CHECK_THROWS(modal_solution<double>(sample::Wrapped(sound), {0.0, 0.01}), "closed form");
 }
 
 }  // namespace

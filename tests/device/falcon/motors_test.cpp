@@ -107,38 +107,24 @@ std::vector<Eigen::Vector3d> directions(int count) {
   return all;
 }
 
-TEST("every corner needs each motor's whole torque, with the sense that its index tells") {
+TEST(
+    "corners and largest forces are where motors reach their limit, and none is below the "
+    "weakest") {
   for (const Eigen::Vector3d& place : places) {
     const Eigen::Matrix3d j = jacobian_at(place);
     const auto corners = force_corners(j, most);
-    for (unsigned n = 0; n < 8; ++n) {
-      const Eigen::Vector3d torque = j.transpose() * corners[n];
-      for (unsigned leg = 0; leg < 3; ++leg) {
-        CHECK_NEAR(torque(leg), (n >> leg & 1U) != 0U ? most : -most, 1e-12);  // rounding
-      }
+    for (unsigned n = 0; n < 8; ++n) {  // the index has a bit for the sense of each motor
+      const Eigen::Vector3d senses(n & 1U ? 1.0 : -1.0, n & 2U ? 1.0 : -1.0, n & 4U ? 1.0 : -1.0);
+      CHECK_NEAR(j.transpose() * corners[n], most * senses, 1e-12);  // rounding
     }
-  }
-}
-
-TEST("the largest force along a direction is where a motor reaches its limit, and no further") {
-  for (const Eigen::Vector3d& place : places) {
-    const Eigen::Matrix3d j = jacobian_at(place);
-    for (const Eigen::Vector3d& along : directions(500)) {
-      const Eigen::Vector3d torque = j.transpose() * (largest_force(j, along, most) * along);
-      CHECK_NEAR(torque.cwiseAbs().maxCoeff(), most, 1e-12);
-    }
-  }
-}
-
-TEST("no direction is weaker than the weakest, and it has exactly its force") {
-  for (const Eigen::Vector3d& place : places) {
-    const Eigen::Matrix3d j = jacobian_at(place);
     const WeakestDirection weakest = weakest_direction(j, most);
     CHECK_NEAR(weakest.direction.norm(), 1.0, 1e-12);
     CHECK_NEAR(largest_force(j, weakest.direction, most), weakest.force, 1e-12);
     double least = HUGE_VAL;
     for (const Eigen::Vector3d& along : directions(5000)) {
-      least = std::min(least, largest_force(j, along, most));
+      const double force = largest_force(j, along, most);
+      CHECK_NEAR((j.transpose() * (force * along)).cwiseAbs().maxCoeff(), most, 1e-12);
+      least = std::min(least, force);
     }
     CHECK(least >= weakest.force * (1.0 - 1e-12));
     CHECK(least < weakest.force * 1.01);  // the sample's directions lie within 0.05 rad of any
