@@ -230,12 +230,19 @@ TEST("one long stream with every 16th frame hit keeps the other frames") {
   CHECK(reader.counts().skipped_bytes == static_cast<std::int64_t>(stream.size() - 16 * right));
 }
 
-TEST("a packet is complete at its last byte, not when the next one begins") {
+TEST("a packet is complete at its last byte, and giving up forgets the packet under way") {
   PacketReader<HostPacket> reader;
   const HostPacket request{.words = {1, 2, 3}};
   const PacketBytes bytes = encode(request);
   for (std::size_t n = 0; n + 1 < packet_bytes; ++n) { CHECK(!reader.take(bytes[n])); }
   CHECK(reader.take(bytes.back()) == request);
+  (void)reader.take('<');
+  (void)reader.take('A');
+  reader.give_up();
+  CHECK(reader.pending_bytes() == 0);
+  CHECK((reader.counts() == ReaderCounts{.frames = 1, .bad_frames = 1, .skipped_bytes = 2}));
+  CHECK(!reader.take('A'));
+  CHECK(reader.counts().skipped_bytes == 3);
 }
 
 TEST("short packets, the kind that once read as buttons and homed legs, never come out") {
@@ -261,17 +268,6 @@ TEST("garbage gives no packet but what it holds by its own bytes") {
   CHECK(packets == 0);  // chance of one in a million random bytes: 1e6 / 256^3 / 16^13 < 1e-16
   CHECK(reader.counts().skipped_bytes + static_cast<std::int64_t>(reader.pending_bytes()) ==
         1000000);
-}
-
-TEST("giving up forgets the packet under way and counts its bytes") {
-  PacketReader<HostPacket> reader;
-  (void)reader.take('<');
-  (void)reader.take('A');
-  reader.give_up();
-  CHECK(reader.pending_bytes() == 0);
-  CHECK((reader.counts() == ReaderCounts{.frames = 0, .bad_frames = 1, .skipped_bytes = 2}));
-  CHECK(!reader.take('A'));
-  CHECK(reader.counts().skipped_bytes == 3);
 }
 
 }  // namespace

@@ -154,29 +154,22 @@ TEST("a reply after its deadline counts as lost and then as late") {
          DriverCounts{.requests = 2, .replies = 1, .lost = 1, .late = 1, .superfluous = 0}));
 }
 
-TEST("power loss silences the device, drops the torque and ends at the boot loader") {
-  Bench bench({.loaded = true},
-              {.faults = {{.kind = LinkFault::Kind::power_loss, .start = 0.1, .end = 0.2}}});
-  CHECK(bench.poll(100, {.words = {1, 0, 0}}) == 100);
-  bench.cable.run_until(0.11);
-  CHECK(!bench.driver.exchange({.words = {1, 0, 0}}));
-  CHECK_NEAR(bench.body.torque_time, 0.1, 2.001 * Emulator::body_step);
-  bench.cable.run_until(0.21);
-  CHECK(bench.emulator.firmware().state() == FirmwareState::boot);
-  CHECK(bench.body.power_losses == 1);
-  CHECK(bench.driver.open(image_of(10)) == OpenResult::loaded);
-}
-
-TEST("unplugging loses every byte and leaves the device running") {
-  Bench bench({.loaded = true},
-              {.faults = {{.kind = LinkFault::Kind::unplug, .start = 0.1, .end = 0.2}}});
-  CHECK(bench.poll(100, {.words = {1, 0, 0}}) == 100);
-  bench.cable.run_until(0.101);
-  CHECK(!bench.driver.exchange({.words = {1, 0, 0}}));
-  bench.cable.run_until(0.15);
-  CHECK((bench.emulator.firmware().words(0.15) == std::array<std::int16_t, 3>{}));
-  bench.cable.run_until(0.2);
-  CHECK(bench.poll(10, {}) == 10);
+TEST("power loss ends at the boot loader without torque, unplugging leaves the device running") {
+  for (const auto kind : {LinkFault::Kind::power_loss, LinkFault::Kind::unplug}) {
+    const bool power = kind == LinkFault::Kind::power_loss;
+    Bench bench({.loaded = true}, {.faults = {{.kind = kind, .start = 0.1, .end = 0.2}}});
+    CHECK(bench.poll(100, {.words = {1, 0, 0}}) == 100);
+    bench.cable.run_until(0.11);
+    CHECK(!bench.driver.exchange({.words = {1, 0, 0}}));
+    if (power) { CHECK_NEAR(bench.body.torque_time, 0.1, 2.001 * Emulator::body_step); }
+    bench.cable.run_until(0.15);
+    CHECK((bench.emulator.firmware().words(0.15) == std::array<std::int16_t, 3>{}));
+    bench.cable.run_until(0.21);
+    CHECK(bench.body.power_losses == (power ? 1 : 0));
+    CHECK(bench.emulator.firmware().state() == (power ? FirmwareState::boot : FirmwareState::run));
+    if (power) { CHECK(bench.driver.open(image_of(10)) == OpenResult::loaded); }
+    CHECK(bench.poll(10, {}) == 10);
+  }
 }
 
 TEST("a stuck encoder keeps its count and a stuck button stays pressed, while they stick") {
