@@ -58,7 +58,7 @@ TEST("between two threads nothing is lost, doubled, torn or out of order") {
   CHECK(!queue.pop().has_value());
 }
 
-TEST("the latest value is the default, then what was set last, as often as it is asked for") {
+TEST("the latest value is the default, then the value set last, at every read") {
   LatestValue<int> latest;
   CHECK(latest.get() == 0);
   CHECK(latest.get() == 0);

@@ -26,7 +26,7 @@ class Counter final : public HapticDevice {
 
 Vector3d mirror(const DeviceSample& sample) { return {-sample.position.x(), 0.0, 0.0}; }
 
-TEST("a force acts exactly as many ticks late as it is told to") {
+TEST("a force acts exactly as many ticks late as the delay") {
   for (const int delay : {0, 1, 2, 5}) {
     Counter device;
     ServoLoop loop(device, delay);

@@ -123,7 +123,7 @@ double at(const std::vector<HandPiece>& hand, double time) {
   return value;
 }
 
-TEST("an oblique line meets each plane of a lattice, and its knots' mean place is on the line") {
+TEST("an oblique line meets each plane of a lattice in a contact point on the line") {
   Scene scene = sample::block_scene(5, {{0.02, 0.1, 1.0}}, {});
   scene.needle->entry = {0.0012, -0.0007};
   scene.needle->direction = {0.2, 0.1, 1.0};
@@ -425,7 +425,7 @@ Eigen::VectorXd needle_force(const Scene& scene, const InsertionInstant& before,
   return problem.mass().cwiseProduct(acceleration) - f;
 }
 
-TEST("the needle's forces on the nodes sum to F_r and lie at its knots") {
+TEST("the needle's forces on the nodes sum to F_r and act at its contact points") {
   const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
   for (const double at : {0.05, 0.2, 0.7, 0.83, 1.2}) {
     const Insertion run =
@@ -442,7 +442,7 @@ TEST("the needle's forces on the nodes sum to F_r and lie at its knots") {
   }
 }
 
-TEST("knots that the tip has passed stay where they are across an oblique needle") {
+TEST("passed contact points do not move across an oblique needle") {
   Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02, .depth = 0.03});
   scene.needle->entry = {0.0012, 0.0007};
   scene.needle->direction = {0.1, 0.05, 1.0};
@@ -476,7 +476,7 @@ TEST("knots that the tip has passed stay where they are across an oblique needle
   CHECK(lateral > 1e-3);
 }
 
-TEST("what the hand gives is stored or lost, in a chain and in a block, there and back") {
+TEST("the work of the hand is stored or lost, in a chain and in a block, in and out") {
   const Drive drive{.speed = 0.02, .depth = 0.025, .hold = 0.2, .withdraw_speed = 0.03};
   std::vector<Scene> scenes{sample::chain_scene(sample::three_layers, drive)};
   if (!check::sanitized) { scenes.push_back(sample::block_scene(5, sample::two_layers, drive)); }
@@ -490,7 +490,7 @@ TEST("what the hand gives is stored or lost, in a chain and in a block, there an
   }
 }
 
-TEST("a needle pushed by a force obeys its own equation and gives its energy away") {
+TEST("a needle pushed by a force obeys its equation of motion and balances its energy") {
   Drive drive{
       .kind = Drive::Kind::force, .force = 0.7, .withdraw_force = 0.3, .hand_viscosity = 5.0};
   const Scene scene = sample::chain_scene(sample::three_layers, drive);

@@ -163,7 +163,7 @@ TEST("homing is on exactly while the latest packet asks for it") {
   }
 }
 
-TEST("an upload that falls silent is given up, one that goes on is not") {
+TEST("a silent upload is abandoned, one that continues is not") {
   Firmware firmware({.load_silence = 0.5});
   (void)answer(firmware, hail, 0.0);
   (void)answer(firmware, {0x41}, 0.4);
@@ -189,7 +189,7 @@ TEST("power loss leads to boot without torque, and forgets half a packet") {
   CHECK(firmware.count(FirmwareEvent::watchdog) == 0);  // there was no torque left to drop
 }
 
-TEST("who listens hears every event and every request, in order") {
+TEST("the sink receives every event and every request, in order") {
   Firmware firmware;
   Kept kept;
   const PacketBytes request = encode(HostPacket{.words = {3, 2, 1}});

@@ -212,7 +212,7 @@ TEST("the curvature of the angles is the second derivative along a straight moti
   }
 }
 
-TEST("on the axis the arms stand at the published angles") {
+TEST("on the axis the arms have the published angles") {
   const std::array<std::array<double, 2>, 4> published{
       {{0.100, 8.0}, {0.125, 27.7}, {0.150, 47.2}, {0.175, 73.5}}};
   for (const auto& [z, angle] : published) {
@@ -226,7 +226,7 @@ TEST("on the axis the arms stand at the published angles") {
   CHECK(!falcon.inverse({0.0, 0.0, 0.1835}).has_value());
 }
 
-TEST("at the centre a count, a radian and a newton are worth what was published") {
+TEST("at the centre a count, a radian and a newton have their published effect") {
   const Eigen::Matrix3d J = *falcon.jacobian(Kinematics::centre());
   const double per_count = J.row(2).sum() / falcon.geometry().counts_per_radian();
   CHECK_NEAR(1e3 * per_count, 0.0482, 5e-5);
@@ -250,7 +250,7 @@ TEST("force and torque undo each other, and do the same work") {
   CHECK_NEAR(torque.dot(rate), force.dot(velocity), 1e-14);
 }
 
-TEST("what is beyond reach, behind the base or no number is refused") {
+TEST("positions beyond reach, behind the base or not finite are refused") {
   const double nan = std::nan("");
   for (const Eigen::Vector3d& position :
        {Eigen::Vector3d(0.0, 0.0, 0.3), Eigen::Vector3d(0.5, 0.0, 0.1),

@@ -185,7 +185,7 @@ TEST("whether a window happens is drawn from the seed, alike for both directions
   CHECK_NEAR(happened, 100.0, 5.0 * std::sqrt(400 * 0.25 * 0.75));
 }
 
-TEST("what does not fit in the channel is counted as lost") {
+TEST("bytes that do not fit in the channel are counted as lost") {
   FaultChannel channel({.faults = {{.kind = Kind::latency, .latency = 1.0}}}, Direction::to_host);
   const std::vector<std::uint8_t> many(10000, 7);
   channel.send(many, 0.0);

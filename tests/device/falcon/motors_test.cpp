@@ -33,7 +33,7 @@ TEST("words are minus scale times torque, truncated toward zero and clamped") {
   CHECK(!words_of_torque(uncalibrated, {0.4096, -0.4096, 0.0}).saturated);
 }
 
-TEST("no torque that is no number reaches the motors, and none overflows") {
+TEST("torques that are not finite give words within the range") {
   const double huge = std::numeric_limits<double>::infinity();
   const Command command = words_of_torque(motors, {std::nan(""), huge, -1e300});
   CHECK((command.sent == Words{0, -4096, 4096}));

@@ -88,7 +88,7 @@ TEST("every info value in range comes back as it was, and no other is taken") {
   every_info<DevicePacket>();
 }
 
-TEST("a marker may stand nowhere inside a packet of either direction") {
+TEST("no byte inside a packet of either direction can be a marker") {
   for (const std::uint8_t most_info : {HostPacket::most_info, DevicePacket::most_info}) {
     for (std::size_t place = 0; place < packet_bytes; ++place) {
       CHECK(may_stand(place, packet_begin, most_info) == (place == 0));
@@ -97,7 +97,7 @@ TEST("a marker may stand nowhere inside a packet of either direction") {
   }
 }
 
-TEST("any byte that may not stand at its place makes the packet invalid") {
+TEST("any byte that is not allowed at its position makes the packet invalid") {
   const HostPacket request{.words = {1, -2, 300}, .homing = true, .leds = {.blue = true}};
   for (std::size_t place = 0; place < packet_bytes; ++place) {
     for (int value = 0; value < 256; ++value) {
@@ -258,7 +258,7 @@ TEST("short packets, the kind that once read as buttons and homed legs, never co
   CHECK(reader.counts().bad_frames == 15);
 }
 
-TEST("garbage gives no packet but what it holds by its own bytes") {
+TEST("random bytes give no packet") {
   PacketReader<HostPacket> reader;
   std::mt19937 generator(1);
   int packets = 0;

@@ -28,13 +28,13 @@ ArmDynamics random_arms(palpate::device::Seeded& seeded, double push) {
   return arms;
 }
 
-TEST("sliding arms feel the limit against their motion") {
+TEST("friction of sliding arms is the limit against their motion") {
   palpate::device::Seeded seeded(1);
   const ArmDynamics arms = random_arms(seeded, 10.0);
   CHECK_NEAR(friction_torque(arms, {1, -1, 1}, limit), Eigen::Vector3d(-limit, limit, -limit), 0.0);
 }
 
-TEST("what holds the stuck arms leaves them without acceleration") {
+TEST("friction of stuck arms cancels their acceleration") {
   palpate::device::Seeded seeded(2);
   for (int n = 0; n < 100; ++n) {
     const ArmDynamics arms = random_arms(seeded, 10.0);
@@ -48,7 +48,7 @@ TEST("what holds the stuck arms leaves them without acceleration") {
   }
 }
 
-TEST("arms at rest always find one lawful answer, stuck, sliding or mixed") {
+TEST("arms at rest always have one lawful state, stuck, sliding or mixed") {
   palpate::device::Seeded seeded(3);
   std::array<int, 4> stuck_count{};
   for (int n = 0; n < 4000; ++n) {
@@ -69,7 +69,7 @@ TEST("arms at rest always find one lawful answer, stuck, sliding or mixed") {
   for (const int count : stuck_count) { CHECK(count > 50); }  // the sample meets every case
 }
 
-TEST("arms that move are not touched") {
+TEST("moving arms keep their state") {
   palpate::device::Seeded seeded(4);
   for (int n = 0; n < 100; ++n) {
     const Slip slip = settled(random_arms(seeded, 30.0), {1, 0, -1}, limit);
@@ -168,7 +168,7 @@ TEST("a medium hand holds the device without drift") {
   CHECK(rig.plant.position() == there);
 }
 
-TEST("arms weigh at the centre what was computed from the mechanism: 172 and 523 per m^2") {
+TEST("arm inertia at the centre is that of the mechanism: 172 and 523 per m^2") {
   const Eigen::Matrix3d slope = inverse_jacobian(*Kinematics().legs(Kinematics::centre()));
   const Eigen::Matrix3d added = slope.transpose() * slope;
   CHECK_NEAR(added.diagonal(), Vector(172.0, 172.0, 523.0), 3.0);
@@ -308,7 +308,7 @@ TEST("with commands of zero the device is passive") {
   }
 }
 
-TEST("what a hand cannot have put in, it cannot get out: energy decays in every grip") {
+TEST("without input the energy decays in every grip") {
   for (const HandImpedance& impedance : {light_hand, medium_hand, firm_hand}) {
     Rig rig({.gravity = 0.0}, {.impedance = impedance});
     rig.plant.place({0.01, 0.01, 0.135}, rig.hand);
@@ -364,7 +364,7 @@ TEST("the person homes the device when the host asks, and only then") {
   CHECK(!homed());
 }
 
-TEST("a word pulls the grip in, and the delivered force says so") {
+TEST("a motor word pulls the grip inwards, and the delivered force has that sign") {
   PlantBody body({}, resting_hand);
   const double before = body.plant().position().z();
   for (int step = 0; step < 20000; ++step) { body.advance(50e-6, {500, 500, 500}, false); }
@@ -372,7 +372,7 @@ TEST("a word pulls the grip in, and the delivered force says so") {
   CHECK(body.delivered_force().z() < -1.0);
 }
 
-TEST("what is asked for in newtons is what the hand gets") {
+TEST("the hand receives the force commanded in newtons") {
   EmulatedFalcon device({}, resting_hand);
   const Eigen::Vector3d force(0.5, -0.3, -1.2);
   double time = 0.0;

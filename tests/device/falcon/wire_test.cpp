@@ -83,7 +83,7 @@ TEST("in lock step every request of a minute at 1 kHz gets its reply") {
   CHECK(bench.emulator.firmware().count(FirmwareEvent::watchdog) == 0);
 }
 
-TEST("the body feels the words of a request for as long as the watchdog lets it") {
+TEST("the words of a request act on the body for the time of the watchdog") {
   for (const double watchdog : {0.020, 0.005}) {
     Bench bench({.watchdog = watchdog, .loaded = true});
     (void)bench.driver.exchange({.words = {50, 0, 0}, .homing = true});
@@ -96,7 +96,7 @@ TEST("the body feels the words of a request for as long as the watchdog lets it"
   }
 }
 
-TEST("what the body does depends on the requests' times, not on how often it is served") {
+TEST("the motion of the body depends on the times of requests, not on how often it is served") {
   const auto counts_after = [](double cable_step) {
     sample::SummingBody body;
     Emulator emulator(body, {.loaded = true});
@@ -140,7 +140,7 @@ TEST("after an exchange that lost bytes the next one succeeds") {
   }
 }
 
-TEST("a reply after its deadline counts as lost and then as late") {
+TEST("a reply after its deadline is counted as lost and then as late") {
   Bench bench({.loaded = true},
               {.faults = {{.kind = LinkFault::Kind::latency,
                            .direction = LinkFault::Direction::to_host,
@@ -248,13 +248,13 @@ TEST("a replay notices a body that differs, if only by a watchdog of another len
   CHECK(played(session(), 0.021).different_replies > 0);
 }
 
-TEST("what does not fit is counted") {
+TEST("records that do not fit are counted") {
   const WireRecording recording = session(100);
   CHECK(recording.records().size() == 100);
   CHECK(recording.left_out() > 0);
 }
 
-TEST("a text that is no recording is refused with its line") {
+TEST("a text that is not a recording is refused with its line") {
   const auto refused = [](const std::string& rows) {
     std::istringstream text("time_s,direction,bytes\n" + rows);
     return read_csv(text);

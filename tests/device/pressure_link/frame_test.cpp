@@ -203,7 +203,7 @@ TEST("a stream that begins or ends in the middle of a frame loses it alone, as a
   }
 }
 
-TEST("the beginning of a frame within a pressure or a checksum misleads nobody") {
+TEST("the start bytes of a frame within a pressure or a checksum do no harm") {
   // 5AA5 hexadecimal, sent as A5 5A, in every frame: each is also a beginning at its fourth byte.
   Bytes bytes{0xA5, 0x5A, 0x00};
   for (int n = 0; n < 400; ++n) {
@@ -249,7 +249,7 @@ TEST("a gap of more than 255 frames looks shorter by 256 unless the time is know
   CHECK(frames_since(next, 0.0) == 44);  // never less than the sequence numbers say
 }
 
-TEST("a frame that comes twice counts once") {
+TEST("a repeated frame is counted once") {
   Bytes bytes = stream_of(4);
   bytes.insert(bytes.begin() + 16, bytes.begin() + 8, bytes.begin() + 16);
   const Heard result = heard(bytes);
@@ -303,7 +303,7 @@ TEST("many seeded faults cost at most the frames that they hit, and no false fra
   CHECK(found.size() < static_cast<std::size_t>(frames));
 }
 
-TEST("any bytes at all are taken without harm") {
+TEST("arbitrary bytes do no harm") {
   palpate::device::Seeded chance(3);
   Bytes bytes(200000);
   for (std::uint8_t& byte : bytes) {

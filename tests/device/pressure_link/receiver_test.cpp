@@ -98,7 +98,7 @@ TEST("a tick makes no system call, whether the reader is idle, flooded or stalle
   }
 }
 
-TEST("nor does it lock or allocate, and the flooded reader does not allocate either") {
+TEST("a tick takes no lock and allocates nothing, and neither does the flooded reader") {
   for (const StagedLink::Act act : acts) {
     Rig rig(act);
     const long allocations = check::allocations;
@@ -169,7 +169,7 @@ class LateLink final : public ByteLink {
   std::vector<double> times_{};
 };
 
-TEST("two seconds in which the reading thread got no time are no gap") {
+TEST("two seconds without processor time of the reading thread are no gap") {
   LateLink link(600, 100, 340);
   Receiver receiver(link);
   while (!receiver.ended()) { ::usleep(1000); }
@@ -184,7 +184,7 @@ TEST("two seconds in which the reading thread got no time are no gap") {
   CHECK(receiver.counts().missing == 0);
 }
 
-TEST("what went through a pipe arrives whole, with its gaps, and the end is told") {
+TEST("a stream through a pipe arrives completely, with its gaps and its end") {
   std::array<int, 2> ends{};
   CHECK(::pipe(ends.data()) == 0);
   const Descriptor reader(ends[0]);

@@ -79,7 +79,7 @@ TEST("bytes come at 960 a second, frames at 120") {
   CHECK(transducer.lost_writes() == 0);
 }
 
-TEST("what is sent does not depend on how often it is asked for") {
+TEST("the bytes sent do not depend on how often they are read") {
   const falcon::FaultScript faults{.seed = 4,
                                    .faults = {{.kind = Kind::drop, .probability = 0.02},
                                               {.kind = Kind::corrupt, .probability = 0.02}}};
@@ -94,7 +94,7 @@ TEST("what is sent does not depend on how often it is asked for") {
   CHECK(often.faults().corrupted > 0);
 }
 
-TEST("a place without a frame leaves the line silent and its sequence number out") {
+TEST("a missing frame leaves the line silent and its sequence number unused") {
   Frames frames = ramp(10);
   frames[4].reset();
   Transducer transducer(frames);

@@ -156,7 +156,7 @@ TEST("a node displaced from its place changes the forces on its neighbours alone
   }
 }
 
-TEST("computing what a lattice does not need changes no bit") {
+TEST("computing the parts that a lattice does not need changes no bit") {
   for (const Setting& at : settings) {
     const NetworkProblem problem = problem_of(at);
     const Motion motion = motion_of(problem);
@@ -184,7 +184,7 @@ TEST("damping and energy equal the specification") {
   }
 }
 
-TEST("fixed nodes, and what fills rows up, have no inverse mass") {
+TEST("fixed nodes and the padding of rows have no inverse mass") {
   const NetworkProblem problem = problem_of({.nodes = {10, 3, 5}});
   const LatticeNetwork<double> system(problem, true);
   const auto movable = (system.inverse_mass().array() > 0.0).count();
@@ -198,7 +198,7 @@ void check_lattice(SpringNetwork network, bool expected, auto change) {
   CHECK(network.springs.lattice().has_value() == expected);
 }
 
-TEST("a lattice keeps its structure until a spring is none of its own") {
+TEST("a list of springs is a lattice until one spring does not belong to it") {
   const LatticeShape shape{{4, 3, 5}, 0.01, 26};
   const SpringNetwork regular = uniform_lattice(shape, 50.0, 0.05, 1e-3);
   REQUIRE(regular.springs.lattice());
@@ -236,7 +236,7 @@ TEST("a network of a list is recognised as a lattice only where every node and s
   recognised(false, [](SpringNetwork& n) { n = {}; });
 }
 
-TEST("rows are folded where that fills registers better, and not where they may sleep") {
+TEST("rows are interleaved where that fills registers better, and not where they may sleep") {
   const LatticeShape cube{{20, 20, 20}, 0.01, 26};
   const LatticeRows folded(cube, 16, true);
   CHECK(folded.folds() == 4);

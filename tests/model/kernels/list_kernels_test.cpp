@@ -44,7 +44,7 @@ TEST("the widest kernels that the processor can run come first, those that all c
   CHECK(lattice_kernels<float>().size() == 1U + (has_avx2() ? 1U : 0U) + (has_avx512() ? 1U : 0U));
 }
 
-TEST("the environment may ask for smaller ones, and what is no instruction set is refused") {
+TEST("the environment can select smaller instruction sets, and other names are refused") {
   {
     const Asked asked("avx2");
     CHECK(best() == (has_avx2() ? "avx2" : "baseline"));
@@ -141,7 +141,7 @@ TEST("every kernel equals the specification to rounding, in double and in float"
   }
 }
 
-TEST("computing what a scene does not need changes no bit") {
+TEST("computing the parts that a scene does not need changes no bit") {
   for (const double viscosity : {0.1, 0.0}) {
     const Setting at = setting(7, {}, viscosity);
     for (const bool padded : {false, true}) {
@@ -289,7 +289,7 @@ Vector<Real> plain_forces(SpringSet<Real>& springs, const Motion<Real>& motion, 
 }
 
 /// Vector with a zero after every three numbers, and space for `further` more nodes.
-template <class Real> Vector<Real> in_quads(const Vector<Real>& packed, std::size_t further) {
+template <class Real> Vector<Real> with_padding(const Vector<Real>& packed, std::size_t further) {
   Vector<Real> padded =
       Vector<Real>::Zero(packed.size() / 3 * 4 + 4 * static_cast<Eigen::Index>(further));
   for (Eigen::Index n = 0; n < packed.size() / 3; ++n) {
@@ -300,17 +300,17 @@ template <class Real> Vector<Real> in_quads(const Vector<Real>& packed, std::siz
 
 /// Padded vectors give the same result except for the order in which 0.25 is added, and keep zeros.
 template <class Real>
-void compare_quads(const adjacency::Kernels<Real>& kernels, bool damped, const Motion<Real>& motion,
-                   const Vector<Real>& packed, double energy_there) {
+void compare_padded(const adjacency::Kernels<Real>& kernels, bool damped,
+                    const Motion<Real>& motion, const Vector<Real>& packed, double energy_there) {
   const SpringSet<Real> springs = some_springs<Real>(adjacency::node_stride);
   const std::size_t places = springs.anchors.size();
-  Vector<Real> q = in_quads(motion.q, places);
+  Vector<Real> q = with_padding(motion.q, places);
   for (const Anchor<Real>& s : springs.anchors) { std::ranges::copy(s.place, q.data() + s.b); }
-  const Vector<Real> v = in_quads(motion.v, places);
-  Vector<Real> f = in_quads<Real>(Vector<Real>::Constant(3 * node_count, Real(0.25)), places);
-  AdjacencySprings<Real> fans(kernels);
-  fans.take(springs, damped, adjacency::node_stride);
-  CHECK(fans.measure(q.data(), v.data(), f.data()) == energy_there);
+  const Vector<Real> v = with_padding(motion.v, places);
+  Vector<Real> f = with_padding<Real>(Vector<Real>::Constant(3 * node_count, Real(0.25)), places);
+  AdjacencySprings<Real> groups(kernels);
+  groups.take(springs, damped, adjacency::node_stride);
+  CHECK(groups.measure(q.data(), v.data(), f.data()) == energy_there);
   for (Eigen::Index n = 0; n < node_count; ++n) {
     const auto difference = f.template segment<3>(4 * n) - packed.template segment<3>(3 * n);
     CHECK_NEAR(static_cast<double>(difference.template lpNorm<Eigen::Infinity>()), 0.0,
@@ -322,18 +322,18 @@ void compare_quads(const adjacency::Kernels<Real>& kernels, bool damped, const M
 template <class Real> void compare(const adjacency::Kernels<Real>& kernels, bool damped) {
   SpringSet<Real> springs = some_springs<Real>();
   const Motion<Real> motion;
-  AdjacencySprings<Real> fans(kernels);
-  fans.take(springs, damped, 3);
+  AdjacencySprings<Real> groups(kernels);
+  groups.take(springs, damped, 3);
   Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
   Vector<Real> measured = f;
-  fans.add(motion.q.data(), motion.v.data(), f.data());
+  groups.add(motion.q.data(), motion.v.data(), f.data());
   // About twenty springs per node, each rounded a few times, with forces of up to ten.
   const double rounding = 100.0 * 20.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
   const Eigen::VectorXd plain = plain_forces(springs, motion, damped).template cast<double>();
   CHECK_NEAR(Eigen::VectorXd(f.template cast<double>()), plain, rounding);
-  const double energy = fans.measure(motion.q.data(), motion.v.data(), measured.data());
+  const double energy = groups.measure(motion.q.data(), motion.v.data(), measured.data());
   CHECK(measured == f);
-  compare_quads(kernels, damped, motion, f, energy);
+  compare_padded(kernels, damped, motion, f, energy);
   double expected = 0.0;
   const Eigen::VectorXd q = motion.q.template cast<double>();
   const auto place = [&](int at) { return q.segment<3>(at); };
@@ -381,7 +381,7 @@ template <class Real> void compare_lengths(const adjacency::Kernels<Real>& kerne
   }
 }
 
-TEST("springs in fans pull as they do one by one, and store the same energy") {
+TEST("springs in adjacency groups exert the forces of single springs and store the same energy") {
   for (const bool damped : {true, false}) {
     for (const auto& kernels : adjacency_kernels<double>()) { compare(kernels, damped); }
     for (const auto& kernels : adjacency_kernels<float>()) { compare(kernels, damped); }
@@ -396,16 +396,16 @@ TEST("lengths and their inverses are good to two roundings with every instructio
 TEST("a spring without length exerts no force, and only nodes that are not finite spread NaN") {
   SpringSet<double> springs;
   springs.links.push_back({0, 3, 1.0, 1.0, 0.5});
-  AdjacencySprings<double> fans;
-  fans.take(springs, true, 3);
+  AdjacencySprings<double> groups;
+  groups.take(springs, true, 3);
   VectorXd q = VectorXd::Zero(6);
   const VectorXd v = VectorXd::Ones(6);
   VectorXd f = VectorXd::Zero(6);
-  fans.add(q.data(), v.data(), f.data());
+  groups.add(q.data(), v.data(), f.data());
   CHECK(f == VectorXd::Zero(6));
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   q(0) = nan;
-  fans.add(q.data(), v.data(), f.data());
+  groups.add(q.data(), v.data(), f.data());
   CHECK(!f.allFinite());
   for (const int lost : {0, 1}) {
     SpringSet<double> anchored;

@@ -67,7 +67,7 @@ TEST("a spring may come after any other") {
   }
 }
 
-TEST("what was edited is what the list holds") {
+TEST("a list contains the edited springs") {
   SpringList list = chains(3, 5);
   list.change_each([](Spring& spring) { spring.stiffness *= 2.0; });
   CHECK(std::ranges::all_of(
@@ -150,7 +150,7 @@ TEST("a spring of zero length exerts no force and makes no NaN") {
 
 constexpr double mass = 0.02;
 
-TEST("a load acts where its gate lies in [start, end): the start counts, the end does not") {
+TEST("a load acts where its activation time lies in [start, end)") {
   const Load load{.start = 0.25, .end = 0.5};
   CHECK(load_factor(load, 0.25, 0.25) == 1.0);
   CHECK(load_factor(load, 0.25, std::nextafter(0.25, 0.0)) == 0.0);
@@ -159,7 +159,7 @@ TEST("a load acts where its gate lies in [start, end): the start counts, the end
   CHECK(load_factor(Load{}, 1e12, 1e12) == 1.0);  // a load without an end never ends
 }
 
-TEST("the gate decides whether a load acts, the time decides how strongly") {
+TEST("the activation time decides whether a load acts, the time how strongly") {
   const Load ramp{.start = 1.0, .end = 3.0, .profile = Profile::ramp};
   CHECK_NEAR(load_factor(ramp, 3.0, 2.5), 1.0, 1e-15);
   CHECK_NEAR(load_factor(ramp, 1.5, 1.5), 0.25, 1e-15);
@@ -316,7 +316,7 @@ TEST("the undamped force is the negative gradient of the energy, and dampers onl
   }
 }
 
-TEST("fixed nodes have no coordinate, hold their initial place and move nothing of their own") {
+TEST("fixed nodes have no coordinate and no part in positions and masses") {
   SpringNetwork network = random_network(17);
   network.initial_displacement = NodeVectors::Constant(3, network.node_count(), 1e-3);
   const NetworkProblem problem(network);

@@ -32,7 +32,7 @@ TEST("needles get thinner from gauge 14 to 27, and no other gauge is made") {
   }
 }
 
-TEST("a role is what the material states, else what its name says") {
+TEST("a role is that of the material, else it follows from its name") {
   const auto named = [](const char* name) { return role_of({.name = name}); };
   CHECK(named("fat") == TissueRole::tissue);
   CHECK(named("") == TissueRole::tissue);
@@ -103,7 +103,7 @@ TEST("intervals are the layers, longer for a slanting needle") {
   CHECK(path.intervals()[2].role == TissueRole::epidural_space);
 }
 
-TEST("a bone across the line ends what a needle may do") {
+TEST("a needle cannot pass a bone across its line") {
   Scene scene = layered_scene(0.002);
   scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
   scene.tissue.inclusions.push_back({.shape = Inclusion::Shape::sphere,
@@ -115,7 +115,7 @@ TEST("a bone across the line ends what a needle may do") {
   CHECK(std::isinf(path.intervals()[path.interval_at(0.0061)].cutting_force));
 }
 
-TEST("a box hides the layers that it covers and lets them go on behind it") {
+TEST("a box replaces the layers that it covers, which continue behind it") {
   Scene scene = layered_scene(0.002);
   scene.materials.push_back({.name = "implant", .youngs_modulus = 1e4, .cutting_force = 9.0});
   scene.tissue.inclusions.push_back({.shape = Inclusion::Shape::box,
@@ -154,7 +154,7 @@ TEST("friction of a shaft is the integral over its length, and its shares change
   }
 }
 
-TEST("the knots of a bare chain are its nodes") {
+TEST("the contact points of a bare chain are its nodes") {
   const Scene scene = chain_scene();
   const NeedlePath path = NeedlePath::of_needle(scene, scene.tissue.network);
   CHECK(path.knots().size() == static_cast<std::size_t>(scene.tissue.network.node_count()));
@@ -245,7 +245,7 @@ TEST("the pressure rises in ligament to what the thumb holds, in air hardly, at 
              1e-6);
 }
 
-TEST("loss of resistance is a decay with R C to what the thumb's flow keeps up") {
+TEST("loss of resistance is a decay with R C to the pressure of the thumb's flow") {
   SyringePressure p(syringe);
   while (p.pressure() < limit) { p.advance(1e-3, true, TissueRole::tissue); }
   const double end = syringe.thumb_flow * syringe.epidural_resistance;

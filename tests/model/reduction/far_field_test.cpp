@@ -405,7 +405,7 @@ TEST("a far field that a push does not reach has no shapes and stays at rest") {
   CHECK_NEAR(f.norm(), 0.1, 1e-12);
 }
 
-TEST("tissue that is held at a single node has no far field to answer at rest") {
+TEST("tissue fixed at a single node has no static response") {
   const Scene scene = pulled_cube(0.02, 8);
   const auto made = make_problem(scene);
   const auto& problem = dynamic_cast<const NetworkProblem&>(*made);

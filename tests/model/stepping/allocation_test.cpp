@@ -46,7 +46,7 @@ long allocations_of(Simulation&& simulation, int ticks) {
 
 constexpr std::array precisions{Precision::double_precision, Precision::single_precision};
 
-TEST("the counter sees every way to allocate, and one allocation inside a tick loop") {
+TEST("the counter counts every way to allocate, and one allocation inside a tick loop") {
   const long before = check::allocations;
   int* volatile one = new int(1);
   delete one;
@@ -122,7 +122,7 @@ TEST("a whole insertion allocates nothing: contact, punctures, loss of resistanc
   }
 }
 
-TEST("a lattice takes less than 200 bytes a node, while it is loaded too, and says how much") {
+TEST("a lattice takes less than 200 bytes a node, while it is loaded too, and reports its memory") {
   constexpr int n = 60;
   for (const bool with_needle : {false, true}) {
     Scene scene;

@@ -141,7 +141,7 @@ Eigen::Vector3d place_after_a_blow(double start, const char* integrator) {
   return simulation.node_positions().col(4);
 }
 
-TEST("a blow after a rest is solved as closely as one at once") {
+TEST("a force after a rest is solved as accurately as one at the start") {
   for (const char* name : {"implicit-euler", "implicit-midpoint"}) {
     const Eigen::Vector3d at_once = place_after_a_blow(0.0, name);
     CHECK((at_once - pushed_lattice(0.0).rest_position.col(4)).norm() > 1e-3);
@@ -196,7 +196,7 @@ TEST("one step on an oscillator is its closed form at any step length") {
   }
 }
 
-TEST("the same to the same digits at amplitudes far from one") {
+TEST("one step is accurate to the same digits at amplitudes far from one") {
   for (const double theta : {1.0, 0.5}) {
     const Oscillator unit{.mass = 1.0, .stiffness = 4.0, .viscosity = 0.6, .displacement = 1.0};
     const double expected = one_step(theta, unit, 0.1).position(0);
@@ -291,7 +291,7 @@ TEST("a corrected solution is that of the saddle system") {
   CHECK_NEAR(x, VectorXd(exact.head(10)), 1e-12);
 }
 
-TEST("the response of a row, and of a place between two knots, is that of the matrix") {
+TEST("the compliance of a row, and between two contact points, is that of the matrix") {
   const Setting s = setting();
   Response response = s.of({{0, 1.0, 1.0}, {3, 1.0, 1.0}});
   const Eigen::Vector3d along(0.0, 0.6, 0.8);
@@ -311,7 +311,7 @@ TEST("the response of a row, and of a place between two knots, is that of the ma
   CHECK_NEAR(response.response_of(1), expected, 1e-12);
 }
 
-TEST("nothing held changes nothing") {
+TEST("without constraints the solution does not change") {
   const Setting s = setting();
   Response response = s.of({{0, 1.0, 1.0}});
   response.clear();

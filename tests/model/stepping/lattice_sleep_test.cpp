@@ -147,7 +147,7 @@ TEST("float sleeps too") {
   CHECK_NEAR(largest_distance(path, full), 0.0, 2.0 * 1e-3 * shared_compliance());
 }
 
-TEST("without skipping nothing sleeps, to the same bits as a scene that asks for no sleep") {
+TEST("without skipping nothing sleeps, and the bits are those of a scene without sleep") {
   const Path path = path_of({.sleep_force = 1e-3, .skip = false});
   CHECK(path.awake_share == 1.0);
   CHECK(largest_distance(path, path_of({})) == 0.0);
@@ -217,7 +217,7 @@ TEST("beside a needle rows are awake, and what sleeps changes its force by less 
   }
 }
 
-TEST("where sleep is impossible the plan says why") {
+TEST("where sleep is impossible the plan has the reason") {
   Scene heavy = scene_of({.sleep_force = 1e-3});
   heavy.tissue.gravity = {0.0, 0.0, 9.81};
   Scene implicit = scene_of({.integrator = "implicit-euler", .sleep_force = 1e-3});

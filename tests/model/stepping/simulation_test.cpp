@@ -66,7 +66,7 @@ TEST("float follows double to single precision") {
   }
 }
 
-TEST("columns are named and united as trace files want them, in the order of the scene") {
+TEST("columns have the names and units of trace files, in the order of the scene") {
   Simulation simulation(moving_scene("auto"));
   const auto& columns = simulation.columns();
   REQUIRE(columns.size() == 12);

@@ -162,7 +162,7 @@ TEST("a fixed-free chain has the highest frequency of its closed form") {
 /// neighbours of (1 - cos) (u.e)^2 = 4 + 8 + 16/3.
 constexpr double fastest_wave = 52.0 / 3.0;
 
-TEST("a network too large to seek its modes as a whole is bounded from both sides too") {
+TEST("a network too large for all its modes is bounded from both sides too") {
   const SpringNetwork network = uniform_lattice({{22, 22, 22}, 0.01, 26}, 50.0, 0.05, 1e-3);
   const SpectralBounds bounds = spectral_bounds(NetworkProblem(network));
   const double wave = std::sqrt(fastest_wave * 50.0 / 1e-3);
@@ -172,7 +172,7 @@ TEST("a network too large to seek its modes as a whole is bounded from both side
   CHECK_NEAR(bounds.damping_upper / (fastest_wave * 0.05 / 1e-3), 1.0, 1e-11);
 }
 
-TEST("in a large network the mode is sought where it is fastest") {
+TEST("in a large network the fastest mode is found where it is local") {
   SpringNetwork network = uniform_lattice({{22, 22, 22}, 0.01, 26}, 50.0, 0.0, 1e-3);
   network.springs.push_back(
       {0, 1, 5e5, 0.0, 0.01});  // in a corner, alone: its own two masses and no more
@@ -195,7 +195,7 @@ TEST("a network without springs has no frequency, and no bound is NaN") {
   CHECK(bounds.relaxation_lower == 0.0);
 }
 
-TEST("of an oscillator every bound is exact") {
+TEST("every bound of an oscillator is exact") {
   const SpectralBounds bounds = spectral_bounds({.mass = 2.0, .stiffness = 8.0, .viscosity = 0.6});
   CHECK_NEAR(bounds.omega_upper, 2.0, 1e-15);
   CHECK_NEAR(bounds.damping_upper, 0.3, 1e-15);

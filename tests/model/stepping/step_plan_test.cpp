@@ -34,7 +34,7 @@ TEST("auto picks velocity Verlet with enough substeps for soft tissue") {
   CHECK_CONTAINS(plan.substeps_reason, "h stays below 0.5 of the stable step");
 }
 
-TEST("auto turns to the implicit midpoint rule where explicit schemes need over 200 substeps") {
+TEST("auto selects the implicit midpoint rule where explicit schemes need over 200 substeps") {
   Scene scene = moving_scene("auto");
   scene.tissue.lattice.stiffness = 1e8;
   const StepPlan plan = plan_of(scene);
@@ -44,7 +44,7 @@ TEST("auto turns to the implicit midpoint rule where explicit schemes need over 
   CHECK(plan.substeps_reason == "an implicit scheme needs one");
 }
 
-TEST("of many nodes auto takes more explicit substeps than of few") {
+TEST("auto takes more explicit substeps for many nodes than for few") {
   for (const bool many : {false, true}) {
     Scene scene;
     scene.tissue.lattice.nodes = {21, 21, many ? 21 : 3};
@@ -70,7 +70,7 @@ TEST("the number of substeps is the smallest that keeps the margin") {
   }
 }
 
-TEST("asked-for integrator and substeps are taken, with a warning when they cannot be stable") {
+TEST("a given integrator and substeps are used, with a warning when they cannot be stable") {
   Scene scene = moving_scene("leapfrog");
   scene.simulation.substeps = 3;
   const StepPlan fine = plan_of(scene);
@@ -82,7 +82,7 @@ TEST("asked-for integrator and substeps are taken, with a warning when they cann
   CHECK(mentions(plan_of(scene).warnings, "is above the stable step"));
 }
 
-TEST("undamped Euler takes one step a tick, says that none is stable, and warns") {
+TEST("undamped Euler takes one step a tick, with the reason that none is stable and a warning") {
   Scene scene = moving_scene("euler");
   scene.simulation.substeps.reset();
   scene.tissue.lattice.viscosity = 0.0;
@@ -110,7 +110,7 @@ TEST("the lagged velocity is refused with several forces a step, and so is an un
   CHECK_THROWS(plan_of(moving_scene("leapfrogg")), "unknown integrator \"leapfrogg\"");
 }
 
-TEST("what is skipped is said, with its reason, and nothing is skipped when asked not to") {
+TEST("the plan lists skipped parts with reasons, and skips nothing if skipping is off") {
   Scene scene = moving_scene("auto");
   const std::vector<std::string> loaded = plan_of(scene).skipped;
   CHECK(!mentions(loaded, "dampers"));
@@ -145,7 +145,7 @@ TEST("a list's kernel is named for its dampers, its precision and its instructio
   CHECK(plan_of(scene, false).kernel == "springs-damped-" + in_float);
 }
 
-TEST("a lattice leaves out what lies between rows of fixed nodes, and says no more") {
+TEST("a lattice skips springs between rows of fixed nodes and no other work on fixed nodes") {
   Scene scene = moving_scene("velocity-verlet");
   scene.tissue.lattice.nodes = {8, 8, 4};  // rows along x: no axis wastes less
   CHECK(mentions(plan_of(scene).skipped,
@@ -155,7 +155,7 @@ TEST("a lattice leaves out what lies between rows of fixed nodes, and says no mo
   CHECK(!mentions(plan_of(scene).skipped, "springs between fixed nodes"));
 }
 
-TEST("threads that cannot share the work are not taken, and that is said") {
+TEST("threads that cannot share the work are not used, with a warning") {
   Scene scene = moving_scene("euler-cromer");
   scene.tissue.lattice.nodes = {20, 20, 9};  // rows of more than one register
   scene.simulation.threads = 2;
@@ -228,7 +228,7 @@ TEST("around a stiff body the scheme of auto is nearer to the truth than implici
 }
 #endif
 
-TEST("an oscillator's stable steps are exact, for there is nothing to bound") {
+TEST("the stable steps of an oscillator are exact") {
   Scene scene;
   scene.tissue.source = Source::oscillator;
   scene.tissue.oscillator = {.mass = 1.0, .stiffness = 1.0, .viscosity = 1.0};

@@ -24,7 +24,7 @@ bool thousand_ticks(Simulation& simulation, std::vector<double>& row) {
   return fine;
 }
 
-TEST("the filter lets computation through and stops the smallest call") {
+TEST("the filter allows computation and stops the smallest system call") {
   const Verdict quiet = without_system_calls([] { return true; });
   if (quiet == Verdict::refused) { check::skip("this system refuses seccomp filters"); }
   CHECK(quiet == Verdict::silent);
@@ -58,7 +58,7 @@ TEST("a thousand sampled ticks of an insertion make no system call and take no l
   }
 }
 
-TEST("the counter sees a lock that nobody else holds") {
+TEST("the counter counts an uncontended lock") {
   const long before = locks;
   static std::mutex mutex;
   mutex.lock();

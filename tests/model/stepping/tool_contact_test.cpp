@@ -78,7 +78,7 @@ TEST("a needle meets its layers in order and loses resistance in the epidural sp
   CHECK(run.words[0] == "epidural space");
 }
 
-TEST("what rests under less than its limit stays where it is") {
+TEST("a tip under less than its cutting force does not creep") {
   Scene scene = timed(chain_scene(), 100.0, 1e-3);
   scene.drive =
       Drive{.kind = Drive::Kind::force, .force = 0.08, .rise = 0.1, .hand_viscosity = 5.0};
@@ -111,7 +111,7 @@ TEST("the hand's force, the tissue's and inertia balance") {
   CHECK_NEAR(momentum, run.tool.mass * (run.tool.velocity - before), 2e-3 * run.tool.mass * 0.1);
 }
 
-TEST("a prescribed trajectory into bone goes on without the tool") {
+TEST("a prescribed trajectory continues into bone, and the tool does not") {
   Scene scene = timed(layered_scene(), 0.5, 1e-3);
   scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
   scene.tissue.layers[1] = {"lamina", "bone", 0.006};
@@ -122,7 +122,7 @@ TEST("a prescribed trajectory into bone goes on without the tool") {
   CHECK_NEAR(run.tool.forces.stiffness, 5000.0 * (0.02 * 0.5 - 0.004), 0.5);
 }
 
-TEST("a probe cuts nothing and rubs nothing") {
+TEST("a probe has no cutting, friction or lateral force") {
   Scene scene = timed(layered_scene(), 0.3, 1e-3);
   scene.needle.reset();
   scene.probe = Probe{.size = {0.004, 0.004}};
@@ -249,7 +249,7 @@ double most_resistance(const Scene& scene, double depth) {
   return cutting + rubbing;
 }
 
-TEST("in no step do tip and shaft take more from the tool than cutting and friction allow") {
+TEST("in no step do tip and shaft exert more on the tool than cutting and friction allow") {
   Scene scene = stiff_scene(1e-3);
   scene.drive->rise = 0.02;  // sticking ends within a tick, with force to spare
   Simulation simulation(scene);

@@ -244,7 +244,7 @@ TEST("a needle reads its layers from the volume") {
   CHECK_NEAR(intervals[1].cutting_force, 5.0, 0.0);
 }
 
-TEST("lookups are monotone, end where they say, and the paper's is the inverse of that for T2") {
+TEST("lookups are monotone with the stated ends, and the paper's is the inverse of that for T2") {
   std::vector<Violation> broken;
   std::vector<Material> library = materials;
   library.push_back({.name = "subcutaneous-fat", .youngs_modulus = 2.4e3});

@@ -150,7 +150,7 @@ TEST("boxes that are nearly cubes are isotropic, with constants that pull") {
   }
 }
 
-TEST("flat and long boxes have no negative constant and say what they miss") {
+TEST("flat and long boxes have no negative constant and report their own elasticity") {
   for (const Vector3d& size :
        {Vector3d(0.47, 0.47, 0.9), Vector3d(0.47, 0.47, 4.0), Vector3d(4.0, 4.0, 0.9)}) {
     const BoxBonds bonds = box_bonds(1e-3 * size, 26);
@@ -169,7 +169,7 @@ TEST("six neighbours carry E along each axis and nothing across") {
   CHECK_NEAR(bonds.elasticity(0, 1), 0.0, 0.0);
 }
 
-TEST("a column of boxes under load shortens as E says") {
+TEST("a column of boxes under load shortens according to E") {
   // Computed from the constants alone: C of the bonds, summed here from lengths and directions.
   const Vector3d size(0.9e-3, 1.1e-3, 1.4e-3);
   const BoxBonds bonds = box_bonds(size, 26);

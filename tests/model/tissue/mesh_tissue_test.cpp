@@ -51,7 +51,7 @@ TEST("a box has its volume, centroid and inertia, wherever it lies") {
   CHECK_NEAR(solid.inertia(0, 1), 0.0, 1e-12 * xx);
 }
 
-TEST("spheres and rings come to their volumes at second order of their faces") {
+TEST("volumes of spheres and rings converge at second order of their faces") {
   const double sphere = 4.0 / 3.0 * std::numbers::pi;
   const double coarse =
       std::abs(moments_of(sphere_surface(Vector3d::Zero(), 1.0, 20)).volume - sphere);
@@ -98,7 +98,7 @@ TEST("a defect of a surface is named with its faces, edges and vertices") {
   CHECK_CONTAINS(missing, "face 2 names vertex 8; 0 to 7");
 }
 
-TEST("a surface that goes through itself is named with both faces") {
+TEST("a surface that intersects itself is named with both faces") {
   const TriangleSurface other = box_surface(Vector3d::Constant(0.5), Vector3d::Constant(1.4));
   TriangleSurface two = joined(unit_box(), other);
   CHECK_CONTAINS(defect_of(two), "cross each other");
@@ -228,7 +228,7 @@ TEST("a neck narrower than a voxel leaves two parts, and both are kept") {
   CHECK_NEAR(body.volume, 1e-6 * (1.0 + 0.85), 1e-15);
 }
 
-TEST("volume, centroid and inertia come to those of the surface at first order") {
+TEST("volume, centroid and inertia of voxels converge at first order") {
   const TriangleSurface shapes[] = {
       sphere_surface({0.0013, 0.0007, 0.0021}, 0.02, 24),
       ring_surface(0.02, 0.006, 2.0 * std::numbers::pi, 60, 30),
@@ -402,7 +402,7 @@ Scene scene_of(const std::vector<MeshBody>& bodies) {
   return scene;
 }
 
-TEST("a needle meets the bodies on its line, and gaps between them") {
+TEST("the intervals of a needle are the bodies on its line and the gaps between them") {
   Scene scene = scene_of({body(box_surface({-0.01, -0.01, 0.0}, {0.01, 0.01, 0.01}), "soft"),
                           body(box_surface({-0.01, -0.01, 0.014}, {0.01, 0.01, 0.02}), "stiff"),
                           body(box_surface({-0.01, -0.01, 0.02}, {0.01, 0.01, 0.03}), "bone")});

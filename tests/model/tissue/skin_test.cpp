@@ -132,7 +132,7 @@ TEST("layers stay as thick as they are, across the skin, on a slope") {
   CHECK_NEAR(across[1].end, 0.013, 1e-8);
 }
 
-TEST("a layer however thin is met, and where the line leaves the body there is a gap") {
+TEST("a line crosses every layer, however thin, and has a gap where it leaves the body") {
   Scene scene = layered(box_skin({-0.012, -0.03, 0.0}, {0.008, 0.03, 0.05}));
   scene.tissue.layers[0].thickness = 1e-7;
   const auto line =
@@ -147,7 +147,7 @@ TEST("a layer however thin is met, and where the line leaves the body there is a
   CHECK_NEAR(line[3].begin, 0.008 * std::sqrt(2.0), 3e-9);
 }
 
-TEST("a closed body ends where its surface is met again") {
+TEST("a closed body ends at its far surface") {
   const Scene scene = layered(box_skin({-0.03, -0.03, 0.0}, {0.03, 0.03, 0.012}));
   CHECK_NEAR(build_network(scene).rest_position.row(2).maxCoeff(), 0.012, 1e-15);
   CHECK_NEAR(block_beneath_skin(scene).covered(), 1.0, 0.0);
@@ -251,7 +251,7 @@ TEST("points inside follow every affine movement exactly") {
   }
 }
 
-TEST("a point on a node is that node's") {
+TEST("a point on a node has the weight of that node alone") {
   const Scene scene = block();
   const NodeVectors rest = build_network(scene).rest_position;
   const auto embedded = embed(rest, *tissue_grid(scene));
@@ -263,7 +263,7 @@ TEST("a point on a node is that node's") {
   }
 }
 
-TEST("a point outside goes with the nearest place of a cell, and one far off stays") {
+TEST("a point outside moves with the nearest point of a cell, and a distant one stays") {
   const Scene scene = block();
   const NodeVectors rest = build_network(scene).rest_position;
   NodeVectors points(3, 5);
