@@ -25,6 +25,8 @@ using namespace palpate::reference;
 using Eigen::Index;
 using Eigen::VectorXd;
 
+namespace guarded = palpate::reference::sundials;  // a library namespace has that name too
+
 /// Load of 10 ms that starts after half a second of rest.
 NetworkProblem late_push() {
   Load load = sample::pulse(0.5);
@@ -53,32 +55,27 @@ struct Naive {
 /// CVODE as in its examples: BDF, dense difference Jacobian, no stop times, no step limit.
 Naive naive_bdf(NetworkProblem problem, double end, double relative) {
   const Index n = problem.dof();
-  SUNContext context = nullptr;
-  SUNContext_Create(nullptr, &context);
-  N_Vector y = N_VNew_Serial(2 * n, context);
-  Eigen::Map<VectorXd>(N_VGetArrayPointer(y), 2 * n) << problem.initial_position(),
-      problem.initial_velocity();
-  N_Vector absolute = N_VClone(y);
-  Eigen::Map<VectorXd> tolerance(N_VGetArrayPointer(absolute), 2 * n);
+  SUNContext raw = nullptr;
+  SUNContext_Create(nullptr, &raw);
+  const guarded::Context context(raw);
+  const guarded::Vector y(N_VNew_Serial(2 * n, raw));
+  Eigen::Map<VectorXd> state(N_VGetArrayPointer(y.get()), 2 * n);
+  state << problem.initial_position(), problem.initial_velocity();
+  const guarded::Vector absolute(N_VClone(y.get()));
+  Eigen::Map<VectorXd> tolerance(N_VGetArrayPointer(absolute.get()), 2 * n);
   tolerance.head(n).setConstant(relative * 1e-3);
   tolerance.tail(n).setConstant(relative * 1e-1);
-  void* memory = CVodeCreate(CV_BDF, context);
-  CVodeInit(memory, network_rate, 0.0, y);
-  CVodeSetUserData(memory, &problem);
-  CVodeSVtolerances(memory, relative, absolute);
-  SUNMatrix matrix = SUNDenseMatrix(2 * n, 2 * n, context);
-  SUNLinearSolver solver = SUNLinSol_Dense(y, matrix, context);
-  CVodeSetLinearSolver(memory, solver, matrix);
+  const std::unique_ptr<void, guarded::Deleter<CVodeFree>> memory(CVodeCreate(CV_BDF, raw));
+  CVodeInit(memory.get(), network_rate, 0.0, y.get());
+  CVodeSetUserData(memory.get(), &problem);
+  CVodeSVtolerances(memory.get(), relative, absolute.get());
+  const guarded::Matrix matrix(SUNDenseMatrix(2 * n, 2 * n, raw));
+  const guarded::LinearSolver solver(SUNLinSol_Dense(y.get(), matrix.get(), raw));
+  CVodeSetLinearSolver(memory.get(), solver.get(), matrix.get());
   double t = 0.0;
-  Naive result{.flag = CVode(memory, end, y, &t, CV_NORMAL)};
-  CVodeGetNumSteps(memory, &result.steps);
-  result.position = Eigen::Map<VectorXd>(N_VGetArrayPointer(y), n);
-  CVodeFree(&memory);
-  SUNLinSolFree(solver);
-  SUNMatDestroy(matrix);
-  N_VDestroy(absolute);
-  N_VDestroy(y);
-  SUNContext_Free(&context);
+  Naive result{.flag = CVode(memory.get(), end, y.get(), &t, CV_NORMAL)};
+  CVodeGetNumSteps(memory.get(), &result.steps);
+  result.position = state.head(n);
   return result;
 }
 
@@ -111,7 +108,6 @@ TEST("no solver of ours steps over the push, at the same tolerance") {
 // SUNDIALS 6.4 uses a stage at the end of the step as the new solution (runge_kutta_table.hpp).
 // These tests show the effect on stock tables; our tables are not affected.
 
-namespace guarded = palpate::reference::sundials;  // a library namespace has that name too
 using guarded::Table;
 
 const Oscillator driven{.viscosity = 0.3, .drive_amplitude = 0.7, .drive_frequency = 1.7};
