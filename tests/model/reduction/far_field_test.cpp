@@ -9,6 +9,7 @@
 #include "model/stepping/simulation.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "tests/check.hpp"
+#include "tests/model/sample_scenes.hpp"
 
 namespace {
 
@@ -277,13 +278,7 @@ Scene pulled_cube(double near_radius, int far_modes) {
                       .far_modes = far_modes};
   scene.simulation.substeps = 1;
   scene.tissue.fixed = std::vector<Face>{Face::z_min};
-  scene.tissue.lattice = {.nodes = {9, 9, 9},
-                          .spacing = 0.01,
-                          .connectivity = 26,
-                          .weights = LatticeWeights::uniform,
-                          .stiffness = 50.0,
-                          .viscosity = 0.05,
-                          .node_mass = 1e-3};
+  scene.tissue.lattice = uniform_cube(9);
   scene.loads = {{.nodes = {(8 * 9 + 4) * 9 + 4}, .force = {0.0, 0.0, 0.1}}};
   return scene;
 }

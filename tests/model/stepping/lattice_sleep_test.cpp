@@ -9,6 +9,7 @@
 #include "model/tissue/lattice.hpp"
 #include "reference/static_equilibrium.hpp"
 #include "tests/check.hpp"
+#include "tests/model/sample_scenes.hpp"
 
 namespace {
 
@@ -36,13 +37,7 @@ Scene scene_of(const Pull& pull) {
                       .precision = pull.precision,
                       .sleep_force = pull.sleep_force};
   scene.tissue.source = Source::lattice;
-  scene.tissue.lattice = {.nodes = {pull.n, pull.n, pull.n},
-                          .spacing = 0.01,
-                          .connectivity = 26,
-                          .weights = LatticeWeights::uniform,
-                          .stiffness = 50.0,
-                          .viscosity = 0.05,
-                          .node_mass = 1e-3};
+  scene.tissue.lattice = uniform_cube(pull.n);
   scene.loads = {{.nodes = {(pull.n / 2) * pull.n + pull.n / 2},
                   .force = {0.0, 0.0, -0.1},
                   .end = pull.profile == Profile::constant ? std::numeric_limits<double>::infinity()
