@@ -139,24 +139,19 @@ void MemoryLink::run_until(double time_s) noexcept {
 }
 
 std::size_t MemoryLink::End::read(std::span<std::uint8_t> into) noexcept {
-  const std::size_t count = std::min(into.size(), in_.size());
-  for (std::uint8_t& byte : into.first(count)) {
-    byte = in_.front();
-    in_.pop();
-  }
-  return count;
+  return in_.pop(into.data(), into.size());
 }
 
 bool MemoryLink::End::wait_until(double deadline_s) noexcept {
   cable_.serve();
-  while (in_.empty() && cable_.now_ < deadline_s) {
+  while (in_.read_available() == 0 && cable_.now_ < deadline_s) {
     cable_.run_until(std::min(cable_.now_ + cable_.step_, deadline_s));
   }
-  return !in_.empty();
+  return in_.read_available() > 0;
 }
 
 bool MemoryLink::End::write(std::span<const std::uint8_t> bytes) noexcept {
-  return std::ranges::all_of(bytes, [&](std::uint8_t byte) { return out_.push(byte); });
+  return out_.push(bytes.data(), bytes.size()) == bytes.size();
 }
 
 }  // namespace palpate::device::falcon

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <boost/lockfree/spsc_queue.hpp>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
 
-#include "device/bounded_queue.hpp"
-
 namespace palpate::device {
+
+/// First-in first-out queue of at most `capacity` items, lock-free between one producer and one
+/// consumer; never allocates.
+template <class Item, std::size_t capacity>
+using Queue = boost::lockfree::spsc_queue<Item, boost::lockfree::capacity<capacity>>;
 
 /// Interface of one end of an 8-bit clean byte stream, with the clock that both ends share.
 class ByteLink {
@@ -130,7 +134,7 @@ class MemoryLink {
   void run_until(double time_s) noexcept;
 
  private:
-  using Bytes = Ring<std::uint8_t, 4096>;
+  using Bytes = Queue<std::uint8_t, 4096>;
 
   class End final : public ByteLink {
    public:

@@ -158,28 +158,26 @@ Intent::Along Intent::along(double time) const noexcept {
     along.position += stop_->further;
     return along;
   }
-  return {.position = stop_->from + stop_->speed * braking_ * (t - blend_integral(t)),
-          .velocity = stop_->speed * (1.0 - blend(t)),
-          .push = stop_->push * (1.0 - blend(t)),
-          .pushing = stop_->pushing};
+  const Along& from = stop_->from;
+  return {.position = from.position + from.velocity * braking_ * (t - blend_integral(t)),
+          .velocity = from.velocity * (1.0 - blend(t)),
+          .push = from.push * (1.0 - blend(t)),
+          .pushing = from.pushing};
 }
 
 void Intent::loss_of_resistance(double time) noexcept {
   const Segment* now = segment_at(time);
   if (stop_ || now == nullptr || now->withdrawal) { return; }
   Stop stop{.begin = time + reaction_};
-  const Along at_stop = script_at(stop.begin, 0);
-  stop.from = at_stop.position;
-  stop.speed = at_stop.velocity;
-  stop.push = at_stop.push;
-  stop.pushing = at_stop.pushing;
+  stop.from = script_at(stop.begin, 0);
   const Segment* last = segment_at(stop.begin);
   if (last->withdrawal) { return; }  // the withdrawal started before the reaction
   stop.resume = static_cast<std::size_t>(last - segments_.data()) + 1;
   while (stop.resume < segments_.size() && !segments_[stop.resume].withdrawal) { ++stop.resume; }
   if (stop.resume < segments_.size()) {
     stop.later = stop.begin + braking_ - segments_[stop.resume].begin;
-    stop.further = stop.from + 0.5 * stop.speed * braking_ - segments_[stop.resume].from;
+    stop.further =
+        stop.from.position + 0.5 * stop.from.velocity * braking_ - segments_[stop.resume].from;
   }
   stop_ = stop;
 }

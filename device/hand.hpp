@@ -98,19 +98,16 @@ class Intent {
     double force = 0.0;     ///< [N]
     bool withdrawal = false;
   };
-  struct Stop {
-    double begin = 0.0;  ///< [s]
-    double from = 0.0;   ///< [m]
-    double speed = 0.0;  ///< [m/s]
-    double push = 0.0;   ///< [N]
-    bool pushing = false;
-    std::size_t resume = 0;  ///< segment; none when past the last
-    double later = 0.0;      ///< shift of the rest of the script [s]
-    double further = 0.0;    ///< [m]
-  };
   struct Along {
     double position = 0.0, velocity = 0.0, push = 0.0;
     bool pushing = false;
+  };
+  struct Stop {
+    double begin = 0.0;  ///< [s]
+    Along from{};
+    std::size_t resume = 0;  ///< segment; none when past the last
+    double later = 0.0;      ///< shift of the rest of the script [s]
+    double further = 0.0;    ///< [m]
   };
 
   void add(const Action& action, double pace, class Seeded& seeded);

@@ -3,7 +3,6 @@
 /// Interface of a haptic device: emulated, connected by a wire, or a test fixture.
 
 #include <Eigen/Core>
-#include <array>
 
 namespace palpate::device {
 
@@ -12,7 +11,6 @@ struct DeviceSample {
   Eigen::Vector3d position{0.0, 0.0, 0.0};  ///< of the grip [m], frame of the device
   bool answered = true;                     ///< false: no reply, and the position is an older one
   bool homed = true;                        ///< false: the position is not valid yet
-  std::array<bool, 4> buttons{};
 };
 
 class HapticDevice {

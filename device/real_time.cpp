@@ -69,13 +69,6 @@ std::vector<int> allowed_processors() {
   return allowed;
 }
 
-bool pin_to(int processor) noexcept {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(processor, &set);
-  return pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0;
-}
-
 bool pin_to(const std::vector<int>& processors) noexcept {
   cpu_set_t set;
   CPU_ZERO(&set);

@@ -67,9 +67,7 @@ class DeadlineClock {
 
 /// Returns the processors that this process may run on, ascending.
 std::vector<int> allowed_processors();
-/// Restricts the calling thread to the processor or processors. Returns false if the system
-/// refuses.
-bool pin_to(int processor) noexcept;
+/// Restricts the calling thread to these processors. Returns false if the system refuses.
 bool pin_to(const std::vector<int>& processors) noexcept;
 /// Touches the stack of the calling thread, so that later deep calls cause no page fault.
 void touch_stack() noexcept;

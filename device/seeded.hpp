@@ -11,8 +11,8 @@ namespace palpate::device {
 class Seeded {
  public:
   explicit Seeded(std::uint64_t seed) : engine_(seed) {}
-  /// Returns a uniform random number in [low, high).
-  double uniform(double low, double high) {
+  /// Returns a uniform random number in [low, high), with 53 bits.
+  double uniform(double low = 0.0, double high = 1.0) {
     constexpr double unit = 0x1p-53;
     return low + (high - low) * (static_cast<double>(engine_() >> 11U) * unit);
   }

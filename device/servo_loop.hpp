@@ -4,6 +4,7 @@
 /// observer and controller at the port of the device. The caller schedules the ticks.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -93,7 +94,13 @@ class PassivityController {
   /// Returns the force to send instead of `force` [N] for an observed `energy` [J] and a grip
   /// velocity `velocity` [m/s].
   [[nodiscard]] Eigen::Vector3d limit(double energy, const Eigen::Vector3d& velocity,
-                                      const Eigen::Vector3d& force) noexcept;
+                                      const Eigen::Vector3d& force) noexcept {
+    const double speed_squared = velocity.squaredNorm();
+    if (energy >= 0.0 || speed_squared == 0.0) { return force; }
+    const double viscosity = std::min(-energy / (period_ * speed_squared), most_viscosity_);
+    taken_ += viscosity * speed_squared * period_;
+    return force - viscosity * velocity;
+  }
 
   [[nodiscard]] double taken() const { return taken_; }  ///< energy dissipated so far [J]
 

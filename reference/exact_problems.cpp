@@ -2,6 +2,7 @@
 
 #include "reference/exact_problems.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -63,7 +64,7 @@ VectorXd rest_coordinates(const Problem& problem) {
 }
 
 LinearProblem::LinearProblem(const Problem& base)
-    : base_(&innermost(base)),
+    : DerivedProblem(innermost(base)),
       rest_(rest_coordinates(base)),
       still_(VectorXd::Zero(base.dof())),
       unloaded_force_(dynamic_cast<const OscillatorProblem*>(base_) != nullptr
@@ -143,7 +144,7 @@ Ramp ramp(double t, double duration) {
 }  // namespace
 
 ManufacturedProblem::ManufacturedProblem(const Problem& base, const ManufacturedMotion& motion)
-    : base_(&base),
+    : DerivedProblem(base),
       motion_(motion),
       origin_(base.initial_position()),
       amplitude_(base.dof()),

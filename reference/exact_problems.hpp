@@ -13,17 +13,10 @@ namespace palpate::reference {
 /// other problem [m].
 Eigen::VectorXd rest_coordinates(const Problem& problem);
 
-/// Linear problem M q'' = f(t, r, 0) - K (q - r) - C q', with K and C at rest coordinates r.
-/// Everything else is as in `base`, which must outlive it. Linearising a linear problem changes
-/// nothing.
-class LinearProblem final : public Problem {
+/// Problem that forwards every function to `base`, which must outlive it.
+class DerivedProblem : public Problem {
  public:
-  explicit LinearProblem(const Problem& base);
-
-  [[nodiscard]] const Problem& base() const { return *base_; }
-  [[nodiscard]] const Eigen::VectorXd& rest() const { return rest_; }
-  [[nodiscard]] const Eigen::SparseMatrix<double>& stiffness() const { return stiffness_; }
-  [[nodiscard]] const Eigen::SparseMatrix<double>& damping() const { return damping_; }
+  explicit DerivedProblem(const Problem& base) : base_(&base) {}
 
   [[nodiscard]] Eigen::Index dof() const override { return base_->dof(); }
   [[nodiscard]] const Eigen::VectorXd& mass() const override { return base_->mass(); }
@@ -35,19 +28,49 @@ class LinearProblem final : public Problem {
   }
   void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
              const Eigen::Ref<const Eigen::VectorXd>& v,
+             Eigen::Ref<Eigen::VectorXd> f) const override {
+    base_->force(t, gate, q, v, f);
+  }
+  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
+                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
+                Eigen::SparseMatrix<double>& damping) const override {
+    base_->jacobian(q, v, stiffness, damping);
+  }
+  [[nodiscard]] std::vector<double> breaks() const override { return base_->breaks(); }
+  [[nodiscard]] double shortest_feature() const override { return base_->shortest_feature(); }
+  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
+                              const Eigen::Ref<const Eigen::VectorXd>& v) const override {
+    return base_->energy(q, v);
+  }
+
+ protected:
+  const Problem* base_;
+};
+
+/// Linear problem M q'' = f(t, r, 0) - K (q - r) - C q', with K and C at rest coordinates r.
+/// Everything else is as in `base`, which must outlive it. Linearising a linear problem changes
+/// nothing.
+class LinearProblem final : public DerivedProblem {
+ public:
+  explicit LinearProblem(const Problem& base);
+
+  [[nodiscard]] const Problem& base() const { return *base_; }
+  [[nodiscard]] const Eigen::VectorXd& rest() const { return rest_; }
+  [[nodiscard]] const Eigen::SparseMatrix<double>& stiffness() const { return stiffness_; }
+  [[nodiscard]] const Eigen::SparseMatrix<double>& damping() const { return damping_; }
+
+  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
+             const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
   void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
                 const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
                 Eigen::SparseMatrix<double>& damping) const override;
-  [[nodiscard]] std::vector<double> breaks() const override { return base_->breaks(); }
-  [[nodiscard]] double shortest_feature() const override { return base_->shortest_feature(); }
   /// Returns kinetic energy + (q - r)^T K (q - r) / 2 - f_0^T (q - r) [J], with f_0 the force at
   /// rest without loads.
   [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
                               const Eigen::Ref<const Eigen::VectorXd>& v) const override;
 
  private:
-  const Problem* base_;
   Eigen::VectorXd rest_;
   Eigen::VectorXd still_;  ///< vector of zero velocity
   Eigen::VectorXd unloaded_force_;
@@ -80,36 +103,23 @@ struct ManufacturedMotion {
   double duration = 0.1;     ///< [s]
 };
 
-class ManufacturedProblem final : public Problem {
+class ManufacturedProblem final : public DerivedProblem {
  public:
-  /// `base` must outlive this object. Its loads cancel.
+  /// The loads of `base` cancel.
   ManufacturedProblem(const Problem& base, const ManufacturedMotion& motion);
 
   [[nodiscard]] Eigen::VectorXd exact_position(double t) const;      ///< q*(t) [m]
   [[nodiscard]] Eigen::VectorXd exact_velocity(double t) const;      ///< [m/s]
   [[nodiscard]] Eigen::VectorXd exact_acceleration(double t) const;  ///< [m/s^2]
 
-  [[nodiscard]] Eigen::Index dof() const override { return base_->dof(); }
-  [[nodiscard]] const Eigen::VectorXd& mass() const override { return base_->mass(); }
   [[nodiscard]] Eigen::VectorXd initial_position() const override { return exact_position(0.0); }
   [[nodiscard]] Eigen::VectorXd initial_velocity() const override { return exact_velocity(0.0); }
   void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
              const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
-  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
-                Eigen::SparseMatrix<double>& damping) const override {
-    base_->jacobian(q, v, stiffness, damping);
-  }
-  [[nodiscard]] std::vector<double> breaks() const override { return base_->breaks(); }
   [[nodiscard]] double shortest_feature() const override;
-  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v) const override {
-    return base_->energy(q, v);
-  }
 
  private:
-  const Problem* base_;
   ManufacturedMotion motion_;
   Eigen::ArrayXd origin_;     ///< [m]
   Eigen::ArrayXd amplitude_;  ///< [m]

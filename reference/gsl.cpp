@@ -6,7 +6,6 @@
 #include <gsl/gsl_odeiv2.h>
 #include <gsl/gsl_version.h>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "reference/integrate.hpp"
@@ -20,27 +19,22 @@ struct DriverDeleter {
   void operator()(gsl_odeiv2_driver* driver) const { gsl_odeiv2_driver_free(driver); }
 };
 
-class GslDriver final : public Integrator {
+class GslDriver final : public SystemIntegrator {
  public:
   GslDriver(std::string name, const gsl_odeiv2_step_type* type, const Problem& problem,
             const Tolerance& tolerance)
-      : name_(std::move(name)),
+      : SystemIntegrator(problem),
+        name_(std::move(name)),
         type_(type),
         relative_(tolerance.relative),
-        system_(problem),
         equations_{derivative, jacobian, static_cast<std::size_t>(system_.size()), this},
-        state_(static_cast<std::size_t>(system_.size())),
-        scale_(state_.size(), tolerance.velocity_scale) {
-    // The default handler aborts the program; every flag is checked here instead.
-    static const auto unused_default_handler = gsl_set_error_handler_off();
-    static_cast<void>(unused_default_handler);
-    std::fill_n(scale_.begin(), system_.dof(), tolerance.position_scale);
-    system_.initial_state(state_.data());
+        state_(system_.initial_state()),
+        scale_(system_.scales(tolerance)) {
+    return_gsl_errors();
   }
 
-  [[nodiscard]] FirstOrderSystem& system() { return system_; }
-
   void begin(const Segment& segment) override {
+    system_.set_gate(segment.gate);
     const double first = 1e-3 * segment.max_step;
     driver_.reset(gsl_odeiv2_driver_alloc_scaled_new(&equations_, type_, first, relative_,
                                                      relative_, 1.0, 0.0, scale_.data()));
@@ -60,8 +54,9 @@ class GslDriver final : public Integrator {
     steps_ += static_cast<long>(driver_->n);
   }
 
-  [[nodiscard]] const double* state() const override { return state_.data(); }
   [[nodiscard]] long segment_steps() const override { return steps_; }
+
+  [[nodiscard]] const double* state() const override { return state_.data(); }
 
  private:
   static int derivative(double t, const double* y, double* dy, void* driver) {
@@ -77,23 +72,13 @@ class GslDriver final : public Integrator {
   static int jacobian(double, const double* y, double* dfdy, double* dfdt, void* driver) {
     auto& self = *static_cast<GslDriver*>(driver);
     try {
-      if (!self.jacobian_) { self.jacobian_.emplace(self.system_); }
-      self.jacobian_->update(y);
-    } catch (const std::exception& error) {
-      self.cause_ = error.what();
-      return GSL_EBADFUNC;
-    }
-    const auto size = static_cast<std::size_t>(self.jacobian_->size());
-    std::fill_n(dfdy, size * size, 0.0);
-    std::fill_n(dfdt, size, 0.0);
-    for (std::size_t j = 0; j < size; ++j) {
-      const auto end = static_cast<std::size_t>(self.jacobian_->column_starts()[j + 1]);
-      for (auto k = static_cast<std::size_t>(self.jacobian_->column_starts()[j]); k < end; ++k) {
-        dfdy[static_cast<std::size_t>(self.jacobian_->rows()[k]) * size + j] =
-            self.jacobian_->values()[k];
-      }
-    }
-    return GSL_SUCCESS;
+      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      const Eigen::Index size = self.system_.size();
+      Eigen::Map<RowMajor>(dfdy, size, size) = first_order_jacobian(self.system_, y);
+      std::fill_n(dfdt, size, 0.0);
+      return GSL_SUCCESS;
+    } catch (const std::exception& error) { self.cause_ = error.what(); }
+    return GSL_EBADFUNC;
   }
 
   void check(int flag, const char* function) const {
@@ -103,11 +88,9 @@ class GslDriver final : public Integrator {
   std::string name_;
   const gsl_odeiv2_step_type* type_;
   double relative_;
-  FirstOrderSystem system_;
-  std::optional<FirstOrderJacobian> jacobian_;  ///< created at first use
   gsl_odeiv2_system equations_;
-  std::vector<double> state_;
-  std::vector<double> scale_;
+  Eigen::VectorXd state_;
+  Eigen::VectorXd scale_;
   std::unique_ptr<gsl_odeiv2_driver, DriverDeleter> driver_;
   std::string cause_;
   double time_ = 0.0;
@@ -117,11 +100,13 @@ class GslDriver final : public Integrator {
 Trace solve(const char* name, const gsl_odeiv2_step_type* type, const Problem& problem,
             const std::vector<double>& times, const Tolerance& tolerance) {
   GslDriver integrator(name, type, problem, tolerance);
-  return integrate({name, std::string("GSL ") + gsl_version}, integrator.system(), times, tolerance,
+  return integrate({name, std::string("GSL ") + gsl_version}, problem, times, tolerance,
                    integrator);
 }
 
 }  // namespace
+
+void return_gsl_errors() { static_cast<void>(gsl_set_error_handler_off()); }
 
 Trace solve_gsl_rk8pd(const Problem& problem, const std::vector<double>& times,
                       const Tolerance& tolerance) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -221,21 +222,31 @@ class BetweenTicks final : public Problem {
 
 }  // namespace
 
-HeldToolMotion solve_held_tool(const HeldTool& held, const SpringNetwork& network, long ticks,
-                               const Tolerance& tolerance) {
+Trace solve_held_tool(const HeldTool& held, const SpringNetwork& network, long ticks,
+                      const Tolerance& tolerance) {
   BetweenTicks flow(held, network);
-  HeldToolMotion motion;
+  Trace motion{.method = "cvode-adams"};
+  for (const char* name : {"device.x_m", "device.y_m", "device.z_m", "tool.insertion_m"}) {
+    motion.columns.push_back({name, "m", {}});
+  }
+  for (const char* name : {"device.command_x_n", "device.command_y_n", "device.command_z_n"}) {
+    motion.columns.push_back({name, "N", {}});
+  }
   std::vector<Vector3d> waiting(static_cast<std::size_t>(held.delay), Vector3d::Zero());
   for (long tick = 0; tick <= ticks; ++tick) {
     motion.time.push_back(static_cast<double>(tick) * held.period);
-    motion.grip.push_back(flow.grip());
-    motion.place.push_back(flow.tool());
+    const Vector3d grip = flow.grip();
+    const double place = flow.tool();
     Vector3d force = flow.sample(tick == 0);
     if (!waiting.empty()) {
       std::swap(force, waiting.front());
       std::rotate(waiting.begin(), waiting.begin() + 1, waiting.end());
     }
-    motion.force.push_back(force);
+    auto column = motion.columns.begin();
+    for (const double value :
+         {grip.x(), grip.y(), grip.z(), place, force.x(), force.y(), force.z()}) {
+      (column++)->values.push_back(value);
+    }
     flow.send(force);
     if (tick < ticks) { flow.arrive(solve_cvode_adams(flow, {0.0, held.period}, tolerance)); }
   }

@@ -124,16 +124,11 @@ struct HeldTool {
   std::function<void(double time, Eigen::Vector3d& place, Eigen::Vector3d& velocity)> intent{};
 };
 
-struct HeldToolMotion {
-  std::vector<double> time{};            ///< ticks [s]
-  std::vector<Eigen::Vector3d> grip{};   ///< [m]
-  std::vector<double> place{};           ///< position of the tool, z of node 0 [m]
-  std::vector<Eigen::Vector3d> force{};  ///< sent to the device, computed in this tick [N]
-};
-
-/// Integrates `ticks` periods. The tool is attached to node 0 of `network`, moves along z, which is
-/// the device's -z, and starts at the rest position of that node. Throws SolverError.
-HeldToolMotion solve_held_tool(const HeldTool& held, const SpringNetwork& network, long ticks,
-                               const Tolerance& tolerance);
+/// Integrates `ticks` periods. The columns are device.{x,y,z}_m (grip), tool.insertion_m (z of node
+/// 0) and device.command_{x,y,z}_n (force sent to the device in the tick). The tool is attached to
+/// node 0 of `network`, moves along z, which is the device's -z, and starts at the rest position of
+/// that node. Throws SolverError.
+Trace solve_held_tool(const HeldTool& held, const SpringNetwork& network, long ticks,
+                      const Tolerance& tolerance);
 
 }  // namespace palpate::reference

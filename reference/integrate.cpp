@@ -2,6 +2,7 @@
 
 #include "reference/integrate.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -23,9 +24,17 @@ FirstOrderSystem::FirstOrderSystem(const Problem& problem)
       inverse_mass_(problem.mass().cwiseInverse()),
       position_(origin_) {}
 
-void FirstOrderSystem::initial_state(double* y) const {
-  VectorMap(y, dof()).setZero();
-  VectorMap(y + dof(), dof()) = problem_->initial_velocity();
+VectorXd FirstOrderSystem::initial_state() const {
+  VectorXd y(size());
+  y << VectorXd::Zero(dof()), problem_->initial_velocity();
+  return y;
+}
+
+VectorXd FirstOrderSystem::scales(const Tolerance& tolerance) const {
+  VectorXd scales(size());
+  scales << VectorXd::Constant(dof(), tolerance.position_scale),
+      VectorXd::Constant(dof(), tolerance.velocity_scale);
+  return scales;
 }
 
 bool FirstOrderSystem::derivative(double t, const double* y, double* dy) {
@@ -39,60 +48,29 @@ bool FirstOrderSystem::derivative(double t, const double* y, double* dy) {
   return VectorMap(dy, size()).allFinite();
 }
 
-FirstOrderJacobian::FirstOrderJacobian(const FirstOrderSystem& system)
-    : system_(&system), inverse_mass_(system.problem().mass().cwiseInverse()) {
-  std::vector<double> y(static_cast<std::size_t>(system.size()));
-  system.initial_state(y.data());
-  evaluate(y.data());
+SparseJacobian first_order_jacobian(const FirstOrderSystem& system, const double* y) {
+  const Problem& problem = system.problem();
   const Index n = system.dof();
-  const auto add = [this](Index row, double value) {
-    rows_.push_back(row);
-    values_.push_back(value);
-    return values_.size() - 1;
-  };
-  using Entry = Eigen::SparseMatrix<double>::InnerIterator;
+  Eigen::SparseMatrix<double> stiffness, damping;
+  problem.jacobian(system.origin() + ConstVectorMap(y, n), ConstVectorMap(y + n, n), stiffness,
+                   damping);
+  const VectorXd inverse_mass = problem.mass().cwiseInverse();
+  std::vector<Eigen::Triplet<double, std::int64_t>> entries;
   for (Index j = 0; j < n; ++j) {
-    column_starts_.push_back(static_cast<Index>(rows_.size()));
-    add(j, 0.0);
-    for (Entry k(stiffness_, j); k; ++k) { stiffness_slots_.push_back(add(n + k.row(), 0.0)); }
+    entries.emplace_back(j, j, 0.0);
+    entries.emplace_back(j, n + j, 1.0);
+    entries.emplace_back(n + j, n + j, 0.0);
+    const auto add = [&](const Eigen::SparseMatrix<double>& matrix, Index column) {
+      for (Eigen::SparseMatrix<double>::InnerIterator k(matrix, j); k; ++k) {
+        entries.emplace_back(n + k.row(), column, -k.value() * inverse_mass(k.row()));
+      }
+    };
+    add(stiffness, j);
+    add(damping, n + j);
   }
-  for (Index j = 0; j < n; ++j) {
-    column_starts_.push_back(static_cast<Index>(rows_.size()));
-    add(j, 1.0);
-    bool has_diagonal = false;
-    for (Entry c(damping_, j); c; ++c) {
-      has_diagonal = has_diagonal || c.row() == j;
-      damping_slots_.push_back(add(n + c.row(), 0.0));
-    }
-    if (!has_diagonal) { add(n + j, 0.0); }
-  }
-  column_starts_.push_back(static_cast<Index>(rows_.size()));
-}
-
-void FirstOrderJacobian::evaluate(const double* y) {
-  const Index n = system_->dof();
-  const VectorXd position = system_->origin() + ConstVectorMap(y, n);
-  system_->problem().jacobian(position, ConstVectorMap(y + n, n), stiffness_, damping_);
-  stiffness_.makeCompressed();
-  damping_.makeCompressed();
-}
-
-void FirstOrderJacobian::update(const double* y) {
-  evaluate(y);
-  if (static_cast<std::size_t>(stiffness_.nonZeros()) != stiffness_slots_.size() ||
-      static_cast<std::size_t>(damping_.nonZeros()) != damping_slots_.size()) {
-    throw SolverError("first order: the pattern of the problem's Jacobian has changed");
-  }
-  const auto scatter = [this](const Eigen::SparseMatrix<double>& matrix,
-                              const std::vector<std::size_t>& slots) {
-    for (std::size_t s = 0; s < slots.size(); ++s) {
-      const auto entry = static_cast<Index>(s);
-      const Index row = matrix.innerIndexPtr()[entry];
-      values_[slots[s]] = -matrix.valuePtr()[entry] * inverse_mass_(row);
-    }
-  };
-  scatter(stiffness_, stiffness_slots_);
-  scatter(damping_, damping_slots_);
+  SparseJacobian jacobian(2 * n, 2 * n);
+  jacobian.setFromTriplets(entries.begin(), entries.end());
+  return jacobian;
 }
 
 namespace {
@@ -147,14 +125,12 @@ std::vector<Segment> segments_of(const Problem& problem, const std::vector<doubl
   return segments;
 }
 
-namespace {
-
-void store(const FirstOrderSystem& system, const double* y, std::size_t output, Trace& solution) {
-  const Eigen::Index n = system.dof();
-  const auto column = static_cast<Eigen::Index>(output);
-  solution.position.col(column) = system.origin() + Eigen::Map<const Eigen::VectorXd>(y, n);
-  solution.velocity.col(column) = Eigen::Map<const Eigen::VectorXd>(y + n, n);
+void SystemIntegrator::read(Eigen::Ref<VectorXd> position, Eigen::Ref<VectorXd> velocity) const {
+  position = system_.origin() + ConstVectorMap(state(), system_.dof());
+  velocity = ConstVectorMap(state() + system_.dof(), system_.dof());
 }
+
+namespace {
 
 void check_outcome(const Trace& solution, std::size_t segment_count) {
   const auto least = static_cast<long>(segment_count) - 1 + 10;
@@ -169,27 +145,30 @@ void check_outcome(const Trace& solution, std::size_t segment_count) {
 
 }  // namespace
 
-Trace integrate(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
+Trace integrate(const Method& method, const Problem& problem, const std::vector<double>& times,
                 const Tolerance& tolerance, Integrator& integrator) {
   const auto begun = std::chrono::steady_clock::now();
-  const std::vector<Segment> segments = segments_of(system.problem(), times);
+  const std::vector<Segment> segments = segments_of(problem, times);
   Trace solution{.time = times,
                  .method = method.name,
                  .version = method.version,
                  .relative_tolerance = tolerance.relative};
-  solution.position.resize(system.dof(), static_cast<Eigen::Index>(times.size()));
+  solution.position.resize(problem.dof(), static_cast<Index>(times.size()));
   solution.velocity.resizeLike(solution.position);
-  store(system, integrator.state(), 0, solution);
+  const auto store = [&](std::size_t output) {
+    const auto column = static_cast<Index>(output);
+    integrator.read(solution.position.col(column), solution.velocity.col(column));
+  };
+  store(0);
   for (const Segment& segment : segments) {
-    system.set_gate(segment.gate);
     integrator.begin(segment);
     for (const Stop& stop : segment.stops) {
       integrator.advance(stop.time);
-      if (stop.output) { store(system, integrator.state(), *stop.output, solution); }
+      if (stop.output) { store(*stop.output); }
     }
     solution.steps += integrator.segment_steps();
   }
-  solution.evaluations = system.evaluations();
+  solution.evaluations = integrator.evaluations();
   solution.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   check_outcome(solution, segments.size());

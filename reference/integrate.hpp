@@ -28,7 +28,9 @@ class FirstOrderSystem {
   [[nodiscard]] const Eigen::VectorXd& origin() const { return origin_; }  ///< q(0) [m]
 
   void set_gate(double gate) { gate_ = gate; }  ///< midpoint of the current segment [s]
-  void initial_state(double* y) const;
+  [[nodiscard]] Eigen::VectorXd initial_state() const;
+  /// Returns the scales of positions and velocities of a tolerance, one per component of y.
+  [[nodiscard]] Eigen::VectorXd scales(const Tolerance& tolerance) const;
   /// Computes y'. Returns false if a component is not finite, because the error tests of many
   /// solvers accept NaN.
   [[nodiscard]] bool derivative(double t, const double* y, double* dy);
@@ -42,33 +44,12 @@ class FirstOrderSystem {
   long evaluations_ = 0;
 };
 
-/// Jacobian dy'/dy = [0 I; -K/m -C/m] in compressed columns. The pattern is fixed at construction
-/// and includes the whole diagonal, so that I - gamma J has the same pattern.
-class FirstOrderJacobian {
- public:
-  using Index = std::int64_t;  ///< as in the solver libraries
+/// Sparse matrix with the indices of the solver libraries.
+using SparseJacobian = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 
-  explicit FirstOrderJacobian(const FirstOrderSystem& system);
-  [[nodiscard]] Index size() const { return static_cast<Index>(column_starts_.size()) - 1; }
-  [[nodiscard]] const std::vector<Index>& column_starts() const { return column_starts_; }
-  [[nodiscard]] const std::vector<Index>& rows() const { return rows_; }
-  [[nodiscard]] const std::vector<double>& values() const { return values_; }
-  /// Throws SolverError if the pattern of the problem has changed.
-  void update(const double* y);
-
- private:
-  void evaluate(const double* y);
-
-  const FirstOrderSystem* system_;
-  Eigen::VectorXd inverse_mass_;
-  Eigen::SparseMatrix<double> stiffness_;
-  Eigen::SparseMatrix<double> damping_;
-  std::vector<Index> column_starts_;
-  std::vector<Index> rows_;
-  std::vector<std::size_t> stiffness_slots_;  ///< index in values_ of each entry of K
-  std::vector<std::size_t> damping_slots_;
-  std::vector<double> values_;
-};
+/// Returns the Jacobian dy'/dy = [0 I; -K/m -C/m] at y. The pattern includes the whole diagonal, so
+/// that I - gamma J has the same pattern.
+SparseJacobian first_order_jacobian(const FirstOrderSystem& system, const double* y);
 
 // Segments of the time axis between the instants at which a load switches. The right-hand side is
 // smooth within a segment, so that a method keeps its order.
@@ -97,14 +78,31 @@ std::vector<Segment> segments_of(const Problem& problem, const std::vector<doubl
 /// Largest number of steps between two stops; more steps are an error.
 inline constexpr long step_limit = 10'000'000;
 
-/// Interface of an integrator of a library for y = [u; v] of a FirstOrderSystem.
+/// Interface of an integrator of one problem, which begins at the initial state.
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  virtual void begin(const Segment& segment) = 0;  ///< restarts at segment.start from state()
-  virtual void advance(double time) = 0;  ///< advances state() to `time` [s]; throws SolverError
-  [[nodiscard]] virtual const double* state() const = 0;
+  virtual void begin(const Segment& segment) = 0;  ///< restarts at segment.start
+  virtual void advance(double time) = 0;           ///< [s]; throws SolverError
+  /// Writes the present position [m] and velocity [m/s].
+  virtual void read(Eigen::Ref<Eigen::VectorXd> position,
+                    Eigen::Ref<Eigen::VectorXd> velocity) const = 0;
   [[nodiscard]] virtual long segment_steps() const = 0;  ///< since begin()
+  [[nodiscard]] virtual long evaluations() const = 0;
+};
+
+/// Integrator of a library for y = [u; v] of a FirstOrderSystem.
+class SystemIntegrator : public Integrator {
+ public:
+  explicit SystemIntegrator(const Problem& problem) : system_(problem) {}
+  void read(Eigen::Ref<Eigen::VectorXd> position,
+            Eigen::Ref<Eigen::VectorXd> velocity) const override;
+  [[nodiscard]] long evaluations() const override { return system_.evaluations(); }
+
+ protected:
+  [[nodiscard]] virtual const double* state() const = 0;
+
+  FirstOrderSystem system_;
 };
 
 struct Method {
@@ -114,8 +112,11 @@ struct Method {
 
 /// Integrates to each requested time and restarts at each break. Throws SolverError, also if steps
 /// < breaks + 10 or if the result is not finite.
-Trace integrate(const Method& method, FirstOrderSystem& system, const std::vector<double>& times,
+Trace integrate(const Method& method, const Problem& problem, const std::vector<double>& times,
                 const Tolerance& tolerance, Integrator& integrator);
+
+/// Makes GSL return its error codes; its default handler aborts the program.
+void return_gsl_errors();
 
 /// Throws a SolverError such as "cvode-adams: CVode failed with CV_TOO_MUCH_WORK at t = 0.01 s:
 /// <why>".

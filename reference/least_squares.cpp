@@ -8,6 +8,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include "reference/integrate.hpp"
+
 namespace palpate::reference {
 namespace {
 
@@ -21,12 +23,9 @@ struct Bridge {
   std::exception_ptr thrown{};
 };
 
-Eigen::VectorXd to_eigen(const gsl_vector* v) {
-  Eigen::VectorXd x(static_cast<Eigen::Index>(v->size));
-  for (std::size_t i = 0; i < v->size; ++i) {
-    x[static_cast<Eigen::Index>(i)] = gsl_vector_get(v, i);
-  }
-  return x;
+/// Returns a view; the vectors of GSL's solver are contiguous.
+Eigen::Map<Eigen::VectorXd> view(const gsl_vector* v) {
+  return {v->data, static_cast<Eigen::Index>(v->size)};
 }
 
 template <class Work> int guarded(void* data, Work&& work) {
@@ -41,24 +40,19 @@ template <class Work> int guarded(void* data, Work&& work) {
 
 int residuals(const gsl_vector* x, void* data, gsl_vector* f) {
   return guarded(data, [&](const LeastSquaresProblem& problem) {
-    const Eigen::VectorXd r = problem.residuals(to_eigen(x));
-    for (std::size_t i = 0; i < f->size; ++i) {
-      gsl_vector_set(f, i, r[static_cast<Eigen::Index>(i)]);
-    }
-    return r.allFinite();
+    view(f) = problem.residuals(view(x));
+    return view(f).allFinite();
   });
 }
 
 int jacobian(const gsl_vector* x, void* data, gsl_matrix* out) {
   return guarded(data, [&](const LeastSquaresProblem& problem) {
-    const Eigen::MatrixXd j = problem.jacobian(to_eigen(x));
-    for (std::size_t row = 0; row < out->size1; ++row) {
-      for (std::size_t column = 0; column < out->size2; ++column) {
-        gsl_matrix_set(out, row, column,
-                       j(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)));
-      }
-    }
-    return j.allFinite();
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    Eigen::Map<Rows, 0, Eigen::OuterStride<>> view_of_out(
+        out->data, static_cast<Eigen::Index>(out->size1), static_cast<Eigen::Index>(out->size2),
+        Eigen::OuterStride<>(static_cast<Eigen::Index>(out->tda)));
+    view_of_out = problem.jacobian(view(x));
+    return view_of_out.allFinite();
   });
 }
 
@@ -66,9 +60,7 @@ int jacobian(const gsl_vector* x, void* data, gsl_matrix* out) {
 
 LeastSquaresSolution least_squares(const LeastSquaresProblem& problem, const Eigen::VectorXd& start,
                                    const LeastSquaresRule& rule) {
-  // The default handler aborts the program; every flag is checked here instead.
-  static const auto unused_default_handler = gsl_set_error_handler_off();
-  static_cast<void>(unused_default_handler);
+  return_gsl_errors();
   Bridge bridge{problem};
   const Eigen::VectorXd first = problem.residuals(start);
   if (first.size() < start.size()) {
@@ -99,8 +91,8 @@ LeastSquaresSolution least_squares(const LeastSquaresProblem& problem, const Eig
   if (bridge.thrown) { std::rethrow_exception(bridge.thrown); }
   // No better step exists within rounding, so the present point is the solution.
   const bool stalled = status == GSL_ENOPROG;
-  return {.x = to_eigen(gsl_multifit_nlinear_position(work.get())),
-          .residuals = to_eigen(gsl_multifit_nlinear_residual(work.get())),
+  return {.x = view(gsl_multifit_nlinear_position(work.get())),
+          .residuals = view(gsl_multifit_nlinear_residual(work.get())),
           .iterations = gsl_multifit_nlinear_niter(work.get()),
           .converged = status == GSL_SUCCESS || stalled};
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,7 +14,9 @@
 #include <memory>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <type_traits>
+#include <utility>
 
 #include "reference/exact_problems.hpp"
 #include "reference/integrate.hpp"
@@ -33,12 +36,6 @@ gsl_matrix_view view_of(Rows& rows) {
                                static_cast<std::size_t>(rows.cols()));
 }
 
-/// Disables GSL's error handler, which aborts the program.
-void return_codes_only() {
-  static const auto unused_default_handler = gsl_set_error_handler_off();
-  (void)unused_default_handler;
-}
-
 void check(int status) {
   if (status != GSL_SUCCESS) {
     throw SolverError(std::string("dense modes: GSL: ") + gsl_strerror(status));
@@ -49,7 +46,7 @@ void check(int status) {
 
 SymmetricModes symmetric_modes(const Eigen::MatrixXd& matrix) {
   if (matrix.rows() == 0) { return {Eigen::VectorXd(0), Eigen::MatrixXd(0, 0)}; }
-  return_codes_only();
+  return_gsl_errors();
   const auto n = static_cast<std::size_t>(matrix.rows());
   Rows work = matrix;
   Rows vectors(matrix.rows(), matrix.cols());
@@ -71,7 +68,7 @@ Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& matrix) {
 
 GeneralModes general_modes(const Eigen::MatrixXd& matrix) {
   if (matrix.rows() == 0) { return {}; }
-  return_codes_only();
+  return_gsl_errors();
   const auto n = static_cast<std::size_t>(matrix.rows());
   Rows work = matrix;
   gsl_matrix_view a = view_of(work);
@@ -80,18 +77,11 @@ GeneralModes general_modes(const Eigen::MatrixXd& matrix) {
   const Owned<gsl_eigen_nonsymmv_workspace> space(gsl_eigen_nonsymmv_alloc(n),
                                                   gsl_eigen_nonsymmv_free);
   check(gsl_eigen_nonsymmv(&a.matrix, values.get(), vectors.get(), space.get()));
-  GeneralModes modes{Eigen::VectorXcd(matrix.rows()),
-                     Eigen::MatrixXcd(matrix.rows(), matrix.rows())};
-  const auto complex = [](gsl_complex z) { return std::complex<double>(GSL_REAL(z), GSL_IMAG(z)); };
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    modes.values(row) = complex(gsl_vector_complex_get(values.get(), i));
-    for (std::size_t j = 0; j < n; ++j) {
-      modes.vectors(row, static_cast<Eigen::Index>(j)) =
-          complex(gsl_matrix_complex_get(vectors.get(), i, j));
-    }
-  }
-  return modes;
+  using Complex = std::complex<double>;  // of the same layout as GSL's
+  using ComplexRows = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return {Eigen::VectorXcd::Map(reinterpret_cast<const Complex*>(values->data), matrix.rows()),
+          ComplexRows::Map(reinterpret_cast<const Complex*>(vectors->data), matrix.rows(),
+                           matrix.rows())};
 }
 
 namespace {
@@ -269,13 +259,10 @@ Matrix<Real> mass_scaled(const Eigen::SparseMatrix<double>& matrix, const Vector
   return scaled;
 }
 
-template <class Real> struct Decomposition {
-  Vector<Real> values;
-  Matrix<Real> vectors;
-};
-
+/// Returns eigenvalues, ascending, and eigenvectors.
 template <class Real>
-Decomposition<Real> decompose(const LinearProblem& problem, const Vector<Real>& root_mass) {
+std::pair<Vector<Real>, Matrix<Real>> decompose(const LinearProblem& problem,
+                                                const Vector<Real>& root_mass) {
   const Matrix<Real> scaled = mass_scaled(problem.stiffness(), root_mass);
   if ((scaled - scaled.transpose()).cwiseAbs().maxCoeff() >
       Real(1e-12) * scaled.cwiseAbs().maxCoeff()) {
@@ -296,9 +283,7 @@ Decomposition<Real> decompose(const LinearProblem& problem, const Vector<Real>& 
 template <class Real> Modes<Real> modes_of(const LinearProblem& problem) {
   Modes<Real> modes;
   modes.root_mass = problem.mass().cast<Real>().cwiseSqrt();
-  const Decomposition<Real> found = decompose(problem, modes.root_mass);
-  modes.omega_squared = found.values;
-  modes.shapes = found.vectors;
+  std::tie(modes.omega_squared, modes.shapes) = decompose(problem, modes.root_mass);
   Matrix<Real> damping = mass_scaled(problem.damping(), modes.root_mass);
   const Real largest = damping.cwiseAbs().maxCoeff();
   damping = (modes.shapes.transpose() * (damping * modes.shapes)).eval();
@@ -391,8 +376,10 @@ ModalHistory<Real> history(const LinearProblem& problem, const Modes<Real>& mode
 Eigen::VectorXd natural_frequencies(const Problem& problem) {
   const LinearProblem linear(problem);
   const Eigen::VectorXd root_mass = linear.mass().cwiseSqrt();
-  return decompose<double>(linear, root_mass).values.cwiseMax(0.0).cwiseSqrt();
+  return decompose<double>(linear, root_mass).first.cwiseMax(0.0).cwiseSqrt();
 }
+
+namespace {
 
 template <class Real>
 Trace modal_solution(const Problem& problem, const std::vector<double>& times) {
@@ -415,8 +402,7 @@ Trace modal_solution(const Problem& problem, const std::vector<double>& times) {
   return solution;
 }
 
-template Trace modal_solution<double>(const Problem&, const std::vector<double>&);
-template Trace modal_solution<long double>(const Problem&, const std::vector<double>&);
+}  // namespace
 
 Trace solve_modal(const Problem& problem, const std::vector<double>& times, const Tolerance&) {
   return modal_solution<double>(problem, times);

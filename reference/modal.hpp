@@ -69,17 +69,11 @@ ModeState<Real> respond(const Mode<Real>& mode, const ModeState<Real>& initial,
 Eigen::VectorXd natural_frequencies(const Problem& problem);
 
 /// Returns the motion of LinearProblem(problem), exact to rounding: constant, ramp, half-sine and
-/// cosine loads have closed forms per mode and segment. Real (double or long double) is the
-/// precision of the decomposition and of the sums. Throws SolverError if the modes of K do not
-/// diagonalise C to 1e-9 of its largest entry, if K is not symmetric, or if the loads have no known
-/// closed form.
-template <class Real>
-Trace modal_solution(const Problem& problem, const std::vector<double>& times);
-
-/// Solver form of modal_solution(); the tolerance is ignored.
-Trace solve_modal(const Problem& problem, const std::vector<double>& times,
-                  const Tolerance& tolerance);
-Trace solve_modal_long_double(const Problem& problem, const std::vector<double>& times,
-                              const Tolerance& tolerance);
+/// cosine loads have closed forms per mode and segment. The
+/// decomposition and the sums are in double or in long double. Throws SolverError if the modes of K
+/// do not diagonalise C to 1e-9 of its largest entry, if K is not symmetric, or if the loads have
+/// no known closed form. The tolerance is ignored.
+Solve solve_modal;
+Solve solve_modal_long_double;
 
 }  // namespace palpate::reference

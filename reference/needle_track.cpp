@@ -14,27 +14,11 @@
 
 namespace palpate::reference {
 
-/// Returns the contact points of a needle. A lattice has one at each intersection of the line with
-/// a plane of nodes across z, with bilinear weights. Any other network has one for each slab of
-/// R/2, from the first node on, that contains nodes nearer than R to the line; R is the median
-/// spring length and weights are proportional to 1 - r/R. Throws SolverError for a network without
-/// springs.
-std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network);
-
-/// Returns the contact point of a probe. On a lattice, the weight of each node of the first plane
-/// is the part of its a x a cell (cut at the edge of the body) that the footprint covers. In any
-/// other network the z-min nodes beneath the footprint have equal weights. Throws SolverError if
-/// there is no node.
-TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network);
-
-// Intervals of tissue along the line of a needle (model/EQUATIONS.md, "Needle line").
-
-/// Returns the intervals from `entry` = xi_0 [m]: layers by thickness / n_z (the last is
-/// unbounded), else the lattice's material, else no resistance. Inclusions override them; the last
-/// one that contains a point applies. Throws SolverError for an unknown material.
-std::vector<TrackInterval> track_intervals(const Scene& scene, double entry);
-
 namespace {
+
+std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network);
+TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network);
+std::vector<TrackInterval> track_intervals(const Scene& scene, double entry);
 
 /// Integrates the hat functions of contact points k and k + 1 over [from, to], where they are
 /// linear.
@@ -230,8 +214,11 @@ double covered(const Probe& probe, double x0, double x1, double y0, double y1) {
   return area;
 }
 
-}  // namespace
-
+/// Returns the contact points of a needle. A lattice has one at each intersection of the line with
+/// a plane of nodes across z, with bilinear weights. Any other network has one for each slab of
+/// R/2, from the first node on, that contains nodes nearer than R to the line; R is the median
+/// spring length and weights are proportional to 1 - r/R. Throws SolverError for a network without
+/// springs.
 std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network) {
   if (const auto grid = grid_of(scene, network)) {
     return lattice_knots(*scene.needle, *grid, network);
@@ -239,6 +226,10 @@ std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& net
   return network_knots(*scene.needle, network);
 }
 
+/// Returns the contact point of a probe. On a lattice, the weight of each node of the first plane
+/// is the part of its a x a cell (cut at the edge of the body) that the footprint covers. In any
+/// other network the z-min nodes beneath the footprint have equal weights. Throws SolverError if
+/// there is no node.
 TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network) {
   const Probe& probe = *scene.probe;
   const auto grid = grid_of(scene, network);
@@ -266,8 +257,6 @@ TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network) {
   if (supports.empty()) { throw SolverError("insertion: no node lies beneath the probe"); }
   return knot_of(supports, network, Vector3d::Zero(), Vector3d::UnitZ());
 }
-
-namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -351,8 +340,9 @@ std::vector<TrackInterval> overlaid(const std::vector<TrackInterval>& parts,
   return result;
 }
 
-}  // namespace
-
+/// Returns the intervals from `entry` = xi_0 [m]: layers by thickness / n_z (the last is
+/// unbounded), else the lattice's material, else no resistance. Inclusions override them; the last
+/// one that contains a point applies. Throws SolverError for an unknown material.
 std::vector<TrackInterval> track_intervals(const Scene& scene, double entry) {
   const Needle& needle = scene.needle.value();
   const Eigen::Vector3d n = needle.direction.normalized();
@@ -368,5 +358,7 @@ std::vector<TrackInterval> track_intervals(const Scene& scene, double entry) {
   }
   return parts;
 }
+
+}  // namespace
 
 }  // namespace palpate::reference

@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: MIT
+/// Adaptive steppers of Boost.odeint: Dormand-Prince for any problem in double, and Fehlberg 7(8)
+/// in long double. The right-hand sides in long double come from the physics alone: no force law,
+/// load profile or Problem::force of the model is used.
 
 #include <algorithm>
-#include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
+#include <array>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <boost/version.hpp>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
 
+#include "model/problem/problem.hpp"
 #include "reference/integrate.hpp"
 #include "reference/solvers.hpp"
 
@@ -14,120 +24,321 @@ namespace palpate::reference {
 
 namespace {
 
-namespace odeint = boost::numeric::odeint;
-using State = std::vector<double>;
+template <class Real> using State = std::vector<Real>;  ///< [u; v], u = q - q(0)
 
-/// Error norm: largest |error| relative to its tolerance, as in the library's checker, but with an
-/// absolute tolerance for each component, because positions and velocities need different ones.
-class ErrorOfComponents {
+/// Equations of motion in the precision of Real.
+template <class Real> class Equations {
  public:
-  using value_type = double;
-  using algebra_type = odeint::range_algebra;
-  using operations_type = odeint::default_operations;
-
-  ErrorOfComponents(double relative, State absolute)
-      : relative_(relative), absolute_(std::move(absolute)) {}
-
-  template <class Algebra>
-  double error(Algebra&, const State& before, const State& rate, State& error, double h) const {
-    double worst = 0.0;
-    for (std::size_t i = 0; i < error.size(); ++i) {
-      const double size = std::abs(before[i]) + std::abs(h * rate[i]);
-      const double share = std::abs(error[i]) / (absolute_[i] + relative_ * size);
-      if (std::isnan(share)) { return std::numeric_limits<double>::infinity(); }
-      worst = std::max(worst, share);
-    }
-    return worst;
-  }
-
- private:
-  double relative_;
-  State absolute_;
+  virtual ~Equations() = default;
+  [[nodiscard]] virtual std::size_t dof() const = 0;
+  [[nodiscard]] virtual State<Real> initial_state() const = 0;
+  [[nodiscard]] virtual Real initial_position(std::size_t coordinate) const = 0;
+  virtual void derivative(Real t, double gate, const State<Real>& y, State<Real>& dy) = 0;
 };
 
-class DormandPrince final : public Integrator {
-  using Stepper = odeint::runge_kutta_dopri5<State>;
-  using Controlled = odeint::controlled_runge_kutta<Stepper, ErrorOfComponents>;
-
+/// Stepper with tolerances per coordinate, exact stops and a limit on steps.
+template <class Stepper, class Real> class Adaptive final : public Integrator {
  public:
-  DormandPrince(std::string name, const Problem& problem, const Tolerance& tolerance)
+  Adaptive(std::string name, Equations<Real>& equations, const Tolerance& tolerance)
       : name_(std::move(name)),
-        system_(problem),
-        state_(static_cast<std::size_t>(system_.size())),
-        absolute_(state_.size(), tolerance.relative * tolerance.velocity_scale),
-        stepper_(checker(tolerance)) {
-    system_.initial_state(state_.data());
-  }
+        equations_(equations),
+        tolerance_(tolerance),
+        state_(equations.initial_state()),
+        trial_(state_),
+        error_(state_) {}
 
-  [[nodiscard]] FirstOrderSystem& system() { return system_; }
+  void read(Eigen::Ref<Eigen::VectorXd> position,
+            Eigen::Ref<Eigen::VectorXd> velocity) const override {
+    const std::size_t n = equations_.dof();
+    for (std::size_t c = 0; c < n; ++c) {
+      const auto row = static_cast<Eigen::Index>(c);
+      position(row) = static_cast<double>(equations_.initial_position(c) + state_[c]);
+      velocity(row) = static_cast<double>(state_[n + c]);
+    }
+  }
+  [[nodiscard]] long segment_steps() const override { return steps_; }
+  [[nodiscard]] long evaluations() const override { return evaluations_; }
 
   void begin(const Segment& segment) override {
-    stepper_.reset();  // the stored derivative belongs to other loads
+    forget_derivative();  // it belongs to other loads
     time_ = segment.start;
-    longest_ = segment.max_step;
-    shortest_ = 1e-12 * (segment.end - segment.start);
-    next_ = 1e-3 * longest_;
+    gate_ = segment.gate;
+    max_step_ = segment.max_step;
+    step_ = max_step_ / 100;
     steps_ = 0;
   }
 
-  void advance(double time) override {
-    while (time - time_ > shortest_) {
-      const double wanted = std::min(next_, longest_);
-      double h = std::min(wanted, time - time_);
-      const bool shortened = h < wanted;
-      const auto result = stepper_.try_step(
-          [this](const State& y, State& dy, double t) { evaluate(y, dy, t); }, state_, time_, h);
-      if (result == odeint::success) {
-        ++steps_;
-        next_ = shortened ? std::max(h, wanted) : h;  // a step cut for a stop says little
-      } else {
-        next_ = h;
-        if (h < shortest_) { fail(name_, "try_step", "a step of no length", time_, ""); }
+  void advance(double stop) override {
+    const Real end = stop;
+    const long last_step = steps_ + step_limit;
+    while (time_ < end) {
+      const bool reaches_end = time_ + step_ >= end;
+      const Real h = reaches_end ? end - time_ : step_;
+      const Real size = attempt(h);
+      if (!std::isfinite(size)) {
+        fail(name_, "do_step", "a result that is not finite", double(time_), "");
       }
-      if (steps_ > step_limit) { fail(name_, "try_step", "too many steps", time_, ""); }
+      if (size <= 1) {
+        state_.swap(trial_);
+        time_ = reaches_end ? end : time_ + h;
+        ++steps_;
+      } else {
+        forget_derivative();
+      }
+      const Real factor = std::clamp(
+          Real(0.9L) * std::pow(std::max(size, Real(1e-10L)), -1 / Real(Stepper::order_value)),
+          Real(0.2L), Real(4));
+      if (size > 1 || factor * h > step_ || !reaches_end) {
+        step_ = std::min(h * factor, max_step_);
+      }
+      if (step_ < 1e-16L * max_step_ || steps_ > last_step) {
+        fail(name_, "do_step", "a vanishing step or too many steps", double(time_), "");
+      }
     }
-    time_ = time;
   }
-
-  [[nodiscard]] const double* state() const override { return state_.data(); }
-  [[nodiscard]] long segment_steps() const override { return steps_; }
 
  private:
-  ErrorOfComponents checker(const Tolerance& tolerance) {
-    std::fill_n(absolute_.begin(), system_.dof(), tolerance.relative * tolerance.position_scale);
-    return {tolerance.relative, absolute_};
+  /// Discards the derivative that a stepper keeps from its last stage.
+  void forget_derivative() {
+    if constexpr (requires { stepper_.reset(); }) { stepper_.reset(); }
   }
 
-  void evaluate(const State& y, State& dy, double t) {
-    bool finite = false;
+  /// Computes a step of h [s]; returns its error relative to the tolerance. The new state is in
+  /// trial_.
+  Real attempt(Real h) {
+    const auto system = [this](const State<Real>& y, State<Real>& dy, Real t) {
+      ++evaluations_;
+      equations_.derivative(t, gate_, y, dy);
+    };
     try {
-      finite = system_.derivative(t, y.data(), dy.data());
+      stepper_.do_step(system, state_, time_, trial_, h, error_);
     } catch (const std::exception& error) {
-      fail(name_, "try_step", "an exception", t, error.what());
+      fail(name_, "do_step", "an exception", double(time_), error.what());
     }
-    if (!finite) { fail(name_, "try_step", "an error", t, "the right-hand side is not finite"); }
+    Real largest = 0;
+    const std::size_t n = equations_.dof();
+    for (std::size_t c = 0; c < 2 * n; ++c) {
+      const Real scale = c < n ? tolerance_.position_scale : tolerance_.velocity_scale;
+      const Real size =
+          std::abs(error_[c]) / (Real(tolerance_.relative) * (scale + std::abs(state_[c])));
+      if (!std::isfinite(size) || !std::isfinite(trial_[c])) {
+        return std::numeric_limits<Real>::quiet_NaN();  // max() would ignore NaN
+      }
+      largest = std::max(largest, size);
+    }
+    return largest;
   }
 
   std::string name_;
-  FirstOrderSystem system_;
-  State state_;
-  State absolute_;
-  Controlled stepper_;
-  double time_ = 0.0;
-  double next_ = 0.0;      ///< step proposed by the controller [s]
-  double longest_ = 0.0;   ///< [s]
-  double shortest_ = 0.0;  ///< [s]
+  Equations<Real>& equations_;
+  Tolerance tolerance_;
+  Stepper stepper_{};
+  State<Real> state_, trial_, error_;
+  Real time_ = 0, step_ = 0, max_step_ = 0;
+  double gate_ = 0.0;
   long steps_ = 0;
+  long evaluations_ = 0;
 };
+
+template <template <class, class> class Stepper, class Real>
+Trace solve(const char* name, Equations<Real>& equations, const Problem& problem,
+            const std::vector<double>& times, const Tolerance& tolerance) {
+  Adaptive<Stepper<State<Real>, Real>, Real> integrator(name, equations, tolerance);
+  return integrate({name, std::string("Boost.odeint ") + BOOST_LIB_VERSION}, problem, times,
+                   tolerance, integrator);
+}
+
+/// Equations of any problem, from its own force.
+class ProblemEquations final : public Equations<double> {
+ public:
+  explicit ProblemEquations(const Problem& problem) : system_(problem) {}
+  std::size_t dof() const override { return static_cast<std::size_t>(system_.dof()); }
+  State<double> initial_state() const override {
+    const Eigen::VectorXd y = system_.initial_state();
+    return {y.begin(), y.end()};
+  }
+  double initial_position(std::size_t coordinate) const override {
+    return system_.origin()(static_cast<Eigen::Index>(coordinate));
+  }
+  void derivative(double t, double gate, const State<double>& y, State<double>& dy) override {
+    system_.set_gate(gate);
+    if (!system_.derivative(t, y.data(), dy.data())) {
+      throw SolverError("the right-hand side is not finite");
+    }
+  }
+
+ private:
+  FirstOrderSystem system_;
+};
+
+using Extended = long double;
+using ExtendedState = State<Extended>;
+using ExtendedEquations = Equations<Extended>;
+
+/// Equation m x'' = F0 cos(W t) - k x - c x'.
+class OscillatorEquations final : public ExtendedEquations {
+ public:
+  explicit OscillatorEquations(const Oscillator& oscillator) : o_(oscillator) {}
+  std::size_t dof() const override { return 1; }
+  ExtendedState initial_state() const override { return {0, o_.velocity}; }
+  Extended initial_position(std::size_t) const override { return o_.displacement; }
+  void derivative(Extended t, double, const ExtendedState& y, ExtendedState& dy) override {
+    const Extended x = Extended(o_.displacement) + y[0];
+    const Extended drive =
+        Extended(o_.drive_amplitude) * std::cos(Extended(o_.drive_frequency) * t);
+    dy[0] = y[1];
+    dy[1] =
+        (drive - Extended(o_.stiffness) * x - Extended(o_.viscosity) * y[1]) / Extended(o_.mass);
+  }
+
+ private:
+  Oscillator o_;
+};
+
+using Triple = std::array<Extended, 3>;
+
+/// Equations of a network: springs pull their ends together when stretched, dampers oppose the rate
+/// of stretching, loads act from start to end, weight acts always, and fixed nodes do not move.
+class NetworkEquations final : public ExtendedEquations {
+ public:
+  explicit NetworkEquations(const NetworkProblem& problem);
+  std::size_t dof() const override { return 3 * moving_.size(); }
+  ExtendedState initial_state() const override;
+  Extended initial_position(std::size_t coordinate) const override {
+    return place_[moving_[coordinate / 3]][coordinate % 3];
+  }
+  void derivative(Extended t, double gate, const ExtendedState& y, ExtendedState& dy) override;
+
+ private:
+  void add_spring(const Spring& spring, const ExtendedState& y, ExtendedState& dy) const;
+  void add_loads(Extended t, double gate, ExtendedState& dy) const;
+
+  const NetworkProblem& problem_;
+  std::vector<Triple> place_{};           ///< initial positions of all nodes [m]
+  std::vector<std::size_t> moving_{};     ///< nodes that are not fixed, ascending
+  std::vector<std::ptrdiff_t> offset_{};  ///< of a node in u; -1 when fixed
+};
+
+NetworkEquations::NetworkEquations(const NetworkProblem& problem) : problem_(problem) {
+  const SpringNetwork& network = problem.network();
+  const bool displaced = network.initial_displacement.cols() > 0;
+  for (Eigen::Index i = 0; i < network.rest_position.cols(); ++i) {
+    const auto node = static_cast<std::size_t>(i);
+    Triple place{};
+    for (int axis = 0; axis < 3; ++axis) {
+      place[static_cast<std::size_t>(axis)] =
+          Extended(network.rest_position(axis, i)) +
+          (displaced ? Extended(network.initial_displacement(axis, i)) : Extended(0));
+    }
+    place_.push_back(place);
+    const bool moves = network.fixed[node] == 0;
+    offset_.push_back(moves ? static_cast<std::ptrdiff_t>(3 * moving_.size()) : -1);
+    if (moves) { moving_.push_back(node); }
+  }
+}
+
+ExtendedState NetworkEquations::initial_state() const {
+  ExtendedState y(2 * dof(), 0);
+  const NodeVectors& velocity = problem_.network().initial_velocity;
+  if (velocity.cols() == 0) { return y; }
+  for (std::size_t c = 0; c < dof(); ++c) {
+    const auto node = static_cast<Eigen::Index>(moving_[c / 3]);
+    y[dof() + c] = velocity(static_cast<Eigen::Index>(c % 3), node);
+  }
+  return y;
+}
+
+void NetworkEquations::add_spring(const Spring& spring, const ExtendedState& y,
+                                  ExtendedState& dy) const {
+  const auto a = static_cast<std::size_t>(spring.a);
+  const auto b = static_cast<std::size_t>(spring.b);
+  const std::ptrdiff_t offset[2] = {offset_[a], offset_[b]};
+  Triple apart{}, closing{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    apart[axis] = place_[b][axis] - place_[a][axis];
+    for (int end = 0; end < 2; ++end) {
+      if (offset[end] < 0) { continue; }
+      const auto c = static_cast<std::size_t>(offset[end]) + axis;
+      apart[axis] += end == 1 ? y[c] : -y[c];
+      closing[axis] += end == 1 ? -y[dof() + c] : y[dof() + c];
+    }
+  }
+  const Extended length =
+      std::sqrt(apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]);
+  if (length < 1e-12L) { return; }
+  const Extended shortening =
+      (apart[0] * closing[0] + apart[1] * closing[1] + apart[2] * closing[2]) / length;
+  const Extended pull = Extended(spring.stiffness) * (length - Extended(spring.rest_length)) -
+                        Extended(spring.viscosity) * shortening;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Extended component = pull * apart[axis] / length;
+    if (offset[0] >= 0) { dy[dof() + static_cast<std::size_t>(offset[0]) + axis] += component; }
+    if (offset[1] >= 0) { dy[dof() + static_cast<std::size_t>(offset[1]) + axis] -= component; }
+  }
+}
+
+void NetworkEquations::add_loads(Extended t, double gate, ExtendedState& dy) const {
+  for (const Load& load : problem_.loads()) {
+    if (!(load.start <= gate && gate < load.end)) { continue; }
+    Extended strength = 1;
+    if (load.profile != Profile::constant) {
+      strength = (t - Extended(load.start)) / (Extended(load.end) - Extended(load.start));
+    }
+    if (load.profile == Profile::half_sine) {
+      strength = std::sin(std::numbers::pi_v<Extended> * strength);
+    }
+    for (const int node : load.nodes) {
+      const std::ptrdiff_t offset = offset_[static_cast<std::size_t>(node)];
+      for (std::size_t axis = 0; offset >= 0 && axis < 3; ++axis) {
+        dy[dof() + static_cast<std::size_t>(offset) + axis] +=
+            strength * Extended(load.force(static_cast<Eigen::Index>(axis)));
+      }
+    }
+  }
+}
+
+void NetworkEquations::derivative(Extended t, double gate, const ExtendedState& y,
+                                  ExtendedState& dy) {
+  for (std::size_t c = 0; c < dof(); ++c) {
+    dy[c] = y[dof() + c];
+    dy[dof() + c] = 0;
+  }
+  for (const Spring& spring : problem_.network().springs) { add_spring(spring, y, dy); }
+  add_loads(t, gate, dy);
+  for (std::size_t c = 0; c < dof(); ++c) {
+    const Extended mass = problem_.network().mass(static_cast<Eigen::Index>(moving_[c / 3]));
+    dy[dof() + c] =
+        dy[dof() + c] / mass + Extended(problem_.gravity()(static_cast<Eigen::Index>(c % 3)));
+  }
+}
+
+/// Returns the equations, or null for an unknown kind of problem.
+std::unique_ptr<ExtendedEquations> extended_equations(const Problem& problem) {
+  if (const auto* oscillator = dynamic_cast<const OscillatorProblem*>(&problem)) {
+    return std::make_unique<OscillatorEquations>(oscillator->oscillator());
+  }
+  if (const auto* network = dynamic_cast<const NetworkProblem*>(&problem)) {
+    return std::make_unique<NetworkEquations>(*network);
+  }
+  return nullptr;
+}
 
 }  // namespace
 
 Trace solve_odeint_dormand_prince(const Problem& problem, const std::vector<double>& times,
                                   const Tolerance& tolerance) {
-  constexpr const char* name = "odeint-dormand-prince-5-4";
-  DormandPrince integrator(name, problem, tolerance);
-  return integrate({name, std::string("Boost ") + BOOST_LIB_VERSION}, integrator.system(), times,
-                   tolerance, integrator);
+  ProblemEquations equations(problem);
+  return solve<boost::numeric::odeint::runge_kutta_dopri5>("odeint-dormand-prince-5-4", equations,
+                                                           problem, times, tolerance);
+}
+
+Trace solve_long_double(const Problem& problem, const std::vector<double>& times,
+                        const Tolerance& tolerance) {
+  constexpr const char* name = "long-double-fehlberg-7-8";
+  const auto equations = extended_equations(problem);
+  if (!equations) { throw SolverError(std::string(name) + ": only networks and the oscillator"); }
+  return solve<boost::numeric::odeint::runge_kutta_fehlberg78>(name, *equations, problem, times,
+                                                               tolerance);
 }
 
 }  // namespace palpate::reference

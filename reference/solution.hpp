@@ -34,11 +34,12 @@ class NotConverged : public SolverError {
   using SolverError::SolverError;
 };
 
-/// Function that solves a problem. `times` [s] ascend from times[0] = 0, the initial instant of the
-/// problem. Every break of the problem is a stop time, and no step is longer than a quarter of its
-/// shortest feature. Throws SolverError.
-using Solver = Trace (*)(const Problem& problem, const std::vector<double>& times,
-                         const Tolerance& tolerance);
+/// Function type that solves a problem. `times` [s] ascend from times[0] = 0, the initial instant
+/// of the problem. Every break of the problem is a stop time, and no step is longer than a quarter
+/// of its shortest feature. Throws SolverError.
+using Solve = Trace(const Problem& problem, const std::vector<double>& times,
+                    const Tolerance& tolerance);
+using Solver = Solve*;
 
 // Cache of slow references between runs. Its folder may be deleted at any time: a miss is not an
 // error. The key contains everything that the solution depends on.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Linear multistep references of variable order and step (CVODE), restarted at every break.
+/// Reference solvers of many libraries, restarted at every break.
 
 #include <Eigen/Core>
 #include <string>
@@ -11,70 +11,46 @@
 
 namespace palpate::reference {
 
-/// Solves by Adams-Moulton up to order 12 with fixed-point iteration, for problems that are not
-/// stiff.
-Trace solve_cvode_adams(const Problem& problem, const std::vector<double>& times,
-                        const Tolerance& tolerance);
+// CVODE.
 
-/// Solves by backward differentiation up to order 5, Newton with the analytic Jacobian and KLU.
-Trace solve_cvode_bdf(const Problem& problem, const std::vector<double>& times,
-                      const Tolerance& tolerance);
+Solve solve_cvode_adams;  ///< Adams-Moulton up to order 12, for problems that are not stiff
+Solve solve_cvode_bdf;    ///< BDF up to order 5, Newton with the analytic Jacobian and KLU
 
-// One-step references (ARKODE), restarted at every break. Each run checks which table ARKODE used
-// and rejects one that would reuse a stale stage (sundials.hpp).
+// ARKODE, one step. Each run checks which table ARKODE used and rejects one that would reuse a
+// stale stage (sundials.hpp).
 
-/// Solves by Fehlberg's explicit pair of orders 7 and 8, preferred if the network is not stiff.
-Trace solve_arkode_explicit(const Problem& problem, const std::vector<double>& times,
-                            const Tolerance& tolerance);
+Solve solve_arkode_explicit;        ///< Fehlberg 7(8), preferred if the network is not stiff
+Solve solve_arkode_dormand_prince;  ///< Dormand-Prince 5(4), cheaper for low accuracy
+/// Stiffly accurate ESDIRK 5(4) with seven stages, Newton with the analytic Jacobian and KLU.
+/// Preferred for stiff damping or strong contrasts of stiffness.
+Solve solve_arkode_esdirk;
 
-/// Solves by Dormand and Prince's explicit pair of orders 5 and 4, which is cheaper for low
-/// accuracy.
-Trace solve_arkode_dormand_prince(const Problem& problem, const std::vector<double>& times,
-                                  const Tolerance& tolerance);
-
-/// Solves by a stiffly accurate ESDIRK 5(4) with seven stages, Newton with the analytic Jacobian
-/// and KLU. Preferred for stiff damping or strong contrasts of stiffness.
-Trace solve_arkode_esdirk(const Problem& problem, const std::vector<double>& times,
-                          const Tolerance& tolerance);
-
-// References by the GNU Scientific Library, which share only the first-order form with the other
-// solvers. Errors are controlled per coordinate. Restarted at every break.
+// GNU Scientific Library, with errors controlled per coordinate.
 
 /// Largest number of states (2 x dof) for which solve_gsl_msbdf accepts its dense Jacobian.
 inline constexpr Eigen::Index dense_state_limit = 600;
 
-/// Solves by explicit Runge-Kutta Prince-Dormand 8(9).
-Trace solve_gsl_rk8pd(const Problem& problem, const std::vector<double>& times,
-                      const Tolerance& tolerance);
+Solve solve_gsl_rk8pd;  ///< Prince-Dormand 8(9)
+/// Multistep BDF in Nordsieck form with the dense analytic Jacobian. Throws SolverError above
+/// dense_state_limit.
+Solve solve_gsl_msbdf;
 
-/// Solves by multistep BDF in Nordsieck form with the dense analytic Jacobian. Throws SolverError
-/// above dense_state_limit.
-Trace solve_gsl_msbdf(const Problem& problem, const std::vector<double>& times,
-                      const Tolerance& tolerance);
+// Boost.odeint, one step, with errors controlled per coordinate.
 
-// One-step references (Boost.odeint), restarted at every break.
-
-/// Solves by Dormand and Prince's explicit pair of orders 5 and 4 with the library's step control.
-Trace solve_odeint_dormand_prince(const Problem& problem, const std::vector<double>& times,
-                                  const Tolerance& tolerance);
-
-// Independent second implementation of the equations of motion in long double, from the physics and
-// not from the specification, which reveals an error in Problem::force. Fehlberg 7(8) of
-// Boost.odeint.
-
-/// Solves a NetworkProblem or an OscillatorProblem with the corrected equations; throws SolverError
-/// for any other. Printed forms of the equations are not implemented here, so results for them
-/// disagree.
-Trace solve_long_double(const Problem& problem, const std::vector<double>& times,
-                        const Tolerance& tolerance);
+Solve solve_odeint_dormand_prince;  ///< Dormand-Prince 5(4)
+/// Fehlberg 7(8) in long double with its own equations of motion, from the physics and not from the
+/// specification, which reveals an error in Problem::force. Solves a NetworkProblem or an
+/// OscillatorProblem with the corrected equations; throws SolverError for any other. Printed forms
+/// of the equations are not implemented here, so results for them disagree.
+Solve solve_long_double;
 
 // List of all solvers of this library by name and family. Two solvers of one family do not confirm
 // each other.
 
 struct NamedSolver {
-  std::string name{};  ///< as in Trace::solver
-  std::string
-      family{};  ///< "explicit runge-kutta", "adams", "bdf", "implicit runge-kutta", "modal"
+  std::string name{};  ///< as in Trace::method
+  /// "explicit runge-kutta", "adams", "bdf", "implicit runge-kutta", "modal"
+  std::string family{};
   Solver solve = nullptr;
 };
 

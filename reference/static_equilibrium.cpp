@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -29,104 +30,77 @@ bool is_symmetric(const Sparse& matrix) {
   return (matrix - transposed).norm() <= 1e-14 * matrix.norm();
 }
 
-/// Solves with one round of iterative refinement, which compensates for stiffness contrasts. The
-/// residual also reveals a singular matrix that rounding hides in the factors.
-template <class Factors>
-VectorXd refined(const Factors& factors, const Sparse& matrix, const VectorXd& right) {
-  VectorXd x = factors.solve(right);
-  x += factors.solve(right - matrix * x);
-  const bool solved = (right - matrix * x).norm() <= 1e-6 * right.norm();
-  if (!solved) { throw SolverError(singular); }
-  return x;
-}
+/// Factors of a matrix. A solution includes one round of iterative refinement, which compensates
+/// for stiffness contrasts. The residual also reveals a singular matrix that rounding hides in the
+/// factors.
+template <class Factors> struct Factorised {
+  explicit Factorised(const Sparse& stiffness) : matrix(stiffness), factors(matrix) {}
 
-}  // namespace
+  VectorXd operator()(const VectorXd& right) const {
+    VectorXd x = factors.solve(right);
+    x += factors.solve(right - matrix * x);
+    const bool solved = (right - matrix * x).norm() <= 1e-6 * right.norm();
+    if (!solved) { throw SolverError(singular); }
+    return x;
+  }
 
-class StaticResponse::Solver {
- public:
-  virtual ~Solver() = default;
-  [[nodiscard]] virtual VectorXd solve(const VectorXd& force) const = 0;
+  Sparse matrix;
+  Factors factors;
 };
 
-class StaticResponse::Cholesky final : public Solver {
- public:
-  explicit Cholesky(const Sparse& stiffness) : stiffness_(stiffness), factors_(stiffness_) {}
-  [[nodiscard]] bool is_definite() const {
-    return factors_.info() == Eigen::Success &&
-           factors_.vectorD().minCoeff() > 1e-13 * factors_.vectorD().maxCoeff();
-  }
-  [[nodiscard]] VectorXd solve(const VectorXd& force) const override {
-    return refined(factors_, stiffness_, force);
+struct ConjugateGradients {
+  ConjugateGradients(Sparse stiffness, int most_rounds) : matrix(std::move(stiffness)) {
+    solver.setTolerance(1e-10);
+    solver.setMaxIterations(most_rounds);
+    solver.compute(matrix);
   }
 
- private:
-  Sparse stiffness_;
-  Eigen::SimplicialLDLT<Sparse> factors_;
-};
-
-class StaticResponse::Gauss final : public Solver {
- public:
-  explicit Gauss(Sparse stiffness) : stiffness_(std::move(stiffness)), factors_(stiffness_) {
-    if (factors_.info() != Eigen::Success) { throw SolverError(singular); }
-  }
-  [[nodiscard]] VectorXd solve(const VectorXd& force) const override {
-    return refined(factors_, stiffness_, force);
-  }
-
- private:
-  Sparse stiffness_;
-  Eigen::SparseLU<Sparse> factors_;
-};
-
-class StaticResponse::Gradients final : public Solver {
- public:
-  Gradients(Sparse stiffness, int most_rounds) : stiffness_(std::move(stiffness)) {
-    solver_.setTolerance(1e-10);
-    solver_.setMaxIterations(most_rounds);
-    solver_.compute(stiffness_);
-  }
-  [[nodiscard]] VectorXd solve(const VectorXd& force) const override {
-    VectorXd x = solver_.solve(force);
-    if (solver_.info() != Eigen::Success || !x.allFinite()) {
+  VectorXd operator()(const VectorXd& force) const {
+    VectorXd x = solver.solve(force);
+    if (solver.info() != Eigen::Success || !x.allFinite()) {
       throw NotConverged("conjugate gradients do not converge in " +
-                         std::to_string(solver_.maxIterations()) +
+                         std::to_string(solver.maxIterations()) +
                          " rounds; the body may be free to move");
     }
     return x;
   }
 
- private:
-  Sparse stiffness_;
-  Eigen::ConjugateGradient<Sparse, Eigen::Lower | Eigen::Upper> solver_;
+  Sparse matrix;
+  Eigen::ConjugateGradient<Sparse, Eigen::Lower | Eigen::Upper> solver{};
 };
+
+using Solution = std::function<VectorXd(const VectorXd&)>;
+
+/// Returns the function of a solver, which std::function would copy.
+template <class LinearSolver> Solution shared(std::shared_ptr<LinearSolver> solver) {
+  return [solver](const VectorXd& force) { return (*solver)(force); };
+}
+
+Solution solution_of(Sparse stiffness, Eigen::Index most_factorised, int most_rounds) {
+  if (is_symmetric(stiffness)) {
+    if (stiffness.rows() > most_factorised) {
+      return shared(std::make_shared<ConjugateGradients>(std::move(stiffness), most_rounds));
+    }
+    const auto cholesky = std::make_shared<Factorised<Eigen::SimplicialLDLT<Sparse>>>(stiffness);
+    const auto& factors = cholesky->factors;
+    if (factors.info() == Eigen::Success &&
+        factors.vectorD().minCoeff() > 1e-13 * factors.vectorD().maxCoeff()) {
+      return shared(cholesky);
+    }
+  }
+  const auto gauss = std::make_shared<Factorised<Eigen::SparseLU<Sparse>>>(stiffness);
+  if (gauss->factors.info() != Eigen::Success) { throw SolverError(singular); }
+  return shared(gauss);
+}
+
+}  // namespace
 
 StaticResponse::StaticResponse(const Problem& problem, Eigen::Index most_factorised,
                                int most_rounds)
     : StaticResponse(LinearProblem(problem).stiffness(), most_factorised, most_rounds) {}
 
-StaticResponse::StaticResponse(Sparse stiffness, Eigen::Index most_factorised, int most_rounds) {
-  if (is_symmetric(stiffness)) {
-    if (stiffness.rows() > most_factorised) {
-      solver_ = std::make_unique<Gradients>(std::move(stiffness), most_rounds);
-      return;
-    }
-    auto factors = std::make_unique<Cholesky>(stiffness);
-    if (factors->is_definite()) {
-      solver_ = std::move(factors);
-      return;
-    }
-  }
-  solver_ = std::make_unique<Gauss>(std::move(stiffness));
-}
-
-StaticResponse::~StaticResponse() = default;
-StaticResponse::StaticResponse(StaticResponse&&) noexcept = default;
-StaticResponse& StaticResponse::operator=(StaticResponse&&) noexcept = default;
-
-VectorXd StaticResponse::operator()(const VectorXd& force) const { return solver_->solve(force); }
-
-using Eigen::VectorXd;
-using Sparse = Eigen::SparseMatrix<double>;
+StaticResponse::StaticResponse(Sparse stiffness, Eigen::Index most_factorised, int most_rounds)
+    : solve_(solution_of(std::move(stiffness), most_factorised, most_rounds)) {}
 
 namespace {
 

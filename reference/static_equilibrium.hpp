@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
-#include <memory>
+#include <functional>
 
 #include "model/problem/problem.hpp"
 #include "reference/solution.hpp"
@@ -23,22 +23,17 @@ class StaticResponse {
                           int most_rounds = 20000);
   explicit StaticResponse(Eigen::SparseMatrix<double> stiffness,
                           Eigen::Index most_factorised = 15000, int most_rounds = 20000);
-  ~StaticResponse();
-  StaticResponse(StaticResponse&&) noexcept;
-  StaticResponse& operator=(StaticResponse&&) noexcept;
 
   /// Returns the displacement K^-1 f [m] under the forces f [N].
-  [[nodiscard]] Eigen::VectorXd operator()(const Eigen::VectorXd& force) const;
+  [[nodiscard]] Eigen::VectorXd operator()(const Eigen::VectorXd& force) const {
+    return solve_(force);
+  }
   /// Returns the compliance w.K^-1 w [m/N]: the displacement of the weighted mean w of coordinates
   /// per force distributed by w.
   [[nodiscard]] double compliance(const Eigen::VectorXd& w) const { return w.dot((*this)(w)); }
 
  private:
-  class Solver;
-  class Cholesky;
-  class Gauss;
-  class Gradients;
-  std::unique_ptr<Solver> solver_;
+  std::function<Eigen::VectorXd(const Eigen::VectorXd&)> solve_{};
 };
 
 // Static equilibrium of a problem: f(t, q, 0) = 0.

@@ -2,6 +2,7 @@
 
 #include "reference/sundials.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_butcher_dirk.h>
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <cvode/cvode.h>
 #include <cvode/cvode_ls.h>
 #include <sundials/sundials_version.h>
@@ -45,25 +47,28 @@ std::string version() {
   return std::string("SUNDIALS ") + text;
 }
 
-Session::Session(std::string solver, const Problem& problem, const Tolerance& tolerance)
-    : solver_(std::move(solver)), system_(problem), context_(make_context()) {
-  state_.reset(N_VNew_Serial(system_.size(), context()));
+Session::Session(std::string solver, const char* prefix, char* (*flag_name)(long),
+                 const Eigen::VectorXd& start, const Eigen::VectorXd& absolute, Rate rate)
+    : solver_(std::move(solver)),
+      prefix_(prefix),
+      flag_name_(flag_name),
+      rate_(std::move(rate)),
+      context_(make_context()),
+      state_(N_VNew_Serial(start.size(), context())) {
   check_made(state_.get(), "N_VNew_Serial");
-  absolute_.reset(N_VClone(state()));
+  absolute_.reset(N_VClone(vector()));
   check_made(absolute_.get(), "N_VClone");
-  system_.initial_state(N_VGetArrayPointer(state()));
-  double* absolute = N_VGetArrayPointer(absolute_tolerance());
-  std::fill_n(absolute, system_.dof(), tolerance.relative * tolerance.position_scale);
-  std::fill_n(absolute + system_.dof(), system_.dof(),
-              tolerance.relative * tolerance.velocity_scale);
+  std::ranges::copy(start, N_VGetArrayPointer(vector()));
+  std::ranges::copy(absolute, N_VGetArrayPointer(absolute_tolerance()));
 }
 
-void Session::use_sparse_jacobian() {
-  jacobian_.emplace(system_);
-  const auto entries = static_cast<sunindextype>(jacobian_->rows().size());
-  matrix_.reset(SUNSparseMatrix(jacobian_->size(), jacobian_->size(), entries, CSC_MAT, context()));
+void Session::use_sparse_jacobian(const FirstOrderSystem& system) {
+  jacobian_of_ = &system;
+  const SparseJacobian jacobian = first_order_jacobian(system, values());
+  matrix_.reset(
+      SUNSparseMatrix(jacobian.rows(), jacobian.cols(), jacobian.nonZeros(), CSC_MAT, context()));
   check_made(matrix_.get(), "SUNSparseMatrix");
-  linear_solver_.reset(SUNLinSol_KLU(state(), matrix(), context()));
+  linear_solver_.reset(SUNLinSol_KLU(vector(), matrix(), context()));
   check_made(linear_solver_.get(), "SUNLinSol_KLU");
   constexpr int minimum_degree = 0;  // AMD; faster than COLAMD on lattices
   if (SUNLinSol_KLUSetOrdering(linear_solver(), minimum_degree) != 0) {
@@ -71,12 +76,12 @@ void Session::use_sparse_jacobian() {
   }
 }
 
-void Session::check(int flag, const char* function, char* (*flag_name)(long), double time) const {
+void Session::check(int flag, const std::string& function) const {
   if (flag >= 0) { return; }
-  const std::unique_ptr<char, Deleter<std::free>> name(flag_name(flag));
+  const std::unique_ptr<char, Deleter<std::free>> name(flag_name_(flag));
   const std::string why =
       cause_.empty() || complaint_.empty() ? cause_ + complaint_ : cause_ + "; " + complaint_;
-  fail(solver_, function, name ? name.get() : std::to_string(flag), time, why);
+  fail(solver_, prefix_ + function, name ? name.get() : std::to_string(flag), time_, why);
 }
 
 void Session::check_made(const void* handle, const char* function) const {
@@ -85,33 +90,112 @@ void Session::check_made(const void* handle, const char* function) const {
 
 int Session::right_hand_side(realtype t, N_Vector y, N_Vector dy, void* session) {
   auto& self = *static_cast<Session*>(session);
-  try {
-    if (self.system_.derivative(t, N_VGetArrayPointer(y), N_VGetArrayPointer(dy))) { return 0; }
-    self.cause_ = "the right-hand side is not finite" + at(t);
-  } catch (const std::exception& error) { self.cause_ = error.what(); }
-  return -1;
+  return self.guarded([&] {
+    const bool finite = self.rate_(t, N_VGetArrayPointer(y), N_VGetArrayPointer(dy));
+    if (!finite) { self.cause_ = "the right-hand side is not finite" + at(t); }
+    return finite;
+  });
 }
 
 int Session::jacobian(realtype, N_Vector y, N_Vector, SUNMatrix matrix, void* session, N_Vector,
                       N_Vector, N_Vector) {
   auto& self = *static_cast<Session*>(session);
-  try {
-    FirstOrderJacobian& jacobian = *self.jacobian_;
-    jacobian.update(N_VGetArrayPointer(y));
+  return self.guarded([&] {
+    const SparseJacobian jacobian = first_order_jacobian(*self.jacobian_of_, N_VGetArrayPointer(y));
+    if (jacobian.nonZeros() != SUNSparseMatrix_NNZ(matrix)) {
+      throw SolverError("the pattern of the problem's Jacobian has changed");
+    }
     // The library also clears the indices before this call, so the pattern is written every time.
-    std::ranges::copy(jacobian.column_starts(), SUNSparseMatrix_IndexPointers(matrix));
-    std::ranges::copy(jacobian.rows(), SUNSparseMatrix_IndexValues(matrix));
-    std::ranges::copy(jacobian.values(), SUNSparseMatrix_Data(matrix));
-    return 0;
-  } catch (const std::exception& error) {
-    self.cause_ = error.what();
-    return -1;
-  }
+    std::copy_n(jacobian.outerIndexPtr(), jacobian.cols() + 1,
+                SUNSparseMatrix_IndexPointers(matrix));
+    std::copy_n(jacobian.innerIndexPtr(), jacobian.nonZeros(), SUNSparseMatrix_IndexValues(matrix));
+    std::copy_n(jacobian.valuePtr(), jacobian.nonZeros(), SUNSparseMatrix_Data(matrix));
+    return true;
+  });
 }
 
 void Session::complain(int code, const char*, const char* function, char* message, void* session) {
   if (code >= 0) { return; }  // a warning; results are checked separately
   static_cast<Session*>(session)->complaint_ = std::string(function) + ": " + message;
+}
+
+Cvode::Cvode(std::string solver, int method, const Eigen::VectorXd& start, double relative,
+             const Eigen::VectorXd& absolute, Rate rate, const FirstOrderSystem* system)
+    : Session(std::move(solver), "CVode", CVodeGetReturnFlagName, start, absolute, std::move(rate)),
+      memory_(CVodeCreate(method, context())) {
+  void* const memory = memory_.get();
+  check_made(memory, "CVodeCreate");
+  check(CVodeSetErrHandlerFn(memory, complain, this), "SetErrHandlerFn");
+  check(CVodeInit(memory, right_hand_side, 0.0, vector()), "Init");
+  check(CVodeSetUserData(memory, this), "SetUserData");
+  check(CVodeSVtolerances(memory, relative, absolute_tolerance()), "SVtolerances");
+  check(CVodeSetMaxNumSteps(memory, step_limit), "SetMaxNumSteps");
+  if (method == CV_BDF) {
+    use_sparse_jacobian(*system);
+    check(CVodeSetLinearSolver(memory, linear_solver(), matrix()), "SetLinearSolver");
+    check(CVodeSetJacFn(memory, jacobian), "SetJacFn");
+  } else {
+    fixed_point_.reset(SUNNonlinSol_FixedPoint(vector(), 0, context()));
+    check_made(fixed_point_.get(), "SUNNonlinSol_FixedPoint");
+    check(CVodeSetNonlinearSolver(memory, fixed_point_.get()), "SetNonlinearSolver");
+  }
+}
+
+void Cvode::restart(double start, double stop, double longest_step) {
+  time_ = start;
+  void* const memory = memory_.get();
+  check(CVodeReInit(memory, start, vector()), "ReInit");
+  check(CVodeSetMaxStep(memory, longest_step), "SetMaxStep");
+  check(CVodeSetStopTime(memory, stop), "SetStopTime");
+  // Without a minimum step, a failing right-hand side leads to millions of steps of length zero.
+  check(CVodeSetMinStep(memory, 1e-14 * stop), "SetMinStep");
+}
+
+void Cvode::restart(double start, double stop, double longest_step, const Eigen::VectorXd& y) {
+  std::ranges::copy(y, N_VGetArrayPointer(vector()));
+  restart(start, stop, longest_step);
+}
+
+bool Cvode::evolve(double goal) {
+  const int flag = CVode(memory_.get(), goal, vector(), &time_, CV_NORMAL);
+  if (flag < 0) { CVodeGetCurrentTime(memory_.get(), &time_); }
+  check(flag, "");
+  return flag == CV_ROOT_RETURN;
+}
+
+long Cvode::steps() const {
+  long steps = 0;
+  check(CVodeGetNumSteps(memory_.get(), &steps), "GetNumSteps");
+  return steps;
+}
+
+void Cvode::set_falling_roots(std::size_t count, Roots roots) {
+  root_count_ = count;
+  roots_ = std::move(roots);
+  check(CVodeRootInit(memory_.get(), static_cast<int>(count), count > 0 ? root_values : nullptr),
+        "RootInit");
+  if (count == 0) { return; }
+  std::vector<int> falling(count, -1);
+  check(CVodeSetRootDirection(memory_.get(), falling.data()), "SetRootDirection");
+  check(CVodeSetNoInactiveRootWarn(memory_.get()), "SetNoInactiveRootWarn");
+}
+
+std::vector<std::size_t> Cvode::found_roots() const {
+  std::vector<int> flags(root_count_, 0);
+  check(CVodeGetRootInfo(memory_.get(), flags.data()), "GetRootInfo");
+  std::vector<std::size_t> found;
+  for (std::size_t n = 0; n < root_count_; ++n) {
+    if (flags[n] != 0) { found.push_back(n); }
+  }
+  return found;
+}
+
+int Cvode::root_values(realtype t, N_Vector y, realtype* values, void* session) {
+  auto& self = *static_cast<Cvode*>(static_cast<Session*>(session));
+  return self.guarded([&] {
+    self.roots_(t, N_VGetArrayPointer(y), values);
+    return true;
+  });
 }
 
 namespace {
@@ -170,248 +254,149 @@ namespace palpate::reference {
 
 namespace {
 
-using sundials::Session;
+sundials::Session::Rate rate_of(FirstOrderSystem& system) {
+  return [&system](double t, const double* y, double* dy) { return system.derivative(t, y, dy); };
+}
 
-class Cvode final : public Integrator {
+class Multistep final : public SystemIntegrator {
  public:
-  Cvode(std::string name, int multistep, const Problem& problem, const Tolerance& tolerance)
-      : session_(std::move(name), problem, tolerance),
-        memory_(CVodeCreate(multistep, session_.context())) {
-    session_.check_made(memory_.get(), "CVodeCreate");
-    check(CVodeSetErrHandlerFn(memory_.get(), Session::complain, &session_),
-          "CVodeSetErrHandlerFn");
-    check(CVodeInit(memory_.get(), Session::right_hand_side, 0.0, session_.state()), "CVodeInit");
-    check(CVodeSetUserData(memory_.get(), &session_), "CVodeSetUserData");
-    check(CVodeSVtolerances(memory_.get(), tolerance.relative, session_.absolute_tolerance()),
-          "CVodeSVtolerances");
-    check(CVodeSetMaxNumSteps(memory_.get(), step_limit), "CVodeSetMaxNumSteps");
-    if (multistep == CV_BDF) {
-      use_newton();
-    } else {
-      use_fixed_point();
-    }
-  }
-
-  [[nodiscard]] Session& session() { return session_; }
+  Multistep(const char* name, int method, const Problem& problem, const Tolerance& tolerance)
+      : SystemIntegrator(problem),
+        cvode_(name, method, system_.initial_state(), tolerance.relative,
+               tolerance.relative * system_.scales(tolerance), rate_of(system_), &system_) {}
 
   void begin(const Segment& segment) override {
-    check(CVodeReInit(memory_.get(), segment.start, session_.state()), "CVodeReInit");
-    check(CVodeSetMaxStep(memory_.get(), segment.max_step), "CVodeSetMaxStep");
-    check(CVodeSetStopTime(memory_.get(), segment.end), "CVodeSetStopTime");
-    // Without a minimum step, a failing right-hand side leads to millions of steps of length zero.
-    check(CVodeSetMinStep(memory_.get(), 1e-14 * segment.end), "CVodeSetMinStep");
-    time_ = segment.start;
+    system_.set_gate(segment.gate);
+    cvode_.restart(segment.start, segment.end, segment.max_step);
   }
-
   /// Advances with interpolation between steps, which has the accuracy of the steps. Steps end
   /// exactly only at breaks.
-  void advance(double time) override {
-    const int flag = CVode(memory_.get(), time, session_.state(), &time_, CV_NORMAL);
-    if (flag < 0) { CVodeGetCurrentTime(memory_.get(), &time_); }
-    check(flag, "CVode");
+  void advance(double time) override { cvode_.evolve(time); }
+  [[nodiscard]] const double* state() const override { return cvode_.values(); }
+  [[nodiscard]] long segment_steps() const override { return cvode_.steps(); }
+
+ private:
+  sundials::Cvode cvode_;
+};
+
+/// Explicit method of ERKStep, or the implicit one of ARKStep.
+class RungeKutta final : public SystemIntegrator, private sundials::Session {
+ public:
+  RungeKutta(const char* name, std::optional<ARKODE_ERKTableID> explicit_id, const Problem& problem,
+             const Tolerance& tolerance)
+      : SystemIntegrator(problem),
+        Session(name, explicit_id ? "ERKStep" : "ARKStep", ERKStepGetReturnFlagName,
+                system_.initial_state(), tolerance.relative * system_.scales(tolerance),
+                rate_of(system_)),
+        explicit_(explicit_id.has_value()),
+        memory_(
+            explicit_ ? ERKStepCreate(right_hand_side, 0.0, vector(), context())
+                      : ARKStepCreate(nullptr, right_hand_side, 0.0, vector(), context()),
+            explicit_ ? +[](void* memory) { ERKStepFree(&memory); }
+                      : +[](void* memory) { ARKStepFree(&memory); }) {
+    check_made(memory_.get(), "Create");
+    Session* const session = this;
+    call("SetErrHandlerFn", ERKStepSetErrHandlerFn, ARKStepSetErrHandlerFn, complain, session);
+    call("SetUserData", ERKStepSetUserData, ARKStepSetUserData, session);
+    call("SVtolerances", ERKStepSVtolerances, ARKStepSVtolerances, tolerance.relative,
+         absolute_tolerance());
+    call("SetMaxNumSteps", ERKStepSetMaxNumSteps, ARKStepSetMaxNumSteps, step_limit);
+    void* const memory = memory_.get();
+    if (explicit_) {
+      const sundials::Table table = sundials::explicit_table(*explicit_id);
+      check(ERKStepSetTable(memory, table.get()), "SetTable");
+      return;
+    }
+    const sundials::Table table = sundials::implicit_table(ARKODE_ESDIRK547L2SA_7_4_5);
+    check(ARKStepSetTables(memory, table->q, table->p, table.get(), nullptr), "SetTables");
+    use_sparse_jacobian(system_);
+    check(ARKStepSetLinearSolver(memory, linear_solver(), matrix()), "SetLinearSolver");
+    check(ARKStepSetJacFn(memory, jacobian), "SetJacFn");
+    // By default the convergence rate of one step size is reused for the next. On linear problems
+    // it is so small that a wrong first iterate is accepted.
+    check(ARKStepSetNonlinCRDown(memory, 1.0), "SetNonlinCRDown");
   }
 
-  [[nodiscard]] const double* state() const override { return session_.state_values(); }
+  void begin(const Segment& segment) override {
+    system_.set_gate(segment.gate);
+    time_ = segment.start;
+    check(explicit_ ? ERKStepReInit(memory_.get(), right_hand_side, time_, vector())
+                    : ARKStepReInit(memory_.get(), nullptr, right_hand_side, time_, vector()),
+          "ReInit");
+    call("SetMaxStep", ERKStepSetMaxStep, ARKStepSetMaxStep, segment.max_step);
+  }
+
+  /// Ends a step at `time` [s], because interpolation has a lower order than the method.
+  void advance(double time) override {
+    call("SetStopTime", ERKStepSetStopTime, ARKStepSetStopTime, time);
+    void* const memory = memory_.get();
+    const auto evolve = explicit_ ? ERKStepEvolve : ARKStepEvolve;
+    const int flag = evolve(memory, time, vector(), &time_, ARK_NORMAL);
+    if (flag < 0) { (explicit_ ? ERKStepGetCurrentTime : ARKStepGetCurrentTime)(memory, &time_); }
+    check(flag, "Evolve");
+    ARKodeButcherTable used = nullptr;
+    ARKodeButcherTable unused = nullptr;
+    check(explicit_ ? ERKStepGetCurrentButcherTable(memory, &used)
+                    : ARKStepGetCurrentButcherTables(memory, &used, &unused),
+          "GetCurrentButcherTable");
+    sundials::refuse_stale_stage(used, solver_);
+  }
+
+  [[nodiscard]] const double* state() const override { return values(); }
 
   [[nodiscard]] long segment_steps() const override {
     long steps = 0;
-    check(CVodeGetNumSteps(memory_.get(), &steps), "CVodeGetNumSteps");
+    call("GetNumSteps", ERKStepGetNumSteps, ARKStepGetNumSteps, &steps);
     return steps;
   }
 
  private:
-  void use_newton() {
-    session_.use_sparse_jacobian();
-    check(CVodeSetLinearSolver(memory_.get(), session_.linear_solver(), session_.matrix()),
-          "CVodeSetLinearSolver");
-    check(CVodeSetJacFn(memory_.get(), Session::jacobian), "CVodeSetJacFn");
+  /// Calls the function of the library in use.
+  template <class... Arguments>
+  void call(const char* name, int (*erkstep)(void*, Arguments...),
+            int (*arkstep)(void*, Arguments...),
+            std::type_identity_t<Arguments>... arguments) const {
+    check((explicit_ ? erkstep : arkstep)(memory_.get(), arguments...), name);
   }
 
-  void use_fixed_point() {
-    fixed_point_.reset(SUNNonlinSol_FixedPoint(session_.state(), 0, session_.context()));
-    session_.check_made(fixed_point_.get(), "SUNNonlinSol_FixedPoint");
-    check(CVodeSetNonlinearSolver(memory_.get(), fixed_point_.get()), "CVodeSetNonlinearSolver");
-  }
-
-  void check(int flag, const char* function) const {
-    session_.check(flag, function, CVodeGetReturnFlagName, time_);
-  }
-
-  Session session_;
-  sundials::NonlinearSolver fixed_point_;
-  std::unique_ptr<void, sundials::Deleter<CVodeFree>> memory_;  // freed before what it points to
-  double time_ = 0.0;
+  bool explicit_;
+  std::unique_ptr<void, void (*)(void*)> memory_;  // freed before what it points to
 };
 
-Trace solve(const char* name, int multistep, const Problem& problem,
-            const std::vector<double>& times, const Tolerance& tolerance) {
-  Cvode integrator(name, multistep, problem, tolerance);
-  return integrate({name, sundials::version()}, integrator.session().system(), times, tolerance,
-                   integrator);
+template <class Method, class Kind>
+Trace solve(const char* name, Kind kind, const Problem& problem, const std::vector<double>& times,
+            const Tolerance& tolerance) {
+  Method integrator(name, kind, problem, tolerance);
+  return integrate({name, sundials::version()}, problem, times, tolerance, integrator);
 }
 
 }  // namespace
 
 Trace solve_cvode_adams(const Problem& problem, const std::vector<double>& times,
                         const Tolerance& tolerance) {
-  return solve("cvode-adams", CV_ADAMS, problem, times, tolerance);
+  return solve<Multistep>("cvode-adams", CV_ADAMS, problem, times, tolerance);
 }
 
 Trace solve_cvode_bdf(const Problem& problem, const std::vector<double>& times,
                       const Tolerance& tolerance) {
-  return solve("cvode-bdf", CV_BDF, problem, times, tolerance);
+  return solve<Multistep>("cvode-bdf", CV_BDF, problem, times, tolerance);
 }
-
-namespace {
-
-using sundials::Session;
-
-class Explicit final : public Integrator {
- public:
-  Explicit(const char* name, ARKODE_ERKTableID id, const Problem& problem,
-           const Tolerance& tolerance)
-      : session_(name, problem, tolerance),
-        memory_(
-            ERKStepCreate(Session::right_hand_side, 0.0, session_.state(), session_.context())) {
-    session_.check_made(memory_.get(), "ERKStepCreate");
-    void* const memory = memory_.get();
-    check(ERKStepSetErrHandlerFn(memory, Session::complain, &session_), "ERKStepSetErrHandlerFn");
-    check(ERKStepSetUserData(memory, &session_), "ERKStepSetUserData");
-    const sundials::Table table = sundials::explicit_table(id);
-    check(ERKStepSetTable(memory, table.get()), "ERKStepSetTable");
-    check(ERKStepSVtolerances(memory, tolerance.relative, session_.absolute_tolerance()),
-          "ERKStepSVtolerances");
-    check(ERKStepSetMaxNumSteps(memory, step_limit), "ERKStepSetMaxNumSteps");
-  }
-
-  [[nodiscard]] Session& session() { return session_; }
-
-  void begin(const Segment& segment) override {
-    check(ERKStepReInit(memory_.get(), Session::right_hand_side, segment.start, session_.state()),
-          "ERKStepReInit");
-    check(ERKStepSetMaxStep(memory_.get(), segment.max_step), "ERKStepSetMaxStep");
-    time_ = segment.start;
-  }
-
-  /// Ends a step at `time` [s], because interpolation has a lower order than the method.
-  void advance(double time) override {
-    check(ERKStepSetStopTime(memory_.get(), time), "ERKStepSetStopTime");
-    const int flag = ERKStepEvolve(memory_.get(), time, session_.state(), &time_, ARK_NORMAL);
-    if (flag < 0) { ERKStepGetCurrentTime(memory_.get(), &time_); }
-    check(flag, "ERKStepEvolve");
-    ARKodeButcherTable used = nullptr;
-    check(ERKStepGetCurrentButcherTable(memory_.get(), &used), "ERKStepGetCurrentButcherTable");
-    sundials::refuse_stale_stage(used, session_.solver());
-  }
-
-  [[nodiscard]] const double* state() const override { return session_.state_values(); }
-
-  [[nodiscard]] long segment_steps() const override {
-    long steps = 0;
-    check(ERKStepGetNumSteps(memory_.get(), &steps), "ERKStepGetNumSteps");
-    return steps;
-  }
-
- private:
-  void check(int flag, const char* function) const {
-    session_.check(flag, function, ERKStepGetReturnFlagName, time_);
-  }
-
-  Session session_;
-  std::unique_ptr<void, sundials::Deleter<ERKStepFree>> memory_;
-  double time_ = 0.0;
-};
-
-class Implicit final : public Integrator {
- public:
-  Implicit(const char* name, const Problem& problem, const Tolerance& tolerance)
-      : session_(name, problem, tolerance),
-        memory_(ARKStepCreate(nullptr, Session::right_hand_side, 0.0, session_.state(),
-                              session_.context())) {
-    session_.check_made(memory_.get(), "ARKStepCreate");
-    void* const memory = memory_.get();
-    check(ARKStepSetErrHandlerFn(memory, Session::complain, &session_), "ARKStepSetErrHandlerFn");
-    check(ARKStepSetUserData(memory, &session_), "ARKStepSetUserData");
-    const sundials::Table table = sundials::implicit_table(ARKODE_ESDIRK547L2SA_7_4_5);
-    check(ARKStepSetTables(memory, table->q, table->p, table.get(), nullptr), "ARKStepSetTables");
-    check(ARKStepSVtolerances(memory, tolerance.relative, session_.absolute_tolerance()),
-          "ARKStepSVtolerances");
-    check(ARKStepSetMaxNumSteps(memory, step_limit), "ARKStepSetMaxNumSteps");
-    session_.use_sparse_jacobian();
-    check(ARKStepSetLinearSolver(memory, session_.linear_solver(), session_.matrix()),
-          "ARKStepSetLinearSolver");
-    check(ARKStepSetJacFn(memory, Session::jacobian), "ARKStepSetJacFn");
-    // By default the convergence rate of one step size is reused for the next. On linear problems
-    // it is so small that a wrong first iterate is accepted.
-    check(ARKStepSetNonlinCRDown(memory, 1.0), "ARKStepSetNonlinCRDown");
-  }
-
-  [[nodiscard]] Session& session() { return session_; }
-
-  void begin(const Segment& segment) override {
-    check(ARKStepReInit(memory_.get(), nullptr, Session::right_hand_side, segment.start,
-                        session_.state()),
-          "ARKStepReInit");
-    check(ARKStepSetMaxStep(memory_.get(), segment.max_step), "ARKStepSetMaxStep");
-    time_ = segment.start;
-  }
-
-  void advance(double time) override {
-    check(ARKStepSetStopTime(memory_.get(), time), "ARKStepSetStopTime");
-    const int flag = ARKStepEvolve(memory_.get(), time, session_.state(), &time_, ARK_NORMAL);
-    if (flag < 0) { ARKStepGetCurrentTime(memory_.get(), &time_); }
-    check(flag, "ARKStepEvolve");
-    ARKodeButcherTable used = nullptr;
-    ARKodeButcherTable unused_explicit = nullptr;
-    check(ARKStepGetCurrentButcherTables(memory_.get(), &used, &unused_explicit),
-          "ARKStepGetCurrentButcherTables");
-    sundials::refuse_stale_stage(used, session_.solver());
-  }
-
-  [[nodiscard]] const double* state() const override { return session_.state_values(); }
-
-  [[nodiscard]] long segment_steps() const override {
-    long steps = 0;
-    check(ARKStepGetNumSteps(memory_.get(), &steps), "ARKStepGetNumSteps");
-    return steps;
-  }
-
- private:
-  void check(int flag, const char* function) const {
-    session_.check(flag, function, ARKStepGetReturnFlagName, time_);
-  }
-
-  Session session_;
-  std::unique_ptr<void, sundials::Deleter<ARKStepFree>> memory_;
-  double time_ = 0.0;
-};
-
-template <class Method>
-Trace solve(const char* name, Method&& integrator, const std::vector<double>& times,
-            const Tolerance& tolerance) {
-  return integrate({name, sundials::version()}, integrator.session().system(), times, tolerance,
-                   integrator);
-}
-
-}  // namespace
 
 Trace solve_arkode_explicit(const Problem& problem, const std::vector<double>& times,
                             const Tolerance& tolerance) {
-  constexpr const char* name = "arkode-fehlberg-7-8";
-  return solve(name, Explicit(name, ARKODE_FEHLBERG_13_7_8, problem, tolerance), times, tolerance);
+  return solve<RungeKutta>("arkode-fehlberg-7-8", ARKODE_FEHLBERG_13_7_8, problem, times,
+                           tolerance);
 }
 
 Trace solve_arkode_dormand_prince(const Problem& problem, const std::vector<double>& times,
                                   const Tolerance& tolerance) {
-  constexpr const char* name = "arkode-dormand-prince-5-4";
-  return solve(name, Explicit(name, ARKODE_DORMAND_PRINCE_7_4_5, problem, tolerance), times,
-               tolerance);
+  return solve<RungeKutta>("arkode-dormand-prince-5-4", ARKODE_DORMAND_PRINCE_7_4_5, problem, times,
+                           tolerance);
 }
 
 Trace solve_arkode_esdirk(const Problem& problem, const std::vector<double>& times,
                           const Tolerance& tolerance) {
-  constexpr const char* name = "arkode-esdirk-5-4";
-  return solve(name, Implicit(name, problem, tolerance), times, tolerance);
+  return solve<RungeKutta>("arkode-esdirk-5-4", std::nullopt, problem, times, tolerance);
 }
 
 }  // namespace palpate::reference

@@ -28,7 +28,7 @@ std::string joined_keys(const Fit& fit, Telling telling) {
 std::size_t with_force(const CalibrationReport& report, ForceSource source) {
   return static_cast<std::size_t>(std::ranges::count_if(
       report.recordings,
-      [&](const CalibratedRecording& r) { return r.subject.seen.force == source; }));
+      [&](const CalibratedRecording& r) { return r.observed.seen.force == source; }));
 }
 
 void add_notes_on_force(const CalibrationReport& report, std::vector<std::string>& notes) {
@@ -51,7 +51,7 @@ void add_note_on_plungers(const CalibrationReport& report, std::vector<std::stri
   if (!syringe) { return; }
   const auto others =
       std::ranges::count_if(report.recordings, [&](const CalibratedRecording& each) {
-        return std::abs(each.subject.plunger_area / syringe->plunger_area - 1.0) > same;
+        return std::abs(each.observed.recording.plunger_area / syringe->plunger_area - 1.0) > same;
       });
   if (others == 0) { return; }
   notes.push_back(
@@ -64,7 +64,7 @@ void add_note_on_plungers(const CalibrationReport& report, std::vector<std::stri
 void add_note_on_body_mass(const CalibrationReport& report, std::vector<std::string>& notes) {
   const auto without = std::ranges::count_if(
       report.recordings,
-      [](const CalibratedRecording& each) { return !each.subject.body_mass_index; });
+      [](const CalibratedRecording& each) { return !each.observed.recording.body_mass_index; });
   if (without == 0 || std::cmp_equal(without, report.recordings.size())) { return; }
   notes.push_back(std::to_string(without) + " of " + std::to_string(report.recordings.size()) +
                   " recordings have no BMI: no depth was moved to a common one.");
@@ -85,8 +85,9 @@ void add_notes_on_recordings(const CalibrationReport& report, std::vector<std::s
   if (report.result.fit.data.subjects < least_subjects) {
     notes.emplace_back("Fewer than three subjects: intervals hold for these alone.");
   }
-  if (std::ranges::any_of(report.recordings,
-                          [](const auto& each) { return each.subject.person.empty(); })) {
+  if (std::ranges::any_of(report.recordings, [](const auto& each) {
+        return each.observed.recording.subject.empty();
+      })) {
     notes.emplace_back(
         "A recording that names no subject counts as one of its own: several of one person make "
         "intervals too "
@@ -138,7 +139,7 @@ void add_notes_on_what_is_left(const Fit& fit, std::vector<std::string>& notes) 
 
 bool CalibrationReport::reconstructed() const {
   return std::ranges::any_of(recordings, [](const CalibratedRecording& r) {
-    return r.kind == Recording::Kind::reconstructed;
+    return r.observed.recording.kind == Recording::Kind::reconstructed;
   });
 }
 
@@ -287,8 +288,8 @@ Table held_out_table(const std::vector<HeldOut>& held_out) {
     table.rows.push_back(
         {each.group.empty() ? "(no group)" : each.group, static_cast<double>(each.subjects),
          short_number(100.0 * each.error_fitted, 3) + " %",
-         short_number(100.0 * each.error_foretold, 3) + " %", with_unit(peak, each.seen.mean[peak]),
-         with_unit(peak, each.foretold[peak])});
+         short_number(100.0 * each.error_predicted, 3) + " %", with_unit(peak, each.seen.mean[peak]),
+         with_unit(peak, each.predicted[peak])});
   }
   return table;
 }
@@ -301,9 +302,10 @@ Table recording_table(const CalibrationReport& report) {
   for (const CalibratedRecording& each : report.recordings) {
     table.rows.push_back(
         {each.file,
-         std::string(each.kind == Recording::Kind::measured ? "measured" : "reconstructed"),
-         each.subject.group, each.technique, std::string(name_of(each.subject.seen.force)),
-         each.hash});
+         std::string(each.observed.recording.kind == Recording::Kind::measured ? "measured"
+                                                                               : "reconstructed"),
+         each.observed.recording.group, each.observed.recording.technique,
+         std::string(name_of(each.observed.seen.force)), each.hash});
   }
   return table;
 }
@@ -459,27 +461,29 @@ Json held_out_json(const HeldOut& held) {
     observables.push_back({{"name", name_of(row)},
                            {"unit", unit_of(row)},
                            {"mean", finite_or_null(held.seen.mean[row])},
-                           {"foretold", finite_or_null(held.foretold[row])}});
+                           {"foretold", finite_or_null(held.predicted[row])}});
   }
   return {{"group", held.group},
           {"subjects", held.subjects},
           {"converged", held.converged},
           {"error_fitted", finite_or_null(held.error_fitted)},
-          {"error_foretold", finite_or_null(held.error_foretold)},
+          {"error_foretold", finite_or_null(held.error_predicted)},
           {"observables", observables}};
 }
 
 Json recording_json(const CalibratedRecording& recording) {
-  Json json{{"file", recording.file},
-            {"name", recording.subject.name},
-            {"kind", recording.kind == Recording::Kind::measured ? "measured" : "reconstructed"},
-            {"group", recording.subject.group},
-            {"technique", recording.technique},
-            {"force", name_of(recording.subject.seen.force)},
-            {"source", recording.source},
-            {"hash", recording.hash}};
-  if (recording.subject.body_mass_index) {
-    json["bmi_kg_per_m2"] = *recording.subject.body_mass_index;
+  Json json{
+      {"file", recording.file},
+      {"name", recording.observed.recording.name},
+      {"kind", recording.observed.recording.kind == Recording::Kind::measured ? "measured"
+                                                                              : "reconstructed"},
+      {"group", recording.observed.recording.group},
+      {"technique", recording.observed.recording.technique},
+      {"force", name_of(recording.observed.seen.force)},
+      {"source", recording.observed.recording.source},
+      {"hash", recording.hash}};
+  if (recording.observed.recording.body_mass_index) {
+    json["bmi_kg_per_m2"] = *recording.observed.recording.body_mass_index;
   }
   return json;
 }

@@ -15,10 +15,7 @@ namespace palpate {
 struct CalibratedRecording {
   std::string file{};  ///< file name without folder
   std::string hash{};  ///< hash of the file contents
-  std::string source{};
-  std::string technique{};
-  Recording::Kind kind = Recording::Kind::measured;
-  calibration::Subject subject{};
+  calibration::ObservedRecording observed{};
 };
 
 struct CalibrationReport {

@@ -90,7 +90,7 @@ Table misses_table(const CertificateReport& report) {
   return table;
 }
 
-Table provocations_table(const CertificateReport& report) {
+Table probes_table(const CertificateReport& report) {
   Table table{
       .id = "provocations",
       .title = "Worst ticks, provoked",
@@ -106,7 +106,7 @@ Table provocations_table(const CertificateReport& report) {
                   "repetitions"},
       .timing = true};
   const double cycles = report.cycles_per_second.value_or(std::numeric_limits<double>::quiet_NaN());
-  for (const Provocation& each : report.result.budget.provocations) {
+  for (const WorstCaseProbe& each : report.result.budget.probes) {
     table.rows.push_back({each.name, each.what, each.scene_time, us * each.processor,
                           us * each.wall, 100.0 * each.processor / report.result.claim.deadline,
                           report.cycles_per_second ? Cell(1e-3 * cycles * each.processor)
@@ -169,7 +169,7 @@ std::string happening_at(const CertificateReport& report, const Moment& moment) 
 }
 
 std::vector<Table> certificate_tables(const CertificateReport& report) {
-  std::vector<Table> tables{times_table(report), misses_table(report), provocations_table(report)};
+  std::vector<Table> tables{times_table(report), misses_table(report), probes_table(report)};
   if (const LoadResult* worst = report.result.worst()) {
     tables.push_back(tail_table(worst->tail));
     if (!worst->tail.levels.empty()) { tables.push_back(levels_table(worst->tail)); }
@@ -343,8 +343,8 @@ Json budget_json(const CertificateReport& report) {
     return report.cycles_per_second ? Json(seconds * *report.cycles_per_second) : Json(nullptr);
   };
   Json json{{"statement", budget_text(report.result)},
-            {"worst_us", budget.provocations.empty() ? Json(nullptr) : Json(us * budget.worst())},
-            {"worst_cycles", budget.provocations.empty() ? Json(nullptr) : cycles(budget.worst())},
+            {"worst_us", budget.probes.empty() ? Json(nullptr) : Json(us * budget.worst())},
+            {"worst_cycles", budget.probes.empty() ? Json(nullptr) : cycles(budget.worst())},
             {"deadline_cycles", cycles(deadline)},
             {"cycles_per_second",
              report.cycles_per_second ? Json(*report.cycles_per_second) : Json(nullptr)},
@@ -352,7 +352,7 @@ Json budget_json(const CertificateReport& report) {
              budget.worst_instructions ? Json(*budget.worst_instructions) : Json(nullptr)},
             {"not_counted", budget.worst_instructions ? Json(nullptr) : Json(report.not_counted)},
             {"provocations", Json::array()}};
-  for (const Provocation& each : budget.provocations) {
+  for (const WorstCaseProbe& each : budget.probes) {
     json["provocations"].push_back({{"name", each.name},
                                     {"what", each.what},
                                     {"scene_s", each.scene_time},

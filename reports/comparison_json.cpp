@@ -155,19 +155,18 @@ Json corridor_of(const GroupSummary& group, const CorridorRule& rule) {
 Json to_json(const GroupSummary& group, const CorridorRule& rule) {
   Json features = Json::array();
   for (const FeatureSummary& one : group.features) { features.push_back(to_json(one)); }
-  const bool judged = group.recordings > group.not_comparable;
   return {{"group", group.group},
           {"recordings", group.recordings},
           {"subjects", group.subjects},
           {"measured", group.measured},
           {"reconstructed", group.recordings - group.measured},
-          {"agree", group.agree},
-          {"not_distinguishable", group.not_distinguishable},
-          {"differ", group.differ},
-          {"not_comparable", group.not_comparable},
+          {"agree", group.tally.passed},
+          {"not_distinguishable", group.tally.inconclusive},
+          {"differ", group.tally.failed},
+          {"not_comparable", group.tally.errors},
           {"subjects_agree", group.subjects_agree},
           {"agree_share", json_number(group.agree_share)},
-          {"agree_interval_95", judged ? to_json(group.agree_interval) : Json(nullptr)},
+          {"agree_interval_95", group.subjects > 0 ? to_json(group.agree_interval) : Json(nullptr)},
           {"features", features},
           {"means_judged", list_of(group.means)},
           {"corridor", corridor_of(group, rule)},
@@ -201,9 +200,9 @@ Json options_of(const GroupOptions& options) {
             {"longest_fall_s", loss.longest_fall},
             {"unsteady", loss.unsteady},
             {"least_peak", loss.least_peak}}},
-          {"u_zero", o.quantity == QuantityKind::pressure ? o.uncertainties.zero
+          {"u_zero", o.quantity == QuantityKind::pressure ? o.uncertainties.transducer.zero
                                                           : o.uncertainties.zero_force},
-          {"u_gain", o.uncertainties.gain},
+          {"u_gain", o.uncertainties.transducer.gain},
           {"u_num", o.uncertainties.numerical},
           {"u_input", o.uncertainties.input},
           {"coverage_factor", o.uncertainties.coverage_factor},

@@ -188,7 +188,7 @@ std::string inside_of(const GroupSummary& group, const CorridorRule& rule) {
 }
 
 std::string agreed_of(const GroupSummary& group) {
-  if (group.recordings == group.not_comparable) { return "none compared"; }
+  if (group.subjects == 0) { return "none compared"; }
   return std::to_string(group.subjects_agree) + " of " + std::to_string(group.subjects) + " (" +
          short_number(100.0 * group.agree_interval.lower, 3) + " to " +
          short_number(100.0 * group.agree_interval.upper, 3) + " %)";
@@ -208,13 +208,13 @@ LabelledTable groups_table(const ComparisonReport& report) {
                                   {"not distinguishable"},
                                   {"not comparable"},
                                   {"in the corridor", why}}};
-  const auto count = [](std::size_t number) { return std::to_string(number); };
+  const auto count = [](auto number) { return std::to_string(number); };
   for (const GroupSummary& group : report.found.groups) {
     table.rows.push_back({name_of_group(group.group), badge_of(group.outcome.status),
                           count(group.subjects), agreed_of(group), count(group.recordings),
-                          count(group.measured), count(group.agree), count(group.differ),
-                          count(group.not_distinguishable), count(group.not_comparable),
-                          inside_of(group, report.options.corridor)});
+                          count(group.measured), count(group.tally.passed),
+                          count(group.tally.failed), count(group.tally.inconclusive),
+                          count(group.tally.errors), inside_of(group, report.options.corridor)});
   }
   return table;
 }
@@ -514,10 +514,11 @@ std::vector<Fact> rule_facts(const ComparisonReport& report) {
        "ends of ± "
        "U"},
       {"u_D",
-       o.quantity == QuantityKind::pressure ? "zero " + quantity(o.uncertainties.zero, "Pa") +
-                                                  ", gain " + percent(o.uncertainties.gain)
-                                            : "zero " + quantity(o.uncertainties.zero_force, "N") +
-                                                  ", gain " + percent(o.uncertainties.gain),
+       o.quantity == QuantityKind::pressure
+           ? "zero " + quantity(o.uncertainties.transducer.zero, "Pa") + ", gain " +
+                 percent(o.uncertainties.transducer.gain)
+           : "zero " + quantity(o.uncertainties.zero_force, "N") + ", gain " +
+                 percent(o.uncertainties.transducer.gain),
        "beside noise, sampling and the alignment"},
       {"u_num and u_input",
        percent(o.uncertainties.numerical) + " and " + percent(o.uncertainties.input),

@@ -4,7 +4,7 @@ set(may_include_model/tissue "model/(problem|tissue)")
 set(may_include_model/kernels "model/(problem|kernels)")
 set(may_include_model/reduction "model/(problem|kernels|reduction)")
 set(may_include_model/stepping "model/(problem|kernels|reduction|stepping)")
-set(may_include_reference "reference|model/problem|model/tissue/triangle_surface.hpp")  # solids.hpp
+set(may_include_reference "reference|model/problem")
 set(may_include_validation "validation|reference|model|device")
 set(may_include_fixtures/io "fixtures/io|model/(problem|tissue)")
 set(may_include_device "device")

@@ -1,28 +1,32 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Random numbers that are identical on every machine.
+/// Random numbers, vectors and orders that are identical on every machine.
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <random>
+#include <cstddef>
+#include <utility>
+
+#include "device/seeded.hpp"
 
 namespace palpate {
 
-/// Generator of uniform random numbers in [low, high) that are identical on every machine.
-class Random {
+/// Generator of uniform random numbers in [low, high).
+class Random : public device::Seeded {
  public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-  double operator()(double low, double high) {
-    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
-  }
+  using Seeded::Seeded;
+  double operator()(double low, double high) { return uniform(low, high); }
   Eigen::VectorXd vector(Eigen::Index size, double amplitude) {
     Eigen::VectorXd values(size);
-    for (double& value : values) { value = (*this)(-amplitude, amplitude); }
+    for (double& value : values) { value = uniform(-amplitude, amplitude); }
     return values;
   }
-
- private:
-  std::mt19937_64 bits_;
+  /// Puts the values into a random order (Fisher-Yates).
+  template <class Values> void shuffle(Values& values) {
+    for (std::size_t n = values.size(); n > 1; --n) {
+      std::swap(values[n - 1],
+                values[static_cast<std::size_t>(uniform(0.0, static_cast<double>(n)))]);
+    }
+  }
 };
 
 }  // namespace palpate

@@ -11,12 +11,6 @@ namespace palpate {
 
 namespace {
 
-template <class Values> void shuffle(Values& values, Random& random) {
-  for (std::size_t n = values.size(); n > 1; --n) {
-    std::swap(values[n - 1], values[static_cast<std::size_t>(random(0.0, static_cast<double>(n)))]);
-  }
-}
-
 /// Matrices without columns stay empty.
 void move_columns(const NodeVectors& from, const std::vector<int>& node_of, NodeVectors& to) {
   for (Eigen::Index i = 0; i < from.cols(); ++i) {
@@ -31,7 +25,7 @@ std::vector<int> renumber(SpringNetwork& network, Scene& scene, std::uint64_t se
   Random random(seed);
   std::vector<int> node_of(static_cast<std::size_t>(first.node_count()));
   std::iota(node_of.begin(), node_of.end(), 0);
-  shuffle(node_of, random);
+  random.shuffle(node_of);
   const auto to = [&](int node) { return node_of[static_cast<std::size_t>(node)]; };
   move_columns(first.rest_position, node_of, network.rest_position);
   move_columns(first.initial_displacement, node_of, network.initial_displacement);
@@ -45,7 +39,7 @@ std::vector<int> renumber(SpringNetwork& network, Scene& scene, std::uint64_t se
     s.b = to(s.b);
     if (random(0.0, 1.0) < 0.5) { std::swap(s.a, s.b); }
   });
-  network.springs.edit([&](std::vector<Spring>& all) { shuffle(all, random); });
+  network.springs.edit([&](std::vector<Spring>& all) { random.shuffle(all); });
   for (Load& load : scene.loads) {
     for (int& node : load.nodes) { node = to(node); }
   }

@@ -50,9 +50,10 @@ class Sampler {
   void take() {
     const double energy = is_measured_ ? subject_.energy() : 0.0;
     if (is_measured_) {
-      if (subject_.ticks() == 0) { trace_.energy.initial = trace_.energy.maximum = energy; }
+      if (subject_.ticks() == 0) { trace_.energy.initial = energy; }
       trace_.energy.final = energy;
-      trace_.energy.maximum = std::max(trace_.energy.maximum, energy);
+      largest_energy_.add(energy);
+      trace_.energy.maximum = largest_energy_.value();
     }
     if (subject_.ticks() % options_.every == 0 || subject_.ticks() == subject_.tick_count()) {
       take_row(energy);
@@ -157,6 +158,7 @@ class Sampler {
   const SampleOptions& options_;
   Trace& trace_;
   bool is_measured_ = options_.energy || options_.energy_range;
+  Largest largest_energy_{-unbounded};
   std::size_t subject_columns_ = 0;
   std::size_t device_columns_ = 0;  ///< with those of the subject
   std::vector<double> row_{};

@@ -37,6 +37,12 @@ struct BootstrapOptions {
 std::optional<Interval> bootstrap_mean(std::span<const double> value,
                                        const BootstrapOptions& options = {});
 
+/// Standard uncertainties of a pressure transducer that all its readings share.
+struct TransducerUncertainty {
+  double zero = 57.0;  ///< [Pa] within 1 cm of the needle's height, uniform
+  double gain = 0.01;  ///< [1] assumed, no recording states it
+};
+
 /// Returns the t of Student's distribution for which a share of `level` lies between -t and t.
 double student_factor(double level, std::size_t degrees_of_freedom);
 /// Returns the share of Student's distribution between -factor and factor.

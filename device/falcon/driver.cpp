@@ -10,9 +10,6 @@
 namespace palpate::device::falcon {
 namespace {
 
-constexpr std::array<std::uint8_t, 3> hail_bytes{0x0A, 0x43, 0x0D};
-constexpr std::array<std::uint8_t, 4> hail_answer{0x0A, 0x44, 0x2C, 0x0D};
-constexpr std::array<std::uint8_t, 1> load_request{0x41};
 constexpr std::size_t block_bytes = 62;  // payload of one USB transfer of the real device
 
 }  // namespace
@@ -26,16 +23,16 @@ OpenResult Driver::open(std::span<const std::uint8_t> image) noexcept {
 bool Driver::hail() noexcept {
   for (int n = 0; n < options_.hails; ++n) {
     discard();
-    (void)link_.write(hail_bytes);
-    if (await(hail_answer, options_.hail_patience)) { return true; }
+    (void)link_.write(hail_request);
+    if (await(hail_reply, options_.hail_patience)) { return true; }
   }
   return false;
 }
 
 bool Driver::upload(std::span<const std::uint8_t> image) noexcept {
   discard();
-  (void)link_.write(load_request);
-  bool right = await(load_request, options_.hail_patience);
+  (void)link_.write({&load_request, 1});
+  bool right = await({&load_request, 1}, options_.hail_patience);
   while (right && !image.empty()) {
     const auto block = image.first(std::min(block_bytes, image.size()));
     (void)link_.write(block);
@@ -116,19 +113,6 @@ constexpr int most_tries = 15;
 
 }  // namespace
 
-Eigen::Vector3d CorrectProfile::position(const Counts& counts) noexcept {
-  const Eigen::Vector3d theta1 = angles_of_counts(kinematics_.geometry(), counts);
-  position_ = kinematics_.forward(theta1, position_).value_or(position_);
-  return position_;
-}
-
-Command CorrectProfile::words(const Eigen::Vector3d& position,
-                              const Eigen::Vector3d& force_on_hand) noexcept {
-  const auto jacobian = kinematics_.jacobian(position);
-  if (!jacobian) { return {}; }
-  return words_of_torque(motors_, torque_of_force(*jacobian, force_on_hand));
-}
-
 std::optional<Eigen::Matrix3d> stock_jacobian(const Kinematics& kinematics,
                                               const Eigen::Vector3d& position) noexcept {
   const auto legs = kinematics.legs(position);
@@ -143,8 +127,25 @@ std::optional<Eigen::Matrix3d> stock_jacobian(const Kinematics& kinematics,
   return rates.inverse();
 }
 
-Eigen::Vector3d StockProfile::position(const Counts& counts) noexcept {
-  const Eigen::Vector3d wanted = angles_of_counts(kinematics_.geometry(), counts);
+DriverProfile::DriverProfile(Kind kind, const Kinematics& kinematics, const MotorOptions& motors)
+    : kind_(kind),
+      kinematics_(kinematics),
+      motors_(kind == Kind::stock ? MotorOptions{.words_per_newton_metre = libnifalcon_scale}
+                                  : motors),
+      position_(kind == Kind::stock ? Eigen::Vector3d(0.0, 0.0, 0.080) : Kinematics::cold_start()) {
+}
+
+Eigen::Vector3d DriverProfile::position(const Counts& counts) noexcept {
+  const Eigen::Vector3d theta1 = angles_of_counts(kinematics_.geometry(), counts);
+  if (kind_ == Kind::stock) {
+    stock_steps(theta1);
+  } else {
+    position_ = kinematics_.forward(theta1, position_).value_or(position_);
+  }
+  return position_;
+}
+
+void DriverProfile::stock_steps(const Eigen::Vector3d& theta1) noexcept {
   Eigen::Vector3d guess = position_;
   double share = 0.5;
   double error_before = HUGE_VAL;
@@ -152,7 +153,7 @@ Eigen::Vector3d StockProfile::position(const Counts& counts) noexcept {
     const auto angles = kinematics_.inverse(guess);
     const auto jacobian = stock_jacobian(kinematics_, guess);
     if (!angles || !jacobian) { break; }
-    const Eigen::Vector3d miss = wanted - angles->theta1;
+    const Eigen::Vector3d miss = theta1 - angles->theta1;
     guess += share * (*jacobian * miss);
     const double error = miss.norm();
     if (error < close_enough) {  // of the guess before the step
@@ -162,18 +163,18 @@ Eigen::Vector3d StockProfile::position(const Counts& counts) noexcept {
     if (error > error_before) { share *= 0.5; }
     error_before = error;
   }
-  return position_;
 }
 
-Command StockProfile::words(const Eigen::Vector3d& position,
-                            const Eigen::Vector3d& force_on_hand) noexcept {
-  const auto jacobian = stock_jacobian(kinematics_, position);
+Command DriverProfile::words(const Eigen::Vector3d& position,
+                             const Eigen::Vector3d& force_on_hand) const noexcept {
+  const auto jacobian =
+      kind_ == Kind::stock ? stock_jacobian(kinematics_, position) : kinematics_.jacobian(position);
   if (!jacobian) { return {}; }
   Eigen::Vector3d torque = torque_of_force(*jacobian, force_on_hand);
+  if (kind_ == Kind::correct) { return words_of_torque(motors_, torque); }
   const double largest = torque.cwiseAbs().maxCoeff();
   if (largest > most_torque) { torque *= most_torque / largest; }
-  const MotorOptions uncalibrated{.words_per_newton_metre = libnifalcon_scale};
-  Command command{.asked = words_of_torque(uncalibrated, torque).asked};
+  Command command = words_of_torque(motors_, torque);
   for (std::size_t leg = 0; leg < 3; ++leg) { command.sent[leg] = wrapped(command.asked[leg]); }
   return command;
 }

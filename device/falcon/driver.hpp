@@ -72,50 +72,34 @@ class Driver {
   DriverCounts counts_{};
 };
 
-/// Conversion of counts and forces by a driver. `CorrectProfile` is exact; `StockProfile`
-/// reproduces the errors of libnifalcon (f7c727a).
+/// Conversion of counts and forces by a driver.
 class DriverProfile {
  public:
-  virtual ~DriverProfile() = default;
+  /// `correct` has the exact forward solution, the true Jacobian and clamped words. `stock`
+  /// reproduces three defects of libnifalcon (f7c727a). (1) The row of each leg uses sin(theta2)
+  /// squared for the rate along z instead of sin(theta2) sin(theta3) (issue 66), in forces and in
+  /// position. (2) Words are neither clamped nor calibrated: 10,000 per N m, the low 16 bits are
+  /// sent. (3) The position uses half Newton steps and stops after the first step that began within
+  /// 0.01 rad, which acts as a one-pole filter at loop rate.
+  enum class Kind { correct, stock };
+
+  /// `motors` is ignored by a stock profile.
+  explicit DriverProfile(Kind kind, const Kinematics& kinematics = Kinematics(),
+                         const MotorOptions& motors = {});
   /// Returns the position [m] that the driver reports for these counts, or the previous position if
   /// there is no solution.
-  virtual Eigen::Vector3d position(const Counts& counts) noexcept = 0;
+  Eigen::Vector3d position(const Counts& counts) noexcept;
   /// Returns the motor words for a force on the hand [N] at the reported position of the grip [m].
-  virtual Command words(const Eigen::Vector3d& position,
-                        const Eigen::Vector3d& force_on_hand) noexcept = 0;
-};
-
-/// Driver profile with the exact forward solution, the true Jacobian and clamped words.
-class CorrectProfile final : public DriverProfile {
- public:
-  explicit CorrectProfile(const Kinematics& kinematics = Kinematics(),
-                          const MotorOptions& motors = {})
-      : kinematics_(kinematics), motors_(motors) {}
-  Eigen::Vector3d position(const Counts& counts) noexcept override;
-  Command words(const Eigen::Vector3d& position,
-                const Eigen::Vector3d& force_on_hand) noexcept override;
+  [[nodiscard]] Command words(const Eigen::Vector3d& position,
+                              const Eigen::Vector3d& force_on_hand) const noexcept;
 
  private:
+  void stock_steps(const Eigen::Vector3d& theta1) noexcept;
+
+  Kind kind_;
   Kinematics kinematics_;
   MotorOptions motors_;
-  Eigen::Vector3d position_ = Kinematics::cold_start();
-};
-
-/// Driver profile with libnifalcon's three defects. (1) The row of each leg uses sin(theta2)
-/// squared for the rate along z instead of sin(theta2) sin(theta3) (issue 66), in forces and in
-/// position. (2) Words are neither clamped nor calibrated: 10,000 per N m, the low 16 bits are
-/// sent. (3) The position uses half Newton steps and stops after the first step that began within
-/// 0.01 rad, which acts as a one-pole filter at loop rate.
-class StockProfile final : public DriverProfile {
- public:
-  explicit StockProfile(const Geometry& geometry = libnifalcon()) : kinematics_(geometry) {}
-  Eigen::Vector3d position(const Counts& counts) noexcept override;
-  Command words(const Eigen::Vector3d& position,
-                const Eigen::Vector3d& force_on_hand) noexcept override;
-
- private:
-  Kinematics kinematics_;
-  Eigen::Vector3d position_{0.0, 0.0, 0.080};  ///< initial guess of the first position solution [m]
+  Eigen::Vector3d position_;  ///< the last one, and the initial guess of the next [m]
 };
 
 /// Returns the Jacobian that libnifalcon uses [m/rad], wrong in z, or nothing beyond the reach.

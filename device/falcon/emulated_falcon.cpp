@@ -3,19 +3,8 @@
 #include "device/falcon/emulated_falcon.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 
 namespace palpate::device::falcon {
-
-namespace {
-
-std::unique_ptr<DriverProfile> profile_of(const EmulatedFalconOptions& options) {
-  const Kinematics kinematics(options.body.geometry);
-  if (options.stock_profile) { return std::make_unique<StockProfile>(options.body.geometry); }
-  return std::make_unique<CorrectProfile>(kinematics, options.body.motors);
-}
-
-}  // namespace
 
 EmulatedFalcon::EmulatedFalcon(const EmulatedFalconOptions& options, const Hand& hand)
     : options_(options),
@@ -23,7 +12,8 @@ EmulatedFalcon::EmulatedFalcon(const EmulatedFalconOptions& options, const Hand&
       body_(options.body, hand),
       emulator_(body_, FirmwareOptions{.loaded = true}, options.faults),
       driver_(link_.host(), {.reply_deadline = 0.0, .keep_late = true}),
-      profile_(profile_of(options)),
+      profile_(options.stock_profile ? DriverProfile::Kind::stock : DriverProfile::Kind::correct,
+               kinematics_, options.body.motors),
       place_(options.body.start) {
   link_.attach(emulator_);
 }
@@ -38,14 +28,12 @@ DeviceSample EmulatedFalcon::exchange(const Eigen::Vector3d& force) noexcept {
 }
 
 DeviceSample EmulatedFalcon::exchange_packets(const Eigen::Vector3d& force) noexcept {
-  const Command command = profile_->words(place_, force);
-  const int largest = options_.body.motors.largest_word;
-  saturated_ = std::ranges::any_of(
-      command.asked, [largest](std::int64_t word) { return std::llabs(word) > largest; });
+  const Command command = profile_.words(place_, force);
+  saturated_ = command.saturated;
   const std::optional<DevicePacket> reply = driver_.exchange({.words = command.sent});
   if (!reply) { return {.position = place_, .answered = false, .homed = homed_}; }
   homed_ = std::ranges::all_of(reply->homed, [](bool leg) { return leg; });
-  if (homed_) { place_ = profile_->position(reply->counts); }  // counts are not valid before
+  if (homed_) { place_ = profile_.position(reply->counts); }  // counts are not valid before
   return {.position = place_, .homed = homed_};
 }
 

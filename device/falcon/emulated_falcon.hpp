@@ -3,8 +3,6 @@
 /// Emulated Falcon in lock step with its caller: driver, wire, firmware, motors, mechanism and hand
 /// in one process and in virtual time.
 
-#include <memory>
-
 #include "device/byte_link.hpp"
 #include "device/falcon/driver.hpp"
 #include "device/falcon/emulator.hpp"
@@ -48,7 +46,7 @@ class EmulatedFalcon final : public HapticDevice {
   MemoryLink link_{Emulator::body_step};
   Emulator emulator_;
   Driver driver_;
-  std::unique_ptr<DriverProfile> profile_;
+  DriverProfile profile_;
   Eigen::Vector3d place_;                             ///< position reported by the driver [m]
   bool homed_ = true;                                 ///< homing state in the last reply
   Eigen::Vector3d torque_ = Eigen::Vector3d::Zero();  ///< torque without the wire [N m]

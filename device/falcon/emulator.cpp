@@ -5,13 +5,6 @@
 #include <algorithm>
 
 namespace palpate::device::falcon {
-namespace {
-
-constexpr std::array<std::uint8_t, 3> hail{0x0A, 0x43, 0x0D};
-constexpr std::array<std::uint8_t, 4> hail_answer{0x0A, 0x44, 0x2C, 0x0D};
-constexpr std::uint8_t load_request = 0x41;
-
-}  // namespace
 
 Firmware::Firmware(const FirmwareOptions& options) noexcept
     : options_(options), state_(options.loaded ? FirmwareState::run : FirmwareState::boot) {}
@@ -46,17 +39,17 @@ void Firmware::take(std::uint8_t byte, FirmwareSink& sink) noexcept {
     if (begins) { note(FirmwareEvent::load_begun, sink); }
     return;
   }
-  const bool in_hail = state_ != FirmwareState::run && byte == hail[hail_matched_];
-  hail_matched_ = in_hail ? hail_matched_ + 1 : (byte == hail[0] ? 1U : 0U);
+  const bool in_hail = state_ != FirmwareState::run && byte == hail_request[hail_matched_];
+  hail_matched_ = in_hail ? hail_matched_ + 1 : (byte == hail_request[0] ? 1U : 0U);
   const bool expected =
       reader_.pending_bytes() > 0 || (state_ != FirmwareState::run && hail_matched_ > 0);
   if (!expected && !stray_noted_) { note(FirmwareEvent::stray_bytes, sink); }
   stray_noted_ = !expected;
-  if (hail_matched_ < hail.size()) { return; }
+  if (hail_matched_ < hail_request.size()) { return; }
   hail_matched_ = 0;
   state_ = FirmwareState::ready;
   note(FirmwareEvent::hail, sink);
-  sink.send(hail_answer);
+  sink.send(hail_reply);
 }
 
 void Firmware::answer(const HostPacket& request, double now_s, const DevicePacket& present,

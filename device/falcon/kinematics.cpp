@@ -34,35 +34,6 @@ Geometry martin_hillier() {
   return geometry;
 }
 
-Reach solve_leg(const Geometry& geometry, const LegFrame& frame, const Eigen::Vector3d& position,
-                Leg& leg) noexcept {
-  const double a = geometry.thigh;
-  const double b = geometry.shin;
-  const double X = frame.outward.dot(position) - geometry.radial_offset();
-  const double w = position.z();
-  leg.sideways = frame.sideways.dot(position) + geometry.lateral_offset();
-  if (!(w > 0.0) || !(std::abs(leg.sideways) < widest_swing * b)) { return Reach::beyond; }
-  leg.height = std::sqrt((b - leg.sideways) * (b + leg.sideways));
-  leg.reach = geometry.link_offset() + leg.height;
-  const double L = leg.reach;
-  const double R = std::sqrt(X * X + w * w);
-  // Area of the triangle a, L, R. The factored form is accurate where the triangle degenerates at
-  // the edge of the reach.
-  const double area_squared = (a + L - R) * (a - L + R) * (L - a + R) * (a + L + R);
-  if (!(area_squared > 0.0) || !std::isfinite(area_squared)) { return Reach::beyond; }
-  const double twice = 2.0 * a * R;
-  const double cosine_at_base = (R * R + (a - L) * (a + L)) / twice;
-  const double sine_at_base = std::sqrt(area_squared) / twice;
-  leg.cosine = (X * cosine_at_base + w * sine_at_base) / R;
-  leg.sine = (w * cosine_at_base - X * sine_at_base) / R;
-  leg.outward = X - a * leg.cosine;
-  leg.away = w - a * leg.sine;
-  leg.lever = a * R * sine_at_base;
-  leg.closure = leg.outward * frame.outward + L * leg.sideways / leg.height * frame.sideways +
-                Eigen::Vector3d(0.0, 0.0, leg.away);
-  return Reach::within;
-}
-
 double curvature_acceleration(const Geometry& geometry, const LegFrame& frame, const Leg& leg,
                               const Eigen::Vector3d& velocity) noexcept {
   const double a = geometry.thigh;
@@ -80,6 +51,41 @@ double curvature_acceleration(const Geometry& geometry, const LegFrame& frame, c
 }
 
 namespace {
+
+/// Largest |v + f| / b that is within the reach of a leg. At 1 the parallelogram is folded flat and
+/// the derivatives are infinite.
+constexpr double widest_swing = 1.0 - 1e-4;
+
+/// Computes `leg` with the knee outside, the only branch of the mechanism. Returns false beyond the
+/// reach or behind the base plane; then `leg` is unspecified.
+bool solve_leg(const Geometry& geometry, const LegFrame& frame, const Eigen::Vector3d& position,
+               Leg& leg) noexcept {
+  const double a = geometry.thigh;
+  const double b = geometry.shin;
+  const double X = frame.outward.dot(position) - geometry.radial_offset();
+  const double w = position.z();
+  leg.sideways = frame.sideways.dot(position) + geometry.lateral_offset();
+  if (!(w > 0.0) || !(std::abs(leg.sideways) < widest_swing * b)) { return false; }
+  leg.height = std::sqrt((b - leg.sideways) * (b + leg.sideways));
+  leg.reach = geometry.link_offset() + leg.height;
+  const double L = leg.reach;
+  const double R = std::sqrt(X * X + w * w);
+  // Area of the triangle a, L, R. The factored form is accurate where the triangle degenerates at
+  // the edge of the reach.
+  const double area_squared = (a + L - R) * (a - L + R) * (L - a + R) * (a + L + R);
+  if (!(area_squared > 0.0) || !std::isfinite(area_squared)) { return false; }
+  const double twice = 2.0 * a * R;
+  const double cosine_at_base = (R * R + (a - L) * (a + L)) / twice;
+  const double sine_at_base = std::sqrt(area_squared) / twice;
+  leg.cosine = (X * cosine_at_base + w * sine_at_base) / R;
+  leg.sine = (w * cosine_at_base - X * sine_at_base) / R;
+  leg.outward = X - a * leg.cosine;
+  leg.away = w - a * leg.sine;
+  leg.lever = a * R * sine_at_base;
+  leg.closure = leg.outward * frame.outward + L * leg.sideways / leg.height * frame.sideways +
+                Eigen::Vector3d(0.0, 0.0, leg.away);
+  return true;
+}
 
 constexpr double longest_step = 0.030;  // [m]
 constexpr double last_step = 1e-9;      // [m]; the error after it is its square times 1/m
@@ -122,9 +128,7 @@ Kinematics::Kinematics(const Geometry& geometry) : geometry_(geometry) {
 std::optional<std::array<Leg, 3>> Kinematics::legs(const Eigen::Vector3d& position) const noexcept {
   std::array<Leg, 3> legs;
   for (std::size_t leg = 0; leg < 3; ++leg) {
-    if (solve_leg(geometry_, frames_[leg], position, legs[leg]) == Reach::beyond) {
-      return std::nullopt;
-    }
+    if (!solve_leg(geometry_, frames_[leg], position, legs[leg])) { return std::nullopt; }
   }
   if (handedness(legs) >= 0.0) { return std::nullopt; }
   return legs;

@@ -71,17 +71,6 @@ struct LegFrame {
   Eigen::Vector3d sideways{};  ///< v
 };
 
-/// Largest |v + f| / b that is within the reach of a leg. At 1 the parallelogram is folded flat and
-/// the derivatives are infinite.
-inline constexpr double widest_swing = 1.0 - 1e-4;
-
-enum class Reach { within, beyond };
-
-/// Computes `leg` with the knee outside, the only branch of the mechanism. Beyond the reach or
-/// behind the base plane, `leg` is unspecified.
-Reach solve_leg(const Geometry& geometry, const LegFrame& frame, const Eigen::Vector3d& position,
-                Leg& leg) noexcept;
-
 /// Returns theta1'' at constant velocity of the grip [rad/s^2]: the part of the arm's acceleration
 /// due to the curvature of theta1(position).
 double curvature_acceleration(const Geometry& geometry, const LegFrame& frame, const Leg& leg,

@@ -21,17 +21,17 @@ bool of_link(Kind kind) noexcept {
          kind == Kind::corrupt || kind == Kind::unplug;
 }
 
-std::mt19937_64 stream(const FaultScript& script, std::uint64_t number) {
-  return std::mt19937_64(script.seed + number * stream_stride);
+Seeded stream(const FaultScript& script, std::uint64_t number) {
+  return Seeded(script.seed + number * stream_stride);
 }
 
 /// Returns the faults that occur. The probability of windows is drawn here, in the order of the
 /// script, so that both directions and the device agree.
 std::vector<LinkFault> drawn(const FaultScript& script) {
   std::vector<LinkFault> result;
-  std::mt19937_64 generator = stream(script, 0);
+  Seeded random = stream(script, 0);
   for (LinkFault fault : script.faults) {
-    const double number = unit_number(generator);
+    const double number = random.uniform();
     const bool window = fault.kind == Kind::unplug || !of_link(fault.kind);
     if (window && number >= fault.probability) { continue; }
     if (window) { fault.probability = 1.0; }
@@ -41,11 +41,6 @@ std::vector<LinkFault> drawn(const FaultScript& script) {
 }
 
 }  // namespace
-
-double unit_number(std::mt19937_64& generator) noexcept {
-  constexpr unsigned spare_bits = 64 - 53;
-  return static_cast<double>(generator() >> spare_bits) * 0x1p-53;
-}
 
 FaultChannel::FaultChannel(const FaultScript& script, Direction direction)
     : faults_(drawn(script)),
@@ -65,8 +60,8 @@ double FaultChannel::delay(double now_s) noexcept {
   bool late = false;
   for (const LinkFault& fault : faults_) {
     if (fault.kind != Kind::latency) { continue; }
-    const double chance = unit_number(for_writes_);
-    const double share = unit_number(for_writes_);
+    const double chance = for_writes_.uniform();
+    const double share = for_writes_.uniform();
     if (!active(fault, now_s) || chance >= fault.probability) { continue; }
     total += fault.latency + share * fault.jitter;
     late = true;
@@ -75,12 +70,12 @@ double FaultChannel::delay(double now_s) noexcept {
   return total;
 }
 
-bool FaultChannel::hit(Kind kind, double now_s, std::mt19937_64& generator) noexcept {
+bool FaultChannel::hit(Kind kind, double now_s, Seeded& random) noexcept {
   bool any = false;
   for (std::size_t n = 0; n < faults_.size(); ++n) {
     const LinkFault& fault = faults_[n];
     if (fault.kind != kind) { continue; }
-    const double chance = unit_number(generator);
+    const double chance = random.uniform();
     if (active(fault, now_s) && chance < fault.probability) { runs_[n] = fault.run; }
     if (runs_[n] == 0) { continue; }
     --runs_[n];
@@ -101,7 +96,7 @@ void FaultChannel::send(std::span<const std::uint8_t> bytes, double now_s) noexc
     const bool doubled = hit(Kind::duplicate, now_s, for_bytes_);
     const bool corrupted = hit(Kind::corrupt, now_s, for_bytes_);
     constexpr unsigned other_values = 255;  // the added value is never 0, so the byte changes
-    const auto change = static_cast<unsigned>(unit_number(for_bytes_) * other_values) + 1;
+    const auto change = static_cast<unsigned>(for_bytes_.uniform() * other_values) + 1;
     const bool unplugged = hit(Kind::unplug, now_s, for_bytes_);
     if (unplugged || dropped) {
       ++(unplugged ? counts_.unplugged : counts_.dropped);
@@ -121,7 +116,8 @@ void FaultChannel::send(std::span<const std::uint8_t> bytes, double now_s) noexc
 
 std::size_t FaultChannel::receive(std::span<std::uint8_t> into, double now_s) noexcept {
   std::size_t count = 0;
-  while (count < into.size() && !under_way_.empty() && under_way_.front().arrival <= now_s) {
+  while (count < into.size() && under_way_.read_available() > 0 &&
+         under_way_.front().arrival <= now_s) {
     into[count++] = under_way_.front().byte;
     under_way_.pop();
   }
@@ -129,7 +125,7 @@ std::size_t FaultChannel::receive(std::span<std::uint8_t> into, double now_s) no
 }
 
 std::optional<double> FaultChannel::next_arrival() const noexcept {
-  if (under_way_.empty()) { return std::nullopt; }
+  if (under_way_.read_available() == 0) { return std::nullopt; }
   return under_way_.front().arrival;
 }
 

@@ -7,12 +7,12 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <random>
 #include <span>
 #include <vector>
 
-#include "device/bounded_queue.hpp"
+#include "device/byte_link.hpp"
 #include "device/falcon/packet.hpp"
+#include "device/seeded.hpp"
 
 namespace palpate::device::falcon {
 
@@ -57,10 +57,6 @@ struct FaultCounts {
   bool operator==(const FaultCounts&) const = default;
 };
 
-/// Returns a uniform random number in [0, 1) with 53 bits, equal on every machine.
-/// std::uniform_real_distribution does not guarantee this.
-double unit_number(std::mt19937_64& generator) noexcept;
-
 /// One direction of a faulty link. It does not allocate after construction.
 class FaultChannel {
  public:
@@ -80,14 +76,14 @@ class FaultChannel {
     double arrival = 0.0;
   };
   double delay(double now_s) noexcept;
-  bool hit(LinkFault::Kind kind, double now_s, std::mt19937_64& generator) noexcept;
+  bool hit(LinkFault::Kind kind, double now_s, Seeded& random) noexcept;
   void put(std::uint8_t byte, double arrival) noexcept;
 
   std::vector<LinkFault> faults_;
   std::vector<int> runs_;  ///< remaining bytes of the present run of each fault
-  std::mt19937_64 for_writes_;
-  std::mt19937_64 for_bytes_;
-  Ring<Travelling, 8192> under_way_{};
+  Seeded for_writes_;
+  Seeded for_bytes_;
+  Queue<Travelling, 8192> under_way_{};
   FaultCounts counts_{};
 };
 

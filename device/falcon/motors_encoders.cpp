@@ -42,21 +42,19 @@ Eigen::Vector3d Motors::torque_after(double duration) const noexcept {
   return target_ + (torque_ - target_) * std::exp(-duration / options_.time_constant);
 }
 
-std::int64_t counts_of_angle(const Geometry& geometry, double theta1, Rounding rounding) noexcept {
+std::int64_t counts_of_angle(const Geometry& geometry, double theta1) noexcept {
   const double exact = (theta1 - geometry.zero_angle) * geometry.counts_per_radian();
-  const double whole = rounding == Rounding::nearest ? std::round(exact) : std::floor(exact);
-  return static_cast<std::int64_t>(whole);
+  return static_cast<std::int64_t>(std::round(exact));
 }
 
 std::int16_t wrapped(std::int64_t value) noexcept {
   return static_cast<std::int16_t>(static_cast<std::uint16_t>(value));
 }
 
-Counts counts_of_angles(const Geometry& geometry, const Eigen::Vector3d& theta1,
-                        Rounding rounding) noexcept {
-  return {wrapped(counts_of_angle(geometry, theta1[0], rounding)),
-          wrapped(counts_of_angle(geometry, theta1[1], rounding)),
-          wrapped(counts_of_angle(geometry, theta1[2], rounding))};
+Counts counts_of_angles(const Geometry& geometry, const Eigen::Vector3d& theta1) noexcept {
+  return {wrapped(counts_of_angle(geometry, theta1[0])),
+          wrapped(counts_of_angle(geometry, theta1[1])),
+          wrapped(counts_of_angle(geometry, theta1[2]))};
 }
 
 Eigen::Vector3d angles_of_counts(const Geometry& geometry, const Counts& counts) noexcept {
@@ -87,7 +85,7 @@ void Encoders::sample(const Eigen::Vector3d& theta1, bool homing) noexcept {
       homed_[leg] = true;
       armed_[leg] = false;
     }
-    counts_[leg] = wrapped(counts_of_angle(geometry_, theta1[i], options_.rounding) + offset_[leg]);
+    counts_[leg] = wrapped(counts_of_angle(geometry_, theta1[i]) + offset_[leg]);
   }
   before_ = theta1;
   sampled_ = true;

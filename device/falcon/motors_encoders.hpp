@@ -18,27 +18,24 @@ using Words = std::array<std::int16_t, 3>;  ///< as transmitted
 inline constexpr double martin_hillier_scale = 6616.0;
 /// Words per N m in libnifalcon, which is not calibrated.
 inline constexpr double libnifalcon_scale = 10000.0;
-/// Ratio Kd / Ks of the same source, at the arm [s/rad]. Its sign is uncertain.
-inline constexpr double martin_hillier_speed_share = 7.62 * 1.3779e-8 / 1.9835e-5;
 
 struct MotorOptions {
   double words_per_newton_metre = martin_hillier_scale;
   int largest_word = 4096;        ///< limit of the electronics (ros_falcon: "saturate at +-4096")
   double time_constant = 0.5e-3;  ///< of the current [s]; estimated; 0 disables the lag
-  double speed_share = 0.0;  ///< torque is multiplied by 1 + this x theta1' [s/rad]; 0 disables it
 };
 
 struct Command {
   std::array<std::int64_t, 3> asked{};  ///< words before clamping
   Words sent{};
-  bool saturated = false;  ///< true if a word was clamped
+  bool saturated = false;  ///< a word was beyond the limit
 };
 
 /// Computes word = -scale x torque, truncated toward zero and clamped. A torque of NaN gives 0.
 Command words_of_torque(const MotorOptions& options, const Eigen::Vector3d& torque) noexcept;
 
-/// Returns the torque at the arms [N m] for received words, clamped by the electronics, without lag
-/// or speed dependence.
+/// Returns the torque at the arms [N m] for received words, clamped by the electronics, without
+/// lag.
 Eigen::Vector3d torque_of_words(const MotorOptions& options, const Words& words) noexcept;
 
 /// Returns the largest torque of one arm [N m].
@@ -57,9 +54,6 @@ class Motors {
 
   /// Returns the torque of arms at rest after `duration` [s] [N m].
   [[nodiscard]] Eigen::Vector3d torque_after(double duration) const noexcept;
-  [[nodiscard]] const MotorOptions& options() const noexcept { return options_; }
-  /// Coefficient of the speed dependence of the torque [s/rad].
-  [[nodiscard]] double speed_share() const noexcept { return options_.speed_share; }
 
  private:
   MotorOptions options_;
@@ -72,12 +66,9 @@ class Motors {
 
 using Counts = std::array<std::int16_t, 3>;
 
-enum class Rounding { nearest, floor };
-
 /// Parameters of the encoders. The homing procedure is that of libnifalcon's users (pull fully out,
 /// push in). The index mark near count 0 and both angles are inferred from it.
 struct EncoderOptions {
-  Rounding rounding = Rounding::nearest;
   double arming_angle = 1.0471975511965976;  ///< theta1 beyond which a leg is armed [rad]; 60 deg
   int largest_offset = 2000;                 ///< largest offset at power-on [counts]
 };
@@ -108,13 +99,12 @@ class Encoders {
   Counts counts_{};
 };
 
-/// Returns the counts from the index mark, before wrapping to 16 bits.
-std::int64_t counts_of_angle(const Geometry& geometry, double theta1, Rounding rounding) noexcept;
+/// Returns the counts from the index mark, rounded to the nearest, before wrapping to 16 bits.
+std::int64_t counts_of_angle(const Geometry& geometry, double theta1) noexcept;
 /// Returns the low 16 bits as a signed number.
 std::int16_t wrapped(std::int64_t value) noexcept;
 /// Returns the homed counts of three arm angles.
-Counts counts_of_angles(const Geometry& geometry, const Eigen::Vector3d& theta1,
-                        Rounding rounding = Rounding::nearest) noexcept;
+Counts counts_of_angles(const Geometry& geometry, const Eigen::Vector3d& theta1) noexcept;
 /// Returns theta1 [rad] for homed counts.
 Eigen::Vector3d angles_of_counts(const Geometry& geometry, const Counts& counts) noexcept;
 

@@ -2,6 +2,8 @@
 
 #include "device/falcon/packet.hpp"
 
+#include <initializer_list>
+
 namespace palpate::device::falcon {
 namespace {
 
@@ -12,8 +14,11 @@ constexpr std::size_t unused_place = 14;
 
 using Numbers = std::array<std::int16_t, 3>;
 
-std::uint8_t bit(bool on, unsigned place) noexcept {
-  return static_cast<std::uint8_t>(on ? 1U << place : 0U);
+std::uint8_t bits(std::initializer_list<bool> flags) noexcept {
+  unsigned sum = 0;
+  unsigned place = 0;
+  for (const bool flag : flags) { sum |= unsigned{flag} << place++; }
+  return static_cast<std::uint8_t>(sum);
 }
 
 bool has(unsigned bits, unsigned place) noexcept { return ((bits >> place) & 1U) != 0; }
@@ -63,15 +68,12 @@ DevicePacket read(const Numbers& numbers, unsigned info, const DevicePacket&) no
 }  // namespace
 
 std::uint8_t info_bits(const HostPacket& packet) noexcept {
-  return static_cast<std::uint8_t>(bit(packet.homing, 0) | bit(packet.leds.green, 1) |
-                                   bit(packet.leds.blue, 2) | bit(packet.leds.red, 3));
+  return bits({packet.homing, packet.leds.green, packet.leds.blue, packet.leds.red});
 }
 
 std::uint8_t info_bits(const DevicePacket& packet) noexcept {
-  return static_cast<std::uint8_t>(bit(packet.buttons.plus, 0) | bit(packet.buttons.forward, 1) |
-                                   bit(packet.buttons.centre, 2) | bit(packet.buttons.minus, 3) |
-                                   bit(packet.homed[0], 4) | bit(packet.homed[1], 5) |
-                                   bit(packet.homed[2], 6));
+  const auto& [plus, forward, centre, minus] = packet.buttons;
+  return bits({plus, forward, centre, minus, packet.homed[0], packet.homed[1], packet.homed[2]});
 }
 
 PacketBytes encode(const HostPacket& packet) noexcept {

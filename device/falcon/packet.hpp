@@ -23,6 +23,11 @@ inline constexpr std::uint8_t packet_begin = 0x3C;  ///< '<'
 inline constexpr std::uint8_t packet_end = 0x3E;    ///< '>'
 using PacketBytes = std::array<std::uint8_t, packet_bytes>;
 
+// Bytes of the boot phase.
+inline constexpr std::array<std::uint8_t, 3> hail_request{0x0A, 0x43, 0x0D};
+inline constexpr std::array<std::uint8_t, 4> hail_reply{0x0A, 0x44, 0x2C, 0x0D};
+inline constexpr std::uint8_t load_request = 0x41;  ///< echoed
+
 struct Leds {
   bool green = false;
   bool blue = false;

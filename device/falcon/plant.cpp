@@ -138,55 +138,46 @@ Mechanics::Stops Mechanics::stops_at(const std::array<Leg, 3>& legs,
   return stops;
 }
 
-Mechanics::Applied Mechanics::applied(const std::array<Leg, 3>& legs, const PlantState& state,
-                                      const Drive& drive, const Hand& hand) const noexcept {
-  const Eigen::Vector3d position = state.segment<3>(part::position);
-  const Eigen::Vector3d velocity = state.segment<3>(part::velocity);
-  const ArmMotion arm{.position = state.segment<3>(part::arm_position),
-                      .velocity = state.segment<3>(part::arm_velocity)};
-  Applied applied{.hand = hand_forces(hand, drive.intent, position, velocity, arm),
-                  .stops = stops_at(legs, position, velocity)};
-  const Eigen::Matrix3d slope = inverse_jacobian(legs);
-  const Eigen::Vector3d rate = slope * velocity;
-  for (int i = 0; i < 3; ++i) {
-    applied.curvature[i] = curvature_acceleration(kinematics_.geometry(), kinematics_.frame(i),
-                                                  legs[static_cast<std::size_t>(i)], velocity);
-  }
-  applied.motors = drive.torque.array() * (1.0 + drive.speed_share * rate.array());
-  const Eigen::Vector3d at_arms =
-      applied.motors - options_.viscosity * rate - options_.arm_inertia * applied.curvature;
-  applied.force = applied.hand.on_grip + applied.stops.force + slope.transpose() * at_arms;
-  applied.force.y() -= options_.gravity * (options_.effector_mass + options_.tool_mass);
-  return applied;
-}
-
 bool Mechanics::evaluate(const PlantState& state, const Drive& drive, const Hand& hand,
                          const Slip& slip, Motion& motion) const noexcept {
+  const Eigen::Vector3d position = state.segment<3>(part::position);
   const Eigen::Vector3d velocity = state.segment<3>(part::velocity);
-  const auto legs = kinematics_.legs(state.segment<3>(part::position));
+  const auto legs = kinematics_.legs(position);
   if (!legs) { return false; }
+  const ArmMotion arm{.position = state.segment<3>(part::arm_position),
+                      .velocity = state.segment<3>(part::arm_velocity)};
+  const HandForces by_hand = hand_forces(hand, drive.intent, position, velocity, arm);
+  const Stops stops = stops_at(*legs, position, velocity);
   const Eigen::Matrix3d slope = inverse_jacobian(*legs);
-  const Applied given = applied(*legs, state, drive, hand);
-  const Eigen::Matrix3d inverse = inverse_mass(slope, hand);
   motion.rate = slope * velocity;
+  Eigen::Vector3d curvature;  // acceleration of the arms at constant velocity [rad/s^2]
+  for (int i = 0; i < 3; ++i) {
+    curvature[i] = curvature_acceleration(kinematics_.geometry(), kinematics_.frame(i),
+                                          (*legs)[static_cast<std::size_t>(i)], velocity);
+  }
+  const Eigen::Vector3d at_arms =
+      drive.torque - options_.viscosity * motion.rate - options_.arm_inertia * curvature;
+  Eigen::Vector3d force = by_hand.on_grip + stops.force + slope.transpose() * at_arms;
+  force.y() -= options_.gravity * (options_.effector_mass + options_.tool_mass);
+  const Eigen::Matrix3d inverse = inverse_mass(slope, hand);
   motion.arms = {.mobility = slope * inverse * slope.transpose(),
-                 .free = slope * (inverse * given.force) + given.curvature};
+                 .free = slope * (inverse * force) + curvature};
   motion.friction = friction_torque(motion.arms, slip, options_.coulomb);
   const bool rests = slip[0] == 0 && slip[1] == 0 && slip[2] == 0;
   motion.derivative.segment<3>(part::position) = velocity;
   motion.derivative.segment<3>(part::velocity).setZero();  // exactly, when all arms are stuck
   if (!rests) {
     motion.derivative.segment<3>(part::velocity) =
-        inverse * (given.force + slope.transpose() * motion.friction);
+        inverse * (force + slope.transpose() * motion.friction);
   }
   motion.derivative.segment<3>(part::arm_position) = state.segment<3>(part::arm_velocity);
   motion.derivative.segment<3>(part::arm_velocity) =
-      given.hand.on_arm / (hand.arm ? hand.arm->mass : 1.0);
+      by_hand.on_arm / (hand.arm ? hand.arm->mass : 1.0);
   motion.derivative[part::friction_loss] =
       options_.viscosity * motion.rate.squaredNorm() - motion.friction.dot(motion.rate);
-  motion.derivative[part::stop_loss] = given.stops.loss;
-  motion.derivative[part::motor_work] = given.motors.dot(motion.rate);
-  motion.derivative[part::hand_work] = given.hand.on_grip.dot(velocity);
+  motion.derivative[part::stop_loss] = stops.loss;
+  motion.derivative[part::motor_work] = drive.torque.dot(motion.rate);
+  motion.derivative[part::hand_work] = by_hand.on_grip.dot(velocity);
   return true;
 }
 
@@ -250,7 +241,6 @@ bool Plant::place(const Eigen::Vector3d& position, const Hand& hand,
 
 Drive Plant::drive_at(const Given& given, double time) noexcept {
   return {.torque = given.motors.torque_after(time - given.begin),
-          .speed_share = given.motors.speed_share(),
           .intent = given.hand.intent.at(time)};
 }
 

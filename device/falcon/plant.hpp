@@ -56,7 +56,6 @@ struct PlantOptions {
 /// Inputs of the equation of motion at one instant.
 struct Drive {
   Eigen::Vector3d torque{};  ///< motor torques with the arms at rest [N m]
-  double speed_share = 0.0;  ///< see MotorOptions
   IntentPoint intent{};
 };
 
@@ -105,16 +104,6 @@ class Mechanics {
     double energy = 0.0;
     double loss = 0.0;
   };
-  /// All effects except Coulomb friction.
-  struct Applied {
-    HandForces hand{};
-    Stops stops{};
-    Eigen::Vector3d curvature{};  ///< arms' acceleration at constant velocity [rad/s^2]
-    Eigen::Vector3d motors{};     ///< [N m]
-    Eigen::Vector3d force{};      ///< total force on the grip [N]
-  };
-  [[nodiscard]] Applied applied(const std::array<Leg, 3>& legs, const PlantState& state,
-                                const Drive& drive, const Hand& hand) const noexcept;
   void press(Stops& stops, double depth, double rate, const Eigen::Vector3d& slope) const noexcept;
   [[nodiscard]] Stops stops_at(const std::array<Leg, 3>& legs, const Eigen::Vector3d& position,
                                const Eigen::Vector3d& velocity) const noexcept;

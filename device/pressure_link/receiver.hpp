@@ -10,9 +10,41 @@
 #include <span>
 #include <thread>
 
-#include "device/bounded_queue.hpp"
 #include "device/byte_link.hpp"
 #include "device/pressure_link/frame.hpp"
+
+namespace palpate::device {
+
+/// Triple buffer that passes only the newest value from one producer to one consumer.
+template <class Item> class LatestValue {
+  static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
+
+ public:
+  /// Stores a new value; called by the producer only.
+  void set(const Item& item) noexcept {
+    places_[back_] = item;
+    back_ = between_.exchange(static_cast<std::uint8_t>(back_ | fresh), std::memory_order_acq_rel) &
+            place_mask;
+  }
+  /// Returns the newest value; called by the consumer only. Returns the default before the first
+  /// set().
+  const Item& get() noexcept {
+    if ((between_.load(std::memory_order_relaxed) & fresh) != 0) {
+      front_ = between_.exchange(front_, std::memory_order_acq_rel) & place_mask;
+    }
+    return places_[front_];
+  }
+
+ private:
+  static constexpr std::uint8_t fresh = 4;
+  static constexpr std::uint8_t place_mask = 3;
+  std::array<Item, 3> places_{};
+  std::uint8_t front_ = 0;
+  std::uint8_t back_ = 1;
+  std::atomic<std::uint8_t> between_{2};
+};
+
+}  // namespace palpate::device
 
 namespace palpate::device::pressure_link {
 
@@ -39,7 +71,10 @@ class Receiver {
 
   /// Functions for one consumer thread. They do not wait, allocate or make a system call.
   const PressureSample& latest() noexcept { return latest_.get(); }
-  std::optional<PressureSample> next() noexcept { return queue_.pop(); }
+  std::optional<PressureSample> next() noexcept {
+    PressureSample sample;
+    return queue_.pop(sample) ? std::optional(sample) : std::nullopt;
+  }
   /// Number of samples that did not fit in the queue; latest() still returned them.
   [[nodiscard]] std::int64_t overflowed() const noexcept { return overflowed_.load(); }
   /// True if the link has ended and all its samples are in the queue.
@@ -60,7 +95,7 @@ class Receiver {
   std::array<std::uint8_t, most_at_once> bytes_{};
   FrameReader reader_{};
   PressureSample sample_{};  ///< used by the reading thread only
-  HandoverQueue<PressureSample, queue_capacity> queue_{};
+  Queue<PressureSample, queue_capacity> queue_{};
   LatestValue<PressureSample> latest_{};
   std::atomic<std::int64_t> overflowed_{0};
   std::atomic<bool> ended_{false};

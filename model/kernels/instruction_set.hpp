@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Flushing of denormal numbers to zero; arithmetic with denormals is much slower on some
-/// processors.
+/// Flushing of denormal numbers, and the instruction sets of the processor.
 
 #include <cstdlib>
 #include <stdexcept>
@@ -15,9 +14,8 @@
 
 namespace palpate {
 
-/// Flushes denormal operands and results to zero on this thread during the lifetime of the object,
-/// and restores the previous mode afterwards. The limit is 2.2e-308 in double and 1.2e-38 in float,
-/// far below any displacement of the tissue.
+/// Flushes denormal operands and results to zero on this thread during the lifetime of the object:
+/// arithmetic with denormals is much slower on some processors.
 class FlushedDenormals {
  public:
 #if defined(__SSE2__)
@@ -39,8 +37,6 @@ class FlushedDenormals {
   unsigned before_;
 #endif
 };
-
-// Instruction sets of the current processor beyond the baseline of its architecture.
 
 inline bool has_avx2() noexcept {
 #if defined(__x86_64__)
@@ -73,8 +69,7 @@ inline Widest widest_allowed() {
                               "; must be avx512, avx2 or baseline");
 }
 
-/// Returns the kernels that this processor supports and the environment allows, widest first.
-/// Functions for unsupported instruction sets are not called.
+/// Returns the kernels that the processor supports and the environment allows, widest first.
 template <class Kernels>
 std::vector<Kernels> kernels_here(Kernels (*avx2)() noexcept, Kernels (*baseline)() noexcept) {
   std::vector<Kernels> kernels;

@@ -4,22 +4,19 @@
 
 namespace palpate::lattice {
 
-/// Offsets to neighbouring rows along the second and third axis. Rows of nodes run along the first
-/// axis. Springs connect a row to itself and to rows at (1,0), (-1,1), (0,1), (1,1); the springs to
-/// all other neighbours are stored with those neighbours.
+/// Offsets to the neighbouring rows with which a row stores its springs, along the second and third
+/// axis. Rows of nodes run along the first axis.
 inline constexpr int neighbour_kinds = 4;
 inline constexpr int neighbour_steps[neighbour_kinds][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};
-/// Number of springs of a node in the tables: one within its own row and three (left, across,
-/// right) to each neighbouring row.
+/// Springs of a node in the tables: one in its own row, three to each neighbouring row.
 inline constexpr int slots = 1 + 3 * neighbour_kinds;
 
 /// Neighbouring row that receives spring forces from this row. Each pair of rows appears once.
 template <class Real> struct Link {
-  int layers = 0;     ///< offset: 0 or 1
-  int rows = 0;       ///< offset, including that of the layers
-  long elements = 0;  ///< offset within the layer
-  long constants =
-      0;  ///< first slot of the springs to the left; those across and to the right follow
+  int layers = 0;              ///< offset: 0 or 1
+  int rows = 0;                ///< offset, including that of the layers
+  long elements = 0;           ///< offset within the layer
+  long constants = 0;          ///< first slot, of the springs to the left; across and right follow
   Real rest_across = Real(0);  ///< rest length of springs straight across [m]
   Real rest_aside = Real(0);   ///< rest length of springs to the left and to the right [m]
   bool sides = false;          ///< springs to the left and right exist
@@ -60,14 +57,12 @@ template <class Real> struct Nodes {
   Real* f = nullptr;
 };
 
-/// Layers [begin, end) of a lattice that one thread computes. A layer is all rows at one position
-/// along the third axis.
+/// Layers [begin, end) that one thread computes; a layer is all rows at one third coordinate.
 template <class Real> struct Slab {
   int begin = 0;
   int end = 0;
   const Nodes<Real>* beyond = nullptr;  ///< copy of layer `end`, which belongs to another thread
-  /// Copy of layer `begin`, which belongs to another thread. Only the forces of its springs on
-  /// layer `end` are used.
+  /// Copy of layer `begin` of another thread; only the forces of its springs on layer `end` count.
   const Nodes<Real>* below = nullptr;
 };
 
@@ -76,27 +71,25 @@ template <class Real> struct Move {
   Real* q = nullptr;                   ///< as in Fields, [m]
   Real* v = nullptr;                   ///< [m/s]
   const Real* inverse_mass = nullptr;  ///< only the entry of x is read [1/kg]
+  const Real* weight = nullptr;        ///< force after the step [N]; null for zero
   Real h = Real(0);                    ///< [s]
 };
 
-/// Arrays of a kernel; arrays that a task does not use may be null. A step may store forces of few
-/// layers only: the forces of layer n then share memory with those of layer n + force_layers.
+/// Arrays of a kernel; arrays that a task does not use may be null.
 template <class Real> struct Fields {
   const Real* q = nullptr;
   const Real* v = nullptr;
   Real* f = nullptr;
   const Move<Real>* move = nullptr;
-  int force_layers = 0;  ///< 0: all
 };
 
-/// Computes the springs of a slab: adds forces to f, or -C v. Returns the elastic energy [J] if the
-/// task measures it, or the sum of squares of the new velocities if it takes a step.
+/// Adds the forces of a slab's springs, or -C v, to f. Returns the elastic energy [J] if the task
+/// measures it, or the sum of squares of the new velocities if it takes a step.
 template <class Real>
 using Kernel = double (*)(const View<Real>& view, const Slab<Real>& slab,
                           const Fields<Real>& fields) noexcept;
 
-/// Data that a kernel prefetches: nothing, rows of nodes, or rows and spring constants. Results do
-/// not depend on it. Prefetching helps if the data exceed the caches.
+/// Data that a kernel prefetches, which helps if they exceed the caches.
 enum class Fetch { nothing, rows, rows_and_constants };
 
 /// One kernel for each Fetch.
@@ -118,8 +111,7 @@ template <class Real> struct Kernels {
   FetchingKernels<Real> undamped_step{};
   Kernel<Real> damping = nullptr;
   Kernel<Real> energy = nullptr;
-  /// Computes to = 1 / sqrt(from), the minimum work for the length of a spring. `count` must be a
-  /// multiple of 64.
+  /// Computes to = 1 / sqrt(from), the minimum work for a spring; `count` is a multiple of 64.
   void (*roots_and_quotients)(const Real* from, Real* to, long count) noexcept = nullptr;
 };
 
@@ -133,10 +125,8 @@ template <class Real> Kernels<Real> avx512_kernels() noexcept;
 
 namespace palpate::adjacency {
 
-// Springs grouped by nodes.
-
-/// Adjacency group: springs that one free node computes, in batches of one spring per lane. Springs
-/// of zero stiffness from the node to itself fill the last batch.
+/// Springs that one free node computes, in batches of one spring per lane. Springs of zero
+/// stiffness from the node to itself fill the last batch.
 struct Group {
   int node = 0;  ///< first coordinate of the node
   int batches = 0;
@@ -156,10 +146,8 @@ template <class Real> struct View {
   const Real* numbers = nullptr;  ///< constants of the springs, per batch
 };
 
-/// Adds the forces of springs, and of dampers if there are any, to f. Vectors hold padded
-/// 4-vectors, one per free node and one per fixed point; forces on fixed points are written as
-/// well. Measuring kernels compute bitwise identical forces and return the elastic energy [J]; the
-/// others return 0.
+/// Adds the forces of springs and dampers to f. Vectors hold padded 4-vectors of the free nodes and
+/// the fixed points. Measuring kernels also return the elastic energy [J]; the others return 0.
 template <class Real>
 using Force = double (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
 /// Converts vectors with three numbers per node to padded 4-vectors.
@@ -169,8 +157,7 @@ using Spread = void (*)(const Real* packed, long nodes, Real* padded) noexcept;
 template <class Real>
 using Collect = void (*)(const Real* padded, long nodes, Real* packed) noexcept;
 
-/// Semi-implicit Euler step with known forces, bitwise identical to separate loops. All vectors are
-/// padded.
+/// Semi-implicit Euler step with known forces of padded vectors.
 template <class Real> struct Move {
   Real* q = nullptr;
   Real* v = nullptr;
@@ -203,10 +190,7 @@ template <class Real> Kernels<Real> avx2_kernels() noexcept;
 
 namespace palpate::supernodes {
 
-// Data of the kernels of a triangular solve in supernodes, and their tables (model/EQUATIONS.md,
-// "Panels of a factorisation").
-
-/// Maximum number of columns of a tile, chosen so that the sums stay in registers.
+/// Maximum number of columns of a tile, so that the sums stay in registers.
 inline constexpr int tile = 8;
 
 /// Supernode: columns [first, first + width) with the rows that they touch, its own rows first. The

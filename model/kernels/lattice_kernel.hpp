@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Kernels of a regular lattice (model/EQUATIONS.md, "Lattice in lanes"). One source file per
-/// instruction set includes this header. It must not include code that other files compile: the
-/// linker could keep the version for the wrong instruction set.
+/// Kernels of a regular lattice (model/EQUATIONS.md, "Lattice in lanes"), for one source file per
+/// instruction set. They must not include code that other files compile: the linker could keep the
+/// version for the wrong instruction set.
 
 #include <type_traits>
 #include <xsimd/xsimd.hpp>
@@ -12,8 +12,8 @@
 
 namespace palpate::lattice {
 
-/// Task of a kernel. Task::step takes a semi-implicit Euler step in the same pass: a row moves as
-/// soon as all its springs are computed, while later rows still have their old positions.
+/// Task::step is a semi-implicit Euler step in the same pass: a row moves once its springs are
+/// computed, while later rows still have their old positions.
 enum class Task {
   force,
   undamped_force,
@@ -181,9 +181,9 @@ PALPATE_ALWAYS_INLINE inline void join_neighbours(Vector& vector,
 
 /// Computes the springs of vector `i` of a row. Returns their energy [J] if the task measures it.
 template <Task task, Fetch fetch, class Arch, class Real>
-PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
-                                                      const Neighbours<Arch, Real>& near, long i,
-                                                      const Real* table) noexcept {
+PALPATE_ALWAYS_INLINE inline double compute_vector(const View<Real>& view,
+                                                   const Neighbours<Arch, Real>& near, long i,
+                                                   const Real* table) noexcept {
   using Vector = RowVector<task, fetch, Real, Arch>;
   const Columns<Arch, Real> at(view, i, table);
   Vector vector(near.own, at.here);
@@ -193,23 +193,14 @@ PALPATE_ALWAYS_INLINE inline double go_through_vector(const View<Real>& view,
   return 0.0;
 }
 
-/// Returns the nodes from element `begin` on, with their forces from `force_begin`. Pointers that a
-/// task does not use stay null. `Arch` in the following templates gives each instruction set its
-/// own functions.
+/// Returns the nodes from element `begin` on. Pointers that a task does not use stay null. `Arch`
+/// in the following templates gives each instruction set its own functions.
 template <Task task, class Arch, class Real>
-Nodes<Real> from_element(const Nodes<Real>& nodes, long begin, long force_begin) noexcept {
+Nodes<Real> from_element(const Nodes<Real>& nodes, long begin) noexcept {
   Nodes<Real> row{.q = nodes.q + begin};
   if constexpr (sees_velocity(task)) { row.v = nodes.v + begin; }
-  if constexpr (task != Task::energy) { row.f = nodes.f + force_begin; }
+  if constexpr (task != Task::energy) { row.f = nodes.f + begin; }
   return row;
-}
-
-/// Returns the first element of the forces of a layer.
-template <Task task, class Arch, class Real>
-long force_begin(const View<Real>& view, const Fields<Real>& fields, int layer) noexcept {
-  const int kept =
-      takes_step(task) && fields.force_layers > 0 ? layer % fields.force_layers : layer;
-  return view.lead + kept * view.layer_length;
 }
 
 /// Two consecutive layers, from their first rows. A layer that belongs to another thread is
@@ -221,8 +212,7 @@ LayerPair<Arch, Real> layers_from(const View<Real>& view, const Slab<Real>& slab
                                   const Fields<Real>& fields, int row2) noexcept {
   const Nodes<Real> all{fields.q, fields.v, fields.f};
   const auto layer = [&](int number) {
-    return from_element<task, Arch>(all, view.lead + number * view.layer_length,
-                                    force_begin<task, Arch>(view, fields, number));
+    return from_element<task, Arch>(all, view.lead + number * view.layer_length);
   };
   LayerPair<Arch, Real> pair{};
   pair.nodes[0] = slab.below != nullptr ? *slab.below : layer(row2);
@@ -241,23 +231,22 @@ PALPATE_ALWAYS_INLINE inline Neighbours<Arch, Real> neighbours_of(
   const unsigned char* const moves = view.row_moves + static_cast<long>(row2) * view.rows1 + row1;
   const long row = row1 * view.row_length;
   Neighbours<Arch, Real> found;
-  found.own = from_element<task, Arch>(layers.nodes[0], row, row);
+  found.own = from_element<task, Arch>(layers.nodes[0], row);
   found.within = *moves != 0 && view.own_springs && !below;
   const int end = row2 + 1 < view.rows2 ? links.count : links.within;
   for (int n = below ? links.within : 0; n < end; ++n) {
     const Link<Real>& link = links.to[n];
     if (*moves == 0 && moves[link.rows] == 0) { continue; }
     const long there = row + link.elements;
-    found.rows[found.count++] = {from_element<task, Arch>(layers.nodes[link.layers], there, there),
-                                 &link};
+    found.rows[found.count++] = {from_element<task, Arch>(layers.nodes[link.layers], there), &link};
   }
   return found;
 }
 
-/// Moves a row: v += h f / m, x += h v, f = 0. The row begins at element `begin` and its forces at
-/// `f`. Returns the sum of squares of v.
+/// Moves the row that begins at element `begin`: v += h f / m, x += h v, f = weight. Returns the
+/// sum of squares of v.
 template <class Arch, class Real>
-PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long begin, Real* f,
+PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long begin,
                                              long row_length) noexcept {
   using Batch = xsimd::batch<Real, Arch>;
   const Move<Real>& move = *fields.move;
@@ -268,12 +257,14 @@ PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long be
     const Batch inverse_mass = Batch::load_unaligned(move.inverse_mass + begin + i);
     for (long c = 0; c < 3; ++c) {
       const long at = begin + i + c * lanes;
-      Real* force = f + i + c * lanes;
+      Real* force = fields.f + at;
       const Batch a = Batch::load_unaligned(force) * inverse_mass;
       const Batch v = Batch::load_unaligned(move.v + at) + h * a;
       v.store_unaligned(move.v + at);
       (Batch::load_unaligned(move.q + at) + h * v).store_unaligned(move.q + at);
-      Batch(Real(0)).store_unaligned(force);
+      const Batch next =
+          move.weight != nullptr ? Batch::load_unaligned(move.weight + at) : Batch(Real(0));
+      next.store_unaligned(force);
       squares = fused::add(v, v, squares);
     }
   }
@@ -283,13 +274,12 @@ PALPATE_ALWAYS_INLINE inline double move_row(const Fields<Real>& fields, long be
 /// Moves the rows of a folded layer. Its last row is connected to its first, so no row moves before
 /// all springs of the layer are computed.
 template <class Arch, class Real>
-double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2, Real* f,
-                  long row_length) noexcept {
+double move_layer(const View<Real>& view, const Fields<Real>& fields, int row2) noexcept {
   double sum = 0.0;
   for (long row1 = 0; row1 < view.rows1; ++row1) {
     const long row = static_cast<long>(row2) * view.rows1 + row1;
     if (view.row_moves[row] == 0) { continue; }
-    sum += move_row<Arch>(fields, view.lead + row * row_length, f + row1 * row_length, row_length);
+    sum += move_row<Arch>(fields, view.lead + row * view.row_length, view.row_length);
   }
   return sum;
 }
@@ -307,19 +297,16 @@ PALPATE_ALWAYS_INLINE inline void fetch_row(const View<Real>& view, const Fields
   for (long c = 0; c < 3; ++c) {
     __builtin_prefetch(fields.q + ahead + c * lanes);
     if constexpr (sees_velocity(task)) { __builtin_prefetch(fields.v + ahead + c * lanes); }
+    __builtin_prefetch(fields.f + ahead + c * lanes);
   }
   if constexpr (takes_step(task)) {
     __builtin_prefetch(fields.move->inverse_mass + own + view.row_length);
   }
-  if (fields.force_layers == 0) {
-    for (long c = 0; c < 3; ++c) { __builtin_prefetch(fields.f + ahead + c * lanes); }
-  }
 }
 
 template <Task task, Fetch fetch, class Real, class Arch>
-double go_through(const View<Real>& view, const Slab<Real>& slab,
-                  const Fields<Real>& fields) noexcept {
-  const long row_length = view.row_length;
+double compute_slab(const View<Real>& view, const Slab<Real>& slab,
+                    const Fields<Real>& fields) noexcept {
   const bool moves = takes_step(task) && slab.below == nullptr;
   double sum = 0.0;
   for (int row2 = slab.begin; row2 < slab.end; ++row2) {
@@ -331,19 +318,17 @@ double go_through(const View<Real>& view, const Slab<Real>& slab,
       const bool joined = near.count > 0 || near.within;
       for (long i = 0; joined && i < view.vectors; ++i) {
         if constexpr (fetch != Fetch::nothing) { fetch_row<task, Arch>(view, fields, row, i); }
-        const double energy = go_through_vector<task, fetch>(view, near, i, table);
+        const double energy = compute_vector<task, fetch>(view, near, i, table);
         if constexpr (measures_energy(task)) { sum += energy; }
       }
       if constexpr (takes_step(task)) {
         if (moves && !view.folded && view.row_moves[row] != 0) {
-          sum += move_row<Arch>(fields, view.lead + row * row_length, near.own.f, row_length);
+          sum += move_row<Arch>(fields, view.lead + row * view.row_length, view.row_length);
         }
       }
     }
     if constexpr (takes_step(task)) {
-      if (moves && view.folded) {
-        sum += move_layer<Arch>(view, fields, row2, layers.nodes[0].f, row_length);
-      }
+      if (moves && view.folded) { sum += move_layer<Arch>(view, fields, row2); }
     }
   }
   return sum;
@@ -358,9 +343,9 @@ void roots_and_quotients(const Real* from, Real* to, long count) noexcept {
 }
 
 template <Task task, class Real, class Arch> FetchingKernels<Real> fetching() noexcept {
-  return {{&go_through<task, Fetch::nothing, Real, Arch>,
-           &go_through<task, Fetch::rows, Real, Arch>,
-           &go_through<task, Fetch::rows_and_constants, Real, Arch>}};
+  return {{&compute_slab<task, Fetch::nothing, Real, Arch>,
+           &compute_slab<task, Fetch::rows, Real, Arch>,
+           &compute_slab<task, Fetch::rows_and_constants, Real, Arch>}};
 }
 
 template <class Real, class Arch> Kernels<Real> kernels_for(const char* name) noexcept {
@@ -368,13 +353,13 @@ template <class Real, class Arch> Kernels<Real> kernels_for(const char* name) no
           .lanes = static_cast<int>(xsimd::batch<Real, Arch>::size),
           .force = fetching<Task::force, Real, Arch>(),
           .undamped_force = fetching<Task::undamped_force, Real, Arch>(),
-          .measured_force = &go_through<Task::measured_force, Fetch::nothing, Real, Arch>,
+          .measured_force = &compute_slab<Task::measured_force, Fetch::nothing, Real, Arch>,
           .measured_undamped_force =
-              &go_through<Task::measured_undamped_force, Fetch::nothing, Real, Arch>,
+              &compute_slab<Task::measured_undamped_force, Fetch::nothing, Real, Arch>,
           .step = fetching<Task::step, Real, Arch>(),
           .undamped_step = fetching<Task::undamped_step, Real, Arch>(),
-          .damping = &go_through<Task::damping, Fetch::nothing, Real, Arch>,
-          .energy = &go_through<Task::energy, Fetch::nothing, Real, Arch>,
+          .damping = &compute_slab<Task::damping, Fetch::nothing, Real, Arch>,
+          .energy = &compute_slab<Task::energy, Fetch::nothing, Real, Arch>,
           .roots_and_quotients = &roots_and_quotients<Real, Arch>};
 }
 

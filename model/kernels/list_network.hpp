@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Network of springs in a list, and the matrices of implicit schemes.
+/// Network of springs in a list, of any topology, and the matrices of implicit schemes.
 
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "model/kernels/network_system.hpp"
@@ -13,89 +16,277 @@
 
 namespace palpate {
 
-/// Assembles the matrices of springs for vectors with three numbers per node.
-template <class Real> class SpringMatrices {
- public:
-  /// Builds the sparsity pattern of `a`: a square matrix of `size` rows with all entries that
-  /// jacobian() may set, and the entries `further` outside the first `of_nodes` coordinates.
-  /// Allocates.
-  void pattern(const SpringSet<Real>& springs, Eigen::Index of_nodes, Eigen::Index size,
-               std::vector<Eigen::Triplet<Real>> further, Eigen::SparseMatrix<Real>& a);
-  struct At {
-    const Vector<Real>& q;
-    const Vector<Real>& v;
-    Real on_damping;
-    Real on_stiffness;
-  };
-  /// Computes a = M + on_damping C + on_stiffness K for the springs of the last pattern().
-  void jacobian(const SpringSet<Real>& springs, const At& at, const Vector<Real>& mass,
-                Eigen::SparseMatrix<Real>& a) const noexcept;
-  [[nodiscard]] std::size_t memory_bytes() const {
-    return link_slots_.size() * sizeof(link_slots_[0]) +
-           anchor_slots_.size() * sizeof(anchor_slots_[0]) +
-           diagonal_slots_.size() * sizeof(diagonal_slots_[0]);
-  }
-
- private:
-  /// Index of the first row of each of the three columns of the blocks (a,a) (b,b) (a,b) (b,a),
-  /// then of the blocks (a,a) of the anchors.
-  std::vector<std::array<std::int64_t, 12>> link_slots_;
-  std::vector<std::array<std::int64_t, 3>> anchor_slots_;
-  std::vector<std::int64_t> diagonal_slots_;
-};
-
-// Network of any topology: consecutive free nodes, springs in lists, and the matrices of implicit
-// schemes.
-
 /// Layout of the vectors of a list network.
 struct ListVectors {
-  bool padded = false;  ///< padded 4-vectors, with fixed points after the free nodes, as adjacency
-                        ///< groups require; not available with matrices
+  [[nodiscard]] int spacing() const { return padded ? adjacency::node_stride : 3; }
+  /// Padded 4-vectors, fixed points after the free nodes; not available with matrices.
+  bool padded = false;
   Eigen::Index further = 0;  ///< additional coordinates, with masses from a derived class
 };
 
 template <class Real> class ListNetwork : public NetworkSystem<Real> {
  public:
-  /// Builds the network. With skip = false, unnecessary terms are computed too; results are bitwise
-  /// identical.
+  /// Builds the network. skip = false computes unnecessary terms too, with identical results.
   ListNetwork(const NetworkProblem& problem, const PrintedForm& printed, double h, bool skip,
-              const ListVectors& vectors = {});
+              const ListVectors& vectors = {})
+      : NetworkSystem<Real>(problem, layout_of(problem, vectors), skip),
+        spacing_(vectors.spacing()) {
+    if (vectors.further == 0) {
+      Eigen::VectorXd mass = Eigen::VectorXd::Zero(this->layout().size);
+      scatter(problem.mass(), this->layout(), mass);
+      this->set_mass(mass);
+    }
+    sort_springs(problem, skip);
+    damped_ = is_damped(problem.network().springs);
+    springs_.law = SpringLaw::from(printed);
+    springs_.lagged = printed.lagged_velocity;
+    springs_.lag = static_cast<Real>(h);
+    if (springs_.lagged) { remember_lengths(); }
+    if (!SpringLaw::is_printed(printed)) { groups_.take(springs_, damped_ || !skip, spacing_); }
+    this->spread_weight();
+  }
 
-  void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override;
+  void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept override {
+    f.setZero();
+    if (!damped_) { return; }
+    add_damping(springs_, q.data(), w.data(), f.data());
+    f = -f;
+  }
   [[nodiscard]] bool has_dampers() const override { return damped_; }
-  /// Returns true for padded vectors: the one-pass step combines forces, positions and velocities.
   [[nodiscard]] bool has_one_pass() const override { return spacing_ == adjacency::node_stride; }
-  void prepare_one_pass() override;
-  double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override;
+  void prepare_one_pass() override {
+    next_force_.setZero(this->layout().size);
+    this->put_weight(next_force_);
+  }
+  double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override {
+    this->add_loads(t, gate, Real(1), next_force_);
+    add_springs(state.position, state.velocity, next_force_);
+    return groups_.advance({.q = state.position.data(),
+                            .v = state.velocity.data(),
+                            .f = next_force_.data(),
+                            .inverse_mass = this->inverse_mass().data(),
+                            .weight = this->weight(),
+                            .h = h},
+                           this->layout().size / adjacency::node_stride);
+  }
   void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
-                Eigen::SparseMatrix<Real>& a) noexcept override;
-  void pattern(Eigen::SparseMatrix<Real>& a) override;
-  [[nodiscard]] Vector<Real> initial_position() const override;
+                Eigen::SparseMatrix<Real>& a) noexcept override {
+    Real* values = a.valuePtr();
+    std::fill(values, values + a.nonZeros(), Real(0));
+    for (Eigen::Index i = 0; i < this->mass().size(); ++i) {
+      values[diagonal_slots_[static_cast<std::size_t>(i)]] = this->mass()(i);
+    }
+    for_each_spring(springs_, q.data(), v.data(),
+                    [&](std::size_t index, const auto& s, int b, const auto& d, const auto& w) {
+                      const auto g = spring_gradient<Real>(springs_.law, numbers_of<Real>(s), d, w);
+                      const Eigen::Matrix<Real, 3, 3> block =
+                          on_stiffness * g.position + on_damping * g.velocity;
+                      const std::size_t blocks = b < 0 ? 1 : 4;
+                      for (std::size_t n = 0; n < blocks; ++n) {
+                        const Real sign = n < 2 ? Real(1) : Real(-1);
+                        for (int c = 0; c < 3; ++c) {
+                          Real* column =
+                              values + slots_[index][3 * n + static_cast<std::size_t>(c)];
+                          for (int r = 0; r < 3; ++r) { column[r] += sign * block(r, c); }
+                        }
+                      }
+                    });
+  }
+  void pattern(Eigen::SparseMatrix<Real>& a) override {
+    assert(spacing_ == 3);
+    const Eigen::Index of_nodes = this->problem().dof();
+    std::vector<Eigen::Triplet<Real>> triplets;
+    add_entries(triplets);
+    triplets.reserve(triplets.size() + 18 * springs_.links.size() +
+                     static_cast<std::size_t>(9 * of_nodes));
+    const auto block = [&](int row, int column) {
+      for (int c = 0; c < 3; ++c) {
+        for (int r = 0; r < 3; ++r) { triplets.emplace_back(row + r, column + c, Real(0)); }
+      }
+    };
+    for (int i = 0; i < static_cast<int>(of_nodes); i += 3) { block(i, i); }
+    for (const auto& s : springs_.links) {
+      block(s.a, s.b);
+      block(s.b, s.a);
+    }
+    a.resize(this->dof(), this->dof());
+    a.setFromTriplets(triplets.begin(), triplets.end());
+    a.makeCompressed();
+    slots_.clear();
+    diagonal_slots_.clear();
+    for (const auto& s : springs_.links) {
+      std::array<std::int64_t, 12>& slots = slots_.emplace_back();
+      for (int c = 0; c < 3; ++c) {
+        const auto n = static_cast<std::size_t>(c);
+        slots[n] = slot_of(a, s.a, s.a + c);
+        slots[3 + n] = slot_of(a, s.b, s.b + c);
+        slots[6 + n] = slot_of(a, s.a, s.b + c);
+        slots[9 + n] = slot_of(a, s.b, s.a + c);
+      }
+    }
+    for (const auto& s : springs_.anchors) {
+      slots_.push_back({slot_of(a, s.a, s.a), slot_of(a, s.a, s.a + 1), slot_of(a, s.a, s.a + 2)});
+    }
+    for (int i = 0; i < static_cast<int>(a.cols()); ++i) {
+      diagonal_slots_.push_back(slot_of(a, i, i));
+    }
+  }
+  [[nodiscard]] Vector<Real> initial_position() const override {
+    Vector<Real> q = Vector<Real>::Zero(this->layout().size);
+    scatter(this->problem().initial_position(), this->layout(), q);
+    if (spacing_ == adjacency::node_stride) {
+      for (const auto& s : springs_.anchors) {
+        q.template segment<3>(s.b) = Eigen::Map<const Eigen::Matrix<Real, 3, 1>>(s.place);
+      }
+    }
+    return q;
+  }
 
  protected:
-  void add_springs(const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept override;
+  void add_springs(const Vector<Real>& q, const Vector<Real>& v,
+                   Vector<Real>& f) noexcept override {
+    if (groups_.empty()) {
+      add_forces(springs_, q.data(), v.data(), f.data());
+    } else {
+      groups_.add(q.data(), v.data(), f.data());
+    }
+    add_fixed_pairs();
+  }
   double measure_springs(const Vector<Real>& q, const Vector<Real>& v,
-                         Vector<Real>& f) noexcept override;
-  [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override;
-  [[nodiscard]] std::size_t spring_bytes() const noexcept override;
+                         Vector<Real>& f) noexcept override {
+    if (groups_.empty()) { return NetworkSystem<Real>::measure_springs(q, v, f); }
+    const double energy = groups_.measure(q.data(), v.data(), f.data());
+    add_fixed_pairs();
+    return energy;
+  }
+  [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override {
+    double energy = 0.0;
+    for_each_spring(springs_, q.data(), q.data(),
+                    [&](std::size_t, const auto& s, int, const auto& d, const auto&) {
+                      energy += 0.5 * add_twice_energy(numbers_of<double>(s),
+                                                       static_cast<double>(d.norm()), 0.0);
+                    });
+    return energy;
+  }
+  [[nodiscard]] std::size_t spring_bytes() const noexcept override {
+    return springs_.links.size() * sizeof(Link<Real>) +
+           springs_.anchors.size() * sizeof(Anchor<Real>) +
+           springs_.previous_length.size() * sizeof(Real) + slots_.size() * sizeof(slots_[0]) +
+           diagonal_slots_.size() * sizeof(diagonal_slots_[0]) +
+           static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + groups_.memory_bytes();
+  }
   /// Adds entries of the pattern that do not belong to nodes.
   virtual void add_entries(std::vector<Eigen::Triplet<Real>>& /*entries*/) const {}
 
  private:
-  void add_fixed_pairs() noexcept;
-  static NodeLayout layout_of(const NetworkProblem& problem, const ListVectors& vectors);
-  void sort_springs(const NetworkProblem& problem, bool skip);
-  void remember_lengths();
+  void add_fixed_pairs() noexcept {
+    if (!fixed_pairs_.links.empty()) {
+      add_forces(fixed_pairs_, fixed_q_.data(), fixed_v_.data(), fixed_f_.data());
+    }
+  }
+  static NodeLayout layout_of(const NetworkProblem& problem, const ListVectors& vectors) {
+    const int spacing = vectors.spacing();
+    const auto at = [&](Eigen::Index coordinate) {
+      return coordinate < 0 ? coordinate : coordinate / 3 * spacing;
+    };
+    NodeLayout layout{.size = at(problem.dof()) + vectors.further, .stride = 1};
+    for (int node = 0; node < problem.network().node_count(); ++node) {
+      layout.first.push_back(static_cast<int>(at(problem.coordinate(node))));
+    }
+    if (vectors.padded) {
+      const auto held =
+          std::ranges::count_if(places_of(problem.network()), [](int place) { return place >= 0; });
+      layout.size += adjacency::node_stride * held;
+    }
+    return layout;
+  }
+  void sort_springs(const NetworkProblem& problem, bool skip) {
+    const NodeVectors& places = problem.held_position();
+    const std::vector<int> places_behind = places_of(problem.network());
+    const int free_end = static_cast<int>(problem.dof()) / 3 * spacing_;
+    const auto first = [&](int node) {
+      return this->layout().first[static_cast<std::size_t>(node)];
+    };
+    std::vector<Spring> between_fixed;
+    for (const Spring& s : problem.network().springs) {
+      int a = first(s.a);
+      int b = first(s.b);
+      int fixed_node = s.b;
+      if (a < 0 && b < 0) {
+        if (!skip) { between_fixed.push_back(s); }
+        continue;
+      }
+      if (a < 0) {
+        std::swap(a, b);
+        fixed_node = s.a;
+      }
+      const Real k = static_cast<Real>(s.stiffness);
+      const Real c = static_cast<Real>(s.viscosity);
+      const Real rest = static_cast<Real>(s.rest_length);
+      if (b >= 0) {
+        springs_.links.push_back({a, b, k, c, rest});
+      } else {
+        const int place = places_behind[static_cast<std::size_t>(fixed_node)];
+        Anchor<Real> anchor{a, free_end + spacing_ * place, k, c, rest, {}};
+        for (int n = 0; n < 3; ++n) { anchor.place[n] = static_cast<Real>(places(n, fixed_node)); }
+        springs_.anchors.push_back(anchor);
+      }
+    }
+    // Nodes close in memory are close in space. A stable order makes sums reproducible.
+    std::ranges::stable_sort(springs_.links, [](const auto& l, const auto& r) {
+      return std::min(l.a, l.b) < std::min(r.a, r.b);
+    });
+    std::ranges::stable_sort(springs_.anchors, {}, &Anchor<Real>::a);
+    if (between_fixed.empty()) { return; }
+    const auto nodes = places.cols();
+    fixed_q_ = Eigen::Map<const Eigen::VectorXd>(places.data(), 3 * nodes).template cast<Real>();
+    fixed_v_.setZero(3 * nodes);
+    fixed_f_.setZero(3 * nodes);
+    for (const Spring& s : between_fixed) {
+      fixed_pairs_.links.push_back({3 * s.a, 3 * s.b, static_cast<Real>(s.stiffness),
+                                    static_cast<Real>(s.viscosity),
+                                    static_cast<Real>(s.rest_length)});
+    }
+  }
+  void remember_lengths() {
+    const Vector<Real> q = ListNetwork::initial_position();
+    for_each_spring(springs_, q.data(), q.data(),
+                    [&](std::size_t, const auto&, int, const auto& d, const auto&) {
+                      springs_.previous_length.push_back(d.norm());
+                    });
+  }
+
+  /// Returns an index for each fixed node with a spring to a free node, in node order; -1 for all
+  /// other nodes.
+  static std::vector<int> places_of(const SpringNetwork& network) {
+    std::vector<int> places(static_cast<std::size_t>(network.node_count()), -1);
+    const auto find = [&](int node, int other) {
+      if (network.is_fixed(node) && !network.is_fixed(other)) {
+        places[static_cast<std::size_t>(node)] = 0;
+      }
+    };
+    for (const Spring& s : network.springs) {
+      find(s.a, s.b);
+      find(s.b, s.a);
+    }
+    int count = 0;
+    for (int& place : places) {
+      if (place == 0) { place = count++; }
+    }
+    return places;
+  }
 
   int spacing_;  ///< offset between the coordinates of consecutive nodes
   SpringSet<Real> springs_;
   AdjacencySprings<Real> groups_{};  ///< the same springs, unless a printed form is selected
-  SpringKernel<Real> kernel_ = nullptr;
   bool damped_ = true;
   Vector<Real> next_force_;      ///< weight, between two one-pass steps [N]
   SpringSet<Real> fixed_pairs_;  ///< only with skip = false
   Vector<Real> fixed_q_, fixed_v_, fixed_f_;
-  SpringMatrices<Real> matrices_;
+  /// Entries of a matrix that a spring changes: the first rows of the three columns of its blocks
+  /// (a,a) (b,b) (a,b) (b,a); an anchor has the first block only.
+  std::vector<std::array<std::int64_t, 12>> slots_;
+  std::vector<std::int64_t> diagonal_slots_;
 };
 
 }  // namespace palpate

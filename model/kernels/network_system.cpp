@@ -11,9 +11,9 @@ namespace palpate {
 
 template <class Real>
 NetworkSystem<Real>::NetworkSystem(const NetworkProblem& problem, NodeLayout layout, bool skip)
-    : problem_(problem), layout_(std::move(layout)), skip_(skip), loads_(problem.loads()) {
-  for (std::size_t n = 0; n < loads_.size(); ++n) {
-    for (const int node : loads_[n].nodes) {
+    : problem_(problem), layout_(std::move(layout)), skip_(skip) {
+  for (std::size_t n = 0; n < problem.loads().size(); ++n) {
+    for (const int node : problem.loads()[n].nodes) {
       const Eigen::Index c = layout_.first[static_cast<std::size_t>(node)];
       if (c >= 0) { loaded_.push_back({static_cast<int>(n), c}); }
     }
@@ -65,8 +65,9 @@ template <class Real> void NetworkSystem<Real>::put_weight(Vector<Real>& f) cons
 template <class Real>
 void NetworkSystem<Real>::add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept {
   for (const LoadOnCoordinate& on : loaded_) {
-    at_node(f, on.coordinate, layout_.stride) +=
-        weight * load_at(on, t, gate).template cast<Real>();
+    const Load& load = problem_.loads()[static_cast<std::size_t>(on.load)];
+    const Eigen::Vector3d force = load_factor(load, t, gate) * load.force;
+    at_node(f, on.coordinate, layout_.stride) += weight * force.template cast<Real>();
   }
 }
 
@@ -101,7 +102,7 @@ int NetworkSystem<Real>::zero_length_springs(const Vector<Real>& q) const noexce
 template <class Real> std::size_t NetworkSystem<Real>::memory_bytes() const noexcept {
   const auto numbers =
       static_cast<std::size_t>(weight_.size() + this->mass().size() + this->inverse_mass().size());
-  return spring_bytes() + numbers * sizeof(Real) + layout_.first.capacity() * sizeof(Eigen::Index) +
+  return spring_bytes() + numbers * sizeof(Real) + layout_.first.capacity() * sizeof(int) +
          loaded_.capacity() * sizeof(LoadOnCoordinate);
 }
 

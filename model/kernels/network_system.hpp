@@ -22,14 +22,12 @@ template <class Real> class NetworkSystem : public System<Real> {
   [[nodiscard]] const NodeLayout& layout() const { return layout_; }
   [[nodiscard]] virtual Vector<Real> initial_position() const = 0;
   [[nodiscard]] Vector<Real> initial_velocity() const;
-  /// Returns the displacement or velocity of a node without coordinates of its own; zero for a
-  /// fixed node.
+  /// Returns the displacement or velocity of a node without coordinates; zero for a fixed node.
   [[nodiscard]] virtual Eigen::Vector3d moved(const Vector<Real>& /*all*/,
                                               int /*node*/) const noexcept {
     return Eigen::Vector3d::Zero();
   }
-  /// Returns the total energy [J]. The vectors may be longer than the network: a tool's coordinate
-  /// follows.
+  /// Returns the total energy [J]. A tool's coordinate may follow in the vectors.
   [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v) const noexcept {
     return energy(q, v, elastic_energy(q));
   }
@@ -50,27 +48,13 @@ template <class Real> class NetworkSystem : public System<Real> {
   void spread_weight();
   /// Overwrites f with the weight.
   void put_weight(Vector<Real>& f) const noexcept;
-  [[nodiscard]] const Vector<Real>& weight() const {
-    return weight_;
-  }  ///< empty if there is no gravity [N]
+  /// Returns the weight as forces on the coordinates [N], or null if there is no gravity.
+  [[nodiscard]] const Real* weight() const { return weight_.size() > 0 ? weight_.data() : nullptr; }
   /// Adds the spring forces and returns the elastic energy [J].
   virtual double measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                                  Vector<Real>& f) noexcept {
     add_springs(q, v, f);
     return elastic_energy(q);
-  }
-
- protected:
-  struct LoadOnCoordinate {
-    int load;
-    Eigen::Index coordinate;
-  };
-  [[nodiscard]] const std::vector<LoadOnCoordinate>& loaded() const { return loaded_; }
-  /// Returns the load on one entry of loaded() [N].
-  [[nodiscard]] Eigen::Vector3d load_at(const LoadOnCoordinate& on, double t,
-                                        double gate) const noexcept {
-    const Load& load = loads_[static_cast<std::size_t>(on.load)];
-    return load_factor(load, t, gate) * load.force;
   }
 
  private:
@@ -79,10 +63,13 @@ template <class Real> class NetworkSystem : public System<Real> {
   [[nodiscard]] virtual double elastic_energy(const Vector<Real>& q) const noexcept = 0;
   [[nodiscard]] virtual std::size_t spring_bytes() const noexcept = 0;
 
+  struct LoadOnCoordinate {
+    int load;
+    Eigen::Index coordinate;
+  };
   const NetworkProblem& problem_;
   NodeLayout layout_;
   bool skip_;
-  std::vector<Load> loads_;
   std::vector<LoadOnCoordinate> loaded_;
   std::size_t spring_count_ = 0;
   Vector<Real> weight_;  ///< m g per coordinate [N]; empty if there is no gravity

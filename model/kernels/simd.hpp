@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Forces inlining of the code of a step, independent of the compiler's size limit. Sanitizer
-/// builds use calls, because inlining would make compilation of the kernels take minutes.
+/// Forces inlining of the code of a step. Sanitizer builds use calls: inlining would make
+/// compilation take minutes.
 
 #include <type_traits>
 #include <xsimd/xsimd.hpp>
@@ -58,9 +58,6 @@ template <class Real, class Arch> struct MultiplyAdd<xsimd::batch<Real, Arch>> {
     return fused::add(a, b, c);
   }
 };
-
-// Lengths of springs and their inverses, one vector at a time. One source file per instruction set
-// includes this header; `Arch` gives each its own functions.
 
 #if defined(__AVX512F__)
 /// Returns 1 / sqrt(square) from the processor's estimate with a relative error of 2^-14. With r =

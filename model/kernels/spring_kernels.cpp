@@ -13,118 +13,60 @@ namespace palpate {
 
 namespace {
 
-template <class Real> struct Three { Real x, y, z; };
+template <class Real> using Vector3 = Eigen::Matrix<Real, 3, 1>;
 
-template <class Real> Three<Real> between(const Real* from, const Real* to) noexcept {
-  return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+template <class Real> Real dot(const Vector3<Real>& a, const Vector3<Real>& b) noexcept {
+  return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
 }
 
-template <class Real> Real dot(const Three<Real>& a, const Three<Real>& b) noexcept {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-/// Returns 1 / L, or 0 for a spring of zero length, so that it exerts no force and gives no NaN.
-template <class Real> Real inverse_or_zero(Real length) noexcept {
-  return length > static_cast<Real>(zero_length) ? Real(1) / length : Real(0);
-}
-
-template <class Real> void add(Real* f, Real factor, const Three<Real>& d) noexcept {
-  f[0] += factor * d.x;
-  f[1] += factor * d.y;
-  f[2] += factor * d.z;
-}
-
-/// Returns tension / L of the corrected force law.
-template <bool damped, class Real, class Element>
-Real pull(const Element& spring, const Three<Real>& d, const Three<Real>& w) noexcept {
-  const Real length = std::sqrt(dot(d, d));
-  const Real inverse = inverse_or_zero(length);
-  constexpr SpringTerms terms{.viscous = damped};
-  return SpringTension<terms>::of(numbers_of<Real>(spring), length, Real(dot(w, d) * inverse)) *
-         inverse;
-}
-
-template <bool damped, class Real>
-void physical_kernel(SpringSet<Real>& springs, const Real* q, const Real* v, Real* f) noexcept {
-  for (const Link<Real>& s : springs.links) {
-    const Three<Real> d = between(q + s.a, q + s.b);
-    Three<Real> w{};
-    if constexpr (damped) { w = between(v + s.a, v + s.b); }
-    const Real factor = pull<damped>(s, d, w);
-    add(f + s.a, factor, d);
-    add(f + s.b, -factor, d);
-  }
-  for (const Anchor<Real>& s : springs.anchors) {
-    const Three<Real> d = between(q + s.a, s.place);
-    Three<Real> w{};
-    if constexpr (damped) { w = {-v[s.a], -v[s.a + 1], -v[s.a + 2]}; }
-    add(f + s.a, pull<damped>(s, d, w), d);
-  }
-}
-
-/// Returns the factor of d for a force law with any erratum.
-template <class Real, class Element>
-Real printed_pull(SpringSet<Real>& springs, std::size_t index, const Element& spring,
-                  const Three<Real>& d, const Three<Real>& w) noexcept {
-  const Real length = std::sqrt(dot(d, d));
-  if (!(length > static_cast<Real>(zero_length))) { return length == length ? Real(0) : length; }
-  Real rate = dot(w, d) / length;
-  if (springs.lagged) {
-    rate = (length - springs.previous_length[index]) / springs.lag;
-    springs.previous_length[index] = length;
-  }
-  return spring_force<Real>(springs.law, spring.stiffness, spring.viscosity, spring.rest_length,
-                            Real(1), length, rate);
-}
-
+/// Adds factor d to the force on node a and subtracts it at a free node b.
 template <class Real>
-void printed_kernel(SpringSet<Real>& springs, const Real* q, const Real* v, Real* f) noexcept {
-  std::size_t index = 0;
-  for (const Link<Real>& s : springs.links) {
-    const Three<Real> d = between(q + s.a, q + s.b);
-    const Real factor = printed_pull(springs, index++, s, d, between(v + s.a, v + s.b));
-    add(f + s.a, factor, d);
-    add(f + s.b, -factor, d);
-  }
-  for (const Anchor<Real>& s : springs.anchors) {
-    const Three<Real> d = between(q + s.a, s.place);
-    const Three<Real> w{-v[s.a], -v[s.a + 1], -v[s.a + 2]};
-    add(f + s.a, printed_pull(springs, index++, s, d, w), d);
-  }
+void add(Real* f, int a, int b, Real factor, const Vector3<Real>& d) noexcept {
+  Eigen::Map<Vector3<Real>>(f + a) += factor * d;
+  if (b >= 0) { Eigen::Map<Vector3<Real>>(f + b) -= factor * d; }
 }
 
 }  // namespace
 
-template <class Real> SpringKernel<Real> spring_kernel_for(KernelTraits traits) noexcept {
-  if (traits.printed) { return &printed_kernel<Real>; }
-  return traits.damped ? &physical_kernel<true, Real> : &physical_kernel<false, Real>;
+template <class Real>
+void add_forces(SpringSet<Real>& springs, const Real* q, const Real* v, Real* f) noexcept {
+  for_each_spring(springs, q, v,
+                  [&](std::size_t index, const auto& s, int b, const auto& d, const auto& w) {
+                    const Real length = std::sqrt(dot<Real>(d, d));
+                    if (!(length > static_cast<Real>(zero_length))) {
+                      if (length != length) {
+                        add(f, s.a, b, length, d);
+                      }  // NaN must reach the state
+                      return;
+                    }
+                    Real rate = dot<Real>(w, d) / length;
+                    if (springs.lagged) {
+                      rate = (length - springs.previous_length[index]) / springs.lag;
+                      springs.previous_length[index] = length;
+                    }
+                    const Real factor = spring_force<Real>(springs.law, s.stiffness, s.viscosity,
+                                                           s.rest_length, Real(1), length, rate);
+                    add(f, s.a, b, factor, d);
+                  });
 }
 
 template <class Real>
 void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, Real* f) noexcept {
-  const auto factor = [&](const auto& s, const Three<Real>& d, const Three<Real>& relative) {
-    constexpr SpringTerms damper{.elastic = false};
-    const Real length = std::sqrt(dot(d, d));
-    const Real inverse = inverse_or_zero(length);
-    const Real tension = static_cast<Real>(springs.law.scale) *
-                         SpringTension<damper>::of(springs.law.with_signs(numbers_of<Real>(s)),
-                                                   length, Real(dot(relative, d) * inverse));
-    return tension * (springs.law.along_displacement ? Real(1) : inverse);
-  };
-  for (const Link<Real>& s : springs.links) {
-    const Three<Real> d = between(q + s.a, q + s.b);
-    const Real g = factor(s, d, between(w + s.a, w + s.b));
-    add(f + s.a, g, d);
-    add(f + s.b, -g, d);
-  }
-  for (const Anchor<Real>& s : springs.anchors) {
-    const Three<Real> d = between(q + s.a, s.place);
-    add(f + s.a, factor(s, d, Three<Real>{-w[s.a], -w[s.a + 1], -w[s.a + 2]}), d);
-  }
+  constexpr SpringTerms damper{.elastic = false};
+  for_each_spring(
+      springs, q, w, [&](std::size_t, const auto& s, int b, const auto& d, const auto& relative) {
+        const Real length = std::sqrt(dot<Real>(d, d));
+        const Real inverse = length > static_cast<Real>(zero_length) ? Real(1) / length : Real(0);
+        const Real tension =
+            static_cast<Real>(springs.law.scale) *
+            SpringTension<damper>::of(springs.law.with_signs(numbers_of<Real>(s)), length,
+                                      Real(dot<Real>(relative, d) * inverse));
+        add(f, s.a, b, Real(tension * (springs.law.along_displacement ? Real(1) : inverse)), d);
+      });
 }
 
-template SpringKernel<double> spring_kernel_for<double>(KernelTraits) noexcept;
-template SpringKernel<float> spring_kernel_for<float>(KernelTraits) noexcept;
+template void add_forces(SpringSet<double>&, const double*, const double*, double*) noexcept;
+template void add_forces(SpringSet<float>&, const float*, const float*, float*) noexcept;
 template void add_damping(const SpringSet<double>&, const double*, const double*, double*) noexcept;
 template void add_damping(const SpringSet<float>&, const float*, const float*, float*) noexcept;
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Loops over single springs, for the printed forms, and for pairs of fixed nodes if nothing is
-/// skipped. Each loop equals NetworkProblem::force to rounding error; tests compare the kernels of
-/// adjacency groups with them.
+/// Springs of a list: loops over single springs, for the printed forms and for dampers, and
+/// adjacency groups, which fill SIMD registers. All equal NetworkProblem::force to rounding error.
 
 #include <span>
 #include <vector>
@@ -22,8 +21,7 @@ template <class Real> struct Link {
   Real rest_length;
 };
 
-/// Spring from a free node to a fixed point; b is the index of the fixed point's coordinates after
-/// those of the free nodes, whether or not they are stored.
+/// Spring from a free node to a fixed point, whose coordinates follow those of the free nodes at b.
 template <class Real> struct Anchor {
   int a;
   int b;
@@ -36,30 +34,34 @@ template <class Real> struct Anchor {
 template <class Real> struct SpringSet {
   std::vector<Link<Real>> links;
   std::vector<Anchor<Real>> anchors;
-  SpringLaw law{};                      ///< used by the printed kernels only
+  SpringLaw law{};                      ///< adjacency groups compute the corrected law only
   bool lagged = false;                  ///< printed Eq. 9
   std::vector<Real> previous_length{};  ///< links, then anchors; used if `lagged`
   Real lag = Real(1);                   ///< time between two evaluations; used if `lagged` [s]
 };
 
-/// Adds all spring forces to f without clearing it.
+/// Calls visit(index, spring, b, d, w) for the links and then the anchors. b is the first
+/// coordinate of the other end, or -1 for a fixed point; d = x_b - x_a [m] and w = v_b - v_a [m/s].
+template <class Real, class Visit>
+void for_each_spring(const SpringSet<Real>& springs, const Real* q, const Real* v, Visit visit) {
+  using Vector3 = Eigen::Matrix<Real, 3, 1>;
+  using Three = Eigen::Map<const Vector3>;
+  std::size_t index = 0;
+  for (const Link<Real>& s : springs.links) {
+    visit(index++, s, s.b, Vector3(Three(q + s.b) - Three(q + s.a)),
+          Vector3(Three(v + s.b) - Three(v + s.a)));
+  }
+  for (const Anchor<Real>& s : springs.anchors) {
+    visit(index++, s, -1, Vector3(Three(s.place) - Three(q + s.a)), Vector3(-Three(v + s.a)));
+  }
+}
+
+/// Adds all spring forces of the law, printed or corrected, to f.
 template <class Real>
-using SpringKernel = void (*)(SpringSet<Real>& springs, const Real* q, const Real* v,
-                              Real* f) noexcept;
-
-struct KernelTraits {
-  bool damped = true;
-  bool printed = false;  ///< any erratum of the force law is selected
-};
-
-template <class Real> SpringKernel<Real> spring_kernel_for(KernelTraits traits) noexcept;
-
+void add_forces(SpringSet<Real>& springs, const Real* q, const Real* v, Real* f) noexcept;
 /// Adds -C(q) w to f.
 template <class Real>
 void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, Real* f) noexcept;
-
-// Springs of a list in adjacency groups, which fill SIMD registers. The forces equal those of
-// spring_kernel_for() of the physical law to rounding error.
 
 /// Returns all kernels that this processor supports, widest first.
 template <class Real> std::vector<adjacency::Kernels<Real>> adjacency_kernels();
@@ -70,9 +72,8 @@ template <class Real> class AdjacencySprings {
       const adjacency::Kernels<Real>& kernels = adjacency_kernels<Real>().front())
       : kernels_(kernels) {}
   /// Groups the links and anchors; includes dampers only if `damped`. Vectors have `spacing`
-  /// numbers per node. With adjacency::node_stride, fixed points follow the free nodes and the
-  /// vectors are used in place. With 3, there are no fixed points and each evaluation copies to
-  /// padded vectors and back. Allocates.
+  /// numbers per node: adjacency::node_stride, with the fixed points after the free nodes, or 3,
+  /// without fixed points; each evaluation then copies to padded vectors and back. Allocates.
   void take(const SpringSet<Real>& springs, bool damped, int spacing);
   [[nodiscard]] bool empty() const { return groups_.empty(); }
   /// Adds the forces of all springs to f.
@@ -111,8 +112,8 @@ template <class Real> class AdjacencySprings {
   std::vector<int> partners_;
   AlignedVector<Real> numbers_;
   long free_nodes_ = 0;
-  AlignedVector<Real> q_, v_,
-      f_;  ///< free nodes, then fixed points; empty if the caller's vectors are padded
+  /// Free nodes, then fixed points; empty if the caller's vectors are padded.
+  AlignedVector<Real> q_, v_, f_;
 };
 
 }  // namespace palpate

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Sparse L D L^T factorisation in dense supernodes of single precision, for a preconditioner. A
-/// supernode is a set of neighbouring columns with the same rows; it is read once and sequentially.
-/// It is faster than a sparse solve in double, and its accuracy is sufficient for a preconditioner
+/// Sparse L D L^T factorisation in dense supernodes of single precision, for a preconditioner
 /// (model/EQUATIONS.md, "Panels of a factorisation").
 
 #include <Eigen/SparseCholesky>
@@ -25,8 +23,7 @@ template <class Real> class SupernodeFactors {
   void take(const Factors& factors);
   /// Returns true if the factors are in the range of single precision.
   [[nodiscard]] bool usable() const { return usable_; }
-  /// Computes out = (L D L^T)^-1 right with a relative error of about 1e-7 times the condition
-  /// number.
+  /// Computes out = (L D L^T)^-1 right to about 1e-7 times the condition number.
   void solve(const Vector<Real>& right, Vector<Real>& out) noexcept;
   [[nodiscard]] std::size_t supernode_count() const { return supernodes_.size(); }
   /// Returns the size of the values, which every solve reads twice.

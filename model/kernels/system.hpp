@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <functional>
@@ -19,12 +20,11 @@ static_assert(EIGEN_DEFAULT_ALIGN_BYTES >= 64,
 
 template <class Real> using AlignedVector = std::vector<Real, Eigen::aligned_allocator<Real>>;
 
-// Layout of the node coordinates in the state vectors of the integrators. The kernels choose it.
-
+/// Layout of the node coordinates in the state vectors of the integrators.
 struct NodeLayout {
-  Eigen::Index size = 0;    ///< length of a vector of all coordinates, without that of a tool
-  Eigen::Index stride = 1;  ///< offset from a node's x to its y, and from y to z
-  std::vector<Eigen::Index> first{};  ///< index of each node's x; -1 for a fixed node
+  Eigen::Index size = 0;     ///< length of a vector of all coordinates, without that of a tool
+  Eigen::Index stride = 1;   ///< offset from a node's x to its y, and from y to z
+  std::vector<int> first{};  ///< index of each node's x; -1 for a fixed node
 };
 
 /// Returns the three coordinates of a node with its x at index `first`.
@@ -41,8 +41,7 @@ auto at_node(Eigen::Matrix<Real, Eigen::Dynamic, 1>& all, Eigen::Index first,
       all.data() + first, Eigen::InnerStride<>(stride));
 }
 
-/// Copies the coordinates of the free nodes to a packed vector in the order of a Problem, three per
-/// node.
+/// Copies the coordinates of the free nodes to a packed vector in the order of a Problem.
 template <class Real>
 void gather(const Eigen::Matrix<Real, Eigen::Dynamic, 1>& all, const NodeLayout& layout,
             Eigen::Ref<Eigen::VectorXd> packed) noexcept {
@@ -65,16 +64,23 @@ void scatter(const Eigen::VectorXd& packed, const NodeLayout& layout,
   }
 }
 
-// System that an integrator advances: M q'' = f(t, q, q') in the precision of the stepping. The
-// constructor allocates all memory; later calls do not allocate.
-
 template <class Real> using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+
+/// Returns the index of an entry in the values of a compressed matrix whose pattern contains it.
+template <class Real>
+std::ptrdiff_t slot_of(const Eigen::SparseMatrix<Real>& a, Eigen::Index row, Eigen::Index column) {
+  const int* begin = a.innerIndexPtr() + a.outerIndexPtr()[column];
+  const int* end = a.innerIndexPtr() + a.outerIndexPtr()[column + 1];
+  return std::lower_bound(begin, end, static_cast<int>(row)) - a.innerIndexPtr();
+}
 
 template <class Real> struct State {
   Vector<Real> position;  ///< q [m]
   Vector<Real> velocity;  ///< staggered schemes store the velocity at the half step [m/s]
 };
 
+/// System that an integrator advances: M q'' = f(t, q, q') in the precision of the stepping. Only
+/// constructors and the functions that say so allocate.
 template <class Real> class System {
  public:
   virtual ~System() = default;
@@ -82,18 +88,17 @@ template <class Real> class System {
   [[nodiscard]] const Vector<Real>& inverse_mass() const { return masses_->inverse; }  ///< [1/kg]
   [[nodiscard]] const Vector<Real>& mass() const { return masses_->mass; }             ///< [kg]
 
-  /// Computes f [N]; `gate` is the activation time, i.e. the beginning of the step, which
-  /// determines the active loads.
+  /// Computes f [N]; the loads that are active at `gate`, the beginning of the step, act.
   virtual void force(double t, double gate, const Vector<Real>& q, const Vector<Real>& v,
                      Vector<Real>& f) noexcept = 0;
-  /// Adds `weight` times the loads only, for schemes whose kick spans two steps.
+  /// Adds `weight` times the loads, for schemes whose kick spans two steps.
   virtual void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept = 0;
   /// Computes C(q) w [N], the resistance of the dampers to velocity w.
   virtual void damping(const Vector<Real>& q, const Vector<Real>& w, Vector<Real>& f) noexcept = 0;
   /// Returns false if damping() is always zero.
   [[nodiscard]] virtual bool has_dampers() const { return true; }
-  /// Takes a complete semi-implicit Euler step in one pass over memory and returns the sum of
-  /// squares of the new velocities. Call it only if has_one_pass() is true.
+  /// Takes a semi-implicit Euler step in one pass over memory, if has_one_pass(), and returns the
+  /// sum of squares of the new velocities.
   [[nodiscard]] virtual bool has_one_pass() const { return false; }
   virtual void prepare_one_pass() {}  ///< allocates
   virtual double one_pass(double /*t*/, double /*gate*/, Real /*h*/,
@@ -101,8 +106,7 @@ template <class Real> class System {
     assert(!"this system has none");
     return 0.0;
   }
-  /// Computes A = M + on_damping C + on_stiffness K with K = -df/dq and C = -df/dv, in a matrix
-  /// from `pattern`.
+  /// Computes A = M + on_damping C + on_stiffness K in a matrix from `pattern`.
   virtual void jacobian(const Vector<Real>& /*q*/, const Vector<Real>& /*v*/, Real /*on_damping*/,
                         Real /*on_stiffness*/, Eigen::SparseMatrix<Real>& /*a*/) noexcept {
     assert(!"only systems for implicit schemes have matrices");
@@ -110,11 +114,9 @@ template <class Real> class System {
   virtual void pattern(Eigen::SparseMatrix<Real>& /*a*/) {  ///< allocates
     assert(!"only systems for implicit schemes have matrices");
   }
-  /// Changes product = A x to the product with the Jacobian under the active contact constraints;
-  /// see force().
+  /// Changes product = A x to the product under the active contact constraints.
   virtual void hold(const Vector<Real>& /*x*/, Vector<Real>& /*product*/) noexcept {}
-  /// Computes the constraint compliance before the first step. `solve` applies P^-1 of a
-  /// preconditioner without contact constraints.
+  /// Computes the constraint compliance before the first step; `solve` applies P^-1. Allocates.
   virtual void learn_compliance(
       const std::function<void(const Vector<Real>&, Vector<Real>&)>& /*solve*/) {}
   /// Prepares the constraints for one linear solve; call it before the products.
@@ -146,8 +148,7 @@ template <class Real> class System {
   std::shared_ptr<const Masses> masses_ = std::make_shared<const Masses>();
 };
 
-// Single spring-mass-damper as the system of an integrator.
-
+/// Single spring-mass-damper. The drive does not switch, so the activation time has no effect.
 template <class Real> class OscillatorSystem final : public System<Real> {
  public:
   explicit OscillatorSystem(const Oscillator& oscillator) : o_(oscillator) {
@@ -158,7 +159,6 @@ template <class Real> class OscillatorSystem final : public System<Real> {
     f(0) = static_cast<Real>(drive(t)) - static_cast<Real>(o_.stiffness) * q(0) -
            static_cast<Real>(o_.viscosity) * v(0);
   }
-  /// The drive does not switch, so the activation time has no effect.
   void add_loads(double t, double /*gate*/, Real weight, Vector<Real>& f) noexcept override {
     f(0) += weight * static_cast<Real>(drive(t));
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Path of a needle through a network: its contact points and the materials along it
-/// (model/EQUATIONS.md, "Needle line"). The path of a probe has one contact point.
+/// Path of a needle through a network (model/EQUATIONS.md, "Needle line").
 
 #include <limits>
 #include <span>
@@ -12,8 +11,7 @@
 
 namespace palpate {
 
-/// Material of the path from `begin` to `end` [m], measured along the undeformed line from the
-/// skin.
+/// Material of the path from `begin` to `end` [m] on the undeformed line from the skin.
 struct PathInterval {
   double begin = 0.0;
   double end = std::numeric_limits<double>::infinity();
@@ -32,27 +30,25 @@ PathInterval interval_in(const Material& material, std::string label, double beg
 std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double first);
 
-/// Returns the label of the tissue at a point: that of intervals_along() on the line along z
-/// through the point.
+/// Returns the label of intervals_along() at a point, on the line along z.
 std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first);
 
 struct NodeGrid;  // tissue_grid.hpp
 
+/// Contact points of a tool and the materials along it. The path of a probe has one contact point.
 class NeedlePath {
  public:
   struct Support {
     int node = 0;
     double weight = 0.0;  ///< the weights of a contact point sum to one
   };
-  /// Contact point: a material point on the path, with a displacement that is a weighted mean over
-  /// nodes.
+  /// Contact point: a material point on the path that moves with the weighted mean of nodes.
   struct Knot {
     double depth = 0.0;     ///< xi_k on the undeformed line [m]
     std::size_t first = 0;  ///< index of its first support
     std::size_t count = 0;
   };
-  /// Material point between two contact points, with weight 1 - share on `knot` and share on knot +
-  /// 1.
+  /// Material point with weight 1 - share on `knot` and share on knot + 1.
   struct Place {
     std::size_t knot = 0;
     double share = 0.0;
@@ -73,11 +69,9 @@ class NeedlePath {
   [[nodiscard]] double bone() const { return bone_; }
 
   [[nodiscard]] Place place(double depth) const noexcept;
-  /// Returns the index of the interval that contains the point at `depth`. A boundary belongs to
-  /// the next interval.
+  /// Returns the index of the interval at `depth`; a boundary belongs to the next interval.
   [[nodiscard]] std::size_t interval_at(double depth) const noexcept;
-  /// Computes the friction limit l_k of each contact point [N] for a tip at `depth` and returns the
-  /// sum.
+  /// Computes the friction limits l_k [N] for a tip at `depth` and returns their sum.
   double friction(double depth, std::span<double> of_knot) const noexcept;
 
  private:

@@ -2,6 +2,7 @@
 
 #include "model/problem/problem.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -70,9 +71,10 @@ NetworkProblem::NetworkProblem(SpringNetwork network, std::vector<Load> loads,
   if (network_.initial_displacement.cols() > 0) { displaced_ = network_.initial_position(); }
   const int nodes = static_cast<int>(network_.node_count());
   coordinate_.assign(static_cast<std::size_t>(nodes), -1);
+  free_.reserve(static_cast<std::size_t>(std::ranges::count(network_.fixed, 0)));
   for (int i = 0; i < nodes; ++i) {
     if (network_.is_fixed(i)) { continue; }
-    coordinate_[static_cast<std::size_t>(i)] = dof();
+    coordinate_[static_cast<std::size_t>(i)] = static_cast<int>(dof());
     free_.push_back(i);
   }
   mass_.resize(dof());
@@ -85,8 +87,7 @@ std::size_t NetworkProblem::memory_bytes() const {
                                n.initial_velocity.size() + n.mass.size() + displaced_.size() +
                                mass_.size();
   return static_cast<std::size_t>(numbers) * sizeof(double) + n.fixed.capacity() +
-         n.springs.memory_bytes() + free_.capacity() * sizeof(int) +
-         coordinate_.capacity() * sizeof(Eigen::Index);
+         n.springs.memory_bytes() + (free_.capacity() + coordinate_.capacity()) * sizeof(int);
 }
 
 Eigen::VectorXd NetworkProblem::initial_position() const {

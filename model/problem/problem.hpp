@@ -5,18 +5,23 @@
 /// does not depend on the time integration.
 
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 #include <memory>
 #include <vector>
 
 #include "model/problem/scene.hpp"
 #include "model/problem/spring_law.hpp"
 
+namespace Eigen {
+template <typename Scalar, int Options, typename StorageIndex> class SparseMatrix;
+}
+
 namespace palpate {
 
-/// Equation of motion with switched loads. f is smooth between the breaks at which loads switch.
-/// The activation time `gate` determines the active loads: an integrator passes the beginning of
-/// its step, a reference solver any time strictly inside the segment between two breaks.
+using JacobianMatrix = Eigen::SparseMatrix<double, 0, int>;  ///< of <Eigen/SparseCore>
+
+/// Equation of motion, smooth between the breaks at which loads switch. The activation time `gate`
+/// determines the active loads: an integrator passes the beginning of its step, a reference solver
+/// any time strictly between two breaks.
 class Problem {
  public:
   virtual ~Problem() = default;
@@ -30,9 +35,8 @@ class Problem {
                      Eigen::Ref<Eigen::VectorXd> f) const = 0;
   /// Computes the exact K = -df/dq and C = -df/dv. The sparsity pattern is the same on every call.
   virtual void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                        const Eigen::Ref<const Eigen::VectorXd>& v,
-                        Eigen::SparseMatrix<double>& stiffness,
-                        Eigen::SparseMatrix<double>& damping) const = 0;
+                        const Eigen::Ref<const Eigen::VectorXd>& v, JacobianMatrix& stiffness,
+                        JacobianMatrix& damping) const = 0;
   /// Returns the times at which a load begins or ends [s], sorted and without duplicates.
   [[nodiscard]] virtual std::vector<double> breaks() const = 0;
   /// Returns the shortest time over which a load changes [s]; infinite if all loads are constant.
@@ -42,12 +46,11 @@ class Problem {
                                       const Eigen::Ref<const Eigen::VectorXd>& v) const = 0;
 };
 
-/// Returns the factor of a load's force at time t: its profile if `gate` is in [start, end),
-/// otherwise 0.
+/// Returns a load's profile at time t if `gate` is in [start, end), otherwise 0.
 double load_factor(const Load& load, double t, double gate) noexcept;
 
-/// Derivatives of the force on end a of a spring with respect to d = x_b - x_a and to w = v_b -
-/// v_a. Zero for a spring of zero length.
+/// Derivatives of the force on end a of a spring by d = x_b - x_a and w = v_b - v_a; zero for a
+/// spring of zero length.
 template <class Real> struct SpringGradient {
   Eigen::Matrix<Real, 3, 3> position = Eigen::Matrix<Real, 3, 3>::Zero();
   Eigen::Matrix<Real, 3, 3> velocity = Eigen::Matrix<Real, 3, 3>::Zero();
@@ -75,9 +78,8 @@ SpringGradient<Real> spring_gradient(const SpringLaw& law, const SpringNumbers<R
   return {e * slope.transpose() + tension * turn, spring.viscosity * e * u.transpose()};
 }
 
-/// Equation of motion of a network. The coordinates are those of the free nodes, three each, in
-/// node order. Errata of the force law are applied; those of the time step (no_time_step,
-/// lagged_velocity) are ignored.
+/// Equation of motion of a network. The coordinates are those of the free nodes in node order.
+/// Errata of the time step (no_time_step, lagged_velocity) are ignored.
 class NetworkProblem final : public Problem {
  public:
   /// Builds the problem. `loads` must refer to nodes; resolve_loads() replaces faces.
@@ -95,8 +97,8 @@ class NetworkProblem final : public Problem {
              const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
   void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
-                Eigen::SparseMatrix<double>& damping) const override;
+                const Eigen::Ref<const Eigen::VectorXd>& v, JacobianMatrix& stiffness,
+                JacobianMatrix& damping) const override;
   [[nodiscard]] std::vector<double> breaks() const override;
   [[nodiscard]] double shortest_feature() const override;
   [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
@@ -123,7 +125,7 @@ class NetworkProblem final : public Problem {
   PrintedForm printed_;
   NodeVectors displaced_;  ///< initial positions, if they differ from the rest positions
   std::vector<int> free_;
-  std::vector<Eigen::Index> coordinate_;
+  std::vector<int> coordinate_;
   Eigen::VectorXd mass_;
 };
 
@@ -139,8 +141,8 @@ class OscillatorProblem final : public Problem {
              const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
   void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
-                Eigen::SparseMatrix<double>& damping) const override;
+                const Eigen::Ref<const Eigen::VectorXd>& v, JacobianMatrix& stiffness,
+                JacobianMatrix& damping) const override;
   [[nodiscard]] std::vector<double> breaks() const override { return {}; }
   [[nodiscard]] double shortest_feature() const override;
   [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,

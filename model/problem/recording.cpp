@@ -106,7 +106,7 @@ void leave_out_rows_out_of_order(Recording& recording) {
 }
 
 void count_defects(Recording& recording, const DefectRules& rules,
-                   std::span<const char> told_out_of_range) {
+                   std::span<const char> reported_out_of_range) {
   RecordingDefects& defects = recording.defects;
   defects.not_finite = clear_what_is_not_finite(recording.pressure);
   clear_what_is_not_finite(recording.depth);
@@ -115,9 +115,9 @@ void count_defects(Recording& recording, const DefectRules& rules,
   defects.out_of_range = 0;
   for (std::size_t n = 0; n < recording.pressure.size(); ++n) {
     const double pressure = recording.pressure[n];
-    const bool told = n < told_out_of_range.size() && told_out_of_range[n] != 0;
+    const bool reported = n < reported_out_of_range.size() && reported_out_of_range[n] != 0;
     const bool out = pressure < rules.least_pressure || pressure > rules.largest_pressure;
-    defects.out_of_range += told || out ? 1 : 0;
+    defects.out_of_range += reported || out ? 1 : 0;
   }
   const Extremes extremes = extremes_of(recording.pressure);
   defects.clipped = 0;

@@ -13,15 +13,11 @@ namespace palpate {
 /// One millimetre of mercury, conventional unit [Pa] (NIST SP 811, appendix B.8).
 inline constexpr double pascals_per_mmhg = 133.322387415;
 
-// Recording of a pressure transducer: a measured insertion, or one reconstructed from published
-// values.
-
 /// Defects of the samples that were detected during reading. They are counted and not corrected.
 struct RecordingDefects {
-  std::size_t missing = 0;  ///< samples that were not received; they have no row
-  std::size_t gaps = 0;     ///< gaps in time
-  std::size_t bad_frames =
-      0;  ///< frames of the raw link that are truncated or have a wrong checksum
+  std::size_t missing = 0;         ///< samples that were not received; they have no row
+  std::size_t gaps = 0;            ///< gaps in time
+  std::size_t bad_frames = 0;      ///< frames of the raw link, truncated or with a wrong checksum
   std::size_t not_finite = 0;      ///< samples without a number; stored as NaN
   std::size_t out_of_range = 0;    ///< reported by the transducer, or outside its possible range
   std::size_t clipped = 0;         ///< samples of a constant run at the largest or smallest value
@@ -30,10 +26,11 @@ struct RecordingDefects {
   bool operator==(const RecordingDefects&) const = default;
 };
 
+/// Recording of a pressure transducer: a measured insertion, or one reconstructed from published
+/// values.
 struct Recording {
   enum class Kind { measured, reconstructed };
-  /// Method of injection: by thumb on the plunger, or by pump. Pressures of the two are not
-  /// comparable.
+  /// Method of injection; pressures of the two are not comparable.
   enum class Regime { thumb, pump };
 
   std::string name{};  ///< identifier for people, e.g. "bmi-18-continuous-03"
@@ -57,29 +54,22 @@ struct Recording {
   RecordingDefects defects{};
 };
 
-// Detection of defects in the samples of a recording, common to all formats. Samples are not
-// interpolated; only rows out of order are removed.
-
 struct DefectRules {
   /// Lower limit of the gauge pressure [Pa]: vacuum at sea level (ISO 2533).
   double least_pressure = -101325.0;
-  /// Upper limit of the gauge pressure [Pa]: half a step above the largest value of the raw link
-  /// (docs/formats.md).
+  /// Upper limit of the gauge pressure [Pa]: half a step above that of the raw link.
   double largest_pressure = 3276.75 * pascals_per_mmhg;
-  /// Number of equal consecutive samples at the largest or smallest pressure that are treated as
-  /// clipped. The default is a tenth of a second of the raw link.
+  /// Equal consecutive samples at an extreme that are clipped; a tenth of a second of the raw link.
   std::size_t flat_run = 12;
-  /// Steps longer than this many nominal periods are gaps. The default is halfway between a normal
-  /// step and a step with one missing sample.
+  /// Steps longer than this many periods are gaps: halfway to a step with one missing sample.
   double gap_periods = 1.5;
 };
 
 /// Statistics of the sample times. All values are zero if there are fewer than two samples.
 struct Sampling {
-  double period = 0.0;  ///< median step [s]
-  double rate = 0.0;    ///< inverse of the mean of the steps within a quarter of the median [Hz]
-  double uneven =
-      0.0;  ///< fraction of the steps, without gaps, that differ from the median by > 20 %
+  double period = 0.0;    ///< median step [s]
+  double rate = 0.0;      ///< inverse of the mean of the steps within a quarter of the median [Hz]
+  double uneven = 0.0;    ///< fraction of steps, without gaps, more than 20 % off the median
   double shortest = 0.0;  ///< [s]
   double longest = 0.0;   ///< [s]
 };
@@ -89,11 +79,11 @@ Sampling sampling_of(std::span<const double> time, const DefectRules& rules = {}
 void leave_out_rows_out_of_order(Recording& recording);
 
 /// Counts the gaps and the missing, non-finite, out-of-range and clipped samples of a recording in
-/// order of time; replaces earlier counts. `told_out_of_range` has one entry per sample, non-zero
-/// if the transducer reported an overrange; empty if it has no such flag. Infinite values become
-/// NaN.
+/// order of time; replaces earlier counts. `reported_out_of_range` has one entry per sample,
+/// non-zero if the transducer reported an overrange; empty if it has no such flag. Infinite values
+/// become NaN.
 void count_defects(Recording& recording, const DefectRules& rules = {},
-                   std::span<const char> told_out_of_range = {});
+                   std::span<const char> reported_out_of_range = {});
 
 /// Returns the reason why a recording cannot be used, as "found; allowed"; empty for a usable
 /// recording. A constant pressure is usable.

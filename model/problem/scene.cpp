@@ -87,10 +87,4 @@ int record_node(const Record& record, const SpringNetwork& network) {
   return static_cast<int>(nearest);
 }
 
-std::string_view name_of(Face face) {
-  constexpr std::array<std::string_view, 6> names{"x-min", "x-max", "y-min",
-                                                  "y-max", "z-min", "z-max"};
-  return names[static_cast<std::size_t>(face)];
-}
-
 }  // namespace palpate

@@ -25,8 +25,7 @@ struct FalconDrive {
   enum class Hand { light, medium, firm, two_stage } hand = Hand::medium;
   /// Published leg lengths of the device.
   enum class Geometry { libnifalcon, martin_hillier } geometry = Geometry::libnifalcon;
-  /// Motor driver between control loop and device: exact, or with the defects of the common
-  /// open-source driver.
+  /// Motor driver: exact, or with the defects of the common open-source driver.
   enum class Profile { correct, stock } profile = Profile::correct;
   /// Method for the tool position between two steps of slower tissue.
   enum class Between { hold, extrapolate } between = Between::hold;
@@ -35,9 +34,8 @@ struct FalconDrive {
   int delay = 0;                       ///< ticks between a position and the resulting force
   double coupling_stiffness = 2000.0;  ///< between grip and tool [N/m]
   double coupling_viscosity = 20.0;    ///< [N s/m]
-  double start_height =
-      0.16;             ///< position of the grip along the device's z with the tip on the skin [m]
-  double tremor = 0.0;  ///< amplitude of the hand's tremor [m]
+  double start_height = 0.16;          ///< z of the grip in the device, tip on the skin [m]
+  double tremor = 0.0;                 ///< amplitude of the hand's tremor [m]
   double reaction_delay = 0.175;      ///< from a loss of resistance to the reaction of the hand [s]
   bool quantised = true;              ///< encoder counts and motor commands are integers
   bool friction = true;               ///< in the device's joints
@@ -66,14 +64,12 @@ struct PalpationGrid {
   }
 };
 
-/// Blunt tool that presses on the skin. The force is distributed over its footprint; nothing is
-/// cut.
+/// Blunt tool that presses on the skin with a force distributed over its footprint.
 struct Probe {
   enum class Shape { fingertip, ultrasound } shape = Shape::fingertip;
-  Eigen::Vector2d size{0.015,
-                       0.015};      ///< fingertip: diameter; ultrasound: lengths along x and y [m]
-  Eigen::Vector2d entry{0.0, 0.0};  ///< centre of the footprint [m]
-  double mass = 0.1;                ///< for a drive by force [kg]
+  Eigen::Vector2d size{0.015, 0.015};  ///< fingertip: diameter; ultrasound: along x and y [m]
+  Eigen::Vector2d entry{0.0, 0.0};     ///< centre of the footprint [m]
+  double mass = 0.1;                   ///< for a drive by force [kg]
   std::optional<PalpationGrid> map{};  ///< map of the palpated stiffness, in addition to the run
 };
 
@@ -109,8 +105,7 @@ struct Syringe {
   double open_resistance = 1.0e9;       ///< R of the needle with its tip in air [Pa s/m^3]
 };
 
-/// Returns a syringe with 10 ml of air: C = V / p0, and flows 55 times those of saline, by the
-/// ratio of viscosities.
+/// Returns a syringe with 10 ml of air: C = V / p0, flows 55 times those of saline (viscosities).
 Syringe air_syringe();
 
 enum class Precision { double_precision, single_precision };
@@ -142,15 +137,12 @@ struct SimulationSettings {
   std::optional<int> substeps{};    ///< integrator steps per tick; empty: automatic
   std::string integrator = "auto";  ///< name in integrators(), or "auto"
   double solver_tolerance = 0.0;    ///< relative tolerance of implicit schemes; 0: rounding
-  Precision precision =
-      Precision::double_precision;  ///< of the integrator; references always use double
-  int threads = 1;                  ///< upper limit for a regular lattice
-  double sleep_force =
-      0.0;  ///< limit of the total force withheld on sleeping nodes [N]; 0: no node sleeps
-  double near_radius =
-      0.0;  ///< radius around a tool or a load of the tissue integrated in full [m]; 0: all of it
-  int far_modes = 100;    ///< number of modes that represent the far tissue
-  PrintedForm printed{};  ///< all false: the corrected physics
+  Precision precision = Precision::double_precision;  ///< of the integrator
+  int threads = 1;                                    ///< upper limit for a regular lattice
+  double sleep_force = 0.0;  ///< limit of all force withheld on sleeping nodes [N]; 0: none sleeps
+  double near_radius = 0.0;  ///< tissue integrated in full around tool and loads [m]; 0: all
+  int far_modes = 100;       ///< number of modes that represent the far tissue
+  PrintedForm printed{};     ///< all false: the corrected physics
 };
 
 /// Mechanical role of a tissue for a needle (model/EQUATIONS.md, "Needle tip"). Bone is rigid: its
@@ -169,8 +161,7 @@ struct Material {
   std::optional<TissueRole> role{};   ///< empty: derived from the name by role_of()
 };
 
-/// Returns a material's role: the given one, otherwise the first of "epidural", "dura" and "bone"
-/// that its name contains, otherwise tissue.
+/// Returns the given role, or that of "epidural", "dura" or "bone" in the name, otherwise tissue.
 TissueRole role_of(const Material& material);
 
 /// Returns the first material of that name, or null.
@@ -205,8 +196,7 @@ struct LayerBlock {
   int connectivity = 26;
 };
 
-/// Body of another material inside a lattice or layered block. Later inclusions override earlier
-/// ones.
+/// Body of another material inside a lattice or layered block; later ones override earlier ones.
 struct Inclusion {
   enum class Shape { sphere, box } shape = Shape::sphere;
   Eigen::Vector3d centre{0.0, 0.0, 0.0};  ///< [m]
@@ -262,14 +252,12 @@ enum class RecordedQuantity { position, velocity, force };
 
 struct Record {
   std::string name{};
-  std::variant<int, Eigen::Vector3d> where{
-      0};  ///< node index, or a point, which selects the nearest node
+  std::variant<int, Eigen::Vector3d> where{0};  ///< node, or a point: the nearest node
   std::vector<RecordedQuantity> quantities{RecordedQuantity::position};
 };
 
 struct Output {
-  int frames =
-      60;  ///< number of stored snapshots of all nodes, evenly spaced over the ticks; 0: none
+  int frames = 60;  ///< stored snapshots of all nodes, evenly spaced over the ticks; 0: none
   /// Sums the energy dissipated by dampers in every step of a run with a tool, at the cost of two
   /// more passes over the springs. Not a key of scene files.
   bool audit = false;
@@ -290,18 +278,13 @@ struct Scene {
   Output output{};
 };
 
-/// Returns the nodes of a face: those within a millionth of the body's extent of its extreme
-/// coordinate.
+/// Returns the nodes within a millionth of the body's extent of the extreme coordinate of a face.
 std::vector<int> face_nodes(const NodeVectors& rest_position, Face face);
 
 /// Returns the scene's loads with every face replaced by its nodes.
 std::vector<Load> resolve_loads(const Scene& scene, const SpringNetwork& network);
 
-/// Returns the node of a record: its index, or the node nearest to its point (the lowest index if
-/// several are equally near).
+/// Returns the node of a record; of equally near nodes the one of the lowest index.
 int record_node(const Record& record, const SpringNetwork& network);
-
-/// Returns the name used in scene files, e.g. "z-max".
-std::string_view name_of(Face face);
 
 }  // namespace palpate

@@ -100,76 +100,58 @@ struct Key {
   }
 };
 
+/// Returns the key of a number with these properties.
+constexpr Key quantity(std::string_view unit, Range range, std::string_view doc) {
+  return {.unit = unit, .range = range, .doc = doc};
+}
+
 template <class E> using WordOf = std::pair<std::string_view, E>;
 /// The words of a key that takes one of a few: an array of WordOf<E>, one for each value of E.
 template <class E> inline constexpr int words = 0;
+/// Pairs the words with the values 0, 1, 2 ... of E, in the order of their declaration.
+template <class E, class... Names> constexpr auto words_of(Names... names) {
+  int value = 0;
+  return std::array{WordOf<E>{names, static_cast<E>(value++)}...};
+}
 
+template <> inline constexpr auto words<Precision> = words_of<Precision>("double", "float");
 template <>
-inline constexpr auto words<Precision> = std::to_array<WordOf<Precision>>(
-    {{"double", Precision::double_precision}, {"float", Precision::single_precision}});
+inline constexpr auto words<Source> = words_of<Source>("lattice", "layers", "network", "oscillator",
+                                                       "mesh", "mri");
 template <>
-inline constexpr auto words<Source> = std::to_array<WordOf<Source>>({{"lattice", Source::lattice},
-                                                                     {"layers", Source::layers},
-                                                                     {"network", Source::network},
-                                                                     {"oscillator",
-                                                                      Source::oscillator},
-                                                                     {"mesh", Source::mesh},
-                                                                     {"mri", Source::mri}});
+inline constexpr auto words<Face> = words_of<Face>("x-min", "x-max", "y-min", "y-max", "z-min",
+                                                   "z-max");
 template <>
-inline constexpr auto words<Face> = std::to_array<WordOf<Face>>({{"x-min", Face::x_min},
-                                                                 {"x-max", Face::x_max},
-                                                                 {"y-min", Face::y_min},
-                                                                 {"y-max", Face::y_max},
-                                                                 {"z-min", Face::z_min},
-                                                                 {"z-max", Face::z_max}});
+inline constexpr auto words<LatticeWeights> = words_of<LatticeWeights>("cell", "uniform");
 template <>
-inline constexpr auto words<LatticeWeights> = std::to_array<WordOf<LatticeWeights>>(
-    {{"cell", LatticeWeights::cell}, {"uniform", LatticeWeights::uniform}});
+inline constexpr auto words<Inclusion::Shape> = words_of<Inclusion::Shape>("sphere", "box");
 template <>
-inline constexpr auto words<Inclusion::Shape> = std::to_array<WordOf<Inclusion::Shape>>(
-    {{"sphere", Inclusion::Shape::sphere}, {"box", Inclusion::Shape::box}});
+inline constexpr auto words<Profile> = words_of<Profile>("constant", "ramp", "half-sine");
 template <>
-inline constexpr auto words<Profile> = std::to_array<WordOf<Profile>>(
-    {{"constant", Profile::constant}, {"ramp", Profile::ramp}, {"half-sine", Profile::half_sine}});
+inline constexpr auto words<RecordedQuantity> = words_of<RecordedQuantity>("position", "velocity",
+                                                                           "force");
 template <>
-inline constexpr auto words<RecordedQuantity> =
-    std::to_array<WordOf<RecordedQuantity>>({{"position", RecordedQuantity::position},
-                                             {"velocity", RecordedQuantity::velocity},
-                                             {"force", RecordedQuantity::force}});
+inline constexpr auto words<TissueRole> = words_of<TissueRole>("tissue", "epidural-space", "dura",
+                                                               "bone");
 template <>
-inline constexpr auto words<TissueRole> =
-    std::to_array<WordOf<TissueRole>>({{"tissue", TissueRole::tissue},
-                                       {"epidural-space", TissueRole::epidural_space},
-                                       {"dura", TissueRole::dura},
-                                       {"bone", TissueRole::bone}});
+inline constexpr auto words<Probe::Shape> = words_of<Probe::Shape>("fingertip", "ultrasound");
 template <>
-inline constexpr auto words<Probe::Shape> = std::to_array<WordOf<Probe::Shape>>(
-    {{"fingertip", Probe::Shape::fingertip}, {"ultrasound", Probe::Shape::ultrasound}});
+inline constexpr auto words<Drive::Kind> = words_of<Drive::Kind>("trajectory", "force", "falcon");
 template <>
-inline constexpr auto words<Drive::Kind> =
-    std::to_array<WordOf<Drive::Kind>>({{"trajectory", Drive::Kind::trajectory},
-                                        {"force", Drive::Kind::force},
-                                        {"falcon", Drive::Kind::falcon}});
+inline constexpr auto words<Drive::Technique> = words_of<Drive::Technique>("continuous",
+                                                                           "intermittent");
 template <>
-inline constexpr auto words<Drive::Technique> =
-    std::to_array<WordOf<Drive::Technique>>({{"continuous", Drive::Technique::continuous},
-                                             {"intermittent", Drive::Technique::intermittent}});
+inline constexpr auto words<FalconDrive::Hand> = words_of<FalconDrive::Hand>("light", "medium",
+                                                                             "firm", "two-stage");
 template <>
-inline constexpr auto words<FalconDrive::Hand> =
-    std::to_array<WordOf<FalconDrive::Hand>>({{"light", FalconDrive::Hand::light},
-                                              {"medium", FalconDrive::Hand::medium},
-                                              {"firm", FalconDrive::Hand::firm},
-                                              {"two-stage", FalconDrive::Hand::two_stage}});
+inline constexpr auto words<FalconDrive::Geometry> =
+    words_of<FalconDrive::Geometry>("libnifalcon", "martin-hillier");
 template <>
-inline constexpr auto words<FalconDrive::Geometry> = std::to_array<WordOf<FalconDrive::Geometry>>(
-    {{"libnifalcon", FalconDrive::Geometry::libnifalcon},
-     {"martin-hillier", FalconDrive::Geometry::martin_hillier}});
+inline constexpr auto words<FalconDrive::Profile> = words_of<FalconDrive::Profile>("correct",
+                                                                                   "stock");
 template <>
-inline constexpr auto words<FalconDrive::Profile> = std::to_array<WordOf<FalconDrive::Profile>>(
-    {{"correct", FalconDrive::Profile::correct}, {"stock", FalconDrive::Profile::stock}});
-template <>
-inline constexpr auto words<FalconDrive::Between> = std::to_array<WordOf<FalconDrive::Between>>(
-    {{"hold", FalconDrive::Between::hold}, {"extrapolate", FalconDrive::Between::extrapolate}});
+inline constexpr auto words<FalconDrive::Between> = words_of<FalconDrive::Between>("hold",
+                                                                                   "extrapolate");
 
 // Keys whose value in a file is not simply the value of one member. Each refers to the member that
 // the key sets; numbers() returns those that the key's range is about.
@@ -255,16 +237,16 @@ template <class Visitor, Is<PrintedForm> T> void fields(Visitor& v, T& p) {
 }
 
 template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s) {
-  v.value("duration", s.duration, {.unit = "s", .range = range::positive, .doc = "Simulated time"});
-  v.value("step", s.step, {.unit = "s", .range = range::positive, .doc = "Length of one tick"});
+  v.value("duration", s.duration, quantity("s", range::positive, "Simulated time"));
+  v.value("step", s.step, quantity("s", range::positive, "Length of one tick"));
   v.value("substeps", AutoOrCount{s.substeps},
           {.range = range::at_least(1), .doc = "Integrator steps per tick"});
   v.value("integrator", s.integrator, {.doc = "`palpate run --help` lists the names"});
-  v.value("solver_tolerance", s.solver_tolerance,
-          {.unit = "1",
-           .range = range::from_to_below(0, 1),
-           .doc = "Implicit integrators: error left in the change of velocity of a step, relative; "
-                  "0: rounding error only"});
+  v.value(
+      "solver_tolerance", s.solver_tolerance,
+      quantity("1", range::from_to_below(0, 1),
+               "Implicit integrators: error left in the change of velocity of a step, relative; "
+               "0: rounding error only"));
   v.value("precision", s.precision,
           {.doc = "Precision of the steps; the reference always uses double"});
   v.value("threads", s.threads,
@@ -272,14 +254,12 @@ template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s)
            .doc = "Maximum number of threads for a regular lattice; each occupies one processor "
                   "also while it waits"});
   v.value("sleep_force", s.sleep_force,
-          {.unit = "N",
-           .range = range::non_negative,
-           .doc = "Largest sum of the residual forces of all sleeping nodes; 0: no node sleeps"});
+          quantity("N", range::non_negative,
+                   "Largest sum of the residual forces of all sleeping nodes; 0: no node sleeps"));
   v.value("near_radius", s.near_radius,
-          {.unit = "m",
-           .range = range::non_negative,
-           .doc = "Distance from a tool or a load beyond which the tissue becomes a linear "
-                  "reduced-order model; 0: no reduction"});
+          quantity("m", range::non_negative,
+                   "Distance from a tool or a load beyond which the tissue becomes a linear "
+                   "reduced-order model; 0: no reduction"));
   v.value("far_modes", s.far_modes,
           {.range = range::from_to(1, 1000), .doc = "Modes of the reduced-order model"});
   v.value("equations", EquationsWord{s.printed},
@@ -289,39 +269,31 @@ template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s)
 
 template <class Visitor, Is<Lattice> T> void fields(Visitor& v, T& l) {
   v.value("nodes", l.nodes, {.range = range::at_least(2), .doc = "Nodes along x, y and z"});
-  v.value("spacing", l.spacing,
-          {.unit = "m", .range = range::positive, .doc = "Distance between nodes"});
+  v.value("spacing", l.spacing, quantity("m", range::positive, "Distance between nodes"));
   v.value("connectivity", l.connectivity,
           {.range = range::neighbours, .doc = "Number of neighbours of a node"});
   v.value("weights", l.weights,
           {.doc = "Springs from a material, or the same stiffness for all springs"});
   v.value("material", l.material, {.doc = "With weights = \"cell\": name of a material"});
   v.value("stiffness", l.stiffness,
-          {.unit = "N/m",
-           .range = range::positive,
-           .doc = "With weights = \"uniform\": stiffness of a spring"});
-  v.value("viscosity", l.viscosity,
-          {.unit = "N s/m",
-           .range = range::non_negative,
-           .doc = "With weights = \"uniform\": viscosity of a spring"});
+          quantity("N/m", range::positive, "With weights = \"uniform\": stiffness of a spring"));
+  v.value(
+      "viscosity", l.viscosity,
+      quantity("N s/m", range::non_negative, "With weights = \"uniform\": viscosity of a spring"));
   v.value("node_mass", l.node_mass,
-          {.unit = "kg",
-           .range = range::positive,
-           .doc = "With weights = \"uniform\": mass of a node"});
+          quantity("kg", range::positive, "With weights = \"uniform\": mass of a node"));
 }
 
 template <class Visitor, Is<LayerBlock> T> void fields(Visitor& v, T& b) {
   v.value("nodes", b.nodes, {.range = range::at_least(2), .doc = "Nodes along x and y"});
-  v.value("spacing", b.spacing,
-          {.unit = "m", .range = range::positive, .doc = "Distance between nodes"});
+  v.value("spacing", b.spacing, quantity("m", range::positive, "Distance between nodes"));
   v.value("connectivity", b.connectivity,
           {.range = range::neighbours, .doc = "Number of neighbours of a node"});
 }
 
 template <class Visitor, Is<Oscillator> T> void fields(Visitor& v, T& o) {
-  v.value("mass", o.mass, {.unit = "kg", .range = range::positive, .doc = "Mass m"});
-  v.value("stiffness", o.stiffness,
-          {.unit = "N/m", .range = range::non_negative, .doc = "Stiffness k"});
+  v.value("mass", o.mass, quantity("kg", range::positive, "Mass m"));
+  v.value("stiffness", o.stiffness, quantity("N/m", range::non_negative, "Stiffness k"));
   v.value("viscosity", o.viscosity,
           {.unit = "N s/m", .doc = "Viscosity c; a negative value adds energy"});
   v.value("displacement", o.displacement, {.unit = "m", .doc = "Displacement at t = 0"});
@@ -337,10 +309,9 @@ template <class Visitor, Is<Tissue> T> void fields(Visitor& v, T& t) {
   v.value("fixed", FixedFaces{t.fixed}, {.doc = "Faces whose nodes do not move"});
   v.value("hold", HoldWord{t.hold_by_mass},
           {.doc = "Nodes of fixed faces are fixed exactly, or made very heavy"});
-  v.value("heavy_mass_factor", t.heavy_mass_factor,
-          {.unit = "1",
-           .range = range::positive,
-           .doc = "With hold = \"heavy\": factor on the mass of these nodes"});
+  v.value(
+      "heavy_mass_factor", t.heavy_mass_factor,
+      quantity("1", range::positive, "With hold = \"heavy\": factor on the mass of these nodes"));
   v.value("gravity", t.gravity, {.unit = "m/s^2", .doc = "Acceleration of every free node"});
   v.table("lattice", t.lattice);
   v.table("layers", t.block);
@@ -352,23 +323,17 @@ template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
           {.required = true, .doc = "Name; replaces the library material of the same name"});
   v.value("youngs_modulus", m.youngs_modulus,
           {.unit = "Pa", .range = range::positive, .required = true, .doc = "Young's modulus E"});
-  v.value("density", m.density,
-          {.unit = "kg/m^3", .range = range::positive, .doc = "Density of the tissue"});
+  v.value("density", m.density, quantity("kg/m^3", range::positive, "Density of the tissue"));
   v.value("damping_ratio", m.damping_ratio,
-          {.unit = "1",
-           .range = range::non_negative,
-           .doc = "Damping ratio of each spring with its reduced mass"});
-  v.value("viscosity", m.viscosity,
-          {.unit = "N s/m",
-           .range = range::non_negative,
-           .doc = "Viscosity of a spring, instead of damping_ratio"});
+          quantity("1", range::non_negative, "Damping ratio of each spring with its reduced mass"));
+  v.value(
+      "viscosity", m.viscosity,
+      quantity("N s/m", range::non_negative, "Viscosity of a spring, instead of damping_ratio"));
   v.at_most_one("damping_ratio", "viscosity");
   v.value("cutting_force", m.cutting_force,
-          {.unit = "N", .range = range::non_negative, .doc = "Cutting force at the needle tip"});
+          quantity("N", range::non_negative, "Cutting force at the needle tip"));
   v.value("friction", m.friction,
-          {.unit = "N/m",
-           .range = range::non_negative,
-           .doc = "Friction force per metre of needle shaft"});
+          quantity("N/m", range::non_negative, "Friction force per metre of needle shaft"));
   v.value("role", m.role, {.doc = "Kind of tissue for a needle; left out: from the name"});
 }
 
@@ -397,8 +362,7 @@ template <class Visitor, Is<Load> T> void fields(Visitor& v, T& l) {
   v.value("face", l.face, {.doc = "Instead of nodes: all nodes of a face"});
   v.exactly_one("nodes", "face");
   v.value("force", l.force, {.unit = "N", .required = true, .doc = "Force on each node"});
-  v.value("start", l.start,
-          {.unit = "s", .range = range::non_negative, .doc = "Time at which the load begins"});
+  v.value("start", l.start, quantity("s", range::non_negative, "Time at which the load begins"));
   v.value("end", l.end,
           {.unit = "s",
            .range = range::positive,
@@ -423,37 +387,30 @@ template <class Visitor, Is<Output> T> void fields(Visitor& v, T& o) {
 template <class Visitor, Is<Needle> T> void fields(Visitor& v, T& n) {
   v.value("gauge", GaugeOf{n.diameter}, {.doc = "Stubs gauge; sets the diameter"});
   v.value("diameter", n.diameter,
-          {.unit = "m",
-           .range = range::positive,
-           .doc = "Outer diameter; reported, has no effect on forces"});
+          quantity("m", range::positive, "Outer diameter; reported, has no effect on forces"));
   v.at_most_one("gauge", "diameter");
   v.value("entry", n.entry,
           {.unit = "m", .doc = "Point where the needle line crosses the undeformed skin"});
   v.value("direction", n.direction,
           {.doc = "Direction of insertion, of any length; at most 60 degrees from z"});
-  v.value("mass", n.mass,
-          {.unit = "kg",
-           .range = range::positive,
-           .doc = "Mass of needle and syringe, used when a force drives them"});
+  v.value(
+      "mass", n.mass,
+      quantity("kg", range::positive, "Mass of needle and syringe, used when a force drives them"));
 }
 
 template <class Visitor, Is<PalpationGrid> T> void fields(Visitor& v, T& g) {
   v.value("sites", g.sites, {.range = range::at_least(1), .doc = "Sites along x and y"});
   v.value("spacing", g.spacing,
-          {.unit = "m", .range = range::positive, .doc = "Distance between neighbouring sites"});
+          quantity("m", range::positive, "Distance between neighbouring sites"));
 }
 
 template <class Visitor, Is<Probe> T> void fields(Visitor& v, T& p) {
   v.value("shape", ProbeShape{p}, {.doc = "Shape of the footprint: a disc or a rectangle"});
   v.value("size", Edges{p.size},
-          {.unit = "m",
-           .range = range::positive,
-           .doc = "Fingertip: diameter; ultrasound: edges along x and y"});
+          quantity("m", range::positive, "Fingertip: diameter; ultrasound: edges along x and y"));
   v.value("entry", p.entry, {.unit = "m", .doc = "Centre of the footprint on the skin"});
   v.value("mass", p.mass,
-          {.unit = "kg",
-           .range = range::positive,
-           .doc = "Mass of the probe, used when a force drives it"});
+          quantity("kg", range::positive, "Mass of the probe, used when a force drives it"));
   v.optional_table("map", p.map);
 }
 
@@ -463,55 +420,41 @@ template <class Visitor, Is<Drive> T> void fields(Visitor& v, T& d) {
                   "device holds the tool"});
   v.value("technique", d.technique,
           {.doc = "Continuous advance, or steps with pauses between them"});
-  v.value("start", d.start,
-          {.unit = "s", .range = range::non_negative, .doc = "The tool rests before this time"});
+  v.value("start", d.start, quantity("s", range::non_negative, "The tool rests before this time"));
   v.value("from", d.from,
-          {.unit = "m",
-           .range = range::at_most(0),
-           .doc = "Position of the tip along its line before the start; 0: on the skin, < 0: "
-                  "outside the tissue"});
-  v.value("pause", d.pause,
-          {.unit = "s",
-           .range = range::non_negative,
-           .doc = "Intermittent: time between two advances or two pushes"});
+          quantity("m", range::at_most(0),
+                   "Position of the tip along its line before the start; 0: on the skin, < 0: "
+                   "outside the tissue"));
+  v.value(
+      "pause", d.pause,
+      quantity("s", range::non_negative, "Intermittent: time between two advances or two pushes"));
   v.value("hold", d.hold,
-          {.unit = "s",
-           .range = range::non_negative,
-           .doc = "Time at full depth, or at full force, before the withdrawal"});
-  v.value("speed", d.speed,
-          {.unit = "m/s", .range = range::positive, .doc = "Trajectory: speed of the advance"});
+          quantity("s", range::non_negative,
+                   "Time at full depth, or at full force, before the withdrawal"));
+  v.value("speed", d.speed, quantity("m/s", range::positive, "Trajectory: speed of the advance"));
   v.value("advance", d.advance,
-          {.unit = "m",
-           .range = range::positive,
-           .doc = "Trajectory, intermittent: length of one advance"});
+          quantity("m", range::positive, "Trajectory, intermittent: length of one advance"));
   v.value("depth", d.depth,
           {.unit = "m",
            .doc = "Trajectory: position where the advance ends; left out: it does not end"});
   v.value("withdraw_speed", d.withdraw_speed,
-          {.unit = "m/s",
-           .range = range::non_negative,
-           .doc = "Trajectory: speed of the withdrawal after `hold`; 0: the tool stays"});
+          quantity("m/s", range::non_negative,
+                   "Trajectory: speed of the withdrawal after `hold`; 0: the tool stays"));
   v.value("grip_stiffness", d.grip_stiffness,
-          {.unit = "N/m",
-           .range = range::positive,
-           .doc = "Trajectory: stiffness between hand and tool when bone stops the tool"});
-  v.value("force", d.force,
-          {.unit = "N", .range = range::positive, .doc = "Force: largest force of the hand"});
+          quantity("N/m", range::positive,
+                   "Trajectory: stiffness between hand and tool when bone stops the tool"));
+  v.value("force", d.force, quantity("N", range::positive, "Force: largest force of the hand"));
   v.value("rise", d.rise,
-          {.unit = "s",
-           .range = range::non_negative,
-           .doc = "Force: time in which the force rises from zero to its largest value"});
-  v.value(
-      "push", d.push,
-      {.unit = "s", .range = range::positive, .doc = "Force, intermittent: duration of one push"});
+          quantity("s", range::non_negative,
+                   "Force: time in which the force rises from zero to its largest value"));
+  v.value("push", d.push,
+          quantity("s", range::positive, "Force, intermittent: duration of one push"));
   v.value("withdraw_force", d.withdraw_force,
-          {.unit = "N",
-           .range = range::non_negative,
-           .doc = "Force: force of the withdrawal after `hold`; 0: the push does not end"});
+          quantity("N", range::non_negative,
+                   "Force: force of the withdrawal after `hold`; 0: the push does not end"));
   v.value("hand_viscosity", d.hand_viscosity,
-          {.unit = "N s/m",
-           .range = range::non_negative,
-           .doc = "Force: viscosity of the hand, which opposes the velocity of the tool"});
+          quantity("N s/m", range::non_negative,
+                   "Force: viscosity of the hand, which opposes the velocity of the tool"));
 }
 
 template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
@@ -519,31 +462,26 @@ template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
   v.value("geometry", f.geometry, {.doc = "Published lengths of the device's legs"});
   v.value("profile", f.profile,
           {.doc = "Driver: exact, or with the defects of the common open-source driver"});
-  v.value("rate", f.rate,
-          {.unit = "Hz", .range = range::from_to(100, 20000), .doc = "Rate of the haptic loop"});
+  v.value("rate", f.rate, quantity("Hz", range::from_to(100, 20000), "Rate of the haptic loop"));
   v.value("delay", f.delay,
           {.range = range::from_to(0, 100),
            .doc = "Ticks between a position and the force computed from it"});
   v.value("between", f.between,
           {.doc = "Tool position between two steps when the tissue is slower than the loop"});
   v.value("coupling_stiffness", f.coupling_stiffness,
-          {.unit = "N/m", .range = range::positive, .doc = "Stiffness between grip and tool"});
+          quantity("N/m", range::positive, "Stiffness between grip and tool"));
+  v.value("coupling_viscosity", f.coupling_viscosity,
+          quantity("N s/m", range::non_negative, "Viscosity between grip and tool"));
   v.value(
-      "coupling_viscosity", f.coupling_viscosity,
-      {.unit = "N s/m", .range = range::non_negative, .doc = "Viscosity between grip and tool"});
-  v.value("start_height", f.start_height,
-          {.unit = "m",
-           .range = range::from_to(0.08, 0.175),
-           .doc = "z of the grip in the device frame when the tip is on the skin; the range is the "
-                  "reach of the device"});
+      "start_height", f.start_height,
+      quantity("m", range::from_to(0.08, 0.175),
+               "z of the grip in the device frame when the tip is on the skin; the range is the "
+               "reach of the device"));
   v.value("tremor", f.tremor,
-          {.unit = "m",
-           .range = range::non_negative,
-           .doc = "Amplitude of the hand tremor, 8 to 12 Hz"});
+          quantity("m", range::non_negative, "Amplitude of the hand tremor, 8 to 12 Hz"));
   v.value("reaction_delay", f.reaction_delay,
-          {.unit = "s",
-           .range = range::non_negative,
-           .doc = "Time from a loss of resistance to the reaction of the hand"});
+          quantity("s", range::non_negative,
+                   "Time from a loss of resistance to the reaction of the hand"));
   v.value("quantised", f.quantised, {.doc = "Use whole encoder counts and motor words"});
   v.value("friction", f.friction, {.doc = "Friction in the joints of the device"});
   v.value("passivity_controller", f.passivity_controller,
@@ -555,28 +493,20 @@ template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
 template <class Visitor, Is<Syringe> T> void fields(Visitor& v, T& s) {
   v.value("preset", SyringePreset{s}, {.doc = "Fluid; sets the defaults of the keys below"});
   v.value("plunger_area", s.plunger_area,
-          {.unit = "m^2",
-           .range = range::positive,
-           .doc = "Area of the plunger; default: bore of 15 mm"});
-  v.value(
-      "compliance", s.compliance,
-      {.unit = "m^3/Pa", .range = range::positive, .doc = "Compliance of the wall and any air"});
+          quantity("m^2", range::positive, "Area of the plunger; default: bore of 15 mm"));
+  v.value("compliance", s.compliance,
+          quantity("m^3/Pa", range::positive, "Compliance of the wall and any air"));
   v.value("thumb_force", s.thumb_force,
-          {.unit = "N", .range = range::non_negative, .doc = "Largest force of the thumb"});
+          quantity("N", range::non_negative, "Largest force of the thumb"));
   v.value("thumb_flow", s.thumb_flow,
-          {.unit = "m^3/s",
-           .range = range::non_negative,
-           .doc = "Largest flow that the thumb can maintain"});
+          quantity("m^3/s", range::non_negative, "Largest flow that the thumb can maintain"));
   v.value("tissue_resistance", s.tissue_resistance,
-          {.unit = "Pa s/m^3", .range = range::positive, .doc = "Flow resistance of solid tissue"});
+          quantity("Pa s/m^3", range::positive, "Flow resistance of solid tissue"));
   v.value("epidural_resistance", s.epidural_resistance,
-          {.unit = "Pa s/m^3",
-           .range = range::positive,
-           .doc = "Flow resistance of the epidural space"});
-  v.value("open_resistance", s.open_resistance,
-          {.unit = "Pa s/m^3",
-           .range = range::positive,
-           .doc = "Flow resistance of the needle with its tip in air"});
+          quantity("Pa s/m^3", range::positive, "Flow resistance of the epidural space"));
+  v.value(
+      "open_resistance", s.open_resistance,
+      quantity("Pa s/m^3", range::positive, "Flow resistance of the needle with its tip in air"));
 }
 
 /// The keys of a scene; `tissue` is the scene's own tissue or an object that adds keys to it.

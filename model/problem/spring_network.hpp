@@ -37,15 +37,13 @@ struct LatticeShape {
   [[nodiscard]] Eigen::Vector3d position(int i, int j, int l) const;
   /// Returns the natural length of a spring with an offset of `step` nodes along each axis [m].
   [[nodiscard]] double bond_length(const std::array<int, 3>& step) const;
-  /// Returns true if a spring connects two of 26 neighbours and has its natural length, to rounding
-  /// error.
+  /// Returns true if a spring connects two of 26 neighbours at their distance, to rounding error.
   [[nodiscard]] bool has_bond(const Spring& spring) const;
 };
 
 /// Compressed, ordered list of springs. Consecutive nodes with the same springs, as in a lattice,
-/// store them once. Networks without such nodes need less than twice the memory of a plain list.
-/// The list of a regular lattice keeps its shape as long as every added spring belongs to the
-/// lattice.
+/// store them once; other networks need less than twice the memory of a plain list. The list of a
+/// regular lattice keeps its shape while every added spring belongs to it.
 class SpringList {
  public:
   /// A spring relative to its node a.
@@ -181,8 +179,7 @@ inline auto SpringList::end() const -> Iterator {
 
 using NodeVectors = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< one column per node
 
-/// Network of point masses and springs. It is built once and does not change, so that simulations
-/// and references can share it.
+/// Network of point masses and springs.
 struct SpringNetwork {
   NodeVectors rest_position{};         ///< X   [m]
   NodeVectors initial_displacement{};  ///< x(0) - X [m]; no columns: all zero

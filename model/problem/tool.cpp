@@ -55,14 +55,10 @@ double hand_force(const Drive& drive, double t) noexcept {
   return drive.force;
 }
 
-double outflow_resistance(const Syringe& syringe, bool in_tissue, TissueRole role) noexcept {
-  if (!in_tissue) { return syringe.open_resistance; }
-  return role == TissueRole::epidural_space ? syringe.epidural_resistance
-                                            : syringe.tissue_resistance;
-}
-
 void SyringePressure::advance(double h, bool in_tissue, TissueRole role) noexcept {
-  const double resistance = outflow_resistance(syringe_, in_tissue, role);
+  const double resistance = !in_tissue                           ? syringe_.open_resistance
+                            : role == TissueRole::epidural_space ? syringe_.epidural_resistance
+                                                                 : syringe_.tissue_resistance;
   const double limit = syringe_.thumb_force / syringe_.plunger_area;
   const double reached = syringe_.thumb_flow * resistance;  // pressure limit of the thumb's flow
   const double after =

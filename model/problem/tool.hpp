@@ -27,8 +27,7 @@ class Trajectory {
   std::vector<Vertex> vertices_;
 };
 
-/// Returns the force of the hand along the needle [N], positive into the tissue, without its
-/// viscous part.
+/// Returns the force of the hand along the needle [N] without its viscous part.
 double hand_force(const Drive& drive, double t) noexcept;
 
 /// Pressure of the fluid behind the needle tip (model/EQUATIONS.md, "Syringe").
@@ -40,16 +39,12 @@ class SyringePressure {
   /// outflow.
   void advance(double h, bool in_tissue, TissueRole role) noexcept;
   [[nodiscard]] double pressure() const noexcept { return pressure_; }  ///< gauge [Pa]
-  [[nodiscard]] double thumb() const noexcept {
-    return pressure_ * syringe_.plunger_area;
-  }  ///< [N]
+  /// Returns the force of the thumb [N].
+  [[nodiscard]] double thumb() const noexcept { return pressure_ * syringe_.plunger_area; }
 
  private:
   Syringe syringe_;
   double pressure_ = 0.0;
 };
-
-/// Returns the flow resistance R at the tip [Pa s/m^3].
-double outflow_resistance(const Syringe& syringe, bool in_tissue, TissueRole role) noexcept;
 
 }  // namespace palpate

@@ -63,8 +63,7 @@ struct Trace {
   double h = 0.0;                   ///< step of the integrator [s]
   int substeps = 1;                 ///< integrator steps per tick
 
-  bool diverged =
-      false;  ///< the rows end before the first state that is not finite or out of bounds
+  bool diverged = false;     ///< rows end before the first state not finite or out of bounds
   double diverged_at = 0.0;  ///< [s]
   bool interrupted = false;
 
@@ -99,8 +98,7 @@ struct Trace {
     if (found == text_columns.end()) { throw std::out_of_range("no column " + std::string(name)); }
     return found->values;
   }
-  /// Returns the time of the first event of a kind [s], in any layer if `detail` is empty; NaN if
-  /// there is none.
+  /// Returns the time of the first such event [s], with any detail if it is empty; NaN if none.
   [[nodiscard]] double time_of(std::string_view kind, std::string_view detail = {}) const {
     const auto found = std::ranges::find_if(events, [&](const Event& event) {
       return event.kind == kind && (detail.empty() || event.detail == detail);

@@ -12,46 +12,28 @@
 
 namespace palpate {
 
-namespace {
-
-class LoadCases {
- public:
-  explicit LoadCases(const NetworkProblem& problem) : problem_(problem) {}
-
-  void add(const NeedlePath& path) {
+std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& problem) {
+  std::vector<LoadCase> load_cases;
+  const auto add = [&](std::vector<NeedlePath::Support> on, const Eigen::Vector3d& direction) {
+    std::erase_if(on, [&](const auto& support) { return problem.coordinate(support.node) < 0; });
+    if (!on.empty()) { load_cases.push_back({.on = std::move(on), .direction = direction}); }
+  };
+  if (scene.needle || scene.probe) {
+    const NeedlePath path = tool_path(scene, problem.network());
     for (const NeedlePath::Knot& knot : path.knots()) {
-      std::vector<NeedlePath::Support> on;
-      for (const NeedlePath::Support& support : path.supports(knot)) { add_free(support, on); }
-      for (int axis = 0; axis < 3; ++axis) { add(on, Eigen::Vector3d::Unit(axis)); }
+      const auto supports = path.supports(knot);
+      for (int axis = 0; axis < 3; ++axis) {
+        add({supports.begin(), supports.end()}, Eigen::Vector3d::Unit(axis));
+      }
     }
   }
-  void add(const Load& load) {
-    if (load.force.isZero(0.0)) { return; }
+  for (const Load& load : problem.loads()) {
+    if (load.force.isZero(0.0)) { continue; }
     std::vector<NeedlePath::Support> on;
-    for (const int node : load.nodes) { add_free({.node = node, .weight = 1.0}, on); }
+    for (const int node : load.nodes) { on.push_back({.node = node, .weight = 1.0}); }
     add(std::move(on), load.force.normalized());
   }
-  std::vector<LoadCase> take() { return std::move(load_cases_); }
-
- private:
-  void add_free(const NeedlePath::Support& support, std::vector<NeedlePath::Support>& on) const {
-    if (problem_.coordinate(support.node) >= 0) { on.push_back(support); }
-  }
-  void add(std::vector<NeedlePath::Support> on, const Eigen::Vector3d& direction) {
-    if (!on.empty()) { load_cases_.push_back({.on = std::move(on), .direction = direction}); }
-  }
-
-  const NetworkProblem& problem_;
-  std::vector<LoadCase> load_cases_{};
-};
-
-}  // namespace
-
-std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& problem) {
-  LoadCases load_cases(problem);
-  if (scene.needle || scene.probe) { load_cases.add(tool_path(scene, problem.network())); }
-  for (const Load& load : problem.loads()) { load_cases.add(load); }
-  return load_cases.take();
+  return load_cases;
 }
 
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network) {

@@ -23,12 +23,11 @@ struct LoadCase {
   Eigen::Vector3d direction{};            ///< unit vector
 };
 
-/// Returns the load cases along x, y and z at every contact point of the scene's tool and at every
-/// loaded node. Points without a free node have none.
+/// Returns the load cases at the free contact points of the scene's tool, along x, y and z, and at
+/// the loaded free nodes.
 std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& problem);
 
-/// Returns the nodes that the scene's tool can load, including fixed nodes. A node may occur
-/// several times.
+/// Returns the nodes that the scene's tool can load, fixed ones too, some several times.
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network);
 
 // Coarse model of a lattice: all nodes inside a box, and a spacing that grows with the distance
@@ -88,8 +87,8 @@ class GradedLattice {
   static constexpr int block = 3 * corners;
   struct CellStiffness {
     std::array<Eigen::Index, corners> coordinate{};
-    Eigen::Matrix<double, block, block> matrix =
-        Eigen::Matrix<double, block, block>::Zero();  ///< lower half of the element stiffness [N/m]
+    using Matrix = Eigen::Matrix<double, block, block>;
+    Matrix matrix = Matrix::Zero();  ///< lower half of the element stiffness [N/m]
   };
   [[nodiscard]] Eigen::Index index(int i, int j, int l) const;
   [[nodiscard]] Cell cell_from(const std::array<int, 3>& place) const;
@@ -100,13 +99,11 @@ class GradedLattice {
   const NetworkProblem& problem_;
   LatticeShape shape_;
   std::array<Axis, 3> axes_{};
-  std::array<std::vector<int>, 3>
-      cell_of_{};  ///< index of the last cell that begins at or before a position, per axis
+  /// Index of the last cell that begins at or before a position, per axis.
+  std::array<std::vector<int>, 3> cell_of_{};
   std::vector<Eigen::Index> coordinate_{};  ///< first coordinate of each coarse node
   Eigen::Index dof_ = 0;
 };
-
-// Choice of the nodes near a tool or a load that are integrated in full.
 
 /// Set of lattice nodes that are integrated in full; the rest is represented by the reduced-order
 /// model.
@@ -125,9 +122,7 @@ struct NearChoice {
 /// Returns all lattice nodes within simulation.near_radius of the nodes that the scene loads.
 NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem);
 
-// Modes of the tissue far from a tool (model/EQUATIONS.md, "Far field").
-
-/// Settings of the reduced-order model: the near nodes and the number of modes.
+/// Settings of the reduced-order model (model/EQUATIONS.md, "Far field").
 struct ReductionSetting {
   NearNodes near{};
   std::vector<LoadCase> load_cases{};

@@ -5,8 +5,11 @@
 /// constraints"). The linear solver then needs no iterations for the constraints.
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "model/kernels/system.hpp"
@@ -27,7 +30,48 @@ template <class Real> class ConstraintCompliance {
   /// supports of contact point k are `begin[k]` to `begin[k + 1]`. `tool` is the tool's coordinate,
   /// or -1.
   void learn(std::vector<Support> supports, std::vector<std::size_t> begin, Eigen::Index tool,
-             double tool_mass, Eigen::Index dof, const Solve& solve);
+             double tool_mass, Eigen::Index dof, const Solve& solve) {
+    supports_ = std::move(supports);
+    begin_ = std::move(begin);
+    tool_ = tool;
+    tool_mass_ = tool_mass;
+    dof_ = dof;
+    const auto knots = static_cast<Eigen::Index>(begin_.size()) - 1;
+    response_.resize(dof, 3 * knots);
+    Vector<Real> right = Vector<Real>::Zero(dof);
+    Vector<Real> solution = right;
+    for (Eigen::Index column = 0; column < 3 * knots; ++column) {
+      right.setZero();
+      const auto knot = static_cast<std::size_t>(column / 3);
+      for (std::size_t i = begin_[knot]; i < begin_[knot + 1]; ++i) {
+        right(supports_[i].coordinate + column % 3) = static_cast<Real>(supports_[i].weight);
+      }
+      solve(right, solution);
+      response_.col(column) = solution;
+    }
+    gram_.setZero(3 * knots, 3 * knots);
+    for (Eigen::Index row = 0; row < 3 * knots; ++row) {
+      const auto knot = static_cast<std::size_t>(row / 3);
+      for (std::size_t i = begin_[knot]; i < begin_[knot + 1]; ++i) {
+        gram_.row(row) += supports_[i].weight *
+                          response_.row(supports_[i].coordinate + row % 3).template cast<double>();
+      }
+    }
+    if (tool >= 0) {
+      right = Vector<Real>::Unit(dof, tool);
+      solve(right, solution);
+      tool_response_ = static_cast<double>(solution(tool));
+    }
+    const auto count = static_cast<std::size_t>(knots);
+    row_.resize(2 * count + 3);
+    coefficients_.resize(4 * count + 2);
+    image_.setZero(3 * knots, 2 * knots + 3);
+    small_.setZero(2 * knots + 3, 2 * knots + 3);
+    knots_.setZero(3 * knots);
+    inertial_.setZero(3 * knots);
+    shares_.setZero(3 * knots);
+    multipliers_.setZero(2 * knots + 3);
+  }
   [[nodiscard]] bool learned() const { return dof_ > 0; }
 
   /// Removes all constraint rows. A row is the sum over contact points of coefficient . U, plus
@@ -35,14 +79,103 @@ template <class Real> class ConstraintCompliance {
   void clear() noexcept { rows_ = 0; }
   /// Adds a row and returns the coefficients of contact points [first, first + count), which the
   /// caller must set.
-  std::span<Eigen::Vector3d> add_row(std::size_t first, std::size_t count, double on_tool) noexcept;
+  std::span<Eigen::Vector3d> add_row(std::size_t first, std::size_t count,
+                                     double on_tool) noexcept {
+    if (rows_ == 0) { used_ = 0; }
+    row_[rows_++] = {first, count, on_tool, used_};
+    used_ += count;
+    return {coefficients_.data() + used_ - count, count};
+  }
   /// Factorises the constraint matrix; call it after the last row.
-  void factorise() noexcept;
-  void correct(const Vector<Real>& r, Vector<Real>& x) const noexcept;
+  void factorise() noexcept {
+    const auto count = static_cast<Eigen::Index>(rows_);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const Row& row = row_[static_cast<std::size_t>(j)];
+      auto image = image_.col(j);
+      image.setZero();
+      for (std::size_t n = 0; n < row.count; ++n) {
+        const auto at = static_cast<Eigen::Index>(3 * (row.first + n));
+        for (int axis = 0; axis < 3; ++axis) {
+          image += coefficients_[row.coefficients + n](axis) * gram_.col(at + axis);
+        }
+      }
+      for (Eigen::Index i = 0; i < count; ++i) {
+        small_(i, j) =
+            along(row_[static_cast<std::size_t>(i)], image, row.on_tool * tool_response_);
+      }
+    }
+    // In-place Cholesky factorisation, row by row. A row whose pivot is negative from rounding is
+    // not constrained.
+    for (Eigen::Index i = 0; i < count; ++i) {
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        const double rest = small_(i, j) - small_.row(i).head(j).dot(small_.row(j).head(j));
+        if (i == j) {
+          small_(i, i) = rest > 1e-12 * small_(i, i) ? std::sqrt(rest) : 1e150;
+        } else {
+          small_(i, j) = rest / small_(j, j);
+        }
+      }
+    }
+  }
+  void correct(const Vector<Real>& r, Vector<Real>& x) const noexcept {
+    const auto count = static_cast<Eigen::Index>(rows_);
+    if (count == 0) { return; }
+    knots_.setZero();
+    inertial_.setZero();
+    for (std::size_t k = 0; k + 1 < begin_.size(); ++k) {
+      const auto at = static_cast<Eigen::Index>(3 * k);
+      for (std::size_t i = begin_[k]; i < begin_[k + 1]; ++i) {
+        const Support& s = supports_[i];
+        knots_.segment<3>(at) +=
+            s.weight * x.template segment<3>(s.coordinate).template cast<double>();
+        inertial_.segment<3>(at) += (s.weight * s.inverse_mass) *
+                                    r.template segment<3>(s.coordinate).template cast<double>();
+      }
+    }
+    const double tool = tool_ < 0 ? 0.0 : static_cast<double>(x(tool_));
+    const double tool_inertial = tool_ < 0 ? 0.0 : static_cast<double>(r(tool_)) / tool_mass_;
+    auto mu = multipliers_.head(count);
+    double on_tool = 0.0;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Row& row = row_[static_cast<std::size_t>(i)];
+      mu(i) = along(row, inertial_, tool_inertial) - along(row, knots_, tool);
+    }
+    for (Eigen::Index i = 0; i < count; ++i) {
+      mu(i) = (mu(i) - small_.row(i).head(i).dot(mu.head(i))) / small_(i, i);
+    }
+    for (Eigen::Index i = count - 1; i >= 0; --i) {
+      const Eigen::Index after = count - i - 1;
+      mu(i) = (mu(i) - small_.col(i).segment(i + 1, after).dot(mu.tail(after))) / small_(i, i);
+    }
+    knots_.setZero();
+    std::size_t reached = 0;  // contact points up to the deepest constrained one
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Row& row = row_[static_cast<std::size_t>(i)];
+      on_tool += mu(i) * row.on_tool;
+      reached = std::max(reached, row.first + row.count);
+      for (std::size_t n = 0; n < row.count; ++n) {
+        knots_.segment<3>(static_cast<Eigen::Index>(3 * (row.first + n))) +=
+            mu(i) * coefficients_[row.coefficients + n];
+      }
+    }
+    shares_ = knots_.template cast<Real>();
+    const auto columns = static_cast<Eigen::Index>(3 * reached);
+    x.noalias() += response_.leftCols(columns) * shares_.head(columns);
+    if (tool_ >= 0) { x(tool_) += static_cast<Real>(on_tool * tool_response_); }
+  }
   /// Returns w P^-1 w^T [1/kg]: the response along n of two neighbouring contact points to a unit
   /// impulse along n that is divided between them, without constraints.
   [[nodiscard]] double response_at(std::size_t knot, double share,
-                                   const Eigen::Vector3d& n) const noexcept;
+                                   const Eigen::Vector3d& n) const noexcept {
+    const auto low = static_cast<Eigen::Index>(3 * knot);
+    const auto at = [&](Eigen::Index row, Eigen::Index column) {
+      return n.dot(gram_.template block<3, 3>(row, column) * n);
+    };
+    const double rest = 1.0 - share;
+    if (share == 0.0) { return at(low, low); }
+    return rest * rest * at(low, low) + rest * share * (at(low, low + 3) + at(low + 3, low)) +
+           share * share * at(low + 3, low + 3);
+  }
   /// Returns W P^-1 W^T of row i without the other constraints [1/kg].
   [[nodiscard]] double response_of(std::size_t i) const noexcept {
     const auto row = static_cast<Eigen::Index>(i);
@@ -57,7 +190,14 @@ template <class Real> class ConstraintCompliance {
     std::size_t coefficients = 0;  ///< index of the first coefficient
   };
   [[nodiscard]] double along(const Row& row, const Eigen::Ref<const Eigen::VectorXd>& knots,
-                             double tool) const noexcept;
+                             double tool) const noexcept {
+    double sum = row.on_tool * tool;
+    for (std::size_t n = 0; n < row.count; ++n) {
+      const auto at = static_cast<Eigen::Index>(3 * (row.first + n));
+      sum += coefficients_[row.coefficients + n].dot(knots.template segment<3>(at));
+    }
+    return sum;
+  }
 
   std::vector<Support> supports_{};
   std::vector<std::size_t> begin_{};

@@ -7,8 +7,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
+
+#include "model/kernels/supernode_factors.hpp"
 
 namespace palpate {
+
+namespace {
 
 template <class Real> class ExplicitScheme : public Integrator<Real> {
  public:
@@ -20,12 +25,6 @@ template <class Real> class ExplicitScheme : public Integrator<Real> {
  protected:
   Vector<Real> a_;  ///< [m/s^2]
 };
-
-/// Creates a scheme for the registry.
-template <template <class> class Scheme, class Real>
-std::unique_ptr<Integrator<Real>> make_scheme() {
-  return std::make_unique<Scheme<Real>>();
-}
 
 // Schemes whose state has the velocity at the half step: start with v(h/2), then drift and kick.
 
@@ -72,8 +71,6 @@ template <class Real> class StaggeredScheme : public Integrator<Real> {
 
 // v' = v + h a(x, v); x' = x + h v  (Table 1).
 
-namespace {
-
 template <class Real> class Euler final : public ExplicitScheme<Real> {
  public:
   void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
@@ -84,17 +81,7 @@ template <class Real> class Euler final : public ExplicitScheme<Real> {
   }
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::euler{.name = "euler",
-                                    .summary = "explicit Euler, Table 1",
-                                    .one_evaluation = true,
-                                    .make_double = make_scheme<Euler, double>,
-                                    .make_float = make_scheme<Euler, float>};
-
 // v' = v + h a(x, v); x' = x + h v'  (Table 1), also called semi-implicit Euler.
-
-namespace {
 
 template <class Real> class EulerCromer final : public ExplicitScheme<Real> {
  public:
@@ -125,18 +112,8 @@ template <class Real> class EulerCromer final : public ExplicitScheme<Real> {
   double travelled_ = 0.0;  ///< [m]
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::euler_cromer{.name = "euler-cromer",
-                                           .summary = "semi-implicit Euler, Table 1",
-                                           .one_evaluation = true,
-                                           .make_double = make_scheme<EulerCromer, double>,
-                                           .make_float = make_scheme<EulerCromer, float>};
-
 // x' = x + h v; v' = v + h a(x', v). With the initial v at t = h/2 it is Feynman's half-step
 // method. As printed in the paper, the initial v is that of t = 0, and the scheme is of order one.
-
-namespace {
 
 template <class Real> class FeynmanNewtonPrinted final : public ExplicitScheme<Real> {
  public:
@@ -159,29 +136,10 @@ template <class Real> class FeynmanNewton final : public StaggeredScheme<Real> {
   }
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::feynman_newton_printed{
-    .name = "feynman-newton-printed",
-    .summary = "Feynman-Newton as printed in Table 1: starts from v(0)",
-    .one_evaluation = true,
-    .make_double = make_scheme<FeynmanNewtonPrinted, double>,
-    .make_float = make_scheme<FeynmanNewtonPrinted, float>};
-
-const IntegratorInfo schemes::feynman_newton{
-    .name = "feynman-newton",
-    .summary = "Feynman-Newton with the half-step start v(h/2)",
-    .order_undamped = 2,
-    .one_evaluation = true,
-    .make_double = make_scheme<FeynmanNewton, double>,
-    .make_float = make_scheme<FeynmanNewton, float>};
-
 // Kick and drift with the damping at the mean of the two half-step velocities: (M + h/2 C) (v+ -
 // v-) = h f(x, v-);  x' = x + h v+. Second order for any damping. The matrix of the kick is
 // symmetric, positive definite and close to M inside the stability limit, so conjugate gradients
 // with M as preconditioner need few products and no assembled matrix.
-
-namespace {
 
 template <class Real> class Leapfrog final : public StaggeredScheme<Real> {
  public:
@@ -243,18 +201,7 @@ template <class Real> class Leapfrog final : public StaggeredScheme<Real> {
   Vector<Real> product_;
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::leapfrog{.name = "leapfrog",
-                                       .summary = "leapfrog with centred damping",
-                                       .order_undamped = 2,
-                                       .order_damped = 2,
-                                       .make_double = make_scheme<Leapfrog, double>,
-                                       .make_float = make_scheme<Leapfrog, float>};
-
 // x' = x + h v + h^2/2 a;  a' = a(x', v + h a);  v' = v + h/2 (a + a').
-
-namespace {
 
 template <class Real> class VelocityVerlet final : public ExplicitScheme<Real> {
  public:
@@ -284,19 +231,7 @@ template <class Real> class VelocityVerlet final : public ExplicitScheme<Real> {
   Vector<Real> a_end_;
 };
 
-}  // namespace
-
-const IntegratorInfo schemes::velocity_verlet{.name = "velocity-verlet",
-                                              .summary = "velocity Verlet, predicted damping",
-                                              .order_undamped = 2,
-                                              .order_damped = 2,
-                                              .evaluations = 2,
-                                              .make_double = make_scheme<VelocityVerlet, double>,
-                                              .make_float = make_scheme<VelocityVerlet, float>};
-
 // Classical Runge-Kutta method of order four on (x, v).
-
-namespace {
 
 template <class Real> class RungeKutta4 final : public ExplicitScheme<Real> {
  public:
@@ -338,37 +273,290 @@ template <class Real> class RungeKutta4 final : public ExplicitScheme<Real> {
   Vector<Real> dv_;  ///< weighted sum of the stage accelerations
 };
 
+// Implicit schemes.
+
+constexpr int most_newton_iterations = 25;
+/// Maximum number of halvings of a correction that increased the next one.
+constexpr int most_halvings = 12;
+/// Growth factor of a correction above which it is halved.
+constexpr double growth = 2.0;
+/// Relative size below which corrections that no longer decrease are rounding error of a nearly
+/// singular Jacobian.
+constexpr double stagnant = 1e-8;
+constexpr int most_linear_iterations = 100;
+/// Relative residual of a linear solve; Newton's method corrects the rest.
+constexpr double close = 1e-2;
+/// Contraction rate up to which a Jacobian is kept, also over several steps.
+constexpr double still_good = 0.05;
+/// Contraction rate up to which the factors alone replace the Jacobian, and the number of remaining
+/// iterations up to which they do: the cost of computing the Jacobian and solving with it.
+constexpr double serves_alone = 0.1;
+constexpr int most_alone = 8;
+
+/// Implicit one-stage scheme with parameter theta. The unknown is the velocity change D in a step:
+///   vs = v + theta D,  qs = q + theta h vs,  M D = h f(t + theta h, qs, vs);
+///   v' = v + D,  q' = q + h vs.
+/// theta = 1 is implicit Euler, theta = 1/2 is the implicit midpoint rule. Newton's method uses a
+/// sparse LDL^T factorisation that is computed once, before the first step, and includes the active
+/// contact constraints. If it converges too slowly with these factors alone, the complete Jacobian
+/// is assembled and kept while it converges. Each linear system is then solved by BiCGSTAB with the
+/// factors as preconditioner.
+template <class Real> class ImplicitScheme : public Integrator<Real> {
+ public:
+  explicit ImplicitScheme(double theta) : theta_(theta) {}
+  void set_tolerance(double relative) noexcept override { tolerance_ = relative; }
+  void prepare(System<Real>& system, const State<Real>& state, double h) override {
+    const Eigen::Index n = system.dof();
+    for (Vector<Real>* work : {&change_, &stage_q_, &stage_v_, &force_, &residual_, &correction_,
+                               &taken_, &guess_, &r_, &shadow_, &p_, &p_hat_, &s_hat_, &v_, &t_}) {
+      work->setZero(n);
+    }
+    system.pattern(a_);
+    // The Jacobian is symmetric at zero velocity.
+    const Real th = static_cast<Real>(theta_ * h);
+    system.jacobian(state.position, stage_v_, th, th * th, a_);
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factors(a_);
+    if (factors.info() == Eigen::Success) { factors_.take(factors); }
+    elastic_ = a_.diagonal() - system.mass();
+    factor_reach_ = elastic_reach_ = th;
+    system.learn_compliance([this](const Vector<Real>& right, Vector<Real>& solution) {
+      precondition(right, solution);
+    });
+  }
+
+  void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
+    guess_ = change_;
+    for (const int halvings : {0, most_halvings}) {
+      if (find_change(system, state, t, h, halvings)) {
+        stage_v_ = state.velocity + static_cast<Real>(theta_) * change_;
+        state.position += static_cast<Real>(h) * stage_v_;
+        state.velocity += change_;
+        return;
+      }
+      change_ = guess_;
+      renew_ = true;
+    }
+    state.velocity.setConstant(std::numeric_limits<Real>::quiet_NaN());  // no solution was found
+  }
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
+    const auto entries = static_cast<std::size_t>(a_.nonZeros());
+    return entries * (sizeof(Real) + sizeof(int)) + factors_.memory_bytes() +
+           bytes_of(elastic_, change_, stage_q_, stage_v_, force_, residual_, correction_, taken_,
+                    guess_, r_, shadow_, p_, p_hat_, s_hat_, v_, t_);
+  }
+
+ private:
+  void precondition(const Vector<Real>& r, Vector<Real>& out) noexcept {
+    if (factors_.usable()) {
+      factors_.solve(r, out);
+    } else {
+      out = r;
+    }
+  }
+
+  /// Computes correction_ = A^-1 right.
+  void solve(System<Real>& system, const Vector<Real>& right) noexcept {
+    correction_.setZero();
+    const Real size = right.template lpNorm<Eigen::Infinity>();
+    if (size == Real(0)) { return; }
+    r_ = right / size;  // scaled to norm one to avoid overflow and underflow of squares
+    system.begin_linear_solve();
+    if (alone_) {
+      precondition(r_, correction_);
+      system.constrain_solution(r_, correction_);
+      correction_ *= size;
+      return;
+    }
+    shadow_ = r_;
+    p_.setZero();
+    v_.setZero();
+    Real rho = 1;
+    Real alpha = 1;
+    Real omega = 1;
+    const Real enough = static_cast<Real>(close) * r_.norm();
+    for (int n = 0; n < most_linear_iterations && r_.norm() > enough; ++n) {
+      const Real next = shadow_.dot(r_);
+      p_ = r_ + (next / rho * (alpha / omega)) * (p_ - omega * v_);
+      rho = next;
+      precondition(p_, p_hat_);
+      system.constrain_solution(p_, p_hat_);
+      v_.noalias() = a_ * p_hat_;
+      system.hold(p_hat_, v_);
+      alpha = rho / shadow_.dot(v_);
+      correction_ += alpha * p_hat_;
+      r_ -= alpha * v_;
+      if (!(r_.norm() > enough)) { break; }
+      precondition(r_, s_hat_);
+      system.constrain_solution(r_, s_hat_);
+      t_.noalias() = a_ * s_hat_;
+      system.hold(s_hat_, t_);
+      omega = t_.dot(r_) / t_.squaredNorm();
+      correction_ += omega * s_hat_;
+      r_ -= omega * t_;
+    }
+    correction_ *= size;
+  }
+
+  /// Returns true if the residual is rounding error. Rounding of the positions changes the residual
+  /// by h K times that rounding. (theta h)^2 K_ii <= A_ii - M_ii if all springs are stretched, for
+  /// the h of that A.
+  [[nodiscard]] bool residual_is_rounding(Real h) const noexcept {
+    constexpr Real roundings = 8 * std::numeric_limits<Real>::epsilon();
+    const Real reach = roundings * stage_q_.template lpNorm<Eigen::Infinity>() * h /
+                       (elastic_reach_ * elastic_reach_);
+    // The transverse stiffness of compressed springs can make their part of the diagonal negative.
+    return (residual_.array().abs() <= reach * elastic_.array().abs()).all();
+  }
+
+  /// Computes change_ with Newton's method, starting from the previous change. Diverging
+  /// corrections are halved at most `halvings` times. Returns false if the iteration does not
+  /// converge.
+  bool find_change(System<Real>& system, const State<Real>& state, double t, double h,
+                   int halvings) noexcept {
+    const Real dt = static_cast<Real>(h);
+    const Real theta = static_cast<Real>(theta_);
+    const Real th = theta * dt;
+    const Real rounding = 64 * std::numeric_limits<Real>::epsilon();
+    const Real tolerance = std::max(static_cast<Real>(tolerance_), rounding);
+    const Real noise = std::max(Real(1e4) * rounding, static_cast<Real>(stagnant));
+    Real last = std::numeric_limits<Real>::infinity();
+    Real scale = Real(0);
+    alone_ = factors_.usable() && th == factor_reach_;
+    const int most = most_newton_iterations + halvings;
+    for (int n = 0; n < most; ++n) {
+      stage_v_ = state.velocity + theta * change_;
+      stage_q_ = state.position + th * stage_v_;
+      system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
+      residual_ = dt * force_ - system.mass().cwiseProduct(change_);
+      if (!residual_.allFinite()) { break; }  // the norms below can miss a NaN
+      if (!alone_ && (renew_ || reach_ != th)) {
+        system.jacobian(stage_q_, stage_v_, th, th * th, a_);
+        elastic_ = a_.diagonal() - system.mass();
+        reach_ = elastic_reach_ = th;
+      }
+      const bool at_rounding = residual_is_rounding(dt);
+      solve(system, residual_);
+      const Real size = correction_.template lpNorm<Eigen::Infinity>();
+      // A correction that moves every position by a few roundings at most is noise as well.
+      const auto is_noise = [&] {
+        return size <= noise * scale ||
+               th * size <= 4 * std::numeric_limits<Real>::epsilon() *
+                                stage_q_.template lpNorm<Eigen::Infinity>();
+      };
+      // Far from the solution a full correction can increase the error (Deuflhard's natural
+      // monotonicity).
+      if (halvings > 0 && n > 0 && !(size <= static_cast<Real>(growth) * last) && !is_noise()) {
+        --halvings;
+        taken_ *= Real(0.5);
+        change_ -= taken_;
+        alone_ = false;
+        renew_ = true;
+        continue;
+      }
+      if (halvings > 0) { taken_ = correction_; }
+      change_ += correction_;
+      scale = state.velocity.template lpNorm<Eigen::Infinity>() +
+              change_.template lpNorm<Eigen::Infinity>();
+      // Corrections decrease at a constant rate that is limited by the accuracy of the linear
+      // solve; the remaining error is their geometric series. The first correction uses the rate of
+      // the step before, with decreasing confidence (Hairer & Wanner).
+      Real& rate = alone_ ? rate_alone_ : rate_;
+      rate = std::max(n == 0 ? std::pow(rate, Real(0.8)) : size / last, static_cast<Real>(close));
+      if (!alone_) { renew_ = n > 0 && rate > still_good; }
+      const Real asked = tolerance * scale * (Real(1) - rate);
+      const bool settled = rate < Real(1) && size * rate <= asked;
+      const bool stalled = size >= last && is_noise();
+      if (settled || stalled || at_rounding) { return true; }
+      alone_ = alone_ &&
+               (n == 0 || rate <= serves_alone || size * std::pow(rate, Real(most_alone)) <= asked);
+      last = size;
+    }
+    return false;
+  }
+
+  double theta_;
+  double tolerance_ = 0.0;     ///< relative tolerance of the velocity change in a step; 0: rounding
+  Real rate_ = Real(1);        ///< contraction rate with the Jacobian
+  Real rate_alone_ = Real(1);  ///< contraction rate with the factors alone
+  bool alone_ = false;         ///< use the factors in place of the Jacobian
+  bool renew_ = true;          ///< a_ must be recomputed
+  Real reach_ = Real(0);       ///< theta h of a_
+  Eigen::SparseMatrix<Real> a_;
+  SupernodeFactors<Real> factors_{};
+  Real factor_reach_ = Real(0);   ///< theta h of the factors, which are valid for this value only
+  Vector<Real> elastic_;          ///< diagonal of the Jacobian without the masses
+  Real elastic_reach_ = Real(0);  ///< theta h of elastic_
+  Vector<Real> change_, stage_q_, stage_v_, force_, residual_, correction_, taken_, guess_;
+  Vector<Real> r_, shadow_, p_, p_hat_, s_hat_, v_, t_;
+};
+
+template <class Real> struct ImplicitEuler final : ImplicitScheme<Real> {
+  ImplicitEuler() : ImplicitScheme<Real>(1.0) {}
+};
+template <class Real> struct ImplicitMidpoint final : ImplicitScheme<Real> {
+  ImplicitMidpoint() : ImplicitScheme<Real>(0.5) {}
+};
+
+template <template <class> class Scheme, class Real>
+std::unique_ptr<Integrator<Real>> make_scheme() {
+  return std::make_unique<Scheme<Real>>();
+}
+
+template <template <class> class Scheme>
+constexpr IntegratorInfo registered(IntegratorInfo properties) {
+  properties.make_double = make_scheme<Scheme, double>;
+  properties.make_float = make_scheme<Scheme, float>;
+  return properties;
+}
+
+/// Registered schemes; a new scheme is one more entry here.
+constexpr std::array registry{
+    registered<Euler>(
+        {.name = "euler", .summary = "explicit Euler, Table 1", .one_evaluation = true}),
+    registered<EulerCromer>({.name = "euler-cromer",
+                             .summary = "semi-implicit Euler, Table 1",
+                             .one_evaluation = true}),
+    registered<FeynmanNewton>({.name = "feynman-newton",
+                               .summary = "Feynman-Newton with the half-step start v(h/2)",
+                               .order_undamped = 2,
+                               .one_evaluation = true}),
+    registered<FeynmanNewtonPrinted>(
+        {.name = "feynman-newton-printed",
+         .summary = "Feynman-Newton as printed in Table 1: starts from v(0)",
+         .one_evaluation = true}),
+    registered<Leapfrog>({.name = "leapfrog",
+                          .summary = "leapfrog with centred damping",
+                          .order_undamped = 2,
+                          .order_damped = 2}),
+    registered<VelocityVerlet>({.name = "velocity-verlet",
+                                .summary = "velocity Verlet, predicted damping",
+                                .order_undamped = 2,
+                                .order_damped = 2,
+                                .evaluations = 2}),
+    registered<RungeKutta4>({.name = "rk4",
+                             .summary = "classical Runge-Kutta",
+                             .order_undamped = 4,
+                             .order_damped = 4,
+                             .evaluations = 4}),
+    registered<ImplicitEuler>(
+        {.name = "implicit-euler", .summary = "implicit Euler, sparse Newton", .implicit = true}),
+    registered<ImplicitMidpoint>({.name = "implicit-midpoint",
+                                  .summary = "implicit midpoint rule, sparse Newton",
+                                  .order_undamped = 2,
+                                  .order_damped = 2,
+                                  .implicit = true})};
+
+constexpr auto pointers =
+    std::apply([](const auto&... entries) { return std::array{&entries...}; }, registry);
+
 }  // namespace
 
-const IntegratorInfo schemes::rk4{.name = "rk4",
-                                  .summary = "classical Runge-Kutta",
-                                  .order_undamped = 4,
-                                  .order_damped = 4,
-                                  .evaluations = 4,
-                                  .make_double = make_scheme<RungeKutta4, double>,
-                                  .make_float = make_scheme<RungeKutta4, float>};
-
-namespace {
-
-/// Registered schemes; a new scheme is one more line here.
-constexpr std::array registry{&schemes::euler,
-                              &schemes::euler_cromer,
-                              &schemes::feynman_newton,
-                              &schemes::feynman_newton_printed,
-                              &schemes::leapfrog,
-                              &schemes::velocity_verlet,
-                              &schemes::rk4,
-                              &schemes::implicit_euler,
-                              &schemes::implicit_midpoint};
-
-}  // namespace
-
-std::span<const IntegratorInfo* const> integrators() { return registry; }
+std::span<const IntegratorInfo* const> integrators() { return pointers; }
 
 const IntegratorInfo* find_integrator(std::string_view name) {
-  const auto found = std::ranges::find_if(
-      registry, [&](const IntegratorInfo* info) { return info->name == name; });
-  return found == registry.end() ? nullptr : *found;
+  const auto found = std::ranges::find(registry, name, &IntegratorInfo::name);
+  return found == registry.end() ? nullptr : &*found;
 }
 
 }  // namespace palpate

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Time integrators. A scheme is one class and one line of the list in integrator.cpp. Orders,
+/// Time integrators. A scheme is one class and one entry of the registry in integrator.cpp. Orders,
 /// stability limits, help and reports are derived from its IntegratorInfo.
 
 #include <memory>
@@ -16,8 +16,7 @@ template <class Real> class Integrator {
   virtual ~Integrator() = default;
   /// Allocates the workspace for steps of about h [s]; called once, before the first step.
   virtual void prepare(System<Real>& system, const State<Real>& state, double h) = 0;
-  /// Sets the relative error of the velocity change in a step at which an iterative scheme stops.
-  /// The default 0 iterates to rounding error.
+  /// Sets the relative error at which an iterative scheme stops; 0, the default: rounding error.
   virtual void set_tolerance(double /*relative*/) noexcept {}
   /// Converts initial values to the state of the scheme, e.g. to the velocity at the half step.
   virtual void start(System<Real>& /*system*/, State<Real>& /*state*/, double /*t*/,
@@ -37,30 +36,13 @@ template <class Real> class Integrator {
   }
 };
 
-/// Returns the total size of the vectors' elements.
 template <class... Vectors> std::size_t bytes_of(const Vectors&... vectors) noexcept {
   return (std::size_t{0} + ... +
           (static_cast<std::size_t>(vectors.size()) * sizeof(vectors.data()[0])));
 }
 
-/// Returns the activation time of a step that begins at t: t plus a millionth of the step. The
-/// offset prevents rounding of t from shifting a load by a whole step.
+/// Returns the activation time of a step that begins at t. The offset prevents rounding of t from
+/// shifting a load by a whole step.
 inline double load_gate(double t, double h) noexcept { return t + 1e-6 * h; }
 
 }  // namespace palpate
-
-namespace palpate::schemes {
-
-// Schemes in the list integrators().
-
-extern const IntegratorInfo euler;
-extern const IntegratorInfo euler_cromer;
-extern const IntegratorInfo feynman_newton;
-extern const IntegratorInfo feynman_newton_printed;
-extern const IntegratorInfo leapfrog;
-extern const IntegratorInfo velocity_verlet;
-extern const IntegratorInfo rk4;
-extern const IntegratorInfo implicit_euler;
-extern const IntegratorInfo implicit_midpoint;
-
-}  // namespace palpate::schemes

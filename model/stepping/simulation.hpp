@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Simulation of a scene, one tick at a time. The constructor allocates all memory. tick() does not
-/// allocate, lock, read or write files, in either precision.
+/// Simulation of a scene, one tick at a time. tick() does not allocate, lock, read or write files.
 
 #include <memory>
 #include <span>
@@ -17,10 +16,9 @@ enum class StepStatus { ok, diverged };
 
 class Simulation {
  public:
-  /// Prepares a simulation. The scene must have passed check_scene. Throws the exceptions of
-  /// plan_steps.
+  /// The scene must have passed check_scene. Throws the exceptions of plan_steps.
   explicit Simulation(const Scene& scene, bool skip = true);
-  /// Prepares a simulation of the given network with the settings, loads and records of the scene.
+  /// Simulates the given network with the settings, loads and records of the scene.
   Simulation(const Scene& scene, const SpringNetwork& network, bool skip = true);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -29,8 +27,7 @@ class Simulation {
   /// Sets the hand's end of the coupling for the next ticks: position s along the tool's line [m]
   /// and velocity [m/s]. Only a drive of kind falcon uses it.
   void move_handle(double place, double velocity) noexcept;
-  /// Advances by one tick. If it returns `diverged`, the state is the one in which divergence was
-  /// detected.
+  /// Advances by one tick.
   StepStatus tick() noexcept;
 
   [[nodiscard]] double time() const noexcept;      ///< [s]
@@ -45,8 +42,7 @@ class Simulation {
   void sample(std::span<double> row) noexcept;
   /// Names of the text columns; empty without a tool.
   [[nodiscard]] const std::vector<TextColumn>& text_columns() const noexcept;
-  /// Writes the current text values, appends the events since the last call to `events` and clears
-  /// them.
+  /// Writes the text values, appends the events since the last call to `events` and clears them.
   void sample_text(std::span<std::string> row, std::vector<Event>& events);
   /// Writes the position of the coordinates of problem() [m].
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept;
@@ -57,8 +53,7 @@ class Simulation {
   void node_positions(Eigen::Ref<NodeVectors> all) noexcept;
   /// Kinetic plus elastic energy and the potential of gravity [J].
   [[nodiscard]] double energy() noexcept;
-  /// Position s [m] and velocity s' [m/s] of the tool, without a force evaluation; zero without a
-  /// tool.
+  /// Position and velocity of the tool; zero without a tool.
   [[nodiscard]] ToolMotion tool_motion() const noexcept;
   /// Events of the tool since the last call of sample_text() or forget_tool_happenings().
   [[nodiscard]] std::span<const ToolHappening> tool_happenings() const noexcept;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-/// Contributions of a network's springs to the stiffness and damping matrices at the initial
-/// positions, spring by spring.
 
 #include "model/stepping/stability.hpp"
 
@@ -20,45 +18,51 @@
 #include "model/problem/problem.hpp"
 #include "model/stepping/integrator.hpp"
 
-namespace palpate::spring_blocks {
+namespace palpate {
+
+namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using Eigen::VectorXd;
 
 constexpr double roundings = 1e-12;  ///< relative, for sums and eigenvalues
+
+// Contributions of a network's springs to the stiffness and damping matrices at the initial
+// positions.
 
 enum class Which { stiffness, stretched_stiffness, damping };
 
 /// Returns k u u^T with the geometric stiffness, of all springs or of stretched ones only, or c u
 /// u^T. Omitting compressed springs leaves no negative stiffness and can only raise the
 /// frequencies. Empty for a spring of zero length.
-std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d, Which which);
+std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d, Which which) {
+  const double length = d.norm();
+  if (length < zero_length) { return {}; }
+  const Vector3d u = d / length;
+  const Matrix3d along = u * u.transpose();
+  if (which == Which::damping) { return bond.viscosity * along; }
+  constexpr SpringTerms elastic{.viscous = false};
+  double tension = SpringTension<elastic>::of(numbers_of<double>(bond), length, 0.0);
+  if (which == Which::stretched_stiffness) { tension = std::max(0.0, tension); }
+  return bond.stiffness * along + tension / length * (Matrix3d::Identity() - along);
+}
 
-/// Blocks of the bonds that a run of nodes shares. A block is recomputed only if a spring differs
+/// Last block of a bond that a run of nodes shares. It is recomputed only if the spring differs
 /// from that of the node before by more than rounding error.
-class RunBlocks {
- public:
-  RunBlocks(std::span<const SpringList::Bond> bonds, Which which)
-      : bonds_(bonds), which_(which), known_(bonds.size()) {}
-  /// Returns null for a spring of zero length.
-  const Matrix3d* at(std::size_t bond, const Vector3d& d) {
-    Known& known = known_[bond];
-    const double near = 0.1 * roundings * known.d.cwiseAbs().maxCoeff();
-    if (!known.asked || !((d - known.d).cwiseAbs().maxCoeff() <= near)) {
-      known = {d, block_of(bonds_[bond], d, which_), true};
-    }
-    return known.block ? &*known.block : nullptr;
-  }
+struct KnownBlock {
+  Vector3d d = Vector3d::Zero();
+  std::optional<Matrix3d> block{};
+  bool computed = false;
 
- private:
-  struct Known {
-    Vector3d d = Vector3d::Zero();
-    std::optional<Matrix3d> block{};
-    bool asked = false;
-  };
-  std::span<const SpringList::Bond> bonds_;
-  Which which_;
-  std::vector<Known> known_;
+  const std::optional<Matrix3d>& at(const SpringList::Bond& bond, const Vector3d& now,
+                                    Which which) {
+    const double near = 0.1 * roundings * d.cwiseAbs().maxCoeff();
+    if (!computed || !((now - d).cwiseAbs().maxCoeff() <= near)) {
+      *this = {now, block_of(bond, now, which), true};
+    }
+    return block;
+  }
 };
 
 /// Range of node indices.
@@ -85,7 +89,7 @@ void visit_blocks(const NetworkProblem& problem, Which which, const NodeRange& r
   for (const SpringList::Run& run : network.springs.runs()) {
     const auto bonds = network.springs.bonds(run);
     if (!range.meets(run, bonds)) { continue; }
-    RunBlocks blocks(bonds, which);
+    std::vector<KnownBlock> blocks(bonds.size());
     for (int node = run.first_node; node < run.first_node + run.nodes; ++node) {
       const Eigen::Index a = problem.coordinate(node);
       for (std::size_t n = 0; n < bonds.size(); ++n) {
@@ -93,80 +97,14 @@ void visit_blocks(const NetworkProblem& problem, Which which, const NodeRange& r
         const Eigen::Index b = problem.coordinate(other);
         if (!(a >= 0 && wanted(a)) && !(b >= 0 && wanted(b))) { continue; }
         if (which == Which::damping && !(bonds[n].viscosity > 0.0)) { continue; }
-        const Matrix3d* matrix = blocks.at(n, place.col(other) - place.col(node));
-        if (matrix != nullptr) { visit(a, b, *matrix); }
+        const auto& matrix = blocks[n].at(bonds[n], place.col(other) - place.col(node), which);
+        if (matrix) { visit(a, b, *matrix); }
       }
     }
   }
 }
 
-std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d, Which which) {
-  const double length = d.norm();
-  if (length < zero_length) { return {}; }
-  const Vector3d u = d / length;
-  const Matrix3d along = u * u.transpose();
-  if (which == Which::damping) { return bond.viscosity * along; }
-  constexpr SpringTerms elastic{.viscous = false};
-  double tension = SpringTension<elastic>::of(numbers_of<double>(bond), length, 0.0);
-  if (which == Which::stretched_stiffness) { tension = std::max(0.0, tension); }
-  return bond.stiffness * along + tension / length * (Matrix3d::Identity() - along);
-}
-
-}  // namespace palpate::spring_blocks
-
-namespace palpate {
-
 // Lower bound on the highest frequency of a network.
-
-/// Subset of a problem's coordinates, with all others fixed. Its highest frequency does not exceed
-/// that of the whole network, so it is a lower bound.
-struct Part {
-  std::vector<Eigen::Index>
-      coordinate;        ///< index in the subset for each coordinate of the whole, or -1
-  Eigen::VectorXd mass;  ///< [kg]
-  spring_blocks::NodeRange nodes;
-};
-
-/// Returns all coordinates of a small network. For a larger one it returns those around free node
-/// `fastest`.
-Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest);
-
-/// Lanczos' method for M^-1 B in the M inner product, with three vectors in memory. A second pass
-/// with the coordinates of a Ritz vector computes that vector.
-class Lanczos {
- public:
-  /// Uses B of the springs of `part`, which must outlive this object.
-  Lanczos(const NetworkProblem& problem, spring_blocks::Which which, const Part& part);
-
-  /// Returns the largest eigenvalue [1/s^2 or 1/s]; a Ritz value is a lower bound of it.
-  double largest();
-  /// Returns the Ritz vector of the value from largest().
-  Eigen::VectorXd vector();
-
- private:
-  /// Block of one spring between two coordinates (-1: fixed).
-  struct Block {
-    Eigen::Index a;
-    Eigen::Index b;
-    Eigen::Matrix3d matrix;
-  };
-
-  void apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
-  void begin();
-  void advance();
-
-  const Eigen::VectorXd& mass_;
-  std::vector<Block> blocks_;
-  Eigen::VectorXd before_, now_, next_;
-  std::vector<double> alpha_, beta_;  ///< diagonal and off-diagonal of the tridiagonal matrix
-  Eigen::VectorXd ritz_;
-};
-
-namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-using Eigen::VectorXd;
 
 constexpr int most_vectors = 200;
 constexpr double accuracy = 1e-5;
@@ -174,17 +112,17 @@ constexpr double accuracy = 1e-5;
 /// subset of a larger one.
 constexpr Eigen::Index most_nodes = 8000;
 
-/// Returns a fixed start vector with components of every wavelength.
-VectorXd start_vector(Eigen::Index size) {
-  VectorXd x(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    x(i) = std::cos(1.0 + 12.9898 * static_cast<double>(i)) + (i % 2 == 0 ? 0.3 : -0.3);
-  }
-  return x;
-}
+/// Subset of a problem's coordinates, with all others fixed. Its highest frequency does not exceed
+/// that of the whole network, so it is a lower bound.
+struct Part {
+  /// Index in the subset for each coordinate of the whole, or -1.
+  std::vector<Eigen::Index> coordinate;
+  VectorXd mass;  ///< [kg]
+  NodeRange nodes;
+};
 
-}  // namespace
-
+/// Returns all coordinates of a small network. For a larger one it returns those around free node
+/// `fastest`.
 Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest) {
   const auto& free = problem.free_nodes();
   const auto nodes = static_cast<Eigen::Index>(free.size());
@@ -216,88 +154,103 @@ Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest) {
   return part;
 }
 
-Lanczos::Lanczos(const NetworkProblem& problem, spring_blocks::Which which, const Part& part)
-    : mass_(part.mass) {
-  const auto in_part = [&](Eigen::Index c) {
-    return c < 0 ? c : part.coordinate[static_cast<std::size_t>(c)];
+/// Lanczos' method for M^-1 B in the M inner product, with three vectors in memory. A second pass
+/// with the coordinates of a Ritz vector computes that vector.
+class Lanczos {
+ public:
+  /// Uses B of the springs of `part`, which must outlive this object.
+  Lanczos(const NetworkProblem& problem, Which which, const Part& part) : mass_(part.mass) {
+    const auto in_part = [&](Eigen::Index c) {
+      return c < 0 ? c : part.coordinate[static_cast<std::size_t>(c)];
+    };
+    const auto wanted = [&](Eigen::Index c) { return in_part(c) >= 0; };
+    visit_blocks(problem, which, part.nodes, wanted,
+                 [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
+                   blocks_.push_back({in_part(a), in_part(b), matrix});
+                 });
+  }
+
+  /// Returns the largest eigenvalue [1/s^2 or 1/s]; a Ritz value is a lower bound of it.
+  double largest() {
+    begin();
+    double value = 0.0;
+    for (int n = 0; n < most_vectors; ++n) {
+      advance();
+      const bool look = n % 8 == 7 || n + 1 == most_vectors || !(beta_.back() > 0.0);
+      if (!look) { continue; }
+      const auto steps = static_cast<Eigen::Index>(alpha_.size());
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz;
+      ritz.computeFromTridiagonal(Eigen::Map<const VectorXd>(alpha_.data(), steps),
+                                  Eigen::Map<const VectorXd>(beta_.data(), steps - 1));
+      value = ritz.eigenvalues()(steps - 1);
+      ritz_ = ritz.eigenvectors().col(steps - 1);
+      // Error of the vector; the error of the value is its square.
+      if (!(beta_.back() * std::abs(ritz_(steps - 1)) > accuracy * value)) { break; }
+    }
+    return value * (1.0 - roundings);
+  }
+
+  /// Returns the Ritz vector of the value from largest().
+  VectorXd vector() {
+    begin();
+    VectorXd sum = VectorXd::Zero(mass_.size());
+    for (const double share : ritz_) {
+      sum += share * now_;
+      advance();
+    }
+    return sum;
+  }
+
+ private:
+  /// Block of one spring between two coordinates (-1: fixed).
+  struct Block {
+    Eigen::Index a;
+    Eigen::Index b;
+    Matrix3d matrix;
   };
-  const auto wanted = [&](Eigen::Index c) { return in_part(c) >= 0; };
-  spring_blocks::visit_blocks(problem, which, part.nodes, wanted,
-                              [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
-                                blocks_.push_back({in_part(a), in_part(b), matrix});
-                              });
-}
 
-double Lanczos::largest() {
-  begin();
-  double value = 0.0;
-  for (int n = 0; n < most_vectors; ++n) {
-    advance();
-    const bool look = n % 8 == 7 || n + 1 == most_vectors || !(beta_.back() > 0.0);
-    if (!look) { continue; }
-    const auto steps = static_cast<Eigen::Index>(alpha_.size());
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz;
-    ritz.computeFromTridiagonal(Eigen::Map<const VectorXd>(alpha_.data(), steps),
-                                Eigen::Map<const VectorXd>(beta_.data(), steps - 1));
-    value = ritz.eigenvalues()(steps - 1);
-    ritz_ = ritz.eigenvectors().col(steps - 1);
-    // Error of the vector; the error of the value is its square.
-    if (!(beta_.back() * std::abs(ritz_(steps - 1)) > accuracy * value)) { break; }
+  /// Computes y = M^-1 (sum of blocks) x.
+  void apply(const VectorXd& x, VectorXd& y) const {
+    y.setZero();
+    for (const Block& block : blocks_) {
+      Vector3d difference = Vector3d::Zero();
+      if (block.a >= 0) { difference -= x.segment<3>(block.a); }
+      if (block.b >= 0) { difference += x.segment<3>(block.b); }
+      const Vector3d f = block.matrix * difference;
+      if (block.a >= 0) { y.segment<3>(block.a) -= f; }
+      if (block.b >= 0) { y.segment<3>(block.b) += f; }
+    }
+    y.array() /= mass_.array();
   }
-  return value * (1.0 - spring_blocks::roundings);
-}
 
-VectorXd Lanczos::vector() {
-  begin();
-  VectorXd sum = VectorXd::Zero(mass_.size());
-  for (const double share : ritz_) {
-    sum += share * now_;
-    advance();
+  void begin() {
+    now_.resize(mass_.size());  // fixed vector with components of every wavelength
+    for (Eigen::Index i = 0; i < now_.size(); ++i) {
+      now_(i) = std::cos(1.0 + 12.9898 * static_cast<double>(i)) + (i % 2 == 0 ? 0.3 : -0.3);
+    }
+    now_ /= std::sqrt(now_.dot(mass_.cwiseProduct(now_)));
+    before_ = VectorXd::Zero(mass_.size());
+    next_ = before_;
+    alpha_.clear();
+    beta_.clear();
   }
-  return sum;
-}
 
-/// Computes y = M^-1 (sum of blocks) x.
-void Lanczos::apply(const VectorXd& x, VectorXd& y) const {
-  y.setZero();
-  for (const Block& block : blocks_) {
-    Vector3d difference = Vector3d::Zero();
-    if (block.a >= 0) { difference -= x.segment<3>(block.a); }
-    if (block.b >= 0) { difference += x.segment<3>(block.b); }
-    const Vector3d f = block.matrix * difference;
-    if (block.a >= 0) { y.segment<3>(block.a) -= f; }
-    if (block.b >= 0) { y.segment<3>(block.b) += f; }
+  void advance() {
+    apply(now_, next_);
+    alpha_.push_back(next_.dot(mass_.cwiseProduct(now_)));
+    next_ -= alpha_.back() * now_;
+    if (!beta_.empty()) { next_ -= beta_.back() * before_; }
+    beta_.push_back(std::sqrt(next_.dot(mass_.cwiseProduct(next_))));
+    before_.swap(now_);
+    now_ = beta_.back() > 0.0 ? VectorXd(next_ / beta_.back()) : next_;
   }
-  y.array() /= mass_.array();
-}
 
-void Lanczos::begin() {
-  now_ = start_vector(mass_.size());
-  now_ /= std::sqrt(now_.dot(mass_.cwiseProduct(now_)));
-  before_ = VectorXd::Zero(mass_.size());
-  next_ = before_;
-  alpha_.clear();
-  beta_.clear();
-}
-
-void Lanczos::advance() {
-  apply(now_, next_);
-  alpha_.push_back(next_.dot(mass_.cwiseProduct(now_)));
-  next_ -= alpha_.back() * now_;
-  if (!beta_.empty()) { next_ -= beta_.back() * before_; }
-  beta_.push_back(std::sqrt(next_.dot(mass_.cwiseProduct(next_))));
-  before_.swap(now_);
-  now_ = beta_.back() > 0.0 ? VectorXd(next_ / beta_.back()) : next_;
-}
-
-namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-using Eigen::VectorXd;
-using spring_blocks::roundings;
-using spring_blocks::visit_blocks;
-using spring_blocks::Which;
+  const VectorXd& mass_;
+  std::vector<Block> blocks_;
+  VectorXd before_, now_, next_;
+  std::vector<double> alpha_, beta_;  ///< diagonal and off-diagonal of the tridiagonal matrix
+  VectorXd ritz_;
+};
 
 /// Upper triangle of a symmetric matrix: xx, xy, xz, yy, yz, zz.
 using Upper = Eigen::Matrix<double, 6, 1>;

@@ -10,10 +10,9 @@ namespace palpate {
 
 /// Spectral bounds of the motion about the initial state, M x'' + C x' + K x = 0.
 struct SpectralBounds {
-  double omega_estimate =
-      0.0;  ///< estimate of the highest frequency by iteration, never above the true value [rad/s]
-  double omega_upper = 0.0;    ///< guaranteed upper bound of the highest frequency [rad/s]
-  double damping_upper = 0.0;  ///< guaranteed upper bound of the eigenvalues of M^-1 C [1/s]
+  double omega_estimate = 0.0;  ///< highest frequency by iteration, never above it [rad/s]
+  double omega_upper = 0.0;     ///< guaranteed upper bound of the highest frequency [rad/s]
+  double damping_upper = 0.0;   ///< guaranteed upper bound of the eigenvalues of M^-1 C [1/s]
   /// Smallest c / k of all springs [s]: v'Cv >= this v'Kv at rest lengths. The transverse stiffness
   /// of a stretched spring has no damping of its own.
   double relaxation_lower = 0.0;
@@ -22,20 +21,16 @@ struct SpectralBounds {
 SpectralBounds spectral_bounds(const NetworkProblem& problem);
 SpectralBounds spectral_bounds(const Oscillator& oscillator);
 
-// Largest stable step of any registered scheme, computed from the scheme's own step on a scalar
-// oscillator. A new scheme needs no formula of its own.
-
 /// Returns the spectral radius of one step of h on x'' + damping x' + omega^2 x = 0.
 double amplification(const IntegratorInfo& scheme, double omega, double damping, double h);
 
-/// Returns the largest h [s] up to which no step amplifies this oscillator; infinite if no step
-/// amplifies it, 0 if a step of 1e-4 / max(omega, damping) already does. omega [rad/s], damping =
-/// c/m [1/s].
+/// Returns the largest h [s] up to which no step amplifies this oscillator; infinite if none does,
+/// 0 if a step of 1e-4 / max(omega, damping) already does. omega [rad/s], damping = c/m [1/s].
 double stable_step(const IntegratorInfo& scheme, double omega, double damping);
 
-/// Returns the largest stable step for every oscillator within these bounds. Each eigenvalue of the
-/// network is a root of l^2 + g l + w^2 with w <= omega_upper, g <= damping_upper and g >=
-/// relaxation_lower w^2 (Rayleigh quotients). The damping need not be proportional.
+/// Returns the largest step that is stable for every oscillator within these bounds. Each
+/// eigenvalue of the network is a root of l^2 + g l + w^2 with w <= omega_upper, g <= damping_upper
+/// and g >= relaxation_lower w^2 (Rayleigh quotients), also without proportional damping.
 double stable_step(const IntegratorInfo& scheme, const SpectralBounds& bounds);
 
 }  // namespace palpate

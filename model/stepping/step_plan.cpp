@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "model/kernels/lattice_network.hpp"
-#include "model/kernels/lattice_springs.hpp"
+#include "model/kernels/lattice_rows.hpp"
 #include "model/kernels/list_network.hpp"
 #include "model/kernels/spring_kernels.hpp"
 #include "model/reduction/mode_basis.hpp"
@@ -80,7 +80,7 @@ void choose_integrator(const Scene& scene, std::size_t nodes, StepPlan& plan) {
     if (plan.integrator == nullptr) {
       throw std::invalid_argument("unknown integrator \"" + settings.integrator + "\"");
     }
-    plan.integrator_reason = "asked for by the scene";
+    plan.integrator_reason = "set by the scene";
     return;
   }
   if (settings.printed.any()) {
@@ -109,7 +109,7 @@ void choose_substeps(const Scene& scene, StepPlan& plan) {
   const double limit = plan.stable_step.at(std::string(plan.integrator->name));
   if (settings.substeps) {
     plan.substeps = *settings.substeps;
-    plan.substeps_reason = "asked for by the scene";
+    plan.substeps_reason = "set by the scene";
   } else if (plan.integrator->implicit) {
     plan.substeps_reason = "an implicit scheme needs one";
   } else if (!(limit > 0.0) || settings.printed.any()) {
@@ -152,7 +152,7 @@ void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, 
     return;
   }
   const int layers = rows->nodes()[2];
-  plan.threads = LatticeSlabs<double>::most_threads(layers, rows->vectors(), wanted);
+  plan.threads = most_lattice_threads(layers, rows->vectors(), wanted);
   if (plan.threads < wanted) {
     plan.warnings.push_back(std::to_string(plan.threads) + " of " + std::to_string(wanted) +
                             " threads: each takes two layers or more of " + std::to_string(layers) +
@@ -217,7 +217,7 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem,
     plan.skipped.emplace_back("haptic device: the scene has none");
   }
   if (!scene.simulation.printed.any()) {
-    plan.skipped.emplace_back("printed forms of the paper: not asked for");
+    plan.skipped.emplace_back("printed forms of the paper: none is selected");
   }
 }
 
@@ -302,12 +302,12 @@ template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
                                                          const StepPlan& plan) {
   if (plan.lattice) {
-    auto lattice = std::make_unique<LatticeNetwork<Real>>(
-        problem, plan.skip, plan.threads, lattice_kernels<Real>().front(), plan.sleep_force <= 0.0);
-    if (plan.sleep_force > 0.0) { lattice->let_sleep(plan.sleep_force, plan.touched); }
-    return lattice;
+    return make_lattice_network<Real>(problem, {.skip = plan.skip,
+                                                .threads = plan.threads,
+                                                .sleep_force = plan.sleep_force,
+                                                .touched = plan.touched});
   }
-  if (plan.far) { return std::make_unique<ReducedNetwork<Real>>(problem, *plan.far); }
+  if (plan.far) { return make_reduced_network<Real>(problem, *plan.far); }
   const bool implicit = plan.integrator != nullptr && plan.integrator->implicit;
   const bool padded = !implicit && !SpringLaw::is_printed(plan.printed);
   return std::make_unique<ListNetwork<Real>>(problem, plan.printed, plan.h, plan.skip,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Choice of integrator, step and kernels for a scene, made before the first step, with the reason
-/// for each choice.
+/// Choice of integrator, step and kernels for a scene, with the reasons.
 
 #include <map>
 #include <memory>
@@ -30,25 +29,20 @@ struct StepPlan {
   std::map<std::string, double> stable_step{};  ///< by integrator [s]; infinite: no limit
   bool lattice = false;                         ///< regular lattice, computed in SIMD lanes
   int threads = 1;                              ///< number of threads for a lattice
-  double sleep_force =
-      0.0;  ///< limit of the force withheld on sleeping lattice nodes [N]; 0: no node sleeps
-  std::vector<int> touched{};  ///< nodes that a tool can load; their rows never sleep
-  std::shared_ptr<const ReductionSetting>
-      far{};  ///< reduced-order model of the far tissue, or null
+  double sleep_force = 0.0;  ///< limit of the force withheld on sleeping nodes [N]; 0: none sleeps
+  std::vector<int> touched{};                     ///< nodes that a tool can load; they never sleep
+  std::shared_ptr<const ReductionSetting> far{};  ///< reduced-order model, or null
   PrintedForm printed{};
   std::string kernel{};
-  std::vector<std::string> skipped{};  ///< omitted computations with the reason, e.g. "dampers:
-                                       ///< every spring has zero viscosity"
+  std::vector<std::string> skipped{};  ///< omitted computations, each with the reason
   std::vector<std::string> warnings{};
   bool skip = true;
 };
 
-/// Plans the steps of a scene. Throws std::invalid_argument for an unknown integrator, or for one
-/// that does not support an erratum of the scene.
+/// Throws std::invalid_argument for an integrator that is unknown or does not support an erratum.
 StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip = true);
 
-/// Builds the network in the planned form: a lattice in SIMD lanes, a list of springs, or a list
-/// with a reduced-order model. `problem` must outlive it.
+/// Builds the network in the planned form. `problem` must outlive it.
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,
                                                          const StepPlan& plan);

@@ -4,14 +4,21 @@
 /// nodes, and mode changes between two steps (model/EQUATIONS.md, "Needle tip", "Shaft friction",
 /// "Lateral lock", "Tool forces"). The constructor allocates all memory.
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "model/kernels/system.hpp"
 #include "model/problem/needle_path.hpp"
 #include "model/problem/problem.hpp"
 #include "model/problem/tool.hpp"
+#include "model/problem/trace.hpp"
 #include "model/stepping/constraint_compliance.hpp"
 #include "model/stepping/tool_report.hpp"
 
@@ -22,69 +29,316 @@ struct Coupling {
   double stiffness = 0.0;  ///< [N/m]
   double viscosity = 0.0;  ///< [N s/m]
 };
+Coupling coupling_of(const Scene& scene, const Drive& drive);
 
-template <class Real> class ToolContact {
+/// Position, modes, forces and events of a tool, without reference to the tissue's coordinates.
+class ToolState {
  public:
-  ToolContact(const Scene& scene, const NetworkProblem& problem, const NodeLayout& layout);
+  explicit ToolState(const Scene& scene, const SpringNetwork& network);
 
-  /// Returns true under an applied force: the tool then has a coordinate, after those of the
-  /// network.
-  [[nodiscard]] bool is_coordinate() const { return tool_ >= 0; }
-  [[nodiscard]] double mass() const { return mass_; }
-  [[nodiscard]] const Coupling& coupling() const { return coupling_; }
   /// Sets the hand's end of the coupling: position s [m] and velocity s' [m/s].
   void move_handle(double place, double velocity) noexcept {
     handle_place_ = place;
     handle_velocity_ = velocity;
   }
-  [[nodiscard]] double initial_place() const { return start_place_; }
-  /// Initialises the contact at t = 0. A tip that begins on the skin is in contact.
-  void begin(const State<Real>& state) noexcept;
-
-  /// Evaluates the trajectory for a step from t to t + h. Sticking parts follow a jump of its
-  /// velocity. With `predict` the depth is extrapolated linearly and not taken from the state.
-  /// Returns true if it changed the state.
-  bool begin_step(double t, double h, State<Real>& state, bool predict) noexcept;
-  /// Adds the contact forces between tool and tissue to the forces f of a state.
-  void apply(double t, const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept;
-  /// Changes product = A x of the unconstrained Jacobian to the product with the constrained
-  /// Jacobian.
-  void hold(const Vector<Real>& x, const Vector<Real>& mass, Vector<Real>& product) noexcept;
-  /// Computes the constraint compliance for a preconditioner; allocates.
-  void learn_compliance(Eigen::Index dof, const typename ConstraintCompliance<Real>::Solve& solve);
-  void begin_linear_solve() noexcept;
-  void constrain_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
-    held_.correct(r, solution);
+  [[nodiscard]] ToolMotion motion() const noexcept { return {place_, velocity_}; }
+  [[nodiscard]] ToolReport report() const noexcept {
+    return {place_, velocity_, depth_, cut_, slip_, mass_, forces_, losses_};
   }
-  /// Checks the contact laws after an implicit step. Returns true if tip and shaft satisfied them.
-  /// Otherwise it changes their active constraints and the caller must repeat the step
-  /// (model/EQUATIONS.md, "Held constraints").
-  bool update_active_set(const State<Real>& state) noexcept;
-  /// Updates the modes after a step that ended at t and removes the drift of sticking parts.
-  void end_step(double t, State<Real>& state) noexcept;
-
-  [[nodiscard]] const NeedlePath& path() const { return path_; }
-  [[nodiscard]] const ToolForces& forces() const { return forces_; }  ///< from the last apply()
-  [[nodiscard]] double place() const { return place_; }               ///< s [m]
-  [[nodiscard]] double velocity() const { return velocity_; }         ///< s' [m/s]
-  [[nodiscard]] double depth() const { return depth_; }  ///< of the tip, in undeformed tissue [m]
-  [[nodiscard]] double cut() const { return cut_; }      ///< largest cut depth so far [m]
-  [[nodiscard]] double slip() const { return slip_; }    ///< sliding velocity of the shaft [m/s]
-  [[nodiscard]] TipMode tip() const { return tip_; }
-  [[nodiscard]] ShaftMode shaft() const { return shaft_; }
-  [[nodiscard]] bool in_tissue() const { return tip_ != TipMode::outside; }
-  [[nodiscard]] const PathInterval& interval() const {
-    return path_.intervals()[path_.interval_at(depth_)];
+  /// Energy of a tool with a coordinate [J]; zero under a prescribed trajectory.
+  [[nodiscard]] double kinetic_energy() const noexcept {
+    return 0.5 * mass_ * velocity_ * velocity_;
   }
-  [[nodiscard]] const ToolLosses& losses() const { return losses_; }
+  /// Adds energy that the tissue's dampers dissipated [J].
+  void add_damping_loss(double energy) noexcept { losses_.damping += energy; }
+
+  /// Columns of sample() and sample_text(), in the same order.
+  [[nodiscard]] std::vector<Column> columns() const;
+  void sample(std::span<double> row) const noexcept;
+  [[nodiscard]] static std::vector<TextColumn> text_columns() {
+    return {{"tool.layer", {}}, {"tool.event", {}}};
+  }
+  /// Writes the layer and the events since the last call, and appends the events to `events`.
+  void sample_text(std::span<std::string> row, std::vector<Event>& events);
   /// Events since the last clear_happenings(); events beyond the capacity are dropped.
   [[nodiscard]] std::span<const ToolHappening> happenings() const {
     return {happenings_.data(), happening_count_};
   }
   void clear_happenings() { happening_count_ = 0; }
 
+ protected:
+  [[nodiscard]] bool in_tissue() const { return tip_ != TipMode::outside; }
+  [[nodiscard]] const PathInterval& interval() const {
+    return path_.intervals()[path_.interval_at(depth_)];
+  }
+  void happen(double t, ToolEvent event, std::size_t interval) noexcept;
+
+  NeedlePath path_;
+  std::optional<SyringePressure> syringe_{};
+  TipMode tip_ = TipMode::outside;
+  double mass_ = 0.0;      ///< [kg]; zero under a prescribed trajectory
+  double place_ = 0.0;     ///< s [m]
+  double velocity_ = 0.0;  ///< s' [m/s]
+  double depth_ = 0.0;     ///< of the tip, in undeformed tissue [m]
+  double cut_ = 0.0;       ///< largest cut depth so far [m]
+  double slip_ = 0.0;      ///< sliding velocity of the shaft [m/s]
+  double handle_place_ = 0.0;
+  double handle_velocity_ = 0.0;
+  ToolForces forces_{};  ///< of the last apply()
+  ToolLosses losses_{};
+
+ private:
+  std::array<ToolHappening, 32> happenings_{};
+  std::size_t happening_count_ = 0;
+};
+
+template <class Real> class ToolContact : public ToolState {
+ public:
+  ToolContact(const Scene& scene, const NetworkProblem& problem, const NodeLayout& layout)
+      : ToolState(scene, problem.network()),
+        drive_(scene.drive.value_or(Drive{})),
+        trajectory_(drive_, scene.simulation.duration + scene.simulation.step),
+        needle_(scene.needle.has_value()),
+        stride_(layout.stride),
+        coupling_(coupling_of(scene, drive_)),
+        n_(path_.direction()),
+        tolerance_(std::max(scene.simulation.solver_tolerance,
+                            64.0 * static_cast<double>(std::numeric_limits<Real>::epsilon()))) {
+    if (drive_.kind != Drive::Kind::trajectory) {
+      tool_ = layout.size;
+      mass_ = scene.needle ? scene.needle->mass : scene.probe->mass;
+    }
+    const NodeVectors& held = problem.held_position();
+    for (const NeedlePath::Knot& knot : path_.knots()) {
+      Knot mine{supports_.size(), 0, knot.depth, 0.0, 0.0, 0.0, 0.0, 0.0};
+      for (const NeedlePath::Support& s : path_.supports(knot)) {
+        const Eigen::Index c = layout.first[static_cast<std::size_t>(s.node)];
+        mine.held -= s.weight * n_.dot(problem.network().rest_position.col(s.node));
+        if (c < 0) {
+          mine.held += s.weight * n_.dot(held.col(s.node));
+          continue;
+        }
+        const double inverse_mass = 1.0 / problem.mass()(problem.coordinate(s.node));
+        supports_.push_back({c, s.weight, inverse_mass});
+        mine.mobility += s.weight * s.weight * inverse_mass;
+      }
+      mine.count = supports_.size() - mine.first;
+      knots_.push_back(mine);
+    }
+    across_[0] = n_.unitOrthogonal();
+    across_[1] = n_.cross(across_[0]);
+    shaft_share_.assign(knots_.size(), 0.0);
+    place_ = place_begin_ = handle_place_ = drive_.from;
+    depth_ = cut_ = knots_.front().depth;
+  }
+
+  /// Returns true under an applied force: the tool then has a coordinate, after those of the
+  /// network.
+  [[nodiscard]] bool is_coordinate() const { return tool_ >= 0; }
+  [[nodiscard]] double mass() const { return mass_; }
+  [[nodiscard]] const Coupling& coupling() const { return coupling_; }
+  /// Initialises the contact at t = 0 and adds the tool's coordinate to the state. A tip that
+  /// begins on the skin is in contact.
+  void begin(State<Real>& state) {
+    if (is_coordinate()) {
+      state.position.conservativeResize(tool_ + 1);
+      state.velocity.conservativeResize(tool_ + 1);
+      state.position(tool_) = static_cast<Real>(drive_.from);
+      state.velocity(tool_) = Real(0);
+    }
+    gather(state.position, state.velocity);
+    change_tip(0.0);
+  }
+
+  /// Evaluates the trajectory for a step from t to t + h. Sticking parts follow a jump of its
+  /// velocity. With `predict` the depth is extrapolated linearly and not taken from the state.
+  /// Returns true if it changed the state.
+  bool begin_step(double t, double h, State<Real>& state, bool predict) noexcept {
+    step_begin_ = t;
+    step_length_ = h;
+    predict_ = predict;
+    depth_begin_ = depth_;
+    first_evaluation_ = true;
+    const bool changed = !is_coordinate() && follow(t, h, state);
+    if (predict && in_tissue()) {
+      gather(state.position, state.velocity);
+      weigh();
+      lag_ = Eigen::Vector2d(velocity_ - velocity_at(at_), slip_now()) / h;
+      predict_cutting();
+    }
+    return changed;
+  }
+  /// Adds the contact forces between tool and tissue to the forces f of a state.
+  void apply(double t, const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept {
+    gather(q, v);
+    place_tool(t, q, v);
+    weigh();
+    for (Knot& knot : knots_) {
+      Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+        const Support& s = supports_[i];
+        acceleration +=
+            (s.weight * s.inverse_mass) * at_node(f, s.coordinate, stride_).template cast<double>();
+      }
+      knot.acceleration = n_.dot(acceleration);
+      if (!is_locked(knot)) { continue; }
+      const Eigen::Vector3d force = (knot.acceleration * n_ - acceleration) / knot.mobility;
+      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+        at_node(f, supports_[i].coordinate, stride_) +=
+            (supports_[i].weight * force).template cast<Real>();
+      }
+      sideways_ -= force;
+    }
+    const double pushed = is_coordinate() ? hand(t) : 0.0;
+    solve(is_coordinate() && !at_bone_ ? pushed / mass_ : 0.0);
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      push(k, tip_share(k) * tip_force_ + (limit_ > 0.0 ? shaft_share_[k] * shaft_force_ : 0.0), f);
+    }
+    const double tissue = tip_force_ + shaft_force_;
+    bone_force_ = 0.0;
+    if (is_coordinate()) {
+      if (at_bone_) { bone_force_ = std::max(pushed - tissue, 0.0); }
+      f(tool_) = static_cast<Real>(pushed - tissue - bone_force_);
+    } else {
+      bone_force_ = drive_.grip_stiffness * std::max(trajectory_.place(t) - path_.bone(), 0.0);
+    }
+    const bool cuts = tip_ == TipMode::cutting;
+    forces_.cutting = cuts ? tip_force_ : 0.0;
+    forces_.friction = shaft_force_;
+    forces_.stiffness = (cuts ? 0.0 : tip_force_) + bone_force_;
+    forces_.total = forces_.cutting + forces_.friction + forces_.stiffness;
+    forces_.applied = is_coordinate() ? pushed : forces_.total;
+    forces_.lateral = sideways_.norm();
+    hand_power_end_ = forces_.applied * velocity_;
+    if (first_evaluation_) { hand_power_begin_ = hand_power_end_; }
+    first_evaluation_ = false;
+    sideways_.setZero();
+  }
+  /// Changes product = A x of the unconstrained Jacobian to the product with the constrained
+  /// Jacobian.
+  void hold(const Vector<Real>& x, const Vector<Real>& mass, Vector<Real>& product) noexcept {
+    double tip = 0.0;
+    double shaft = 0.0;
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      const Knot& knot = knots_[k];
+      Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+        const Eigen::Index c = supports_[i].coordinate;
+        const Eigen::Matrix<Real, 3, 1> force =
+            at_node(product, c, stride_) -
+            at_node(mass, c, stride_).cwiseProduct(at_node(x, c, stride_));
+        acceleration +=
+            (supports_[i].weight * supports_[i].inverse_mass) * force.template cast<double>();
+      }
+      const double along = n_.dot(acceleration);
+      tip -= tip_share(k) * along;
+      if (limit_ > 0.0) { shaft -= shaft_share_[k] * along; }
+      if (!is_locked(knot)) { continue; }
+      const Eigen::Vector3d force = (along * n_ - acceleration) / knot.mobility;
+      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+        at_node(product, supports_[i].coordinate, stride_) +=
+            (supports_[i].weight * force).template cast<Real>();
+      }
+    }
+    if (is_coordinate()) {
+      const double own = static_cast<double>(product(tool_) - mass(tool_) * x(tool_));
+      if (at_bone_) {
+        product(tool_) = mass(tool_) * x(tool_);
+      } else {
+        tip += own / mass_;
+        shaft += own / mass_;
+      }
+    }
+    if (!contact_.tip_held && !contact_.shaft_held) { return; }
+    const Eigen::Vector2d force =
+        solve_contact_forces(tip, shaft, contact_.tip_held, contact_.shaft_held);
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      push(k, tip_share(k) * force.x() + (limit_ > 0.0 ? shaft_share_[k] * force.y() : 0.0),
+           product);
+    }
+    if (is_coordinate() && !at_bone_) { product(tool_) -= static_cast<Real>(force.sum()); }
+  }
+  /// Computes the constraint compliance for a preconditioner; allocates.
+  void learn_compliance(Eigen::Index dof, const typename ConstraintCompliance<Real>::Solve& solve) {
+    std::vector<std::size_t> begin;
+    for (const Knot& knot : knots_) { begin.push_back(knot.first); }
+    begin.push_back(supports_.size());
+    held_.learn(supports_, begin, tool_, mass_, dof, solve);
+  }
+  /// Adds the constraint rows of hold(): tip, shaft, two directions across the needle for each
+  /// locked contact point, and a tool stopped by bone.
+  void begin_linear_solve() noexcept {
+    held_.clear();
+    const double own = is_coordinate() && !at_bone_ ? 1.0 : 0.0;
+    if (contact_.tip_held) {
+      const std::size_t count = std::min<std::size_t>(2, knots_.size() - at_.knot);
+      const auto row = held_.add_row(at_.knot, count, own);
+      for (std::size_t n = 0; n < count; ++n) { row[n] = -tip_share(at_.knot + n) * n_; }
+    }
+    if (contact_.shaft_held) {
+      const std::size_t count =
+          std::min(at_.knot + 2, knots_.size());  // no friction beyond the tip
+      const auto row = held_.add_row(0, count, own);
+      for (std::size_t k = 0; k < count; ++k) { row[k] = -shaft_share_[k] * n_; }
+    }
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      if (!is_locked(knots_[k])) { continue; }
+      held_.add_row(k, 1, 0.0)[0] = across_[0];
+      held_.add_row(k, 1, 0.0)[0] = across_[1];
+    }
+    if (is_coordinate() && at_bone_) { held_.add_row(0, 0, 1.0); }
+    held_.factorise();
+  }
+  void constrain_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
+    held_.correct(r, solution);
+  }
+  /// Checks the contact laws after an implicit step. Returns true if tip and shaft satisfied them.
+  /// Otherwise it changes their active constraints and the caller must repeat the step
+  /// (model/EQUATIONS.md, "Held constraints").
+  bool update_active_set(const State<Real>& state) noexcept {
+    if (!in_tissue()) { return false; }
+    gather(state.position, state.velocity);
+    if (is_coordinate()) { velocity_ = static_cast<double>(state.velocity(tool_)); }
+    const Slack allowed = slack();
+    const bool tip = update_tip(velocity_ - velocity_at(at_), allowed);
+    const bool shaft = update_shaft(slip_now(), allowed);
+    first_evaluation_ = true;
+    return tip || shaft;
+  }
+  /// Updates the modes after a step that ended at t and removes the drift of sticking parts.
+  void end_step(double t, State<Real>& state) noexcept {
+    gather(state.position, state.velocity);
+    lag_.setZero();
+    const bool stuck = tip_ == TipMode::stuck;
+    step_tip_change_ = stuck && stuck_before_ ? tip_force_ - step_tip_force_ : 0.0;
+    step_tip_force_ = tip_force_;
+    stuck_before_ = stuck;
+    if (predict_) {  // if update_active_set found no solution, the force is limited by the law
+      predict_ = false;
+      if (contact_.tip_held) { take_tip(tip_force_); }
+      if (contact_.shaft_held) { take_shaft(shaft_force_); }
+    }
+    place_tool(t, state.position, state.velocity);
+    const Contact held = contact_;
+    account(t - step_begin_);
+    meet_bone(t, state);
+    change_modes(t, held);
+    if (in_tissue()) {
+      match_positions(state);
+      match_velocities(state);
+    }
+    dissipated_power_begin_ = dissipated_power();
+    depth_rate_ = depth_rate();
+    if (syringe_) { syringe_->advance(step_length_, in_tissue(), interval().role); }
+  }
+
  private:
   using Support = typename ConstraintCompliance<Real>::Support;
+  /// Relative determinant below which the constraints of tip and shaft are treated as one.
+  static constexpr double independent = 1e-6;
+  /// Distance from the skin [m] at which the tip has left it. Smaller rebounds of a resting tip are
+  /// not reported.
+  static constexpr double clear_of_skin = 1e-6;
   struct Knot {
     std::size_t first;
     std::size_t count;
@@ -105,75 +359,498 @@ template <class Real> class ToolContact {
   };
 
   /// Evaluates the drive's trajectory over a step. Returns true if it changed the state.
-  bool follow(double t, double h, State<Real>& state) noexcept;
-  void gather(const Vector<Real>& q, const Vector<Real>& v) noexcept;
-  void place_tool(double t, const Vector<Real>& q, const Vector<Real>& v) noexcept;
+  bool follow(double t, double h, State<Real>& state) noexcept {
+    const double from = std::min(trajectory_.place(t), path_.bone());
+    const double to = std::min(trajectory_.place(t + h), path_.bone());
+    const double velocity = (to - from) / h;
+    // Rounding of position differences is not a jump.
+    const double rounding =
+        8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(to)) / h;
+    place_begin_ = from;
+    if (std::abs(velocity - velocity_) <= rounding) { return false; }
+    velocity_ = velocity;
+    if (!in_tissue()) { return false; }
+    gather(state.position, state.velocity);
+    weigh();
+    contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0 &&
+                        velocity_ > velocity_at(at_);  // the tip can push but not pull
+    turn_shaft(h);
+    match_velocities(state);
+    dissipated_power_begin_ = dissipated_power();
+    return true;
+  }
+  void gather(const Vector<Real>& q, const Vector<Real>& v) noexcept {
+    const Eigen::Matrix<Real, 3, 1> n = n_.template cast<Real>();
+    for (Knot& knot : knots_) {
+      knot.displacement = knot.held;
+      knot.velocity = 0.0;
+      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+        const Support& s = supports_[i];
+        const auto place = at_node(q, s.coordinate, stride_).template cast<double>();
+        knot.displacement += s.weight * n_.dot(place);
+        knot.velocity += s.weight * static_cast<double>(n.dot(at_node(v, s.coordinate, stride_)));
+      }
+    }
+  }
+  void place_tool(double t, const Vector<Real>& q, const Vector<Real>& v) noexcept {
+    if (is_coordinate()) {
+      place_ = static_cast<double>(q(tool_));
+      velocity_ = static_cast<double>(v(tool_));
+    } else {
+      place_ = place_begin_ + velocity_ * (t - step_begin_);
+    }
+    switch (tip_) {
+      case TipMode::outside: depth_ = knots_.front().depth; break;
+      case TipMode::stuck: depth_ = cut_; break;
+      case TipMode::cutting:
+      case TipMode::in_track:
+        depth_ = predict_ ? depth_begin_ + depth_rate_ * (t - step_begin_) : depth_at(place_);
+        break;
+    }
+  }
   /// Returns xi of the material at position s of the line. Values below the depth of the first
   /// contact point are outside the tissue.
-  [[nodiscard]] double depth_at(double s) const noexcept;
-  [[nodiscard]] double displacement_at(NeedlePath::Place at) const noexcept;
-  [[nodiscard]] double velocity_at(NeedlePath::Place at) const noexcept;
-  void weigh() noexcept;  ///< computes shares and Gram entries at the current depth
-  void solve(double tool_acceleration) noexcept;
-  void take_tip(double needed) noexcept;
-  void take_shaft(double needed) noexcept;
-  [[nodiscard]] bool may_hold_shaft() const noexcept;
-  void push(std::size_t knot, double force, Vector<Real>& f) const noexcept;
-  [[nodiscard]] bool is_locked(const Knot& knot) const noexcept;
+  [[nodiscard]] double depth_at(double s) const noexcept {
+    std::size_t k = 0;
+    while (k + 1 < knots_.size() && s >= knots_[k + 1].depth + knots_[k + 1].displacement) { ++k; }
+    const double low = knots_[k].depth + knots_[k].displacement;
+    if (k + 1 == knots_.size()) { return knots_[k].depth + (s - low); }
+    const double high = knots_[k + 1].depth + knots_[k + 1].displacement;
+    if (!(high > low) || s < low) { return knots_[k].depth + (s - low); }
+    return knots_[k].depth + (s - low) / (high - low) * (knots_[k + 1].depth - knots_[k].depth);
+  }
+  [[nodiscard]] double displacement_at(NeedlePath::Place at) const noexcept {
+    const double low = knots_[at.knot].displacement;
+    return at.share == 0.0 ? low : low + at.share * (knots_[at.knot + 1].displacement - low);
+  }
+  [[nodiscard]] double velocity_at(NeedlePath::Place at) const noexcept {
+    const double low = knots_[at.knot].velocity;
+    return at.share == 0.0 ? low : low + at.share * (knots_[at.knot + 1].velocity - low);
+  }
+  /// computes shares and Gram entries at the current depth
+  void weigh() noexcept {
+    at_ = path_.place(depth_);
+    limit_ = needle_ && in_tissue() ? path_.friction(depth_, shaft_share_) : 0.0;
+    if (limit_ > 0.0) {
+      for (double& share : shaft_share_) { share /= limit_; }
+    }
+    const double own = tool_mobility();
+    contact_ = {own, own, own, false, false};
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      const double tip = tip_share(k);
+      const double shaft = limit_ > 0.0 ? shaft_share_[k] : 0.0;
+      contact_.tip_tip += tip * tip * knots_[k].mobility;
+      contact_.tip_shaft += tip * shaft * knots_[k].mobility;
+      contact_.shaft_shaft += shaft * shaft * knots_[k].mobility;
+    }
+  }
+  /// Computes T and F_f within their laws. `tool_acceleration` is that of the tool without them.
+  void solve(double tool_acceleration) noexcept {
+    double tip = tool_acceleration + lag_.x();
+    double shaft = tool_acceleration + lag_.y();
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      tip -= tip_share(k) * knots_[k].acceleration;
+      if (limit_ > 0.0) { shaft -= shaft_share_[k] * knots_[k].acceleration; }
+    }
+    const bool sticks = shaft_ == ShaftMode::stick && may_hold_shaft();
+    const bool stuck = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
+    const double slipping = shaft_ == ShaftMode::backward ? -limit_ : limit_;
+    const bool rigid = tip_ == TipMode::stuck && !stuck;  // only fixed nodes support the tip
+    if (tip_ == TipMode::cutting || (rigid && velocity_ > 0.0)) {
+      // Bone has no finite cutting force: the tip keeps its force at arrival, and the reaction of
+      // the bone is added.
+      if (std::isfinite(cutting_force())) { tip_force_ = cutting_force(); }
+    } else if (!rigid || velocity_ < 0.0) {
+      tip_force_ = 0.0;
+    }
+    contact_.tip_held = contact_.shaft_held = false;
+    shaft_force_ = shaft_ == ShaftMode::stick && !sticks ? std::clamp(shaft_force_, -limit_, limit_)
+                                                         : slipping;
+    if (stuck && sticks) {
+      const Eigen::Vector2d both = solve_contact_forces(tip, shaft, true, true);
+      take_tip(both.x());
+      take_shaft(both.y());
+      if (contact_.tip_held && contact_.shaft_held) { return; }
+    }
+    if (sticks && !contact_.tip_held) {  // the tip's force is known
+      take_shaft((shaft - contact_.tip_shaft * tip_force_) / contact_.shaft_shaft);
+    }
+    if (stuck && !contact_.shaft_held) {  // the shaft's force is known
+      take_tip((tip - contact_.tip_shaft * shaft_force_) / contact_.tip_tip);
+    }
+  }
+  /// Sets the tip force to the one that sticking needs, or to the nearest force within the law.
+  /// Implicit steps take the needed force, so that Newton's method has a fixed set of constraints;
+  /// update_active_set() checks the law at the end of the step.
+  void take_tip(double needed) noexcept {
+    const double within = std::clamp(needed, 0.0, cutting_force());
+    contact_.tip_held = predict_ || within == needed;
+    tip_force_ = contact_.tip_held ? needed : within;
+  }
+  void take_shaft(double needed) noexcept {
+    const double within = std::clamp(needed, -limit_, limit_);
+    contact_.shaft_held = predict_ || within == needed;
+    shaft_force_ = contact_.shaft_held ? needed : within;
+  }
+  [[nodiscard]] bool may_hold_shaft() const noexcept {
+    if (!(limit_ > 0.0 && contact_.shaft_shaft > 0.0)) { return false; }
+    if (tip_ != TipMode::stuck) { return true; }
+    const double product = contact_.tip_tip * contact_.shaft_shaft;
+    return product - contact_.tip_shaft * contact_.tip_shaft > independent * product;
+  }
+  void push(std::size_t knot, double force, Vector<Real>& f) const noexcept {
+    if (force == 0.0) { return; }
+    const Knot& k = knots_[knot];
+    for (std::size_t i = k.first; i < k.first + k.count; ++i) {
+      at_node(f, supports_[i].coordinate, stride_) +=
+          (supports_[i].weight * force * n_).template cast<Real>();
+    }
+  }
+  [[nodiscard]] bool is_locked(const Knot& knot) const noexcept {
+    return needle_ && in_tissue() && knot.depth < depth_ && knot.mobility > 0.0;
+  }
   /// Returns the share of the tip's or the shaft's force on a contact point.
-  [[nodiscard]] double tip_share(std::size_t knot) const noexcept;
+  [[nodiscard]] double tip_share(std::size_t knot) const noexcept {
+    return knot == at_.knot ? 1.0 - at_.share : knot == at_.knot + 1 ? at_.share : 0.0;
+  }
   /// Returns the impulses or forces (tip, shaft) that reduce the given constraint residuals to
   /// zero.
   [[nodiscard]] Eigen::Vector2d solve_contact_forces(double tip, double shaft, bool tip_held,
-                                                     bool shaft_held) const noexcept;
-  void match_velocities(State<Real>& state) noexcept;
-  void match_positions(State<Real>& state) noexcept;
-  void account(double h) noexcept;
-  void meet_bone(double t, State<Real>& state) noexcept;
-  void change_modes(double t, const Contact& held) noexcept;
-  [[nodiscard]] double depth_rate() const noexcept;
-  void change_tip(double t) noexcept;
+                                                     bool shaft_held) const noexcept {
+    const Contact& c = contact_;
+    if (tip_held && shaft_held) {
+      const double determinant = c.tip_tip * c.shaft_shaft - c.tip_shaft * c.tip_shaft;
+      return {(c.shaft_shaft * tip - c.tip_shaft * shaft) / determinant,
+              (c.tip_tip * shaft - c.tip_shaft * tip) / determinant};
+    }
+    return {tip_held ? tip / c.tip_tip : 0.0, shaft_held ? shaft / c.shaft_shaft : 0.0};
+  }
+  void match_velocities(State<Real>& state) noexcept {
+    double tip = velocity_;
+    double shaft = velocity_;
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      tip -= tip_share(k) * knots_[k].velocity;
+      if (limit_ > 0.0) { shaft -= shaft_share_[k] * knots_[k].velocity; }
+    }
+    const Eigen::Vector2d impulse =
+        solve_contact_forces(tip, shaft, contact_.tip_held, contact_.shaft_held);
+    losses_.impact += 0.5 * (impulse.x() * tip + impulse.y() * shaft);
+    losses_.impulse += impulse.sum();
+    if (!is_coordinate()) { losses_.jerk += impulse.sum() * velocity_; }
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      Knot& knot = knots_[k];
+      const double along =
+          tip_share(k) * impulse.x() + (limit_ > 0.0 ? shaft_share_[k] * impulse.y() : 0.0);
+      const bool locked = is_locked(knot);
+      if (along == 0.0 && !locked) { continue; }
+      Eigen::Vector3d change = along * n_;
+      if (locked) {
+        Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+        for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+          velocity +=
+              supports_[i].weight *
+              at_node(state.velocity, supports_[i].coordinate, stride_).template cast<double>();
+        }
+        const Eigen::Vector3d sideways = (velocity - n_.dot(velocity) * n_) / knot.mobility;
+        losses_.impact += 0.5 * sideways.squaredNorm() * knot.mobility;
+        change -= sideways;
+      }
+      knot.velocity += along * knot.mobility;
+      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+        const Support& s = supports_[i];
+        at_node(state.velocity, s.coordinate, stride_) +=
+            (s.weight * s.inverse_mass * change).template cast<Real>();
+      }
+    }
+    if (is_coordinate() && !at_bone_) {
+      velocity_ -= impulse.sum() / mass_;
+      state.velocity(tool_) = static_cast<Real>(velocity_);
+    }
+  }
+  void match_positions(State<Real>& state) noexcept {
+    if (!contact_.tip_held) { return; }
+    const double gap = place_ - depth_ - displacement_at(at_);
+    const double push_by = gap / contact_.tip_tip;
+    for (const std::size_t k : {at_.knot, at_.knot + 1}) {
+      if (k >= knots_.size()) { break; }
+      const double share = tip_share(k) * push_by;
+      knots_[k].displacement += share * knots_[k].mobility;
+      for (std::size_t i = knots_[k].first; i < knots_[k].first + knots_[k].count; ++i) {
+        const Support& s = supports_[i];
+        at_node(state.position, s.coordinate, stride_) +=
+            (share * s.weight * s.inverse_mass * n_).template cast<Real>();
+      }
+    }
+    if (is_coordinate() && !at_bone_) {
+      place_ -= push_by / mass_;
+      state.position(tool_) = static_cast<Real>(place_);
+    }
+  }
+  /// Adds the work of the hand and the dissipated energy in a step of h.
+  void account(double h) noexcept {
+    losses_.hand += 0.5 * h * (hand_power_begin_ + hand_power_end_);
+    if (!in_tissue()) { return; }
+    weigh();
+    const Eigen::Vector2d lost = 0.5 * h * (dissipated_power_begin_ + dissipated_power());
+    losses_.cutting += lost.x();
+    losses_.friction += lost.y();
+  }
+  void meet_bone(double t, State<Real>& state) noexcept {
+    if (!is_coordinate()) {
+      at_bone_ = trajectory_.place(t) >= path_.bone();
+    } else if (!at_bone_ && place_ >= path_.bone() && velocity_ > 0.0) {
+      place_ = path_.bone();
+      losses_.impact += 0.5 * mass_ * velocity_ * velocity_;
+      velocity_ = 0.0;
+      state.position(tool_) = static_cast<Real>(place_);
+      state.velocity(tool_) = Real(0);
+      at_bone_ = true;
+    } else if (at_bone_ && bone_force_ == 0.0) {
+      at_bone_ = false;
+    }
+    if (at_bone_ && !bone_seen_) {
+      happen(t, ToolEvent::bone, path_.interval_at(path_.bone()));
+      bone_seen_ = true;
+    }
+  }
+  /// Changes the modes of tip and shaft; `held` is the contact at the end of the step.
+  void change_modes(double t, const Contact& held) noexcept {
+    contact_.tip_held = held.tip_held;
+    if (tip_ == TipMode::cutting) { enter(path_.interval_at(cut_), t); }
+    change_tip(t);
+    weigh();
+    contact_.tip_held = held.tip_held;
+    contact_.shaft_held = held.shaft_held;
+    change_shaft();
+    contact_.tip_held = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
+    contact_.shaft_held = shaft_ == ShaftMode::stick && may_hold_shaft();
+    stopped_ = tip_ == TipMode::stuck ? velocity_ - velocity_at(at_) : 0.0;
+  }
+  /// Returns the velocity of the tip through the undeformed tissue [m/s], for schemes that predict
+  /// the depth.
+  [[nodiscard]] double depth_rate() const noexcept {
+    const bool moves = tip_ == TipMode::cutting || tip_ == TipMode::in_track;
+    if (!moves || at_.knot + 1 >= knots_.size()) { return 0.0; }
+    const Knot& low = knots_[at_.knot];
+    const Knot& high = knots_[at_.knot + 1];
+    const double stretch = 1.0 + (high.displacement - low.displacement) / (high.depth - low.depth);
+    return stretch > 0.0 ? (velocity_ - velocity_at(at_)) / stretch : 0.0;
+  }
+  void change_tip(double t) noexcept {
+    const double here = depth_at(place_);
+    switch (tip_) {
+      case TipMode::outside: change_outside(here, t); break;
+      case TipMode::in_track: change_in_track(here, t); break;
+      case TipMode::stuck: change_stuck(t); break;
+      case TipMode::cutting: change_cutting(here, t); break;
+    }
+  }
   /// Changes the mode of a tip that is outside the tissue; `here` is the depth of the material at
   /// the tip.
-  void change_outside(double here, double t) noexcept;
-  void change_in_track(double here, double t) noexcept;
-  void change_stuck(double t) noexcept;
-  void change_cutting(double here, double t) noexcept;
-  void leave(double t) noexcept;
+  void change_outside(double here, double t) noexcept {
+    const double skin = knots_.front().depth;
+    if (here >= skin) {
+      tip_ = cut_ > skin ? TipMode::in_track : TipMode::stuck;
+      depth_ = cut_ > skin ? std::min(here, cut_) : cut_;
+      tip_force_ = 0.0;
+      if (clear_) { happen(t, ToolEvent::contact, path_.interval_at(skin)); }
+      present_ = present_ || clear_;
+      clear_ = false;
+    } else if (here < skin - clear_of_skin) {
+      leave(t);
+      clear_ = true;
+    }
+  }
+  void change_in_track(double here, double t) noexcept {
+    const double skin = knots_.front().depth;
+    depth_ = here;
+    if (here >= cut_) {
+      tip_ = TipMode::stuck;
+      tip_force_ = 0.0;
+      depth_ = cut_;
+    } else if (here < skin) {
+      tip_ = TipMode::outside;
+      depth_ = skin;
+      leave(t);
+    }
+  }
+  void change_stuck(double t) noexcept {
+    depth_ = cut_;
+    if (contact_.tip_held || (contact_.tip_tip <= 0.0 && velocity_ == 0.0)) { return; }
+    if (tip_force_ > 0.0 || (cutting_force() == 0.0 && velocity_ > velocity_at(at_))) {
+      tip_ = TipMode::cutting;
+      enter(path_.interval_at(cut_), t);
+    } else {
+      tip_ = cut_ > knots_.front().depth ? TipMode::in_track : TipMode::outside;
+    }
+  }
+  void change_cutting(double here, double t) noexcept {
+    const std::size_t before = path_.interval_at(cut_);
+    cut_ = depth_ =
+        std::max(here, knots_.front().depth);  // a step can end slightly behind the deepest point
+    const std::size_t after = path_.interval_at(cut_);
+    if (after <= before) {
+      if (!(velocity_ > velocity_at(path_.place(cut_)))) { tip_ = TipMode::stuck; }
+      return;
+    }
+    const auto& intervals = path_.intervals();
+    if (intervals[after].cutting_force > intervals[before].cutting_force) {
+      tip_ = TipMode::stuck;
+      if (after > before + 1) { enter(after - 1, t); }
+    } else {
+      enter(after, t);
+    }
+  }
+  void leave(double t) noexcept {
+    if (present_) { happen(t, ToolEvent::withdrawn, 0); }
+    present_ = false;
+  }
   /// Tolerances on the contact laws of tip and shaft for the solution of a step.
   struct Slack {
     double velocity = 0.0;  ///< [m/s]
     double tip = 0.0;       ///< [N]
     double shaft = 0.0;     ///< [N]
   };
-  [[nodiscard]] Slack slack() const noexcept;
-  void predict_cutting() noexcept;
-  bool update_tip(double rate, const Slack& slack) noexcept;
-  bool update_shaft(double slip, const Slack& slack) noexcept;
-  void change_shaft() noexcept;
-  void turn_shaft(double h) noexcept;
-  [[nodiscard]] double slip_now() const noexcept;
-  void enter(std::size_t interval, double t) noexcept;
+  /// Returns the tolerances on the contact laws: the solver's tolerance on velocities, the rounding
+  /// of positions, and the forces that change the constrained velocities by these amounts. A
+  /// smaller violation is solver error, and another solve would give the opposite violation. The
+  /// remainder is corrected at the end of the step.
+  [[nodiscard]] Slack slack() const noexcept {
+    constexpr double roundings = 8.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+    double fastest = std::abs(velocity_);
+    for (const Knot& knot : knots_) { fastest = std::max(fastest, std::abs(knot.velocity)); }
+    const double velocity =
+        tolerance_ * fastest +
+        roundings * std::max(std::abs(place_), knots_.back().depth) / step_length_;
+    Slack allowed{.velocity = velocity};
+    const auto force = [&](std::size_t row) {
+      return velocity / (step_length_ * held_.response_of(row));
+    };
+    if (contact_.tip_held) { allowed.tip = force(0); }
+    if (contact_.shaft_held) { allowed.shaft = force(contact_.tip_held ? 1 : 0); }
+    return allowed;
+  }
+  /// Predicts whether the tip cuts in an implicit step. The force of a sticking tip is extrapolated
+  /// from the last step. A tip that begins to stick must accelerate the tissue to its own velocity,
+  /// with the known compliance. If the predicted force exceeds F_c, the step begins with a cutting
+  /// tip, which avoids a second solve; update_active_set() corrects a wrong prediction.
+  void predict_cutting() noexcept {
+    if (tip_ != TipMode::stuck || !held_.learned() || !(contact_.tip_tip > 0.0)) { return; }
+    const double response = held_.response_at(at_.knot, at_.share, n_) + tool_mobility();
+    const double more = stuck_before_ ? step_tip_change_ : stopped_ / (step_length_ * response);
+    if (step_tip_force_ + more > cutting_force()) { tip_ = TipMode::cutting; }
+  }
+  /// Updates the constraint of the tip; `rate` is its velocity relative to the tissue at the end of
+  /// the step [m/s].
+  bool update_tip(double rate, const Slack& slack) noexcept {
+    const TipMode before = tip_;
+    switch (tip_) {
+      case TipMode::outside: break;
+      case TipMode::stuck:
+        if (!contact_.tip_held) { break; }
+        if (tip_force_ > cutting_force() + slack.tip) { tip_ = TipMode::cutting; }
+        if (tip_force_ < -slack.tip) { tip_ = TipMode::in_track; }
+        break;
+      case TipMode::cutting:
+      case TipMode::in_track:
+        if (tip_ == TipMode::cutting ? rate < -slack.velocity
+                                     : rate > slack.velocity && depth_begin_ >= cut_) {
+          tip_ = contact_.tip_tip > 0.0 ? TipMode::stuck : tip_;
+        }
+        break;
+    }
+    return tip_ != before;
+  }
+  bool update_shaft(double slip, const Slack& slack) noexcept {
+    if (!may_hold_shaft()) { return false; }
+    const ShaftMode before = shaft_;
+    if (shaft_ == ShaftMode::stick) {
+      if (contact_.shaft_held && std::abs(shaft_force_) > limit_ + slack.shaft) {
+        shaft_ = shaft_force_ > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+      }
+    } else if (shaft_ == ShaftMode::forward ? slip < -slack.velocity : slip > slack.velocity) {
+      shaft_ = ShaftMode::stick;
+    }
+    return shaft_ != before;
+  }
+  void change_shaft() noexcept {
+    if (!(limit_ > 0.0)) {
+      shaft_ = ShaftMode::stick;
+      shaft_force_ = 0.0;
+      slip_ = 0.0;
+      return;
+    }
+    slip_ = slip_now();
+    const bool turned = (shaft_ == ShaftMode::forward && slip_ <= 0.0) ||
+                        (shaft_ == ShaftMode::backward && slip_ >= 0.0);
+    if (turned) {
+      shaft_ = ShaftMode::stick;
+    } else if (shaft_ == ShaftMode::stick && !contact_.shaft_held) {
+      // The slip follows the force that exceeded the limit, because its own value is still rounding
+      // error. A shaft that has just reached tissue was not sticking.
+      const double sense = may_hold_shaft() && shaft_force_ != 0.0 ? shaft_force_ : slip_;
+      shaft_ = sense > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+    }
+  }
+  /// Sets the shaft's mode after a jump of the drive. The shaft slides in the direction of motion,
+  /// or sticks if its limited friction can stop the slip within the step.
+  void turn_shaft(double h) noexcept {
+    slip_ = limit_ > 0.0 ? slip_now() : 0.0;
+    const bool rests = may_hold_shaft() && std::abs(slip_) <= limit_ * contact_.shaft_shaft * h;
+    contact_.shaft_held = rests;
+    if (rests) {
+      shaft_ = ShaftMode::stick;
+    } else if (slip_ != 0.0) {
+      shaft_ = slip_ > 0.0 ? ShaftMode::forward : ShaftMode::backward;
+    }
+  }
+  [[nodiscard]] double slip_now() const noexcept {
+    double slip = velocity_;
+    for (std::size_t k = 0; k < knots_.size() && limit_ > 0.0; ++k) {
+      slip -= shaft_share_[k] * knots_[k].velocity;
+    }
+    return slip;
+  }
+  /// Reports that the tip begins to cut an interval, once for each interval and in order.
+  void enter(std::size_t interval, double t) noexcept {
+    for (std::size_t next = entered_ ? deepest_ + 1 : 0; next <= interval; ++next) {
+      const TissueRole role = path_.intervals()[next].role;
+      happen(t,
+             role == TissueRole::epidural_space ? ToolEvent::loss_of_resistance
+             : role == TissueRole::dura         ? ToolEvent::dural_puncture
+                                                : ToolEvent::puncture,
+             next);
+      deepest_ = next;
+      entered_ = true;
+    }
+  }
   /// Dissipated power of cutting and friction [W].
-  [[nodiscard]] Eigen::Vector2d dissipated_power() const noexcept;
-  void happen(double t, ToolEvent event, std::size_t interval) noexcept;
+  [[nodiscard]] Eigen::Vector2d dissipated_power() const noexcept {
+    const double slip = slip_now();
+    const double cut = cutting_force() * (velocity_ - velocity_at(at_));
+    return {tip_ == TipMode::cutting ? cut : 0.0,
+            shaft_ == ShaftMode::stick ? 0.0 : limit_ * std::abs(slip)};
+  }
   /// Cutting force F_c at the tip; its interval changes only between steps.
   [[nodiscard]] double cutting_force() const noexcept {
     return path_.intervals()[path_.interval_at(cut_)].cutting_force;
   }
-  [[nodiscard]] double tool_mobility() const noexcept;
+  [[nodiscard]] double tool_mobility() const noexcept {
+    return is_coordinate() && !at_bone_ ? 1.0 / mass_ : 0.0;
+  }
   /// Force of the hand on a tool with a coordinate [N].
-  [[nodiscard]] double hand(double t) const noexcept;
+  [[nodiscard]] double hand(double t) const noexcept {
+    const double pushed = drive_.kind == Drive::Kind::force ? hand_force(drive_, t) : 0.0;
+    return pushed + coupling_.stiffness * (handle_place_ - place_) +
+           coupling_.viscosity * (handle_velocity_ - velocity_);
+  }
 
-  NeedlePath path_;
   Drive drive_;
   Trajectory trajectory_;
   bool needle_ = true;
   Eigen::Index tool_ = -1;  ///< coordinate of the tool
   Eigen::Index stride_;     ///< between the coordinates of a node
-  double mass_ = 0.0;
   Coupling coupling_{};
-  double start_place_ = 0.0;
   Eigen::Vector3d n_;
   std::array<Eigen::Vector3d, 2> across_;  ///< unit vectors orthogonal to n and to each other
 
@@ -185,17 +862,11 @@ template <class Real> class ToolContact {
   NeedlePath::Place at_{};             ///< position of the tip between the contact points
   Contact contact_{};
 
-  TipMode tip_ = TipMode::outside;
   ShaftMode shaft_ = ShaftMode::stick;
   bool at_bone_ = false;
   bool bone_seen_ = false;
-  bool clear_ = true;     ///< the tip is off the skin by more than a rebound
-  bool present_ = false;  ///< contact was reported, and no withdrawal since
-  double place_ = 0.0;
-  double velocity_ = 0.0;
-  double depth_ = 0.0;
-  double cut_ = 0.0;
-  double slip_ = 0.0;
+  bool clear_ = true;         ///< the tip is off the skin by more than a rebound
+  bool present_ = false;      ///< contact was reported, and no withdrawal since
   double tip_force_ = 0.0;    ///< T
   double shaft_force_ = 0.0;  ///< F_f
   double bone_force_ = 0.0;
@@ -210,23 +881,17 @@ template <class Real> class ToolContact {
   double stopped_ = 0.0;  ///< velocity relative to the tissue of a tip that begins to stick [m/s]
   bool stuck_before_ = false;
   double place_begin_ = 0.0;
-  double handle_place_ = 0.0;
-  double handle_velocity_ = 0.0;
   bool predict_ = false;
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;
-  Eigen::Vector2d lag_{
-      0.0, 0.0};  ///< deceleration that tip and shaft need in an implicit step to stick [m/s^2]
+  /// Deceleration that tip and shaft need in an implicit step to stick [m/s^2].
+  Eigen::Vector2d lag_{0.0, 0.0};
   Eigen::Vector2d dissipated_power_begin_{0.0, 0.0};
   bool first_evaluation_ = false;
   double hand_power_begin_ = 0.0;
   double hand_power_end_ = 0.0;
 
   Eigen::Vector3d sideways_{0.0, 0.0, 0.0};  ///< force of the tissue on the needle [N]
-  ToolForces forces_{};
-  ToolLosses losses_{};
-  std::array<ToolHappening, 32> happenings_{};
-  std::size_t happening_count_ = 0;
 };
 
 }  // namespace palpate

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Report of a tool: modes, forces, energy losses and events.
+/// Modes, forces, energy losses and events of a tool.
 
 #include <cstddef>
 #include <string_view>
@@ -36,15 +36,11 @@ struct ToolLosses {
   double impact = 0.0;   ///< plastic impacts at contact onset and at jumps of the drive
   double jerk = 0.0;     ///< work of the hand in these impacts
   double impulse = 0.0;  ///< momentum along the tool that impacts transferred to the tissue [N s]
-  double hand = 0.0;  ///< other work of the hand: trapezoidal rule over each step, for schemes that
-                      ///< evaluate at both ends
+  double hand = 0.0;     ///< other work of the hand, by the trapezoidal rule over each step
 };
 
-/// Returns the name used in traces: "contact", "puncture", "loss-of-resistance", "bone",
-/// "dural-puncture" or "withdrawn".
+/// Returns the name used in traces, e.g. "loss-of-resistance".
 std::string_view name_of(ToolEvent event);
-
-// State of a scene's tool at one time.
 
 struct ToolMotion {
   double place = 0.0;     ///< s [m]

@@ -3,18 +3,8 @@
 /// Network with a tool, as the system of an integrator. The tool's forces are added to those of the
 /// network. Under an applied force the tool's position is the last coordinate.
 
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "model/kernels/network_system.hpp"
-#include "model/problem/scene.hpp"
-#include "model/problem/tool.hpp"
-#include "model/problem/trace.hpp"
-#include "model/stepping/integrator.hpp"
 #include "model/stepping/tool_contact.hpp"
-#include "model/stepping/tool_report.hpp"
 
 namespace palpate {
 
@@ -111,64 +101,6 @@ template <class Real> class ToolSystem final : public System<Real> {
   ToolContact<Real>& contact_;
   Instant kept_{};
   Vector<Real> kept_f_;  ///< force of the network for the kept state [N]
-};
-
-// Needle or probe in a run: contact with the tissue, syringe, and recorded values.
-
-template <class Real> class ToolRun {
- public:
-  /// Prepares the tool of a scene with a needle or a probe. `tissue` must outlive this object.
-  /// Steps of an `implicit` scheme may be repeated.
-  ToolRun(const Scene& scene, const NetworkProblem& problem, NetworkSystem<Real>& tissue,
-          bool implicit);
-  ToolRun(const ToolRun&) = delete;
-  ToolRun& operator=(const ToolRun&) = delete;
-
-  /// Adds the tool's initial state to the initial state of the tissue.
-  void begin(State<Real>& state);
-  /// Returns the system of tissue and tool.
-  [[nodiscard]] System<Real>& system() noexcept { return system_; }
-  /// Advances from t to t + h [s]. Repeats the step while it violates the contact laws of tip or
-  /// shaft.
-  void step(Integrator<Real>& integrator, State<Real>& state, double t, double h) noexcept;
-  /// Computes the contact forces of a state at a tick, not of the last stage of a step. Returns the
-  /// elastic energy [J].
-  double measure(double t, double gate, const State<Real>& state,
-                 const Vector<Real>& velocity) noexcept;
-
-  /// Columns in addition to those of the tissue, in the order of sample() and sample_text().
-  [[nodiscard]] std::vector<Column> columns() const;
-  [[nodiscard]] static std::vector<TextColumn> text_columns();
-  void sample(std::span<double> row) const noexcept;
-  /// Writes the layer and the events since the last call, and appends the events to `events`.
-  void sample_text(std::span<std::string> row, std::vector<Event>& events);
-  [[nodiscard]] ToolReport report() const noexcept;
-  [[nodiscard]] ToolMotion motion() const noexcept {
-    return {contact_.place(), contact_.velocity()};
-  }
-  [[nodiscard]] double kinetic_energy()
-      const noexcept;  ///< [J]; empty if the trajectory is prescribed
-  void move_handle(double place, double velocity) noexcept {
-    contact_.move_handle(place, velocity);
-  }
-  [[nodiscard]] std::span<const ToolHappening> happenings() const noexcept {
-    return contact_.happenings();
-  }
-  void forget_happenings() noexcept { contact_.clear_happenings(); }
-  [[nodiscard]] std::size_t memory_bytes() const noexcept;
-
- private:
-  [[nodiscard]] double damping_power(const State<Real>& state) noexcept;
-
-  NetworkSystem<Real>& tissue_;
-  ToolContact<Real> contact_;
-  ToolSystem<Real> system_;
-  std::optional<SyringePressure> syringe_;
-  bool implicit_;
-  bool audit_;
-  double damped_ = 0.0;  ///< [J]
-  State<Real> before_;   ///< start of a step that may be repeated
-  Vector<Real> scratch_;
 };
 
 }  // namespace palpate

@@ -9,7 +9,7 @@
 #include <cstdlib>
 
 #include "model/problem/rules.hpp"
-#include "model/tissue/grid_network.hpp"
+#include "model/tissue/lattice.hpp"
 
 namespace palpate {
 
@@ -216,27 +216,23 @@ void fill(const ImageVolume& image, const ImageVolume* labels, const SamplePlace
           ImageSamples& samples) {
   const Sampler sampler(image);
   const double scale = 1.0 / (samples.range.y() - samples.range.x());
-  for (int l = 0; l < samples.count[2]; ++l) {
-    for (int j = 0; j < samples.count[1]; ++j) {
-      for (int i = 0; i < samples.count[0]; ++i) {
-        const std::array<int, 3> node{i, j, l};
-        Vector3d at;
-        for (std::size_t n = 0; n < 3; ++n) {
-          const auto axis = static_cast<std::size_t>(places.map.from[n]);
-          const auto& along = places.along[axis];
-          const auto step = static_cast<std::size_t>(node[n]);
-          at(static_cast<Eigen::Index>(axis)) =
-              places.map.sign[n] > 0 ? along[step] : along[along.size() - 1 - step];
-        }
-        const double intensity = (sampler.mean(at) - samples.range.x()) * scale;
-        samples.intensity.push_back(static_cast<float>(std::clamp(intensity, 0.0, 1.0)));
-        if (labels == nullptr) { continue; }
-        const Eigen::Vector3i pixel = at.array().round().cast<int>();
-        samples.label.push_back(
-            static_cast<int>(std::lround(labels->at(pixel.x(), pixel.y(), pixel.z()))));
-      }
+  for_each_place(samples.count, [&](int i, int j, int l) {
+    const std::array<int, 3> node{i, j, l};
+    Vector3d at;
+    for (std::size_t n = 0; n < 3; ++n) {
+      const auto axis = static_cast<std::size_t>(places.map.from[n]);
+      const auto& along = places.along[axis];
+      const auto step = static_cast<std::size_t>(node[n]);
+      at(static_cast<Eigen::Index>(axis)) =
+          places.map.sign[n] > 0 ? along[step] : along[along.size() - 1 - step];
     }
-  }
+    const double intensity = (sampler.mean(at) - samples.range.x()) * scale;
+    samples.intensity.push_back(static_cast<float>(std::clamp(intensity, 0.0, 1.0)));
+    if (labels == nullptr) { return; }
+    const Eigen::Vector3i pixel = at.array().round().cast<int>();
+    samples.label.push_back(
+        static_cast<int>(std::lround(labels->at(pixel.x(), pixel.y(), pixel.z()))));
+  });
 }
 
 }  // namespace

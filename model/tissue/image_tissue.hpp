@@ -14,8 +14,7 @@
 
 namespace palpate {
 
-/// Image type, which selects the table from brightness to tissue. `literal` is the rule of the
-/// paper: bright = stiff.
+/// Table from brightness to tissue. `literal` is the rule of the paper: bright = stiff.
 enum class Weighting { t1, t2, literal };
 
 /// Brightness [0 to 1] that is mapped to a material.
@@ -24,18 +23,16 @@ struct LookupPoint {
   std::string material{};
 };
 
-/// Returns the points of a weighting, with material names of the shipped library.
 std::vector<LookupPoint> lookup_points(Weighting weighting);
 
 /// Returns the name used in scene files, e.g. "T2".
 std::string name_of(Weighting weighting);
 
-/// Monotone curve through the moduli of the points. It is constant before the first and after the
-/// last point. Between two points it is linear in log E, or in E if `linear`.
+/// Monotone curve through the moduli of the points, linear in log E, or in E if `linear`, and
+/// constant before the first and after the last point.
 class Lookup {
  public:
-  /// Builds the curve from points in order of intensity. Adds a violation to `broken` if the curve
-  /// is not monotone; the object must not be used then.
+  /// Adds a violation to `broken` if the curve is not monotone; it must not be used then.
   Lookup(const std::vector<LookupPoint>& points, const std::vector<Material>& materials,
          bool linear, std::vector<Violation>& broken);
 
@@ -51,29 +48,23 @@ class Lookup {
   bool linear_ = false;
 };
 
-// Image sampled at the nodes of a grid in the tissue frame (model/EQUATIONS.md, "Image to
-// stiffness").
-
 struct ImageRegion {
-  Eigen::Vector3d min{0.0, 0.0,
-                      0.0};  ///< from the centre of the first pixel, along x, y, z of the image [m]
+  Eigen::Vector3d min{0.0, 0.0, 0.0};  ///< in the image, from the centre of the first pixel [m]
   Eigen::Vector3d max{0.0, 0.0, 0.0};  ///< [m]
 };
 
 struct ImageSettings {
   Weighting weighting = Weighting::t2;
-  int stride = 1;                        ///< pixels between nodes within a slice
-  int slice_stride = 1;                  ///< slices between nodes
-  std::optional<double> node_spacing{};  ///< in all three directions, replaces the strides [m]
-  FileAxis inward = FileAxis::z_plus;    ///< direction of the image that points into the tissue
-  std::optional<ImageRegion> region{};   ///< empty: the whole image
-  Eigen::Vector2d percentiles{
-      1.0, 99.0};  ///< percentiles of the region's pixels that map to intensity 0 and 1 [%]
+  int stride = 1;                          ///< pixels between nodes within a slice
+  int slice_stride = 1;                    ///< slices between nodes
+  std::optional<double> node_spacing{};    ///< in all three directions, replaces the strides [m]
+  FileAxis inward = FileAxis::z_plus;      ///< direction of the image that points into the tissue
+  std::optional<ImageRegion> region{};     ///< empty: the whole image
+  Eigen::Vector2d percentiles{1.0, 99.0};  ///< of the pixels, that map to intensity 0 and 1 [%]
   std::optional<double> air{};  ///< darker pixels in front of the skin are not tissue [0 to 1]
   int connectivity = 26;
-  std::vector<LookupPoint> lookup{};  ///< replaces the points of the weighting
-  std::map<int, std::string>
-      materials{};  ///< materials of label values; other values use the lookup
+  std::vector<LookupPoint> lookup{};       ///< replaces the points of the weighting
+  std::map<int, std::string> materials{};  ///< of label values; others use the lookup
 };
 
 /// Values at the nodes; x of the tissue frame varies fastest.
@@ -85,22 +76,19 @@ struct ImageSamples {
   std::vector<int> label{};                ///< empty without labels
 };
 
-/// Samples an image. The intensity of a node is the mean of the 3 x 3 pixels of the slice around it
-/// (fewer at an edge), with linear interpolation between pixels, scaled by the percentiles. The
-/// label is that of the nearest pixel. Adds violations to `broken` if the image cannot be sampled;
-/// the result must not be used then.
+/// Samples an image. The intensity of a node is the mean of the 3 x 3 pixels of the slice around
+/// it, interpolated between pixels and scaled by the percentiles; its label is that of the nearest
+/// pixel. Adds violations to `broken` if it cannot be sampled; the result must not be used then.
 ImageSamples sample_image(const ImageVolume& image, const ImageVolume* labels,
                           const ImageSettings& settings, std::vector<Violation>& broken);
 
 /// Returns a percentile [%] with linear interpolation between the sorted values. Reorders `values`.
 double percentile(std::vector<float>& values, double percent);
 
-// Tissue from an image: one node per sample, with springs from its brightness (model/EQUATIONS.md,
-// "Image to stiffness").
-
-/// Builds the tissue. `labels` may be null; otherwise it has the shape of the image. z = 0 is the
-/// first tissue below `entry` (x and y, centred on the grid [m]). Adds violations to `broken` if
-/// the input is not valid; the result must not be used then.
+/// Builds the tissue: one node per sample, with springs from its brightness. `labels` may be null;
+/// otherwise it has the shape of the image. z = 0 is the first tissue below `entry` (x and y,
+/// centred on the grid [m]). Adds violations to `broken` if the input is not valid; the result must
+/// not be used then.
 VoxelTissue image_tissue(const ImageVolume& image, const ImageVolume* labels,
                          const ImageSettings& settings, const std::vector<Material>& materials,
                          const Eigen::Vector2d& entry, std::vector<Violation>& broken);

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "model/tissue/grid.hpp"
+
 namespace palpate {
 
 /// Image whose pixels are stored along x (a row of a slice), then y (down its columns), then z
@@ -21,12 +23,7 @@ struct ImageVolume {
   /// the head (LPS). Empty if the file does not specify it.
   std::optional<Eigen::Matrix3d> orientation{};
 
-  [[nodiscard]] std::size_t index(int i, int j, int l) const {
-    return (static_cast<std::size_t>(l) * static_cast<std::size_t>(count[1]) +
-            static_cast<std::size_t>(j)) *
-               static_cast<std::size_t>(count[0]) +
-           static_cast<std::size_t>(i);
-  }
+  [[nodiscard]] std::size_t index(int i, int j, int l) const { return grid_index(count, i, j, l); }
   [[nodiscard]] float at(int i, int j, int l) const { return value[index(i, j, l)]; }
 };
 

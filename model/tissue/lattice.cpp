@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/tissue/network_builder.hpp"
+#include "model/tissue/tissue_grid.hpp"
 
 namespace palpate {
 
@@ -32,34 +33,50 @@ int axes_spanned(const std::array<int, 3>& direction) {
   return std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
 }
 
-NodeVectors lattice_positions(const LatticeShape& shape) {
-  NodeVectors position(3, shape.node_count());
-  for (int l = 0; l < shape.nodes[2]; ++l) {
-    for (int j = 0; j < shape.nodes[1]; ++j) {
-      for (int i = 0; i < shape.nodes[0]; ++i) {
-        position.col(shape.index(i, j, l)) = shape.position(i, j, l);
-      }
-    }
-  }
-  return position;
+/// Returns a network with the positions of a lattice, its nodes free and without mass or springs.
+SpringNetwork lattice_nodes(const LatticeShape& shape) {
+  SpringNetwork network;
+  network.rest_position.resize(3, shape.node_count());
+  for_each_place(shape.nodes, [&](int i, int j, int l) {
+    network.rest_position.col(shape.index(i, j, l)) = shape.position(i, j, l);
+  });
+  network.springs = springs_of_lattice(shape, network.rest_position);
+  network.mass = Eigen::VectorXd::Zero(shape.node_count());
+  network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
+  return network;
 }
 
-/// Calls visit(place, direction index, neighbour) for the bonds of a layer's nodes, ordered by
-/// node, then by direction.
-template <class Visit> void for_each_bond(const LatticeShape& shape, int l, Visit visit) {
-  const auto bonds = bond_directions(shape.connectivity);
-  for (int j = 0; j < shape.nodes[1]; ++j) {
-    for (int i = 0; i < shape.nodes[0]; ++i) {
-      for (std::size_t d = 0; d < bonds.size(); ++d) {
-        const int ni = i + bonds[d][0];
-        const int nj = j + bonds[d][1];
-        const int nl = l + bonds[d][2];
-        const bool there =
-            ni >= 0 && nj >= 0 && ni < shape.nodes[0] && nj < shape.nodes[1] && nl < shape.nodes[2];
-        if (there) { visit(std::array{i, j, l}, d, shape.index(ni, nj, nl)); }
-      }
+/// Calls visit(place, node) for the nodes of layer l. node_at(i, j, l) returns the node at a place,
+/// or -1.
+template <class NodeAt, class Visit>
+void for_each_node(const GridCount& count, int l, NodeAt node_at, Visit visit) {
+  for_each_place({count[0], count[1], 1}, [&](int i, int j, int) {
+    const int node = node_at(i, j, l);
+    if (node >= 0) { visit(std::array{i, j, l}, node); }
+  });
+}
+
+/// Calls visit(place, node, direction index, neighbour) for the bonds of the nodes of layer l,
+/// ordered by node, then by direction.
+template <class NodeAt, class Visit>
+void for_each_bond(const GridCount& count, int l, int connectivity, NodeAt node_at, Visit visit) {
+  const auto bonds = bond_directions(connectivity);
+  for_each_node(count, l, node_at, [&](const std::array<int, 3>& at, int node) {
+    for (std::size_t d = 0; d < bonds.size(); ++d) {
+      const std::array<int, 3> to{at[0] + bonds[d][0], at[1] + bonds[d][1], at[2] + bonds[d][2]};
+      const bool there =
+          to[0] >= 0 && to[1] >= 0 && to[0] < count[0] && to[1] < count[1] && to[2] < count[2];
+      const int neighbour = there ? node_at(to[0], to[1], to[2]) : -1;
+      if (neighbour >= 0) { visit(at, node, d, neighbour); }
     }
-  }
+  });
+}
+
+/// Adds a spring with the stiffness and damping of a sum over cells.
+void add_spring(int node, int neighbour, const BondSum& bond, double rest, SpringNetwork& network) {
+  if (bond.stiffness <= 0.0) { return; }
+  network.springs.push_back({node, neighbour, bond.stiffness,
+                             bond.viscosity(network.mass(node), network.mass(neighbour)), rest});
 }
 
 /// Materials of the cells of three layers: those around a layer of nodes, and those below, which
@@ -68,35 +85,24 @@ class CellLayers {
  public:
   struct Cell {
     CellMaterial material{};
-    std::array<double, 3>
-        share{};  ///< share of a cell in an edge, a face diagonal and a body diagonal [N/m]
+    /// Share of a cell in an edge, a face diagonal and a body diagonal [N/m].
+    std::array<double, 3> share{};
   };
   using Ask = std::function<CellMaterial(int, int, int)>;
   CellLayers(const LatticeShape& shape, const Ask& cell) : shape_(shape), cell_(cell) {
-    for (auto& layer : layers_) {
-      layer.resize(static_cast<std::size_t>(shape.nodes[0] - 1) *
-                   static_cast<std::size_t>(shape.nodes[1] - 1));
-    }
+    for (auto& layer : layers_) { layer.resize(grid_index(cells_of(shape.nodes), 0, 0, 1)); }
   }
   void ask(int l) {
-    for (int j = 0; j + 1 < shape_.nodes[1]; ++j) {
-      for (int i = 0; i + 1 < shape_.nodes[0]; ++i) {
-        const CellMaterial material = cell_(i, j, l);
-        const BondStiffness k =
-            bond_stiffness(material.youngs_modulus, shape_.spacing, shape_.connectivity);
-        at(i, j, l) = {material, {k.edge / 4.0, k.face_diagonal / 2.0, k.body_diagonal}};
-      }
-    }
+    const GridCount cells = cells_of(shape_.nodes);
+    for_each_place({cells[0], cells[1], 1}, [&](int i, int j, int) {
+      const CellMaterial material = cell_(i, j, l);
+      const BondStiffness k =
+          bond_stiffness(material.youngs_modulus, shape_.spacing, shape_.connectivity);
+      at(i, j, l) = {material, {k.edge / 4.0, k.face_diagonal / 2.0, k.body_diagonal}};
+    });
   }
   Cell& at(int i, int j, int l) {
-    return layers_[static_cast<std::size_t>(l % 3)]
-                  [static_cast<std::size_t>(j * (shape_.nodes[0] - 1) + i)];
-  }
-  /// Calls visit(cell); see for_each_cell_around().
-  template <class Visit>
-  void around(const std::array<int, 3>& node, const std::array<int, 3>& step, Visit visit) {
-    for_each_cell_around(shape_.nodes, node, step,
-                         [&](int i, int j, int l) { visit(at(i, j, l)); });
+    return layers_[static_cast<std::size_t>(l % 3)][grid_index(cells_of(shape_.nodes), i, j, 0)];
   }
 
  private:
@@ -104,19 +110,6 @@ class CellLayers {
   const Ask& cell_;
   std::array<std::vector<Cell>, 3> layers_{};
 };
-
-/// Adds an eighth of each cell's mass to each of its nodes.
-void add_masses(const LatticeShape& shape, int l, CellLayers& cells, Eigen::VectorXd& mass) {
-  const double volume = shape.spacing * shape.spacing * shape.spacing;
-  for (int j = 0; j < shape.nodes[1]; ++j) {
-    for (int i = 0; i < shape.nodes[0]; ++i) {
-      double& own = mass(shape.index(i, j, l));
-      cells.around({i, j, l}, {0, 0, 0}, [&](const CellLayers::Cell& one) {
-        own += one.material.density * volume / 8.0;
-      });
-    }
-  }
-}
 
 /// Tolerance on positions in a regular lattice, relative to its extent.
 constexpr double regular = 1e-12;
@@ -193,50 +186,93 @@ std::span<const std::array<int, 3>> bond_directions(int connectivity) {
 
 SpringNetwork cell_lattice(const LatticeShape& shape,
                            const std::function<CellMaterial(int, int, int)>& cell) {
-  SpringNetwork network;
-  network.rest_position = lattice_positions(shape);
-  network.springs = springs_of_lattice(shape, network.rest_position);
-  network.mass = Eigen::VectorXd::Zero(shape.node_count());
-  network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
-  CellLayers cells(shape, cell);
-  cells.ask(0);
-  add_masses(shape, 0, cells, network.mass);
+  SpringNetwork network = lattice_nodes(shape);
+  const double volume = shape.spacing * shape.spacing * shape.spacing;
   const auto directions = bond_directions(shape.connectivity);
+  const auto node_at = [&](int i, int j, int l) { return shape.index(i, j, l); };
+  CellLayers cells(shape, cell);
+  const auto add_masses = [&](int l) {
+    for_each_node(shape.nodes, l, node_at, [&](const std::array<int, 3>& at, int node) {
+      for_each_cell_around(shape.nodes, at, {0, 0, 0}, [&](int i, int j, int k) {
+        network.mass(node) += cells.at(i, j, k).material.density * volume / 8.0;
+      });
+    });
+  };
+  cells.ask(0);
+  add_masses(0);
   for (int l = 0; l < shape.nodes[2]; ++l) {
     if (l + 2 < shape.nodes[2]) { cells.ask(l + 1); }
-    if (l + 1 < shape.nodes[2]) { add_masses(shape, l + 1, cells, network.mass); }
-    for_each_bond(shape, l, [&](const std::array<int, 3>& place, std::size_t d, int neighbour) {
-      BondSum bond;
-      const auto kind = static_cast<std::size_t>(axes_spanned(directions[d]) - 1);
-      cells.around(place, directions[d],
-                   [&](const CellLayers::Cell& one) { bond.add(one.share[kind], one.material); });
-      if (bond.stiffness <= 0.0) { return; }
-      const int node = shape.index(place[0], place[1], place[2]);
-      network.springs.push_back({node, neighbour, bond.stiffness,
-                                 bond.viscosity(network.mass(node), network.mass(neighbour)),
-                                 shape.bond_length(directions[d])});
-    });
+    if (l + 1 < shape.nodes[2]) { add_masses(l + 1); }
+    for_each_bond(shape.nodes, l, shape.connectivity, node_at,
+                  [&](const std::array<int, 3>& at, int node, std::size_t d, int neighbour) {
+                    BondSum bond;
+                    const auto kind = static_cast<std::size_t>(axes_spanned(directions[d]) - 1);
+                    for_each_cell_around(shape.nodes, at, directions[d], [&](int i, int j, int k) {
+                      const CellLayers::Cell& one = cells.at(i, j, k);
+                      bond.add(one.share[kind], one.material);
+                    });
+                    add_spring(node, neighbour, bond, shape.bond_length(directions[d]), network);
+                  });
   }
   return network;
 }
 
 SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, double viscosity,
                               double node_mass) {
-  SpringNetwork network;
-  network.rest_position = lattice_positions(shape);
-  network.springs = springs_of_lattice(shape, network.rest_position);
-  network.mass = Eigen::VectorXd::Constant(shape.node_count(), node_mass);
-  network.fixed.assign(static_cast<std::size_t>(shape.node_count()), 0);
+  SpringNetwork network = lattice_nodes(shape);
+  network.mass.setConstant(node_mass);
   const auto directions = bond_directions(shape.connectivity);
-  std::array<double, 13> rest{};
-  for (std::size_t d = 0; d < directions.size(); ++d) {
-    rest[d] = shape.bond_length(directions[d]);
-  }
+  const auto node_at = [&](int i, int j, int l) { return shape.index(i, j, l); };
   for (int l = 0; l < shape.nodes[2]; ++l) {
-    for_each_bond(shape, l, [&](const std::array<int, 3>& place, std::size_t d, int neighbour) {
-      network.springs.push_back(
-          {shape.index(place[0], place[1], place[2]), neighbour, stiffness, viscosity, rest[d]});
+    for_each_bond(shape.nodes, l, shape.connectivity, node_at,
+                  [&](const std::array<int, 3>&, int node, std::size_t d, int neighbour) {
+                    network.springs.push_back(
+                        {node, neighbour, stiffness, viscosity, shape.bond_length(directions[d])});
+                  });
+  }
+  return network;
+}
+
+SpringNetwork grid_network(
+    const NodeGrid& nodes, int connectivity,
+    const std::function<const CellMaterial*(int, int, int, int, int)>& cell) {
+  SpringNetwork network;
+  const auto count = std::ranges::count_if(nodes.node, [](int node) { return node >= 0; });
+  network.rest_position.resize(3, count);
+  network.mass = Eigen::VectorXd::Zero(count);
+  network.fixed.assign(static_cast<std::size_t>(count), 0);
+  const double volume = nodes.spacing.prod();
+  const auto node_at = [&](int i, int j, int l) { return nodes.at(i, j, l); };
+  for (int layer = 0; layer < nodes.count[2]; ++layer) {
+    for_each_node(nodes.count, layer, node_at, [&](const std::array<int, 3>& at, int node) {
+      network.rest_position.col(node) = nodes.place(at[0], at[1], at[2]);
+      for_each_cell_around(nodes.count, at, {0, 0, 0}, [&](int i, int j, int l) {
+        const CellMaterial* material = cell(i, j, l, node, node);
+        if (material != nullptr) { network.mass(node) += material->density * volume / 8.0; }
+      });
     });
+  }
+  if (count == static_cast<std::ptrdiff_t>(nodes.node.size())) {
+    network.springs =
+        springs_of_lattice({nodes.count, nodes.spacing.x(), connectivity}, network.rest_position);
+  }
+  const BoxBonds bonds = box_bonds(nodes.spacing, connectivity);
+  const auto directions = bond_directions(connectivity);
+  for (int layer = 0; layer < nodes.count[2]; ++layer) {
+    for_each_bond(
+        nodes.count, layer, connectivity, node_at,
+        [&](const std::array<int, 3>& at, int node, std::size_t d, int neighbour) {
+          const auto& step = directions[d];
+          const int axes = axes_spanned(step);
+          const double share = bonds.stiffness[d] / (axes == 1 ? 4.0 : axes == 2 ? 2.0 : 1.0);
+          BondSum bond;
+          for_each_cell_around(nodes.count, at, step, [&](int i, int j, int l) {
+            const CellMaterial* material = cell(i, j, l, node, neighbour);
+            if (material != nullptr) { bond.add(share * material->youngs_modulus, *material); }
+          });
+          const Eigen::Vector3d offset(step[0], step[1], step[2]);
+          add_spring(node, neighbour, bond, nodes.spacing.cwiseProduct(offset).norm(), network);
+        });
   }
   return network;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Sum over the cells around a bond (model/EQUATIONS.md, "Material to springs").
+/// Lattices and grids built cell by cell (model/EQUATIONS.md, "Material to springs", "Springs of a
+/// box").
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -12,6 +12,7 @@
 
 #include "model/problem/scene.hpp"
 #include "model/problem/spring_network.hpp"
+#include "model/tissue/grid.hpp"
 
 namespace palpate {
 
@@ -23,8 +24,7 @@ struct CellMaterial {
   std::optional<double> viscosity{};  ///< per spring, overrides damping_ratio [N s/m]
 };
 
-/// Sum over the cells of a bond. Stiffness is additive; damping is the mean of the cells weighted
-/// by their stiffness.
+/// Sum over the cells of a bond; damping is their mean weighted by stiffness.
 struct BondSum {
   double stiffness = 0.0;
   double damping_ratio_sum = 0.0;  ///< weighted by stiffness
@@ -46,42 +46,18 @@ struct BondSum {
   }
 };
 
-// Cells of a grid around a bond between two of its nodes.
-
-/// Calls visit(i, j, l) for the cells that contain both the node at `a` and the node at a + step,
-/// in order of their index. Cell (i, j, l) has node (i, j, l) at its corner of least coordinates.
-/// `nodes` is the number of grid nodes along each axis.
-template <class Visit>
-void for_each_cell_around(const std::array<int, 3>& nodes, const std::array<int, 3>& a,
-                          const std::array<int, 3>& step, Visit visit) {
-  std::array<int, 3> low{};
-  std::array<int, 3> high{};
-  for (std::size_t n = 0; n < 3; ++n) {
-    low[n] = std::max(step[n] == 1 ? a[n] : a[n] - 1, 0);
-    high[n] = std::min(step[n] == -1 ? a[n] - 1 : a[n], nodes[n] - 2);
-  }
-  for (int l = low[2]; l <= high[2]; ++l) {
-    for (int j = low[1]; j <= high[1]; ++j) {
-      for (int i = low[0]; i <= high[0]; ++i) { visit(i, j, l); }
-    }
-  }
-}
-
-// Regular lattices, built cell by cell (model/EQUATIONS.md, "Material to springs").
-
 /// Returns an empty list of springs for a lattice with nodes at `position`.
 SpringList springs_of_lattice(const LatticeShape& shape, const NodeVectors& position);
 
-/// Adds the lattice structure to a network if its nodes and springs are those of a regular lattice
-/// to rounding error.
+/// Adds the lattice structure to a network that is a regular lattice to rounding error.
 void recognise_lattice(SpringNetwork& network);
 
 /// Returns the offsets (i, j, l) of the neighbours with a higher index: 3, 9 or 13 of them.
 std::span<const std::array<int, 3>> bond_directions(int connectivity);
 
-/// Builds a lattice from its cells. Each cell contributes k1/4 to its edges, k2/2 to its face
-/// diagonals, k3 to its body diagonals and an eighth of its mass to each corner; contributions to
-/// shared members add up. cell(i, j, l) is called once per cell.
+/// Builds a lattice from its cells: k1/4 of each for its edges, k2/2 for its face diagonals, k3 for
+/// its body diagonals and an eighth of its mass for each corner. cell(i, j, l) is called once per
+/// cell.
 SpringNetwork cell_lattice(const LatticeShape& shape,
                            const std::function<CellMaterial(int, int, int)>& cell);
 
@@ -89,25 +65,29 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
 SpringNetwork uniform_lattice(const LatticeShape& shape, double stiffness, double viscosity,
                               double node_mass);
 
-// Springs of a grid whose boxes need not be cubes (model/EQUATIONS.md, "Springs of a box").
+struct NodeGrid;  // tissue_grid.hpp
 
-/// Stiffness of complete bonds per unit of Young's modulus [m], in the order of bond_directions():
-/// edges, face diagonals, body diagonals. A box contributes a quarter of each edge and half of each
-/// face diagonal.
+/// Builds the network of the existing nodes of a grid. Each bond is the sum over the cells around
+/// it (model/EQUATIONS.md, "Material to springs", "Springs of a box"). cell(i, j, l, a, b) returns
+/// the material of a cell for the bond between network nodes a and b, or null if the cell is empty;
+/// with a == b the material is used for the mass of that node. No node may be without mass.
+SpringNetwork grid_network(const NodeGrid& nodes, int connectivity,
+                           const std::function<const CellMaterial*(int, int, int, int, int)>& cell);
+
+/// Stiffness of complete bonds per unit of Young's modulus [m], in the order of bond_directions().
 struct BoxBonds {
   std::array<double, 13> stiffness{};
-  Eigen::Matrix3d elasticity =
-      Eigen::Matrix3d::Zero();  ///< C_nn and C_nm of axes n, m per unit of E [1]
+  /// C_nn and C_nm of axes n, m per unit of E [1].
+  Eigen::Matrix3d elasticity = Eigen::Matrix3d::Zero();
 
-  /// Returns the Young's modulus of the homogenised grid along each axis per unit of the requested
-  /// E [1].
+  /// Returns the Young's moduli of the homogenised grid along its axes per unit of E [1].
   [[nodiscard]] Eigen::Vector3d youngs_moduli() const;
 };
 
-/// Computes the bonds of a box with these edges [m]. For cubes they equal bond_stiffness(). The
-/// grid is isotropic (nu = 1/4) if non-negative constants allow it: for 26 neighbours up to an edge
-/// ratio of about 1.7. Beyond that, the constants minimise the least-squares error of C_nm, and
-/// `elasticity` is the result. 6 neighbours give C_nn = E and no shear stiffness.
+/// Computes the bonds of a box with these edges [m], for cubes those of bond_stiffness(). The grid
+/// is isotropic (nu = 1/4) if non-negative constants allow it: for 26 neighbours up to an edge
+/// ratio of about 1.7; beyond that, they minimise the least-squares error of C_nm. 6 neighbours
+/// give C_nn = E and no shear stiffness.
 BoxBonds box_bonds(const Eigen::Vector3d& size, int connectivity);
 
 }  // namespace palpate

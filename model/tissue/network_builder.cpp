@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "model/problem/problem.hpp"
-#include "model/tissue/grid_network.hpp"
 #include "model/tissue/lattice.hpp"
 #include "model/tissue/tissue_grid.hpp"
 #include "model/tissue/voxel_tissue.hpp"
@@ -28,15 +27,11 @@ SpringNetwork build_beneath_skin(const Scene& scene) {
   const BlockBeneathSkin block = block_beneath_skin(scene);
   const NodeGrid& nodes = block.nodes;
   std::vector<std::optional<CellMaterial>> cells(nodes.node.size());
-  for (int l = 0; l + 1 < nodes.count[2]; ++l) {
-    for (int j = 0; j + 1 < nodes.count[1]; ++j) {
-      for (int i = 0; i + 1 < nodes.count[0]; ++i) {
-        if (!block.holds(i, j, l)) { continue; }
-        cells[nodes.index(i, j, l)] =
-            cell_material(scene, {.low = nodes.place(i, j, l), .size = nodes.spacing.z()});
-      }
-    }
-  }
+  for_each_place(cells_of(nodes.count), [&](int i, int j, int l) {
+    if (!block.holds(i, j, l)) { return; }
+    cells[nodes.index(i, j, l)] =
+        cell_material(scene, {.low = nodes.place(i, j, l), .size = nodes.spacing.z()});
+  });
   return grid_network(nodes, scene.tissue.block.connectivity, [&](int i, int j, int l, int, int) {
     const std::optional<CellMaterial>& cell = cells[nodes.index(i, j, l)];
     return cell ? &*cell : nullptr;

@@ -271,8 +271,8 @@ class Checker : private Rules {
 
  private:
   void known_material(const std::string& name, std::string key) {
-    must(std::ranges::find(scene_.materials, name, &Material::name) != scene_.materials.end(),
-         std::move(key), unknown_material(name, scene_.materials));
+    must(find_material(scene_.materials, name) != nullptr, std::move(key),
+         unknown_material(name, scene_.materials));
   }
 
   void check_simulation() {

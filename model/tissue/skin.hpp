@@ -47,22 +47,17 @@ class Skin {
 /// that are not finite or exceed 10 m (usually a file in other units). Empty for a valid surface.
 std::optional<std::string> skin_defect(const TriangleSurface& surface);
 
-// Points of a surface that move with the tissue (model/EQUATIONS.md, "A surface in the tissue").
-
-/// Surface point whose displacement is the weighted mean of the displacements of four nodes.
+/// Surface point that moves with the weighted mean of four nodes (model/EQUATIONS.md, "A surface in
+/// the tissue").
 struct EmbeddedPoint {
-  std::array<int, 4> node{
-      -1, -1, -1,
-      -1};  ///< nodes of the network; -1: the point is too far from the tissue and does not move
-  std::array<double, 4>
-      weight{};  ///< barycentric weights in a tetrahedron of the cell: >= 0, sum to one
+  std::array<int, 4> node{-1, -1, -1, -1};  ///< -1: too far from the tissue, does not move
+  std::array<double, 4> weight{};           ///< barycentric: >= 0, sum to one
 
   [[nodiscard]] bool follows() const { return node[0] >= 0; }
 };
 
-/// Embeds points in the grid. A point inside a cell with eight existing nodes uses its position in
-/// that cell. A point outside, but within `reach` spacings of a cell, uses the nearest position in
-/// the nearest cell.
+/// Embeds points in cells with eight existing nodes. A point outside, but within `reach` spacings
+/// of a cell, uses the nearest position in the nearest cell.
 std::vector<EmbeddedPoint> embed(const NodeVectors& points, const NodeGrid& grid, int reach = 2);
 
 /// Returns the points after the nodes have moved from `rest` to `position` [m].

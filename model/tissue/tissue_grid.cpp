@@ -180,16 +180,10 @@ BlockBeneathSkin block_beneath_skin(const Scene& scene) {
     column.begin -= above;
     column.end -= above;
   }
-  for (int l = 0; l + 1 < grid.count[2]; ++l) {
-    for (int j = 0; j + 1 < grid.count[1]; ++j) {
-      for (int i = 0; i + 1 < grid.count[0]; ++i) {
-        if (!block.holds(i, j, l)) { continue; }
-        for (int corner = 0; corner < 8; ++corner) {
-          grid.node[grid.index(i + (corner & 1), j + ((corner >> 1) & 1), l + (corner >> 2))] = 0;
-        }
-      }
-    }
-  }
+  for_each_place(cells_of(grid.count), [&](int i, int j, int l) {
+    if (!block.holds(i, j, l)) { return; }
+    for_each_corner(i, j, l, [&](int b, int c, int d) { grid.node[grid.index(b, c, d)] = 0; });
+  });
   number_nodes(grid);
   return block;
 }

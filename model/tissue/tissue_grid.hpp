@@ -19,12 +19,7 @@ struct NodeGrid {
   std::array<int, 3> count{0, 0, 0};
   std::vector<int> node{};  ///< node of the network per grid point, x fastest; -1: no node
 
-  [[nodiscard]] std::size_t index(int i, int j, int l) const {
-    return (static_cast<std::size_t>(l) * static_cast<std::size_t>(count[1]) +
-            static_cast<std::size_t>(j)) *
-               static_cast<std::size_t>(count[0]) +
-           static_cast<std::size_t>(i);
-  }
+  [[nodiscard]] std::size_t index(int i, int j, int l) const { return grid_index(count, i, j, l); }
   [[nodiscard]] int at(int i, int j, int l) const { return node[index(i, j, l)]; }
   [[nodiscard]] Eigen::Vector3d place(int i, int j, int l) const {
     return first + spacing.cwiseProduct(Eigen::Vector3d(i, j, l));
@@ -34,15 +29,13 @@ struct NodeGrid {
 /// Numbers the existing nodes in the order of the grid points.
 void number_nodes(NodeGrid& grid);
 
-/// Returns the depth along z at which tissue begins below a point of the skin [m]; empty if there
-/// is no tissue.
+/// Returns the depth along z at which tissue begins below a point [m]; empty without tissue.
 std::optional<double> skin_depth(const NodeGrid& grid, const Eigen::Vector2d& at);
 
 /// Returns the nodes without a node above them in their column, in order of their index.
 std::vector<int> skin_nodes(const NodeGrid& grid);
 
-/// Intersection of the line origin + xi n with a plane of nodes: depth, and the surrounding nodes
-/// with bilinear weights.
+/// Intersection of the line origin + xi n with a plane of nodes, which have bilinear weights.
 struct PlaneCrossing {
   double depth = 0.0;  ///< [m]
   std::vector<NeedlePath::Support> supports{};
@@ -50,26 +43,22 @@ struct PlaneCrossing {
 std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Eigen::Vector3d& origin,
                                            const Eigen::Vector3d& direction);
 
-// Grid of the nodes of a scene's tissue.
-
-/// Returns the block of layers below a flat skin. The number of cells in depth approximates the
-/// total thickness best.
+/// Returns the block of layers below a flat skin, as close to the total thickness as possible.
 LatticeShape block_shape(const Scene& scene);
 
 /// Returns true if the layers follow a skin that need not be flat.
 bool layers_follow_skin(const Scene& scene);
 
-/// Cells of a block whose centre is below the skin, from the highest point of the skin above the
-/// block down to the bottom of a flat block or of the body (model/EQUATIONS.md, "Layers beneath a
-/// skin").
+/// Cells of a block whose centre is below the skin, down to the bottom of a flat block or of the
+/// body (model/EQUATIONS.md, "Layers beneath a skin").
 struct BlockBeneathSkin {
   NodeGrid nodes{};  ///< empty if no part of the skin is above the block
   struct Column {
     int begin = 0;
     int end = 0;
   };
-  std::vector<Column>
-      columns{};  ///< tissue cells of each column, [begin, end) in planes of `nodes`; x fastest
+  /// Tissue cells of each column, [begin, end) in planes of `nodes`; x fastest.
+  std::vector<Column> columns{};
 
   [[nodiscard]] bool holds(int i, int j, int l) const {
     const Column& column =
@@ -81,8 +70,7 @@ struct BlockBeneathSkin {
   [[nodiscard]] double covered() const;
 };
 
-/// Builds the block of a scene whose layers follow a skin. The grid must not exceed `most_nodes` of
-/// scene_check.hpp.
+/// Builds the block of a scene whose layers follow a skin.
 BlockBeneathSkin block_beneath_skin(const Scene& scene);
 
 /// Returns the number of grid points of block_beneath_skin, including empty ones.
@@ -91,12 +79,8 @@ double places_beneath_skin(const Scene& scene);
 /// Returns the grid of a tissue whose skin need not be flat; empty for other tissues.
 std::optional<NodeGrid> uneven_grid(const Scene& scene);
 
-/// Returns the grid with the nodes numbered as in build_network(scene). Empty for a bare network
-/// and for an oscillator.
+/// Returns the grid with the nodes of build_network(scene); empty for a bare network or oscillator.
 std::optional<NodeGrid> tissue_grid(const Scene& scene);
-
-// Material at each position of a scene's lattice or layered block (model/EQUATIONS.md, "Material to
-// springs").
 
 struct LatticeCell {
   Eigen::Vector3d low{0.0, 0.0, 0.0};  ///< corner of least coordinates [m]
@@ -112,21 +96,19 @@ struct LatticeCell {
 /// Returns the depth of a point below the skin that the layers follow [m]; negative above it.
 double depth_in_layers(const Scene& scene, const Eigen::Vector3d& point);
 
-/// Returns the layer at a depth: the first layer above the skin, the last layer below all others.
-/// The scene must have layers.
+/// Returns the layer at a depth: the first above the skin, the last below all others.
 std::size_t layer_at(const std::vector<Layer>& layers, double depth);
 
-/// Returns the mean material over the depth of the cell, from the layers that it crosses or from
-/// the lattice. If inclusions contain its centre, the last of them sets the material. Bone is used
-/// only if all corners are in bone: it is rigid and fixed, so its modulus must not act on a movable
-/// node.
+/// Returns the mean material over the depth of the cell. The last inclusion that contains its
+/// centre sets the material. Bone is used only if all corners are in bone: it is fixed, so its
+/// modulus must not act on a movable node.
 CellMaterial cell_material(const Scene& scene, const LatticeCell& cell);
 
 /// Returns true if the inclusion, enlarged by `margin` on every side, contains the point [m].
 bool contains(const Inclusion& body, const Eigen::Vector3d& point, double margin = 0.0);
 
-/// Returns true if a layer or inclusion of bone contains the point, with a tolerance of 1e-9 m at
-/// surfaces. A later inclusion of softer tissue removes only its interior from the bone.
+/// Returns true if bone contains the point, to 1e-9 m. A later inclusion of softer tissue removes
+/// only its interior from the bone.
 bool in_bone(const Scene& scene, const Eigen::Vector3d& point);
 
 /// Returns true if any layer or inclusion is bone.

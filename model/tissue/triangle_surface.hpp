@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Closed surfaces of triangles, and volume integrals of the enclosed solid by the divergence
-/// theorem (model/EQUATIONS.md, "Voxels of a surface").
+/// Closed surfaces of triangles (model/EQUATIONS.md, "Voxels of a surface").
 
 #include <Eigen/Core>
 #include <array>
@@ -30,17 +29,14 @@ struct SolidMoments {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centroid [m^5]
 };
 
-/// Returns the moments of a closed surface, exact to rounding: sums over tetrahedra from its first
-/// vertex.
+/// Returns the moments of a closed surface: sums over tetrahedra from its first vertex.
 SolidMoments moments_of(const TriangleSurface& surface);
 
 /// Merges vertices of equal coordinates and removes triangles that use a vertex twice.
 void weld(TriangleSurface& surface);
 
-/// Returns the first defect of a closed surface as text with its vertex, edge or face (counted from
-/// 0 after welding) and its position [m]. Defects are coordinates that are not finite, a missing
-/// vertex, an open edge, inconsistent orientation, two intersecting faces, and a surface that is
-/// inside out. Empty for a valid surface.
+/// Returns the first defect of a closed surface with its place: coordinates that are not finite, a
+/// missing vertex, an open edge, inconsistent orientation, intersecting faces, inside out.
 std::optional<std::string> surface_defect(const TriangleSurface& surface);
 
 /// Returns two faces without a common edge that intersect by more than rounding error.

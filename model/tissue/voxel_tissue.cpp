@@ -8,7 +8,7 @@
 #include <span>
 
 #include "model/problem/rules.hpp"
-#include "model/tissue/grid_network.hpp"
+#include "model/tissue/lattice.hpp"
 
 namespace palpate {
 
@@ -195,16 +195,12 @@ SolidMoments moments_of(const VoxelBody& body, const BoxGrid& grid) {
   SolidMoments solid{.volume = body.volume};
   Vector3d first = Vector3d::Zero();
   Matrix3d second = Matrix3d::Zero();
-  for (int l = 0; l < grid.count[2]; ++l) {
-    for (int j = 0; j < grid.count[1]; ++j) {
-      for (int i = 0; i < grid.count[0]; ++i) {
-        if (body.inside[grid.index(i, j, l)] == 0) { continue; }
-        const Vector3d at = grid.size.cwiseProduct(Vector3d(i + 0.5, j + 0.5, l + 0.5));
-        first += at;
-        second += at * at.transpose();
-      }
-    }
-  }
+  for_each_place(grid.count, [&](int i, int j, int l) {
+    if (body.inside[grid.index(i, j, l)] == 0) { return; }
+    const Vector3d at = grid.size.cwiseProduct(Vector3d(i + 0.5, j + 0.5, l + 0.5));
+    first += at;
+    second += at * at.transpose();
+  });
   if (body.voxel_count == 0) { return solid; }
   const auto count = static_cast<double>(body.voxel_count);
   const Vector3d mean = first / count;
@@ -392,17 +388,12 @@ class MeshVoxels {
     const std::uint16_t code =
         materials_.code_of(s.material, "tissue.mesh.surround.material", broken_);
     const BoxGrid& grid = tissue_.boxes;
-    for (int l = 0; l < grid.count[2]; ++l) {
-      for (int j = 0; j < grid.count[1]; ++j) {
-        for (int i = 0; i < grid.count[0]; ++i) {
-          const Vector3d centre =
-              grid.low + grid.size.cwiseProduct(Vector3d(i + 0.5, j + 0.5, l + 0.5));
-          const bool inside =
-              (centre - s.min).minCoeff() > 0.0 && (s.max - centre).minCoeff() > 0.0;
-          if (inside) { tissue_.material[grid.index(i, j, l)] = code; }
-        }
-      }
-    }
+    for_each_place(grid.count, [&](int i, int j, int l) {
+      const Vector3d centre =
+          grid.low + grid.size.cwiseProduct(Vector3d(i + 0.5, j + 0.5, l + 0.5));
+      const bool inside = (centre - s.min).minCoeff() > 0.0 && (s.max - centre).minCoeff() > 0.0;
+      if (inside) { tissue_.material[grid.index(i, j, l)] = code; }
+    });
   }
 
   void fill_bodies() {
@@ -444,17 +435,10 @@ class MeshVoxels {
     nodes.spacing = boxes.size;
     nodes.count = {boxes.count[0] + 1, boxes.count[1] + 1, boxes.count[2] + 1};
     nodes.node.assign(nodes.index(0, 0, nodes.count[2]), -1);
-    for (int l = 0; l < boxes.count[2]; ++l) {
-      for (int j = 0; j < boxes.count[1]; ++j) {
-        for (int i = 0; i < boxes.count[0]; ++i) {
-          if (tissue_.material[boxes.index(i, j, l)] == 0) { continue; }
-          for (int corner = 0; corner < 8; ++corner) {
-            nodes.node[nodes.index(i + (corner & 1), j + ((corner >> 1) & 1), l + (corner >> 2))] =
-                0;
-          }
-        }
-      }
-    }
+    for_each_place(boxes.count, [&](int i, int j, int l) {
+      if (tissue_.material[boxes.index(i, j, l)] == 0) { return; }
+      for_each_corner(i, j, l, [&](int a, int b, int c) { nodes.node[nodes.index(a, b, c)] = 0; });
+    });
     palpate::number_nodes(nodes);
   }
 
@@ -466,13 +450,12 @@ class MeshVoxels {
                                          tissue_.material[boxes.index(i, j, l)];
                                      return code == 0 ? nullptr : &materials_.cell(code);
                                    });
-    grid::for_each_node(tissue_.nodes, [&](const std::array<int, 3>& at, int node) {
-      for_each_cell_around(tissue_.nodes.count, at, {0, 0, 0}, [&](int i, int j, int l) {
-        const std::size_t box = boxes.index(i, j, l);
-        const bool held = owner_[box] >= 0 && bodies_[static_cast<std::size_t>(owner_[box])].fixed;
-        if (held || materials_.bone(tissue_.material[box])) {
-          tissue_.network.fixed[static_cast<std::size_t>(node)] = 1;
-        }
+    for_each_place(boxes.count, [&](int i, int j, int l) {
+      const std::size_t box = boxes.index(i, j, l);
+      const bool held = owner_[box] >= 0 && bodies_[static_cast<std::size_t>(owner_[box])].fixed;
+      if (!held && !materials_.bone(tissue_.material[box])) { return; }
+      for_each_corner(i, j, l, [&](int a, int b, int c) {
+        tissue_.network.fixed[static_cast<std::size_t>(tissue_.nodes.at(a, b, c))] = 1;
       });
     });
   }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Conversion of a closed surface to the cubic cells inside it (model/EQUATIONS.md, "Voxels of a
-/// surface").
+/// Tissue from closed surfaces and images, as boxes of material (model/EQUATIONS.md, "Voxels of a
+/// surface", "Image to stiffness").
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -28,12 +29,7 @@ struct BoxGrid {
     return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) *
            static_cast<std::size_t>(count[2]);
   }
-  [[nodiscard]] std::size_t index(int i, int j, int l) const {
-    return (static_cast<std::size_t>(l) * static_cast<std::size_t>(count[1]) +
-            static_cast<std::size_t>(j)) *
-               static_cast<std::size_t>(count[0]) +
-           static_cast<std::size_t>(i);
-  }
+  [[nodiscard]] std::size_t index(int i, int j, int l) const { return grid_index(count, i, j, l); }
   [[nodiscard]] bool holds(int i, int j, int l) const {
     return i >= 0 && j >= 0 && l >= 0 && i < count[0] && j < count[1] && l < count[2];
   }
@@ -50,18 +46,13 @@ struct VoxelBody {
   double volume = 0.0;  ///< of the voxels [m^3]
 };
 
-/// Returns the cells whose centre is inside the surface. Each row of cells uses the winding number
-/// of the crossings before the centre. The side tests use exact integers in units of 2^-n voxels,
-/// so that a row through a vertex or along an edge counts it once. The cells are then connected
-/// over 26 neighbours to find the components. The surface must have passed surface_defect.
+/// Returns the cells whose centre is inside a surface that has passed surface_defect, by the
+/// winding number of the crossings before the centre. Side tests use exact integers in units of
+/// 2^-n voxels, so that a row through a vertex or along an edge counts it once.
 VoxelBody voxelise(const TriangleSurface& surface, const BoxGrid& grid);
 
 /// Returns volume, centroid and inertia of the cells, each a homogeneous cube.
 SolidMoments moments_of(const VoxelBody& body, const BoxGrid& grid);
-
-// Patient-specific tissue: boxes of material on a grid, and the network of their corners or centres
-// (model/EQUATIONS.md, "Voxels of a surface", "Image to stiffness"). It is built once when a scene
-// is read (mesh_tissue(), image_tissue()) and shared by all copies of the scene.
 
 /// Voxelisation report of one surface.
 struct BodyFacts {
@@ -84,12 +75,13 @@ struct ImageFacts {
   std::size_t labelled_nodes = 0;
 };
 
+/// Patient-specific tissue: boxes of material on a grid, and the network of their corners or
+/// centres. It is built once when a scene is read and shared by all copies of the scene.
 struct VoxelTissue {
   SpringNetwork network{};  ///< nodes of bone and of fixed bodies are fixed
   NodeGrid nodes{};
   BoxGrid boxes{};
-  std::vector<std::uint16_t>
-      material{};  ///< per box; 0: empty, otherwise index into materials plus one
+  std::vector<std::uint16_t> material{};  ///< per box: index into materials plus one; 0: empty
   std::vector<std::string> materials{};
   double thinnest = 0.0;              ///< thinner layers along a needle are treated as noise [m]
   std::vector<BodyFacts> bodies{};    ///< of meshes
@@ -97,16 +89,45 @@ struct VoxelTissue {
   std::vector<float> intensity{};     ///< of an image, 0 to 1, per place of `nodes`
 };
 
-/// Returns the materials of the boxes that the line origin + xi n crosses from `first` on; the last
-/// one is unbounded. Intervals thinner than `thinnest`, except bone, are merged into the layer
-/// before. Empty boxes are labelled "gap". A gap of up to two boxes at the skin is merged into the
-/// soft tissue after it.
+/// Returns the materials along the line origin + xi n from `first` on; the last one is unbounded.
+/// Intervals thinner than `thinnest`, except bone, are merged into the layer before. Empty boxes
+/// are labelled "gap"; one of up to two boxes at the skin is merged into the soft tissue after it.
 std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue,
                                           const std::vector<Material>& materials,
                                           const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double first);
 
-// Tissue from closed surfaces with one material each (model/EQUATIONS.md, "Voxels of a surface").
+/// Codes of the materials of a voxel tissue; each material has one code.
+class VoxelMaterials {
+ public:
+  explicit VoxelMaterials(const std::vector<Material>& known) : known_(known) {}
+
+  /// Returns the code of a material; 0 with a violation of `key` for an unknown name.
+  std::uint16_t code_of(const std::string& name, const std::string& key,
+                        std::vector<Violation>& broken) {
+    const auto used = std::ranges::find(names_, name);
+    if (used != names_.end()) { return static_cast<std::uint16_t>(used - names_.begin() + 1); }
+    const Material* found = find_material(known_, name);
+    if (found == nullptr) {
+      broken.push_back({key, unknown_material(name, known_)});
+      return 0;
+    }
+    names_.push_back(name);
+    cells_.push_back(
+        {found->youngs_modulus, found->density, found->damping_ratio, found->viscosity});
+    bone_.push_back(role_of(*found) == TissueRole::bone);
+    return static_cast<std::uint16_t>(names_.size());
+  }
+  [[nodiscard]] const CellMaterial& cell(std::uint16_t code) const { return cells_[code - 1U]; }
+  [[nodiscard]] bool bone(std::uint16_t code) const { return code != 0 && bone_[code - 1U]; }
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  const std::vector<Material>& known_;
+  std::vector<std::string> names_{};
+  std::vector<CellMaterial> cells_{};
+  std::vector<bool> bone_{};
+};
 
 /// Soft tissue that fills a box of the tissue frame outside all bodies.
 struct Surround {
@@ -118,9 +139,8 @@ struct Surround {
 struct MeshSettings {
   double voxel = 0.002;  ///< edge of a voxel [m]
   int connectivity = 26;
-  FileAxis inward = FileAxis::z_plus;  ///< direction of the files that points into the tissue
-  Eigen::Vector3d origin{0.0, 0.0,
-                         0.0};  ///< point of the files, after scaling, that becomes [0, 0, 0] [m]
+  FileAxis inward = FileAxis::z_plus;     ///< direction of the files that points into the tissue
+  Eigen::Vector3d origin{0.0, 0.0, 0.0};  ///< point of the scaled files that becomes 0 [m]
   std::optional<Surround> surround{};
 };
 
@@ -134,15 +154,13 @@ struct MeshBody {
   int priority = 0;  ///< a cell belongs to the body of highest priority, or to the last of equals
 };
 
-/// Transforms the vertices of a file to the tissue frame. `scale` is in metres per unit of the
-/// file; `inward` and `origin` are those of MeshSettings.
+/// Transforms the vertices of a file to the tissue frame; `scale` is in metres per unit.
 void place_in_tissue(TriangleSurface& surface, double scale, FileAxis inward,
                      const Eigen::Vector3d& origin);
 
-/// Builds the tissue. Voxels are the cells of a lattice with a node at each corner. Bodies with
-/// touching voxels share nodes and are therefore connected; a gap of at least one voxel separates
-/// them. Nodes of bone and of fixed bodies are fixed. Adds violations to `broken` if the input is
-/// not valid; the result must not be used then.
+/// Builds the tissue: a node at each corner of a voxel. Bodies with touching voxels share nodes.
+/// Nodes of bone and of fixed bodies are fixed. Adds violations to `broken` if the input is not
+/// valid; the result must not be used then.
 VoxelTissue mesh_tissue(const std::vector<MeshBody>& bodies, const MeshSettings& settings,
                         const std::vector<Material>& materials, std::vector<Violation>& broken);
 

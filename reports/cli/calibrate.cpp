@@ -35,7 +35,7 @@ using calibration::Parameter;
 constexpr std::size_t most_bytes = std::size_t{1} << 30U;
 
 CalibratedRecording read_one(const std::filesystem::path& path) {
-  const Recording recording = read_any_recording(path).recording;
+  Recording recording = read_any_recording(path).recording;
   if (recording.regime == Recording::Regime::pump) {
     throw InputError(path.string() +
                      ": recorded with a pump; the syringe of a scene is pressed by a thumb");
@@ -44,17 +44,10 @@ CalibratedRecording read_one(const std::filesystem::path& path) {
   if (!seen.refusal.empty()) {
     throw InputError(path.string() + ": " + seen.refusal + "; an insertion with one is needed");
   }
+  if (recording.name.empty()) { recording.name = path.stem().string(); }
   return {.file = path.filename().string(),
           .hash = io::content_hash(io::read_bytes(path, most_bytes)),
-          .source = recording.source,
-          .technique = recording.technique,
-          .kind = recording.kind,
-          .subject = {.name = recording.name.empty() ? path.stem().string() : recording.name,
-                      .person = recording.subject,
-                      .group = recording.group,
-                      .body_mass_index = recording.body_mass_index,
-                      .seen = std::move(seen),
-                      .plunger_area = recording.plunger_area}};
+          .observed = {std::move(recording), std::move(seen)}};
 }
 
 /// The parts of an option value "KEY=A:B".
@@ -205,9 +198,10 @@ std::vector<std::string> comment_of(const CalibrationReport& report) {
   }
   lines.emplace_back("All other numbers are those of the scene. Recordings:");
   for (const CalibratedRecording& each : report.recordings) {
-    lines.push_back("  " + each.file + " (" +
-                    (each.kind == Recording::Kind::measured ? "measured" : "reconstructed") +
-                    "), FNV-1a " + each.hash);
+    lines.push_back(
+        "  " + each.file + " (" +
+        (each.observed.recording.kind == Recording::Kind::measured ? "measured" : "reconstructed") +
+        "), FNV-1a " + each.hash);
   }
   return lines;
 }
@@ -224,7 +218,7 @@ void tell(const CalibrationReport& report, const std::filesystem::path& folder) 
   for (const HeldOut& held : report.result.held_out) {
     std::printf("  without %s: error %.3g %% of those fitted, %.3g %% of those foretold\n",
                 held.group.empty() ? "recordings of no group" : held.group.c_str(),
-                100.0 * held.error_fitted, 100.0 * held.error_foretold);
+                100.0 * held.error_fitted, 100.0 * held.error_predicted);
   }
   for (const std::string& warning : calibration_warnings(report)) {
     std::fprintf(stderr, "palpate: note: %s\n", warning.c_str());
@@ -253,8 +247,8 @@ int run_calibrate(const CalibrateOptions& options) {
   report.scene_hash = io::content_hash(loaded.file.text);
   report.command = command_of(options);
   report.provenance = build_provenance();
-  std::vector<calibration::Subject> subjects;
-  for (const CalibratedRecording& each : report.recordings) { subjects.push_back(each.subject); }
+  std::vector<calibration::ObservedRecording> subjects;
+  for (const CalibratedRecording& each : report.recordings) { subjects.push_back(each.observed); }
   try {
     report.result = calibration::calibrate(scene_at_priors(scene, parameters), parameters, subjects,
                                            calibration_options(options));

@@ -171,8 +171,8 @@ Certificate certify_aside(const Scene& scene, const CertifyPlan& plan, bool quie
 /// Counts the instructions of the slowest tick of the scene in a separate run.
 void count_worst(const CertifyOptions& options, const Claim& claim, CertificateReport& report) {
   ComputeBudget& budget = report.result.budget;
-  const auto worst = std::ranges::find(budget.provocations, costliest_tick, &Provocation::name);
-  if (worst == budget.provocations.end() || report.result.interrupted) {
+  const auto worst = std::ranges::find(budget.probes, costliest_tick, &WorstCaseProbe::name);
+  if (worst == budget.probes.end() || report.result.interrupted) {
     report.not_counted = report.result.interrupted ? "interrupted" : "no tick was timed";
     return;
   }

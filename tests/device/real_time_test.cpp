@@ -56,7 +56,7 @@ TEST("a thread is pinned to its processor") {
   std::vector<int> kept;
   bool granted = false;
   std::thread([&] {
-    granted = pin_to(allowed.back());
+    granted = pin_to({allowed.back()});
     kept = allowed_processors();
   }).join();
   CHECK(granted);

@@ -241,7 +241,7 @@ TEST("a wrong stiffness, spring, load, damping or printed form of the force law 
 
 TEST("long double improves with the tolerance where double has stopped, for known problems") {
   const NetworkProblem problem(moving_block(), all_loads());
-  CHECK_THROWS(solve_long_double(sample::Wrapped(problem), load_times, {}),
+  CHECK_THROWS(solve_long_double(DerivedProblem(problem), load_times, {}),
                "only networks and the oscillator");
   const Trace finest = solve_long_double(problem, load_times, {.relative = 1e-17});
   const double peak = peak_displacement(finest.position);

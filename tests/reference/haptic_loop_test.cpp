@@ -82,15 +82,17 @@ TEST("a grip on the hand's spring swings as a damped spring does") {
   for (const double viscosity : {0.0, 4.0}) {
     HeldTool held = hand_alone();
     held.hand_viscosity = viscosity;
-    const HeldToolMotion motion = solve_held_tool(held, one_node(0.01), 300, fine);
+    const Trace motion = solve_held_tool(held, one_node(0.01), 300, fine);
     const double decay = viscosity / (2.0 * 0.25);
     const double omega = std::sqrt(1600.0 - decay * decay);
     for (std::size_t n = 0; n < motion.time.size(); ++n) {
       const double t = motion.time[n];
       const double swing =
           std::exp(-decay * t) * (std::cos(omega * t) + decay / omega * std::sin(omega * t));
-      CHECK_NEAR(motion.grip[n], middle + swing * (from - middle), 1e-10);
-      CHECK_NEAR(motion.place[n], 0.0, 1e-15);
+      const Eigen::Vector3d grip(motion.at("device.x_m", n), motion.at("device.y_m", n),
+                                 motion.at("device.z_m", n));
+      CHECK_NEAR(grip, Eigen::Vector3d(middle + swing * (from - middle)), 1e-10);
+      CHECK_NEAR(motion.at("tool.insertion_m", n), 0.0, 1e-15);
     }
   }
 }
@@ -104,10 +106,10 @@ TEST("a held handle moves the tool as a spring and a damper between ticks, exact
     velocity.setZero();
   };
   held.coupling_stiffness = 300.0;
-  const HeldToolMotion still = solve_held_tool(held, one_node(0.01), 50, fine);
-  for (const double place : still.place) { CHECK_NEAR(place, 0.0, 1e-14); }
-  for (const Eigen::Vector3d& force : still.force) {
-    CHECK_NEAR(force, Eigen::Vector3d::Zero().eval(), 1e-11);
+  const palpate::Trace still = solve_held_tool(held, one_node(0.01), 50, fine);
+  for (const double place : still.values("tool.insertion_m")) { CHECK_NEAR(place, 0.0, 1e-14); }
+  for (const char* name : {"device.command_x_n", "device.command_y_n", "device.command_z_n"}) {
+    for (const double force : still.values(name)) { CHECK_NEAR(force, 0.0, 1e-11); }
   }
 }
 

@@ -89,24 +89,64 @@ inline Scene block_scene(int across, const std::vector<Stratum>& strata, const D
 
 inline constexpr InsertionOptions with_energy{.account = InsertionOptions::Account::energy};
 
-inline Insertion solve(const Scene& scene, double end, int count, double relative = 1e-9,
-                       const InsertionOptions& options = {}) {
+inline Trace solve(const Scene& scene, double end, int count, double relative = 1e-9,
+                   const InsertionOptions& options = {}, InsertionChecks* checks = nullptr) {
   return solve_insertion(scene, build_network(scene), instants(end, count), {.relative = relative},
-                         options);
+                         options, checks);
 }
 
-inline const InsertionEvent& first_of(const Insertion& run, InsertionEvent::Kind kind) {
-  const auto found = std::ranges::find(run.events, kind, &InsertionEvent::kind);
+inline const Event& first_of(const Trace& run, std::string_view kind) {
+  const auto found = std::ranges::find(run.events, kind, &Event::kind);
   REQUIRE((found != run.events.end()));
   return *found;
 }
 
-/// Stored and dissipated energy over the work of the hand [J].
-inline double imbalance(const Insertion& run) {
-  const auto& first = run.instants.front().energy;
-  const auto& last = run.instants.back().energy;
-  return last.stored - first.stored + last.dampers + last.friction + last.cutting + last.impacts -
-         first.impacts - (last.hand - first.hand);
+/// Depths of the tip at the events of a kind [m].
+inline std::vector<double> depths_of(const Trace& run, const InsertionChecks& checks,
+                                     std::string_view kind) {
+  std::vector<double> depths;
+  for (std::size_t n = 0; n < run.events.size(); ++n) {
+    if (run.events[n].kind == kind) { depths.push_back(checks.event_depth[n]); }
+  }
+  return depths;
+}
+
+struct Row {
+  const Trace* run = nullptr;
+  std::size_t n = 0;
+
+  [[nodiscard]] double time() const { return run->time[n]; }
+  double operator()(std::string_view name) const { return run->at(name, n); }
+  [[nodiscard]] Eigen::VectorXd position() const {
+    return run->position.col(static_cast<Eigen::Index>(n));
+  }
+  [[nodiscard]] Eigen::VectorXd velocity() const {
+    return run->velocity.col(static_cast<Eigen::Index>(n));
+  }
+  [[nodiscard]] Eigen::Vector3d lateral() const {
+    return {run->at("tool.lateral_x_n", n), run->at("tool.lateral_y_n", n),
+            run->at("tool.lateral_z_n", n)};
+  }
+};
+
+inline std::vector<Row> rows(const Trace& run) {
+  std::vector<Row> all;
+  for (std::size_t n = 0; n < run.rows(); ++n) { all.push_back({&run, n}); }
+  return all;
+}
+
+/// Stored and dissipated energy minus the work of the hand [J].
+inline double imbalance(const Trace& run) {
+  double sum = 0.0;
+  for (const auto& [name, sign] : {std::pair{"energy_j", 1.0},
+                                   {"loss.damping_j", 1.0},
+                                   {"loss.friction_j", 1.0},
+                                   {"loss.cutting_j", 1.0},
+                                   {"loss.impact_j", 1.0},
+                                   {"loss.hand_j", -1.0}}) {
+    sum += sign * (run.values(name).back() - run.values(name).front());
+  }
+  return sum;
 }
 
 }  // namespace sample
@@ -238,8 +278,6 @@ TEST("a force rises, pushes and pauses, and is reversed after its hold") {
   for (const auto& [time, force] : forces) { CHECK_NEAR(at(hand, time), force, 1e-12); }
 }
 
-using Kind = InsertionEvent::Kind;
-
 constexpr Tolerance tight{.relative = 1e-9};
 
 TEST("a chain resists with k_eff s + c_eff v, is punctured at F_c and then resists with F_c") {
@@ -248,63 +286,61 @@ TEST("a chain resists with k_eff s + c_eff v, is punctured at F_c and then resis
   const double stiffness = chain.stiffness / chain.springs;
   const double viscosity = chain.viscosity / chain.springs;
   const Scene scene = sample::chain_scene({{1.0, 0.2, 0.0}}, {.speed = v});
-  const Insertion run = sample::solve(scene, 0.4, 400);
-  for (const InsertionInstant& now : run.instants) {
-    if (now.time > 0.15 && now.time < 0.2445) {  // the impact has died out to exp(-28)
-      CHECK_NEAR(now.stiffness, stiffness * v * now.time + viscosity * v, 1e-9);
-      CHECK_NEAR(now.total, now.stiffness, 0.0);
+  InsertionChecks checks;
+  const Trace run = sample::solve(scene, 0.4, 400, 1e-9, {}, &checks);
+  for (const sample::Row& now : sample::rows(run)) {
+    if (now.time() > 0.15 && now.time() < 0.2445) {  // the impact has died out to exp(-28)
+      CHECK_NEAR(now("tool.stiffness_n"), stiffness * v * now.time() + viscosity * v, 1e-9);
+      CHECK_NEAR(now("tool.force_n"), now("tool.stiffness_n"), 0.0);
     }
-    if (now.time > 0.2455) { CHECK_NEAR(now.cutting, 0.2, 0.0); }
-    CHECK_NEAR(now.applied, now.total, 0.0);
+    if (now.time() > 0.2455) { CHECK_NEAR(now("tool.cutting_n"), 0.2, 0.0); }
+    CHECK_NEAR(now("tool.applied_n"), now("tool.force_n"), 0.0);
   }
-  const auto& contact = sample::first_of(run, Kind::contact);
-  const auto& puncture = sample::first_of(run, Kind::puncture);
-  CHECK(contact.time == 0.0);
-  CHECK_NEAR(puncture.time, (0.2 - viscosity * v) / (stiffness * v), 1e-9);
-  CHECK_NEAR(puncture.depth, 0.0, 0.0);
+  CHECK(sample::first_of(run, "contact").time == 0.0);
+  CHECK_NEAR(sample::first_of(run, "puncture").time, (0.2 - viscosity * v) / (stiffness * v), 1e-9);
+  CHECK_NEAR(sample::depths_of(run, checks, "puncture").at(0), 0.0, 0.0);
 }
 
 TEST("the tip reaches the skin when its trajectory does, and rests before its start") {
   const Scene scene =
       sample::chain_scene({{1.0, 0.2, 0.0}}, {.start = 0.1, .from = -0.004, .speed = 0.02});
-  const Insertion run = sample::solve(scene, 0.4, 40);
-  const auto& contact = sample::first_of(run, Kind::contact);
-  CHECK_NEAR(contact.time, 0.3, 1e-9);
-  for (const InsertionInstant& now : run.instants) {
-    if (now.time < 0.1) { CHECK_NEAR(now.place, -0.004, 0.0); }
-    if (now.time < 0.3) { CHECK_NEAR(now.total, 0.0, 0.0); }
+  const Trace run = sample::solve(scene, 0.4, 40);
+  CHECK_NEAR(sample::first_of(run, "contact").time, 0.3, 1e-9);
+  for (const sample::Row& now : sample::rows(run)) {
+    if (now.time() < 0.1) { CHECK_NEAR(now("tool.insertion_m"), -0.004, 0.0); }
+    if (now.time() < 0.3) { CHECK_NEAR(now("tool.force_n"), 0.0, 0.0); }
   }
 }
 
 TEST("the plastic impact at contact makes the skin as fast as the tip and loses half m v^2") {
   const sample::Chain chain;
   const Scene scene = sample::chain_scene({{1.0, 0.2, 0.0}}, {.speed = 0.02});
-  const Insertion run = sample::solve(scene, 0.1, 1);
-  CHECK_NEAR(run.instants[0].velocities(2), 0.02, 1e-15);
-  CHECK_NEAR(run.instants[0].energy.impacts, 0.5 * chain.mass * 0.02 * 0.02, 1e-18);
-  CHECK_NEAR(run.instants[0].energy.hand, chain.mass * 0.02 * 0.02, 1e-18);
+  const Trace run = sample::solve(scene, 0.1, 1);
+  CHECK_NEAR(run.velocity(2, 0), 0.02, 1e-15);
+  CHECK_NEAR(run.at("loss.impact_j", 0), 0.5 * chain.mass * 0.02 * 0.02, 1e-18);
+  CHECK_NEAR(run.at("loss.hand_j", 0), chain.mass * 0.02 * 0.02, 1e-18);
 }
 
 TEST("each layer that resists more stops the tip at its beginning until T reaches its F_c") {
   const Scene scene = sample::chain_scene(sample::three_layers, {.speed = 0.02});
-  const Insertion run = sample::solve(scene, 2.4, 100);
+  InsertionChecks checks;
+  const Trace run = sample::solve(scene, 2.4, 100, 1e-9, {}, &checks);
   int punctures = 0;
-  for (const InsertionEvent& event : run.events) {
-    if (event.kind != Kind::puncture) { continue; }
-    CHECK_NEAR(event.depth, punctures == 0 ? 0.0 : punctures == 1 ? 0.012 : 0.022, 1e-11);
-    CHECK(event.layer == "layer " + std::to_string(punctures));
+  for (std::size_t n = 0; n < run.events.size(); ++n) {
+    if (run.events[n].kind != "puncture") { continue; }
+    CHECK_NEAR(checks.event_depth[n], punctures == 0 ? 0.0 : punctures == 1 ? 0.012 : 0.022, 1e-11);
+    CHECK(run.events[n].detail == "layer " + std::to_string(punctures));
     ++punctures;
   }
-  CHECK_NEAR(sample::first_of(run, Kind::stopped).depth, 0.012, 1e-11);
+  CHECK_NEAR(sample::depths_of(run, checks, "stopped").at(0), 0.012, 1e-11);
   CHECK(punctures == 3);
-  for (const InsertionInstant& now : run.instants) {
-    if (now.cutting > 0.0) {
-      const double strength = now.cut < 0.012 ? 0.2 : now.cut < 0.022 ? 0.5 : 0.1;
-      CHECK_NEAR(now.cutting, strength, 0.0);
-      const double shaft = 10.0 * std::min(now.cut, 0.012) +
-                           15.0 * std::clamp(now.cut - 0.012, 0.0, 0.01) +
-                           5.0 * std::max(now.cut - 0.022, 0.0);
-      CHECK(std::abs(now.friction) <= shaft + 2e-9);
+  for (const sample::Row& now : sample::rows(run)) {
+    if (now("tool.cutting_n") > 0.0) {
+      const double cut = now("tool.deepest_cut_m");
+      CHECK_NEAR(now("tool.cutting_n"), cut < 0.012 ? 0.2 : cut < 0.022 ? 0.5 : 0.1, 0.0);
+      const double shaft = 10.0 * std::min(cut, 0.012) + 15.0 * std::clamp(cut - 0.012, 0.0, 0.01) +
+                           5.0 * std::max(cut - 0.022, 0.0);
+      CHECK(std::abs(now("tool.friction_n")) <= shaft + 2e-9);
     }
   }
 }
@@ -314,11 +350,10 @@ TEST("the epidural space is a loss of resistance and dura is a dural puncture") 
                                            {0.005, 0.0, 0.0, TissueRole::epidural_space},
                                            {0.1, 0.1, 0.0, TissueRole::dura}},
                                           {.speed = 0.02});
-  const Insertion run = sample::solve(scene, 1.5, 10);
-  const auto& loss = sample::first_of(run, Kind::loss_of_resistance);
-  const auto& dura = sample::first_of(run, Kind::dural_puncture);
-  CHECK_NEAR(loss.depth, 0.01, 1e-11);
-  CHECK_NEAR(dura.depth, 0.015, 1e-11);
+  InsertionChecks checks;
+  const Trace run = sample::solve(scene, 1.5, 10, 1e-9, {}, &checks);
+  CHECK_NEAR(sample::depths_of(run, checks, "loss-of-resistance").at(0), 0.01, 1e-11);
+  CHECK_NEAR(sample::depths_of(run, checks, "dural-puncture").at(0), 0.015, 1e-11);
 }
 
 TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in between") {
@@ -328,22 +363,22 @@ TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in bet
       {{1.0, 0.0, f}},
       {.from = -0.001, .speed = 0.005, .depth = 0.03, .hold = 0.2, .withdraw_speed = 0.005});
   const double turn = 0.031 / 0.005 + 0.2;
-  const Insertion run = sample::solve(scene, 12.0, 1200);
-  const auto slips = std::ranges::find_if(run.events, [&](const InsertionEvent& event) {
-    return event.kind == Kind::shaft_slips && event.time > turn + 0.05;
+  const Trace run = sample::solve(scene, 12.0, 1200);
+  const auto slips = std::ranges::find_if(run.events, [&](const Event& event) {
+    return event.kind == "shaft-slips" && event.time > turn + 0.05;
   });
   REQUIRE((slips != run.events.end()));
   const double slips_back = slips->time;
   double in = 0.0;
-  for (const InsertionInstant& now : run.instants) {
-    if (now.time > 1.0 && now.time < turn - 0.21) {
-      CHECK_NEAR(now.friction, f * now.depth, 1e-12);
-      in = now.friction;
+  for (const sample::Row& now : sample::rows(run)) {
+    if (now.time() > 1.0 && now.time() < turn - 0.21) {
+      CHECK_NEAR(now("tool.friction_n"), f * now("tool.tip_depth_m"), 1e-12);
+      in = now("tool.friction_n");
     }
-    if (now.time > slips_back && now.depth > 1e-4) {
-      CHECK_NEAR(now.friction, -f * now.depth, 1e-12);
+    if (now.time() > slips_back && now("tool.tip_depth_m") > 1e-4) {
+      CHECK_NEAR(now("tool.friction_n"), -f * now("tool.tip_depth_m"), 1e-12);
     }
-    CHECK_NEAR(now.total, now.friction, 0.0);
+    CHECK_NEAR(now("tool.force_n"), now("tool.friction_n"), 0.0);
   }
   // The shaft follows the tissue until its load has reversed: 2 L c, with c of the l_k / L in the
   // chain. The tip moves in its track meanwhile (l_k changes slightly) and dampers lag, hence 5 %.
@@ -369,19 +404,18 @@ TEST("bone stops the tip exactly and the hand pulls it by the grip") {
                                            .hold = 0.2,
                                            .withdraw_speed = 0.02,
                                            .grip_stiffness = 1000.0});
-  const Insertion run = sample::solve(scene, 1.5, 150, 1e-9, sample::with_energy);
-  const auto& bone = sample::first_of(run, Kind::bone_contact);
-  const auto& left = sample::first_of(run, Kind::bone_left);
-  CHECK_NEAR(bone.time, 1.0, 1e-9);
-  CHECK_NEAR(left.time, 1.4, 1e-9);
-  for (const InsertionInstant& now : run.instants) {
-    CHECK(now.place <= 0.02 + 2e-12);  // the band of roots, and the last rounding
-    if (now.time > 1.1 && now.time < 1.3) {
-      CHECK_NEAR(now.applied, now.cutting + now.friction + now.stiffness, 0.0);
-      CHECK(now.stiffness >= 1000.0 * 0.002 - 1e-9);
+  const Trace run = sample::solve(scene, 1.5, 150, 1e-9, sample::with_energy);
+  CHECK_NEAR(sample::first_of(run, "bone-contact").time, 1.0, 1e-9);
+  CHECK_NEAR(sample::first_of(run, "bone-left").time, 1.4, 1e-9);
+  for (const sample::Row& now : sample::rows(run)) {
+    CHECK(now("tool.insertion_m") <= 0.02 + 2e-12);  // the band of roots, and the last rounding
+    if (now.time() > 1.1 && now.time() < 1.3) {
+      CHECK_NEAR(now("tool.applied_n"),
+                 now("tool.cutting_n") + now("tool.friction_n") + now("tool.stiffness_n"), 0.0);
+      CHECK(now("tool.stiffness_n") >= 1000.0 * 0.002 - 1e-9);
     }
   }
-  CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * run.instants.back().energy.hand);
+  CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * run.values("loss.hand_j").back());
 }
 
 TEST("a probe never cuts: it sinks in by its force over the stiffness and lets the skin go") {
@@ -389,15 +423,15 @@ TEST("a probe never cuts: it sinks in by its force over the stiffness and lets t
                                     {.speed = 0.01, .depth = 0.002, .withdraw_speed = 0.01});
   scene.needle.reset();
   scene.probe = Probe{};
-  const Insertion run = sample::solve(scene, 1.0, 50);
+  const Trace run = sample::solve(scene, 1.0, 50);
   double largest = 0.0;
-  for (const InsertionInstant& now : run.instants) {
-    largest = std::max(largest, now.total);
-    CHECK_NEAR(now.cut, 0.0, 0.0);
-    CHECK_NEAR(now.cutting + std::abs(now.friction), 0.0, 0.0);
+  for (const sample::Row& now : sample::rows(run)) {
+    largest = std::max(largest, now("tool.force_n"));
+    CHECK_NEAR(now("tool.deepest_cut_m"), 0.0, 0.0);
+    CHECK_NEAR(now("tool.cutting_n") + std::abs(now("tool.friction_n")), 0.0, 0.0);
   }
   CHECK(largest > 0.05);
-  (void)sample::first_of(run, Kind::withdrawn);
+  (void)sample::first_of(run, "withdrawn");
 }
 
 TEST("times that do not ascend and a tip that begins in the tissue are refused") {
@@ -415,30 +449,29 @@ TEST("times that do not ascend and a tip that begins in the tissue are refused")
 
 /// M a - f(q, v) of the free nodes, the force of the needle on the tissue. a is a central
 /// difference.
-Eigen::VectorXd needle_force(const Scene& scene, const InsertionInstant& before,
-                             const InsertionInstant& now, const InsertionInstant& after) {
+Eigen::VectorXd needle_force(const Scene& scene, const sample::Row& before, const sample::Row& now,
+                             const sample::Row& after) {
   const NetworkProblem problem(build_network(scene));
   const Eigen::VectorXd acceleration =
-      (after.velocities - before.velocities) / (after.time - before.time);
+      (after.velocity() - before.velocity()) / (after.time() - before.time());
   Eigen::VectorXd f(problem.dof());
-  problem.force(now.time, now.time, now.position, now.velocities, f);
+  problem.force(now.time(), now.time(), now.position(), now.velocity(), f);
   return problem.mass().cwiseProduct(acceleration) - f;
 }
 
 TEST("the needle's forces on the nodes sum to F_r and act at its contact points") {
   const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
   for (const double at : {0.05, 0.2, 0.7, 0.83, 1.2}) {
-    const Insertion run =
+    const Trace run =
         solve_insertion(scene, build_network(scene), {0.0, at - 1e-5, at, at + 1e-5}, tight);
-    const Eigen::VectorXd force =
-        needle_force(scene, run.instants[1], run.instants[2], run.instants[3]);
+    const Eigen::VectorXd force = needle_force(scene, {&run, 1}, {&run, 2}, {&run, 3});
     double along = 0.0;
     for (Eigen::Index i = 0; i < force.size() / 3; ++i) {
       const bool on_line = i % 25 == 12;
       along += on_line ? force(3 * i + 2) : 0.0;
       if (!on_line) { CHECK_NEAR(force.segment<3>(3 * i).norm(), 0.0, 1e-6); }
     }
-    CHECK_NEAR(along, run.instants[2].total, 1e-6);  // h^2 / 6 of the third derivative of v
+    CHECK_NEAR(along, run.at("tool.force_n", 2), 1e-6);  // h^2 / 6 of the third derivative of v
   }
 }
 
@@ -446,31 +479,33 @@ TEST("passed contact points do not move across an oblique needle") {
   Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02, .depth = 0.03});
   scene.needle->entry = {0.0012, 0.0007};
   scene.needle->direction = {0.1, 0.05, 1.0};
-  const Insertion run = sample::solve(scene, 1.4, 70);
+  InsertionChecks checks;
+  const Trace run = sample::solve(scene, 1.4, 70, 1e-9, {}, &checks);
   const Eigen::Vector3d n = scene.needle->direction.normalized();
-  const auto mean_of = [&](const InsertionInstant& now, int plane) {
+  const auto mean_of = [&](const sample::Row& now, int plane) {
     const double x = (0.0012 + plane * 0.005 * n.x() / n.z() + 0.01) / 0.005;
     const double y = (0.0007 + plane * 0.005 * n.y() / n.z() + 0.01) / 0.005;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (int i = 0; i < 25; ++i) {  // bilinear weights
       const double w =
           std::max(0.0, 1.0 - std::abs(x - i % 5)) * std::max(0.0, 1.0 - std::abs(y - i / 5));
-      mean += w * now.position.segment<3>(3 * (25 * plane + i));
+      mean += w * now.position().segment<3>(3 * (25 * plane + i));
     }
     return mean;
   };
   double lateral = 0.0;
-  for (const InsertionEvent& event : run.events) {
-    if (event.kind != Kind::knot_passed) { continue; }
-    const int plane = static_cast<int>(std::lround(event.depth * n.z() / 0.005));
+  for (std::size_t e = 0; e < run.events.size(); ++e) {
+    const Event& event = run.events[e];
+    if (event.kind != "knot-passed") { continue; }
+    const int plane = static_cast<int>(std::lround(checks.event_depth[e] * n.z() / 0.005));
     Eigen::Vector3d first = Eigen::Vector3d::Constant(1e9);
-    for (const InsertionInstant& now : run.instants) {
-      if (now.time < event.time + 1e-9) { continue; }
+    for (const sample::Row& now : sample::rows(run)) {
+      if (now.time() < event.time + 1e-9) { continue; }
       if (first.x() > 1.0) { first = mean_of(now, plane); }
       const Eigen::Vector3d moved = mean_of(now, plane) - first;
       CHECK_NEAR((moved - n.dot(moved) * n).eval(), Eigen::Vector3d::Zero().eval(), 1e-11);
-      CHECK_NEAR(now.lateral.dot(n), 0.0, 1e-14);
-      lateral = std::max(lateral, now.lateral.norm());
+      CHECK_NEAR(now.lateral().dot(n), 0.0, 1e-14);
+      lateral = std::max(lateral, now.lateral().norm());
     }
   }
   CHECK(lateral > 1e-3);
@@ -481,12 +516,13 @@ TEST("the work of the hand is stored or lost, in a chain and in a block, in and 
   std::vector<Scene> scenes{sample::chain_scene(sample::three_layers, drive)};
   if (!check::sanitized) { scenes.push_back(sample::block_scene(5, sample::two_layers, drive)); }
   for (const Scene& scene : scenes) {
-    const Insertion run = sample::solve(scene, 2.0, 20, 1e-9, sample::with_energy);
-    const double hand = run.instants.back().energy.hand;
+    InsertionChecks checks;
+    const Trace run = sample::solve(scene, 2.0, 20, 1e-9, sample::with_energy, &checks);
+    const double hand = run.values("loss.hand_j").back();
     CHECK(hand > 1e-3);
     CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * hand);
-    CHECK_NEAR(run.largest_drift, 0.0, 1e-11);
-    CHECK_NEAR(run.largest_slip, 0.0, 1e-10);  // the tolerance of velocities
+    CHECK_NEAR(checks.largest_drift, 0.0, 1e-11);
+    CHECK_NEAR(checks.largest_slip, 0.0, 1e-10);  // the tolerance of velocities
   }
 }
 
@@ -494,29 +530,29 @@ TEST("a needle pushed by a force obeys its equation of motion and balances its e
   Drive drive{
       .kind = Drive::Kind::force, .force = 0.7, .withdraw_force = 0.3, .hand_viscosity = 5.0};
   const Scene scene = sample::chain_scene(sample::three_layers, drive);
-  const Insertion run = sample::solve(scene, 2.0, 200, 1e-9, sample::with_energy);
-  CHECK_NEAR(sample::imbalance(run), 0.0, 1e-6 * run.instants.back().energy.hand);
-  (void)sample::first_of(run, Kind::withdrawn);
-  const Insertion fine =
+  const Trace run = sample::solve(scene, 2.0, 200, 1e-9, sample::with_energy);
+  CHECK_NEAR(sample::imbalance(run), 0.0, 1e-6 * run.values("loss.hand_j").back());
+  (void)sample::first_of(run, "withdrawn");
+  const Trace fine =
       solve_insertion(scene, build_network(scene), {0.0, 0.6 - 1e-5, 0.6, 0.6 + 1e-5}, tight);
-  const auto& at = fine.instants;
-  const double acceleration = (at[3].velocity - at[1].velocity) / 2e-5;
-  CHECK_NEAR(scene.needle->mass * acceleration, at[2].applied - at[2].total, 1e-7);
+  const std::vector<double>& speed = fine.values("tool.velocity_m_per_s");
+  CHECK_NEAR(scene.needle->mass * (speed[3] - speed[1]) / 2e-5,
+             fine.at("tool.applied_n", 2) - fine.at("tool.force_n", 2), 1e-7);
 }
 
 TEST("forces and instants of events converge with the tolerance") {
   const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
-  const Insertion coarse = sample::solve(scene, 1.2, 12, 1e-8);
-  const Insertion fine = sample::solve(scene, 1.2, 12, 1e-10);
+  const Trace coarse = sample::solve(scene, 1.2, 12, 1e-8);
+  const Trace fine = sample::solve(scene, 1.2, 12, 1e-10);
   REQUIRE(coarse.events.size() == fine.events.size());
   for (std::size_t n = 0; n < fine.events.size(); ++n) {
     CHECK(coarse.events[n].kind == fine.events[n].kind);
     CHECK_NEAR(coarse.events[n].time, fine.events[n].time, 2e-8);
   }
-  for (std::size_t n = 0; n < fine.instants.size(); ++n) {
-    CHECK_NEAR(coarse.instants[n].total, fine.instants[n].total, 1e-7);
-    CHECK_NEAR(coarse.instants[n].cut, fine.instants[n].cut, 1e-9);
-    CHECK_NEAR(coarse.instants[n].position, fine.instants[n].position, 1e-9);
+  CHECK_NEAR(coarse.position, fine.position, 1e-9);
+  for (std::size_t n = 0; n < fine.rows(); ++n) {
+    CHECK_NEAR(coarse.at("tool.force_n", n), fine.at("tool.force_n", n), 1e-7);
+    CHECK_NEAR(coarse.at("tool.deepest_cut_m", n), fine.at("tool.deepest_cut_m", n), 1e-9);
   }
 }
 
@@ -534,10 +570,10 @@ TEST("an intermittent needle keeps its energy whether jumps strike the shaft or 
   for (const ShaftImpact impact : {ShaftImpact::slips, ShaftImpact::plastic}) {
     InsertionOptions options = sample::with_energy;
     options.shaft_impact = impact;
-    const Insertion run = sample::solve(scene, 3.0, 10, 1e-9, options);
-    CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * run.instants.back().energy.hand);
-    CHECK(run.instants.back().energy.impacts > impacts);
-    impacts = run.instants.back().energy.impacts;
+    const Trace run = sample::solve(scene, 3.0, 10, 1e-9, options);
+    CHECK_NEAR(sample::imbalance(run), 0.0, 1e-7 * run.values("loss.hand_j").back());
+    CHECK(run.values("loss.impact_j").back() > impacts);
+    impacts = run.values("loss.impact_j").back();
   }
 }
 
@@ -590,11 +626,11 @@ TEST("a slow insertion follows the quasi-static curve") {
   const SpringNetwork network = build_network(scene);
   const auto curve = force_depth_curve(scene, network, 0.028);
   const auto run = solve_insertion(scene, network, sample::instants(28.0, 560), {.relative = 1e-8});
-  for (const auto& now : run.instants) {
-    if (now.time < 0.1) { continue; }  // the impact at contact dies out
+  for (const sample::Row& now : sample::rows(run)) {
+    if (now.time() < 0.1) { continue; }  // the impact at contact dies out
     // Dampers carry c v / springs at the skin and up to c v / 3 at depth, where fewer springs carry
     // load.
-    CHECK_NEAR(now.total, force_at(curve, now.place), 2.0 * speed);
+    CHECK_NEAR(now("tool.force_n"), force_at(curve, now("tool.insertion_m")), 2.0 * speed);
   }
 }
 

@@ -131,7 +131,7 @@ TEST("modal superposition solves the linearised lattice under all shapes of load
                                {0.0, 0.0, 9.81});
   const LinearProblem linear(network);
   const auto times = sample::instants(0.04, 20);
-  const Trace exact = modal_solution<double>(linear, times);
+  const Trace exact = solve_modal(linear, times, {});
   const Trace explicit_one = solve_arkode_explicit(linear, times, {.relative = 1e-12});
   const Trace adams = solve_cvode_adams(linear, times, {.relative = 1e-12});
   CHECK_NEAR(distance(explicit_one, exact), 0.0, 1e-11);
@@ -142,7 +142,7 @@ TEST("double and long double modes agree to rounding") {
   const NetworkProblem network(sample::block({.nodes = 4}), overlapping_loads(0.3));
   const auto times = sample::instants(0.04, 20);
   const double error =
-      distance(modal_solution<double>(network, times), modal_solution<long double>(network, times));
+      distance(solve_modal(network, times, {}), solve_modal_long_double(network, times, {}));
   CHECK_NEAR(error, 0.0, 1e-11);  // positions of 1e-2 m carry motions of 1e-4 m, times the modes
 }
 
@@ -155,7 +155,7 @@ TEST("the lattice itself tends to the modal solution in proportion to the amplit
         solve_cvode_adams(
             network, times,
             {.relative = 1e-12, .position_scale = newton * 1e-3, .velocity_scale = newton * 1e-1}),
-        modal_solution<double>(network, times));
+        solve_modal(network, times, {}));
     if (before > 0.0) { CHECK_NEAR(before / error, 10.0, 1.0); }
     before = error;
   }
@@ -168,7 +168,7 @@ TEST("a free body under a constant push moves as a whole by F t^2 / 2 M") {
   const Load push{.nodes = {0}, .force = {0.0, 0.0, 1e-4}};
   const NetworkProblem problem(body, {push});
   const double end = 0.05;
-  const Trace solution = modal_solution<double>(problem, {0.0, end});
+  const Trace solution = solve_modal(problem, {0.0, end}, {});
   const Eigen::VectorXd moved = solution.position.col(1) - solution.position.col(0);
   const double mass = body.mass.sum();
   const double centre = moved.dot(problem.mass().cwiseProduct(
@@ -183,9 +183,9 @@ TEST("damping that is not proportional, and loads without a closed form, are ref
     if (spring.a < 4) { spring.viscosity *= 3.0; }
   });
   const NetworkProblem problem(network, {sample::pulse(0.1)});
-  CHECK_THROWS(modal_solution<double>(problem, {0.0, 0.01}), "not proportional");
+  CHECK_THROWS(solve_modal(problem, {0.0, 0.01}, {}), "not proportional");
   const NetworkProblem sound(sample::block({.nodes = 2}));
-  CHECK_THROWS(modal_solution<double>(sample::Wrapped(sound), {0.0, 0.01}), "closed form");
+  CHECK_THROWS(solve_modal(DerivedProblem(sound), {0.0, 0.01}, {}), "closed form");
 }
 
 }  // namespace

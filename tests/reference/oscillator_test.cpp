@@ -7,7 +7,6 @@
 #include <map>
 #include <string_view>
 
-#include "reference/oscillator_motion.hpp"
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 

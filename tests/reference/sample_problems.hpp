@@ -2,6 +2,7 @@
 #pragma once
 // Problems for several tests of the references.
 
+#include <Eigen/SparseCore>
 #include <cmath>
 #include <complex>
 #include <vector>
@@ -95,35 +96,6 @@ inline Load pulse(double newton) {
           .end = 15e-3,
           .profile = Profile::half_sine};
 }
-
-/// Forwards all calls; tests override the functions with a planted error. `base` must outlive it.
-class Wrapped : public Problem {
- public:
-  explicit Wrapped(const Problem& base) : base_(&base) {}
-  Eigen::Index dof() const override { return base_->dof(); }
-  const Eigen::VectorXd& mass() const override { return base_->mass(); }
-  Eigen::VectorXd initial_position() const override { return base_->initial_position(); }
-  Eigen::VectorXd initial_velocity() const override { return base_->initial_velocity(); }
-  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
-             const Eigen::Ref<const Eigen::VectorXd>& v,
-             Eigen::Ref<Eigen::VectorXd> f) const override {
-    base_->force(t, gate, q, v, f);
-  }
-  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
-                Eigen::SparseMatrix<double>& damping) const override {
-    base_->jacobian(q, v, stiffness, damping);
-  }
-  std::vector<double> breaks() const override { return base_->breaks(); }
-  double shortest_feature() const override { return base_->shortest_feature(); }
-  double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v) const override {
-    return base_->energy(q, v);
-  }
-
- private:
-  const Problem* base_;
-};
 
 /// N equal masses on a line along z, connected by springs. The first is connected to a fixed node,
 /// with `both_ends` also the last. Nodes 1 to N are free.

@@ -24,19 +24,17 @@ CalibrationReport sample(Recording::Kind kind) {
   const Scene scene = three_layers();
   CalibrationReport report{
       .scene = "<scene>.toml", .scene_hash = "abc", .command = "palpate calibrate a.h5"};
-  std::vector<Subject> subjects;
+  std::vector<ObservedRecording> subjects;
   for (const char* group : {"a", "a", "a", "b", "b", "b"}) {
     Scene other = scene;
     const double factor = 1.0 + 0.01 * static_cast<double>(subjects.size());
     other.syringe->thumb_force *= factor;
     other.materials[1].cutting_force *= factor;
-    subjects.push_back({.name = "one", .group = group, .seen = lawful(other)});
+    subjects.push_back(
+        {.recording = {.name = "one", .kind = kind, .group = group, .technique = "continuous"},
+         .seen = lawful(other)});
     subjects.back().seen.force = ForceSource::plunger;
-    report.recordings.push_back({.file = "a.h5",
-                                 .hash = "f00",
-                                 .technique = "continuous",
-                                 .kind = kind,
-                                 .subject = subjects.back()});
+    report.recordings.push_back({.file = "a.h5", .hash = "f00", .observed = subjects.back()});
   }
   report.result = calibrate(scene, parameters_of(scene), subjects, {.simulate = lawful});
   return report;
@@ -79,14 +77,16 @@ TEST("what nobody reads in a verdict is said: another plunger, no BMI, a search 
   CHECK(!warns(report, "plunger of another area"));
   CHECK(!warns(report, "Without b"));
   CHECK(!warns(report, "no BMI"));
-  report.recordings[2].subject.plunger_area *= 0.5;
+  report.recordings[2].observed.recording.plunger_area *= 0.5;
   report.result.held_out[1].converged = false;
   CHECK(
       warns(report, "1 recording is of a plunger of another area than the scene's 0.0001767 m^2"));
   CHECK(warns(report, "Without b the search did not converge"));
-  report.recordings[0].subject.body_mass_index = 30.0;
+  report.recordings[0].observed.recording.body_mass_index = 30.0;
   CHECK(warns(report, "5 of 6 recordings have no BMI: no depth was moved"));
-  for (CalibratedRecording& each : report.recordings) { each.subject.body_mass_index = 30.0; }
+  for (CalibratedRecording& each : report.recordings) {
+    each.observed.recording.body_mass_index = 30.0;
+  }
   CHECK(!warns(report, "no BMI"));
   report.result.whole[0] = std::nan("");
   CHECK(report.result.outcome().status != Status::pass);

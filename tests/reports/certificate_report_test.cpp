@@ -20,12 +20,12 @@ CertificateReport sample(long scene_misses) {
                            .command = "palpate certify scene.toml"};
   Certificate& all = report.result;
   all.claim = {.rate = 1000.0, .deadline = 1e-3, .duration = 2.0};
-  all.budget.provocations = {{.name = "first tick",
-                              .what = "the first",
-                              .processor = 4e-4,
-                              .wall = 5e-4,
-                              .repetitions = 3,
-                              .ticks = 1}};
+  all.budget.probes = {{.name = "first tick",
+                        .what = "the first",
+                        .processor = 4e-4,
+                        .wall = 5e-4,
+                        .repetitions = 3,
+                        .ticks = 1}};
   LoadResult& load = all.loads.emplace_back("idle", 1e-3);
   for (long n = 0; n < 2000; ++n) {
     const double due = 1e-3 * static_cast<double>(n);
@@ -103,7 +103,7 @@ TEST("the page begins with the verdict, says why, and shows what a manager needs
 TEST("a certificate of nothing is whole too") {
   CertificateReport report = sample(0);
   report.result.loads.clear();
-  report.result.budget.provocations.clear();
+  report.result.budget.probes.clear();
   const Json json = Json::parse(to_json(report));
   CHECK(json["ticks"] == 0);
   CHECK(json["response_us"].is_null());

@@ -20,7 +20,7 @@ struct InstructionCount {
   std::string refusal{};  ///< why nothing was counted; empty if it was
 };
 
-/// Counts a workload by name (validation/bench/workloads.hpp) twice. Does not throw; a machine that
+/// Counts a workload by name twice. Does not throw; a machine that
 /// cannot count gives a refusal.
 using InstructionCounter = std::function<InstructionCount(const std::string& workload)>;
 
@@ -47,20 +47,12 @@ Workload find_workload(const std::string& name);
 
 Simulation simulation_of(const Workload& workload);
 
-/// Returns springs times substeps: the number of spring computations per tick, without additional
-/// evaluations of a scheme.
-double spring_steps_of_tick(const Simulation& simulation);
-
 // Cases of `palpate bench` (suite "timing"), which run one at a time.
 
-std::vector<Case> kernel_cases();
-std::vector<Case> instruction_set_cases();
-std::vector<Case> thread_cases();
-std::vector<Case> skip_cases();
-std::vector<Case> precision_cases();
-std::vector<Case> needle_cases();
-std::vector<Case> far_field_cases();
-std::vector<Case> frontier_cases();
+std::vector<Case> kernel_cases();     ///< kernels, instruction sets, threads, skips
+std::vector<Case> precision_cases();  ///< error against run time
+std::vector<Case> needle_cases();     ///< stiff needle, reduced-order model
+std::vector<Case> frontier_cases();   ///< error against force evaluations
 std::vector<Case> instruction_cases(const timing::InstructionCounter& counter);
 
 /// Returns all cases in that order.

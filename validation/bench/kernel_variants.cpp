@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "model/kernels/lattice_network.hpp"
-#include "model/kernels/lattice_springs.hpp"
+#include "model/kernels/lattice_rows.hpp"
 #include "model/kernels/network_system.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/stepping/step_plan.hpp"
@@ -79,7 +79,7 @@ std::unique_ptr<NetworkSystem<Real>> system_of(const NetworkProblem& problem,
   const std::string_view name = variant.instructions;
   const auto wanted =
       std::ranges::find_if(kernels, [&](const auto& set) { return set.name == name; });
-  return std::make_unique<LatticeNetwork<Real>>(problem, true, variant.threads, *wanted);
+  return make_lattice_network<Real>(problem, {.threads = variant.threads, .kernels = *wanted});
 }
 
 template <class Real> class SteppingIn final : public Stepping {
@@ -126,14 +126,14 @@ std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n) {
 }
 
 double bytes_moved(const KernelVariant& variant, int n) {
-  constexpr double read_and_written = 2.0 * 2.0 * 3.0;
+  constexpr double read_and_written = 2.0 * 3.0 * 3.0;
   constexpr double inverse_mass = 1.0;
   return (read_and_written + inverse_mass + constants_per_node(variant)) * size_of_number(variant) *
          nodes(n);
 }
 
 double working_set(const KernelVariant& variant, int n) {
-  return (2.0 * 3.0 + 1.0 + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
+  return (3.0 * 3.0 + 1.0 + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
 }
 
 template <class Real> RootsAndQuotients<Real>::RootsAndQuotients() : from_(count), to_(count) {

@@ -45,9 +45,8 @@ std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n);
 void break_lattice(SpringNetwork& network);
 
 /// Returns the minimum memory traffic of a step in one pass from the layout (lattice_view.hpp)
-/// [bytes]: per node, position and velocity read and written, inverse mass read, and spring
-/// constants that rows do not share. Forces are stored for two layers at a time and stay in the
-/// cache.
+/// [bytes]: per node, position, velocity and force read and written, inverse mass read, and spring
+/// constants that rows do not share.
 double bytes_moved(const KernelVariant& variant, int n);
 
 /// Returns the size of all data that a step accesses [bytes].

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,34 +13,21 @@
 #include "validation/bench/timing.hpp"
 #include "validation/case.hpp"
 #include "validation/claims/tool_fixture.hpp"
+#include "validation/signal.hpp"
 
 namespace palpate::bench {
 
-struct Insertion {
+namespace {
+
+struct TimedInsertion {
   std::vector<double> force{};    ///< on the hand at every tick [N]
   std::vector<double> seconds{};  ///< of the processor, for every tick
   double loading = 0.0;           ///< [s] of the processor
   bool diverged = false;
 };
 
-Insertion insert(const Scene& scene);
-/// Takes the minimum of several runs at each tick, because the work of a tick is the same in every
-/// run.
-Insertion insert_repeatedly(const Scene& scene, int repeats);
-
-/// Returns the error over the peak of `truth` at every tick; NaN if a run ended early.
-std::vector<double> errors(const Insertion& run, const Insertion& truth);
-/// Returns the distance of each force from the range of `truth` within one tick, over its peak.
-std::vector<double> errors_within_a_tick(const Insertion& run, const Insertion& truth);
-/// NaN if one is.
-double largest(const std::vector<double>& values);
-/// Returns the time that this share of the ticks does not exceed [us].
-double ticks_within(const Insertion& run, double share);
-/// Median, hundredth and worst tick [us].
-void tell_times(const Insertion& run, const std::string& of, Outcome& outcome);
-
-Insertion insert(const Scene& scene) {
-  Insertion run;
+TimedInsertion insert(const Scene& scene) {
+  TimedInsertion run;
   const double start = seconds_on(Clock::processor);
   Simulation simulation(scene);
   run.loading = seconds_on(Clock::processor) - start;
@@ -52,10 +40,12 @@ Insertion insert(const Scene& scene) {
   return run;
 }
 
-Insertion insert_repeatedly(const Scene& scene, int repeats) {
-  Insertion least = insert(scene);
+/// Takes the minimum of several runs at each tick, because the work of a tick is the same in every
+/// run.
+TimedInsertion insert_repeatedly(const Scene& scene, int repeats) {
+  TimedInsertion least = insert(scene);
   for (int n = 1; n < repeats; ++n) {
-    const Insertion again = insert(scene);
+    const TimedInsertion again = insert(scene);
     least.loading = std::min(least.loading, again.loading);
     for (std::size_t k = 0; k < std::min(least.seconds.size(), again.seconds.size()); ++k) {
       least.seconds[k] = std::min(least.seconds[k], again.seconds[k]);
@@ -64,53 +54,52 @@ Insertion insert_repeatedly(const Scene& scene, int repeats) {
   return least;
 }
 
-std::vector<double> errors(const Insertion& run, const Insertion& truth) {
-  const double peak = *std::ranges::max_element(truth.force);
-  std::vector<double> errors(truth.force.size(), std::nan(""));
-  for (std::size_t k = 0; k < std::min(run.force.size(), truth.force.size()); ++k) {
-    errors[k] = std::abs(run.force[k] - truth.force[k]) / peak;
-  }
-  return errors;
-}
-
-std::vector<double> errors_within_a_tick(const Insertion& run, const Insertion& truth) {
-  const double peak = *std::ranges::max_element(truth.force);
-  std::vector<double> errors(truth.force.size(), std::nan(""));
-  for (std::size_t k = 0; k < std::min(run.force.size(), truth.force.size()); ++k) {
-    const auto begin = truth.force.begin() + static_cast<std::ptrdiff_t>(k > 0 ? k - 1 : 0);
-    const auto end =
-        truth.force.begin() + static_cast<std::ptrdiff_t>(std::min(k + 2, truth.force.size()));
-    const auto [low, high] = std::minmax_element(begin, end);
-    errors[k] = std::abs(run.force[k] - std::clamp(run.force[k], *low, *high)) / peak;
+/// Returns the distance of each force from the range of `truth` within so many ticks, over its
+/// peak; NaN if a run ended early.
+std::vector<double> errors(const TimedInsertion& run, const TimedInsertion& truth,
+                           std::size_t within = 0) {
+  const std::vector<double>& force = truth.force;
+  const double peak = std::ranges::max(force);
+  std::vector<double> errors(force.size(), std::nan(""));
+  for (std::size_t k = 0; k < std::min(run.force.size(), force.size()); ++k) {
+    const std::size_t begin = k > within ? k - within : 0;
+    const std::size_t end = std::min(k + within + 1, force.size());
+    const auto [low, high] = std::ranges::minmax(std::span(force).subspan(begin, end - begin));
+    errors[k] = std::abs(run.force[k] - std::clamp(run.force[k], low, high)) / peak;
   }
   return errors;
 }
 
 double largest(const std::vector<double>& values) {
-  double most = 0.0;
-  for (const double value : values) { most = std::isnan(value) ? value : std::fmax(most, value); }
-  return most;
+  Largest most;
+  for (const double value : values) { most.add(value); }
+  return most.value();
 }
 
-double ticks_within(const Insertion& run, double share) {
-  std::vector<double> sorted = run.seconds;
-  std::ranges::sort(sorted);
-  return 1e6 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+double count_above(const std::vector<double>& errors, double limit) {
+  return static_cast<double>(
+      std::ranges::count_if(errors, [&](double error) { return !(error <= limit); }));
 }
 
-void tell_times(const Insertion& run, const std::string& of, Outcome& outcome) {
+/// Returns the time that this share of the ticks does not exceed [us].
+double ticks_within(const TimedInsertion& run, double share) {
+  return 1e6 * comparison::quantile(run.seconds, share);
+}
+
+/// Median, hundredth and worst tick [us].
+void add_times(const TimedInsertion& run, const std::string& of, Outcome& outcome) {
   outcome.timings.push_back({"median_tick_" + of, ticks_within(run, 0.5), "us"});
   outcome.timings.push_back({"tick_of_a_hundred_" + of, ticks_within(run, 0.99), "us"});
   outcome.timings.push_back({"worst_tick_" + of, ticks_within(run, 1.0), "us"});
 }
 
+void judge_ticks(const TimedInsertion& run, double most, const char* from, Outcome& outcome) {
+  outcome.judge_at_most("diverged", run.diverged ? 1.0 : 0.0, 0.0, "stable at ticks of 1 ms");
+  outcome.judge_at_most("worst_tick", 1e6 * largest(run.seconds), most, from, "us");
+}
+
 // A needle through ligament of published modulus on 1000 nodes, an implicit step a tick: what the
 // slowest tick costs on one core, and what the solver's tolerance does to the force.
-
-namespace {
-
-constexpr int repeats = 9;
-constexpr double tolerance = 1e-2;
 
 /// 42.3 mm deep into a block of 10 x 10 x 10 nodes, and half a second of rest there.
 Scene needle_scene(const CaseContext& context) {
@@ -120,62 +109,27 @@ Scene needle_scene(const CaseContext& context) {
   return scene;
 }
 
-void judge_force(const CaseContext& context, const Scene& scene, const Insertion& run,
-                 Outcome& outcome) {
-  Scene exact = scene;
-  exact.simulation.solver_tolerance = 0.0;
-  const Insertion solved = insert(exact);
-  tell_times(solved, "solved_to_rounding", outcome);
-  outcome.judge(
-      {.name = "force_error_of_the_tolerance_over_peak",
-       .value = largest(errors(run, solved)),
-       .upper = 0.01,
-       .bound_from =
-           "wanted: 1 % of the largest force, against the same steps solved to rounding"});
-  exact.simulation.integrator = "velocity-verlet";
-  const std::vector<double> apart = errors(run, insert(exact));
-  const auto late = std::ranges::count_if(apart, [](double error) { return !(error <= 0.01); });
-  // In a quick run the tip does not get beyond the interspinous ligament.
-  outcome.judge(
-      {.name = "ticks_more_than_1_percent_from_explicit_steps",
-       .value = static_cast<double>(late),
-       .upper = context.quick ? 2.0 : 3.0,
-       .bound_from = "a step sees a harder layer when it ends: one tick for each of the three"});
-}
-
 void measure_needle(const CaseContext& context, Outcome& outcome) {
   Scene scene = needle_scene(context);
-  scene.simulation.solver_tolerance = tolerance;
-  const Insertion run = insert_repeatedly(scene, repeats);
-  outcome.judge({.name = "diverged",
-                 .value = run.diverged ? 1.0 : 0.0,
-                 .upper = 0.0,
-                 .bound_from = "stable at ticks of 1 ms"});
-  outcome.judge({.name = "worst_tick",
-                 .value = 1e6 * largest(run.seconds),
-                 .unit = "us",
-                 .upper = 250.0,
-                 .bound_from = "wanted: a quarter of the period of a loop of 1 kHz"});
-  tell_times(run, "at_tolerance_0.01", outcome);
-  judge_force(context, scene, run, outcome);
-}
-
-}  // namespace
-
-std::vector<Case> needle_cases() {
-  return {{.name = "bench/stiff-needle",
-           .suite = "timing",
-           .claim = "A needle in ligament of 15 MPa on 1000 nodes takes at most a quarter of every "
-                    "tick of 1 ms, "
-                    "with the force within 1 % of its peak.",
-           .measure = measure_needle,
-           .weight = 30.0}};
+  scene.simulation.solver_tolerance = 1e-2;
+  const TimedInsertion run = insert_repeatedly(scene, 9);
+  judge_ticks(run, 250.0, "wanted: a quarter of the period of a loop of 1 kHz", outcome);
+  add_times(run, "at_tolerance_0.01", outcome);
+  scene.simulation.solver_tolerance = 0.0;
+  const TimedInsertion solved = insert(scene);
+  add_times(solved, "solved_to_rounding", outcome);
+  outcome.judge_at_most(
+      "force_error_of_the_tolerance_over_peak", largest(errors(run, solved)), 0.01,
+      "wanted: 1 % of the largest force, against the same steps solved to rounding");
+  scene.simulation.integrator = "velocity-verlet";
+  // In a quick run the tip does not get beyond the interspinous ligament.
+  outcome.judge_at_most("ticks_more_than_1_percent_from_explicit_steps",
+                        count_above(errors(run, insert(scene)), 0.01), context.quick ? 2.0 : 3.0,
+                        "a step sees a harder layer when it ends: one tick for each of the three");
 }
 
 // Needle in fifty thousand nodes with a reduced-order model away from it: cost of a tick and change
 // of the force, compared with explicit steps of every node.
-
-namespace {
 
 constexpr int across = 71;
 constexpr int far_field_repeats = 2;
@@ -209,48 +163,34 @@ Scene with_far_field(Scene scene, const Far& far) {
   return scene;
 }
 
-std::vector<Cell> row_of(const std::string& name, const Insertion& run, const Insertion& truth) {
+std::vector<Cell> row_of(const std::string& name, const TimedInsertion& run,
+                         const TimedInsertion& truth) {
   return {name,
           run.loading,
           ticks_within(run, 0.5),
           ticks_within(run, 1.0),
-          largest(errors_within_a_tick(run, truth)),
-          static_cast<double>(
-              std::ranges::count_if(errors(run, truth), [](double e) { return !(e <= 0.02); }))};
+          largest(errors(run, truth, 1)),
+          count_above(errors(run, truth), 0.02)};
 }
 
 void measure_far_field(const CaseContext& context, Outcome& outcome) {
   const Scene whole = block_of(across, context.quick);
-  const Insertion run = insert_repeatedly(with_far_field(whole, judged), far_field_repeats);
-  outcome.judge({.name = "diverged",
-                 .value = run.diverged ? 1.0 : 0.0,
-                 .upper = 0.0,
-                 .bound_from = "stable at ticks of 1 ms"});
-  outcome.judge({.name = "worst_tick",
-                 .value = 1e6 * largest(run.seconds),
-                 .unit = "us",
-                 .upper = 1000.0,
-                 .bound_from = "wanted: the period of a loop of 1 kHz"});
-  tell_times(run, "with_a_far_field", outcome);
+  const TimedInsertion run = insert_repeatedly(with_far_field(whole, judged), far_field_repeats);
+  judge_ticks(run, 1000.0, "wanted: the period of a loop of 1 kHz", outcome);
+  add_times(run, "with_a_far_field", outcome);
   outcome.timings.push_back({"loading", run.loading, "s"});
 
   Scene reference = whole;
   reference.simulation.integrator = "velocity-verlet";
   reference.simulation.threads = 2;
-  const Insertion truth = insert(reference);
-  outcome.judge(
-      {.name = "force_error_over_peak_within_a_tick",
-       .value = largest(errors_within_a_tick(run, truth)),
-       .upper = 0.02,
-       .bound_from =
-           "wanted: 2 % of the largest force, from what explicit steps of every node go through "
-           "within a tick before or after"});
-  outcome.judge({.name = "ticks_more_than_2_percent_from_explicit_steps",
-                 .value = static_cast<double>(std::ranges::count_if(
-                     errors(run, truth), [](double error) { return !(error <= 0.02); })),
-                 .upper = 3.0,
-                 .bound_from = "an event falls to the one or the other end of its step; no more "
-                               "than bench/stiff-needle allows"});
+  const TimedInsertion truth = insert(reference);
+  outcome.judge_at_most("force_error_over_peak_within_a_tick", largest(errors(run, truth, 1)), 0.02,
+                        "wanted: 2 % of the largest force, from what explicit steps of every node "
+                        "go through within a tick before or after");
+  outcome.judge_at_most("ticks_more_than_2_percent_from_explicit_steps",
+                        count_above(errors(run, truth), 0.02), 3.0,
+                        "an event falls to the one or the other end of its step; no more than "
+                        "bench/stiff-needle allows");
 
   Table table{
       .id = "far-fields",
@@ -275,16 +215,20 @@ void measure_far_field(const CaseContext& context, Outcome& outcome) {
 
 }  // namespace
 
-std::vector<Case> far_field_cases() {
-  return {
-      {.name = "bench/far-field",
-       .suite = "timing",
-       .claim =
-           "A needle in ligament of 15 MPa among 50 410 nodes takes less than every tick of 1 ms, "
-           "with the "
-           "force within 2 % of its peak: what lies further than 10 mm away is left with 40 modes.",
-       .measure = measure_far_field,
-       .weight = 600.0}};
+std::vector<Case> needle_cases() {
+  return {{.name = "bench/stiff-needle",
+           .suite = "timing",
+           .claim = "A needle in ligament of 15 MPa on 1000 nodes takes at most a quarter of every "
+                    "tick of 1 ms, with the force within 1 % of its peak.",
+           .measure = measure_needle,
+           .weight = 30.0},
+          {.name = "bench/far-field",
+           .suite = "timing",
+           .claim = "A needle in ligament of 15 MPa among 50 410 nodes takes less than every tick "
+                    "of 1 ms, with the force within 2 % of its peak: what lies further than 10 mm "
+                    "away is left with 40 modes.",
+           .measure = measure_far_field,
+           .weight = 600.0}};
 }
 
 }  // namespace palpate::bench

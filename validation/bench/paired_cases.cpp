@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validation/signal.hpp"
+
 namespace palpate::bench {
 
 namespace {
@@ -34,8 +36,7 @@ Table starts_table(const PairedFinding& finding) {
       .title = "Starts of the process",
       .caption =
           "Each loads the libraries in the other order. Head over base; what identical libraries "
-          "show here "
-          "is where they lie in memory.",
+          "show here is where they lie in memory.",
       .columns = {"start", "pairs", "median ratio", "base, median (us)", "head, median (us)"},
       .timing = true};
   for (std::size_t n = 0; n < finding.starts.size(); ++n) {
@@ -46,22 +47,19 @@ Table starts_table(const PairedFinding& finding) {
       head.push_back(1e6 * pair.head);
     }
     table.rows.push_back({static_cast<double>(n + 1), static_cast<double>(start.pairs.size()),
-                          timing::judge_pairs({&start, 1}).ratio,
-                          timing::median_limits(base, timing::paired_confidence).median,
-                          timing::median_limits(head, timing::paired_confidence).median});
+                          timing::judge_pairs({&start, 1}).ratio, comparison::quantile(base, 0.5),
+                          comparison::quantile(head, 0.5)});
   }
   return table;
 }
 
 void tell(const PairedFinding& finding, const PairedVerdict& verdict, Outcome& outcome) {
-  outcome.judge({.name = "time_ratio", .value = verdict.ratio});
-  outcome.judge({.name = "time_ratio_lower_99", .value = verdict.lower});
-  outcome.judge({.name = "time_ratio_upper_99", .value = verdict.upper});
-  outcome.judge({.name = "instruction_ratio", .value = instruction_ratio(finding)});
-  outcome.judge(
-      {.name = "missed_batches_of_base", .value = static_cast<double>(verdict.base_misses)});
-  outcome.judge(
-      {.name = "missed_batches_of_head", .value = static_cast<double>(verdict.head_misses)});
+  outcome.report("time_ratio", verdict.ratio);
+  outcome.report("time_ratio_lower_99", verdict.lower);
+  outcome.report("time_ratio_upper_99", verdict.upper);
+  outcome.report("instruction_ratio", instruction_ratio(finding));
+  outcome.report("missed_batches_of_base", static_cast<double>(verdict.base_misses));
+  outcome.report("missed_batches_of_head", static_cast<double>(verdict.head_misses));
   outcome.tables.push_back(starts_table(finding));
   outcome.notes.emplace_back(finding.same_motion
                                  ? "Both builds move alike to the last bit."
@@ -77,16 +75,14 @@ void compare(const PairedFinding& finding, Outcome& outcome) {
   if (verdict.slower() && !has_a_cause(finding, verdict)) {
     outcome.notes.emplace_back(
         "The clock says slower, but nothing more is done and no more deadlines are missed: where "
-        "code "
-        "lies in memory, or the machine.");
+        "code lies in memory, or the machine.");
   }
-  outcome.judge(
-      {.name = "slowdown_with_a_cause",
-       .value = has_a_cause(finding, verdict) ? verdict.lower : std::min(verdict.lower, 1.0),
-       .upper = timing::allowed_slowdown,
-       .bound_from =
-           "wanted: no build is 3 % slower, with 99 % confidence, by a clock that instructions or "
-           "missed deadlines bear out"});
+  outcome.judge_at_most(
+      "slowdown_with_a_cause",
+      has_a_cause(finding, verdict) ? verdict.lower : std::min(verdict.lower, 1.0),
+      timing::allowed_slowdown,
+      "wanted: no build is 3 % slower, with 99 % confidence, by a clock that instructions or "
+      "missed deadlines bear out");
 }
 
 struct Alarms {
@@ -118,16 +114,11 @@ void self_test(const std::string& scene, int comparisons, const PairedMeasuremen
                Outcome& outcome) {
   const Alarms same = alarms_of(scene, Head::as_built, comparisons, measure);
   const Alarms planted = alarms_of(scene, Head::planted, planted_among(comparisons), measure);
-  outcome.judge({.name = "alarms_at_the_same_build",
-                 .value = static_cast<double>(same.in_all),
-                 .lower = 0.0,
-                 .upper = 0.0,
-                 .bound_from = "a build is not slower than itself"});
-  outcome.judge({.name = "missed_slowdowns",
-                 .value = static_cast<double>(planted.ratios.size()) - planted.in_all,
-                 .lower = 0.0,
-                 .upper = 0.0,
-                 .bound_from = "one tick in twenty more is 5 % slower, which is more than 3 %"});
+  outcome.judge_between("alarms_at_the_same_build", static_cast<double>(same.in_all), 0.0, 0.0,
+                        "a build is not slower than itself");
+  outcome.judge_between("missed_slowdowns",
+                        static_cast<double>(planted.ratios.size()) - planted.in_all, 0.0, 0.0,
+                        "one tick in twenty more is 5 % slower, which is more than 3 %");
   Table table{.id = "self-test",
               .title = "The comparison, compared",
               .caption = "A build against itself, and against itself with one tick in twenty more.",

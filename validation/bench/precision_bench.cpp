@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// A scene computed by the model, and by solvers of other libraries.
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,9 +11,8 @@
 
 #include "model/kernels/list_network.hpp"
 #include "model/problem/problem.hpp"
-#include "model/stepping/integrator.hpp"
-#include "model/stepping/simulation.hpp"
 #include "model/tissue/network_builder.hpp"
+#include "reference/exact_problems.hpp"
 #include "reference/insertion.hpp"
 #include "reference/solution.hpp"
 #include "reference/solvers.hpp"
@@ -21,63 +21,20 @@
 #include "validation/bench/work_precision.hpp"
 #include "validation/claims/tool_fixture.hpp"
 #include "validation/number_text.hpp"
-#include "validation/roll_out.hpp"
 
 namespace palpate::bench {
 
-/// Instants of the ticks, the first 0 [s].
-std::vector<double> instants_of(const Scene& scene);
-
-/// Scene without a tool: the observed signal is the position of one point.
-class PointScene {
- public:
-  /// `node` of a network; an oscillator has one coordinate.
-  PointScene(const CaseContext& context, const Scene& scene, int node);
-  ~PointScene();
-  [[nodiscard]] MethodRun here(const Scene& scene) const;
-  /// Solves networks with forces from the list kernel of the model, for a fair run time. The time
-  /// is the wall time of the integration, or less if other processes used the processor. A solver
-  /// that gives up is a failed run.
-  [[nodiscard]] MethodRun there(const std::string& solver,
-                                const reference::Tolerance& tolerance) const;
-
- private:
-  const CaseContext& context_;
-  std::unique_ptr<Problem> plain_;
-  std::unique_ptr<Problem> quick_;  ///< empty: the plain one is quick enough
-  std::vector<double> instants_;
-  Eigen::Index first_ = 0;  ///< coordinate of the point
-  Eigen::Index count_ = 1;
-};
-
-/// Scene with a needle: the observed signal is the force on the hand.
-MethodRun needle_here(const CaseContext& context, const Scene& scene);
-
-/// Solves with CVODE and root finding for events.
-struct NeedleReference {
-  MethodRun run{};
-  std::vector<bool> jumps{};  ///< ticks within two of an event
-};
-NeedleReference needle_there(const Scene& scene, double tolerance);
-
 namespace {
 
-class QuickProblem final : public Problem {
+/// Network problem whose forces come from the list kernel of the model, for a fair run time.
+class QuickProblem final : public reference::DerivedProblem {
  public:
   explicit QuickProblem(const NetworkProblem& plain)
-      : plain_(plain),
+      : DerivedProblem(plain),
         system_(plain, {}, 1.0, true),
         q_(plain.dof()),
         v_(plain.dof()),
         f_(plain.dof()) {}
-  [[nodiscard]] Eigen::Index dof() const override { return plain_.dof(); }
-  [[nodiscard]] const Eigen::VectorXd& mass() const override { return plain_.mass(); }
-  [[nodiscard]] Eigen::VectorXd initial_position() const override {
-    return plain_.initial_position();
-  }
-  [[nodiscard]] Eigen::VectorXd initial_velocity() const override {
-    return plain_.initial_velocity();
-  }
   void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
              const Eigen::Ref<const Eigen::VectorXd>& v,
              Eigen::Ref<Eigen::VectorXd> f) const override {
@@ -86,35 +43,13 @@ class QuickProblem final : public Problem {
     system_.force(t, gate, q_, v_, f_);
     f = f_;
   }
-  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
-                Eigen::SparseMatrix<double>& damping) const override {
-    plain_.jacobian(q, v, stiffness, damping);
-  }
-  [[nodiscard]] std::vector<double> breaks() const override { return plain_.breaks(); }
-  [[nodiscard]] double shortest_feature() const override { return plain_.shortest_feature(); }
-  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v) const override {
-    return plain_.energy(q, v);
-  }
 
  private:
-  const NetworkProblem& plain_;
   mutable ListNetwork<double> system_;
   mutable Eigen::VectorXd q_, v_, f_;
 };
 
-Eigen::VectorXd vector_of(const std::vector<double>& values) {
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-/// Implicit schemes evaluate once an iteration at least.
-long evaluations_of(std::string_view scheme, long steps) {
-  return steps * find_integrator(scheme)->evaluations;
-}
-
-}  // namespace
-
+/// Instants of the ticks, the first 0 [s].
 std::vector<double> instants_of(const Scene& scene) {
   std::vector<double> times;
   const long count = std::lround(scene.simulation.duration / scene.simulation.step);
@@ -124,92 +59,132 @@ std::vector<double> instants_of(const Scene& scene) {
   return times;
 }
 
-PointScene::PointScene(const CaseContext& context, const Scene& scene, int node)
-    : context_(context), plain_(make_problem(scene)), instants_(instants_of(scene)) {
-  const auto* network = dynamic_cast<const NetworkProblem*>(plain_.get());
-  if (network == nullptr) { return; }
-  quick_ = std::make_unique<QuickProblem>(*network);
-  first_ = network->coordinate(node);
-  count_ = 3;
-}
+/// Solver of a scene without a tool. The time of a solution is the wall time of the integration, or
+/// less if other processes used the processor. A solver that fails gives a diverged trace.
+class PointSolver {
+ public:
+  explicit PointSolver(const Scene& scene)
+      : plain_(make_problem(scene)), instants_(instants_of(scene)) {
+    network_ = dynamic_cast<const NetworkProblem*>(plain_.get());
+    if (network_ != nullptr) { quick_ = std::make_unique<QuickProblem>(*network_); }
+  }
 
-PointScene::~PointScene() = default;
+  /// Returns the position of a node, or of the mass of an oscillator.
+  [[nodiscard]] Signal signal_of(int node) const {
+    return network_ != nullptr ? Signal{network_->coordinate(node), 3} : Signal{0, 1};
+  }
 
-MethodRun PointScene::here(const Scene& scene) const {
-  const Trace motion = roll_out(context_, scene, {.position = true, .energy = true});
-  const std::string scheme(Simulation(scene).plan().integrator->name);
-  return {.tool = motion.position.middleRows(first_, count_),
-          .position = motion.position,
-          .energy = vector_of(motion.values("energy_j")),
-          .seconds = motion.seconds,
-          .evaluations = evaluations_of(scheme, motion.steps),
-          .failed = motion.diverged};
-}
-
-MethodRun PointScene::there(const std::string& solver,
+  [[nodiscard]] Trace solve(const std::string& solver,
                             const reference::Tolerance& tolerance) const {
-  MethodRun run;
-  try {
-    const double begin = seconds_on(Clock::processor);
-    const auto solution =
-        reference::solver_named(solver).solve(quick_ ? *quick_ : *plain_, instants_, tolerance);
-    const double busy = seconds_on(Clock::processor) - begin;
-    run = {.tool = solution.position.middleRows(first_, count_),
-           .position = solution.position,
-           .seconds = std::min(busy, solution.seconds),
-           .evaluations = solution.evaluations};
-    run.energy.resize(solution.position.cols());
-    for (Eigen::Index n = 0; n < run.energy.size(); ++n) {
-      run.energy(n) = plain_->energy(solution.position.col(n), solution.velocity.col(n));
-    }
-  } catch (const reference::SolverError&) { run.failed = true; }
-  return run;
-}
+    try {
+      const Problem& problem = quick_ ? *quick_ : *plain_;
+      const double begin = seconds_on(Clock::processor);
+      Trace run = reference::solver_named(solver).solve(problem, instants_, tolerance);
+      run.seconds = std::min(seconds_on(Clock::processor) - begin, run.seconds);
+      Column energy{.name = "energy_j", .unit = "J"};
+      for (Eigen::Index n = 0; n < run.position.cols(); ++n) {
+        energy.values.push_back(plain_->energy(run.position.col(n), run.velocity.col(n)));
+      }
+      run.columns.push_back(std::move(energy));
+      return run;
+    } catch (const reference::SolverError&) { return {.diverged = true}; }
+  }
 
-MethodRun needle_here(const CaseContext& context, const Scene& scene) {
-  const Trace insertion = roll_out(context, scene, {.position = true, .energy = true});
-  MethodRun run{.tool = vector_of(insertion.values("tool.force_n")).transpose(),
-                .position = insertion.position,
-                .energy = vector_of(insertion.values("energy_j")),
-                .seconds = insertion.seconds,
-                .failed = insertion.diverged};
-  const long ticks = static_cast<long>(insertion.rows()) - 1;
-  run.evaluations = evaluations_of(insertion.method, ticks * insertion.substeps);
-  return run;
-}
+ private:
+  std::unique_ptr<Problem> plain_;
+  const NetworkProblem* network_ = nullptr;  ///< nullptr for an oscillator
+  std::unique_ptr<Problem> quick_{};         ///< networks only
+  std::vector<double> instants_;
+};
 
-NeedleReference needle_there(const Scene& scene, double tolerance) {
-  const std::vector<double> times = instants_of(scene);
+/// Solves a scene with a needle with CVODE and root finding for events. The events of the trace are
+/// those at which the force jumps.
+Trace solve_needle(const Scene& scene, double tolerance) {
   const SpringNetwork network = build_network(scene);
   const double begin = seconds_on(Clock::processor);
-  const reference::Insertion solved =
-      reference::solve_insertion(scene, network, times, {.relative = tolerance});
-  const double busy = seconds_on(Clock::processor) - begin;
-  const auto count = static_cast<Eigen::Index>(times.size());
-  NeedleReference found;
-  found.run = {.tool = Eigen::MatrixXd(1, count),
-               .position = Eigen::MatrixXd(solved.instants.front().position.size(), count),
-               .energy = Eigen::VectorXd(count),
-               .seconds = std::min(busy, solved.seconds),
-               .evaluations = solved.evaluations};
-  for (Eigen::Index n = 0; n < count; ++n) {
-    const reference::InsertionInstant& instant = solved.instants[static_cast<std::size_t>(n)];
-    found.run.tool(0, n) = instant.total;
-    found.run.position.col(n) = instant.position;
-    found.run.energy(n) = instant.energy.stored;
-    found.jumps.push_back(
-        std::ranges::any_of(solved.events, [&](const reference::InsertionEvent& event) {
-          return event.kind != reference::InsertionEvent::Kind::knot_passed &&
-                 std::abs(instant.time - event.time) <= 2.0 * scene.simulation.step;
-        }));
+  Trace run =
+      reference::solve_insertion(scene, network, instants_of(scene), {.relative = tolerance});
+  run.seconds = std::min(seconds_on(Clock::processor) - begin, run.seconds);
+  std::erase_if(run.events, [](const Event& event) { return event.kind == "knot-passed"; });
+  return run;
+}
+
+/// Ticks within two of an event.
+std::vector<bool> jumps_of(const Trace& run, double step) {
+  std::vector<bool> jumps;
+  for (const double time : run.time) {
+    jumps.push_back(std::ranges::any_of(
+        run.events, [&](const Event& event) { return std::abs(time - event.time) <= 2.0 * step; }));
   }
-  return found;
+  return jumps;
+}
+
+/// Adds the truth and the solvers of a scene without a tool. The two references share no method.
+void observe_point(Study& study, int node, const std::array<const char*, 2>& references) {
+  const auto point = std::make_shared<PointSolver>(study.scene);
+  const reference::Tolerance tight{
+      .relative = 1e-9, .position_scale = 1e-3, .velocity_scale = 1e-2};
+  study.truth = truth_of(point->solve(references[0], tight), point->solve(references[1], tight),
+                         point->signal_of(node));
+  study.there = [point, travel = study.truth.travel, duration = study.scene.simulation.duration](
+                    const std::string& solver, double tolerance) {
+    return point->solve(
+        solver,
+        {.relative = tolerance, .position_scale = travel, .velocity_scale = travel / duration});
+  };
+}
+
+/// Adds the truth and the solver of a scene with a needle; ticks at jumps of the force are left
+/// out.
+void observe_needle(Study& study, double finest) {
+  Trace truth = solve_needle(study.scene, finest);
+  std::vector<bool> jumps = jumps_of(truth, study.scene.simulation.step);
+  study.truth = truth_of(std::move(truth), solve_needle(study.scene, 1e-8), {}, std::move(jumps));
+  study.there = [scene = study.scene](const std::string&, double tolerance) {
+    return solve_needle(scene, tolerance);
+  };
+}
+
+/// The paper's lightest damping (its Figs. 6-10): m = k = 1, c = 0.1, some four periods.
+Study oscillator_study() {
+  Study study;
+  study.tool = "the mass";
+  study.scene.simulation = {.duration = 25.0, .step = 0.25};
+  study.scene.tissue.source = Source::oscillator;
+  observe_point(study, 0, {"modal", "arkode-fehlberg-7-8"});
+  return study;
+}
+
+/// A cube with 26 neighbours and one pulled node; not stiff, so solvers with matrices have no part
+/// in it.
+Study cube_study(int nodes_a_side) {
+  Study study;
+  study.scene = s26_scene(nodes_a_side);
+  study.tool = "the pulled node";
+  observe_point(study, study.scene.loads.front().nodes.front(),
+                {"arkode-fehlberg-7-8", "cvode-adams"});
+  return study;
+}
+
+/// Seven layers with moduli that explicit schemes can follow, at 20 mm/s.
+Study needle_study(double duration, double finest) {
+  Study study;
+  study.scene = tools::seven_soft_layers();
+  study.tool = "the force on the hand, but within two ticks of an event";
+  study.scene.simulation = {.duration = duration, .step = 1e-3};
+  observe_needle(study, finest);
+  return study;
+}
+
+Quantity floor_of(const Study& study) {
+  return {.name = "floor_of_the_reference",
+          .value = study.truth.floor,
+          .upper = 1e-5,
+          .bound_from = "a tenth of the smallest error that is required"};
 }
 
 // Error against run time on four scenes: one spring, a soft cube, seven layers under a needle, a
 // stiff ligament.
-
-namespace {
 
 /// All schemes except the printed Feynman-Newton, which is an erratum.
 const std::vector<std::string> all_schemes{"euler",          "euler-cromer",     "feynman-newton",
@@ -236,89 +211,50 @@ void judge_end(const std::vector<Point>& points, double most, Outcome& outcome) 
     const bool timed = p.method.starts_with("euler-cromer") && p.setting == "1 substep";
     if (p.far_field) { continue; }
     if (!timed && p.kind != Point::Kind::automatic) { continue; }
-    outcome.judge(
-        {.name = "error_at_end_" + std::string(p.kind == Point::Kind::automatic  ? "auto"
-                                               : p.kind == Point::Kind::in_float ? "float"
-                                                                                 : "double"),
-         .value = p.errors.tool_at_end,
-         .upper = most,
-         .bound_from = "what semi-implicit Euler of other engines has after 0.1 s, 4.3e-4"});
+    outcome.judge_at_most(
+        "error_at_end_" + std::string(p.kind == Point::Kind::automatic  ? "auto"
+                                      : p.kind == Point::Kind::in_float ? "float"
+                                                                        : "double"),
+        p.errors.tool_at_end, most,
+        "what semi-implicit Euler of other engines has after 0.1 s, 4.3e-4");
   }
 }
 
 void judge(const CaseContext& context, const Study& study, const Demand& demand, Outcome& outcome) {
   const std::vector<Point> points =
-      measure_points(study, context.quick ? 0.1 : 0.6, context.quick ? 2 : 5);
-  outcome.judge({.name = "floor_of_the_reference",
-                 .value = study.truth.floor,
-                 .upper = 1e-5,
-                 .bound_from = "a tenth of the smallest error that is asked for"});
-  outcome.judge(
-      {.name = "auto_over_quickest_as_accurate",
-       .value = automatic_over_best(points),
-       .upper = noise_of(points),
-       .bound_from =
-           "integrator = \"auto\" is on the frontier: the least of its run times over the median "
-           "of any setting in double that is as near, apart by no more than least and median "
-           "of one setting are in this table, or a tenth"});
-  outcome.judge({.name = "error_of_auto",
-                 .value = largest_error_of_automatic(points),
-                 .upper = automatic_promise,
-                 .bound_from = "what docs/scenes.md promises of integrator = \"auto\""});
+      measure_points(context, study, context.quick ? 0.1 : 0.6, context.quick ? 2 : 5);
+  outcome.judge(floor_of(study));
+  outcome.judge_at_most("auto_over_quickest_as_accurate", automatic_over_best(points),
+                        noise_of(points),
+                        "integrator = \"auto\" is on the frontier: the least of its run times over "
+                        "the median of any setting in double that is as near, apart by no more "
+                        "than least and median of one setting are in this table, or a tenth");
+  outcome.judge_at_most("error_of_auto", largest_error_of_automatic(points), automatic_promise,
+                        "what docs/scenes.md promises of integrator = \"auto\"");
   if (demand.times_cheaper > 0.0) {
     const Point* here = cheapest(points, 1e-3, true);
     const Point* there = cheapest(points, 1e-3, false);
-    outcome.judge(
-        {.name = "elsewhere_over_here_at_1e-3",
-         .value =
-             here != nullptr && there != nullptr ? there->seconds / here->seconds : std::nan(""),
-         .lower = demand.times_cheaper,
-         .bound_from =
-             "asked of the project: so many times cheaper than the best of SUNDIALS, GSL and "
-             "odeint"});
+    outcome.judge_at_least(
+        "elsewhere_over_here_at_1e-3",
+        here != nullptr && there != nullptr ? there->seconds / here->seconds : std::nan(""),
+        demand.times_cheaper,
+        "asked of the project: so many times cheaper than the best of SUNDIALS, GSL and odeint");
   }
   if (std::isfinite(demand.error_at_end)) { judge_end(points, demand.error_at_end, outcome); }
   add_tables(points, study, outcome);
   add_figures(points, study, outcome);
 }
 
-/// A scene without a tool, against two solvers that share no method.
-void judge_point(const CaseContext& context, Study study, int node,
-                 const std::array<const char*, 2>& references, const Demand& demand,
-                 Outcome& outcome) {
-  const PointScene point(context, study.scene, node);
-  const reference::Tolerance tight{
-      .relative = 1e-9, .position_scale = 1e-3, .velocity_scale = 1e-2};
-  study.truth = truth_of(point.there(references[0], tight), point.there(references[1], tight));
-  const reference::Tolerance scales{
-      .position_scale = study.truth.travel,
-      .velocity_scale = study.truth.travel / study.scene.simulation.duration};
-  study.here = [&](const Scene& scene) { return point.here(scene); };
-  study.there = [&](const std::string& solver, double tolerance) {
-    reference::Tolerance wanted = scales;
-    wanted.relative = tolerance;
-    return point.there(solver, wanted);
-  };
-  judge(context, study, demand, outcome);
-}
-
-/// The paper's lightest damping (its Figs. 6-10): m = k = 1, c = 0.1, some four periods.
 void measure_oscillator(const CaseContext& context, Outcome& outcome) {
-  Study study;
-  study.tool = "the mass";
+  Study study = oscillator_study();
   study.schemes = all_schemes;
   study.solvers = explicit_solvers;
   study.most_substeps = 256;
-  study.scene.simulation = {.duration = 25.0, .step = 0.25};
-  study.scene.tissue.source = Source::oscillator;
-  judge_point(context, study, 0, {"modal", "arkode-fehlberg-7-8"}, {}, outcome);
+  judge(context, study, {}, outcome);
 }
 
-/// 1000 nodes, 26 neighbours, one pulled; not stiff, so solvers with matrices have no part in it.
 void measure_cube(const CaseContext& context, Outcome& outcome) {
-  Study study;
-  study.scene = s26_scene(10);
-  study.tool = "the pulled node";
+  Study study = cube_study(10);
   study.schemes = all_schemes;
   study.solvers = explicit_solvers;
   study.most_substeps = context.quick ? 4 : 64;
@@ -326,9 +262,7 @@ void measure_cube(const CaseContext& context, Outcome& outcome) {
   // Two and a half spacings; what its shapes lack is then half of what RK4 is off with one substep.
   study.reduction = {.near_radius = 0.025, .far_modes = 24};
   study.schemes_of_reduction = {"euler-cromer", "velocity-verlet", "rk4"};
-  const int node = study.scene.loads.front().nodes.front();
-  judge_point(context, study, node, {"arkode-fehlberg-7-8", "cvode-adams"},
-              {.times_cheaper = 20.0, .error_at_end = 4.35e-4}, outcome);
+  judge(context, study, {.times_cheaper = 20.0, .error_at_end = 4.35e-4}, outcome);
 }
 
 /// A block of ligament with its published modulus: explicit schemes take some ten microseconds a
@@ -351,28 +285,18 @@ void measure_ligament(const CaseContext& context, Outcome& outcome) {
   constexpr int node = 3 * 6 + 3;
   study.scene.loads = {
       {.nodes = {node}, .force = {0.0, 0.0, 0.5}, .end = 0.015, .profile = Profile::half_sine}};
-  judge_point(context, study, node, {"arkode-fehlberg-7-8", "cvode-bdf"}, {}, outcome);
+  observe_point(study, node, {"arkode-fehlberg-7-8", "cvode-bdf"});
+  judge(context, study, {}, outcome);
 }
 
-/// Seven layers with moduli that explicit schemes can follow, at 20 mm/s; force at ticks that no
-/// jump is near.
 void measure_needle(const CaseContext& context, Outcome& outcome) {
-  Study study;
-  study.scene = tools::seven_soft_layers();
+  Study study = needle_study(context.quick ? 0.15 : 0.45, 1e-10);
   study.schemes = all_schemes;
-  // They keep velocities of half steps, which no tool can be felt with.
+  // They have velocities at half steps, which a tool cannot use.
   std::erase(study.schemes, "leapfrog");
   std::erase(study.schemes, "feynman-newton");
-  study.tool = "the force on the hand, but within two ticks of an event";
   study.solvers = {"cvode-adams with events as roots"};
   study.most_substeps = context.quick ? 64 : 256;
-  study.scene.simulation = {.duration = context.quick ? 0.15 : 0.45, .step = 1e-3};
-  const NeedleReference finest = needle_there(study.scene, 1e-10);
-  study.truth = truth_of(finest.run, needle_there(study.scene, 1e-8).run, finest.jumps);
-  study.here = [&](const Scene& scene) { return needle_here(context, scene); };
-  study.there = [&](const std::string&, double tolerance) {
-    return needle_there(study.scene, tolerance).run;
-  };
   judge(context, study, {}, outcome);
 }
 
@@ -385,6 +309,74 @@ Case precision_case(const std::string& scene, const std::string& claim,
           .weight = 60.0};
 }
 
+// Cost of accuracy in force evaluations, which are the same on every machine, so that a gate can
+// compare them.
+
+/// Points of four explicit schemes with 1, 2, 4 ... substeps, without run times.
+std::vector<Point> count_points(const CaseContext& context, const Study& study) {
+  std::vector<Point> points;
+  for (const char* scheme : {"euler", "euler-cromer", "velocity-verlet", "rk4"}) {
+    for (int substeps = study.least_substeps; substeps <= study.most_substeps; substeps *= 2) {
+      Scene scene = study.scene;
+      scene.simulation.integrator = scheme;
+      scene.simulation.substeps = substeps;
+      const Trace run = run_here(context, scene);
+      const Errors errors = errors_of(run, study.truth);
+      if (!(errors.tool < 1.0)) { continue; }
+      points.push_back({.method = scheme, .evaluations = run.evaluations, .errors = errors});
+      if (errors.tool < 10.0 * study.truth.floor) { break; }
+    }
+  }
+  return points;
+}
+
+/// `costs` are the numbers of evaluations for which digits are reported.
+void count(const CaseContext& context, const Study& study, const std::vector<double>& costs,
+           Outcome& outcome) {
+  const std::vector<Point> points = count_points(context, study);
+  outcome.judge(floor_of(study));
+  for (const double error : {1e-2, 1e-3, 1e-4}) {
+    outcome.report("evaluations_at_" + plain_number(error) + "_of_the_peak", cost_at(points, error),
+                   "evaluations");
+  }
+  for (const double cost : costs) {
+    outcome.report("digits_after_" + plain_number(cost, 6) + "_evaluations",
+                   digits_at(points, cost), "digits");
+  }
+  Table& table = outcome.tables.emplace_back(
+      Table{.id = "efforts",
+            .title = "Evaluations and errors",
+            .caption = "The largest error at the tool over its peak.",
+            .columns = {"scheme", "evaluations of the force", "error"}});
+  for (const Point& each : points) {
+    table.rows.push_back({each.method, static_cast<double>(each.evaluations), each.errors.tool});
+  }
+}
+
+void count_oscillator(const CaseContext& context, Outcome& outcome) {
+  count(context, oscillator_study(), {400.0, 1600.0}, outcome);
+}
+
+void count_cube(const CaseContext& context, Outcome& outcome) {
+  count(context, cube_study(6), {400.0, 1600.0}, outcome);
+}
+
+void count_needle(const CaseContext& context, Outcome& outcome) {
+  Study study = needle_study(0.15, 1e-9);
+  study.least_substeps = 8;
+  count(context, study, {2400.0, 9600.0}, outcome);
+}
+
+Case frontier_case(const std::string& scene, void (*measure)(const CaseContext&, Outcome&)) {
+  return {.name = "bench/frontier/" + scene,
+          .suite = "timing",
+          .claim =
+              "What an error costs in evaluations of the force, and what they buy, is known to a "
+              "tenth of the smallest error that is asked for.",
+          .measure = measure,
+          .weight = 10.0};
+}
+
 }  // namespace
 
 std::vector<Case> precision_cases() {
@@ -393,139 +385,20 @@ std::vector<Case> precision_cases() {
           "oscillator",
           "On one spring, nothing in double is both quicker and nearer than what \"auto\" chooses.",
           measure_oscillator),
-      precision_case(
-          "cube",
-          "The pulled cube of 1000 nodes is computed to a thousandth of its peak at a small part "
-          "of "
-          "what the best solver of another library takes for it, and \"auto\" is on the frontier.",
-          measure_cube),
-      precision_case(
-          "needle",
-          "Of seven layers under a needle, nothing in double is both quicker and nearer than what "
-          "\"auto\" chooses.",
-          measure_needle),
-      precision_case(
-          "ligament",
-          "Of a stiff ligament, nothing in double is both quicker and nearer than what \"auto\" "
-          "chooses.",
-          measure_ligament)};
+      precision_case("cube",
+                     "The pulled cube of 1000 nodes is computed to a thousandth of its peak at a "
+                     "small part of what the best solver of another library takes for it, and "
+                     "\"auto\" is on the frontier.",
+                     measure_cube),
+      precision_case("needle",
+                     "Of seven layers under a needle, nothing in double is both quicker and nearer "
+                     "than what \"auto\" chooses.",
+                     measure_needle),
+      precision_case("ligament",
+                     "Of a stiff ligament, nothing in double is both quicker and nearer than what "
+                     "\"auto\" chooses.",
+                     measure_ligament)};
 }
-
-// Cost of accuracy in force evaluations, which are the same on every machine, so that a gate can
-// compare them.
-
-namespace {
-
-/// A scene whose explicit schemes are compared, each with 1, 2, 4 ... substeps.
-struct Frontier {
-  Scene scene{};
-  std::vector<std::string> schemes{"euler", "euler-cromer", "velocity-verlet", "rk4"};
-  int least_substeps = 1;
-  int most_substeps = 64;
-  std::vector<double> costs{};  ///< numbers of evaluations for which digits are reported
-  Truth truth{};
-  std::function<MethodRun(const Scene&)> here{};
-};
-
-std::vector<Effort> efforts_of(const Frontier& frontier) {
-  std::vector<Effort> efforts;
-  for (const std::string& scheme : frontier.schemes) {
-    for (int substeps = frontier.least_substeps; substeps <= frontier.most_substeps;
-         substeps *= 2) {
-      Scene scene = frontier.scene;
-      scene.simulation.integrator = scheme;
-      scene.simulation.substeps = substeps;
-      const MethodRun run = frontier.here(scene);
-      if (run.failed) { continue; }
-      const double error = errors_of(run, frontier.truth).tool;
-      if (!(error < 1.0)) { continue; }
-      efforts.push_back(
-          {.method = scheme, .cost = static_cast<double>(run.evaluations), .error = error});
-      if (error < 10.0 * frontier.truth.floor) { break; }
-    }
-  }
-  return efforts;
-}
-
-Table table_of(const std::vector<Effort>& efforts) {
-  Table table{.id = "efforts",
-              .title = "Evaluations and errors",
-              .caption = "The largest error at the tool over its peak.",
-              .columns = {"scheme", "evaluations of the force", "error"}};
-  for (const Effort& each : efforts) { table.rows.push_back({each.method, each.cost, each.error}); }
-  return table;
-}
-
-void judge(const Frontier& frontier, Outcome& outcome) {
-  const std::vector<Effort> efforts = efforts_of(frontier);
-  outcome.judge({.name = "floor_of_the_reference",
-                 .value = frontier.truth.floor,
-                 .upper = 1e-5,
-                 .bound_from = "a tenth of the smallest error that is asked for"});
-  for (const double error : {1e-2, 1e-3, 1e-4}) {
-    outcome.judge({.name = "evaluations_at_" + plain_number(error) + "_of_the_peak",
-                   .value = cost_at(efforts, error),
-                   .unit = "evaluations"});
-  }
-  for (const double cost : frontier.costs) {
-    outcome.judge({.name = "digits_after_" + plain_number(cost, 6) + "_evaluations",
-                   .value = digits_at(efforts, cost),
-                   .unit = "digits"});
-  }
-  outcome.tables.push_back(table_of(efforts));
-}
-
-void judge_point(const CaseContext& context, Frontier frontier, int node,
-                 const std::array<const char*, 2>& references, Outcome& outcome) {
-  const PointScene point(context, frontier.scene, node);
-  const reference::Tolerance tight{
-      .relative = 1e-9, .position_scale = 1e-3, .velocity_scale = 1e-2};
-  frontier.truth = truth_of(point.there(references[0], tight), point.there(references[1], tight));
-  frontier.here = [&](const Scene& scene) { return point.here(scene); };
-  judge(frontier, outcome);
-}
-
-void count_oscillator(const CaseContext& context, Outcome& outcome) {
-  Frontier frontier;
-  frontier.costs = {400.0, 1600.0};
-  frontier.scene.simulation = {.duration = 25.0, .step = 0.25};
-  frontier.scene.tissue.source = Source::oscillator;
-  judge_point(context, frontier, 0, {"modal", "arkode-fehlberg-7-8"}, outcome);
-}
-
-void count_cube(const CaseContext& context, Outcome& outcome) {
-  Frontier frontier;
-  frontier.scene = s26_scene(6);
-  frontier.costs = {400.0, 1600.0};
-  judge_point(context, frontier, frontier.scene.loads.front().nodes.front(),
-              {"arkode-fehlberg-7-8", "cvode-adams"}, outcome);
-}
-
-/// The force on the hand, but within two ticks of an event, where it jumps.
-void count_needle(const CaseContext& context, Outcome& outcome) {
-  Frontier frontier;
-  frontier.scene = tools::seven_soft_layers();
-  frontier.least_substeps = 8;
-  frontier.costs = {2400.0, 9600.0};
-  frontier.scene.simulation = {.duration = 0.15, .step = 1e-3};
-  const NeedleReference finest = needle_there(frontier.scene, 1e-9);
-  frontier.truth = truth_of(finest.run, needle_there(frontier.scene, 1e-8).run, finest.jumps);
-  frontier.here = [&](const Scene& scene) { return needle_here(context, scene); };
-  judge(frontier, outcome);
-}
-
-Case frontier_case(const std::string& scene, void (*measure)(const CaseContext&, Outcome&)) {
-  return {.name = "bench/frontier/" + scene,
-          .suite = "timing",
-          .claim =
-              "What an error costs in evaluations of the force, and what they buy, is known to a "
-              "tenth of the smallest "
-              "error that is asked for.",
-          .measure = measure,
-          .weight = 10.0};
-}
-
-}  // namespace
 
 std::vector<Case> frontier_cases() {
   return {frontier_case("oscillator", count_oscillator), frontier_case("cube", count_cube),

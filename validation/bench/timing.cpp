@@ -10,6 +10,8 @@
 #include <numeric>
 #include <random>
 
+#include "validation/signal.hpp"
+
 namespace palpate::bench {
 
 namespace {
@@ -32,12 +34,6 @@ long times_for(const Contender& contender, double batch) {
     seconds = seconds_of(contender, times);
   }
   return std::max(1L, std::lround(static_cast<double>(times) * batch / std::max(seconds, 1e-9)));
-}
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 }  // namespace
@@ -68,7 +64,7 @@ std::vector<Timed> time_interleaved(const std::vector<Contender>& contenders,
   for (std::size_t n = 0; n < contenders.size(); ++n) {
     timed.push_back({.name = contenders[n].name,
                      .least = std::ranges::min(seconds[n]),
-                     .median = median_of(seconds[n])});
+                     .median = comparison::quantile(seconds[n], 0.5)});
   }
   return timed;
 }
@@ -86,11 +82,6 @@ double at_most(long k, std::size_t n) {
                           static_cast<double>(k));
 }
 
-double median_of_sorted(const std::vector<double>& sorted) {
-  const std::size_t n = sorted.size();
-  return n == 0 ? std::nan("") : 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]);
-}
-
 }  // namespace
 
 MedianLimits median_limits(std::vector<double> values, double confidence) {
@@ -98,7 +89,7 @@ MedianLimits median_limits(std::vector<double> values, double confidence) {
   const std::size_t n = values.size();
   long rank = 0;  // the largest that is a limit with that confidence
   while (rank < static_cast<long>(n) && at_most(rank, n) <= 1.0 - confidence) { ++rank; }
-  MedianLimits limits{.median = median_of_sorted(values),
+  MedianLimits limits{.median = comparison::quantile(values, 0.5),
                       .lower = -std::numeric_limits<double>::infinity(),
                       .upper = std::numeric_limits<double>::infinity()};
   if (rank > 0) {
@@ -144,10 +135,6 @@ std::vector<PairedStart> starts_until_decided(int starts,
 
 namespace {
 
-double median_of(std::span<const double> values) {
-  return median_limits({values.begin(), values.end()}, paired_confidence).median;
-}
-
 int sign(double x) { return (x > 0.0 ? 1 : 0) - (x < 0.0 ? 1 : 0); }
 
 bool is_worse(const Trend& trend) {
@@ -175,8 +162,8 @@ std::optional<ChangePoint> find_change(std::span<const double> values) {
   const auto count = static_cast<double>(n);
   const auto k = static_cast<double>(largest);
   change.chance = std::min(1.0, 2.0 * std::exp(-6.0 * k * k / (count * count * (count + 1.0))));
-  change.before = median_of(values.first(change.at));
-  change.after = median_of(values.subspan(change.at));
+  change.before = comparison::quantile(values.first(change.at), 0.5);
+  change.after = comparison::quantile(values.subspan(change.at), 0.5);
   return change;
 }
 

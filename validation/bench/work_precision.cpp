@@ -9,9 +9,12 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "model/stepping/simulation.hpp"
 #include "validation/bench/timing.hpp"
+#include "validation/roll_out.hpp"
+#include "validation/signal.hpp"
 
 namespace palpate::bench {
 
@@ -26,10 +29,11 @@ struct Place {
 };
 
 /// Returns the points of each method by increasing cost.
-std::vector<std::vector<Place>> ladders_of(std::span<const Effort> efforts) {
+std::vector<std::vector<Place>> ladders_of(std::span<const Point> points) {
   std::map<std::string, std::vector<Place>> by_method;
-  for (const Effort& each : efforts) {
-    by_method[each.method].push_back({std::log10(each.cost), std::log10(each.error)});
+  for (const Point& each : points) {
+    by_method[each.method].push_back(
+        {std::log10(static_cast<double>(each.evaluations)), std::log10(each.errors.tool)});
   }
   std::vector<std::vector<Place>> ladders;
   for (auto& [method, ladder] : by_method) {
@@ -64,9 +68,9 @@ double error_on(const std::vector<Place>& ladder, double cost) {
 }
 
 /// Returns the minimum over the methods, ignoring those without a value.
-template <class Value> double least(std::span<const Effort> efforts, double at, Value&& value) {
+template <class Value> double least(std::span<const Point> points, double at, Value&& value) {
   double best = nothing;
-  for (const std::vector<Place>& ladder : ladders_of(efforts)) {
+  for (const std::vector<Place>& ladder : ladders_of(points)) {
     best = std::fmin(best, value(ladder, std::log10(at)));
   }
   return best;
@@ -74,15 +78,19 @@ template <class Value> double least(std::span<const Effort> efforts, double at, 
 
 }  // namespace
 
-double cost_at(std::span<const Effort> efforts, double error) {
-  return std::pow(10.0, least(efforts, error, cost_on));
+double cost_at(std::span<const Point> points, double error) {
+  return std::pow(10.0, least(points, error, cost_on));
 }
 
-double digits_at(std::span<const Effort> efforts, double cost) {
-  return -least(efforts, cost, error_on);
+double digits_at(std::span<const Point> points, double cost) {
+  return -least(points, cost, error_on);
 }
 
 namespace {
+
+Eigen::VectorXd vector_of(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values));
+}
 
 double root_mean_square(const Eigen::MatrixXd& values) {
   return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
@@ -119,13 +127,14 @@ std::string substeps_text(int substeps) {
   return std::to_string(substeps) + (substeps == 1 ? " substep" : " substeps");
 }
 
-/// Its errors; false when it is of no use.
-bool judge_once(const Study& study, Candidate& candidate, double& seconds) {
-  const MethodRun run = study.here(candidate.scene);
+/// Computes the errors; false if the candidate failed or its error exceeds the peak.
+bool judge_once(const CaseContext& context, const Study& study, Candidate& candidate,
+                double& seconds) {
+  const Trace run = run_here(context, candidate.scene);
   seconds = run.seconds;
   candidate.point.evaluations = run.evaluations;
   candidate.point.errors = errors_of(run, study.truth);
-  return !run.failed && candidate.point.errors.tool < 1.0;
+  return !run.diverged && candidate.point.errors.tool < 1.0;
 }
 
 Candidate candidate_of(const Study& study, const Reduction& reduction, Point::Kind kind) {
@@ -141,8 +150,9 @@ std::string method_of(const std::string& scheme, const Candidate& candidate) {
          (candidate.point.far_field ? ", far field" : "");
 }
 
-void add_scheme(const Study& study, const std::string& scheme, const Reduction& reduction,
-                Precision precision, double patience, std::vector<Candidate>& candidates) {
+void add_scheme(const CaseContext& context, const Study& study, const std::string& scheme,
+                const Reduction& reduction, Precision precision, double patience,
+                std::vector<Candidate>& candidates) {
   const bool single = precision == Precision::single_precision;
   double before = unbounded;
   double seconds = 0.0;
@@ -155,7 +165,7 @@ void add_scheme(const Study& study, const std::string& scheme, const Reduction& 
     candidate.scene.simulation.integrator = scheme;
     candidate.scene.simulation.substeps = substeps;
     candidate.scene.simulation.precision = precision;
-    if (!judge_once(study, candidate, seconds)) { continue; }
+    if (!judge_once(context, study, candidate, seconds)) { continue; }
     const double error = candidate.point.errors.tool;
     candidates.push_back(candidate);
     // Below the floor, or where rounding or a jump keeps it, finer steps tell nothing.
@@ -164,7 +174,7 @@ void add_scheme(const Study& study, const std::string& scheme, const Reduction& 
   }
 }
 
-void add_automatic(const Study& study, const Reduction& reduction,
+void add_automatic(const CaseContext& context, const Study& study, const Reduction& reduction,
                    std::vector<Candidate>& candidates) {
   Candidate candidate = candidate_of(study, reduction, Point::Kind::automatic);
   candidate.point.method = method_of("auto", candidate);
@@ -174,7 +184,7 @@ void add_automatic(const Study& study, const Reduction& reduction,
   candidate.point.setting =
       std::string(plan.integrator->name) + ", " + substeps_text(plan.substeps);
   double seconds = 0.0;
-  if (judge_once(study, candidate, seconds)) { candidates.push_back(candidate); }
+  if (judge_once(context, study, candidate, seconds)) { candidates.push_back(candidate); }
 }
 
 /// The ticks alone, all candidates in turn; what comes before them is timed too.
@@ -215,17 +225,16 @@ void add_solver(const Study& study, const std::string& name, double patience,
     Point point{.method = name, .setting = text.data(), .kind = Point::Kind::elsewhere};
     std::vector<double> seconds;
     for (int n = 0; n < 3 && spent < patience; ++n) {
-      const MethodRun run = study.there(name, tolerance);
-      if (run.failed) { break; }
+      const Trace run = study.there(name, tolerance);
+      if (run.diverged) { break; }
       seconds.push_back(run.seconds);
       spent += run.seconds;
       point.evaluations = run.evaluations;
       point.errors = errors_of(run, study.truth);
     }
     if (seconds.empty() || point.errors.tool >= 1.0) { continue; }
-    std::ranges::sort(seconds);
-    point.seconds = seconds.front();
-    point.median = seconds[seconds.size() / 2];
+    point.seconds = std::ranges::min(seconds);
+    point.median = comparison::quantile(seconds, 0.5);
     points.push_back(point);
   }
 }
@@ -240,48 +249,70 @@ bool same_field(const Point& a, const Point& b) {
 
 }  // namespace
 
-Errors errors_of(const MethodRun& run, const Truth& truth) {
-  const bool usable = !run.failed && run.tool.cols() == truth.run.tool.cols() &&
-                      run.tool.allFinite() && run.position.size() == truth.run.position.size() &&
-                      run.position.allFinite();
-  if (!usable) { return {unbounded, unbounded, unbounded, unbounded, unbounded, unbounded}; }
-  const Eigen::VectorXd tool = lengths(run.tool - truth.run.tool, truth.left_out);
-  const Eigen::MatrixXd everywhere = run.position - truth.run.position;
-  return {.tool = tool.maxCoeff() / truth.peak,
-          .tool_mean = root_mean_square(tool) / truth.peak,
-          .tool_at_end = error_at_end(run.tool, truth.run.tool),
-          .trajectory = everywhere.cwiseAbs().maxCoeff() / truth.travel,
-          .trajectory_mean = root_mean_square(everywhere) / truth.travel,
-          .energy = (run.energy - truth.run.energy).cwiseAbs().maxCoeff() / truth.energy};
+Eigen::MatrixXd Signal::of(const Trace& run) const {
+  if (count > 0) { return run.position.middleRows(first, count); }
+  return vector_of(run.values("tool.force_n")).transpose();
 }
 
-Truth truth_of(MethodRun first, const MethodRun& second, std::vector<bool> left_out) {
-  Truth truth{.run = std::move(first), .left_out = std::move(left_out)};
-  const MethodRun& run = truth.run;
-  truth.peak = (run.tool.colwise() - run.tool.col(0)).colwise().norm().maxCoeff();
-  truth.travel = (run.position.colwise() - run.position.col(0)).cwiseAbs().maxCoeff();
-  truth.energy = (run.energy.array() - run.energy(0)).abs().maxCoeff();
+Trace run_here(const CaseContext& context, const Scene& scene) {
+  Trace run = roll_out(context, scene, {.position = true, .energy = true});
+  // An implicit scheme evaluates once an iteration at least.
+  run.evaluations = run.steps * find_integrator(run.method)->evaluations;
+  return run;
+}
+
+Errors errors_of(const Trace& run, const Truth& truth) {
+  constexpr Errors useless{unbounded, unbounded, unbounded, unbounded, unbounded, unbounded};
+  const bool complete = !run.diverged && run.position.rows() == truth.run.position.rows() &&
+                        run.position.cols() == truth.run.position.cols();
+  if (!complete) { return useless; }
+  const Eigen::MatrixXd signal = truth.signal.of(run);
+  if (!signal.allFinite() || !run.position.allFinite()) { return useless; }
+  const Eigen::MatrixXd true_signal = truth.signal.of(truth.run);
+  const Eigen::VectorXd tool = lengths(signal - true_signal, truth.left_out);
+  const Eigen::MatrixXd everywhere = run.position - truth.run.position;
+  const Eigen::VectorXd energy =
+      vector_of(run.values("energy_j")) - vector_of(truth.run.values("energy_j"));
+  return {.tool = tool.maxCoeff() / truth.peak,
+          .tool_mean = root_mean_square(tool) / truth.peak,
+          .tool_at_end = error_at_end(signal, true_signal),
+          .trajectory = everywhere.cwiseAbs().maxCoeff() / truth.travel,
+          .trajectory_mean = root_mean_square(everywhere) / truth.travel,
+          .energy = energy.cwiseAbs().maxCoeff() / truth.energy};
+}
+
+Truth truth_of(Trace first, const Trace& second, const Signal& signal, std::vector<bool> left_out) {
+  Truth truth{.run = std::move(first), .signal = signal, .left_out = std::move(left_out)};
+  const Eigen::MatrixXd tool = signal.of(truth.run);
+  const Eigen::MatrixXd& position = truth.run.position;
+  const Eigen::VectorXd energy = vector_of(truth.run.values("energy_j"));
+  truth.peak = (tool.colwise() - tool.col(0)).colwise().norm().maxCoeff();
+  truth.travel = (position.colwise() - position.col(0)).cwiseAbs().maxCoeff();
+  truth.energy = (energy.array() - energy(0)).abs().maxCoeff();
   truth.floor = errors_of(second, truth).tool;
   return truth;
 }
 
-std::vector<Point> measure_points(const Study& study, double patience, int rounds) {
+std::vector<Point> measure_points(const CaseContext& context, const Study& study, double patience,
+                                  int rounds) {
   std::vector<Candidate> candidates;
   const auto add_schemes = [&](const std::vector<std::string>& schemes,
                                const Reduction& reduction) {
     for (const std::string& scheme : schemes) {
-      add_scheme(study, scheme, reduction, Precision::double_precision, patience, candidates);
+      add_scheme(context, study, scheme, reduction, Precision::double_precision, patience,
+                 candidates);
       if (study.in_float && !find_integrator(scheme)->implicit) {
-        add_scheme(study, scheme, reduction, Precision::single_precision, patience, candidates);
+        add_scheme(context, study, scheme, reduction, Precision::single_precision, patience,
+                   candidates);
       }
     }
   };
   add_schemes(study.schemes, {});
   if (study.reduction.near_radius > 0.0) {
     add_schemes(study.schemes_of_reduction, study.reduction);
-    add_automatic(study, study.reduction, candidates);
+    add_automatic(context, study, study.reduction, candidates);
   }
-  add_automatic(study, {}, candidates);
+  add_automatic(context, study, {}, candidates);
   time_candidates(candidates, rounds);
   std::vector<Point> points;
   for (const Candidate& candidate : candidates) { points.push_back(candidate.point); }
@@ -308,26 +339,26 @@ bool on_frontier(const std::vector<Point>& points, const Point& point) {
 }
 
 double automatic_over_best(const std::vector<Point>& points) {
-  double worst = std::nan("");
+  std::optional<Largest> worst;
   for (const Point& automatic : points) {
     if (automatic.kind != Point::Kind::automatic) { continue; }
-    worst = std::fmax(worst, 0.0);
+    if (!worst) { worst.emplace(); }
     for (const Point& p : points) {
       if (p.kind != Point::Kind::in_double || !same_field(p, automatic)) { continue; }
-      if (p.errors.tool <= automatic.errors.tool) {
-        worst = std::max(worst, automatic.seconds / p.median);
-      }
+      if (p.errors.tool <= automatic.errors.tool) { worst->add(automatic.seconds / p.median); }
     }
   }
-  return worst;
+  return worst ? worst->value() : nothing;
 }
 
 double largest_error_of_automatic(const std::vector<Point>& points) {
-  double largest = std::nan("");
+  std::optional<Largest> largest;
   for (const Point& p : points) {
-    if (p.kind == Point::Kind::automatic) { largest = std::fmax(largest, p.errors.tool); }
+    if (p.kind != Point::Kind::automatic) { continue; }
+    if (!largest) { largest.emplace(); }
+    largest->add(p.errors.tool);
   }
-  return largest;
+  return largest ? largest->value() : nothing;
 }
 
 double noise_of(const std::vector<Point>& points) {
@@ -354,20 +385,19 @@ std::string words_on_far_field(const Study& study) {
 }
 
 Table points_table(const std::vector<Point>& points, const Study& study) {
-  Table table{
-      .id = "points",
-      .title = "Every setting",
-      .caption =
-          "Errors at ticks, over the largest displacement, change of energy, or signal of the tool "
-          "(here: " +
-          study.tool +
-          "). MethodRun times, without loading, are the least and the median of rounds; on the "
-          "frontier is what no other setting of its kind and precision beats in both." +
-          words_on_far_field(study),
-      .columns = {"method", "setting", "time (s)", "median (s)", "loading (s)", "evaluations",
-                  "tool (1)", "tool, mean (1)", "trajectory (1)", "trajectory, mean (1)",
-                  "energy (1)", "frontier"},
-      .timing = true};
+  Table table{.id = "points",
+              .title = "Every setting",
+              .caption =
+                  "Errors at ticks, over the largest displacement, change of energy, or signal of "
+                  "the tool (here: " +
+                  study.tool +
+                  "). Run times, without loading, are the least and the median of rounds; on the "
+                  "frontier is what no other setting of its kind and precision beats in both." +
+                  words_on_far_field(study),
+              .columns = {"method", "setting", "time (s)", "median (s)", "loading (s)",
+                          "evaluations", "tool (1)", "tool, mean (1)", "trajectory (1)",
+                          "trajectory, mean (1)", "energy (1)", "frontier"},
+              .timing = true};
   for (const Point& p : points) {
     const Cell loading = p.here() ? Cell(p.loading) : Cell(std::string("-"));
     table.rows.push_back({p.method, p.setting, p.seconds, p.median, loading,
@@ -390,9 +420,8 @@ Table cheapest_table(const std::vector<Point>& points, const Study& study) {
   Table table{.id = "cheapest",
               .title = "The cheapest way to an error",
               .caption = "Of what is at most that far off at the tool (" + study.tool +
-                         "); integrator = \"auto\" "
-                         "chooses " +
-                         points.back().setting + "." + words_on_far_field(study),
+                         "); integrator = \"auto\" chooses " + points.back().setting + "." +
+                         words_on_far_field(study),
               .columns = {"error (1)", "here", "time (s)", "elsewhere", "time (s)", "ratio (1)"},
               .timing = true};
   for (const double error : {1e-2, 1e-3, 1e-4}) {
@@ -437,16 +466,16 @@ double cost(const View& view, const Point& point) {
 }
 
 Figure figure_of(const std::vector<Point>& points, const View& view, double floor, bool single) {
-  Figure figure{.id = std::string(view.id) + (single ? "-float" : ""),
-                .title = std::string(view.title) + (single ? ", in float" : ""),
-                .caption =
-                    "Lower and further left is better. Lines: schemes of the model, from few "
-                    "substeps to many; "
-                    "points: other libraries, from loose tolerances to tight ones.",
-                .x = {.label = view.evaluations ? "evaluations of the force (1)" : "run time (s)",
-                      .logarithmic = true},
-                .y = {.label = view.error_label, .logarithmic = true},
-                .timing = !view.evaluations};
+  Figure figure{
+      .id = std::string(view.id) + (single ? "-float" : ""),
+      .title = std::string(view.title) + (single ? ", in float" : ""),
+      .caption =
+          "Lower and further left is better. Lines: schemes of the model, from few substeps to "
+          "many; points: other libraries, from loose tolerances to tight ones.",
+      .x = {.label = view.evaluations ? "evaluations of the force (1)" : "run time (s)",
+            .logarithmic = true},
+      .y = {.label = view.error_label, .logarithmic = true},
+      .timing = !view.evaluations};
   double least = unbounded;
   double most = 0.0;
   for (const Point& point : points) {

@@ -13,43 +13,27 @@
 
 namespace palpate::bench {
 
-/// Cost and error of one method at one setting.
-struct Effort {
-  std::string method{};
-  double cost = 0.0;   ///< number of force evaluations, > 0
-  double error = 0.0;  ///< error over the peak [1], > 0
-};
-
-/// Returns the minimum cost of any method for an error, by linear interpolation between its points
-/// in logarithmic coordinates. If the cheapest point of a method is more accurate, its cost counts.
-/// NaN if no method reaches the error.
-double cost_at(std::span<const Effort> efforts, double error);
-
-/// Returns the decimal digits of the best method for a cost, interpolated likewise; beyond its most
-/// expensive point a method has the digits of that point. NaN if no method is so cheap.
-double digits_at(std::span<const Effort> efforts, double cost);
-
 // Error as a function of cost: every scheme with every number of substeps, and solvers of other
 // libraries at every tolerance, on one scene.
 
-/// Motion sampled at the ticks.
-struct MethodRun {
-  Eigen::MatrixXd tool{};      ///< observed signal: position of a point [m] or a force [N], x ticks
-  Eigen::MatrixXd position{};  ///< coordinates x ticks [m]
-  Eigen::VectorXd energy{};    ///< stored and kinetic [J]
-  double seconds = 0.0;        ///< run time of the whole motion [s]
-  long evaluations = 0;        ///< of the force
-  bool failed = false;
+/// Signal that the errors refer to: rows of Trace::position [m], or without rows the column
+/// "tool.force_n" [N].
+struct Signal {
+  Eigen::Index first = 0;
+  Eigen::Index count = 0;
+
+  [[nodiscard]] Eigen::MatrixXd of(const Trace& run) const;  ///< components x ticks
 };
 
-/// Reference motion and the distance between two references.
+/// Reference motion and the distance between two references. The traces have the column "energy_j".
 struct Truth {
-  MethodRun run{};
-  double peak = 0.0;             ///< peak of the tool signal
+  Trace run{};
+  Signal signal{};
+  double peak = 0.0;             ///< peak of the signal
   double travel = 0.0;           ///< largest displacement of any coordinate [m]
   double energy = 0.0;           ///< largest change of energy [J]
-  std::vector<bool> left_out{};  ///< ticks at jumps of the tool signal; empty: none
-  double floor = 0.0;            ///< error of the second reference in the signal of the tool
+  std::vector<bool> left_out{};  ///< ticks at jumps of the signal; empty: none
+  double floor = 0.0;            ///< error of the second reference in the signal
 };
 
 /// Errors relative to the peak, travel and energy of the truth: maximum over time, or root mean
@@ -79,6 +63,15 @@ struct Point {
   [[nodiscard]] bool here() const { return kind != Kind::elsewhere; }
 };
 
+/// Returns the minimum cost of any method in force evaluations for an error at the tool, by linear
+/// interpolation between its points in logarithmic coordinates. If the cheapest point of a method
+/// is more accurate, its cost counts. NaN if no method reaches the error.
+double cost_at(std::span<const Point> points, double error);
+
+/// Returns the decimal digits of the best method for a cost, interpolated likewise; beyond its most
+/// expensive point a method has the digits of that point. NaN if no method is so cheap.
+double digits_at(std::span<const Point> points, double cost);
+
 /// Settings of the reduced-order model.
 struct Reduction {
   double near_radius = 0.0;  ///< radius of the full model [m]; 0: no reduced-order model
@@ -96,19 +89,24 @@ struct Study {
   int least_substeps = 1;
   int most_substeps = 64;
   bool in_float = true;
-  std::function<MethodRun(const Scene&)> here{};
-  std::function<MethodRun(const std::string& solver, double tolerance)> there{};
+  std::function<Trace(const std::string& solver, double tolerance)> there{};
   Truth truth{};
 };
 
+/// Runs the model on a scene and counts its force evaluations.
+Trace run_here(const CaseContext& context, const Scene& scene);
+
 /// Computes the scales of the errors, and the floor from a second reference.
-Truth truth_of(MethodRun first, const MethodRun& second, std::vector<bool> left_out = {});
-Errors errors_of(const MethodRun& run, const Truth& truth);
+Truth truth_of(Trace first, const Trace& second, const Signal& signal,
+               std::vector<bool> left_out = {});
+/// Infinite for a run that diverged, ended early or is not finite.
+Errors errors_of(const Trace& run, const Truth& truth);
 
 /// Measures every setting of the study. The last point is integrator = "auto", preceded by its
 /// choice with a reduced-order model. Omitted are settings that diverge, have an error larger than
 /// the peak, or would take longer than `patience` [s].
-std::vector<Point> measure_points(const Study& study, double patience, int rounds);
+std::vector<Point> measure_points(const CaseContext& context, const Study& study, double patience,
+                                  int rounds);
 
 /// Returns the fastest point of a kind with at most this error at the tool; nullptr if none.
 const Point* cheapest(const std::vector<Point>& points, double error, bool here);

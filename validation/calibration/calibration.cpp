@@ -14,9 +14,9 @@ std::size_t worst_told(const Fit& fit) {
 }
 
 /// Corrects the depth of a group whose BMI differs from that of the fitted groups.
-void move_depth(Observation& foretold, const Pooled& fitted, const Pooled& held) {
+void move_depth(Observation& predicted, const Pooled& fitted, const Pooled& held) {
   if (!fitted.body_mass_index || !held.body_mass_index) { return; }
-  foretold[index_of(Observable::depth_of_loss)] +=
+  predicted[index_of(Observable::depth_of_loss)] +=
       depth_per_body_mass_index * (*held.body_mass_index - *fitted.body_mass_index);
 }
 
@@ -48,36 +48,36 @@ Profile profile_of_worst(Forward& forward, const Fit& fit) {
   return profile;
 }
 
-std::vector<std::string> groups_of(std::span<const Subject> subjects) {
+std::vector<std::string> groups_of(std::span<const ObservedRecording> subjects) {
   std::vector<std::string> groups;
-  for (const Subject& subject : subjects) {
-    if (std::ranges::find(groups, subject.group) == groups.end()) {
-      groups.push_back(subject.group);
+  for (const ObservedRecording& subject : subjects) {
+    if (std::ranges::find(groups, subject.recording.group) == groups.end()) {
+      groups.push_back(subject.recording.group);
     }
   }
   return groups;
 }
 
 std::vector<HeldOut> leave_groups_out(Forward& forward, const Fit& fit,
-                                      std::span<const Subject> subjects,
+                                      std::span<const ObservedRecording> subjects,
                                       const SharedUncertainty& shared) {
   std::vector<HeldOut> all;
   const std::vector<std::string> groups = groups_of(subjects);
   if (groups.size() < 2) { return all; }
   for (const std::string& group : groups) {
-    std::vector<Subject> held;
-    std::vector<Subject> others;
-    for (const Subject& subject : subjects) {
-      (subject.group == group ? held : others).push_back(subject);
+    std::vector<ObservedRecording> held;
+    std::vector<ObservedRecording> others;
+    for (const ObservedRecording& subject : subjects) {
+      (subject.recording.group == group ? held : others).push_back(subject);
     }
     const Pooled fitted = pool(others, shared);
     HeldOut out{.group = group, .subjects = held.size(), .seen = pool(held, shared)};
     const Search::Found found = Search(forward, fitted, fit.told).from(fit.values());
     out.converged = found.converged;
-    out.foretold = forward.at(found.values);
-    out.error_fitted = root_mean_square(relative_errors(out.foretold, fitted.mean));
-    move_depth(out.foretold, fitted, out.seen);
-    out.error_foretold = root_mean_square(relative_errors(out.foretold, out.seen.mean));
+    out.predicted = forward.at(found.values);
+    out.error_fitted = root_mean_square(relative_errors(out.predicted, fitted.mean));
+    move_depth(out.predicted, fitted, out.seen);
+    out.error_predicted = root_mean_square(relative_errors(out.predicted, out.seen.mean));
     all.push_back(std::move(out));
   }
   return all;
@@ -97,13 +97,11 @@ double root_mean_square(const Eigen::VectorXd& values) {
 }
 
 double Calibration::shortcut_cost() const {
-  double worst = 0.0;
+  Largest worst;
   for (const Eigen::Index row : fit.rows) {
-    const double difference =
-        std::abs(whole[row] - fit.after[row]) / std::sqrt(fit.data.covariance(row, row));
-    worst = difference > worst || std::isnan(difference) ? difference : worst;
+    worst.add(std::abs(whole[row] - fit.after[row]) / std::sqrt(fit.data.covariance(row, row)));
   }
-  return worst;
+  return worst.value();
 }
 
 Outcome Calibration::outcome() const {
@@ -112,26 +110,16 @@ Outcome Calibration::outcome() const {
       .suite = "calibration",
       .claim = "The recordings constrain parameters of the scene, and the fit is sound."};
   const auto at_bound = std::ranges::count_if(fit.parameters, &FittedParameter::at_bound);
-  outcome.judge({.name = "search converged",
-                 .value = fit.converged ? 1.0 : 0.0,
-                 .lower = 1.0,
-                 .bound_from = "an unfinished search has no minimum"});
-  outcome.judge({.name = "constrained parameters",
-                 .value = static_cast<double>(fit.told.size()),
-                 .lower = 1.0,
-                 .bound_from = "without any nothing was fitted"});
-  outcome.judge({.name = "parameters at a bound",
-                 .value = static_cast<double>(at_bound),
-                 .upper = 0.0,
-                 .bound_from = "nothing is known beyond a bound"});
-  outcome.judge({.name = "misfit after the fit",
-                 .value = fit.misfit_after,
-                 .upper = fit.misfit_before,
-                 .bound_from = "the misfit before it"});
-  outcome.judge({.name = "largest effect of the shortcuts",
-                 .value = shortcut_cost(),
-                 .upper = std::nextafter(1.0, 0.0),
-                 .bound_from = "the uncertainty of the observable"});
+  outcome.judge_at_least("search converged", fit.converged ? 1.0 : 0.0, 1.0,
+                         "an unfinished search has no minimum");
+  outcome.judge_at_least("constrained parameters", static_cast<double>(fit.told.size()), 1.0,
+                         "without any nothing was fitted");
+  outcome.judge_at_most("parameters at a bound", static_cast<double>(at_bound), 0.0,
+                        "nothing is known beyond a bound");
+  outcome.judge_at_most("misfit after the fit", fit.misfit_after, fit.misfit_before,
+                        "the misfit before it");
+  outcome.judge_at_most("largest effect of the shortcuts", shortcut_cost(),
+                        std::nextafter(1.0, 0.0), "the uncertainty of the observable");
   palpate::conclude(outcome);
   return outcome;
 }
@@ -155,8 +143,9 @@ Coarsening coarsest(const Scene& scene, const CalibrationOptions& options) {
 }  // namespace
 
 Calibration calibrate(const Scene& scene, const std::vector<Parameter>& parameters,
-                      std::span<const Subject> recordings, const CalibrationOptions& options) {
-  const std::vector<Subject> subjects = by_person(recordings);
+                      std::span<const ObservedRecording> recordings,
+                      const CalibrationOptions& options) {
+  const std::vector<ObservedRecording> subjects = by_subject(recordings);
   const auto tell = [&](const char* stage) {
     if (options.progress) { options.progress(stage); }
   };

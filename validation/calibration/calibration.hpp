@@ -15,8 +15,7 @@ namespace palpate::calibration {
 struct Profile {
   std::size_t parameter = 0;  ///< index
   std::vector<double> value{};
-  std::vector<double>
-      growth{};  ///< increase of the sum of squares relative to the fit, priors included
+  std::vector<double> growth{};  ///< of the sum of squares relative to the fit, with priors
 };
 /// Profile of the constrained parameter with the widest interval; empty if none is constrained.
 Profile profile_of_worst(Forward& forward, const Fit& fit);
@@ -26,28 +25,24 @@ struct HeldOut {
   std::string group{};
   std::size_t subjects = 0;
   Pooled seen{};  ///< observations of the group that was left out
-  Observation foretold{};
-  double error_fitted =
-      0.0;  ///< relative root mean square error over observables of the fitted groups
-  double error_foretold = 0.0;  ///< the same for the group that was left out
+  Observation predicted{};
+  double error_fitted = 0.0;     ///< relative root mean square over observables, fitted groups
+  double error_predicted = 0.0;  ///< the same for the group that was left out
   bool converged = false;
 };
 
 /// Returns the names of the groups in the order of the recordings.
-std::vector<std::string> groups_of(std::span<const Subject> subjects);
+std::vector<std::string> groups_of(std::span<const ObservedRecording> subjects);
 
 /// Fits the constrained parameters again without each group in turn; empty for fewer than two
 /// groups.
 std::vector<HeldOut> leave_groups_out(Forward& forward, const Fit& fit,
-                                      std::span<const Subject> subjects,
+                                      std::span<const ObservedRecording> subjects,
                                       const SharedUncertainty& shared = {});
 
 /// Returns the relative error of every observable that both have; NaN elsewhere.
 Eigen::VectorXd relative_errors(const Observation& simulated, const Observation& seen);
 double root_mean_square(const Eigen::VectorXd& values);  ///< of the finite values
-
-// Calibration from subjects and a scene to a fit and its checks, without file access (`palpate
-// calibrate`).
 
 struct CalibrationOptions {
   Coarsening coarsening{};
@@ -78,6 +73,7 @@ struct Calibration {
 /// parameters_of(), possibly with changed priors. Throws runtime_error if the scene cannot be
 /// simulated at the tested values, and Interrupted on a stop.
 Calibration calibrate(const Scene& scene, const std::vector<Parameter>& parameters,
-                      std::span<const Subject> recordings, const CalibrationOptions& options = {});
+                      std::span<const ObservedRecording> recordings,
+                      const CalibrationOptions& options = {});
 
 }  // namespace palpate::calibration

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 namespace palpate::calibration {
@@ -50,8 +51,12 @@ std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope,
   constexpr double most_left = 0.5;  // of the prior variance
   std::vector<Eigen::Index> told = std::move(candidates);
   while (!told.empty()) {
-    const Eigen::VectorXd left = posterior_covariance({.slope = columns_of(slope, told),
-                                                       .considered = columns_besides(slope, told),
+    std::vector<Eigen::Index> others;
+    for (Eigen::Index c = 0; c < slope.cols(); ++c) {
+      if (std::ranges::find(told, c) == told.end()) { others.push_back(c); }
+    }
+    const Eigen::VectorXd left = posterior_covariance({.slope = slope(Eigen::all, told),
+                                                       .considered = slope(Eigen::all, others),
                                                        .covariance = covariance})
                                      .diagonal();
     Eigen::Index worst = 0;
@@ -59,24 +64,6 @@ std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope,
     told.erase(told.begin() + worst);
   }
   return told;
-}
-
-Eigen::MatrixXd columns_of(const Eigen::MatrixXd& matrix,
-                           const std::vector<Eigen::Index>& columns) {
-  Eigen::MatrixXd chosen(matrix.rows(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t n = 0; n < columns.size(); ++n) {
-    chosen.col(static_cast<Eigen::Index>(n)) = matrix.col(columns[n]);
-  }
-  return chosen;
-}
-
-Eigen::MatrixXd columns_besides(const Eigen::MatrixXd& matrix,
-                                const std::vector<Eigen::Index>& columns) {
-  std::vector<Eigen::Index> others;
-  for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
-    if (std::ranges::find(columns, c) == columns.end()) { others.push_back(c); }
-  }
-  return columns_of(matrix, others);
 }
 
 namespace {
@@ -107,53 +94,31 @@ double slope_of_free(const Parameter& p, double q) {
 }  // namespace
 
 Search::Search(Forward& forward, const Pooled& data, std::vector<std::size_t> free)
-    : forward_(forward), data_(data), free_(std::move(free)), rows_(data.present()) {
-  deviation_.resize(static_cast<Eigen::Index>(rows_.size()));
-  for (std::size_t n = 0; n < rows_.size(); ++n) {
-    deviation_[static_cast<Eigen::Index>(n)] = std::sqrt(data.covariance(rows_[n], rows_[n]));
-  }
-}
-
-Eigen::VectorXd Search::rows_of(const Observation& observation) const {
-  Eigen::VectorXd chosen(static_cast<Eigen::Index>(rows_.size()));
-  for (std::size_t n = 0; n < rows_.size(); ++n) {
-    chosen[static_cast<Eigen::Index>(n)] = observation[rows_[n]];
-  }
-  return chosen;
-}
-
-Eigen::MatrixXd Search::rows_of(const Eigen::MatrixXd& covariance) const {
-  const auto count = static_cast<Eigen::Index>(rows_.size());
-  Eigen::MatrixXd chosen(count, count);
-  for (Eigen::Index r = 0; r < count; ++r) {
-    for (Eigen::Index c = 0; c < count; ++c) {
-      chosen(r, c) =
-          covariance(rows_[static_cast<std::size_t>(r)], rows_[static_cast<std::size_t>(c)]);
-    }
-  }
-  return chosen;
-}
+    : forward_(forward),
+      data_(data),
+      free_(std::move(free)),
+      rows_(data.present()),
+      deviation_(data.covariance.diagonal()(rows_).cwiseSqrt()) {}
 
 Eigen::VectorXd Search::misfits(const Observation& simulated) const {
-  return (rows_of(simulated) - rows_of(data_.mean)).cwiseQuotient(deviation_);
+  return (simulated(rows_) - data_.mean(rows_)).cwiseQuotient(deviation_);
 }
 
 Forward::Values Search::values_at(const Forward::Values& base, const Eigen::VectorXd& q) const {
   Forward::Values values = base;
-  for (std::size_t n = 0; n < free_.size(); ++n) {
-    values[free_[n]] = from_free(forward_.parameters()[free_[n]], q[static_cast<Eigen::Index>(n)]);
+  for (Eigen::Index n = 0; n < q.size(); ++n) {
+    values[free_[static_cast<std::size_t>(n)]] = from_free(free_parameter(n), q[n]);
   }
   return values;
 }
 
 Eigen::VectorXd Search::residuals(const Forward::Values& at) const {
-  const Eigen::VectorXd rows = misfits(forward_.at(at));
-  Eigen::VectorXd all(rows.size() + static_cast<Eigen::Index>(free_.size()));
-  all.head(rows.size()) = rows;
-  for (std::size_t n = 0; n < free_.size(); ++n) {
-    all[rows.size() + static_cast<Eigen::Index>(n)] =
-        forward_.parameters()[free_[n]].standardised(at[free_[n]]);
+  Eigen::VectorXd priors(std::ssize(free_));
+  for (Eigen::Index n = 0; n < priors.size(); ++n) {
+    priors[n] = free_parameter(n).standardised(at[free_[static_cast<std::size_t>(n)]]);
   }
+  Eigen::VectorXd all(std::ssize(rows_) + priors.size());
+  all << misfits(forward_.at(at)), priors;
   return all;
 }
 
@@ -169,23 +134,20 @@ Eigen::MatrixXd Search::slopes(const Forward::Values& at,
     places.back()[index] = p.value(x + steps.back());
   }
   const std::vector<Observation> seen = forward_.at(places);
-  Eigen::MatrixXd slope(static_cast<Eigen::Index>(rows_.size()),
-                        static_cast<Eigen::Index>(of.size()));
+  Eigen::MatrixXd slope(std::ssize(rows_), std::ssize(of));
   for (std::size_t n = 0; n < of.size(); ++n) {
-    slope.col(static_cast<Eigen::Index>(n)) = (rows_of(seen[n + 1]) - rows_of(seen[0])) / steps[n];
+    slope.col(static_cast<Eigen::Index>(n)) = (seen[n + 1](rows_) - seen[0](rows_)) / steps[n];
   }
   return slope;
 }
 
 Eigen::MatrixXd Search::jacobian(const Forward::Values& at, const Eigen::VectorXd& q) const {
-  const auto rows = static_cast<Eigen::Index>(rows_.size());
-  const auto count = static_cast<Eigen::Index>(free_.size());
+  const Eigen::Index rows = std::ssize(rows_);
+  const Eigen::Index count = std::ssize(free_);
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows + count, count);
   all.topRows(rows) = deviation_.cwiseInverse().asDiagonal() * slopes(at, free_);
   all.bottomRows(count).setIdentity();
-  for (Eigen::Index n = 0; n < count; ++n) {
-    all.col(n) *= slope_of_free(forward_.parameters()[free_[static_cast<std::size_t>(n)]], q[n]);
-  }
+  for (Eigen::Index n = 0; n < count; ++n) { all.col(n) *= slope_of_free(free_parameter(n), q[n]); }
   return all;
 }
 
@@ -194,9 +156,9 @@ Search::Found Search::from(const Forward::Values& start,
   if (free_.empty()) {
     return {.values = start, .cost = residuals(start).squaredNorm(), .converged = true};
   }
-  Eigen::VectorXd q(static_cast<Eigen::Index>(free_.size()));
-  for (std::size_t n = 0; n < free_.size(); ++n) {
-    q[static_cast<Eigen::Index>(n)] = to_free(forward_.parameters()[free_[n]], start[free_[n]]);
+  Eigen::VectorXd q(std::ssize(free_));
+  for (Eigen::Index n = 0; n < q.size(); ++n) {
+    q[n] = to_free(free_parameter(n), start[free_[static_cast<std::size_t>(n)]]);
   }
   const reference::LeastSquaresProblem problem{
       .residuals = [&](const Eigen::VectorXd& at) { return residuals(values_at(start, at)); },
@@ -213,8 +175,8 @@ namespace {
 constexpr double level = 0.95;
 
 std::vector<std::size_t> all_of(const Forward& forward) {
-  std::vector<std::size_t> all;
-  for (std::size_t n = 0; n < forward.parameters().size(); ++n) { all.push_back(n); }
+  std::vector<std::size_t> all(forward.parameters().size());
+  std::iota(all.begin(), all.end(), 0U);
   return all;
 }
 
@@ -291,7 +253,8 @@ void conclude_told(Fit& result, const Search& search, const Forward& forward,
   const std::size_t freedom = result.data.degrees_of_freedom();
   const Eigen::VectorXd sampled =
       freedom == 0 ? Eigen::VectorXd::Zero(covariance.rows())
-                   : Eigen::VectorXd(passed_on(at, search.rows_of(result.data.sampled)).diagonal());
+                   : Eigen::VectorXd(
+                         passed_on(at, result.data.sampled(result.rows, result.rows)).diagonal());
   result.correlation = correlation_of(covariance);
   for (std::size_t n = 0; n < result.told.size(); ++n) {
     FittedParameter& each = result.parameters[result.told[n]];
@@ -327,8 +290,7 @@ Forward::Values Fit::values() const {
 }
 
 Fit fit(Forward& forward, const Pooled& data) {
-  Fit result{.data = data};
-  result.rows = data.present();
+  Fit result{.rows = data.present(), .data = data};
   if (result.rows.empty() || forward.parameters().empty()) {
     throw std::invalid_argument("calibration: no observable or no parameter is left to fit");
   }

@@ -15,9 +15,8 @@ namespace palpate::calibration {
 
 /// Linearisation at the fit, one row per available observable.
 struct Linearised {
-  Eigen::MatrixXd slope{};  ///< J of the fitted parameters
-  Eigen::MatrixXd
-      considered{};  ///< J of the parameters kept at their prior, whose uncertainty remains
+  Eigen::MatrixXd slope{};       ///< J of the fitted parameters
+  Eigen::MatrixXd considered{};  ///< J of the parameters kept at their prior
   Eigen::MatrixXd covariance{};  ///< full covariance C of the fitted means
 };
 
@@ -39,11 +38,6 @@ std::vector<Eigen::Index> told_columns(const Eigen::MatrixXd& slope,
                                        const Eigen::MatrixXd& covariance,
                                        std::vector<Eigen::Index> candidates);
 
-/// Returns the given columns of a matrix in this order, or the remaining columns.
-Eigen::MatrixXd columns_of(const Eigen::MatrixXd& matrix, const std::vector<Eigen::Index>& columns);
-Eigen::MatrixXd columns_besides(const Eigen::MatrixXd& matrix,
-                                const std::vector<Eigen::Index>& columns);
-
 // Least-squares problem of a fit: some parameters free, the others fixed, priors as rows.
 
 class Search {
@@ -64,14 +58,15 @@ class Search {
   /// observable.
   [[nodiscard]] Eigen::MatrixXd slopes(const Forward::Values& at,
                                        const std::vector<std::size_t>& of) const;
-  [[nodiscard]] Eigen::VectorXd rows_of(const Observation& observation) const;
-  [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return rows_; }
-  [[nodiscard]] Eigen::MatrixXd covariance() const { return rows_of(data_.covariance); }
-  [[nodiscard]] Eigen::MatrixXd rows_of(const Eigen::MatrixXd& covariance) const;
+  /// Returns the covariance of the rows.
+  [[nodiscard]] Eigen::MatrixXd covariance() const { return data_.covariance(rows_, rows_); }
   /// Returns (simulated - observed) over the standard uncertainty of each row.
   [[nodiscard]] Eigen::VectorXd misfits(const Observation& simulated) const;
 
  private:
+  [[nodiscard]] const Parameter& free_parameter(Eigen::Index n) const {
+    return forward_.parameters()[free_[static_cast<std::size_t>(n)]];
+  }
   [[nodiscard]] Forward::Values values_at(const Forward::Values& base,
                                           const Eigen::VectorXd& q) const;
   [[nodiscard]] Eigen::VectorXd residuals(const Forward::Values& at) const;
@@ -80,8 +75,8 @@ class Search {
   Forward& forward_;
   const Pooled& data_;
   std::vector<std::size_t> free_;
-  std::vector<Eigen::Index> rows_{};
-  Eigen::VectorXd deviation_{};  ///< standard uncertainty of each row
+  std::vector<Eigen::Index> rows_;
+  Eigen::VectorXd deviation_;  ///< standard uncertainty of each row
 };
 
 // Fit of scene parameters to recordings: parameters that the data constrain are fitted, the others

@@ -74,7 +74,7 @@ Forward::Values Forward::priors() const {
 
 Observation Forward::simulate(const Values& place) const {
   if (stop_ != nullptr && stop_->load(std::memory_order_relaxed)) { throw Interrupted(); }
-  const ObservedInsertion seen = simulate_(scene_at(place));
+  const ObservedInsertion seen = simulate_(with_values(scene_, parameters_, place));
   if (!seen.refusal.empty()) {
     throw std::runtime_error("calibration: the simulated insertion" +
                              places_text(parameters_, place) + " " + seen.refusal);

@@ -42,9 +42,6 @@ class Forward {
   Observation at(const Values& place) { return at(std::vector<Values>{place}).front(); }
 
   [[nodiscard]] const std::vector<Parameter>& parameters() const { return parameters_; }
-  [[nodiscard]] Scene scene_at(const Values& place) const {
-    return with_values(scene_, parameters_, place);
-  }
   [[nodiscard]] std::size_t simulations() const { return seen_.size(); }
   [[nodiscard]] Values priors() const;
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "validation/comparison/features.hpp"
+#include "validation/comparison/subject_corridor.hpp"
 #include "validation/signal.hpp"
 
 namespace palpate::calibration {
@@ -19,13 +20,6 @@ constexpr double least_seen = 0.8;
 /// Initial travel of the tip that is ignored, because the thumb does not yet press fully and the
 /// plunger force is not that of the needle [m].
 constexpr double first_advance = 0.25e-3;
-
-struct Inputs {
-  std::span<const double> time{};
-  std::span<const double> pressure{};
-  std::span<const double> depth{};
-  std::span<const double> force{};  ///< empty: none
-};
 
 /// Work of the force over a depth interval, and its length.
 struct Way {
@@ -69,16 +63,15 @@ void add_bins(const Samples& force, const Samples& depth, double depth_of_loss, 
   }
 }
 
-void add_force(const Inputs& inputs, const PreparedTrace& prepared, double cutoff,
-               Observation& value) {
+void add_force(const RawTrace& trace, std::span<const double> forces, const PreparedTrace& prepared,
+               double cutoff, Observation& value) {
   const Features& found = prepared.features;
   const auto& time_of_loss = found[Feature::time_of_loss].value;
-  if (inputs.force.empty() || !time_of_loss) { return; }
-  const Samples force = zero_phase(regular(inputs.time, inputs.force), cutoff);
+  if (forces.empty() || !time_of_loss) { return; }
+  const Samples force = zero_phase(regular(trace.time, forces), cutoff);
   const std::size_t last = force.index_at(*time_of_loss);
-  double peak = -1e300;
-  for (std::size_t n = 0; n <= last; ++n) { peak = std::fmax(peak, force.value[n]); }
-  value[index_of(Observable::force_peak)] = peak;
+  const std::vector<double> before = finite_only(std::span(force.value).first(last + 1));
+  value[index_of(Observable::force_peak)] = before.empty() ? -1e300 : std::ranges::max(before);
   const auto& depth_of_loss = found[Feature::depth_of_loss].value;
   if (depth_of_loss && prepared.input.depth.size() == force.size()) {
     add_bins(force, prepared.input.depth, *depth_of_loss, last, value);
@@ -87,12 +80,12 @@ void add_force(const Inputs& inputs, const PreparedTrace& prepared, double cutof
 
 /// The drop of the force is at the loss of resistance of the pressure: both drop when the tip
 /// enters the epidural space.
-ObservedInsertion observe_inputs(const Inputs& inputs, double cutoff) {
+ObservedInsertion observe_trace(const RawTrace& trace, std::span<const double> force,
+                                double cutoff) {
   ObservedInsertion seen{.value = Observation::Constant(observable_count, not_measured)};
-  const double rate = 1.0 / usual_interval(inputs.time);
+  const double rate = 1.0 / usual_interval(trace.time);
   const double used = std::fmin(cutoff, 0.25 * rate);
-  const PreparedTrace prepared =
-      prepare({.time = inputs.time, .value = inputs.pressure, .depth = inputs.depth}, used, {});
+  const PreparedTrace prepared = prepare(trace, used, {});
   if (!prepared.refusal.empty()) {
     seen.refusal = prepared.refusal;
     return seen;
@@ -107,14 +100,8 @@ ObservedInsertion observe_inputs(const Inputs& inputs, double cutoff) {
                                             {Observable::depth_of_loss, Feature::depth_of_loss}}) {
     seen.value[index_of(observable)] = prepared.features[feature].value.value_or(not_measured);
   }
-  add_force(inputs, prepared, used, seen.value);
+  add_force(trace, force, prepared, used, seen.value);
   return seen;
-}
-
-std::vector<double> plunger_force(const Recording& recording) {
-  std::vector<double> force = recording.pressure;
-  for (double& f : force) { f *= recording.plunger_area; }
-  return force;
 }
 
 }  // namespace
@@ -162,12 +149,12 @@ ObservedInsertion observe(const Recording& recording, double cutoff) {
   const ForceSource source = force_source(recording);
   std::vector<double> force;
   if (source == ForceSource::recorded) { force = recording.force; }
-  if (source == ForceSource::plunger) { force = plunger_force(recording); }
-  ObservedInsertion seen = observe_inputs({.time = recording.time,
-                                           .pressure = recording.pressure,
-                                           .depth = recording.depth,
-                                           .force = force},
-                                          cutoff);
+  if (source == ForceSource::plunger) {
+    force = recording.pressure;
+    for (double& f : force) { f *= recording.plunger_area; }
+  }
+  ObservedInsertion seen =
+      observe_trace({recording.time, recording.pressure, recording.depth}, force, cutoff);
   seen.force = source;
   return seen;
 }
@@ -180,43 +167,26 @@ ObservedInsertion observe(const Trace& trace, double cutoff) {
     return {.value = Observation::Constant(observable_count, not_measured),
             .refusal = "has no syringe or no tool"};
   }
-  ObservedInsertion seen = observe_inputs({.time = trace.time,
-                                           .pressure = pressure->values,
-                                           .depth = depth->values,
-                                           .force = force->values},
-                                          cutoff);
+  ObservedInsertion seen =
+      observe_trace({trace.time, pressure->values, depth->values}, force->values, cutoff);
   seen.force = ForceSource::recorded;
   return seen;
 }
 
 namespace {
 
-std::optional<double> mean_body_mass_index(std::span<const Subject> subjects) {
+std::optional<double> mean_body_mass_index(std::span<const ObservedRecording> subjects) {
   double sum = 0.0;
-  for (const Subject& subject : subjects) {
-    if (!subject.body_mass_index) { return std::nullopt; }
-    sum += *subject.body_mass_index;
+  for (const ObservedRecording& subject : subjects) {
+    if (!subject.recording.body_mass_index) { return std::nullopt; }
+    sum += *subject.recording.body_mass_index;
   }
   return subjects.empty() ? std::nullopt
                           : std::optional(sum / static_cast<double>(subjects.size()));
 }
 
-/// Over those that have a number.
-Observation mean_of(const std::vector<const Subject*>& recordings) {
-  Observation mean = Observation::Constant(observable_count, std::nan(""));
-  for (Eigen::Index c = 0; c < observable_count; ++c) {
-    double sum = 0.0;
-    int count = 0;
-    for (const Subject* each : recordings) {
-      if (std::isfinite(each->seen.value[c])) { sum += each->seen.value[c], ++count; }
-    }
-    if (count > 0) { mean[c] = sum / count; }
-  }
-  return mean;
-}
-
 /// One row per subject.
-Eigen::MatrixXd table_of(std::span<const Subject> subjects,
+Eigen::MatrixXd table_of(std::span<const ObservedRecording> subjects,
                          const std::optional<double>& body_mass_index) {
   Eigen::MatrixXd table(static_cast<Eigen::Index>(subjects.size()), observable_count);
   for (std::size_t n = 0; n < subjects.size(); ++n) {
@@ -224,7 +194,7 @@ Eigen::MatrixXd table_of(std::span<const Subject> subjects,
     row = subjects[n].seen.value.transpose();
     if (body_mass_index) {
       row[index_of(Observable::depth_of_loss)] +=
-          depth_per_body_mass_index * (*body_mass_index - *subjects[n].body_mass_index);
+          depth_per_body_mass_index * (*body_mass_index - *subjects[n].recording.body_mass_index);
     }
   }
   return table;
@@ -253,11 +223,11 @@ Eigen::MatrixXd shared_covariance(const Eigen::VectorXd& mean, bool plunger, dou
   Eigen::VectorXd own = Eigen::VectorXd::Zero(observable_count);
   for (Eigen::Index c = 0; c < observable_count; ++c) {
     if (is_pressure(c)) {
-      sources(c, 0) = u.zero;
-      sources(c, 1) = u.gain * mean[c];
+      sources(c, 0) = u.transducer.zero;
+      sources(c, 1) = u.transducer.gain * mean[c];
     } else if (is_force(c)) {
-      sources(c, 0) = plunger ? u.zero * area : 0.0;
-      sources(c, 1) = plunger ? u.gain * mean[c] : 0.0;
+      sources(c, 0) = plunger ? u.transducer.zero * area : 0.0;
+      sources(c, 1) = plunger ? u.transducer.gain * mean[c] : 0.0;
       sources(c, 2) = plunger ? u.plunger_friction : 0.0;
       sources(c, 3) = plunger ? 0.0 : u.force_gain * mean[c];
       own[c] = u.model * mean[c];
@@ -297,29 +267,35 @@ std::size_t Pooled::degrees_of_freedom() const {
   return fewest - 1;
 }
 
-std::vector<Subject> by_person(std::span<const Subject> recordings) {
-  std::vector<Subject> people;
-  std::vector<std::vector<const Subject*>> theirs;
-  for (const Subject& recording : recordings) {
-    const auto same = std::ranges::find_if(people, [&](const Subject& person) {
-      return !person.person.empty() && person.person == recording.person &&
-             person.group == recording.group;
-    });
-    if (same == people.end()) {
-      people.push_back(recording);
-      theirs.push_back({&recording});
-      continue;
+std::vector<ObservedRecording> by_subject(std::span<const ObservedRecording> recordings) {
+  std::vector<std::string> codes;
+  for (const auto& [recording, seen] : recordings) {
+    codes.push_back(recording.subject.empty() ? "" : recording.group + '\n' + recording.subject);
+  }
+  const std::vector<std::size_t> subject = subject_indices(codes);
+  std::vector<ObservedRecording> subjects(subject_count(subject));
+  std::vector<Eigen::VectorXi> counts(subjects.size());
+  for (std::size_t n = 0; n < recordings.size(); ++n) {
+    ObservedRecording& own = subjects[subject[n]];
+    Eigen::VectorXi& count = counts[subject[n]];
+    const ObservedInsertion& seen = recordings[n].seen;
+    if (count.size() == 0) {
+      own = recordings[n];
+      own.seen.value.setZero();
+      count = Eigen::VectorXi::Zero(observable_count);
     }
-    theirs[static_cast<std::size_t>(same - people.begin())].push_back(&recording);
-    if (recording.seen.force != ForceSource::none) { same->seen.force = recording.seen.force; }
+    for (Eigen::Index c = 0; c < observable_count; ++c) {
+      if (std::isfinite(seen.value[c])) { own.seen.value[c] += seen.value[c], ++count[c]; }
+    }
+    if (seen.force != ForceSource::none) { own.seen.force = seen.force; }
   }
-  for (std::size_t n = 0; n < people.size(); ++n) {
-    if (theirs[n].size() > 1) { people[n].seen.value = mean_of(theirs[n]); }
+  for (std::size_t n = 0; n < subjects.size(); ++n) {
+    subjects[n].seen.value.array() /= counts[n].cast<double>().array();  // NaN without a number
   }
-  return people;
+  return subjects;
 }
 
-Pooled pool(std::span<const Subject> subjects, const SharedUncertainty& shared) {
+Pooled pool(std::span<const ObservedRecording> subjects, const SharedUncertainty& shared) {
   Pooled pooled{.mean = Eigen::VectorXd::Constant(observable_count, std::nan("")),
                 .count = std::vector<std::size_t>(static_cast<std::size_t>(observable_count), 0),
                 .subjects = subjects.size(),
@@ -335,8 +311,8 @@ Pooled pool(std::span<const Subject> subjects, const SharedUncertainty& shared) 
     if (count >= least) { pooled.mean[c] = sum / static_cast<double>(count); }
   }
   const bool plunger = std::ranges::any_of(
-      subjects, [](const Subject& s) { return s.seen.force == ForceSource::plunger; });
-  const double area = subjects.empty() ? 0.0 : subjects.front().plunger_area;
+      subjects, [](const ObservedRecording& s) { return s.seen.force == ForceSource::plunger; });
+  const double area = subjects.empty() ? 0.0 : subjects.front().recording.plunger_area;
   pooled.covariance = shared_covariance(pooled.mean, plunger, area, shared);
   clear_absent(pooled.covariance, pooled.mean);
   if (subjects.size() >= least_subjects) {

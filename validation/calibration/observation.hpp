@@ -13,6 +13,7 @@
 
 #include "model/problem/recording.hpp"
 #include "model/problem/trace.hpp"
+#include "validation/statistics.hpp"
 
 namespace palpate::calibration {
 
@@ -52,8 +53,7 @@ using Observation = Eigen::VectorXd;
 enum class ForceSource {
   none,      ///< intermittent pushes of a thumb that does not drive the needle
   recorded,  ///< the recorded force
-  plunger,   ///< Eq. 1, F = P A: in the continuous technique the needle is driven through the
-             ///< plunger
+  plunger,   ///< Eq. 1, F = P A: the continuous technique drives the needle through the plunger
 };
 std::string_view name_of(ForceSource source);
 ForceSource force_source(const Recording& recording);
@@ -71,21 +71,15 @@ ObservedInsertion observe(const Trace& trace, double cutoff = 20.0);
 
 // Pooled observables of several subjects: means and the covariance of these means.
 
-/// Observables of a recording, or the mean of several of one person.
-struct Subject {
-  std::string name{};
-  std::string person{};  ///< recordings with the same code within a group belong to one person;
-                         ///< empty: a separate person
-  std::string group{};
-  std::optional<double> body_mass_index{};  ///< [kg/m^2]
+/// A recording with its observables, or a subject with the means over its recordings.
+struct ObservedRecording {
+  Recording recording{};
   ObservedInsertion seen{};
-  double plunger_area = 1.767e-4;  ///< [m^2]
 };
 
 /// Standard uncertainties common to all recordings; more recordings do not reduce them.
 struct SharedUncertainty {
-  double zero = 57.0;               ///< [Pa] transducer within 1 cm of the needle's height, uniform
-  double gain = 0.01;               ///< [1] of the transducer, assumed
+  comparison::TransducerUncertainty transducer{};
   double plunger_friction = 0.052;  ///< [N] polished dry glass, 5.27 gf (Leiman et al. 1988)
   double force_gain = 0.01;         ///< [1] of a recorded force, assumed
   double depth = 0.5e-3;            ///< [m] half a millimetre of reading, assumed
@@ -96,8 +90,7 @@ struct SharedUncertainty {
 struct Pooled {
   Eigen::VectorXd mean{};        ///< one per observable; NaN if too few subjects have it
   Eigen::MatrixXd covariance{};  ///< covariance of `mean`; zero rows where `mean` is NaN
-  Eigen::MatrixXd
-      sampled{};  ///< part of it that was estimated from the spread of these subjects; empty: none
+  Eigen::MatrixXd sampled{};     ///< part of it from the spread of these subjects; empty: none
   std::vector<std::size_t> count{};
   std::size_t subjects = 0;
   std::optional<double> body_mass_index{};  ///< mean, if all subjects have one
@@ -107,9 +100,9 @@ struct Pooled {
   [[nodiscard]] std::size_t degrees_of_freedom() const;
 };
 
-/// Returns one subject for each person: observables are means over the recordings that have them,
-/// so that every person has the same weight (Altman & Bland 1997).
-std::vector<Subject> by_person(std::span<const Subject> recordings);
+/// Returns one element for each subject of a group: observables are means over the recordings that
+/// have them, so that every subject has the same weight (Altman & Bland 1997).
+std::vector<ObservedRecording> by_subject(std::span<const ObservedRecording> recordings);
 
 /// Minimum number of subjects to estimate the spread; with fewer, only measurement uncertainty is
 /// used.
@@ -120,6 +113,6 @@ inline constexpr std::size_t least_subjects = 3;
 inline constexpr double depth_per_body_mass_index = 0.9777e-3;
 
 /// Pools the subjects. Depths are first converted to the mean BMI if all subjects have one.
-Pooled pool(std::span<const Subject> subjects, const SharedUncertainty& shared = {});
+Pooled pool(std::span<const ObservedRecording> subjects, const SharedUncertainty& shared = {});
 
 }  // namespace palpate::calibration

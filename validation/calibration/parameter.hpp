@@ -13,13 +13,11 @@
 
 namespace palpate::calibration {
 
-inline constexpr double normal_factor =
-    1.959964;  ///< half width in standard deviations of the interval that contains 0.95 of a normal
-               ///< distribution
+/// Half width in standard deviations of the interval that contains 0.95 of a normal distribution.
+inline constexpr double normal_factor = 1.959964;
 
 struct Parameter {
-  std::string
-      key{};  ///< key of the scene as in --set: "material.fat.friction", "layer.1.thickness"
+  std::string key{};  ///< as in --set: "material.fat.friction", "layer.1.thickness"
   std::string unit{};
   double prior = 0.0;   ///< value of the scene, > 0
   double spread = 0.5;  ///< standard deviation of its logarithm [1]

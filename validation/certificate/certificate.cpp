@@ -50,13 +50,17 @@ std::string of_ticks(const Phase& phase) {
          std::to_string(phase.record.ticks()) + " deadlines";
 }
 
-std::string refused_rights(const Rights& rights) {
+std::string joined(const std::vector<std::string>& parts) {
   std::string text;
-  if (!rights.fifo.empty()) { text += "no SCHED_FIFO (" + rights.fifo + ")"; }
-  if (!rights.memory.empty()) {
-    text += std::string(text.empty() ? "" : ", ") + "no locked memory (" + rights.memory + ")";
-  }
+  for (const std::string& each : parts) { text += (text.empty() ? "" : ", ") + each; }
   return text;
+}
+
+std::string refused_rights(const Rights& rights) {
+  std::vector<std::string> refused;
+  if (!rights.fifo.empty()) { refused.push_back("no SCHED_FIFO (" + rights.fifo + ")"); }
+  if (!rights.memory.empty()) { refused.push_back("no locked memory (" + rights.memory + ")"); }
+  return joined(refused);
 }
 
 /// Returns the reason why the environment does not qualify; empty if it does.
@@ -86,7 +90,7 @@ std::string why_not_certified(const Certificate& all) {
            microseconds(load.scene.record.worst_response.seconds) + ".";
   }
   if (!(all.budget.worst() <= all.claim.deadline)) {
-    const Provocation& worst = all.budget.provocations.front();
+    const WorstCaseProbe& worst = all.budget.probes.front();
     return "Provoked, a tick (" + worst.name + ") takes " + microseconds(worst.processor) +
            " of computing alone, more than the deadline of " + microseconds(all.claim.deadline) +
            ".";
@@ -102,18 +106,6 @@ std::string certified_text(const Certificate& all) {
          ": with 95 % confidence fewer than one in " +
          plain_number(1.0 / worst.miss_probability_upper(), 3) + " does.";
 }
-
-}  // namespace
-
-std::string_view verdict_word(Status status) {
-  switch (status) {
-    case Status::pass: return "certified";
-    case Status::fail: return "not certified";
-    default: return "environment not qualified";
-  }
-}
-
-namespace {
 
 Reason reason_of(const Certificate& all) {
   if (all.budget.diverged_at) {
@@ -131,22 +123,22 @@ Reason reason_of(const Certificate& all) {
 
 }  // namespace
 
+std::string_view verdict_word(Status status) {
+  if (status == Status::pass) { return "certified"; }
+  return status == Status::fail ? "not certified" : "environment not qualified";
+}
+
 Outcome outcome_of(const Certificate& all) {
   Outcome outcome{.name = "certificate",
                   .suite = "certificate",
                   .claim = "Every tick of the scene ends before its deadline."};
   for (const LoadResult& load : all.loads) {
-    outcome.judge({.name = "missed deadlines, load " + load.load,
-                   .value = static_cast<double>(load.scene.record.misses.count()),
-                   .upper = 0.0,
-                   .bound_from = "the claim"});
+    outcome.judge_at_most("missed deadlines, load " + load.load,
+                          static_cast<double>(load.scene.record.misses.count()), 0.0, "the claim");
   }
-  if (!all.budget.provocations.empty()) {
-    outcome.judge({.name = "computation of the costliest provoked tick",
-                   .value = all.budget.worst(),
-                   .unit = "s",
-                   .upper = all.claim.deadline,
-                   .bound_from = "the deadline"});
+  if (!all.budget.probes.empty()) {
+    outcome.judge_at_most("computation of the costliest provoked tick", all.budget.worst(),
+                          all.claim.deadline, "the deadline", "s");
   }
   conclude(outcome, {reason_of(all)});
   return outcome;
@@ -173,16 +165,14 @@ std::string suspects(const Phase& phase) {
     who.push_back("other processors were busy for " + with_unit(phase.times.others, "s") + " of " +
                   with_unit(phase.seconds, "s"));
   }
-  std::string text;
-  for (const std::string& each : who) { text += (text.empty() ? "" : ", ") + each; }
-  return text;
+  return joined(who);
 }
 
 std::string budget_text(const Certificate& all) {
-  if (all.budget.provocations.empty()) {
+  if (all.budget.probes.empty()) {
     return "No tick was provoked, so nothing is known of what one costs.";
   }
-  const Provocation& worst = all.budget.provocations.front();
+  const WorstCaseProbe& worst = all.budget.probes.front();
   const double share = worst.processor / all.claim.deadline;
   return "Whatever the environment: the costliest tick (" + worst.name + ", at " +
          with_unit(worst.scene_time, "s") + ") computes for " + microseconds(worst.processor) +
@@ -210,7 +200,7 @@ class Certifier {
 
   Certificate run() {
     choose_processor();
-    provoke_ticks();
+    probe_ticks();
     if (!result_.budget.diverged_at && !is_stopped()) {
       const std::unique_ptr<device::LockedMemory> locked = lock_memory();
       for (const std::string& load : plan_.loads) {
@@ -239,12 +229,12 @@ class Certifier {
     std::erase(others_, result_.rights.on);
     result_.rights.alone = !others_.empty();
     if (others_.empty()) { others_ = {result_.rights.on}; }
-    if (!device::pin_to(result_.rights.on)) { result_.rights.processor = std::strerror(errno); }
+    if (!device::pin_to({result_.rights.on})) { result_.rights.processor = std::strerror(errno); }
   }
 
-  void provoke_ticks() {
+  void probe_ticks() {
     tell("provoking worst ticks", 0);
-    result_.budget = provoke(
+    result_.budget = run_probes(
         scene_, {.rate = plan_.claim.rate, .cache_bytes = plan_.cache_bytes, .stop = plan_.stop});
     if (result_.budget.diverged_at || is_stopped()) { return; }
     tell("missing one tick", 0);

@@ -122,11 +122,10 @@ struct Progress {
 struct CertifyPlan {
   Claim claim{};
   std::vector<std::string> loads{"idle"};
-  std::size_t cache_bytes = 32U << 20U;  ///< size of the largest cache [bytes]
-  std::vector<int> isolated{};           ///< isolated processors; the loop uses one of them
-  std::optional<double>
-      tissue_stiffness{};      ///< stiffness at the tool at rest [N/m], for a tool without a device
-  int priority = 80;           ///< SCHED_FIFO priority
+  std::size_t cache_bytes = 32U << 20U;      ///< size of the largest cache [bytes]
+  std::vector<int> isolated{};               ///< isolated processors; the loop uses one of them
+  std::optional<double> tissue_stiffness{};  ///< at the tool [N/m], for a tool without a device
+  int priority = 80;                         ///< SCHED_FIFO priority
   bool ask_for_rights = true;  ///< false: behave as if the system had refused the rights
   const std::atomic<bool>* stop = nullptr;
   Progress* progress = nullptr;

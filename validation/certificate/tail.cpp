@@ -354,16 +354,15 @@ Quantity shape_limit(const Level& lowest) {
 /// Excesses over a higher threshold are a subset of those over the lowest, so variances subtract.
 Quantity shape_stability(const std::vector<Level>& levels) {
   const Level& lowest = levels.front();
-  double largest = 0.0;
+  Largest largest;
   for (std::size_t n = 1; n < levels.size(); ++n) {
     const double spread =
         (1.0 + lowest.fit.shape) * std::sqrt(1.0 / static_cast<double>(levels[n].fit.count) -
                                              1.0 / static_cast<double>(lowest.fit.count));
-    const double apart = std::abs(levels[n].fit.shape - lowest.fit.shape) / spread;
-    largest = std::isnan(apart) ? apart : std::max(largest, apart);
+    largest.add(std::abs(levels[n].fit.shape - lowest.fit.shape) / spread);
   }
   return {.name = "shape-at-every-threshold",
-          .value = largest,
+          .value = largest.value(),
           .lower = 0.0,
           .upper = gsl_cdf_ugaussian_Qinv(0.25 * false_alarm),
           .bound_from =
@@ -373,14 +372,14 @@ Quantity shape_stability(const std::vector<Level>& levels) {
 /// Returns 0 in the middle of the allowed interval of the worst other threshold, 1 at its edge.
 Quantity level_stability(const std::vector<Level>& levels, double probability) {
   const double value = return_level(levels.front(), probability, 1.0 - false_alarm).value;
-  double worst = 0.0;
+  Largest worst;
   for (std::size_t n = 1; n < levels.size(); ++n) {
     const ReturnLevel other = return_level(levels[n], probability, 1.0 - false_alarm);
     const double room = value < other.value ? other.value - other.lower : other.upper - other.value;
-    worst = std::max(worst, std::abs(value - other.value) / room);
+    worst.add(std::abs(value - other.value) / room);
   }
   return {.name = "level-at-every-threshold",
-          .value = worst,
+          .value = worst.value(),
           .lower = 0.0,
           .upper = 1.0,
           .bound_from =

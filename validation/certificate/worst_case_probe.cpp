@@ -9,7 +9,6 @@
 
 #include "model/tissue/network_builder.hpp"
 #include "validation/bench/timing.hpp"
-#include "validation/subject/falcon_loop.hpp"
 
 namespace palpate::certificate {
 
@@ -18,24 +17,32 @@ namespace {
 /// Run up to a given tick, with an observer at the grip of the device, not at the encoder counts.
 class ObservedRun {
  public:
-  explicit ObservedRun(const Scene& scene) : subject_(Simulation(scene)), loop_(scene, subject_) {
+  explicit ObservedRun(const Scene& scene) : loop_(scene, rate_of(scene)) {
     observer_.observe(0.0, place(), Eigen::Vector3d::Zero());
   }
-  StepStatus tick(bool missed) {
-    const StepStatus status = missed ? loop_.missed_device_tick() : loop_.device_tick();
-    observer_.observe(loop_.falcon().time(), place(), loop_.force_sent());
+  StepStatus tick() {
+    const StepStatus status = loop_.tick();
+    observe();
     return status;
   }
-  [[nodiscard]] bool over() const { return subject_.ticks() >= subject_.tick_count(); }
-  [[nodiscard]] Eigen::Vector3d place() const { return loop_.falcon().body().plant().position(); }
-  [[nodiscard]] const Eigen::Vector3d& force() const { return loop_.force_sent(); }
+  /// Only as the last tick of a run.
+  void miss_tick() {
+    (void)loop_.falcon()->missed_device_tick();
+    observe();
+  }
+  [[nodiscard]] bool over() const { return loop_.over(); }
+  [[nodiscard]] Eigen::Vector3d place() {
+    return loop_.falcon()->falcon().body().plant().position();
+  }
+  [[nodiscard]] const Eigen::Vector3d& force() { return loop_.falcon()->force_sent(); }
   [[nodiscard]] double energy() const { return observer_.energy(); }
-  [[nodiscard]] double time() const { return loop_.falcon().time(); }
-  Simulation& simulation() { return subject_.simulation(); }
+  [[nodiscard]] double time() { return loop_.falcon()->falcon().time(); }
+  [[nodiscard]] double tool_velocity() { return loop_.simulation().tool_motion().velocity; }
 
  private:
-  ModelSubject subject_;
-  FalconLoop loop_;
+  void observe() { observer_.observe(time(), place(), force()); }
+
+  SceneLoop loop_;
   device::PassivityObserver observer_{};
 };
 
@@ -53,12 +60,10 @@ Worst worst_tick(const Scene& scene, double period, const std::atomic<bool>* sto
   Eigen::Vector3d place = run.place();
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   for (long n = 0; !run.over() && !(stop != nullptr && stop->load()); ++n) {
-    run.simulation().forget_tool_happenings();
-    if (run.tick(false) == StepStatus::diverged) { break; }
+    if (run.tick() == StepStatus::diverged) { break; }
     const Eigen::Vector3d way = run.place() - place;
     const double given = (force - run.force()).dot(way);
-    worst.speed = std::max(
-        {worst.speed, way.norm() / period, std::abs(run.simulation().tool_motion().velocity)});
+    worst.speed = std::max({worst.speed, way.norm() / period, std::abs(run.tool_velocity())});
     if (n > 0 && given > worst.given) {
       worst.tick = n;
       worst.given = given;
@@ -86,12 +91,12 @@ MissedTick measure_missed_tick(const Scene& scene, const std::atomic<bool>* stop
   if (worst.tick < 0) { return result; }  // no force changed against the motion
   ObservedRun kept(scene);
   ObservedRun missed(scene);
-  for (long n = 0; n <= worst.tick; ++n) {
-    kept.simulation().forget_tool_happenings();
-    missed.simulation().forget_tool_happenings();
-    (void)kept.tick(false);
-    (void)missed.tick(n == worst.tick);
+  for (long n = 0; n < worst.tick; ++n) {
+    (void)kept.tick();
+    (void)missed.tick();
   }
+  (void)kept.tick();
+  missed.miss_tick();
   result.measured = kept.energy() - missed.energy();
   result.measured_at = kept.time();
   return result;
@@ -102,7 +107,7 @@ namespace {
 using bench::Clock;
 using bench::seconds_on;
 
-bool is_stopped(const ProvocationPlan& plan) {
+bool is_stopped(const ProbePlan& plan) {
   return plan.stop != nullptr && plan.stop->load(std::memory_order_relaxed);
 }
 
@@ -115,7 +120,7 @@ TimedTick time_tick(SceneLoop& loop, StepStatus& status) {
 }
 
 /// Runs one pass from the start; it has fewer ticks if it was stopped or diverged.
-TimedPasses one_pass(const PassSetting& setting, const ProvocationPlan& plan) {
+TimedPasses one_pass(const PassSetting& setting, const ProbePlan& plan) {
   const std::unique_ptr<SceneLoop> loop = setting.make();
   TimedPasses pass;
   auto count = static_cast<std::size_t>(loop->tick_count());
@@ -157,21 +162,18 @@ void keep_least(TimedPasses& least, TimedPasses pass) {
 
 }  // namespace
 
-double TimedPasses::worst() const { return ticks[costliest(0, ticks.size())].processor; }
+double TimedPasses::worst() const { return ticks[costliest()].processor; }
 
-std::size_t TimedPasses::costliest(std::size_t begin, std::size_t end) const {
-  const auto first = ticks.begin();
-  const auto worst =
-      std::ranges::max_element(first + static_cast<std::ptrdiff_t>(begin),
-                               first + static_cast<std::ptrdiff_t>(end), {}, &TimedTick::processor);
-  return static_cast<std::size_t>(worst - first);
+std::size_t TimedPasses::costliest() const {
+  const auto worst = std::ranges::max_element(ticks, {}, &TimedTick::processor);
+  return static_cast<std::size_t>(worst - ticks.begin());
 }
 
 std::size_t TimedPasses::costliest(const std::vector<std::size_t>& of) const {
   return *std::ranges::max_element(of, {}, [this](std::size_t n) { return ticks[n].processor; });
 }
 
-TimedPasses time_passes(const PassSetting& setting, const ProvocationPlan& plan) {
+TimedPasses time_passes(const PassSetting& setting, const ProbePlan& plan) {
   const double begin = seconds_on(Clock::wall);
   TimedPasses least;
   bool settled = false;
@@ -196,12 +198,12 @@ using Make = std::function<std::unique_ptr<SceneLoop>()>;
 /// Ticks of a probe that runs only the beginning of a scene.
 constexpr std::size_t beginning = 200;
 
-class Provoker {
+class Prober {
  public:
-  Provoker(const Scene& scene, const ProvocationPlan& plan) : scene_(scene), plan_(plan) {}
+  Prober(const Scene& scene, const ProbePlan& plan) : scene_(scene), plan_(plan) {}
 
   ComputeBudget run() {
-    whole_ = time({.make = loop_with({})}, "the scene as fast as it goes");
+    whole_ = time_passes({.make = loop_with({})}, plan_);
     budget_.diverged_at = whole_.diverged_at;
     budget_.largest_speed = whole_.largest_speed;
     if (whole_.passes > 0) {
@@ -211,11 +213,13 @@ class Provoker {
                     loop_with({.skip = false}));
       add_denormals();
       if (scene_.syringe || (scene_.drive && scene_.drive->kind == Drive::Kind::falcon)) {
-        add_faults();
+        add("faults on the lines",
+            "bytes lost, doubled and changed on every line of the scene, power lost once",
+            time_passes({.make = loop_with({.faults = true})}, plan_));
       }
       add_cold_caches();
     }
-    std::ranges::stable_sort(budget_.provocations, std::ranges::greater{}, &Provocation::processor);
+    std::ranges::stable_sort(budget_.probes, std::ranges::greater{}, &WorstCaseProbe::processor);
     return std::move(budget_);
   }
 
@@ -223,25 +227,24 @@ class Provoker {
   Make loop_with(const SceneLoopOptions& options) const {
     return [this, options] { return std::make_unique<SceneLoop>(scene_, plan_.rate, options); };
   }
-  TimedPasses time(const PassSetting& setting, const std::string& stage) const {
-    if (plan_.tell) { plan_.tell(stage); }
-    return time_passes(setting, plan_);
+  void add(const std::string& name, const std::string& what, const TimedPasses& passes) {
+    if (passes.passes == 0) { return; }
+    add(name, what, passes, passes.costliest(), passes.ticks.size());
   }
   void add(const std::string& name, const std::string& what, const TimedPasses& passes,
            std::size_t tick, std::size_t tried) {
     const TimedTick& worst = passes.ticks[tick];
-    budget_.provocations.push_back({.name = name,
-                                    .what = what,
-                                    .scene_time = static_cast<double>(tick) / plan_.rate,
-                                    .processor = worst.processor,
-                                    .wall = worst.wall,
-                                    .repetitions = passes.passes,
-                                    .ticks = static_cast<long>(tried)});
+    budget_.probes.push_back({.name = name,
+                              .what = what,
+                              .scene_time = static_cast<double>(tick) / plan_.rate,
+                              .processor = worst.processor,
+                              .wall = worst.wall,
+                              .repetitions = passes.passes,
+                              .ticks = static_cast<long>(tried)});
   }
   void add_scene() {
     add("first tick", "the first after a start", whole_, 0, 1);
-    add("costliest tick", "any tick of the scene", whole_, whole_.costliest(0, whole_.ticks.size()),
-        whole_.ticks.size());
+    add("costliest tick", "any tick of the scene", whole_);
     const HappeningNames names(scene_);
     std::map<std::string, std::vector<std::size_t>> ticks;
     for (const Happened& each : whole_.happenings) {
@@ -252,9 +255,7 @@ class Provoker {
     }
   }
   void add_beginning(const std::string& name, const std::string& what, const Make& make) {
-    const TimedPasses passes = time({.make = make, .most_ticks = beginning}, name);
-    if (passes.passes == 0) { return; }
-    add(name, what, passes, passes.costliest(0, passes.ticks.size()), passes.ticks.size());
+    add(name, what, time_passes({.make = make, .most_ticks = beginning}, plan_));
   }
   /// Runs with denormal velocities, as at the end of a decaying motion.
   void add_denormals() {
@@ -276,16 +277,9 @@ class Provoker {
     }
     add_beginning(name, what, loop_with({.network = &network}));
   }
-  void add_faults() {
-    const TimedPasses passes = time({.make = loop_with({.faults = true})}, "faults on the lines");
-    if (passes.passes == 0) { return; }
-    add("faults on the lines",
-        "bytes lost, doubled and changed on every line of the scene, power lost once", passes,
-        passes.costliest(0, passes.ticks.size()), passes.ticks.size());
-  }
   /// Evicts all caches before the selected ticks.
   void add_cold_caches() {
-    std::vector<std::size_t> chosen{0, whole_.costliest(0, whole_.ticks.size())};
+    std::vector<std::size_t> chosen{0, whole_.costliest()};
     for (const Happened& each : whole_.happenings) { chosen.push_back(each.tick); }
     for (std::size_t n = 1; n < spread; ++n) { chosen.push_back(n * whole_.ticks.size() / spread); }
     std::ranges::sort(chosen);
@@ -295,7 +289,7 @@ class Provoker {
       if (!std::ranges::binary_search(chosen, tick)) { return; }
       for (double& number : other) { number += 1.0; }
     };
-    const TimedPasses passes = time({.make = loop_with({}), .before = walk}, "cold caches");
+    const TimedPasses passes = time_passes({.make = loop_with({}), .before = walk}, plan_);
     if (passes.passes == 0) { return; }
     add("cold caches",
         "a walk through twice the largest cache before first, costliest and eventful ticks", passes,
@@ -304,15 +298,15 @@ class Provoker {
 
   static constexpr std::size_t spread = 16;  ///< further ticks, evenly over the scene
   const Scene& scene_;
-  const ProvocationPlan& plan_;
+  const ProbePlan& plan_;
   TimedPasses whole_{};
   ComputeBudget budget_{};
 };
 
 }  // namespace
 
-ComputeBudget provoke(const Scene& scene, const ProvocationPlan& plan) {
-  return Provoker(scene, plan).run();
+ComputeBudget run_probes(const Scene& scene, const ProbePlan& plan) {
+  return Prober(scene, plan).run();
 }
 
 }  // namespace palpate::certificate

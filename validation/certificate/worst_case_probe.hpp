@@ -42,7 +42,7 @@ MissedTick measure_missed_tick(const Scene& scene, const std::atomic<bool>* stop
 // The same tick does the same work every time, so the minimum over several repetitions is its cost,
 // independent of other load on the machine.
 
-struct Provocation {
+struct WorstCaseProbe {
   std::string name{};       ///< "puncture: ligamentum flavum"
   std::string what{};       ///< how it was triggered
   double scene_time = 0.0;  ///< time of the longest tick in the scene
@@ -54,30 +54,26 @@ struct Provocation {
 
 /// Computation times of the worst-case probes and limits of their coverage.
 struct ComputeBudget {
-  std::vector<Provocation> provocations{};  ///< slowest first
+  std::vector<WorstCaseProbe> probes{};  ///< slowest first
   /// Instructions of the slowest tick; absent if they were not counted.
   std::optional<std::int64_t> worst_instructions{};
   double largest_speed = 0.0;           ///< of the tool [m/s]
   std::optional<double> diverged_at{};  ///< [s]; the other members are then not set
-  long skipped_events = 0;              ///< events of the scene that were not reached
 
-  [[nodiscard]] double worst() const {
-    return provocations.empty() ? 0.0 : provocations.front().processor;
-  }
+  [[nodiscard]] double worst() const { return probes.empty() ? 0.0 : probes.front().processor; }
 };
 
-struct ProvocationPlan {
+struct ProbePlan {
   double rate = 1000.0;                  ///< [Hz]
   std::size_t cache_bytes = 32U << 20U;  ///< size of the largest cache [bytes]
   int least_repetitions = 3;
   int most_repetitions = 12;
   double enough = 1.0;  ///< time after which no repetition is started [s]
   const std::atomic<bool>* stop = nullptr;
-  std::function<void(const std::string& stage)> tell{};
 };
 
 /// Runs the whole scene as fast as possible and then the worst-case probes at selected ticks.
-ComputeBudget provoke(const Scene& scene, const ProvocationPlan& plan);
+ComputeBudget run_probes(const Scene& scene, const ProbePlan& plan);
 
 // Times of individual ticks over several passes of a scene.
 
@@ -98,21 +94,20 @@ struct TimedPasses {
   int passes = 0;              ///< passes completed
   std::optional<double> diverged_at{};
 
-  /// Returns the slowest tick in [begin, end) or in a list.
-  [[nodiscard]] std::size_t costliest(std::size_t begin, std::size_t end) const;
+  /// Returns the slowest tick of all, or of a list.
+  [[nodiscard]] std::size_t costliest() const;
   [[nodiscard]] std::size_t costliest(const std::vector<std::size_t>& of) const;
   [[nodiscard]] double worst() const;  ///< time of the slowest tick [s]
 };
 
 struct PassSetting {
   std::function<std::unique_ptr<SceneLoop>()> make{};
-  std::size_t most_ticks = 0;  ///< 0: the whole scene
-  std::function<void(std::size_t tick)>
-      before{};  ///< called before each tick, outside its time; empty: nothing
+  std::size_t most_ticks = 0;                      ///< 0: the whole scene
+  std::function<void(std::size_t tick)> before{};  ///< called outside the time of each tick
 };
 
 /// Times as many passes as the plan requests, and more until the time of the slowest tick no longer
 /// decreases. A pass that was stopped is discarded.
-TimedPasses time_passes(const PassSetting& setting, const ProvocationPlan& plan);
+TimedPasses time_passes(const PassSetting& setting, const ProbePlan& plan);
 
 }  // namespace palpate::certificate

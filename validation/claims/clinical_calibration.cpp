@@ -110,7 +110,7 @@ class StraightScene {
 
 /// Errors common to all readings of one study besides the transducer, of the size that the fit
 /// assumes: depth, drop time, and forces in a coarser block.
-void add_shared_errors(std::vector<calibration::Subject>& subjects, const SharedUncertainty& shared,
+void add_shared_errors(std::vector<ObservedRecording>& subjects, const SharedUncertainty& shared,
                        device::Seeded& seeded) {
   Observation offset = Observation::Zero(observable_count);
   Observation factor = Observation::Ones(observable_count);
@@ -119,20 +119,20 @@ void add_shared_errors(std::vector<calibration::Subject>& subjects, const Shared
   for (Eigen::Index n = 0; n < observable_count; ++n) {
     if (is_force(n)) { factor[n] += shared.model * seeded.normal(); }
   }
-  for (calibration::Subject& subject : subjects) {
+  for (ObservedRecording& subject : subjects) {
     subject.seen.value = subject.seen.value.cwiseProduct(factor) + offset;
   }
 }
 
 /// Synthetic subjects, each with a factor on its tissue, measured with one transducer.
-std::vector<calibration::Subject> noisy_subjects(const Scene& scene, std::size_t count,
-                                                 device::Seeded& seeded) {
+std::vector<ObservedRecording> noisy_subjects(const Scene& scene, std::size_t count,
+                                              device::Seeded& seeded) {
   const Trace clean = roll_out({}, scene, {});
   const SharedUncertainty shared;
-  const double zero = shared.zero * seeded.normal();
-  const double gain = 1.0 + shared.gain * seeded.normal();
+  const double zero = shared.transducer.zero * seeded.normal();
+  const double gain = 1.0 + shared.transducer.gain * seeded.normal();
   const double force_gain = 1.0 + shared.force_gain * seeded.normal();
-  std::vector<calibration::Subject> subjects;
+  std::vector<ObservedRecording> subjects;
   for (std::size_t n = 0; n < count; ++n) {
     const double factor = 1.0 + 0.1 * seeded.normal();
     Recording recording{.name = "made-up",
@@ -145,7 +145,7 @@ std::vector<calibration::Subject> noisy_subjects(const Scene& scene, std::size_t
     for (double& f : recording.force) { f *= force_gain * factor; }
     add_noise(recording.pressure, 0.3 * pascals_per_mmhg, seeded);
     add_noise(recording.force, 0.02, seeded);
-    subjects.push_back({.name = recording.name, .seen = observe(recording)});
+    subjects.push_back({.recording = {.name = recording.name}, .seen = observe(recording)});
   }
   add_shared_errors(subjects, shared, seeded);
   return subjects;
@@ -170,7 +170,7 @@ void fit_one(const StraightScene& straight, std::uint64_t seed, Coverage& covera
   const std::vector<Parameter> parameters = fitted_parameters(scene);
   device::Seeded seeded(seed);
   const Forward::Values truth = drawn_truth(parameters, seeded);
-  const std::vector<calibration::Subject> subjects =
+  const std::vector<ObservedRecording> subjects =
       noisy_subjects(with_values(scene, parameters, truth), 5, seeded);
   Forward forward(scene, parameters, 1, nullptr, [&](const Scene& at) { return straight.at(at); });
   const Fit found = fit(forward, pool(subjects));
@@ -231,8 +231,8 @@ constexpr std::array groups{Group{"BMI 18-24.9", 22.0, 461.0}, Group{"BMI 25-34.
                             Group{"BMI 35-44.9", 40.0, 415.0}, Group{"BMI >= 45", 47.0, 376.0}};
 
 /// Returns groups of five subjects with the published mean and the spread of the stored recordings.
-std::vector<calibration::Subject> reconstructed_group(const Group& group, std::uint64_t seed) {
-  std::vector<calibration::Subject> subjects;
+std::vector<ObservedRecording> reconstructed_group(const Group& group, std::uint64_t seed) {
+  std::vector<ObservedRecording> subjects;
   constexpr double ligament_ratio = 7.467 / 12.133;  // of the needle force, Davidor et al. 2023
   for (const double score : even_scores(5, seed)) {
     const double peak = group.peak * pascals_per_mmhg * (1.0 + 0.22 * score);
@@ -245,13 +245,14 @@ std::vector<calibration::Subject> reconstructed_group(const Group& group, std::u
                                             .tremor = 0.02,
                                             .noise = 0.3 * pascals_per_mmhg,
                                             .seed = seed + subjects.size()});
-    subjects.push_back({.name = drawn.name, .group = group.name, .seen = observe(drawn)});
+    subjects.push_back(
+        {.recording = {.name = drawn.name, .group = group.name}, .seen = observe(drawn)});
   }
   return subjects;
 }
 
 /// Returns the peak pressure of the scene that was fitted to these recordings [mmHg].
-double fitted_peak(const StraightScene& straight, std::span<const calibration::Subject> subjects) {
+double fitted_peak(const StraightScene& straight, std::span<const ObservedRecording> subjects) {
   const Scene scene = short_way();
   Forward forward(scene, fitted_parameters(scene), 1, nullptr,
                   [&](const Scene& at) { return straight.at(at); });
@@ -277,14 +278,14 @@ double slope_over_body_mass(const std::array<double, groups.size()>& peaks) {
 
 void measure_groups(const CaseContext& context, Outcome& outcome) {
   const StraightScene straight(context);
-  std::array<std::vector<calibration::Subject>, groups.size()> subjects;
+  std::array<std::vector<ObservedRecording>, groups.size()> subjects;
   std::array<double, groups.size()> own{};
   for (std::size_t n = 0; n < groups.size(); ++n) {
     subjects[n] = reconstructed_group(groups[n], 10 * n + 1);
   }
   for (std::size_t n = 0; n < groups.size(); ++n) {
     own[n] = fitted_peak(straight, subjects[n]);
-    std::vector<calibration::Subject> others;
+    std::vector<ObservedRecording> others;
     for (std::size_t m = 0; m < groups.size(); ++m) {
       if (m != n) { others.insert(others.end(), subjects[m].begin(), subjects[m].end()); }
     }

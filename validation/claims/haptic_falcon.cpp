@@ -83,27 +83,23 @@ void measure_reference(const CaseContext& context, Outcome& outcome) {
     const Held held = hold(context, scene);
     const device::Intent intent = hand_of(scene).intent;
     const long ticks = std::lround(scene.simulation.duration / scene.simulation.step);
-    const reference::HeldToolMotion truth = reference::solve_held_tool(
+    const Trace truth = reference::solve_held_tool(
         reference_of(scene, intent), build_network(scene), ticks,
         {.relative = 1e-10, .position_scale = 1e-3, .velocity_scale = 1e-2});
     const Trace& trace = held.run;
-    const auto column = [&](const char* name) -> const std::vector<double>& {
-      return trace.find(name)->values;
-    };
-    Largest grip(column("device.z_m").size() == truth.time.size() ? 0.0 : std::nan(""));
+    Largest grip(trace.rows() == truth.rows() ? 0.0 : std::nan(""));
     Largest tool(grip.value());
     Series way{.label = "grip"};
     Series tip{.label = "tool"};
     Series exact{.label = "CVODE", .style = Series::Style::dashed};
-    for (std::size_t n = 0; n < truth.time.size() && n < trace.time.size(); ++n) {
-      const double z = column("device.z_m")[n];
-      const double s = column("tool.insertion_m")[n];
-      const Eigen::Vector3d found(column("device.x_m")[n], column("device.y_m")[n], z);
-      grip.add((found - truth.grip[n]).norm());
-      tool.add(std::abs(s - truth.place[n]));
-      way.add(truth.time[n], 1e3 * (truth.grip.front().z() - z));
-      tip.add(truth.time[n], 1e3 * s);
-      exact.add(truth.time[n], 1e3 * truth.place[n]);
+    for (std::size_t n = 0; n < truth.rows() && n < trace.rows(); ++n) {
+      const auto apart = [&](const char* name) { return trace.at(name, n) - truth.at(name, n); };
+      grip.add(
+          Eigen::Vector3d(apart("device.x_m"), apart("device.y_m"), apart("device.z_m")).norm());
+      tool.add(std::abs(apart("tool.insertion_m")));
+      way.add(truth.time[n], 1e3 * (truth.at("device.z_m", 0) - trace.at("device.z_m", n)));
+      tip.add(truth.time[n], 1e3 * trace.at("tool.insertion_m", n));
+      exact.add(truth.time[n], 1e3 * truth.at("tool.insertion_m", n));
     }
     const std::string late = delay == 0 ? "" : "_one_tick_late";
     const std::string bound = "requirement: 1 um over the run; steps of 25 us and 50 us err less";
@@ -292,8 +288,8 @@ constexpr double gentle = 3.0;  // [N] within reach everywhere on the needle's w
 const Eigen::Vector3d outward = Eigen::Vector3d::UnitZ();
 
 void along_the_way(const Kinematics& kinematics, Outcome& outcome) {
-  CorrectProfile correct(kinematics);
-  StockProfile stock;
+  DriverProfile correct(DriverProfile::Kind::correct, kinematics);
+  DriverProfile stock(DriverProfile::Kind::stock);
   Figure figure = plot("over-depth", "3 N asked for against the insertion",
                        "What the motors pull with along the needle's way through the workspace.",
                        {"place of the grip, z (mm)"}, {"delivered (N)"});
@@ -327,8 +323,8 @@ void along_the_way(const Kinematics& kinematics, Outcome& outcome) {
 }
 
 void over_force(const Kinematics& kinematics, Outcome& outcome) {
-  CorrectProfile correct(kinematics);
-  StockProfile stock;
+  DriverProfile correct(DriverProfile::Kind::correct, kinematics);
+  DriverProfile stock(DriverProfile::Kind::stock);
   const Eigen::Vector3d place(0.0, 0.0, 0.125);
   Figure figure =
       plot("over-force", "What a growing force becomes in the middle of the workspace",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// Block of tissue whose motion is compared with a reference.
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 

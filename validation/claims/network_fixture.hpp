@@ -4,6 +4,7 @@
 /// numbers, references from two solver families, and error plots.
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
 #include <array>
 #include <cstdint>
 #include <limits>

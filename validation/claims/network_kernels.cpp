@@ -134,8 +134,9 @@ template <class Real>
 double lattice_error(const NetworkProblem& kernel, const NetworkProblem& specification,
                      const Variant& variant, int states,
                      const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front()) {
-  LatticeNetwork<Real> system(kernel, variant.skip, 1, kernels);
-  return force_error<Real>(system, specification, states);
+  const auto system =
+      make_lattice_network<Real>(kernel, {.skip = variant.skip, .kernels = kernels});
+  return force_error<Real>(*system, specification, states);
 }
 
 /// Errors of the forces in double and single precision, and a third one that depends on the kernel.

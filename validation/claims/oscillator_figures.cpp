@@ -49,9 +49,11 @@ double slope_at_zero(const Curve& curve) {
 void judge_forms(Outcome& outcome, double c, Table& table) {
   Oscillator o = paper_oscillator(c);
   o.displacement = amplitude;
-  const Curve printed = [o](double t) { return equation_6_printed(o, amplitude, t); };
-  const Curve plotted = [o](double t) { return equation_6_plotted(o, amplitude, 0.0, t); };
-  const Curve exact = [o](double t) { return exact_motion(o, t).position; };
+  const Curve printed = [o](double t) { return reference::equation_6_printed(o, amplitude, t); };
+  const Curve plotted = [o](double t) {
+    return reference::equation_6_plotted(o, amplitude, 0.0, t);
+  };
+  const Curve exact = [o](double t) { return reference::exact_motion(o, t).position; };
   const std::string label = ", c = " + text(c);
   const double omega1 = std::sqrt(1.0 - 0.25 * c * c);
   const double zero_rounding = 1e-12;  // zeros near 25 s are known to an eps of 25
@@ -88,9 +90,9 @@ Figure draw_forms(double c) {
   Series exact{.label = "exact"};
   for (const double t : tick_times(0.25, 100)) {
     for (Series* series : {&printed, &plotted, &exact}) { series->x.push_back(t); }
-    printed.y.push_back(equation_6_printed(o, amplitude, t));
-    plotted.y.push_back(equation_6_plotted(o, amplitude, 0.0, t));
-    exact.y.push_back(exact_motion(o, t).position);
+    printed.y.push_back(reference::equation_6_printed(o, amplitude, t));
+    plotted.y.push_back(reference::equation_6_plotted(o, amplitude, 0.0, t));
+    exact.y.push_back(reference::exact_motion(o, t).position);
   }
   figure.series = {std::move(printed), std::move(plotted), std::move(exact)};
   return figure;

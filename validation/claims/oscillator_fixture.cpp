@@ -40,7 +40,7 @@ Samples run(const CaseContext& context, const Oscillator& oscillator, std::strin
 Samples exact_samples(const Oscillator& oscillator, const std::vector<double>& time) {
   Samples samples{.time = time};
   for (const double t : time) {
-    const OscillatorState state = exact_motion(oscillator, t);
+    const reference::OscillatorState state = reference::exact_motion(oscillator, t);
     samples.position.push_back(state.position);
     samples.velocity.push_back(state.velocity);
   }
@@ -51,7 +51,7 @@ std::vector<double> equation_6_samples(const Oscillator& oscillator,
                                        const std::vector<double>& time) {
   std::vector<double> x;
   for (const double t : time) {
-    x.push_back(equation_6_plotted(oscillator, oscillator.displacement, 0.0, t));
+    x.push_back(reference::equation_6_plotted(oscillator, oscillator.displacement, 0.0, t));
   }
   return x;
 }

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "reference/oscillator_motion.hpp"
+#include "reference/oscillator.hpp"
 #include "validation/case.hpp"
 #include "validation/number_text.hpp"
 #include "validation/signal.hpp"

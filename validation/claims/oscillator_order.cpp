@@ -124,8 +124,8 @@ void judge_closed_form(Outcome& outcome) {
     const double difference = relative_difference(one.oscillator, found, truth);
     const bool is_driven = one.oscillator.drive_amplitude != 0.0;
     (is_driven ? driven : one.name.starts_with("S = 1") ? near_critical : free).add(difference);
-    table.rows.push_back({one.name, damping_ratio(one.oscillator),
-                          std::string(damping_class(one.oscillator)), difference});
+    table.rows.push_back({one.name, reference::damping_ratio(one.oscillator),
+                          std::string(reference::damping_class(one.oscillator)), difference});
     if (one.name.starts_with("c = ")) {
       figure.series.push_back(curve(one.name, found.time, found.position));
     }
@@ -198,13 +198,13 @@ void measure_regimes(const CaseContext& context, Outcome& outcome) {
   int agreeing = 0;
   for (const double c : swept_viscosities) {
     const Oscillator o = paper_oscillator(c);
-    const std::string found = damping_class(o);
+    const std::string found = reference::damping_class(o);
     const std::string expected = c == 0.0   ? "undamped"
                                  : c < 2.0  ? "underdamped"
                                  : c == 2.0 ? "critically damped"
                                             : "overdamped";
     agreeing += found == expected ? 1 : 0;
-    names.rows.push_back({c, damping_ratio(o), found,
+    names.rows.push_back({c, reference::damping_ratio(o), found,
                           std::string(c == 0.7   ? "overdamped"
                                       : c == 1.8 ? "critically damped"
                                                  : "")});

@@ -3,6 +3,7 @@
 #include "validation/claims/stability_fixture.hpp"
 
 #include <Eigen/LU>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>

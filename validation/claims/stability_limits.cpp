@@ -503,7 +503,7 @@ void judge_accuracy(const CaseContext& context, Varied varied, Outcome& outcome)
                   .profile = Profile::half_sine}};
   const Trace motion = roll_out(context, scene, &network, {.position = true});
   const NetworkProblem problem(network, resolve_loads(scene, network));
-  const Trace exact = reference::modal_solution<double>(problem, motion.time);
+  const Trace exact = reference::solve_modal(problem, motion.time, {});
   constexpr double omega = 500.0;
   outcome.judge_at_most(
       "velocity-verlet: error of a slow push at ratio 100",

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,10 +16,10 @@
 #include "model/tissue/lattice.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "model/tissue/skin.hpp"
+#include "model/tissue/solids.hpp"
 #include "model/tissue/tissue_grid.hpp"
 #include "model/tissue/voxel_tissue.hpp"
 #include "reference/exact_problems.hpp"
-#include "reference/solids.hpp"
 #include "reference/static_equilibrium.hpp"
 #include "validation/claims/groups.hpp"
 
@@ -42,13 +43,11 @@ std::vector<Solid> solids() {
   const Vector3d plate(0.04, 0.03, 0.0045);
   const Vector3d corner(0.0003, 0.0002, 0.0001);
   // Faces fine enough that chords take less than 1e-3 of the volume.
-  return {
-      {"sphere", reference::sphere_surface({0.0013, 0.0007, 0.0021}, radius, 60),
-       4.0 / 3.0 * pi * radius * radius * radius},
-      {"torus", reference::ring_surface(radius, thickness, 2.0 * pi, 240, 120),
-       2.0 * pi * radius * disc},
-      {"letter C", reference::ring_surface(radius, thickness, 4.5, 240, 120), 4.5 * radius * disc},
-      {"thin plate", reference::box_surface(corner, corner + plate), plate.prod()}};
+  return {{"sphere", sphere_surface({0.0013, 0.0007, 0.0021}, radius, 60),
+           4.0 / 3.0 * pi * radius * radius * radius},
+          {"torus", ring_surface(radius, thickness, 2.0 * pi, 240, 120), 2.0 * pi * radius * disc},
+          {"letter C", ring_surface(radius, thickness, 4.5, 240, 120), 4.5 * radius * disc},
+          {"thin plate", box_surface(corner, corner + plate), plate.prod()}};
 }
 
 double area_of(const TriangleSurface& surface) {
@@ -122,7 +121,7 @@ double compliance(SpringNetwork network) {
 void measure_cube(const CaseContext& /*context*/, Outcome& outcome) {
   const double h = 0.002;
   const MeshBody body{.name = "cube",
-                      .surface = reference::box_surface({0, 0, 0}, Vector3d::Constant(10.0 * h)),
+                      .surface = box_surface({0, 0, 0}, Vector3d::Constant(10.0 * h)),
                       .material = "soft"};
   std::vector<Violation> broken;
   const VoxelTissue cube = mesh_tissue({body}, {.voxel = h}, phantom_materials(), broken);
@@ -397,8 +396,8 @@ Scene cylinder(double spacing, const std::array<double, 2>& densities) {
   const auto arc = [](double x, double /*y*/) {
     return radius - std::sqrt(radius * radius - x * x);
   };
-  scene.tissue.skin = std::make_shared<const Skin>(
-      reference::patch_surface({1.25 * half, 1.25 * half}, facets, arc), true);
+  scene.tissue.skin =
+      std::make_shared<const Skin>(patch_surface({1.25 * half, 1.25 * half}, facets, arc), true);
   return scene;
 }
 

@@ -115,16 +115,9 @@ void measure_chain(const CaseContext& context, Outcome& outcome) {
 // Seven layers compared with a hybrid differential equation of the same insertion, whose events
 // CVODE locates by root finding: times of events and forces between them.
 
-using Kind = reference::InsertionEvent::Kind;
-
-struct NamedEvent {
-  Kind kind;
-  const char* name;
-};
-constexpr std::array compared_events{NamedEvent{Kind::contact, "contact"},
-                                     NamedEvent{Kind::puncture, "puncture"},
-                                     NamedEvent{Kind::loss_of_resistance, "loss-of-resistance"},
-                                     NamedEvent{Kind::dural_puncture, "dural-puncture"}};
+/// Kinds of events that the model also reports.
+constexpr std::array<std::string_view, 4> compared_events{"contact", "puncture",
+                                                          "loss-of-resistance", "dural-puncture"};
 
 struct Technique {
   const char* name;
@@ -150,19 +143,16 @@ std::vector<double> ticks_of(const Scene& scene) {
 }
 
 /// Largest distance of an event of the model from the reference's [s]; NaN when one is missing.
-double event_error(const Trace& run, const reference::Insertion& truth,
-                   std::vector<std::vector<Cell>>* rows) {
+double event_error(const Trace& run, const Trace& truth, std::vector<std::vector<Cell>>* rows) {
   Largest worst;
   long expected = 0;
-  for (const reference::InsertionEvent& event : truth.events) {
-    const auto found = std::ranges::find(compared_events, event.kind, &NamedEvent::kind);
-    if (found == compared_events.end()) { continue; }
+  for (const Event& event : truth.events) {
+    if (std::ranges::find(compared_events, event.kind) == compared_events.end()) { continue; }
     ++expected;
-    const double time = run.time_of(found->name, event.layer);
+    const double time = run.time_of(event.kind, event.detail);
     worst.add(std::abs(time - event.time));
     if (rows != nullptr) {
-      rows->push_back(
-          {std::string(found->name), event.layer, event.time, 1e6 * (time - event.time)});
+      rows->push_back({event.kind, event.detail, event.time, 1e6 * (time - event.time)});
     }
   }
   return expected == static_cast<long>(run.events.size()) ? worst.value() : std::nan("");
@@ -170,11 +160,11 @@ double event_error(const Trace& run, const reference::Insertion& truth,
 
 /// Peak force of the layer in which the reference is at each tick.
 std::vector<double> layer_peaks(const std::vector<std::string>& layer,
-                                const reference::Insertion& truth) {
+                                const std::vector<double>& force) {
   std::map<std::string, double> peak;
   for (std::size_t n = 0; n < layer.size(); ++n) {
     double& most = peak[layer[n]];
-    most = std::max(most, truth.instants[n].total);
+    most = std::max(most, force[n]);
   }
   std::vector<double> peaks;
   for (const std::string& one : layer) { peaks.push_back(peak[one]); }
@@ -185,7 +175,7 @@ void measure_against_reference(const CaseContext& context, Outcome& outcome,
                                const Technique& technique) {
   const Scene scene = scene_of_technique(technique);
   const std::vector<double> times = ticks_of(scene);
-  const reference::Insertion truth =
+  const Trace truth =
       reference::solve_insertion(scene, build_network(scene), times, {.relative = 1e-9});
   const auto [run, tool] = insert(context, scene);
   std::vector<std::vector<Cell>> rows;
@@ -200,21 +190,22 @@ void measure_against_reference(const CaseContext& context, Outcome& outcome,
       "theory: modes change at the ends of steps, so within two of them; 1e-7 s of the reference",
       "s");
 
-  const std::vector<double> peaks = layer_peaks(run.texts("tool.layer"), truth);
+  const std::vector<double> peaks =
+      layer_peaks(run.texts("tool.layer"), truth.values("tool.force_n"));
   Largest worst;
   long compared = 0;
   Series model{.label = "model"};
   Series exact{.label = "reference", .style = Series::Style::dashed};
-  for (std::size_t n = 0; n < std::min(tool.size(), truth.instants.size()); ++n) {
-    const double depth = 1e3 * truth.instants[n].place;
+  for (std::size_t n = 0; n < std::min(tool.size(), truth.rows()); ++n) {
+    const double depth = 1e3 * truth.at("tool.insertion_m", n);
     const double force = tool[n].forces.total;
     model.add(depth, force);
-    exact.add(depth, truth.instants[n].total);
+    exact.add(depth, truth.at("tool.force_n", n));
     const bool event = std::ranges::any_of(truth.events, [&](const auto& e) {
-      return e.kind != Kind::knot_passed && std::abs(times[n] - e.time) <= 2.0 * tick;
+      return e.kind != "knot-passed" && std::abs(times[n] - e.time) <= 2.0 * tick;
     });
     if (event || peaks[n] <= 0.0) { continue; }
-    worst.add(std::abs(force - truth.instants[n].total) / peaks[n]);
+    worst.add(std::abs(force - truth.at("tool.force_n", n)) / peaks[n]);
     ++compared;
   }
   outcome.judge_at_most("largest_force_error_over_peak_of_the_layer",
@@ -236,7 +227,7 @@ void measure_against_reference(const CaseContext& context, Outcome& outcome,
 void measure_order(const CaseContext& context, Outcome& outcome) {
   Scene scene = scene_of_technique({"", 0.02, 0.012});
   const std::vector<double> times = ticks_of(scene);
-  const reference::Insertion truth =
+  const Trace truth =
       reference::solve_insertion(scene, build_network(scene), times, {.relative = 1e-12});
   std::vector<std::vector<Cell>> rows;
   for (const auto& [name, order] : {std::pair{"velocity-verlet", 2.0}, {"rk4", 4.0}}) {
@@ -247,10 +238,10 @@ void measure_order(const CaseContext& context, Outcome& outcome) {
       const auto [run, tool] = insert(context, scene);
       Largest error;
       for (std::size_t n = 4; n < tool.size(); ++n) {
-        error.add(std::abs(tool[n].forces.total - truth.instants[n].total));
+        error.add(std::abs(tool[n].forces.total - truth.at("tool.force_n", n)));
       }
       steps.push_back(run.h);
-      errors.push_back(error.value() / truth.instants.back().total);
+      errors.push_back(error.value() / truth.values("tool.force_n").back());
       rows.push_back({std::string(name), 1e6 * steps.back(), errors.back()});
     }
     const ObservedOrder observed = observed_order(steps, errors, 2e-14);

@@ -29,8 +29,8 @@ double Tolerance::upper(double recorded) const {
 
 std::vector<Tolerance> default_tolerances(QuantityKind kind) {
   const std::string groups =
-      "Wee et al. 2017: means of four groups, 376 to 461 mmHg, lie within 10.2 % of their "
-      "middle and were not told apart (p = 0.52)";
+      "Wee et al. 2017: means of four groups, 376 to 461 mmHg, lie within 10.2 % of their middle "
+      "and were not told apart (p = 0.52)";
   const std::string depth = "Segal et al. 1996: depth is predicted to within 8 mm";
   const std::string time = "assumption: half a second, felt as the same moment of an insertion";
   const Tolerance plateau = kind == QuantityKind::pressure
@@ -78,7 +78,10 @@ std::string_view verdict_word(Status status) {
   return "not judged";
 }
 
-double ValidationUncertainty::total() const { return std::hypot(numerical, input, data); }
+double ValidationUncertainty::total() const {
+  const double sum = numerical + input + data;
+  return std::isnan(sum) ? sum : std::hypot(numerical, input, data);  // hypot(0, 0, NaN) may be 0
+}
 
 namespace {
 
@@ -216,25 +219,11 @@ ValidationUncertainty uncertainty_of(const FeatureComparison& one, const Compari
                              lag)};
 }
 
-void compare_numbers(FeatureComparison& one, const Comparison& comparison,
-                     const ComparisonOptions& options) {
-  one.uncertainty = uncertainty_of(one, comparison, options);
-  judge_difference(one, *one.recorded.value, *one.simulated.value,
-                   options.uncertainties.coverage_factor);
-}
-
 std::string reason_of_absence(const FeatureComparison& one) {
   if (one.recorded.value) { return "simulated: " + one.simulated.reason; }
   if (one.simulated.value) { return "recorded: " + one.recorded.reason; }
   if (one.recorded.reason == one.simulated.reason) { return "in neither: " + one.recorded.reason; }
   return "recorded: " + one.recorded.reason + "; simulated: " + one.simulated.reason;
-}
-
-/// Handles a missing feature in one or both traces. Only the event is never just absent: it is
-/// found, not found or undecided. The event explains the features that are missing with it.
-void explain_absence(FeatureComparison& one) {
-  one.reason = reason_of_absence(one);
-  one.status = one.feature == Feature::loss_of_resistance ? Status::inconclusive : Status::skip;
 }
 
 FeatureComparison compare_feature(Feature feature, const Comparison& comparison,
@@ -255,9 +244,14 @@ FeatureComparison compare_feature(Feature feature, const Comparison& comparison,
     return one;
   }
   if (one.recorded.value && one.simulated.value) {
-    compare_numbers(one, comparison, options);
+    one.uncertainty = uncertainty_of(one, comparison, options);
+    judge_difference(one, *one.recorded.value, *one.simulated.value,
+                     options.uncertainties.coverage_factor);
   } else {
-    explain_absence(one);
+    one.reason = reason_of_absence(one);
+    // The event is never just absent: it is found, not found or undecided. It explains the
+    // features that are missing with it.
+    one.status = feature == Feature::loss_of_resistance ? Status::inconclusive : Status::skip;
   }
   return one;
 }
@@ -295,8 +289,10 @@ double data_uncertainty(Feature feature, const Features& recorded,
                         const ComparisonOptions& options) {
   const Uncertainties& known = options.uncertainties;
   const Measured& measured = recorded[feature];
-  const double zero = options.quantity == QuantityKind::pressure ? known.zero : known.zero_force;
-  const double gain = scales(feature) ? known.gain * std::abs(measured.value.value_or(0.0)) : 0.0;
+  const double zero =
+      options.quantity == QuantityKind::pressure ? known.transducer.zero : known.zero_force;
+  const double gain =
+      scales(feature) ? known.transducer.gain * std::abs(measured.value.value_or(0.0)) : 0.0;
   return std::hypot(measured.uncertainty,
                     std::hypot(moved_by_offset(feature, recorded) * zero, gain));
 }
@@ -388,34 +384,14 @@ Comparison refuse(Comparison comparison, const std::string& reason) {
   return comparison;
 }
 
-RawTrace recorded_trace(const Recording& recording, QuantityKind quantity) {
-  return {recording.time, quantity == QuantityKind::pressure ? recording.pressure : recording.force,
-          recording.depth};
-}
-
-RawTrace simulated_trace(const Trace& trace, const ComparisonOptions& options) {
-  const Column* value = trace.find(column_of(options));
-  const Column* depth = trace.find(options.depth_column);
-  RawTrace raw{.time = trace.time};
-  if (value != nullptr) { raw.value = value->values; }
-  if (depth != nullptr) { raw.depth = depth->values; }
-  return raw;
-}
-
-/// Returns the common cut-off: a quarter of the lower rate preserves the shape of the filter.
-double common_cutoff(const RawTrace& a, const RawTrace& b, double wanted) {
-  const double slowest = std::max(usual_interval(a.time), usual_interval(b.time));
-  return std::min(wanted, 0.25 / slowest);
-}
-
 std::string regime_refusal(const Recording& recording, const ComparisonOptions& options) {
   if (options.quantity != QuantityKind::pressure || recording.regime == options.simulated_regime) {
     return {};
   }
   const auto text = [](Recording::Regime regime) {
-    return std::string(regime == Recording::Regime::thumb ? "thumb" : "pump");
+    return regime == Recording::Regime::thumb ? "thumb" : "pump";
   };
-  return "wrong regime: recorded with a " + text(recording.regime) +
+  return std::string("wrong regime: recorded with a ") + text(recording.regime) +
          " on the plunger, simulated with a " + text(options.simulated_regime);
 }
 
@@ -514,9 +490,16 @@ Comparison compare(const Recording& recording, const Trace& simulated,
   if (options.quantity == QuantityKind::force && recording.force.empty()) {
     return refuse(comparison, "force along the needle was not recorded");
   }
-  const RawTrace recorded_raw = recorded_trace(recording, options.quantity);
-  const RawTrace simulated_raw = simulated_trace(simulated, options);
-  comparison.cutoff = common_cutoff(recorded_raw, simulated_raw, options.cutoff);
+  const bool by_pressure = options.quantity == QuantityKind::pressure;
+  const RawTrace recorded_raw{recording.time, by_pressure ? recording.pressure : recording.force,
+                              recording.depth};
+  const Column* depth = simulated.find(options.depth_column);
+  const RawTrace simulated_raw{simulated.time, simulated.values(column_of(options)),
+                               depth != nullptr ? depth->values : std::span<const double>{}};
+  // A quarter of the lower rate preserves the shape of the filter.
+  const double slowest =
+      std::max(usual_interval(recorded_raw.time), usual_interval(simulated_raw.time));
+  comparison.cutoff = std::min(options.cutoff, 0.25 / slowest);
   const PreparedTrace r = prepare(recorded_raw, comparison.cutoff, options.features);
   const PreparedTrace s = prepare(simulated_raw, comparison.cutoff, options.features);
   if (!r.refusal.empty()) { return refuse(comparison, "the recording " + r.refusal); }

@@ -54,11 +54,10 @@ struct Tolerance {
 /// Returns the default tolerance of every feature, in the order of Feature.
 std::vector<Tolerance> default_tolerances(QuantityKind kind);
 
-// Names of the status of a comparison: pass, "agrees": within the tolerance at both ends of the
-// expanded uncertainty; fail, "differs": outside at both ends; inconclusive, "not distinguishable":
-// the uncertainty contains a limit of the tolerance; error, "not comparable"; skip, "not judged":
-// the feature is absent or determined by the alignment.
-
+/// Returns the name of the status of a comparison: "agrees" within the tolerance at both ends of
+/// the expanded uncertainty; "differs" outside at both ends; "not distinguishable" if it contains a
+/// limit; "not comparable" for an error; "not judged" if the feature is absent or determined by the
+/// alignment.
 std::string_view verdict_word(Status status);
 
 /// Standard uncertainties of ASME V&V 20. The error E = S - D has the uncertainty u_val =
@@ -74,22 +73,19 @@ struct ValidationUncertainty {
 
 enum class AlignmentRule {
   automatic,  ///< depth if both have it without a gap there, else the event in both, else the start
-  depth,  ///< both reach the depth of the recorded event (else the middle of the common depths) at
-          ///< the same time once
-  event,  ///< loss of resistance if both show one, else the peak
-  start,  ///< the first samples coincide
+  depth,      ///< same depth at the recorded event, else at the middle of the common depths
+  event,      ///< loss of resistance if both show one, else the peak
+  start,      ///< the first samples coincide
 };
 std::string_view name_of(AlignmentRule rule);
 
 struct Alignment {
   AlignmentRule used = AlignmentRule::start;  ///< never automatic
   std::string how{};                          ///< text for readers, "by the loss of resistance"
-  double lag =
-      0.0;  ///< [s] recorded time minus simulated time of the same instant; always reported
-  double uncertainty = 0.0;  ///< [s] standard
-  std::string
-      not_by_depth{};     ///< why depth was not used although both have it; part of `how` as well
-  std::string refusal{};  ///< why the requested rule cannot be applied
+  double lag = 0.0;            ///< recorded minus simulated time of the same instant [s]
+  double uncertainty = 0.0;    ///< [s] standard
+  std::string not_by_depth{};  ///< why depth was not used although both have it; part of `how`
+  std::string refusal{};       ///< why the requested rule cannot be applied
   /// Returns true if instants can be judged. Alignment by the event makes them equal. After
   /// alignment by depth, the depth of the event is judged instead because hands move at different
   /// speeds.
@@ -104,9 +100,8 @@ Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, A
 
 /// Standard uncertainties of the values, apart from their noise.
 struct Uncertainties {
-  double zero = 57.0;  ///< u_D [Pa]: the transducer within 1 cm of the needle's height, uniform
+  TransducerUncertainty transducer{};  ///< u_D
   double zero_force = 0.0;  ///< u_D [N]: zero of the force sensor (not stated by recordings)
-  double gain = 0.01;       ///< u_D [1]: assumed, no recording states it
   double numerical = 0.0;   ///< u_num [1] of simulated values, in addition to sampling
   double input = 0.0;       ///< u_input [1] of simulated values; 0 if inputs were not propagated
   double coverage_factor = 2.0;  ///< U = k u_val, about 95 %
@@ -114,24 +109,21 @@ struct Uncertainties {
 
 struct ComparisonOptions {
   QuantityKind quantity = QuantityKind::pressure;
-  std::string
-      column{};  ///< column of the simulated trace; empty: "syringe.pressure_pa" or "tool.force_n"
+  std::string column{};  ///< of the simulated trace; empty: that of `quantity`
   std::string depth_column = "tool.depth_m";
   Recording::Regime simulated_regime = Recording::Regime::thumb;
   AlignmentRule alignment = AlignmentRule::automatic;
-  double cutoff =
-      20.0;  ///< [Hz] cut-off of the low-pass, at most a quarter of the lower rate; 0: none
-  double grid_rate =
-      200.0;  ///< [Hz] largest rate of the common grid; the rate of the recording if that is lower
-  std::size_t most_samples =
-      12000;  ///< largest size of the common grid, which is coarser for longer traces
-  double least_overlap = 1.0;  ///< [s]
+  double cutoff = 20.0;      ///< [Hz] of the low-pass, at most a quarter of the lower rate; 0: none
+  double grid_rate = 200.0;  ///< [Hz] of the common grid, at most that of the recording
+  std::size_t most_samples = 12000;  ///< of the common grid, which is coarser for longer traces
+  double least_overlap = 1.0;        ///< [s]
   FeatureRule features{};
   std::vector<Tolerance> tolerances{};  ///< replace the defaults of their features
   Uncertainties uncertainties{};
 };
 
-/// Returns the column of the simulated trace that is compared.
+/// Returns the column of the simulated trace that is compared: "syringe.pressure_pa" or
+/// "tool.force_n" by default.
 std::string column_of(const ComparisonOptions& options);
 
 /// Comparison of one feature of both traces.
@@ -165,17 +157,13 @@ struct Comparison {
   TraceErrors errors{};               ///< for the filtered traces
   std::optional<IsoRating> rating{};  ///< for the filtered traces
   std::optional<IsoRating> unfiltered_rating{};
-  double rated =
-      0.0;  ///< share of the overlap that was rated: its longest stretch without a gap [1]
+  double rated = 0.0;  ///< share of the overlap rated: its longest stretch without a gap [1]
   /// Traces on the common grid and the clock of the simulation: filtered, and as sampled.
   Samples recorded{}, simulated{}, recorded_raw{}, simulated_raw{};
 };
 
 Comparison compare(const Recording& recording, const Trace& simulated,
                    const ComparisonOptions& options = {});
-
-// Comparison of the error E = S - D of every feature with its tolerance and its validation
-// uncertainty.
 
 /// Compares the features of a comparison after alignment.
 std::vector<FeatureComparison> compare_features(const Comparison& comparison,
@@ -195,8 +183,6 @@ Tolerance tolerance_of(Feature feature, const ComparisonOptions& options);
 /// Returns u_D of one recorded feature: noise and sampling, and zero and gain of the transducer.
 double data_uncertainty(Feature feature, const Features& recorded,
                         const ComparisonOptions& options);
-
-// Texts of features in clinical units: mmHg, mm and percent.
 
 /// Returns the name for readers, "loss of resistance" for "loss_of_resistance".
 std::string in_words(Feature feature);

@@ -58,12 +58,9 @@ struct Search {
 
   /// Returns the largest pressure within reach before n.
   [[nodiscard]] double before(std::size_t n) const {
-    const std::size_t first = n > reach ? n - reach : 0;
-    double largest = ahead_reach[first];  // maximum of `reach` samples; may extend past
-    if (n < reach) {
-      largest = -std::numeric_limits<double>::infinity();
-      for (std::size_t m = 0; m < n; ++m) { largest = std::fmax(largest, pressure.value[m]); }
-    }
+    if (n >= reach) { return ahead_reach[n - reach]; }
+    double largest = -std::numeric_limits<double>::infinity();
+    for (std::size_t m = 0; m < n; ++m) { largest = std::fmax(largest, pressure.value[m]); }
     return largest;
   }
   [[nodiscard]] bool counts(double peak) const {
@@ -203,12 +200,8 @@ LossOfResistance not_found(const Search& search) {
 }  // namespace
 
 std::string_view name_of(LossOfResistance::Decision status) {
-  switch (status) {
-    case LossOfResistance::Decision::found: return "found";
-    case LossOfResistance::Decision::undecided: return "undecided";
-    case LossOfResistance::Decision::not_found: break;
-  }
-  return "not found";
+  if (status == LossOfResistance::Decision::undecided) { return "undecided"; }
+  return status == LossOfResistance::Decision::found ? "found" : "not found";
 }
 
 LossOfResistance find_loss(const Samples& pressure, const LossRule& rule) {
@@ -244,10 +237,6 @@ double slope_about(const Extraction& of, std::size_t n) {
                       (of.trace.step * static_cast<double>(last - first));
   const double narrow = (of.trace.value[n + 1] - of.trace.value[n]) / of.trace.step;
   return std::isfinite(wide) ? wide : narrow;
-}
-
-void absent(Features& features, std::initializer_list<Feature> which, const std::string& reason) {
-  for (const Feature feature : which) { features[feature] = {.reason = reason}; }
 }
 
 /// Returns the time at which the trace crosses a level between samples n and n + 1 [s].
@@ -359,29 +348,32 @@ std::size_t index_of_largest(std::span<const double> value) {
 
 }  // namespace
 
-std::string_view name_of(Feature feature) {
-  constexpr std::array<std::string_view, feature_count> names{
-      "loss_of_resistance", "peak",          "drop_height",  "relative_drop",
-      "drop_time",          "plateau",       "slope_before", "time_of_peak",
-      "time_of_loss",       "depth_of_peak", "depth_of_loss"};
-  return names[static_cast<std::size_t>(feature)];
-}
+namespace {
+
+/// Name and unit of every feature; "*" is the unit of the trace.
+struct Naming {
+  std::string_view name;
+  std::string_view unit;
+};
+constexpr std::array<Naming, feature_count> naming{{{"loss_of_resistance", "1"},
+                                                    {"peak", "*"},
+                                                    {"drop_height", "*"},
+                                                    {"relative_drop", "1"},
+                                                    {"drop_time", "s"},
+                                                    {"plateau", "*"},
+                                                    {"slope_before", "*/s"},
+                                                    {"time_of_peak", "s"},
+                                                    {"time_of_loss", "s"},
+                                                    {"depth_of_peak", "m"},
+                                                    {"depth_of_loss", "m"}}};
+
+}  // namespace
+
+std::string_view name_of(Feature feature) { return naming[static_cast<std::size_t>(feature)].name; }
 
 std::string unit_of(Feature feature, std::string_view quantity) {
-  switch (feature) {
-    case Feature::loss_of_resistance:
-    case Feature::relative_drop: return "1";
-    case Feature::drop_time:
-    case Feature::time_of_peak:
-    case Feature::time_of_loss: return "s";
-    case Feature::depth_of_peak:
-    case Feature::depth_of_loss: return "m";
-    case Feature::slope_before: return std::string(quantity) + "/s";
-    case Feature::peak:
-    case Feature::drop_height:
-    case Feature::plateau: break;
-  }
-  return std::string(quantity);
+  std::string unit(naming[static_cast<std::size_t>(feature)].unit);
+  return unit.starts_with('*') ? unit.replace(0, 1, quantity) : unit;
 }
 
 bool is_time(Feature feature) {
@@ -417,10 +409,10 @@ Features find_features(const FeatureInput& input, const FeatureRule& rule) {
   if (fell) {
     measure_drop(of, features);
   } else {
-    absent(features,
-           {Feature::drop_height, Feature::relative_drop, Feature::drop_time, Feature::plateau,
-            Feature::time_of_loss},
-           "no loss of resistance: " + features.loss.reason);
+    for (const Feature absent : {Feature::drop_height, Feature::relative_drop, Feature::drop_time,
+                                 Feature::plateau, Feature::time_of_loss}) {
+      features[absent].reason = "no loss of resistance: " + features.loss.reason;
+    }
   }
   if (features.loss.status == LossOfResistance::Decision::undecided) {
     features[Feature::loss_of_resistance].reason = features.loss.reason;

@@ -19,13 +19,11 @@ struct LossRule {
   /// of thumb is 0.5, and 6 of 60 true losses were below it; 0.4 is above the false mean and
   /// accepts a true loss of 0.45.
   double least_drop = 0.40;
-  double hold = 5.0;    ///< time below the level (1 - least_drop) peak, published [s]
-  double settle = 1.0;  ///< delay from the fall to the measurement of the plateau [s]
-  double longest_fall =
-      2.0;  ///< longest time from the peak to that level; a leak is slower (assumed) [s]
-  double unsteady = 0.20;    ///< largest 5-95 % range of the plateau over the peak (assumed) [1]
-  double least_peak = 0.50;  ///< smallest peak over the largest pressure; excludes flushing of the
-                             ///< needle (assumed) [1]
+  double hold = 5.0;          ///< time below the level (1 - least_drop) peak, published [s]
+  double settle = 1.0;        ///< delay from the fall to the measurement of the plateau [s]
+  double longest_fall = 2.0;  ///< from the peak to that level; a leak is slower (assumed) [s]
+  double unsteady = 0.20;     ///< largest 5-95 % range of the plateau over the peak (assumed) [1]
+  double least_peak = 0.50;   ///< peak over the largest pressure; flushing is less (assumed) [1]
 };
 
 struct LossOfResistance {
@@ -33,11 +31,10 @@ struct LossOfResistance {
   /// its speed.
   enum class Decision { found, not_found, undecided };
   Decision status = Decision::not_found;
-  std::string reason{};  ///< why it was not found
-  bool weak = false;     ///< found, but the relative drop is below 0.5
-  std::size_t peak_index =
-      0;  ///< index of the largest pressure within `longest_fall` before the fall
-  std::size_t fallen_index = 0;  ///< index of the first sample below (1 - least_drop) peak
+  std::string reason{};          ///< why it was not found
+  bool weak = false;             ///< found, but the relative drop is below 0.5
+  std::size_t peak_index = 0;    ///< of the largest pressure within `longest_fall` before the fall
+  std::size_t fallen_index = 0;  ///< of the first sample below (1 - least_drop) peak
   double peak = not_measured;
   double plateau = not_measured;  ///< median from `settle` to `hold` after the fall, or to the end
   std::size_t plateau_samples = 0;      ///< number of samples in the plateau
@@ -85,8 +82,7 @@ struct Measured {
 struct Features {
   std::array<Measured, feature_count> all{};
   LossOfResistance loss{};
-  double noise = 0.0;  ///< standard deviation of single samples [Pa or N], from the part that the
-                       ///< filter removed
+  double noise = 0.0;  ///< standard deviation of single samples [Pa or N], see noise_of()
 
   [[nodiscard]] const Measured& operator[](Feature f) const {
     return all[static_cast<std::size_t>(f)];

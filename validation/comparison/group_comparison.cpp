@@ -145,10 +145,9 @@ Reason reason_of_corridor(const GroupSummary& summary, double least_inside) {
 }
 
 void judge_by_corridor(const Members& members, const GroupOptions& options, GroupSummary& summary) {
-  summary.outcome.judge({.name = "share of samples in the corridor",
-                         .value = summary.coverage.inside,
-                         .lower = options.corridor.least_inside,
-                         .bound_from = "0.95 is expected at each instant; assumed margin"});
+  summary.outcome.judge_at_least("share of samples in the corridor", summary.coverage.inside,
+                                 options.corridor.least_inside,
+                                 "0.95 is expected at each instant; assumed margin");
   std::vector<Reason> parts{reason_of_corridor(summary, options.corridor.least_inside)};
   for (const FeatureSummary& feature : summary.features) {
     const FeatureComparison& mean = summary.means.emplace_back(
@@ -179,18 +178,6 @@ void judge_one_by_one(const Members& members, GroupSummary& summary) {
   conclude(summary.outcome, std::move(parts));
 }
 
-void count(const std::vector<Comparison>& all, GroupSummary& summary) {
-  for (const Comparison& one : all) {
-    if (one.group != summary.group) { continue; }
-    ++summary.recordings;
-    summary.measured += one.kind == Recording::Kind::measured ? 1 : 0;
-    summary.agree += one.outcome.status == Status::pass ? 1 : 0;
-    summary.not_distinguishable += one.outcome.status == Status::inconclusive ? 1 : 0;
-    summary.differ += one.outcome.status == Status::fail ? 1 : 0;
-    summary.not_comparable += one.outcome.status == Status::error ? 1 : 0;
-  }
-}
-
 /// A subject agrees if all its recordings agree, because they are not independent.
 void count_subjects(const Members& members, GroupSummary& summary) {
   const std::vector<std::size_t> subject = subjects_of(members);
@@ -209,7 +196,12 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
                              const GroupOptions& options) {
   GroupSummary summary{.group = group};
   summary.outcome.name = group;
-  count(all, summary);
+  for (const Comparison& one : all) {
+    if (one.group != group) { continue; }
+    ++summary.recordings;
+    summary.measured += one.kind == Recording::Kind::measured ? 1 : 0;
+    summary.tally.add(one.outcome.status);
+  }
   const Members members = comparable(all, group);
   lay_corridor(members, options.corridor, summary);
   if (members.empty()) {

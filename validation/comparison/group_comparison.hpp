@@ -18,33 +18,28 @@ namespace palpate::comparison {
 struct FeatureSummary {
   Feature feature{};
   std::string unit{};
-  std::size_t count = 0;  ///< number of subjects with the feature
-  double mean =
-      not_measured;  ///< mean over subjects; several recordings of one subject are averaged first
+  std::size_t count = 0;            ///< number of subjects with the feature
+  double mean = not_measured;       ///< over the means of the recordings of each subject
   double deviation = not_measured;  ///< standard deviation between subjects; NaN for fewer than two
-  std::optional<Interval> interval{};  ///< 95 % percentile bootstrap interval of the mean; absent
-                                       ///< for fewer than three subjects
-  std::optional<double>
-      simulated{};  ///< mean simulated value over the comparisons, whose filters may differ
+  /// 95 % percentile bootstrap interval of the mean; absent for fewer than three subjects.
+  std::optional<Interval> interval{};
+  std::optional<double> simulated{};  ///< mean over the comparisons, whose filters may differ
 };
 
 struct GroupSummary {
   std::string group{};
   std::size_t recordings = 0;
-  std::size_t measured =
-      0;  ///< measured recordings; the others were reconstructed from published values
-  std::size_t subjects = 0;  ///< number of subjects that could be compared
-  std::size_t agree = 0, not_distinguishable = 0, differ = 0, not_comparable = 0;  ///< recordings
-  std::size_t subjects_agree = 0;     ///< number of subjects whose comparable recordings all agree
+  std::size_t measured = 0;        ///< recordings that were not reconstructed from published values
+  std::size_t subjects = 0;        ///< number of subjects that could be compared
+  Tally tally{};                   ///< verdicts on the recordings
+  std::size_t subjects_agree = 0;  ///< number of subjects whose comparable recordings all agree
   double agree_share = not_measured;  ///< share of the subjects that agree
   Interval agree_interval{};          ///< 95 % Clopper-Pearson
   std::vector<FeatureSummary> features{};
-  std::vector<FeatureComparison>
-      means{};  ///< comparison with the mean over subjects; only with a corridor
+  std::vector<FeatureComparison> means{};     ///< with the mean over subjects; only with a corridor
   std::optional<SubjectCorridor> corridor{};  ///< on the clock of the simulation
-  Samples simulated{};  ///< simulated trace on the grid of the corridor, where any recording was
-                        ///< compared with it
-  CorridorCoverage coverage{};     ///< coverage of the simulated trace
+  Samples simulated{};          ///< on the grid of the corridor, where any recording was compared
+  CorridorCoverage coverage{};  ///< coverage of the simulated trace
   std::string corridor_refusal{};  ///< why there is no corridor
   Outcome outcome{.suite = "comparison",
                   .claim = "The simulated insertion agrees with the subjects of the group.",

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "device/seeded.hpp"
 #include "model/problem/recording.hpp"
+#include "validation/random.hpp"
 
 namespace palpate {
 namespace {
@@ -135,10 +135,7 @@ std::vector<double> even_scores(std::size_t count, std::uint64_t seed) {
   }
   const double deviation = std::sqrt(squares / double(count - 1));
   for (double& score : scores) { score /= deviation; }
-  device::Seeded chance(seed);
-  for (std::size_t n = count; n > 1; --n) {
-    std::swap(scores[n - 1], scores[static_cast<std::size_t>(chance.uniform(0.0, double(n)))]);
-  }
+  Random(seed).shuffle(scores);
   return scores;
 }
 

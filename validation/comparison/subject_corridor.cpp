@@ -15,13 +15,8 @@ std::vector<std::size_t> subject_indices(std::span<const std::string> codes) {
   std::map<std::string, std::size_t> known;
   std::size_t count = 0;
   for (const std::string& code : codes) {
-    if (code.empty()) {
-      subject.push_back(count++);
-    } else {
-      const auto [place, is_new] = known.try_emplace(code, count);
-      count += is_new ? 1 : 0;
-      subject.push_back(place->second);
-    }
+    const bool is_new = code.empty() || known.try_emplace(code, count).second;
+    subject.push_back(is_new ? count++ : known.at(code));
   }
   return subject;
 }

@@ -43,15 +43,13 @@ struct CorridorRule {
   /// inside with probability 0.95 for normally distributed subjects: t(0.975, N - 1) sqrt(1 + 1/N)
   /// (4.97 for 3 subjects, 2.02 for 60), with the N subjects measured at that instant.
   std::optional<double> half_width{};
-  double least_inside =
-      0.90;  ///< minimum share of samples inside; 0.95 is expected pointwise (assumed margin)
+  double least_inside = 0.90;  ///< share of samples; 0.95 is expected pointwise (assumed margin)
 };
 
 /// Corridor mean +- half width on a grid; NaN if fewer than `least_subjects` were measured.
 struct SubjectCorridor {
   Samples mean{};        ///< mean of the subjects' means
   Samples deviation{};   ///< standard deviation of single recordings of different subjects
-                         ///< (subjects.hpp)
   Samples half_width{};  ///< k for the number of subjects measured there, times the deviation
   std::size_t subjects = 0;
   std::size_t recordings = 0;
@@ -69,10 +67,9 @@ CorridorBuilt build_corridor(std::span<const Samples> aligned, const CorridorRul
                              std::span<const std::size_t> subject = {});
 
 struct CorridorCoverage {
-  std::size_t samples = 0;  ///< number of samples where both trace and corridor exist
-  double inside = 0.0;      ///< share of these samples inside the corridor; NaN without any
-  double largest_excursion =
-      0.0;  ///< distance from the edge in the unit of the traces; 0 if all are inside
+  std::size_t samples = 0;         ///< number of samples where both trace and corridor exist
+  double inside = 0.0;             ///< share of these samples inside the corridor; NaN without any
+  double largest_excursion = 0.0;  ///< from the edge, in the unit of the traces; 0: all inside
   double excursion_time = not_measured;  ///< time of the largest excursion [s]
   bool holds = false;                    ///< inside >= least_inside
 };

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "model/problem/input_error.hpp"
 #include "validation/gate/gate.hpp"
@@ -55,7 +56,7 @@ void widen_by_quantities(AcceptedCase& accepted, const Outcome& variant) {
 
 void widen_by_curve(double& spread, const std::vector<double>& accepted,
                     const std::vector<double>& variant) {
-  for (std::size_t n = 0; n < accepted.size() && n < variant.size(); ++n) {
+  for (std::size_t n = 0; n < std::min(accepted.size(), variant.size()); ++n) {
     widen(spread, accepted[n], variant[n]);
   }
 }
@@ -136,27 +137,12 @@ void require_sound(const Outcome& outcome) {
 }
 
 AcceptedCase* find(Baseline& baseline, const std::string& name) {
-  const auto found = std::ranges::find(baseline.cases, name,
-                                       [](const AcceptedCase& one) { return one.outcome.name; });
-  return found == baseline.cases.end() ? nullptr : &*found;
-}
-
-/// Replaces in place, so that a partial approval keeps the order of the other cases.
-void take_in(Baseline& baseline, const Outcome& outcome) {
-  AcceptedCase* accepted = find(baseline, outcome.name);
-  if (accepted == nullptr) { accepted = &baseline.cases.emplace_back(); }
-  accepted->outcome = outcome;
+  return const_cast<AcceptedCase*>(std::as_const(baseline).find(name));
 }
 
 bool is_wanted(const Acceptance& acceptance, const std::string& name) {
   return acceptance.only.empty() ||
          std::ranges::find(acceptance.only, name) != acceptance.only.end();
-}
-
-void drop_absent(Baseline& baseline, const std::vector<Outcome>& outcomes) {
-  std::erase_if(baseline.cases, [&](const AcceptedCase& one) {
-    return std::ranges::find(outcomes, one.outcome.name, &Outcome::name) == outcomes.end();
-  });
 }
 
 /// Measures the spreads of the cases that are accepted now; the others keep theirs.
@@ -200,7 +186,12 @@ Baseline accept(const Baseline& old, const Acceptance& acceptance) {
     updated.command = acceptance.command;
     updated.provenance = acceptance.provenance;
   }
-  if (acceptance.only.empty()) { drop_absent(updated, acceptance.outcomes); }
+  if (acceptance.only.empty()) {
+    std::erase_if(updated.cases, [&](const AcceptedCase& one) {
+      return std::ranges::find(acceptance.outcomes, one.outcome.name, &Outcome::name) ==
+             acceptance.outcomes.end();
+    });
+  }
   Approval entry{.date = acceptance.date, .reason = acceptance.reason};
   if (const auto commit = acceptance.provenance.find("commit");
       commit != acceptance.provenance.end()) {
@@ -210,7 +201,9 @@ Baseline accept(const Baseline& old, const Acceptance& acceptance) {
     if (!is_wanted(acceptance, outcome.name)) { continue; }
     const Outcome taken = comparable(outcome);
     require_sound(taken);
-    take_in(updated, taken);
+    AcceptedCase* accepted = find(updated, taken.name);
+    // Replaced in place, so that a partial approval keeps the order of the other cases.
+    (accepted != nullptr ? *accepted : updated.cases.emplace_back()).outcome = taken;
     entry.cases.push_back(outcome.name);
   }
   if (entry.cases.empty()) {

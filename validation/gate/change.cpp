@@ -125,8 +125,8 @@ Change compare_quantity(const Quantity& before, const Quantity& now, double spre
 namespace {
 
 struct Range {
-  double least = std::numeric_limits<double>::infinity();
-  double greatest = -std::numeric_limits<double>::infinity();
+  double least = unbounded;
+  double greatest = -unbounded;
 
   void add(double y) {
     least = std::min(least, y);
@@ -163,8 +163,8 @@ Excess excess_over(const Path& path, const Path& other, double half_width) {
     const double x = path.x[n];
     const bool beyond = x < other.x.front() - half_width || x > other.x.back() + half_width;
     const Range range = range_within(other, x - half_width, x + half_width);
-    const double y = beyond ? std::numeric_limits<double>::infinity()
-                            : std::max({range.least - path.y[n], path.y[n] - range.greatest, 0.0});
+    const double y =
+        beyond ? unbounded : std::max({range.least - path.y[n], path.y[n] - range.greatest, 0.0});
     if (y > largest.y) { largest = {.y = y, .x = x}; }
   }
   return largest;
@@ -240,14 +240,11 @@ std::vector<double> coordinates(const std::vector<double>& values, bool logarith
 }
 
 double range_of(const std::vector<double>& values) {
-  double least = unbounded;
-  double greatest = -unbounded;
+  Range range;
   for (const double value : values) {
-    if (!std::isfinite(value)) { continue; }
-    least = std::min(least, value);
-    greatest = std::max(greatest, value);
+    if (std::isfinite(value)) { range.add(value); }
   }
-  return greatest > least ? greatest - least : 0.0;
+  return range.greatest > range.least ? range.greatest - range.least : 0.0;
 }
 
 /// Returns the range of all curves of a figure.

@@ -51,34 +51,34 @@ std::string status_problem(const Outcome& before, const Outcome& now) {
   return is + ", was " + std::string(name_of(before.status));
 }
 
-void compare_quantities(const AcceptedCase& accepted, const Outcome& now,
-                        std::vector<Change>& changes) {
-  const Outcome& before = accepted.outcome;
-  for (const Quantity& quantity : before.quantities) {
-    const auto found = std::ranges::find(now.quantities, quantity.name, &Quantity::name);
-    changes.push_back(found == now.quantities.end()
-                          ? broken(quantity.name, "is missing")
-                          : compare_quantity(quantity, *found,
-                                             spread_of(accepted.spread.quantities, quantity.name)));
+/// Compares the elements of two lists that have the same name.
+template <class Item, class Name, class Compare>
+void compare_by_name(const std::vector<Item>& before, const std::vector<Item>& now, Name name,
+                     const char* what, std::vector<Change>& changes, Compare&& compare) {
+  for (const Item& one : before) {
+    const auto found = std::ranges::find(now, one.*name, name);
+    if (found == now.end()) {
+      changes.push_back(broken(one.*name, std::string(what) + "is missing"));
+    } else {
+      compare(one, *found);
+    }
   }
-  for (const Quantity& quantity : now.quantities) {
-    if (std::ranges::find(before.quantities, quantity.name, &Quantity::name) ==
-        before.quantities.end()) {
-      changes.push_back(broken(quantity.name, "is not in the baseline"));
+  for (const Item& one : now) {
+    if (std::ranges::find(before, one.*name, name) == before.end()) {
+      changes.push_back(broken(one.*name, std::string(what) + "is not in the baseline"));
     }
   }
 }
 
-bool same_axes(const Figure& a, const Figure& b) {
-  return a.x.label == b.x.label && a.y.label == b.y.label && a.x.logarithmic == b.x.logarithmic &&
-         a.y.logarithmic == b.y.logarithmic;
+bool same(const Axis& a, const Axis& b) {
+  return a.label == b.label && a.logarithmic == b.logarithmic;
 }
 
 std::string axes_of(const Figure& figure) { return figure.y.label + " over " + figure.x.label; }
 
 void compare_figure(const AcceptedCase& accepted, const Figure& before, const Figure& now,
                     std::vector<Change>& changes) {
-  if (!same_axes(before, now)) {
+  if (!same(before.x, now.x) || !same(before.y, now.y)) {
     changes.push_back(broken(before.id, "shows " + axes_of(now) + ", was " + axes_of(before)));
     return;
   }
@@ -90,24 +90,6 @@ void compare_figure(const AcceptedCase& accepted, const Figure& before, const Fi
   for (std::size_t n = 0; n < before.series.size(); ++n) {
     changes.push_back(
         compare_curve(before, now, n, spread_of(accepted.spread.curves, curve_name(before, n))));
-  }
-}
-
-void compare_figures(const AcceptedCase& accepted, const Outcome& now,
-                     std::vector<Change>& changes) {
-  for (const Figure& figure : accepted.outcome.figures) {
-    const auto found = std::ranges::find(now.figures, figure.id, &Figure::id);
-    if (found == now.figures.end()) {
-      changes.push_back(broken(figure.id, "the figure is missing"));
-    } else {
-      compare_figure(accepted, figure, *found, changes);
-    }
-  }
-  for (const Figure& figure : now.figures) {
-    const auto found = std::ranges::find(accepted.outcome.figures, figure.id, &Figure::id);
-    if (found == accepted.outcome.figures.end()) {
-      changes.push_back(broken(figure.id, "the figure is not in the baseline"));
-    }
   }
 }
 
@@ -125,17 +107,6 @@ std::string command_problem(const Baseline& baseline, const Candidate& candidate
   return "results of `" + candidate.command + "`, the baseline has those of `" + baseline.command +
          "`";
 }
-
-std::vector<std::string> repeated_names(const std::vector<Outcome>& outcomes) {
-  std::set<std::string> met;
-  std::vector<std::string> repeated;
-  for (const Outcome& outcome : outcomes) {
-    if (!met.insert(outcome.name).second) { repeated.push_back(outcome.name); }
-  }
-  return repeated;
-}
-
-std::string approve_hint(const std::string& what) { return what + "; palpate approve takes it in"; }
 
 }  // namespace
 
@@ -196,8 +167,15 @@ CaseChanges compare_case(const AcceptedCase& accepted, const Outcome& now) {
   const bool was_judged = accepted.outcome.status != Status::skip;
   const bool is_judged = now.status != Status::skip;
   if (was_judged && is_judged) {
-    compare_quantities(accepted, now, changes);
-    compare_figures(accepted, now, changes);
+    compare_by_name(accepted.outcome.quantities, now.quantities, &Quantity::name, "", changes,
+                    [&](const Quantity& before, const Quantity& after) {
+                      changes.push_back(compare_quantity(
+                          before, after, spread_of(accepted.spread.quantities, before.name)));
+                    });
+    compare_by_name(accepted.outcome.figures, now.figures, &Figure::id, "the figure ", changes,
+                    [&](const Figure& before, const Figure& after) {
+                      compare_figure(accepted, before, after, changes);
+                    });
   }
   std::erase_if(changes, [](const Change& change) { return change.kind == ChangeKind::same; });
   CaseChanges result = concluded(now, std::move(changes));
@@ -216,9 +194,12 @@ GateResult compare(const Baseline& baseline, const Candidate& candidate,
     result.faults.push_back(std::move(problem));
   }
   std::set<std::string> met;
-  for (const std::string& name : repeated_names(candidate.outcomes)) {
-    result.faults.push_back(name + " is twice in the results");
+  for (const Outcome& outcome : candidate.outcomes) {
+    if (!met.insert(outcome.name).second) {
+      result.faults.push_back(outcome.name + " is twice in the results");
+    }
   }
+  met.clear();
   for (const AcceptedCase& accepted : baseline.cases) {
     const std::string& name = accepted.outcome.name;
     if (!wanted(name)) { continue; }
@@ -232,7 +213,7 @@ GateResult compare(const Baseline& baseline, const Candidate& candidate,
   for (const Outcome& outcome : candidate.outcomes) {
     if (!wanted(outcome.name) || !met.insert(outcome.name).second) { continue; }
     result.cases.push_back(
-        concluded(outcome, {broken("", approve_hint("is not in the baseline"))}));
+        concluded(outcome, {broken("", "is not in the baseline; palpate approve takes it in")}));
   }
   for (const std::string& name : only) {
     if (!met.contains(name)) {

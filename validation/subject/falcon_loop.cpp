@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "device/falcon/kinematics.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate {
 
@@ -87,6 +88,12 @@ namespace {
 constexpr double velocity_cutoff = 100.0;  // [Hz] of the low pass on differences of counts
 constexpr double pi = 3.14159265358979323846;
 
+double larger(double a, double b) noexcept {
+  Largest largest(a);
+  largest.add(b);
+  return largest.value();
+}
+
 device::falcon::EmulatedFalconOptions with_faults(device::falcon::EmulatedFalconOptions options,
                                                   const device::falcon::FaultScript& faults) {
   options.faults = faults;
@@ -133,7 +140,7 @@ StepStatus FalconLoop::device_tick() noexcept {
   servo_.tick([&](const device::DeviceSample& sample) { return render(sample, time); });
   if (ticks_of_step_ == 0) { input_ = {start_place_ + start_.z() - place_.z(), -velocity_.z()}; }
   facts_.saturated += falcon_.saturated() ? 1 : 0;
-  facts_.largest_requested = std::max(facts_.largest_requested, servo_.sent().norm());
+  facts_.largest_requested = larger(facts_.largest_requested, servo_.sent().norm());
   return finish_device_tick();
 }
 
@@ -143,7 +150,7 @@ StepStatus FalconLoop::finish_device_tick() noexcept {
   ++facts_.ticks;
   falcon_.run_until(device_time() + period_);
   facts_.largest_delivered =
-      std::max(facts_.largest_delivered, falcon_.body().delivered_force().norm());
+      larger(facts_.largest_delivered, falcon_.body().delivered_force().norm());
   if (++ticks_of_step_ < ticks_per_step_) { return StepStatus::ok; }
   ticks_of_step_ = 0;
   const StepStatus status = subject_.step(input_);
@@ -202,7 +209,7 @@ void FalconLoop::watch_tool() noexcept {
       deepest_ = tip;
     }
   }
-  if (facts_.lost_resistance_at) { facts_.overshoot = std::max(facts_.overshoot, tip - deepest_); }
+  if (facts_.lost_resistance_at) { facts_.overshoot = larger(facts_.overshoot, tip - deepest_); }
 }
 
 std::vector<Column> FalconLoop::columns() {

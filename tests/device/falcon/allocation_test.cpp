@@ -36,8 +36,8 @@ TEST("a tick of drivers, encoders, motors, plant, arm, intent and its stop alloc
   Plant plant;
   Motors motors;
   Encoders encoders(libnifalcon(), {}, 1);
-  CorrectProfile correct;
-  StockProfile stock;
+  DriverProfile correct(DriverProfile::Kind::correct);
+  DriverProfile stock(DriverProfile::Kind::stock);
   Hand hand{.arm = arm_stage,
             .intent = Intent({.actions = {Intermittent{}, Withdraw{}}, .tremor = 5e-5})};
   plant.place(start, hand);

@@ -15,17 +15,15 @@ constexpr double degree = std::numbers::pi / 180.0;
 
 Eigen::Vector3d all(double degrees) { return Eigen::Vector3d::Constant(degrees * degree); }
 
-TEST("counts are rounded to the nearest by default, and down when asked") {
+TEST("counts are rounded to the nearest") {
   const double count = 1.0 / geometry.counts_per_radian();
-  const auto at = [&](double counts, Rounding rounding) {
-    return counts_of_angle(geometry, geometry.zero_angle + counts * count, rounding);
+  const auto at = [&](double counts) {
+    return counts_of_angle(geometry, geometry.zero_angle + counts * count);
   };
-  CHECK(at(7.4, Rounding::nearest) == 7);
-  CHECK(at(7.6, Rounding::nearest) == 8);
-  CHECK(at(-7.4, Rounding::nearest) == -7);
-  CHECK(at(-7.6, Rounding::nearest) == -8);
-  CHECK(at(7.6, Rounding::floor) == 7);
-  CHECK(at(-7.4, Rounding::floor) == -8);
+  CHECK(at(7.4) == 7);
+  CHECK(at(7.6) == 8);
+  CHECK(at(-7.4) == -7);
+  CHECK(at(-7.6) == -8);
 }
 
 TEST("angles of counts are exact at every count and grow outward") {

@@ -320,11 +320,11 @@ TEST("the stock Jacobian leaves x and y exact everywhere and leaks them into z")
 }
 
 TEST("120 N along z wrap to full force the wrong way, and are clamped by a correct driver") {
-  StockProfile stock;
+  DriverProfile stock(DriverProfile::Kind::stock);
   const Command wrong = stock.words(Kinematics::centre(), {0.0, 0.0, 120.0});
   CHECK((wrong.asked == std::array<std::int64_t, 3>{-38982, -38982, -38982}));
   CHECK((wrong.sent == Words{26554, 26554, 26554}));
-  CorrectProfile correct;
+  DriverProfile correct(DriverProfile::Kind::correct);
   const Command right = correct.words(Kinematics::centre(), {0.0, 0.0, 120.0});
   CHECK((right.sent == Words{-4096, -4096, -4096}));
   CHECK(right.saturated);
@@ -334,8 +334,8 @@ TEST("120 N along z wrap to full force the wrong way, and are clamped by a corre
 }
 
 TEST("a correct driver delivers what is asked to within a word, stock 1.9 times that in z") {
-  CorrectProfile correct;
-  StockProfile stock;
+  DriverProfile correct(DriverProfile::Kind::correct);
+  DriverProfile stock(DriverProfile::Kind::stock);
   const Eigen::Matrix3d J = *falcon.jacobian(Kinematics::centre());
   const auto delivered = [&](DriverProfile& driver, const Vector& force) {
     return force_of_torque(J, torque_of_words({}, driver.words(Kinematics::centre(), force).sent));
@@ -360,13 +360,13 @@ double rounding_at(const Vector& position) {
 }
 
 TEST("a correct read-out is within the rounding of the counts, a stock one is not") {
-  CorrectProfile correct;
+  DriverProfile correct(DriverProfile::Kind::correct);
   std::vector<double> cold;
   for (const Vector& position : core()) {
     const Counts counts = counts_of_angles(libnifalcon(), falcon.inverse(position)->theta1);
     // Rounding, and the curvature within a count.
     CHECK((correct.position(counts) - position).norm() < rounding_at(position) + 1e-6);
-    StockProfile fresh;
+    DriverProfile fresh(DriverProfile::Kind::stock);
     cold.push_back((fresh.position(counts) - position).norm());
   }
   CHECK_NEAR(1e3 * quantile(cold, 0.5), 0.20, 0.03);  // published median
@@ -375,7 +375,7 @@ TEST("a correct read-out is within the rounding of the counts, a stock one is no
 
 /// Remaining part of a small error after one step of the stock solution, along an axis.
 double residual(int axis) {
-  StockProfile stock;
+  DriverProfile stock(DriverProfile::Kind::stock);
   const Geometry geometry = libnifalcon();
   const Vector from = Kinematics::centre();
   const Counts counts = counts_of_angles(geometry, falcon.inverse(from)->theta1);
@@ -396,7 +396,7 @@ TEST("at loop rate the stock read-out leaves 0.36 of an error in z and half in x
 }
 
 TEST("in a steady ramp along z the stock read-out lags by 0.55 sample") {
-  StockProfile stock;
+  DriverProfile stock(DriverProfile::Kind::stock);
   const double speed = 2e-4;  // per sample; slow enough for one half step a call
   double lag = 0.0;
   for (int n = 0; n < 100; ++n) {

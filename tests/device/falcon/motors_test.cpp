@@ -22,7 +22,6 @@ TEST("the default scale is Martin and Hillier's: 6616 words per newton metre") {
   CHECK_NEAR(1.0 / martin_hillier_scale, 1.511e-4, 5e-8);
   CHECK_NEAR(largest_torque(motors), 0.619, 5e-4);
   CHECK_NEAR(largest_torque(uncalibrated), 0.410, 5e-4);
-  CHECK_NEAR(martin_hillier_speed_share * 100.0 / 7.62, 0.07, 0.001);  // 7 % at 100 rad/s
 }
 
 TEST("words are minus scale times torque, truncated toward zero and clamped") {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <thread>
 
 #include "device/byte_link.hpp"
 #include "device/pressure_link/transducer.hpp"
@@ -237,6 +238,49 @@ TEST("over a terminal with bytes lost on the way every sample has its place in t
   }
   CHECK(count == receiver.counts().frames);
   CHECK(count > 200);
+}
+
+/// Value that is written and read completely or not at all: both halves are equal.
+struct Pair {
+  std::int64_t first = 0;
+  std::array<std::int64_t, 7> between{};
+  std::int64_t last = 0;
+};
+
+constexpr std::int64_t items = 300000;
+
+TEST("the latest value is the default, then what was set last, as often as it is asked for") {
+  LatestValue<int> latest;
+  CHECK(latest.get() == 0);
+  CHECK(latest.get() == 0);
+  for (int n = 1; n < 100; ++n) {
+    latest.set(n);
+    if (n % 3 == 0) {
+      CHECK(latest.get() == n);
+      CHECK(latest.get() == n);
+    }
+  }
+  CHECK(latest.get() == 99);
+}
+
+TEST("a latest value from another thread is whole and never older than the one before") {
+  LatestValue<Pair> latest;
+  std::atomic<bool> finished{false};
+  std::thread producer([&] {
+    for (std::int64_t n = 1; n <= items; ++n) { latest.set({.first = n, .last = n}); }
+    finished = true;
+  });
+  std::int64_t before = 0;
+  bool good = true;
+  for (bool last_look = false; !last_look;) {
+    last_look = finished;
+    const Pair& pair = latest.get();
+    good = good && pair.first == pair.last && pair.first >= before;
+    before = pair.first;
+  }
+  producer.join();
+  CHECK(good);
+  CHECK(before == items);
 }
 
 }  // namespace

@@ -59,7 +59,9 @@ Motion motion_of(const NetworkProblem& problem) {
 template <class Real> struct InLanes {
   InLanes(const NetworkProblem& problem, const Motion& motion, bool skip = true,
           const lattice::Kernels<Real>& kernels = lattice_kernels<Real>().front(), int threads = 1)
-      : system(problem, skip, threads, kernels),
+      : owner(make_lattice_network<Real>(problem,
+                                         {.skip = skip, .threads = threads, .kernels = kernels})),
+        system(*owner),
         q(system.initial_position()),
         v(system.initial_velocity()) {
     scatter(motion.q, system.layout(), q);
@@ -70,7 +72,8 @@ template <class Real> struct InLanes {
     gather(all, system.layout(), out);
     return out;
   }
-  LatticeNetwork<Real> system;
+  std::unique_ptr<NetworkSystem<Real>> owner;
+  NetworkSystem<Real>& system;
   Vector<Real> q, v;
 };
 
@@ -186,10 +189,10 @@ TEST("damping and energy equal the specification") {
 
 TEST("fixed nodes and the padding of rows have no inverse mass") {
   const NetworkProblem problem = problem_of({.nodes = {10, 3, 5}});
-  const LatticeNetwork<double> system(problem, true);
-  const auto movable = (system.inverse_mass().array() > 0.0).count();
+  const auto system = make_lattice_network<double>(problem);
+  const auto movable = (system->inverse_mass().array() > 0.0).count();
   CHECK(movable == problem.dof());
-  CHECK(system.inverse_mass().allFinite());
+  CHECK(system->inverse_mass().allFinite());
 }
 
 /// Checks whether a changed copy of a lattice still is one.
@@ -349,10 +352,10 @@ TEST("kernels with prefetch give the same bits, with every instruction set of th
 }
 
 TEST("a lattice is shared by no more threads than have two layers each, in rows of two vectors") {
-  CHECK(LatticeSlabs<double>::most_threads(5, 3, 4) == 2);
-  CHECK(LatticeSlabs<double>::most_threads(3, 3, 4) == 1);
-  CHECK(LatticeSlabs<double>::most_threads(80, 20, 2) == 2);
-  CHECK(LatticeSlabs<double>::most_threads(80, 1, 2) == 1);
+  CHECK(most_lattice_threads(5, 3, 4) == 2);
+  CHECK(most_lattice_threads(3, 3, 4) == 1);
+  CHECK(most_lattice_threads(80, 20, 2) == 2);
+  CHECK(most_lattice_threads(80, 1, 2) == 1);
 }
 
 }  // namespace

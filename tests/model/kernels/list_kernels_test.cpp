@@ -8,7 +8,7 @@
 #include <string>
 
 #include "model/kernels/instruction_set.hpp"
-#include "model/kernels/lattice_springs.hpp"
+#include "model/kernels/lattice_rows.hpp"
 #include "model/kernels/list_network.hpp"
 #include "model/kernels/spring_kernels.hpp"
 #include "model/kernels/system.hpp"
@@ -282,9 +282,13 @@ template <class Real> struct Motion {
 };
 
 template <class Real>
-Vector<Real> plain_forces(SpringSet<Real>& springs, const Motion<Real>& motion, bool damped) {
+Vector<Real> plain_forces(SpringSet<Real> springs, const Motion<Real>& motion, bool damped) {
+  if (!damped) {
+    for (Link<Real>& s : springs.links) { s.viscosity = Real(0); }
+    for (Anchor<Real>& s : springs.anchors) { s.viscosity = Real(0); }
+  }
   Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
-  spring_kernel_for<Real>({.damped = damped})(springs, motion.q.data(), motion.v.data(), f.data());
+  add_forces(springs, motion.q.data(), motion.v.data(), f.data());
   return f;
 }
 

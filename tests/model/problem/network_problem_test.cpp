@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 
 #include <Eigen/Geometry>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <numbers>

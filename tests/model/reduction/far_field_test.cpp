@@ -85,7 +85,7 @@ Statics statics_of(const NetworkProblem& problem) {
 }
 
 /// A - M, with A = M + d C + s K of a reduced network.
-SparseMatrix<double> without_mass(ReducedNetwork<double>& reduced, const VectorXd& q,
+SparseMatrix<double> without_mass(NetworkSystem<double>& reduced, const VectorXd& q,
                                   const VectorXd& v, double on_damping, double on_stiffness) {
   SparseMatrix<double> a;
   reduced.pattern(a);
@@ -94,7 +94,7 @@ SparseMatrix<double> without_mass(ReducedNetwork<double>& reduced, const VectorX
   return a;
 }
 
-Statics statics_of(ReducedNetwork<double>& reduced) {
+Statics statics_of(NetworkSystem<double>& reduced) {
   const VectorXd still = VectorXd::Zero(reduced.dof());
   return Statics(without_mass(reduced, reduced.initial_position(), still, 0.0, 1.0));
 }
@@ -147,7 +147,8 @@ TEST("with shapes enough a far field answers to forces at rest as the whole tiss
   const Setting setting(9);
   const NetworkProblem& problem = setting.problem();
   const LatticeShape shape = setting.shape();
-  ReducedNetwork<double> reduced(problem, setting.leaving(200));
+  const auto owner = make_reduced_network<double>(problem, setting.leaving(200));
+  NetworkSystem<double>& reduced = *owner;
   CHECK(reduced.dof() < problem.dof());
   const Statics of_whole = statics_of(problem);
   const Statics of_reduced = statics_of(reduced);
@@ -181,7 +182,8 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
   const VectorXd whole = statics_of(problem).solve(VectorXd::Unit(problem.dof(), coordinate));
   double before = 0.0;
   for (const int modes : {1, 4, 40, 100}) {
-    ReducedNetwork<double> reduced(problem, setting.leaving(modes));
+    const auto owner = make_reduced_network<double>(problem, setting.leaving(modes));
+    NetworkSystem<double>& reduced = *owner;
     const Eigen::Index own = reduced.layout().first[static_cast<std::size_t>(node)] + 2;
     const double moved = statics_of(reduced).solve(VectorXd::Unit(reduced.dof(), own))(own);
     CHECK(moved < whole(coordinate) * (1.0 + 1e-9));
@@ -194,7 +196,8 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
 
 TEST("forces of a far field are the slope of its energy, and its matrices theirs") {
   const Setting setting(13);
-  ReducedNetwork<double> reduced(setting.problem(), setting.leaving(30));
+  const auto owner = make_reduced_network<double>(setting.problem(), setting.leaving(30));
+  NetworkSystem<double>& reduced = *owner;
   const Eigen::Index n = reduced.dof();
   const VectorXd q = reduced.initial_position() + random_vector(n, 1e-3);
   const VectorXd v = random_vector(n, 1e-2).reverse();
@@ -391,7 +394,8 @@ TEST("a far field that a push does not reach has no shapes and stays at rest") {
                            .modes = 8};
   std::fill(setting.near.near.begin() + 6 * 81, setting.near.near.end(),
             static_cast<unsigned char>(1));
-  ReducedNetwork<double> reduced(beyond_a_wall, setting);
+  const auto owner = make_reduced_network<double>(beyond_a_wall, setting);
+  NetworkSystem<double>& reduced = *owner;
   CHECK(reduced.dof() == 3 * 3 * 81);
   const VectorXd q = reduced.initial_position();
   CHECK_NEAR(reduced.moved(q, 3 * 81 + 40).norm(), 0.0, 0.0);

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 
-#include "model/stepping/implicit_scheme.hpp"
-
 #include <Eigen/LU>
 #include <cmath>
 #include <numeric>
@@ -10,6 +8,7 @@
 #include "model/kernels/supernode_factors.hpp"
 #include "model/kernels/system.hpp"
 #include "model/stepping/constraint_compliance.hpp"
+#include "model/stepping/integrator.hpp"
 #include "model/stepping/simulation.hpp"
 #include "model/tissue/lattice.hpp"
 #include "tests/check.hpp"
@@ -175,9 +174,10 @@ State<double> one_step(double theta, const Oscillator& o, double h) {
   OscillatorSystem<double> system(o);
   State<double> state{Eigen::VectorXd::Constant(1, o.displacement),
                       Eigen::VectorXd::Constant(1, o.velocity)};
-  ImplicitScheme<double> scheme(theta);
-  scheme.prepare(system, state, h);
-  scheme.step(system, state, 0.0, h);
+  const auto scheme =
+      find_integrator(theta == 1.0 ? "implicit-euler" : "implicit-midpoint")->make<double>();
+  scheme->prepare(system, state, h);
+  scheme->step(system, state, 0.0, h);
   return state;
 }
 

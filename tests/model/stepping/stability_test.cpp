@@ -2,6 +2,7 @@
 
 #include "model/stepping/stability.hpp"
 
+#include <Eigen/SparseCore>
 #include <cmath>
 #include <limits>
 #include <numbers>

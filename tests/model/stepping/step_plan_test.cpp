@@ -76,7 +76,7 @@ TEST("a given integrator and substeps are used, with a warning when they cannot 
   const StepPlan fine = plan_of(scene);
   CHECK(fine.substeps == 3);
   CHECK(fine.integrator->name == "leapfrog");
-  CHECK(fine.integrator_reason == "asked for by the scene");
+  CHECK(fine.integrator_reason == "set by the scene");
   CHECK(fine.warnings.empty());
   scene.tissue.lattice.stiffness = 1e7;
   CHECK(mentions(plan_of(scene).warnings, "is above the stable step"));

@@ -316,7 +316,6 @@ class Stage {
     const Eigen::Index dof = system_.dof();
     state_ = {Vector<double>::Zero(dof), Vector<double>::Zero(dof)};
     state_.position.head(network_->dof()) = network_->initial_position();
-    if (contact_.is_coordinate()) { state_.position(dof - 1) = contact_.initial_place(); }
     contact_.begin(state_);
     integrator_->prepare(system_, state_, h);
     scratch_.setZero(dof);

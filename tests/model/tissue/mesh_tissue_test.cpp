@@ -8,18 +8,15 @@
 
 #include "model/tissue/lattice.hpp"
 #include "model/tissue/network_builder.hpp"
+#include "model/tissue/solids.hpp"
 #include "model/tissue/triangle_surface.hpp"
 #include "model/tissue/voxel_tissue.hpp"
-#include "reference/solids.hpp"
 #include "tests/check.hpp"
 
 namespace {
 
 using namespace palpate;
 using Eigen::Vector3d;
-using reference::box_surface;
-using reference::ring_surface;
-using reference::sphere_surface;
 
 std::string defect_of(const TriangleSurface& surface) {
   return surface_defect(surface).value_or("none");
@@ -319,7 +316,7 @@ TEST("a cube of voxels is the lattice of its size, spring by spring") {
 
 TEST("mass is density times the volume of the voxels") {
   const VoxelTissue tissue =
-      build({body(reference::ring_surface(0.02, 0.006, 4.5, 60, 30), "stiff")}, {.voxel = 0.001});
+      build({body(ring_surface(0.02, 0.006, 4.5, 60, 30), "stiff")}, {.voxel = 0.001});
   CHECK_NEAR(tissue.network.mass.sum(), 1200.0 * tissue.bodies[0].voxel_volume, 1e-15);
   CHECK(tissue.network.mass.minCoeff() > 0.0);
 }

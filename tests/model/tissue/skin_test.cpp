@@ -7,16 +7,14 @@
 #include "model/problem/needle_path.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "model/tissue/scene_check.hpp"
+#include "model/tissue/solids.hpp"
 #include "model/tissue/tissue_grid.hpp"
-#include "reference/solids.hpp"
 #include "tests/check.hpp"
 
 namespace {
 
 using namespace palpate;
 using Eigen::Vector3d;
-using reference::box_surface;
-using reference::patch_surface;
 
 Scene layered(std::shared_ptr<const Skin> skin) {
   Scene scene;

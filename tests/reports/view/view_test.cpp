@@ -11,7 +11,7 @@
 #include "model/tissue/lattice.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "model/tissue/skin.hpp"
-#include "reference/solids.hpp"
+#include "model/tissue/solids.hpp"
 #include "reports/view/cell_grid.hpp"
 #include "reports/view/view_encoding.hpp"
 #include "reports/view/view_page.hpp"
@@ -360,7 +360,7 @@ TEST("a surface of a person's own follows the nodes that it names, in place of t
 ViewSample beneath_patch(int steps) {
   ViewSample sample = pressed_block({6, 6, 6}, 3);
   sample.scene.tissue.skin = std::make_shared<const Skin>(
-      reference::patch_surface({0.04, 0.04}, steps, [](double, double) { return -0.004; }), true);
+      patch_surface({0.04, 0.04}, steps, [](double, double) { return -0.004; }), true);
   return sample;
 }
 

@@ -11,15 +11,15 @@ namespace {
 using namespace palpate::bench;
 using namespace palpate;
 
+constexpr Signal first_coordinate{.first = 0, .count = 1};
+
 /// Two coordinates at three ticks; the first is the tool.
-MethodRun run_of(double error) {
-  MethodRun run;
+Trace run_of(double error) {
+  Trace run;
   run.position.resize(2, 3);
   run.position << 0.0, 1.0, 2.0, 5.0, 5.0, 1.0;
-  run.energy = Eigen::Vector3d(1.0, 1.0, 9.0);
   run.position(0, 1) += error;
-  run.energy(2) += 8.0 * error;
-  run.tool = run.position.topRows(1);
+  run.columns = {{"energy_j", "J", {1.0, 1.0, 9.0 + 8.0 * error}}};
   return run;
 }
 
@@ -27,8 +27,8 @@ Point point(Point::Kind kind, double seconds, double median, double error) {
   return {.kind = kind, .seconds = seconds, .median = median, .errors = {.tool = error}};
 }
 
-TEST("errors are taken over what the truth goes through, not over where it ends or begins") {
-  const Truth truth = truth_of(run_of(0.0), run_of(1e-6));
+TEST("errors are taken over the range of the truth, not over its end or its beginning") {
+  const Truth truth = truth_of(run_of(0.0), run_of(1e-6), first_coordinate);
   CHECK_NEAR(truth.peak, 2.0, 1e-15);
   CHECK_NEAR(truth.travel, 4.0, 1e-15);
   CHECK_NEAR(truth.energy, 8.0, 1e-15);
@@ -43,20 +43,20 @@ TEST("errors are taken over what the truth goes through, not over where it ends 
 }
 
 TEST("a tick where the tool's signal jumps is left out there and counts elsewhere") {
-  const Truth truth = truth_of(run_of(0.0), run_of(0.0), {false, true, false});
+  const Truth truth = truth_of(run_of(0.0), run_of(0.0), first_coordinate, {false, true, false});
   const Errors errors = errors_of(run_of(0.1), truth);
   CHECK(errors.tool == 0.0);
   CHECK(errors.trajectory > 0.0);
 }
 
 TEST("a run that failed, that is short or that is not finite is infinitely far off") {
-  const Truth truth = truth_of(run_of(0.0), run_of(0.0));
-  MethodRun failed = run_of(0.0);
-  failed.failed = true;
+  const Truth truth = truth_of(run_of(0.0), run_of(0.0), first_coordinate);
+  Trace failed = run_of(0.0);
+  failed.diverged = true;
   CHECK(std::isinf(errors_of(failed, truth).tool));
   CHECK(std::isinf(errors_of(run_of(std::nan("")), truth).trajectory));
-  MethodRun cut = run_of(0.0);
-  cut.tool.conservativeResize(1, 2);
+  Trace cut = run_of(0.0);
+  cut.position.conservativeResize(2, 2);
   CHECK(std::isinf(errors_of(cut, truth).tool));
 }
 
@@ -94,48 +94,50 @@ TEST("noise is that of nine in ten settings here, and never below a tenth") {
 }
 
 /// Scheme of a given order: error = scale / cost^order.
-void add_scheme(std::vector<Effort>& efforts, const char* name, double scale, double order) {
+void add_scheme(std::vector<Point>& points, const char* name, double scale, double order) {
   for (double cost = 100.0; cost <= 6400.0; cost *= 2.0) {
-    efforts.push_back({.method = name, .cost = cost, .error = scale / std::pow(cost, order)});
+    points.push_back({.method = name,
+                      .evaluations = std::lround(cost),
+                      .errors = {.tool = scale / std::pow(cost, order)}});
   }
 }
 
 TEST("cost at an error is the scheme's own law, between its points too") {
-  std::vector<Effort> efforts;
-  add_scheme(efforts, "second", 1e2, 2.0);
-  CHECK_NEAR(cost_at(efforts, 1e-3) / std::sqrt(1e5), 1.0,
+  std::vector<Point> points;
+  add_scheme(points, "second", 1e2, 2.0);
+  CHECK_NEAR(cost_at(points, 1e-3) / std::sqrt(1e5), 1.0,
              1e-12);  // on a straight line nothing is lost
-  CHECK_NEAR(digits_at(efforts, 3000.0), 2.0 * std::log10(3000.0) - 2.0, 1e-12);
+  CHECK_NEAR(digits_at(points, 3000.0), 2.0 * std::log10(3000.0) - 2.0, 1e-12);
 }
 
 TEST(
     "the better scheme counts: the simple one for a coarse error, the higher order for a fine "
     "one") {
-  std::vector<Effort> efforts;
-  add_scheme(efforts, "first", 10.0, 1.0);
-  add_scheme(efforts, "fourth", 1e9, 4.0);
-  CHECK_NEAR(cost_at(efforts, 0.05), 200.0, 1e-9);
-  CHECK_NEAR(cost_at(efforts, 1e-5) / std::pow(1e14, 0.25), 1.0, 1e-12);
+  std::vector<Point> points;
+  add_scheme(points, "first", 10.0, 1.0);
+  add_scheme(points, "fourth", 1e9, 4.0);
+  CHECK_NEAR(cost_at(points, 0.05), 200.0, 1e-9);
+  CHECK_NEAR(cost_at(points, 1e-5) / std::pow(1e14, 0.25), 1.0, 1e-12);
 }
 
 TEST("nobody is cheaper than what was measured") {
-  std::vector<Effort> efforts;
-  add_scheme(efforts, "second", 1e2, 2.0);
-  CHECK_NEAR(cost_at(efforts, 0.5), 100.0, 1e-9);
-  CHECK_NEAR(digits_at(efforts, 1e9), -std::log10(1e2 / (6400.0 * 6400.0)), 1e-12);
+  std::vector<Point> points;
+  add_scheme(points, "second", 1e2, 2.0);
+  CHECK_NEAR(cost_at(points, 0.5), 100.0, 1e-9);
+  CHECK_NEAR(digits_at(points, 1e9), -std::log10(1e2 / (6400.0 * 6400.0)), 1e-12);
 }
 
 TEST("an error that nobody reaches and a cost that nobody offers are no number") {
-  std::vector<Effort> efforts;
-  add_scheme(efforts, "second", 1e2, 2.0);
-  CHECK(std::isnan(cost_at(efforts, 1e-9)));
-  CHECK(std::isnan(digits_at(efforts, 99.0)));
+  std::vector<Point> points;
+  add_scheme(points, "second", 1e2, 2.0);
+  CHECK(std::isnan(cost_at(points, 1e-9)));
+  CHECK(std::isnan(digits_at(points, 99.0)));
   CHECK(std::isnan(cost_at({}, 1e-3)));
   CHECK(std::isnan(digits_at({}, 1e3)));
 }
 
 TEST("a scheme that lost an order costs more at a fine error, and has fewer digits") {
-  std::vector<Effort> good, damaged;
+  std::vector<Point> good, damaged;
   add_scheme(good, "x", 1.0, 2.0);
   add_scheme(damaged, "x", 1.0 / 100.0, 1.0);  // as near at the first point
   CHECK(cost_at(damaged, 1e-5) > 1.5 * cost_at(good, 1e-5));

@@ -13,14 +13,14 @@ namespace {
 using namespace palpate::calibration;
 using namespace palpate;
 
-std::vector<Subject> group(const char* name, double thumb) {
-  std::vector<Subject> subjects;
+std::vector<ObservedRecording> group(const char* name, double thumb) {
+  std::vector<ObservedRecording> subjects;
   for (const double factor : {0.98, 1.0, 1.02}) {
     Scene scene = three_layers();
     scene.syringe->thumb_force = thumb * factor;
     scene.syringe->epidural_resistance *= factor;
     scene.materials[1].cutting_force *= factor;
-    subjects.push_back({.group = name, .seen = lawful(scene)});
+    subjects.push_back({.recording = {.group = name}, .seen = lawful(scene)});
   }
   return subjects;
 }
@@ -37,10 +37,10 @@ TEST("the misfit grows as a parabola about the fit, fitted again in the others")
   CHECK_NEAR(profile.growth[8], 1.0, 0.1);
 }
 
-TEST("a group that differs is foretold worse than what was fitted, by as much as it differs") {
-  std::vector<Subject> all = group("a", 11.0);
+TEST("a group that differs is predicted worse than what was fitted, by as much as it differs") {
+  std::vector<ObservedRecording> all = group("a", 11.0);
   for (const char* name : {"b", "c"}) {
-    for (Subject& subject : group(name, name[0] == 'c' ? 22.0 : 11.0)) {
+    for (ObservedRecording& subject : group(name, name[0] == 'c' ? 22.0 : 11.0)) {
       all.push_back(std::move(subject));
     }
   }
@@ -53,7 +53,7 @@ TEST("a group that differs is foretold worse than what was fitted, by as much as
   CHECK(held[2].subjects == 3);
   // One observable of ten, the peak, is half of what it is: sqrt(0.25 / 10). 0.005: the prior's
   // pull.
-  CHECK_NEAR(held[2].error_foretold, std::sqrt(0.025), 0.005);
+  CHECK_NEAR(held[2].error_predicted, std::sqrt(0.025), 0.005);
   CHECK(held[2].error_fitted < 0.01);
   CHECK(leave_groups_out(forward, found, group("a", 11.0)).empty());
 }
@@ -65,8 +65,8 @@ TEST("relative errors leave out what is not there") {
              1e-15);
 }
 
-std::vector<Subject> seen_in(const Scene& scene) {
-  return {{.name = "one", .seen = lawful(scene)}};
+std::vector<ObservedRecording> seen_in(const Scene& scene) {
+  return {{.recording = {.name = "one"}, .seen = lawful(scene)}};
 }
 
 TEST("a calibration ends with a scene whose simulation is what was seen") {

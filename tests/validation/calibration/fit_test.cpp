@@ -15,23 +15,23 @@ namespace {
 using namespace palpate::calibration;
 using namespace palpate;
 
-constexpr SharedUncertainty nothing{.zero = 0.0,
-                                    .gain = 0.0,
+constexpr SharedUncertainty nothing{.transducer = {.zero = 0.0, .gain = 0.0},
                                     .plunger_friction = 0.0,
                                     .force_gain = 0.0,
                                     .depth = 0.0,
                                     .drop_time = 0.0,
                                     .model = 0.0};
 
-Subject subject(double pressure, double force) {
-  Subject made{.seen = {.value = Observation::Constant(observable_count, force),
-                        .force = ForceSource::plunger}};
+ObservedRecording subject(double pressure, double force) {
+  ObservedRecording made{.seen = {.value = Observation::Constant(observable_count, force),
+                                  .force = ForceSource::plunger}};
   made.seen.value[0] = pressure;
   return made;
 }
 
 TEST("the spread of a mean is the standard error") {
-  const std::vector<Subject> subjects{subject(1.0, 5.0), subject(2.0, 6.0), subject(6.0, 7.0)};
+  const std::vector<ObservedRecording> subjects{subject(1.0, 5.0), subject(2.0, 6.0),
+                                                subject(6.0, 7.0)};
   const Pooled pooled = pool(subjects, nothing);
   CHECK_NEAR(pooled.mean[0], 3.0, 1e-15);
   CHECK_NEAR(pooled.covariance(0, 0), 7.0 / 3.0, 1e-14);  // variance 7 of three
@@ -40,37 +40,37 @@ TEST("the spread of a mean is the standard error") {
 }
 
 TEST("several recordings of one person count as their mean, and only within a group") {
-  std::vector<Subject> recordings{subject(1.0, 5.0), subject(4.0, 6.0), subject(3.0, 7.0),
-                                  subject(9.0, 8.0)};
-  recordings[0].person = recordings[2].person = recordings[3].person = "A";
-  recordings[3].group = "another";
+  std::vector<ObservedRecording> recordings{subject(1.0, 5.0), subject(4.0, 6.0), subject(3.0, 7.0),
+                                            subject(9.0, 8.0)};
+  for (const std::size_t n : {0U, 2U, 3U}) { recordings[n].recording.subject = "A"; }
+  recordings[3].recording.group = "another";
   recordings[2].seen.value[3] = std::nan("");
   recordings[2].seen.force = ForceSource::none;
-  const std::vector<Subject> people = by_person(recordings);
+  const std::vector<ObservedRecording> people = by_subject(recordings);
   REQUIRE(people.size() == 3);
   CHECK_NEAR(people[0].seen.value[0], 2.0, 0.0);
   CHECK_NEAR(people[0].seen.value[3], 5.0, 0.0);  // value of the only recording that has it
   CHECK(people[0].seen.force == ForceSource::plunger);
   CHECK_NEAR(people[1].seen.value[0], 4.0, 0.0);
   CHECK_NEAR(people[2].seen.value[0], 9.0, 0.0);
-  const std::vector<Subject> nameless{subject(1.0, 5.0), subject(1.0, 5.0)};
-  CHECK(by_person(nameless).size() == 2);
+  const std::vector<ObservedRecording> nameless{subject(1.0, 5.0), subject(1.0, 5.0)};
+  CHECK(by_subject(nameless).size() == 2);
 }
 
 TEST("two recordings give no spread, and what a transducer adds is shared by all that it touches") {
-  const std::vector<Subject> subjects{subject(50e3, 8.0), subject(60e3, 10.0)};
+  const std::vector<ObservedRecording> subjects{subject(50e3, 8.0), subject(60e3, 10.0)};
   SharedUncertainty only_zero = nothing;
-  only_zero.zero = 57.0;
+  only_zero.transducer.zero = 57.0;
   const Pooled pooled = pool(subjects, only_zero);
   CHECK(pooled.degrees_of_freedom() == 0);
   CHECK_NEAR(pooled.covariance(0, 0), 57.0 * 57.0, 1e-9);
-  const double area = subjects[0].plunger_area;
+  const double area = subjects[0].recording.plunger_area;
   CHECK_NEAR(pooled.covariance(0, 5), 57.0 * 57.0 * area, 1e-12);  // fully correlated
 }
 
 TEST("what few have seen is left out, and no eigenvalue is negative") {
-  std::vector<Subject> subjects{subject(1.0, 5.0), subject(2.0, 7.0), subject(6.0, 6.0),
-                                subject(4.0, 6.5)};
+  std::vector<ObservedRecording> subjects{subject(1.0, 5.0), subject(2.0, 7.0), subject(6.0, 6.0),
+                                          subject(4.0, 6.5)};
   subjects[0].seen.value[2] = subjects[1].seen.value[2] = std::nan("");
   subjects[3].seen.value[5] = std::nan("");
   const Pooled pooled = pool(subjects, nothing);
@@ -84,11 +84,11 @@ TEST("what few have seen is left out, and no eigenvalue is negative") {
 }
 
 TEST("depths are moved to the mean body mass by the published slope") {
-  std::vector<Subject> subjects{subject(1.0, 5.0), subject(2.0, 5.0), subject(6.0, 5.0)};
+  std::vector<ObservedRecording> subjects{subject(1.0, 5.0), subject(2.0, 5.0), subject(6.0, 5.0)};
   for (std::size_t n = 0; n < 3; ++n) {
-    subjects[n].body_mass_index = 20.0 + 10.0 * static_cast<double>(n);
+    subjects[n].recording.body_mass_index = 20.0 + 10.0 * static_cast<double>(n);
     subjects[n].seen.value[3] =
-        0.04 + depth_per_body_mass_index * (*subjects[n].body_mass_index - 20.0);
+        0.04 + depth_per_body_mass_index * (*subjects[n].recording.body_mass_index - 20.0);
   }
   const Pooled pooled = pool(subjects, nothing);
   CHECK_NEAR(pooled.mean[3], 0.04 + 10.0 * depth_per_body_mass_index, 1e-15);

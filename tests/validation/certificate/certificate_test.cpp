@@ -58,7 +58,7 @@ void fill(Phase& phase, long ticks, long misses) {
 Certificate clean(long control_misses = 0, long scene_misses = 0) {
   Certificate all;
   all.claim = {.rate = 1000.0, .deadline = deadline, .duration = 1.0};
-  all.budget.provocations = {{.name = "first tick", .processor = 0.4 * deadline}};
+  all.budget.probes = {{.name = "first tick", .processor = 0.4 * deadline}};
   LoadResult& load = all.loads.emplace_back("idle", deadline);
   fill(load.control, 1000, control_misses);
   fill(load.scene, 1000, scene_misses);
@@ -94,10 +94,10 @@ TEST("without the rights nothing is certified, however well it went") {
 
 TEST("a provoked tick beyond the deadline is enough, though none was met while the loop ran") {
   Certificate all = clean();
-  all.budget.provocations = {{.name = "cold caches", .processor = 1.01 * deadline}};
+  all.budget.probes = {{.name = "cold caches", .processor = 1.01 * deadline}};
   CHECK(outcome_of(all).status == Status::fail);
   CHECK_CONTAINS(outcome_of(all).reason(), "cold caches");
-  all.budget.provocations.front().processor = std::nan("");
+  all.budget.probes.front().processor = std::nan("");
   CHECK(outcome_of(all).status == Status::fail);
 }
 

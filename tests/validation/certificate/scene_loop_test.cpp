@@ -116,25 +116,24 @@ Scene insertion() {
   return scene;
 }
 
-const Provocation* named(const ComputeBudget& budget, std::string_view name) {
-  const auto found = std::ranges::find(budget.provocations, name, &Provocation::name);
-  return found == budget.provocations.end() ? nullptr : &*found;
+const WorstCaseProbe* named(const ComputeBudget& budget, std::string_view name) {
+  const auto found = std::ranges::find(budget.probes, name, &WorstCaseProbe::name);
+  return found == budget.probes.end() ? nullptr : &*found;
 }
 
 TEST("every event of a scene, its first tick and all special ones are provoked, costliest first") {
-  const ComputeBudget budget = provoke(insertion(), {.cache_bytes = 1U << 20U, .enough = 0.0});
+  const ComputeBudget budget = run_probes(insertion(), {.cache_bytes = 1U << 20U, .enough = 0.0});
   for (const char* name :
        {"first tick", "costliest tick", "contact: skin", "puncture: skin", "puncture: ligament",
         "loss-of-resistance: epidural space", "nothing skipped", "denormal numbers", "cold caches",
         "faults on the lines"}) {
-    const Provocation* found = named(budget, name);
+    const WorstCaseProbe* found = named(budget, name);
     if (found == nullptr) { std::printf("  missing: %s\n", name); }
     REQUIRE(found != nullptr);
     CHECK(found->processor > 0.0);
     CHECK(found->repetitions >= 3);
   }
-  CHECK(
-      std::ranges::is_sorted(budget.provocations, std::ranges::greater{}, &Provocation::processor));
+  CHECK(std::ranges::is_sorted(budget.probes, std::ranges::greater{}, &WorstCaseProbe::processor));
   CHECK(!budget.worst_instructions);
   CHECK(!budget.diverged_at);
   CHECK_NEAR(budget.largest_speed, 0.05, 1e-9);
@@ -153,9 +152,9 @@ TEST("the costliest tick is found among all and among a few") {
   }
   TimedPasses changed = passes;
   changed.ticks[7].processor = 1.0;
-  CHECK(changed.costliest(0, 20) == 7);
+  CHECK(changed.costliest() == 7);
   CHECK(changed.costliest({3, 7, 9}) == 7);
-  CHECK(changed.costliest(8, 20) >= 8);
+  CHECK(changed.costliest({3, 9}) != 7);
 }
 
 TEST("a scene that diverges says when, and provokes nothing") {
@@ -164,9 +163,9 @@ TEST("a scene that diverges says when, and provokes nothing") {
   scene.simulation.substeps = 1;
   scene.simulation.step = 0.02;
   scene.simulation.duration = 20.0;
-  const ComputeBudget budget = provoke(scene, {.rate = 50.0, .enough = 0.0});
+  const ComputeBudget budget = run_probes(scene, {.rate = 50.0, .enough = 0.0});
   CHECK(budget.diverged_at.has_value());
-  CHECK(budget.provocations.empty());
+  CHECK(budget.probes.empty());
 }
 
 TEST("an oscillator has its ticks provoked too") {
@@ -174,14 +173,14 @@ TEST("an oscillator has its ticks provoked too") {
   scene.tissue.source = Source::oscillator;
   scene.simulation = {.duration = 1.0, .step = 1e-2};
   const ComputeBudget budget =
-      provoke(scene, {.rate = 100.0, .cache_bytes = 1U << 20U, .enough = 0.0});
+      run_probes(scene, {.rate = 100.0, .cache_bytes = 1U << 20U, .enough = 0.0});
   CHECK(named(budget, "denormal numbers") != nullptr);
   CHECK(named(budget, "first tick") != nullptr);
 }
 
 TEST("Ctrl-C ends it at once") {
   const std::atomic<bool> stop{true};
-  CHECK(provoke(insertion(), {.stop = &stop}).provocations.empty());
+  CHECK(run_probes(insertion(), {.stop = &stop}).probes.empty());
 }
 
 /// Hand that presses a needle against layers without puncturing them.

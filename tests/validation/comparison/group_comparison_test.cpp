@@ -46,8 +46,8 @@ TEST(
   const GroupSummary& group = found.groups.front();
   CHECK(group.corridor);
   CHECK(group.coverage.holds);
-  CHECK(group.differ > 0);
-  CHECK(group.agree > 0);
+  CHECK(group.tally.failed > 0);
+  CHECK(group.tally.passed > 0);
   CHECK(group.recordings == 5);
   CHECK(group.measured == 0);
   // 79 % of the peak tolerance remains after the spread of a mean of five: the verdict is undecided
@@ -148,7 +148,7 @@ TEST("what cannot be compared is counted and left out") {
   std::vector<Recording> all = subjects("lean");
   all[3].regime = Recording::Regime::pump;
   const GroupSummary group = compare_all(all, simulated()).groups.front();
-  CHECK(group.not_comparable == 1);
+  CHECK(group.tally.errors == 1);
   CHECK(group.corridor->recordings == 4);
   const std::vector<Recording> none{all[3]};
   CHECK(compare_all(none, simulated()).outcome.status == Status::error);
@@ -213,7 +213,7 @@ TEST("two recordings of each subject leave the mean and the number of subjects")
              1e-9 * once.means[n].quantity.uncertainty);
   CHECK_NEAR(twice.corridor->factor, once.corridor->factor, 0.0);
   CHECK(twice.subjects_agree == once.subjects_agree);
-  CHECK(twice.agree == 2 * once.agree);
+  CHECK(twice.tally.passed == 2 * once.tally.passed);
   CHECK(twice.agree_interval.upper == once.agree_interval.upper);
 }
 

@@ -71,6 +71,8 @@ TEST("what is not a number cannot be compared") {
 TEST("uncertainties add in squares") {
   CHECK_NEAR((ValidationUncertainty{.numerical = 2.0, .input = 3.0, .data = 6.0}.total()), 7.0,
              1e-15);
+  CHECK(std::isnan(ValidationUncertainty{.data = std::nan("")}.total()));
+  CHECK(std::isnan(ValidationUncertainty{.numerical = std::nan("")}.total()));
 }
 
 TEST("the worst verdict is that of the whole") {
@@ -118,8 +120,10 @@ FeatureComparison compared(Feature feature, const Comparison& comparison,
 
 TEST("error, interval and uncertainty by hand") {
   ComparisonOptions options;
-  options.uncertainties = {
-      .zero = 30.0, .gain = 0.01, .numerical = 0.02, .input = 0.03, .coverage_factor = 2.0};
+  options.uncertainties = {.transducer = {.zero = 30.0, .gain = 0.01},
+                           .numerical = 0.02,
+                           .input = 0.03,
+                           .coverage_factor = 2.0};
   Comparison comparison = given(10000.0, 10500.0);
   comparison.recorded_features[Feature::peak].uncertainty = 40.0;
   const FeatureComparison peak = compared(Feature::peak, comparison, options);
@@ -134,7 +138,7 @@ TEST("error, interval and uncertainty by hand") {
 
 TEST("an offset of the transducer moves peak and plateau, and cancels in a height and in times") {
   ComparisonOptions options;
-  options.uncertainties = {.zero = 50.0, .gain = 0.0};
+  options.uncertainties = {.transducer = {.zero = 50.0, .gain = 0.0}};
   const Features& recorded = given(100.0, 100.0).recorded_features;
   CHECK_NEAR(data_uncertainty(Feature::peak, recorded, options), 50.0, 1e-12);
   CHECK_NEAR(data_uncertainty(Feature::plateau, recorded, options), 50.0, 1e-12);

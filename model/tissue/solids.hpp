@@ -6,7 +6,7 @@
 
 #include "model/tissue/triangle_surface.hpp"
 
-namespace palpate::reference {
+namespace palpate {
 
 /// Returns a box with edges along the axes; its volume is exact.
 TriangleSurface box_surface(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
@@ -25,4 +25,4 @@ TriangleSurface ring_surface(double radius, double thickness, double angle, int 
 TriangleSurface patch_surface(const Eigen::Vector2d& half, int steps,
                               const std::function<double(double, double)>& height);
 
-}  // namespace palpate::reference
+}  // namespace palpate

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 
-#include "reference/solids.hpp"
+#include "model/tissue/solids.hpp"
 
 #include <cmath>
 #include <numbers>
 
-namespace palpate::reference {
+namespace palpate {
 
 namespace {
 
@@ -123,4 +123,4 @@ TriangleSurface patch_surface(const Eigen::Vector2d& half, int steps,
   return surface;
 }
 
-}  // namespace palpate::reference
+}  // namespace palpate
