@@ -302,6 +302,23 @@ TEST("the pattern of K and C does not depend on the state; C, and K without spee
   CHECK_NEAR(MatrixXd(c1), MatrixXd(c1.transpose()), 1e-15 * c1.norm());
 }
 
+TEST("forces of a free network have no resultant and no torque") {
+  for (const std::uint64_t seed : {8u, 9u, 10u}) {
+    const NetworkProblem problem(random_network(seed, {.fixed = 0}));
+    Random random(seed);
+    const VectorXd q = problem.initial_position() + random.vector(problem.dof(), 2e-3);
+    const VectorXd f = force_of(problem, q, random.vector(problem.dof(), 1.0));
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+    for (Eigen::Index i = 0; i < f.size(); i += 3) {
+      sum += f.segment<3>(i);
+      torque += q.segment<3>(i).cross(f.segment<3>(i));
+    }
+    CHECK_NEAR(sum.norm(), 0.0, 1e-14 * f.norm());            // a few roundings of the largest
+    CHECK_NEAR(torque.norm(), 0.0, 1e-14 * f.norm() * 0.02);  // times the size of the body
+  }
+}
+
 TEST("the undamped force is the negative gradient of the energy, and dampers only take power") {
   const auto [undamped, q, v] = Moved(random_network(11, {.viscosity = 0.0}), 12);
   const VectorXd still = VectorXd::Zero(undamped.dof());
