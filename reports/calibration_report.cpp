@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "fixtures/io/recording_file.hpp"
 #include "model/problem/recording.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/plot/shown_units.hpp"
@@ -17,121 +18,90 @@ namespace {
 
 using namespace calibration;
 
-std::string joined_keys(const Fit& fit, Telling telling) {
-  std::string text;
-  for (const FittedParameter& each : fit.parameters) {
-    if (each.telling == telling) { text += (text.empty() ? "" : ", ") + each.parameter.key; }
+/// Notes in order, each with its condition.
+struct NoteList {
+  std::vector<std::string> notes{};
+  void add(bool holds, const std::string& text) {
+    if (holds) { notes.push_back(text); }
   }
-  return text;
+};
+
+template <class Holds> long count_if(const CalibrationReport& report, const Holds& holds) {
+  return std::ranges::count_if(report.recordings, holds);
 }
 
-std::size_t with_force(const CalibrationReport& report, ForceSource source) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      report.recordings,
-      [&](const CalibratedRecording& r) { return r.observed.seen.force == source; }));
+void add_notes_on_recordings(const CalibrationReport& report, NoteList& list) {
+  const auto with_force = [&report](ForceSource source) {
+    return count_if(report, [source](const auto& r) { return r.observed.seen.force == source; });
+  };
+  list.add(report.reconstructed(),
+           "Recordings that were rebuilt from published summary values give back what was put into "
+           "them: peaks, plateaus and depths are published, the lines between them and the spread "
+           "of subjects are assumed. Forces within a layer follow from such lines.");
+  const long plunger = with_force(ForceSource::plunger);
+  list.add(plunger > 0,
+           "In " + std::to_string(plunger) + " continuous recording" + (plunger == 1 ? "" : "s") +
+               " pressure times plunger area represents the force along the needle (Eq. 1). This "
+               "holds as long as the thumb on the plunger drives the needle.");
+  list.add(plunger + with_force(ForceSource::recorded) == 0,
+           "No force was recorded, so cutting force and friction are not constrained.");
+  // The same thumb force on another area gives another pressure.
+  if (const auto& syringe = report.result.fitted.syringe) {
+    constexpr double same = 0.01;  // [1] of the area, as uncertain as a pressure gain
+    const long others = count_if(report, [&](const auto& each) {
+      return std::abs(each.observed.recording.plunger_area / syringe->plunger_area - 1.0) > same;
+    });
+    list.add(others > 0, std::to_string(others) +
+                             (others == 1 ? " recording is" : " recordings are") +
+                             " of a plunger of another area than the scene's " +
+                             short_number(syringe->plunger_area, 4) +
+                             " m^2: the thumb's force is then that of the scene's plunger and of "
+                             "nobody's thumb.");
+  }
+  // pool() corrects depths only if all recordings have a BMI.
+  const long without =
+      count_if(report, [](const auto& each) { return !each.observed.recording.body_mass_index; });
+  list.add(without > 0 && !std::cmp_equal(without, report.recordings.size()),
+           std::to_string(without) + " of " + std::to_string(report.recordings.size()) +
+               " recordings have no BMI: no depth was moved to a common one.");
+  list.add(report.result.fit.data.subjects < least_subjects,
+           "Fewer than three subjects: intervals hold for these alone.");
+  list.add(count_if(report,
+                    [](const auto& each) { return each.observed.recording.subject.empty(); }) > 0,
+           "A recording that names no subject is treated as one of its own: several of one person "
+           "make intervals too narrow.");
 }
 
-void add_notes_on_force(const CalibrationReport& report, std::vector<std::string>& notes) {
-  const std::size_t plunger = with_force(report, ForceSource::plunger);
-  if (plunger > 0) {
-    notes.push_back(
-        "In " + std::to_string(plunger) + " continuous recording" + (plunger == 1 ? "" : "s") +
-        " pressure times plunger area represents the force along the needle (Eq. 1). This holds as "
-        "long as the thumb on the plunger drives the needle.");
-  }
-  if (plunger + with_force(report, ForceSource::recorded) == 0) {
-    notes.emplace_back("No force was recorded, so cutting force and friction are not constrained.");
-  }
-}
-
-/// Adds a note if plunger areas differ: the same thumb force then gives another pressure.
-void add_note_on_plungers(const CalibrationReport& report, std::vector<std::string>& notes) {
-  constexpr double same = 0.01;  // [1] of the area, as uncertain as a pressure gain
-  const auto& syringe = report.result.fitted.syringe;
-  if (!syringe) { return; }
-  const auto others =
-      std::ranges::count_if(report.recordings, [&](const CalibratedRecording& each) {
-        return std::abs(each.observed.recording.plunger_area / syringe->plunger_area - 1.0) > same;
-      });
-  if (others == 0) { return; }
-  notes.push_back(
-      std::to_string(others) + (others == 1 ? " recording is" : " recordings are") +
-      " of a plunger of another area than the scene's " + short_number(syringe->plunger_area, 4) +
-      " m^2: the thumb's force is then that of the scene's plunger and of nobody's thumb.");
-}
-
-/// Adds a note if some recordings have no BMI: pool() corrects depths only if all have one.
-void add_note_on_body_mass(const CalibrationReport& report, std::vector<std::string>& notes) {
-  const auto without = std::ranges::count_if(
-      report.recordings,
-      [](const CalibratedRecording& each) { return !each.observed.recording.body_mass_index; });
-  if (without == 0 || std::cmp_equal(without, report.recordings.size())) { return; }
-  notes.push_back(std::to_string(without) + " of " + std::to_string(report.recordings.size()) +
-                  " recordings have no BMI: no depth was moved to a common one.");
-}
-
-void add_notes_on_recordings(const CalibrationReport& report, std::vector<std::string>& notes) {
-  if (report.reconstructed()) {
-    notes.emplace_back(
-        "Recordings that were rebuilt from published summary values give back what was put into "
-        "them: "
-        "peaks, plateaus and depths are published, the lines between them and the spread of "
-        "subjects "
-        "are assumed. Forces within a layer follow from such lines.");
-  }
-  add_notes_on_force(report, notes);
-  add_note_on_plungers(report, notes);
-  add_note_on_body_mass(report, notes);
-  if (report.result.fit.data.subjects < least_subjects) {
-    notes.emplace_back("Fewer than three subjects: intervals hold for these alone.");
-  }
-  if (std::ranges::any_of(report.recordings, [](const auto& each) {
-        return each.observed.recording.subject.empty();
-      })) {
-    notes.emplace_back(
-        "A recording that names no subject counts as one of its own: several of one person make "
-        "intervals too "
-        "narrow.");
-  }
-}
-
-void add_notes_on_fit(const Calibration& result, std::vector<std::string>& notes) {
-  if (!result.fit.converged) {
-    notes.emplace_back("The search did not converge: values are the best that were tried.");
-  }
+void add_notes_on_fit(const Calibration& result, NoteList& list) {
+  const Fit& fit = result.fit;
+  list.add(!fit.converged, "The search did not converge: values are the best that were tried.");
   for (const HeldOut& each : result.held_out) {
-    if (each.converged) { continue; }
-    notes.push_back(
-        "Without " + (each.group.empty() ? "recordings of no group" : each.group) +
-        " the search did not converge: their prediction is from the best values that were tried.");
+    list.add(!each.converged,
+             "Without " + (each.group.empty() ? "recordings of no group" : each.group) +
+                 " the search did not converge: their prediction is from the best values that "
+                 "were tried.");
   }
-  for (const FittedParameter& each : result.fit.parameters) {
-    if (each.at_bound) {
-      notes.push_back(each.parameter.key + " lies at its bound: nothing is known beyond it.");
-    }
+  for (const FittedParameter& each : fit.parameters) {
+    list.add(each.at_bound, each.parameter.key + " lies at its bound: nothing is known beyond it.");
   }
-  if (result.fit.widening > 1.0) {
-    notes.push_back(
-        "The misfit is more than chance: the model cannot follow these recordings. Intervals are "
-        "widened by " +
-        short_number(result.fit.widening, 3) + ".");
-  }
-  if (!(result.shortcut_cost() < 1.0)) {
-    notes.push_back("The coarser block that was fitted differs from the scene by " +
-                    short_number(result.shortcut_cost(), 3) + " uncertainties: too coarse.");
-  }
-}
-
-void add_notes_on_what_is_left(const Fit& fit, std::vector<std::string>& notes) {
+  list.add(fit.widening > 1.0,
+           "The misfit is more than chance: the model cannot follow these recordings. Intervals "
+           "are widened by " +
+               short_number(fit.widening, 3) + ".");
+  list.add(!(result.shortcut_cost() < 1.0),
+           "The coarser block that was fitted differs from the scene by " +
+               short_number(result.shortcut_cost(), 3) + " uncertainties: too coarse.");
   for (const auto& [telling, words] :
-       {std::pair{
-            Telling::insensitive,
-            "Left at their prior, as one spread of it moves what was seen by less than that is "
-            "uncertain: "},
+       {std::pair{Telling::insensitive,
+                  "Left at their prior, as one spread of it moves what was seen by less than that "
+                  "is uncertain: "},
         {Telling::wide,
          "Left at their prior, as other parameters do the same to all that was seen: "}}) {
-    const std::string keys = joined_keys(fit, telling);
-    if (!keys.empty()) { notes.push_back(words + keys + "."); }
+    std::string keys;
+    for (const FittedParameter& each : fit.parameters) {
+      if (each.telling == telling) { keys += (keys.empty() ? "" : ", ") + each.parameter.key; }
+    }
+    list.add(!keys.empty(), words + keys + ".");
   }
 }
 
@@ -171,16 +141,13 @@ std::string calibration_detail(const CalibrationReport& report) {
 }
 
 std::vector<std::string> calibration_warnings(const CalibrationReport& report) {
-  std::vector<std::string> notes;
-  add_notes_on_recordings(report, notes);
-  add_notes_on_fit(report.result, notes);
-  add_notes_on_what_is_left(report.result.fit, notes);
-  return notes;
+  NoteList list;
+  add_notes_on_recordings(report, list);
+  add_notes_on_fit(report.result, list);
+  return list.notes;
 }
 
 namespace {
-
-using namespace calibration;
 
 constexpr double milliseconds = 1e3;  // [ms/s]
 
@@ -207,14 +174,14 @@ std::string interval_text(const comparison::Interval& interval) {
 std::string small_text(double value) { return value < 0.01 ? "< 0.01" : short_number(value, 3); }
 
 Table parameter_table(const Fit& fit) {
-  Table table{.id = "parameters",
-              .title = "Parameters",
-              .caption =
-                  "Priors and bounds are log-normal about the scene's values; intervals are 95 %. "
-                  "Sensitivity: "
-                  "what one spread of the prior moves, in uncertainties of the recordings.",
-              .columns = {"parameter", "unit", "told", "prior", "fitted", "interval", "bounds",
-                          "sensitivity"}};
+  Table table{
+      .id = "parameters",
+      .title = "Parameters",
+      .caption =
+          "Priors and bounds are log-normal about the scene's values; intervals are 95 %. "
+          "Sensitivity: what one spread of the prior moves, in uncertainties of the recordings.",
+      .columns = {"parameter", "unit", "told", "prior", "fitted", "interval", "bounds",
+                  "sensitivity"}};
   const auto add = [&](const FittedParameter& each) {
     const bool told = each.telling == Telling::told;
     table.rows.push_back(
@@ -234,14 +201,14 @@ Table parameter_table(const Fit& fit) {
 
 Table observable_table(const Calibration& result) {
   const Fit& fit = result.fit;
-  Table table{.id = "observables",
-              .title = "Recordings and simulation",
-              .caption =
-                  "Means over subjects with their standard uncertainty; the scene before and "
-                  "after, and the "
-                  "fitted scene without the coarser block and step that the fit uses.",
-              .columns = {"observable", "subjects", "mean", "uncertainty", "before", "after",
-                          "after, whole scene"}};
+  Table table{
+      .id = "observables",
+      .title = "Recordings and simulation",
+      .caption =
+          "Means over subjects with their standard uncertainty; the scene before and after, and "
+          "the fitted scene without the coarser block and step that the fit uses.",
+      .columns = {"observable", "subjects", "mean", "uncertainty", "before", "after",
+                  "after, whole scene"}};
   for (const Eigen::Index row : fit.rows) {
     table.rows.push_back({std::to_string(table.rows.size() + 1) + " " + name_of(row),
                           static_cast<double>(fit.data.count[static_cast<std::size_t>(row)]),
@@ -279,8 +246,7 @@ Table held_out_table(const std::vector<HeldOut>& held_out) {
               .title = "Prediction of each group from the others",
               .caption =
                   "Fitted to all groups but one. Errors are root mean squares over observables, "
-                  "relative: of "
-                  "those that were fitted, and of the group that was not.",
+                  "relative: of those that were fitted, and of the group that was not.",
               .columns = {"group left out", "subjects", "error, fitted", "error, predicted",
                           "peak recorded", "peak predicted"}};
   const Eigen::Index peak = index_of(Observable::pressure_peak);
@@ -288,8 +254,8 @@ Table held_out_table(const std::vector<HeldOut>& held_out) {
     table.rows.push_back(
         {each.group.empty() ? "(no group)" : each.group, static_cast<double>(each.subjects),
          short_number(100.0 * each.error_fitted, 3) + " %",
-         short_number(100.0 * each.error_predicted, 3) + " %", with_unit(peak, each.seen.mean[peak]),
-         with_unit(peak, each.predicted[peak])});
+         short_number(100.0 * each.error_predicted, 3) + " %",
+         with_unit(peak, each.seen.mean[peak]), with_unit(peak, each.predicted[peak])});
   }
   return table;
 }
@@ -300,12 +266,9 @@ Table recording_table(const CalibrationReport& report) {
               .caption = "Each with where its force along the needle comes from.",
               .columns = {"file", "kind", "group", "technique", "force", "hash"}};
   for (const CalibratedRecording& each : report.recordings) {
-    table.rows.push_back(
-        {each.file,
-         std::string(each.observed.recording.kind == Recording::Kind::measured ? "measured"
-                                                                               : "reconstructed"),
-         each.observed.recording.group, each.observed.recording.technique,
-         std::string(name_of(each.observed.seen.force)), each.hash});
+    table.rows.push_back({each.file, std::string(io::word_of(each.observed.recording.kind)),
+                          each.observed.recording.group, each.observed.recording.technique,
+                          std::string(name_of(each.observed.seen.force)), each.hash});
   }
   return table;
 }
@@ -319,10 +282,8 @@ Figure profile_figure(const CalibrationReport& report) {
           .title = "Profile of " + p.key,
           .caption =
               "Growth of the sum of squares where this parameter, told with the widest interval, "
-              "is held and the "
-              "others are fitted again. Dashed: 95 % if observables were independent; they are "
-              "not, and the "
-              "interval of the table is the wider one.",
+              "is held and the others are fitted again. Dashed: 95 % if observables were "
+              "independent; they are not, and the interval of the table is the wider one.",
           .x = {.label = p.key + " (" + p.unit + ")"},
           .y = {.label = "growth (1)"},
           .series = {{.label = "sum of squares",
@@ -361,17 +322,16 @@ Figure force_figure(const Fit& fit) {
     band.y.push_back(fit.data.mean[row] - reach);
     band.y2.push_back(fit.data.mean[row] + reach);
   }
-  return {
-      .id = "force",
-      .title = "Force along the needle before the loss of resistance",
-      .caption =
-          "Means over 2 mm of the way, 1.5 mm in the last, by the distance to where resistance is "
-          "lost.",
-      .x = {.label = "depth behind the loss of resistance (mm)"},
-      .y = {.label = "force (N)"},
-      .series = {std::move(band), bins_of("recordings", Series::Style::points, fit.data.mean),
-                 bins_of("scene before", Series::Style::dashed, fit.before),
-                 bins_of("scene after", Series::Style::line, fit.after)}};
+  return {.id = "force",
+          .title = "Force along the needle before the loss of resistance",
+          .caption =
+              "Means over 2 mm of the way, 1.5 mm in the last, by the distance to where resistance "
+              "is lost.",
+          .x = {.label = "depth behind the loss of resistance (mm)"},
+          .y = {.label = "force (N)"},
+          .series = {std::move(band), bins_of("recordings", Series::Style::points, fit.data.mean),
+                     bins_of("scene before", Series::Style::dashed, fit.before),
+                     bins_of("scene after", Series::Style::line, fit.after)}};
 }
 
 Figure misfit_figure(const Fit& fit) {
@@ -400,8 +360,6 @@ Figure misfit_figure(const Fit& fit) {
           .series = {std::move(allowed), std::move(before), std::move(after)}};
 }
 
-}  // namespace
-
 std::vector<Table> calibration_tables(const CalibrationReport& report) {
   std::vector<Table> tables{parameter_table(report.result.fit), observable_table(report.result)};
   if (!report.result.held_out.empty()) { tables.push_back(held_out_table(report.result.held_out)); }
@@ -419,84 +377,47 @@ std::vector<Figure> calibration_figures(const CalibrationReport& report) {
   return figures;
 }
 
-namespace {
-
-using namespace calibration;
 using Json = nlohmann::ordered_json;
 
 Json parameter_json(const FittedParameter& each) {
   const Parameter& p = each.parameter;
-  return {{"key", p.key},
-          {"unit", p.unit},
-          {"status", name_of(each.telling)},
-          {"prior", p.prior},
-          {"prior_log_sd", p.spread},
-          {"prior_from", p.origin},
-          {"lower_bound", p.lower},
-          {"upper_bound", p.upper},
-          {"value", each.value},
-          {"interval_lower", each.interval.lower},
-          {"interval_upper", each.interval.upper},
-          {"interval_factor", each.interval_factor},
-          {"sensitivity", finite_or_null(each.sensitivity)},
-          {"deviation_over_prior", finite_or_null(each.deviation)},
-          {"at_bound", each.at_bound}};
-}
-
-Json observable_json(const Calibration& result, Eigen::Index row) {
-  const Fit& fit = result.fit;
-  return {{"name", name_of(row)},
-          {"unit", unit_of(row)},
-          {"subjects", fit.data.count[static_cast<std::size_t>(row)]},
-          {"mean", finite_or_null(fit.data.mean[row])},
-          {"uncertainty", finite_or_null(std::sqrt(fit.data.covariance(row, row)))},
-          {"before", finite_or_null(fit.before[row])},
-          {"after", finite_or_null(fit.after[row])},
-          {"after_without_shortcuts", finite_or_null(result.whole[row])}};
+  return object("key", p.key, "unit", p.unit, "status", name_of(each.telling), "prior", p.prior,
+                "prior_log_sd", p.spread, "prior_from", p.origin, "lower_bound", p.lower,
+                "upper_bound", p.upper, "value", each.value, "interval_lower", each.interval.lower,
+                "interval_upper", each.interval.upper, "interval_factor", each.interval_factor,
+                "sensitivity", finite_or_null(each.sensitivity), "deviation_over_prior",
+                finite_or_null(each.deviation), "at_bound", each.at_bound);
 }
 
 Json held_out_json(const HeldOut& held) {
-  Json observables = Json::array();
-  for (const Eigen::Index row : held.seen.present()) {
-    observables.push_back({{"name", name_of(row)},
-                           {"unit", unit_of(row)},
-                           {"mean", finite_or_null(held.seen.mean[row])},
-                           {"foretold", finite_or_null(held.predicted[row])}});
-  }
-  return {{"group", held.group},
-          {"subjects", held.subjects},
-          {"converged", held.converged},
-          {"error_fitted", finite_or_null(held.error_fitted)},
-          {"error_foretold", finite_or_null(held.error_predicted)},
-          {"observables", observables}};
+  const auto observable = [&held](Eigen::Index row) {
+    return object("name", name_of(row), "unit", unit_of(row), "mean",
+                  finite_or_null(held.seen.mean[row]), "foretold",
+                  finite_or_null(held.predicted[row]));
+  };
+  return object("group", held.group, "subjects", held.subjects, "converged", held.converged,
+                "error_fitted", finite_or_null(held.error_fitted), "error_foretold",
+                finite_or_null(held.error_predicted), "observables",
+                list_of(held.seen.present(), observable));
 }
 
-Json recording_json(const CalibratedRecording& recording) {
-  Json json{
-      {"file", recording.file},
-      {"name", recording.observed.recording.name},
-      {"kind", recording.observed.recording.kind == Recording::Kind::measured ? "measured"
-                                                                              : "reconstructed"},
-      {"group", recording.observed.recording.group},
-      {"technique", recording.observed.recording.technique},
-      {"force", name_of(recording.observed.seen.force)},
-      {"source", recording.observed.recording.source},
-      {"hash", recording.hash}};
-  if (recording.observed.recording.body_mass_index) {
-    json["bmi_kg_per_m2"] = *recording.observed.recording.body_mass_index;
-  }
+Json recording_json(const CalibratedRecording& calibrated) {
+  const Recording& recording = calibrated.observed.recording;
+  Json json = object("file", calibrated.file, "name", recording.name, "kind",
+                     io::word_of(recording.kind), "group", recording.group, "technique",
+                     recording.technique, "force", name_of(calibrated.observed.seen.force),
+                     "source", recording.source, "hash", calibrated.hash);
+  if (const auto& index = recording.body_mass_index) { json["bmi_kg_per_m2"] = *index; }
   return json;
 }
 
 Json correlation_json(const Fit& fit) {
-  Json keys = Json::array();
   Json rows = Json::array();
-  for (std::size_t n = 0; n < fit.told.size(); ++n) {
-    keys.push_back(fit.parameters[fit.told[n]].parameter.key);
-    const Eigen::VectorXd row = fit.correlation.row(static_cast<Eigen::Index>(n)).transpose();
+  for (const auto& row : fit.correlation.rowwise()) {
     rows.push_back(std::vector<double>(row.begin(), row.end()));
   }
-  return {{"parameters", keys}, {"matrix", rows}};
+  const auto key = [&fit](std::size_t n) { return fit.parameters[n].parameter.key; };
+  return object("parameters", list_of(fit.told, key), "matrix", rows);
 }
 
 }  // namespace
@@ -504,43 +425,31 @@ Json correlation_json(const Fit& fit) {
 std::string to_json(const CalibrationReport& report) {
   const Calibration& result = report.result;
   const Fit& fit = result.fit;
-  Json json{{"schema", 1},
-            {"verdict", calibration_verdict(report)},
-            {"held", result.outcome().status == Status::pass},
-            {"scene", report.scene},
-            {"scene_hash", report.scene_hash},
-            {"converged", fit.converged},
-            {"iterations", fit.iterations},
-            {"simulations", result.simulations},
-            {"misfit_before", fit.misfit_before},
-            {"misfit_after", fit.misfit_after},
-            {"interval_widening", fit.widening},
-            {"shortcut_cost", finite_or_null(result.shortcut_cost())}};
-  json["parameters"] = Json::array();
-  for (const FittedParameter& each : fit.parameters) {
-    json["parameters"].push_back(parameter_json(each));
-  }
-  json["correlation"] = correlation_json(fit);
-  json["observables"] = Json::array();
-  for (const Eigen::Index row : fit.rows) {
-    json["observables"].push_back(observable_json(result, row));
-  }
-  json["profile"] = nullptr;
+  const auto observable = [&](Eigen::Index row) {
+    return object("name", name_of(row), "unit", unit_of(row), "subjects",
+                  fit.data.count[static_cast<std::size_t>(row)], "mean",
+                  finite_or_null(fit.data.mean[row]), "uncertainty",
+                  finite_or_null(std::sqrt(fit.data.covariance(row, row))), "before",
+                  finite_or_null(fit.before[row]), "after", finite_or_null(fit.after[row]),
+                  "after_without_shortcuts", finite_or_null(result.whole[row]));
+  };
+  Json profile = nullptr;
   if (!result.profile.value.empty()) {
-    json["profile"] = {{"key", fit.parameters[result.profile.parameter].parameter.key},
-                       {"value", result.profile.value},
-                       {"growth", result.profile.growth}};
+    profile = object("key", fit.parameters[result.profile.parameter].parameter.key, "value",
+                     result.profile.value, "growth", result.profile.growth);
   }
-  json["leave_one_group_out"] = Json::array();
-  for (const HeldOut& held : result.held_out) {
-    json["leave_one_group_out"].push_back(held_out_json(held));
-  }
-  json["recordings"] = Json::array();
-  for (const CalibratedRecording& each : report.recordings) {
-    json["recordings"].push_back(recording_json(each));
-  }
-  json["warnings"] = calibration_warnings(report);
-  return json.dump(2) + "\n";
+  return json_text(
+      object("schema", 1, "verdict", calibration_verdict(report), "held",
+             result.outcome().status == Status::pass, "scene", report.scene, "scene_hash",
+             report.scene_hash, "converged", fit.converged, "iterations", fit.iterations,
+             "simulations", result.simulations, "misfit_before", fit.misfit_before, "misfit_after",
+             fit.misfit_after, "interval_widening", fit.widening, "shortcut_cost",
+             finite_or_null(result.shortcut_cost()), "parameters",
+             list_of(fit.parameters, parameter_json), "correlation", correlation_json(fit),
+             "observables", list_of(fit.rows, observable), "profile", profile,
+             "leave_one_group_out", list_of(result.held_out, held_out_json), "recordings",
+             list_of(report.recordings, recording_json), "warnings", calibration_warnings(report)),
+      2);
 }
 
 namespace {

@@ -24,8 +24,7 @@ struct CalibrationReport {
   calibration::Calibration result{};
   std::vector<CalibratedRecording> recordings{};
   std::string command{};
-  std::map<std::string, std::string>
-      provenance{};  ///< shown only on the page, since it may differ between runs
+  std::map<std::string, std::string> provenance{};  ///< only on the page; differs between runs
 
   [[nodiscard]] bool reconstructed() const;  ///< true if at least one recording is reconstructed
 };
@@ -39,8 +38,5 @@ std::vector<std::string> calibration_warnings(const CalibrationReport& report);
 /// Contents of calibration.json. Output is deterministic.
 std::string to_json(const CalibrationReport& report);
 std::string to_html(const CalibrationReport& report);
-
-std::vector<Table> calibration_tables(const CalibrationReport& report);
-std::vector<Figure> calibration_figures(const CalibrationReport& report);
 
 }  // namespace palpate

@@ -20,8 +20,11 @@ namespace {
 
 using namespace certificate;
 
-Cell time_cell(const std::optional<double>& seconds) {
-  return seconds ? Cell(us * *seconds) : Cell(std::string("too few ticks"));
+/// Name of the event at the given tick: "puncture: skin"; empty if there is none.
+std::string happening_at(const CertificateReport& report, const Moment& moment) {
+  if (!moment.happening) { return {}; }
+  return report.happening_name ? report.happening_name(*moment.happening)
+                               : std::string(palpate::name_of(moment.happening->event));
 }
 
 std::string place_of(const CertificateReport& report, bool empty, const Peak& worst) {
@@ -30,17 +33,6 @@ std::string place_of(const CertificateReport& report, bool empty, const Peak& wo
   const std::string event = happening_at(report, worst.moment);
   return tick + ", scene at " + quantity(worst.moment.scene_time, "s") +
          (event.empty() ? "" : ", " + event);
-}
-
-std::vector<Cell> times_row(const CertificateReport& report, const NamedPhase& phase,
-                            const char* what, const LatencyHistogram& times, const Peak& worst) {
-  std::vector<Cell> row{phase.name, std::string(what), us * times.minimum()};
-  for (const auto& [name, share] : shown_percentiles) {
-    row.push_back(time_cell(times.percentile(share)));
-  }
-  row.emplace_back(us * times.maximum());
-  row.emplace_back(place_of(report, phase.empty, worst));
-  return row;
 }
 
 Table times_table(const CertificateReport& report) {
@@ -56,26 +48,34 @@ Table times_table(const CertificateReport& report) {
   for (const NamedPhase& named : phases_of(report)) {
     const LoopRecord& record = named.phase->record;
     if (record.ticks() == 0) { continue; }
-    table.rows.push_back(times_row(report, named, "wake-up", record.wakeup, record.worst_wakeup));
-    table.rows.push_back(
-        times_row(report, named, "computation", record.compute, record.worst_compute));
-    table.rows.push_back(
-        times_row(report, named, "response", record.response, record.worst_response));
+    const auto add = [&](const char* what, const LatencyHistogram& times, const Peak& worst) {
+      std::vector<Cell> row{named.name, std::string(what), us * times.minimum()};
+      for (const auto& [name, share] : shown_percentiles) {
+        const std::optional<double> time = times.percentile(share);
+        row.push_back(time ? Cell(us * *time) : Cell(std::string("too few ticks")));
+      }
+      row.emplace_back(us * times.maximum());
+      row.emplace_back(place_of(report, named.empty, worst));
+      table.rows.push_back(std::move(row));
+    };
+    add("wake-up", record.wakeup, record.worst_wakeup);
+    add("computation", record.compute, record.worst_compute);
+    add("response", record.response, record.worst_response);
   }
   return table;
 }
 
 Table misses_table(const CertificateReport& report) {
-  Table table{.id = "misses",
-              .title = "Missed deadlines",
-              .caption =
-                  "The limit of the miss probability is the upper one of Clopper and Pearson, 95 "
-                  "%, one-sided. "
-                  "Recovery: from the first missed release until a tick was in time again.",
-              .columns = {"phase", "ticks", "missed", "limit of the miss probability",
-                          "longest run", "longest recovery (ms)", "restarts", "page faults",
-                          "thread pushed aside", "stolen (ms)"},
-              .timing = true};
+  Table table{
+      .id = "misses",
+      .title = "Missed deadlines",
+      .caption =
+          "The limit of the miss probability is the upper one of Clopper and Pearson, 95 %, "
+          "one-sided. Recovery: from the first missed release until a tick was in time again.",
+      .columns = {"phase", "ticks", "missed", "limit of the miss probability", "longest run",
+                  "longest recovery (ms)", "restarts", "page faults", "thread pushed aside",
+                  "stolen (ms)"},
+      .timing = true};
   for (const NamedPhase& named : phases_of(report)) {
     const Phase& phase = *named.phase;
     const Misses& misses = phase.record.misses;
@@ -130,15 +130,14 @@ Table tail_table(const Tail& tail) {
 }
 
 Table levels_table(const Tail& tail) {
-  Table table{
-      .id = "levels",
-      .title = "Extrapolated response times",
-      .caption =
-          "Exceeded by one tick in so many, by the generalised Pareto distribution above the "
-          "lowest "
-          "threshold, with profile-likelihood limits; no further than two decades beyond the data.",
-      .columns = {"one tick in", "response (us)", "95 % from (us)", "to (us)"},
-      .timing = true};
+  Table table{.id = "levels",
+              .title = "Extrapolated response times",
+              .caption =
+                  "Exceeded by one tick in so many, by the generalised Pareto distribution above "
+                  "the lowest threshold, with profile-likelihood limits; no further than two "
+                  "decades beyond the data.",
+              .columns = {"one tick in", "response (us)", "95 % from (us)", "to (us)"},
+              .timing = true};
   for (const ReturnLevel& level : tail.levels) {
     table.rows.push_back(
         {1.0 / level.probability, us * level.value, us * level.lower, us * level.upper});
@@ -162,11 +161,7 @@ std::vector<NamedPhase> phases_of(const CertificateReport& report) {
   return phases;
 }
 
-std::string happening_at(const CertificateReport& report, const Moment& moment) {
-  if (!moment.happening) { return {}; }
-  return report.happening_name ? report.happening_name(*moment.happening)
-                               : std::string(palpate::name_of(moment.happening->event));
-}
+namespace {
 
 std::vector<Table> certificate_tables(const CertificateReport& report) {
   std::vector<Table> tables{times_table(report), misses_table(report), probes_table(report)};
@@ -176,10 +171,6 @@ std::vector<Table> certificate_tables(const CertificateReport& report) {
   }
   return tables;
 }
-
-namespace {
-
-using namespace certificate;
 
 struct NamedHistogram {
   std::string name{};
@@ -237,6 +228,10 @@ std::string to_csv(const CertificateReport& report) {
   return csv;
 }
 
+namespace {
+
+/// Histograms of the response times of the scene and of the empty loop, and of the components of
+/// the response time of the scene. Empty if no phase ran.
 std::vector<Figure> histogram_figures(const CertificateReport& report) {
   const LoadResult* worst = report.result.worst();
   if (worst == nullptr || worst->control.record.ticks() == 0) { return {}; }
@@ -259,148 +254,91 @@ std::vector<Figure> histogram_figures(const CertificateReport& report) {
   return {std::move(figure), std::move(parts)};
 }
 
-namespace {
-
-using namespace certificate;
 using Json = nlohmann::ordered_json;
 
-Json number_or_null(const std::optional<double>& value) {
-  return value ? finite_or_null(us * *value) : Json(nullptr);
-}
+Json micro(double seconds) { return finite_or_null(us * seconds); }
 
 Json times_json(const CertificateReport& report, const LatencyHistogram& times, const Peak& worst) {
   if (times.count() == 0) { return nullptr; }
-  Json json{{"min", us * times.minimum()}};
+  Json json = object("min", us * times.minimum());
   for (const auto& [name, share] : shown_percentiles) {
-    json[name] = number_or_null(times.percentile(share));
+    const std::optional<double> time = times.percentile(share);
+    json[name] = time ? micro(*time) : Json(nullptr);
   }
-  json["max"] = us * times.maximum();
-  json["max_at_tick"] = worst.tick;
-  json["max_at_scene_s"] = worst.moment.scene_time;
-  const std::string event = happening_at(report, worst.moment);
-  json["max_at_event"] = event.empty() ? Json(nullptr) : Json(event);
+  add_keys(json, "max", us * times.maximum(), "max_at_tick", worst.tick, "max_at_scene_s",
+           worst.moment.scene_time, "max_at_event",
+           text_or_null(happening_at(report, worst.moment)));
   return json;
 }
 
 Json phase_json(const CertificateReport& report, const Phase& phase) {
   const LoopRecord& record = phase.record;
-  return {
-      {"ticks", record.ticks()},
-      {"misses", record.misses.count()},
-      {"miss_probability_upper_95", miss_probability_upper(record.misses.count(), record.ticks())},
-      {"longest_miss_run", record.misses.longest_run()},
-      {"longest_recovery_us", us * record.misses.longest_recovery()},
-      {"wakeup_us", times_json(report, record.wakeup, record.worst_wakeup)},
-      {"compute_us", times_json(report, record.compute, record.worst_compute)},
-      {"response_us", times_json(report, record.response, record.worst_response)},
-      {"given_up", phase.hopeless},
-      {"seconds", phase.seconds},
-      {"restarts", phase.restarts},
-      {"paused_s", phase.paused},
-      {"minor_faults", phase.counts.minor_faults},
-      {"major_faults", phase.counts.major_faults},
-      {"voluntary_switches", phase.counts.voluntary_switches},
-      {"involuntary_switches", phase.counts.involuntary_switches},
-      {"stolen_s", phase.times.stolen},
-      {"interrupts_s", phase.times.interrupts},
-      {"other_processors_busy_s", phase.times.others}};
+  return object(
+      "ticks", record.ticks(), "misses", record.misses.count(), "miss_probability_upper_95",
+      miss_probability_upper(record.misses.count(), record.ticks()), "longest_miss_run",
+      record.misses.longest_run(), "longest_recovery_us", us * record.misses.longest_recovery(),
+      "wakeup_us", times_json(report, record.wakeup, record.worst_wakeup), "compute_us",
+      times_json(report, record.compute, record.worst_compute), "response_us",
+      times_json(report, record.response, record.worst_response), "given_up", phase.hopeless,
+      "seconds", phase.seconds, "restarts", phase.restarts, "paused_s", phase.paused,
+      "minor_faults", phase.counts.minor_faults, "major_faults", phase.counts.major_faults,
+      "voluntary_switches", phase.counts.voluntary_switches, "involuntary_switches",
+      phase.counts.involuntary_switches, "stolen_s", phase.times.stolen, "interrupts_s",
+      phase.times.interrupts, "other_processors_busy_s", phase.times.others);
 }
 
 Json tail_json(const Tail& tail) {
-  Json json{
-      {"refused", tail.refusal.empty() ? Json(nullptr) : Json(tail.refusal)},
-      {"checks", Json::array()},
-      {"fits", Json::array()},
-      {"levels", Json::array()},
-      {"miss_probability", tail.beyond_deadline ? Json(*tail.beyond_deadline) : Json(nullptr)}};
-  for (const Quantity& check : tail.checks) {
-    json["checks"].push_back({{"name", check.name},
-                              {"claim", check.bound_from},
-                              {"value", finite_or_null(check.value)},
-                              {"lower", finite_or_null(check.lower)},
-                              {"upper", finite_or_null(check.upper)},
-                              {"holds", check.holds()}});
-  }
-  for (const ThresholdFit& fit : tail.fits) {
-    json["fits"].push_back({{"threshold_us", us * fit.threshold},
-                            {"exceedances", fit.fit.count},
-                            {"shape", fit.fit.shape},
-                            {"scale_us", us * fit.fit.scale}});
-  }
-  for (const ReturnLevel& level : tail.levels) {
-    json["levels"].push_back({{"probability", level.probability},
-                              {"response_us", us * level.value},
-                              {"lower_us", us * level.lower},
-                              {"upper_us", finite_or_null(us * level.upper)}});
-  }
-  return json;
+  const auto check = [](const Quantity& each) {
+    return object("name", each.name, "claim", each.bound_from, "value", finite_or_null(each.value),
+                  "lower", finite_or_null(each.lower), "upper", finite_or_null(each.upper), "holds",
+                  each.holds());
+  };
+  const auto threshold = [](const ThresholdFit& each) {
+    return object("threshold_us", us * each.threshold, "exceedances", each.fit.count, "shape",
+                  each.fit.shape, "scale_us", us * each.fit.scale);
+  };
+  const auto level = [](const ReturnLevel& each) {
+    return object("probability", each.probability, "response_us", us * each.value, "lower_us",
+                  us * each.lower, "upper_us", micro(each.upper));
+  };
+  return object("refused", text_or_null(tail.refusal), "checks", list_of(tail.checks, check),
+                "fits", list_of(tail.fits, threshold), "levels", list_of(tail.levels, level),
+                "miss_probability", tail.beyond_deadline);
 }
 
 Json budget_json(const CertificateReport& report) {
   const ComputeBudget& budget = report.result.budget;
   const double deadline = report.result.claim.deadline;
+  const bool timed = !budget.probes.empty();
+  const bool counted = budget.worst_instructions.has_value();
   const auto cycles = [&](double seconds) {
     return report.cycles_per_second ? Json(seconds * *report.cycles_per_second) : Json(nullptr);
   };
-  Json json{{"statement", budget_text(report.result)},
-            {"worst_us", budget.probes.empty() ? Json(nullptr) : Json(us * budget.worst())},
-            {"worst_cycles", budget.probes.empty() ? Json(nullptr) : cycles(budget.worst())},
-            {"deadline_cycles", cycles(deadline)},
-            {"cycles_per_second",
-             report.cycles_per_second ? Json(*report.cycles_per_second) : Json(nullptr)},
-            {"worst_instructions",
-             budget.worst_instructions ? Json(*budget.worst_instructions) : Json(nullptr)},
-            {"not_counted", budget.worst_instructions ? Json(nullptr) : Json(report.not_counted)},
-            {"provocations", Json::array()}};
-  for (const WorstCaseProbe& each : budget.probes) {
-    json["provocations"].push_back({{"name", each.name},
-                                    {"what", each.what},
-                                    {"scene_s", each.scene_time},
-                                    {"processor_us", us * each.processor},
-                                    {"wall_us", us * each.wall},
-                                    {"share_of_deadline", each.processor / deadline},
-                                    {"ticks", each.ticks},
-                                    {"repetitions", each.repetitions}});
-  }
-  return json;
+  const auto provocation = [deadline](const WorstCaseProbe& each) {
+    return object("name", each.name, "what", each.what, "scene_s", each.scene_time, "processor_us",
+                  us * each.processor, "wall_us", us * each.wall, "share_of_deadline",
+                  each.processor / deadline, "ticks", each.ticks, "repetitions", each.repetitions);
+  };
+  return object("statement", budget_text(report.result), "worst_us",
+                timed ? Json(us * budget.worst()) : Json(nullptr), "worst_cycles",
+                timed ? cycles(budget.worst()) : Json(nullptr), "deadline_cycles", cycles(deadline),
+                "cycles_per_second", report.cycles_per_second, "worst_instructions",
+                budget.worst_instructions, "not_counted",
+                counted ? Json(nullptr) : Json(report.not_counted), "provocations",
+                list_of(budget.probes, provocation));
 }
 
 Json missed_tick_json(const std::optional<MissedTick>& missed) {
   if (!missed) { return nullptr; }
-  return {{"stiffness_n_per_m", missed->stiffness},
-          {"speed_m_per_s", missed->speed},
-          {"bound_mj", mj * missed->bound},
-          {"sampled_bound_mj", mj * missed->sampled_bound},
-          {"measured_mj", missed->measured ? Json(mj * *missed->measured) : Json(nullptr)},
-          {"measured_at_s", missed->measured ? Json(missed->measured_at) : Json(nullptr)}};
+  const bool measured = missed->measured.has_value();
+  return object("stiffness_n_per_m", missed->stiffness, "speed_m_per_s", missed->speed, "bound_mj",
+                mj * missed->bound, "sampled_bound_mj", mj * missed->sampled_bound, "measured_mj",
+                measured ? Json(mj * *missed->measured) : Json(nullptr), "measured_at_s",
+                measured ? Json(missed->measured_at) : Json(nullptr));
 }
 
-Json environment_json(const std::vector<EnvironmentFact>& facts) {
-  Json json = Json::object();
-  for (const EnvironmentFact& fact : facts) {
-    json[fact.key] = std::visit(
-        [](const auto& value) -> Json {
-          if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::monostate>) {
-            return nullptr;
-          } else {
-            return value;
-          }
-        },
-        fact.value);
-  }
-  return json;
-}
-
-Json loads_json(const CertificateReport& report) {
-  Json loads = Json::array();
-  for (const LoadResult& load : report.result.loads) {
-    loads.push_back({{"load", load.load},
-                     {"control", phase_json(report, load.control)},
-                     {"scene", phase_json(report, load.scene)},
-                     {"tail", tail_json(load.tail)}});
-  }
-  return loads;
-}
+Json value_json(std::monostate) { return nullptr; }
+template <class Value> Json value_json(const Value& value) { return value; }
 
 }  // namespace
 
@@ -409,34 +347,29 @@ std::string to_json(const CertificateReport& report) {
   const Outcome outcome = outcome_of(all);
   const LoadResult nothing("", all.claim.deadline);
   const LoadResult& worst = all.worst() != nullptr ? *all.worst() : nothing;
-  Json json{{"schema", 1},
-            {"verdict", verdict_word(outcome.status)},
-            {"reason", outcome.reason()},
-            {"interrupted", all.interrupted},
-            {"scene", report.file},
-            {"title", report.title},
-            {"scene_hash", report.scene_hash},
-            {"rate_hz", all.claim.rate},
-            {"deadline_us", us * all.claim.deadline},
-            {"duration_s", all.claim.duration},
-            {"confidence", 0.95},
-            {"load", worst.load.empty() ? Json(nullptr) : Json(worst.load)}};
+  Json environment = Json::object();
+  for (const EnvironmentFact& fact : report.environment) {
+    environment[fact.key] =
+        std::visit([](const auto& value) { return value_json(value); }, fact.value);
+  }
+  const auto of_load = [&report](const LoadResult& load) {
+    return object("load", load.load, "control", phase_json(report, load.control), "scene",
+                  phase_json(report, load.scene), "tail", tail_json(load.tail));
+  };
+  Json json = object("schema", 1, "verdict", verdict_word(outcome.status), "reason",
+                     outcome.reason(), "interrupted", all.interrupted, "scene", report.file,
+                     "title", report.title, "scene_hash", report.scene_hash, "rate_hz",
+                     all.claim.rate, "deadline_us", us * all.claim.deadline, "duration_s",
+                     all.claim.duration, "confidence", 0.95, "load", text_or_null(worst.load));
   json.update(phase_json(report, worst.scene));
-  json["control"] = phase_json(report, worst.control);
-  json["tail"] = tail_json(worst.tail);
-  json["compute_budget"] = budget_json(report);
-  json["missed_tick"] = missed_tick_json(all.missed_tick);
-  json["environment"] = environment_json(report.environment);
-  json["loads"] = loads_json(report);
-  json["notes"] = all.notes;
-  json["command"] = report.command;
-  json["provenance"] = report.provenance;
-  return json.dump(2) + "\n";
+  add_keys(json, "control", phase_json(report, worst.control), "tail", tail_json(worst.tail),
+           "compute_budget", budget_json(report), "missed_tick", missed_tick_json(all.missed_tick),
+           "environment", environment, "loads", list_of(all.loads, of_load), "notes", all.notes,
+           "command", report.command, "provenance", report.provenance);
+  return json_text(json, 2);
 }
 
 namespace {
-
-using namespace certificate;
 
 std::string headline(Status status) {
   std::string text(verdict_word(status));
@@ -479,8 +412,7 @@ std::vector<Fact> energy_facts(const MissedTick& missed) {
         *missed.measured <= missed.sampled_bound
             ? "more than with the tick kept, at the grip: within that bound"
             : "more than with the tick kept, at the grip: beyond that bound, which is of a spring "
-              "alone; "
-              "the coupling's damper adds to it, and force jumps where tissue gives way";
+              "alone; the coupling's damper adds to it, and force jumps where tissue gives way";
     facts.push_back(
         {"measured", quantity(mj * *missed.measured, "mJ"),
          std::string(word) + ". The tick at " + quantity(missed.measured_at, "s") + " was missed"});
@@ -498,21 +430,12 @@ std::string value_text(const EnvironmentFact& fact) {
   return text != nullptr ? *text : "not reported by the system";
 }
 
-std::vector<Fact> environment_facts(const CertificateReport& report) {
-  std::vector<Fact> facts;
-  for (const EnvironmentFact& fact : report.environment) {
-    facts.push_back({fact.label, value_text(fact), ""});
-  }
-  return facts;
-}
-
 std::string tail_text(const Tail& tail) {
   if (!tail.refusal.empty()) { return "Extrapolation refused: " + tail.refusal + "."; }
   return tail.beyond_deadline ? "One tick in " + short_number(1.0 / *tail.beyond_deadline, 3) +
                                     " is expected beyond the deadline."
                               : "The deadline is more than two decades beyond the data; only the "
-                                "limit above applies to "
-                                "it.";
+                                "limit above applies to it.";
 }
 
 Section loop_section(const CertificateReport& report, const std::vector<Table>& tables) {
@@ -559,7 +482,11 @@ std::string to_html(const CertificateReport& report) {
     add({.heading = "Effect of one missed tick on the hand",
          .parts = {energy_facts(*all.missed_tick)}});
   }
-  add({.heading = "Environment", .parts = {environment_facts(report)}});
+  std::vector<Fact> environment;
+  for (const EnvironmentFact& fact : report.environment) {
+    environment.push_back({fact.label, value_text(fact), ""});
+  }
+  add({.heading = "Environment", .parts = {environment}});
   return render(page);
 }
 

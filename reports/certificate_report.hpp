@@ -29,8 +29,7 @@ struct CertificateReport {
   std::string scene_hash{};
   certificate::Certificate result{};
   std::vector<EnvironmentFact> environment{};
-  std::optional<double>
-      cycles_per_second{};  ///< rate of the processor's time stamp counter if it is constant [1/s]
+  std::optional<double> cycles_per_second{};  ///< of the time stamp counter, if constant [1/s]
   std::string not_counted{};  ///< reason why the instructions of the slowest tick are not counted
   std::function<std::string(const ToolHappening&)> happening_name{};
   std::string command{};
@@ -45,12 +44,6 @@ std::string to_json(const CertificateReport& report);
 std::string to_csv(const CertificateReport& report);  ///< histograms of tick times
 std::string to_html(const CertificateReport& report);
 
-std::vector<Table> certificate_tables(
-    const CertificateReport& report);  ///< tables of phases, misses, worst-case probes and tail
-/// Histograms of the response times of the scene and of the empty loop, and of the components of
-/// the scene's response time. Empty if no phase ran.
-std::vector<Figure> histogram_figures(const CertificateReport& report);
-
 /// Phase with its name, such as "the scene, load cpu". Phases of the heaviest load come first.
 struct NamedPhase {
   std::string name{};
@@ -58,8 +51,5 @@ struct NamedPhase {
   bool empty = false;  ///< true for the empty loop, which runs without the scene
 };
 std::vector<NamedPhase> phases_of(const CertificateReport& report);
-
-/// Name of the event at the given tick: "puncture: skin"; empty if there is none.
-std::string happening_at(const CertificateReport& report, const certificate::Moment& moment);
 
 }  // namespace palpate

@@ -15,9 +15,6 @@ using namespace comparison;
 
 namespace {
 
-/// Horizontal axis of a figure that compares a recorded and a simulated trace.
-enum class Over { time, depth };
-
 std::string honesty(const Recording& recording) {
   if (recording.kind == Recording::Kind::measured) { return {}; }
   return " Recorded: " + std::string(io::reconstruction_note) + ", not measured.";
@@ -51,49 +48,35 @@ std::string label_of(const std::string& what, std::string_view unit) {
   return what + " (" + std::string(unit) + ")";
 }
 
-Figure empty_overlay(const Trace& trace, Over over) {
-  const bool time = over == Over::time;
-  return {.x = {.label = time ? "time (s)" : "tip depth (mm)"},
-          .zones = time ? layers_over_time(trace) : layers_over_depth(trace),
-          .marks = time ? events_over_time(trace) : events_over_depth(trace)};
-}
-
 /// Figure of one recording and the simulation; every series is labelled with its origin.
 struct Overlay {
   const ComparisonReport& report;
   std::size_t index;
   Over over;
-  Figure figure;
-
-  Overlay(const ComparisonReport& of, std::size_t n, Over axis)
-      : report(of), index(n), over(axis), figure(empty_overlay(of.simulation.trace, axis)) {}
+  Figure figure{};
 
   [[nodiscard]] const Recording& recording() const {
     return report.recordings[index].input.recording;
   }
-  [[nodiscard]] double lag() const { return report.found.recordings[index].alignment.lag; }
-
   void add_recorded(const std::string& label, const std::vector<double>& values, double factor,
                     Series::Style style = Series::Style::line) {
-    const bool time = over == Over::time;
     if (values.empty()) { return; }
-    figure.series.push_back(
-        {.label = label,
-         .style = style,
-         .x = time ? scaled(recording().time, 1.0, -lag()) : scaled(recording().depth, mm),
-         .y = scaled(values, factor)});
+    const double lag = report.found.recordings[index].alignment.lag;
+    figure.series.push_back({.label = label,
+                             .style = style,
+                             .x = over == Over::time ? scaled(recording().time, 1.0, -lag)
+                                                     : scaled(recording().depth, mm),
+                             .y = scaled(values, factor)});
   }
   void add_simulated(const std::string& label, const char* column, double factor,
                      Series::Style style = Series::Style::line) {
-    const Trace& trace = report.simulation.trace;
-    if (trace.find(column) == nullptr) { return; }
-    figure.series.push_back(
-        {.label = label,
-         .style = style,
-         .x = over == Over::time ? trace.time : values_of(trace, "tool.depth_m", mm),
-         .y = values_of(trace, column, factor)});
+    add_column(figure, report.simulation.trace, over, column, label, factor, style);
   }
 };
+
+/// Ends of an id and of a title.
+std::string over_id(Over over) { return over == Over::time ? "-over-time" : "-over-depth"; }
+std::string over_text(Over over) { return over == Over::time ? " over time" : " over depth"; }
 
 std::string clocks(const Comparison& one) {
   return " Clocks aligned " + one.alignment.how + "; recorded - simulated " +
@@ -101,56 +84,52 @@ std::string clocks(const Comparison& one) {
 }
 
 Figure pressure_figure(const ComparisonReport& report, std::size_t n, Over over) {
-  Overlay overlay(report, n, over);
+  Overlay overlay{report, n, over};
+  overlay.figure =
+      figure_over(report.simulation.trace, over, "pressure" + over_id(over),
+                  "Saline pressure" + over_text(over),
+                  "As sampled; the tints are the layers that the simulated tip is in." +
+                      (over == Over::time ? clocks(report.found.recordings[n]) : "") +
+                      honesty(overlay.recording()),
+                  "pressure (mmHg)");
   const double factor = 1.0 / pascals_per_mmhg;
   overlay.add_recorded("recorded", overlay.recording().pressure, factor);
   overlay.add_simulated("simulated", "syringe.pressure_pa", factor);
-  Figure figure = std::move(overlay.figure);
-  figure.id = over == Over::time ? "pressure-over-time" : "pressure-over-depth";
-  figure.title = over == Over::time ? "Saline pressure over time" : "Saline pressure over depth";
-  figure.y.label = "pressure (mmHg)";
-  figure.caption = "As sampled; the tints are the layers that the simulated tip is in.";
-  if (over == Over::time) { figure.caption += clocks(report.found.recordings[n]); }
-  figure.caption += honesty(overlay.recording());
-  return figure;
+  return std::move(overlay.figure);
 }
 
 /// Force along the needle, and force on the plunger (pressure times area).
 Figure force_figure(const ComparisonReport& report, std::size_t n, Over over) {
-  Overlay overlay(report, n, over);
+  Overlay overlay{report, n, over};
   const Recording& recording = overlay.recording();
+  overlay.figure = figure_over(
+      report.simulation.trace, over, "force" + over_id(over), "Reaction force" + over_text(over),
+      "Resisting the needle, and the thumb: recorded pressure times a plunger of " +
+          quantity(1e6 * recording.plunger_area, "mm²") + "." +
+          (recording.force.empty() ? " Force along the needle was not recorded." : "") +
+          honesty(recording),
+      "force (N)");
   const auto add_plunger = [&] {
     overlay.add_recorded("on the plunger, recorded", recording.pressure, recording.plunger_area,
                          Series::Style::dashed);
   };
+  // A recorded series is first, so that it keeps its colour.
   overlay.add_recorded("along the needle, recorded", recording.force, 1.0);
-  if (recording.force.empty()) {
-    add_plunger();
-  }  // recorded series first, so that it keeps its colour
+  if (recording.force.empty()) { add_plunger(); }
   overlay.add_simulated("along the needle, simulated", "tool.force_n", 1.0);
   if (!recording.force.empty()) { add_plunger(); }
   overlay.add_simulated("on the plunger, simulated", "syringe.thumb_n", 1.0, Series::Style::dashed);
-  Figure figure = std::move(overlay.figure);
-  figure.id = over == Over::time ? "force-over-time" : "force-over-depth";
-  figure.title = over == Over::time ? "Reaction force over time" : "Reaction force over depth";
-  figure.y.label = "force (N)";
-  figure.caption = "Resisting the needle, and the thumb: recorded pressure times a plunger of " +
-                   quantity(1e6 * recording.plunger_area, "mm²") + ".";
-  if (recording.force.empty()) { figure.caption += " Force along the needle was not recorded."; }
-  figure.caption += honesty(recording);
-  return figure;
+  return std::move(overlay.figure);
 }
 
 Figure residual_figure(const ComparisonReport& report, std::size_t n) {
   const Comparison& one = report.found.recordings[n];
   const FieldUnit unit = unit_of_report(report);
-  Figure figure = empty_overlay(report.simulation.trace, Over::time);
-  figure.id = "residual";
-  figure.title = "Residual";
-  figure.caption =
+  Figure figure = figure_over(
+      report.simulation.trace, Over::time, "residual", "Residual",
       "Simulated less recorded, both filtered, where both are; a gap of the recording stays one." +
-      honesty(report.recordings[n].input.recording);
-  figure.y.label = label_of("simulated - recorded", unit.name);
+          honesty(report.recordings[n].input.recording),
+      label_of("simulated - recorded", unit.name));
   figure.series = {
       {.x = times_of(one.recorded), .y = difference(one.simulated, one.recorded, unit.factor)}};
   return figure;
@@ -208,12 +187,14 @@ std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t in
   const FieldUnit unit = unit_of_report(report);
   const Samples& mean = group.corridor->mean;
   const std::string what(comparison::name_of(report.options.comparison.quantity));
-  Figure corridor = empty_overlay(report.simulation.trace, Over::time);
-  corridor.id = "corridor-" + std::to_string(index);
-  corridor.title = "Corridor of " + (group.group.empty() ? "the subjects" : group.group);
-  corridor.caption = corridor_words(group) + "; all filtered, on the simulation's clock." +
-                     honesty_of_group(group);
-  corridor.y.label = label_of(what, unit.name);
+  const Trace& trace = report.simulation.trace;
+  const std::string number = std::to_string(index);
+  Figure corridor =
+      figure_over(trace, Over::time, "corridor-" + number,
+                  "Corridor of " + (group.group.empty() ? "the subjects" : group.group),
+                  corridor_words(group) + "; all filtered, on the simulation's clock." +
+                      honesty_of_group(group),
+                  label_of(what, unit.name));
   const Series simulated{.label = "simulated",
                          .x = times_of(group.simulated),
                          .y = scaled(group.simulated.value, unit.factor)};
@@ -223,12 +204,11 @@ std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t in
                       .x = times_of(mean),
                       .y = scaled(mean.value, unit.factor)},
                      simulated};
-  Figure residual = empty_overlay(report.simulation.trace, Over::time);
-  residual.id = "corridor-residual-" + std::to_string(index);
-  residual.title = "Residual against the mean";
-  residual.caption = "Simulated less the mean of the subjects, within the same corridor." +
-                     honesty_of_group(group);
-  residual.y.label = label_of("simulated - mean", unit.name);
+  Figure residual =
+      figure_over(trace, Over::time, "corridor-residual-" + number, "Residual against the mean",
+                  "Simulated less the mean of the subjects, within the same corridor." +
+                      honesty_of_group(group),
+                  label_of("simulated - mean", unit.name));
   const std::vector<double> zero(mean.size(), 0.0);
   residual.series = {
       corridor_band(*group.corridor, zero, unit.factor),

@@ -3,6 +3,7 @@
 #include "reports/comparison_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <iterator>
 #include <string>
@@ -26,28 +27,17 @@ void append_part(std::string& text, const std::string& part) {
 }
 
 std::size_t reconstructed_count(const ComparisonReport& report) {
+  const auto kind = [](const RecordingFile& one) { return one.input.recording.kind; };
   return static_cast<std::size_t>(
-      std::ranges::count_if(report.recordings, [](const ComparedRecording& one) {
-        return one.input.recording.kind == Recording::Kind::reconstructed;
-      }));
+      std::ranges::count(report.recordings, Recording::Kind::reconstructed, kind));
 }
 
 std::size_t count_of(const ComparisonReport& report, Status status) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      report.found.recordings,
-      [status](const Comparison& one) { return one.outcome.status == status; }));
+  const auto of = [](const Comparison& one) { return one.outcome.status; };
+  return static_cast<std::size_t>(std::ranges::count(report.found.recordings, status, of));
 }
 
-/// Text that lists all counts above zero with their names.
-struct DefectWords {
-  std::string text{};
-  void add(std::size_t count, const char* what) {
-    if (count > 0) { append_part(text, std::to_string(count) + " " + what); }
-  }
-};
-
-}  // namespace
-
+/// Kinds of recording with their counts: "3 measured recordings".
 std::string kinds_of(const ComparisonReport& report) {
   const std::size_t rebuilt = reconstructed_count(report);
   const std::size_t measured = report.recordings.size() - rebuilt;
@@ -60,13 +50,6 @@ std::string kinds_of(const ComparisonReport& report) {
   return text;
 }
 
-std::string subjects_of(const SubjectCorridor& corridor) {
-  const std::string subjects = counted(corridor.subjects, "subject", "subjects");
-  return corridor.recordings == corridor.subjects
-             ? subjects
-             : subjects + " (" + counted(corridor.recordings, "recording", "recordings") + ")";
-}
-
 std::size_t subjects_compared(const ComparisonReport& report) {
   std::size_t count = 0;
   for (const GroupSummary& group : report.found.groups) { count += group.subjects; }
@@ -75,6 +58,15 @@ std::size_t subjects_compared(const ComparisonReport& report) {
 
 std::string name_of_group(const std::string& group) {
   return group.empty() ? "without a group" : group;
+}
+
+}  // namespace
+
+std::string subjects_of(const SubjectCorridor& corridor) {
+  const std::string subjects = counted(corridor.subjects, "subject", "subjects");
+  return corridor.recordings == corridor.subjects
+             ? subjects
+             : subjects + " (" + counted(corridor.recordings, "recording", "recordings") + ")";
 }
 
 std::string tally_of(const ComparisonReport& report) {
@@ -125,16 +117,20 @@ std::string verdict_sentence(const ComparisonReport& report) {
 }
 
 std::string shown(const RecordingDefects& defects) {
-  DefectWords words;
-  words.add(defects.missing, "missing samples");
-  words.add(defects.gaps, "gaps");
-  words.add(defects.bad_frames, "bad frames");
-  words.add(defects.not_finite, "samples without a number");
-  words.add(defects.out_of_range, "out of range");
-  words.add(defects.clipped, "clipped");
-  words.add(defects.not_increasing, "rows out of order, left out");
-  words.add(defects.battery_low, "with the battery low");
-  return words.text.empty() ? "nothing" : words.text;
+  const std::array<std::pair<std::size_t, const char*>, 8> counts{
+      {{defects.missing, "missing samples"},
+       {defects.gaps, "gaps"},
+       {defects.bad_frames, "bad frames"},
+       {defects.not_finite, "samples without a number"},
+       {defects.out_of_range, "out of range"},
+       {defects.clipped, "clipped"},
+       {defects.not_increasing, "rows out of order, left out"},
+       {defects.battery_low, "with the battery low"}}};
+  std::string text;
+  for (const auto& [count, what] : counts) {
+    if (count > 0) { append_part(text, std::to_string(count) + " " + what); }
+  }
+  return text.empty() ? "nothing" : text;
 }
 
 namespace {
@@ -161,15 +157,9 @@ std::string why_of(const FeatureComparison& one) {
 
 /// Table of features: both values, allowed interval, verdict and tolerance.
 LabelledTable features_table(const std::vector<FeatureComparison>& features) {
-  using enum LabelledTable::Kind;
-  LabelledTable table{.columns = {{"feature"},
-                                  {"verdict"},
-                                  {"recorded", number},
-                                  {"simulated", number},
-                                  {"error", number},
-                                  {"± U", number},
-                                  {"allowed", number},
-                                  {"tolerance", why}}};
+  LabelledTable table{.columns = {"feature", "verdict", "recorded", "simulated", "error", "± U",
+                                  "allowed", "tolerance"},
+                      .numbers = 5};
   for (const FeatureComparison& one : features) {
     const bool numbers = one.feature != Feature::loss_of_resistance;
     const std::string error = numbers ? shown(one.feature, one.error, one.quantity.unit) : "-";
@@ -196,18 +186,9 @@ std::string agreed_of(const GroupSummary& group) {
 
 /// Table of groups: counts and corridor.
 LabelledTable groups_table(const ComparisonReport& report) {
-  using enum LabelledTable::Kind;
-  LabelledTable table{.columns = {{"group"},
-                                  {"verdict"},
-                                  {"subjects"},
-                                  {"who agree (95 %)", text, "subjects who agree"},
-                                  {"recordings"},
-                                  {"of them measured"},
-                                  {"agree"},
-                                  {"differ"},
-                                  {"not distinguishable"},
-                                  {"not comparable"},
-                                  {"in the corridor", why}}};
+  LabelledTable table{.columns = {"group", "verdict", "subjects", "subjects who agree (95 %)",
+                                  "recordings", "of them measured", "agree", "differ",
+                                  "not distinguishable", "not comparable", "in the corridor"}};
   const auto count = [](auto number) { return std::to_string(number); };
   for (const GroupSummary& group : report.found.groups) {
     table.rows.push_back({name_of_group(group.group), badge_of(group.outcome.status),
@@ -231,16 +212,8 @@ std::string outcome_of(const Comparison& one) {
 
 /// Table of recordings: properties and verdict.
 PagePart recordings_part(const ComparisonReport& report) {
-  using enum LabelledTable::Kind;
-  LabelledTable table{.columns = {{"recording"},
-                                  {"verdict"},
-                                  {"kind"},
-                                  {"group"},
-                                  {"subject"},
-                                  {"technique"},
-                                  {"length"},
-                                  {"outcome"},
-                                  {"source", why}}};
+  LabelledTable table{.columns = {"recording", "verdict", "kind", "group", "subject", "technique",
+                                  "length", "outcome", "source"}};
   const auto or_not_said = [](const std::string& given) {
     return given.empty() ? "not said" : given;
   };
@@ -268,8 +241,7 @@ Table subjects_table(const GroupSummary& group) {
       .title = "Features over the subjects of " + name_of_group(group.group),
       .caption =
           "Several recordings of one subject count as their mean. Intervals of the mean: "
-          "percentile "
-          "bootstrap, seeded; of few subjects they are too narrow.",
+          "percentile bootstrap, seeded; of few subjects they are too narrow.",
       .columns = {"feature", "subjects", "mean", "SD", "95 % interval of the mean", "simulated"}};
   for (const FeatureSummary& one : group.features) {
     const auto value = [&](double number) { return shown(one.feature, number, one.unit); };
@@ -287,14 +259,14 @@ Table subjects_table(const GroupSummary& group) {
 /// Table of ISO 18571 with its parts, Sprague-Geers and RMSE for every compared recording.
 Table ratings_table(const ComparisonReport& report) {
   const FieldUnit unit = field_unit(unit_of(report.options.comparison.quantity));
-  Table table{.title = "Ratings and distances of whole traces",
-              .caption =
-                  "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude "
-                  "+ slope), "
-                  "of the filtered traces; E at the features, with u_val, is in their tables.",
-              .columns = {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude",
-                          "slope", "R unfiltered", "Sprague-Geers M", "P", "C",
-                          "RMSE (" + unit.name + ")", "NRMSE"}};
+  Table table{
+      .title = "Ratings and distances of whole traces",
+      .caption =
+          "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude + "
+          "slope), of the filtered traces; E at the features, with u_val, is in their tables.",
+      .columns = {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude", "slope",
+                  "R unfiltered", "Sprague-Geers M", "P", "C", "RMSE (" + unit.name + ")",
+                  "NRMSE"}};
   for (const Comparison& one : report.found.recordings) {
     if (one.outcome.status == Status::error) { continue; }
     const IsoRating rating = one.rating.value_or(IsoRating{.corridor = not_measured,
@@ -317,7 +289,7 @@ Table defects_table(const ComparisonReport& report) {
   Table table{.title = "What was found wrong with the recordings",
               .caption = "Nothing of it was mended: a gap stays a gap, and no figure counts it.",
               .columns = {"recording", "samples", "found", "warnings"}};
-  for (const ComparedRecording& one : report.recordings) {
+  for (const RecordingFile& one : report.recordings) {
     std::string warnings;
     for (const std::string& warning : one.input.warnings) {
       warnings += (warnings.empty() ? "" : "; ") + warning;
@@ -397,14 +369,14 @@ std::vector<Fact> key_facts(const ComparisonReport& report) {
     facts.insert(
         facts.begin() + 1,
         {"subjects", std::to_string(subjects_compared(report)),
-         "who could be compared; a recording that does not say whose it is counts as one"});
+         "with a comparable recording; a recording that names no subject is one of its own"});
   }
   add_simulation_facts(facts, report.simulation);
   const auto& all = report.found.recordings;
   const auto first = std::ranges::find_if(all, compared);
   if (first == all.end()) { return facts; }
   facts.push_back({"clocks", "aligned " + first->alignment.how,
-                   "asked for: " + std::string(comparison::name_of(o.alignment)) +
+                   "requested: " + std::string(comparison::name_of(o.alignment)) +
                        (all.size() > 1 ? "; of the first recording"
                                        : "; lag " + quantity(first->alignment.lag, "s"))});
   const double cutoff = first->cutoff;
@@ -511,8 +483,7 @@ std::vector<Fact> rule_facts(const ComparisonReport& report) {
            " of the peak"},
       {"uncertainty", "U = " + short_number(o.uncertainties.coverage_factor) + " u_val",
        "u_val² = u_num² + u_input² + u_D²; a feature agrees or differs only if it does so at both "
-       "ends of ± "
-       "U"},
+       "ends of ± U"},
       {"u_D",
        o.quantity == QuantityKind::pressure
            ? "zero " + quantity(o.uncertainties.transducer.zero, "Pa") + ", gain " +
@@ -532,7 +503,7 @@ std::vector<Fact> rule_facts(const ComparisonReport& report) {
 
 std::vector<Fact> provenance_facts(const ComparisonReport& report) {
   std::vector<Fact> facts = facts_of_map(report.provenance);
-  for (const ComparedRecording& one : report.recordings) {
+  for (const RecordingFile& one : report.recordings) {
     facts.push_back({one.file.filename().string(), "FNV-1a " + one.hash, ""});
   }
   return facts;

@@ -15,28 +15,20 @@
 
 namespace palpate {
 
-struct ComparedRecording {
-  std::filesystem::path file{};
-  std::string hash{};  ///< hash of the file contents (content_hash.hpp)
-  InputRecording input{};
-};
-
 struct ComparedSimulation {
   enum class Origin { scene, trace };
   Origin origin = Origin::trace;
   std::filesystem::path file{};
   std::string hash{};       ///< hash of the file contents
   std::string title{};      ///< title of the scene
-  double run_longer = 0.0;  ///< time simulated after the scene's duration, for the rule that finds
-                            ///< the loss of resistance [s]
-  std::string
-      failure{};  ///< error text such as "diverged at t = 0.1 s"; if not empty, nothing is compared
+  double run_longer = 0.0;  ///< time simulated after the scene's duration [s]
+  std::string failure{};    ///< "diverged at t = 0.1 s"; if not empty, nothing is compared
   Trace trace{};
 };
 
 struct ComparisonReport {
   comparison::GroupOptions options{};
-  std::vector<ComparedRecording> recordings{};
+  std::vector<RecordingFile> recordings{};
   ComparedSimulation simulation{};
   comparison::GroupComparison found{};  ///< results, with recordings in the order of `recordings`
   std::vector<comparison::CredibilityFactor> credibility{};
@@ -51,21 +43,11 @@ std::string to_html(const ComparisonReport& report);
 
 // Text about a whole comparison.
 
-/// Kinds of recording with their counts: "3 measured recordings", "5 recordings reconstructed from
-/// published summary values", or both.
-std::string kinds_of(const ComparisonReport& report);
-
 /// Counts of recordings by verdict: "1 differs", "4 agree, 1 cannot be compared".
 std::string tally_of(const ComparisonReport& report);
 
 /// Counts of subjects and recordings: "5 subjects", "5 subjects (10 recordings)".
 std::string subjects_of(const comparison::SubjectCorridor& corridor);
-
-/// Number of compared subjects over all groups.
-std::size_t subjects_compared(const ComparisonReport& report);
-
-/// Name of a group; "without a group" if the name is empty.
-std::string name_of_group(const std::string& group);
 
 /// Verdict as a title with a capital letter, and as one sentence with its basis.
 std::string verdict_text(const ComparisonReport& report);

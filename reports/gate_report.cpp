@@ -70,6 +70,17 @@ std::vector<std::vector<std::string>> rows_of(const gate::GateResult& result, bo
 constexpr std::array<const char*, 7> heads{"",    "case",     "what",   "before",
                                            "now", "moved by", "allowed"};
 
+/// Every change, or one row for each case that failed or improved, with its worst change.
+Table changes_table(const gate::GateResult& result, bool all) {
+  Table table{.id = "changes",
+              .title = all ? "Everything that changed" : "What regressed, and what is better"};
+  table.columns.assign(heads.begin(), heads.end());
+  for (const std::vector<std::string>& row : rows_of(result, all)) {
+    table.rows.emplace_back(row.begin(), row.end());
+  }
+  return table;
+}
+
 }  // namespace
 
 std::string verdict_text(const gate::GateResult& result) {
@@ -86,16 +97,6 @@ std::string verdict_sentence(const gate::GateResult& result) {
                      std::to_string(sum.better) + " better, " + std::to_string(sum.failed) +
                      " regressed";
   return sum.better > 0 ? text + "; `palpate approve` keeps what is better" : text;
-}
-
-Table changes_table(const gate::GateResult& result, bool all) {
-  Table table{.id = "changes",
-              .title = all ? "Everything that changed" : "What regressed, and what is better"};
-  table.columns.assign(heads.begin(), heads.end());
-  for (const std::vector<std::string>& row : rows_of(result, all)) {
-    table.rows.emplace_back(row.begin(), row.end());
-  }
-  return table;
 }
 
 std::string changes_text(const gate::GateResult& result) {
@@ -122,54 +123,33 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json change_json(const gate::Change& change) {
-  return {{"item", change.item},
-          {"judgement", name_of(change.kind)},
-          {"before", json_number(change.before)},
-          {"now", json_number(change.now)},
-          {"unit", change.unit},
-          {"moved", change.moved},
-          {"allowed", change.allowed},
-          {"status", change.fails() ? "fail" : "pass"}};
+  return object("item", change.item, "judgement", name_of(change.kind), "before", change.before,
+                "now", change.now, "unit", change.unit, "moved", change.moved, "allowed",
+                change.allowed, "status", change.fails() ? "fail" : "pass");
 }
 
 Json changes_json(const gate::CaseChanges& one) {
-  Json changes = Json::array();
-  for (const gate::Change& change : one.changes) { changes.push_back(change_json(change)); }
-  return {{"name", one.outcome.name},
-          {"suite", one.outcome.suite},
-          {"status", name_of(one.outcome.status)},
-          {"identical", one.identical},
-          {"better", one.better()},
-          {"changes", changes}};
-}
-
-Json last_approval(const gate::Baseline& baseline) {
-  if (baseline.ledger.empty()) { return nullptr; }
-  const gate::Approval& last = baseline.ledger.back();
-  return {{"date", last.date}, {"commit", last.commit}, {"reason", last.reason}};
+  return object("name", one.outcome.name, "suite", one.outcome.suite, "status",
+                name_of(one.outcome.status), "identical", one.identical, "better", one.better(),
+                "changes", list_of(one.changes, change_json));
 }
 
 }  // namespace
 
 std::string to_json(const GateReport& report) {
   const gate::ChangeCounts sum = report.result.counts();
-  Json cases = Json::array();
-  for (const gate::CaseChanges& one : report.result.cases) { cases.push_back(changes_json(one)); }
-  const Json json{
-      {"schema", 1},
-      {"verdict", report.result.holds() ? "pass" : "fail"},
-      {"reason", verdict_text(report.result)},
-      {"results", report.results},
-      {"baseline", report.baseline_file},
-      {"approved", last_approval(report.baseline)},
-      {"identical", sum.identical},
-      {"unchanged", sum.unchanged},
-      {"better", sum.better},
-      {"failed", sum.failed},
-      {"faults", report.result.faults},
-      {"provenance", {{"before", report.baseline.provenance}, {"now", report.provenance}}},
-      {"cases", cases}};
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  Json approved = nullptr;
+  if (!report.baseline.ledger.empty()) {
+    const gate::Approval& last = report.baseline.ledger.back();
+    approved = object("date", last.date, "commit", last.commit, "reason", last.reason);
+  }
+  return json_text(object("schema", 1, "verdict", report.result.holds() ? "pass" : "fail", "reason",
+                          verdict_text(report.result), "results", report.results, "baseline",
+                          report.baseline_file, "approved", approved, "identical", sum.identical,
+                          "unchanged", sum.unchanged, "better", sum.better, "failed", sum.failed,
+                          "faults", report.result.faults, "provenance",
+                          object("before", report.baseline.provenance, "now", report.provenance),
+                          "cases", list_of(report.result.cases, changes_json)));
 }
 
 std::string to_junit(const GateReport& report) {

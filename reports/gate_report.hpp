@@ -25,10 +25,8 @@ std::string verdict_text(const gate::GateResult& result);
 /// Counts of the other cases: "140 identical, 5 within what is allowed, 1 better".
 std::string verdict_sentence(const gate::GateResult& result);
 
-/// Table with one row for each case that failed or improved, worst first, with its worst change. If
-/// `all` is true, every change of every case.
-Table changes_table(const gate::GateResult& result, bool all);
-/// Same table as lines of aligned text.
+/// Table with one row for each case that failed or improved, worst first, with its worst change, as
+/// lines of aligned text.
 std::string changes_text(const gate::GateResult& result);
 
 /// Contents of gate.json and gate.xml (docs/formats.md).

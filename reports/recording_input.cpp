@@ -42,8 +42,8 @@ bool is_text(std::string_view bytes) {
 void refuse_columns(const std::filesystem::path& path, const io::ReadOptions& options) {
   if (options.columns.empty() && !options.sample_rate) { return; }
   throw InputError(path.string() +
-                   ": the raw link has neither columns nor another rate; --column "
-                   "and --rate are for CSV and HDF5");
+                   ": the raw link has neither columns nor another rate; --column and --rate are "
+                   "for CSV and HDF5");
 }
 
 InputRecording read_raw(const std::filesystem::path& path, const io::ReadOptions& options) {
@@ -55,8 +55,8 @@ InputRecording read_raw(const std::filesystem::path& path, const io::ReadOptions
   }
   if (heard.counts.frames == 0) {
     throw InputError(path.string() +
-                     ": no frame of the raw link; frames of 8 bytes that begin with "
-                     "A5 5A and pass their checksum are needed");
+                     ": no frame of the raw link; frames of 8 bytes that begin with A5 5A and pass "
+                     "their checksum are needed");
   }
   InputRecording read;
   read.recording = std::move(heard.recording);
@@ -65,8 +65,8 @@ InputRecording read_raw(const std::filesystem::path& path, const io::ReadOptions
   io::add_warnings(read);
   if (heard.counts.gaps > 0) {
     read.warnings.emplace_back(
-        "sequence numbers wrap at 256: a gap of more than 2.1 s looks shorter "
-        "by multiples of that");
+        "sequence numbers wrap at 256: a gap of more than 2.1 s looks shorter by multiples of "
+        "that");
   }
   if (heard.counts.battery_low > 0) {
     read.warnings.push_back("battery low in " + std::to_string(heard.counts.battery_low) +
@@ -97,8 +97,8 @@ RecordingFormat format_of(const std::filesystem::path& path) {
   if (has_frames(beginning)) { return RecordingFormat::raw; }
   if (is_text(beginning)) { return RecordingFormat::csv; }
   throw InputError(path.string() +
-                   ": is no text, no HDF5 and has no frames of the raw link; one of "
-                   "these is needed (CSV as UTF-8)");
+                   ": is no text, no HDF5 and has no frames of the raw link; one of these is "
+                   "needed (CSV as UTF-8)");
 }
 
 InputRecording read_any_recording(const std::filesystem::path& path, RecordingFormat format,
@@ -114,6 +114,70 @@ InputRecording read_any_recording(const std::filesystem::path& path, RecordingFo
   }
   read.format = format;
   return read;
+}
+
+RecordingFormat format_named(const std::string& option, const std::string& name) {
+  for (const RecordingFormat format : {RecordingFormat::automatic, RecordingFormat::csv,
+                                       RecordingFormat::raw, RecordingFormat::hdf5}) {
+    if (name == name_of(format)) { return format; }
+  }
+  throw InputError(option + " " + name + "; must be auto, csv, raw or hdf5");
+}
+
+std::string hash_of_file(const std::filesystem::path& file) {
+  constexpr std::size_t most_bytes = std::size_t{4} << 30U;
+  return io::content_hash(io::read_bytes(file, most_bytes));
+}
+
+namespace {
+
+std::vector<std::filesystem::path> files_in(const std::filesystem::path& path) {
+  if (!std::filesystem::is_directory(path)) { return {path}; }
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(path)) {
+    if (entry.path().extension() == ".h5") { files.push_back(entry.path()); }
+  }
+  if (files.empty()) {
+    throw InputError(path.string() + ": has no .h5 file; a folder of recordings has some");
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+}  // namespace
+
+std::vector<RecordingFile> read_recordings(const std::vector<std::filesystem::path>& paths,
+                                           const std::function<void(const RecordingFile&)>& check) {
+  std::vector<RecordingFile> recordings;
+  std::string problems;
+  const auto gather = [&problems](auto&& read) {
+    try {
+      read();
+    } catch (const InputError& error) {
+      problems += (problems.empty() ? "" : "\n") + std::string(error.what());
+    }
+  };
+  const auto read_one = [&](const std::filesystem::path& file) {
+    RecordingFile one{.file = file, .hash = {}, .input = read_any_recording(file)};
+    one.hash = hash_of_file(file);
+    const auto twin = std::ranges::find(recordings, one.hash, &RecordingFile::hash);
+    if (twin != recordings.end()) {
+      throw InputError(file.string() + ": the same bytes as " + twin->file.string() +
+                       "; every recording once");
+    }
+    if (one.input.recording.name.empty()) { one.input.recording.name = file.stem().string(); }
+    check(one);
+    recordings.push_back(std::move(one));
+  };
+  for (const std::filesystem::path& path : paths) {
+    gather([&] {
+      for (const auto& file : files_in(path)) {
+        gather([&] { read_one(file); });
+      }
+    });
+  }
+  if (!problems.empty()) { throw InputError(problems); }
+  return recordings;
 }
 
 }  // namespace palpate

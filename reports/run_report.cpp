@@ -81,9 +81,9 @@ Figure force_reach_figure(const FalconFacts& facts) {
       .id = "force-reach",
       .title = "What the motors can pull the hand with",
       .caption =
-          "Outlines of all forces within the torques of the motors at the grip's "
-          "place on the skin, seen from two sides: much along the needle, little in the "
-          "weakest direction. Up is out of the tissue, against the insertion.",
+          "Outlines of all forces within the torques of the motors at the grip's place on the "
+          "skin, seen from two sides: much along the needle, little in the weakest direction. Up "
+          "is out of the tissue, against the insertion.",
       .x = {.label = "force across the needle (N)", .minimum = -reach, .maximum = reach},
       .y = {.label = "force along the needle, outward (N)", .minimum = -reach, .maximum = reach},
       .square = true};
@@ -108,43 +108,30 @@ Figure force_reach_figure(const FalconFacts& facts) {
 
 std::vector<Figure> falcon_figures(const Trace& trace) {
   if (trace.find("device.requested_n") == nullptr || trace.time.size() < 2) { return {}; }
-  Figure force{.id = "device-force",
-               .title = "Force asked of the device, and delivered",
-               .caption =
-                   "Magnitudes on the hand at every tick: what the rendering asked for and "
-                   "what the motors pulled with.",
-               .x = {.label = "time (s)"},
-               .y = {.label = "force (N)"},
-               .marks = events_over_time(trace)};
-  force.series.push_back(
-      {.label = "delivered", .x = trace.time, .y = values_of(trace, "device.delivered_n")});
-  force.series.push_back({.label = "asked for",
-                          .style = Series::Style::dashed,
-                          .x = trace.time,
-                          .y = values_of(trace, "device.requested_n")});
-  Figure way{.id = "hand-and-tip",
-             .title = "What the hand wants, and where the tip is",
-             .caption =
-                 "Along the needle's line; the gap is what the hand's spring and the "
-                 "coupling are stretched by.",
-             .x = {.label = "time (s)"},
-             .y = {.label = "place (mm)"},
-             .zones = layers_over_time(trace),
-             .marks = events_over_time(trace)};
-  way.series.push_back({.label = "intent",
-                        .style = Series::Style::dashed,
-                        .x = trace.time,
-                        .y = values_of(trace, "device.intent_m", mm)});
-  way.series.push_back(
-      {.label = "tip", .x = trace.time, .y = values_of(trace, "tool.insertion_m", mm)});
-  Figure energy{.id = "port-energy",
-                .title = "Energy that the hand put in",
-                .caption =
-                    "Through the device's port, as positions that were read and forces that "
-                    "were asked for tell it; below zero the rendering feeds energy in.",
-                .x = {.label = "time (s)"},
-                .y = {.label = "energy (mJ)"},
-                .series = {{.x = trace.time, .y = values_of(trace, "device.energy_j", mj)}}};
+  Figure force =
+      figure_over(trace, Over::time, "device-force", "Force requested of the device, and delivered",
+                  "Magnitudes on the hand at every tick: what the rendering requested "
+                  "and what the motors delivered.",
+                  "force (N)");
+  force.zones.clear();
+  add_column(force, trace, Over::time, "device.delivered_n", "delivered");
+  add_column(force, trace, Over::time, "device.requested_n", "requested", 1.0,
+             Series::Style::dashed);
+  Figure way = figure_over(trace, Over::time, "hand-and-tip",
+                           "Intended position of the hand, and position of the tip",
+                           "Along the needle's line; the gap is the extension of the hand's spring "
+                           "and of the coupling.",
+                           "position (mm)");
+  add_column(way, trace, Over::time, "device.intent_m", "intent", mm, Series::Style::dashed);
+  add_column(way, trace, Over::time, "tool.insertion_m", "tip", mm);
+  Figure energy = figure_over(trace, Over::time, "port-energy", "Energy that the hand put in",
+                              "Through the device's port, from the positions that were read and "
+                              "the forces that were requested; below zero the rendering feeds "
+                              "energy in.",
+                              "energy (mJ)");
+  energy.zones.clear();
+  energy.marks.clear();
+  add_column(energy, trace, Over::time, "device.energy_j", "", mj);
   return {std::move(force), std::move(way), std::move(energy)};
 }
 
@@ -154,7 +141,7 @@ std::vector<Fact> falcon_fact_list(const FalconFacts& facts) {
                            : 0.0;
   std::vector<Fact> list{
       {"force on the hand", quantity(facts.largest_delivered, "N"),
-       "at most; asked for " + quantity(facts.largest_requested, "N")},
+       "at most; requested " + quantity(facts.largest_requested, "N")},
       {"motors at their limit", quantity(100.0 * share, "%"),
        "of the ticks; in reach at the start " + quantity(facts.axial_force, "N") +
            " against the insertion, " + quantity(facts.weakest_force, "N") + " in every direction"},
@@ -176,7 +163,7 @@ std::vector<Fact> falcon_fact_list(const FalconFacts& facts) {
   }
   if (facts.unhomed > 0) {
     list.push_back({"ticks without a place", std::to_string(facts.unhomed),
-                    "the device had lost its zero; no force was asked for"});
+                    "the device had lost its zero; no force was requested"});
   }
   return list;
 }
@@ -369,15 +356,11 @@ std::string plot_of(const Figure& figure) {
 /// Collapsed section with an element for each figure; all series of a figure have the same x.
 Markup zoom_section(const std::vector<Figure>& figures) {
   if (figures.empty()) { return {}; }
-  Data places(Data::type::list);
-  for (const Figure& figure : figures) {
-    Data place("title", figure.title);
-    place.set("id", figure.id);
-    places.push_back(place);
-  }
-  Data values("figures", places);
-  values.set("style", std::string(assets::dygraph_css));
-  return {fill(templates::zoom, values)};
+  const auto place = [](const Figure& figure) {
+    return record("title", figure.title, "id", figure.id);
+  };
+  return {fill(templates::zoom, record("figures", data_of(figures, place), "style",
+                                       std::string(assets::dygraph_css)))};
 }
 
 std::string zoom_script(const std::vector<Figure>& figures) {
@@ -419,7 +402,7 @@ std::string to_html(const RunReport& report, const Trace& trace) {
             .command = report.command};
   add_notes(page, "Warnings", report.warnings);
   page.parts.emplace_back(Section{.heading = "Key facts", .parts = {report.facts}});
-  if (report.view) { page.parts.emplace_back(Markup{html_view(*report.view)}); }
+  if (report.view) { page.parts.emplace_back(view_section(*report.view)); }
   add_figures(page, "Forces on the tool", tool);
   if (!trace.events.empty()) {
     page.parts.emplace_back(Section{.heading = "Events", .parts = {events_table(trace)}});

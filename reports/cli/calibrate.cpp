@@ -32,22 +32,21 @@ struct CalibrateOptions : CommonOptions {
 
 using calibration::Parameter;
 
-constexpr std::size_t most_bytes = std::size_t{1} << 30U;
-
-CalibratedRecording read_one(const std::filesystem::path& path) {
-  Recording recording = read_any_recording(path).recording;
+/// Throws InputError for a recording that was made with a pump or has no loss of resistance.
+CalibratedRecording observed(const RecordingFile& read) {
+  const Recording& recording = read.input.recording;
   if (recording.regime == Recording::Regime::pump) {
-    throw InputError(path.string() +
+    throw InputError(read.file.string() +
                      ": recorded with a pump; the syringe of a scene is pressed by a thumb");
   }
   calibration::ObservedInsertion seen = calibration::observe(recording);
   if (!seen.refusal.empty()) {
-    throw InputError(path.string() + ": " + seen.refusal + "; an insertion with one is needed");
+    throw InputError(read.file.string() + ": " + seen.refusal +
+                     "; an insertion with one is needed");
   }
-  if (recording.name.empty()) { recording.name = path.stem().string(); }
-  return {.file = path.filename().string(),
-          .hash = io::content_hash(io::read_bytes(path, most_bytes)),
-          .observed = {std::move(recording), std::move(seen)}};
+  return {.file = read.file.filename().string(),
+          .hash = read.hash,
+          .observed = {recording, std::move(seen)}};
 }
 
 /// The parts of an option value "KEY=A:B".
@@ -102,28 +101,6 @@ void refuse_outside(const Parameter& p) {
                    " is outside; the prior must be between the bounds");
 }
 
-/// Reads and observes every recording. Throws InputError with one line per problem for a recording
-/// that cannot be read, was made with a pump, shows no loss of resistance, or is listed twice.
-std::vector<CalibratedRecording> read_calibrated(const std::vector<std::filesystem::path>& paths) {
-  std::vector<CalibratedRecording> recordings;
-  std::string problems;
-  for (const std::filesystem::path& path : paths) {
-    try {
-      CalibratedRecording read = read_one(path);
-      const auto twin = std::ranges::find(recordings, read.hash, &CalibratedRecording::hash);
-      if (twin != recordings.end()) {
-        throw InputError(path.string() + ": the same bytes as " + twin->file +
-                         "; every recording once");
-      }
-      recordings.push_back(std::move(read));
-    } catch (const InputError& problem) {
-      problems += (problems.empty() ? "" : "\n") + std::string(problem.what());
-    }
-  }
-  if (!problems.empty()) { throw InputError(problems); }
-  return recordings;
-}
-
 /// Parameters of the scene with the changes of --parameter, --prior KEY=VALUE:SPREAD and --bounds
 /// KEY=LOWER:UPPER. Throws InputError.
 std::vector<Parameter> chosen_parameters(const CalibrateOptions& options, const Scene& scene) {
@@ -168,20 +145,6 @@ CalibrationOptions calibration_options(const CalibrateOptions& options) {
   return how;
 }
 
-std::string command_of(const CalibrateOptions& options) {
-  std::string command = "palpate calibrate";
-  for (const auto& path : options.recordings) { command += " " + path.filename().string(); }
-  command += " --scene " + options.scene.filename().string();
-  const auto add = [&](const char* name, const std::vector<std::string>& values) {
-    for (const std::string& value : values) { command += std::string(" ") + name + " " + value; }
-  };
-  add("--parameter", options.parameters);
-  add("--prior", options.priors);
-  add("--bounds", options.bounds);
-  add("--set", options.overrides);
-  return command;
-}
-
 /// Comment at the start of fitted.toml. It contains nothing that differs between two runs.
 std::vector<std::string> comment_of(const CalibrationReport& report) {
   std::vector<std::string> lines{"Calibrated from " + report.scene + " by `palpate calibrate`: " +
@@ -198,10 +161,9 @@ std::vector<std::string> comment_of(const CalibrationReport& report) {
   }
   lines.emplace_back("All other numbers are those of the scene. Recordings:");
   for (const CalibratedRecording& each : report.recordings) {
-    lines.push_back(
-        "  " + each.file + " (" +
-        (each.observed.recording.kind == Recording::Kind::measured ? "measured" : "reconstructed") +
-        "), FNV-1a " + each.hash);
+    lines.push_back("  " + each.file + " (" +
+                    std::string(io::word_of(each.observed.recording.kind)) + "), FNV-1a " +
+                    each.hash);
   }
   return lines;
 }
@@ -216,7 +178,7 @@ void tell(const CalibrationReport& report, const std::filesystem::path& folder) 
                 each.interval.upper);
   }
   for (const HeldOut& held : report.result.held_out) {
-    std::printf("  without %s: error %.3g %% of those fitted, %.3g %% of those foretold\n",
+    std::printf("  without %s: error %.3g %% of those fitted, %.3g %% of those predicted\n",
                 held.group.empty() ? "recordings of no group" : held.group.c_str(),
                 100.0 * held.error_fitted, 100.0 * held.error_predicted);
   }
@@ -242,10 +204,12 @@ int run_calibrate(const CalibrateOptions& options) {
   }
   const std::vector<Parameter> parameters = chosen_parameters(options, scene);
   CalibrationReport report;
-  report.recordings = read_calibrated(options.recordings);
+  read_recordings(options.recordings, [&report](const RecordingFile& read) {
+    report.recordings.push_back(observed(read));
+  });
   report.scene = options.scene.filename().string();
   report.scene_hash = io::content_hash(loaded.file.text);
-  report.command = command_of(options);
+  report.command = options.command;
   report.provenance = build_provenance();
   std::vector<calibration::ObservedRecording> subjects;
   for (const CalibratedRecording& each : report.recordings) { subjects.push_back(each.observed); }
@@ -259,7 +223,7 @@ int run_calibrate(const CalibrateOptions& options) {
   const std::string page = to_html(report);
   const std::string fitted =
       io::rewrite_scene(loaded.file, changes(scene, report.result.fitted), comment_of(report));
-  const std::filesystem::path folder = make_folder(options.folder("calibrate"));
+  const std::filesystem::path folder = options.make_folder();
   io::replace_file(folder / "fitted.toml", fitted);
   io::replace_file(folder / "calibration.json", to_json(report));
   io::replace_file(folder / "report.html", page);
@@ -269,44 +233,30 @@ int run_calibrate(const CalibrateOptions& options) {
 
 }  // namespace
 
-void add_calibrate(CLI::App& app, std::function<int()>& chosen) {
+void add_calibrate(Program& program) {
   const auto [command, options] = add_command(
-      app, chosen, "calibrate", "fit layers and syringe of a scene to recordings", run_calibrate);
-  command
-      .add_option("recordings", options.recordings, "recordings in any format that import reads")
-      ->required()
-      ->type_name("RECORDING");
-  command
-      .add_option("--scene", options.scene, "scene file: needle, layers, syringe (docs/scenes.md)")
-      ->required()
-      ->type_name("SCENE");
-  add_overrides(command, options, "scene");
-  command
-      .add_option("--parameter", options.parameters,
-                  "fit this key, as material.NAME.friction; repeatable [all]")
-      ->type_name("KEY")
-      ->allow_extra_args(false);
-  command
-      .add_option("--prior", options.priors,
-                  "value and SD of its logarithm, instead of the scene's; repeatable")
-      ->type_name("KEY=VALUE:SPREAD")
-      ->allow_extra_args(false);
-  command
-      .add_option("--bounds", options.bounds,
-                  "least and largest value [4 spreads either side]; repeatable")
-      ->type_name("KEY=LOWER:UPPER")
-      ->allow_extra_args(false);
+      program, "calibrate", "fit layers and syringe of a scene to recordings", run_calibrate);
+  add_value(command, "recordings", options.recordings, "RECORDING",
+            "recordings in any format that import reads")
+      ->required();
+  add_value(command, "--scene", options.scene, "SCENE",
+            "scene file: needle, layers, syringe (docs/scenes.md)")
+      ->required();
+  add_overrides(command, options);
+  add_value(command, "--parameter", options.parameters, "KEY",
+            "fit this key, as material.NAME.friction; repeatable [all]");
+  add_value(command, "--prior", options.priors, "KEY=VALUE:SPREAD",
+            "value and SD of its logarithm, instead of the scene's; repeatable");
+  add_value(command, "--bounds", options.bounds, "KEY=LOWER:UPPER",
+            "least and largest value [4 spreads either side]; repeatable");
   command.add_option("--jobs", options.jobs, "simulations at a time [one per core]")
       ->check(CLI::Range(1, 1024));
-  add_common(command, options, "calibrate");
   command.footer(
       "Keys: material.NAME.cutting_force, friction, youngs_modulus; layer.INDEX.thickness of the "
-      "fat;\n"
-      "syringe.thumb_force, compliance, tissue_resistance, epidural_resistance. What recordings "
-      "cannot\n"
-      "tell stays as it is and is named. Nothing is drawn at random: the same input, the same "
-      "fit.\n"
-      "Writes fitted.toml, calibration.json, report.html. docs/calibration.md shows how.");
+      "fat;\nsyringe.thumb_force, compliance, tissue_resistance, epidural_resistance. What "
+      "recordings cannot\ntell stays as it is and is named. Nothing is drawn at random: the same "
+      "input, the same fit.\nWrites fitted.toml, calibration.json, report.html. "
+      "docs/calibration.md shows how.");
 }
 
 }  // namespace palpate::cli

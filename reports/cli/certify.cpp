@@ -2,16 +2,11 @@
 /// The command `certify`.
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <future>
-#include <spawn.h>
-#include <stdexcept>
 #include <string>
-#include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
 
@@ -42,42 +37,14 @@ struct CertifyOptions : CommonOptions {
   bool ordinary = false;  ///< if true, no real-time scheduling and no locked memory are requested
 };
 
-/// Runs the program stress-ng during the lifetime of the object to load processors, caches, memory
-/// and disk of the given processors.
-class StressNg {
- public:
-  /// Throws std::runtime_error if the program cannot be started.
-  explicit StressNg(const std::vector<int>& processors);
-  ~StressNg();
-  StressNg(const StressNg&) = delete;
-  StressNg& operator=(const StressNg&) = delete;
-
- private:
-  int process_ = -1;
-};
-
-/// True if stress-ng is on the search path.
-bool has_stress_ng() { return !timing::find_program("stress-ng").empty(); }
-
-StressNg::StressNg(const std::vector<int>& processors) {
+/// Starts stress-ng, which loads processors, caches, memory and disk of the given processors.
+std::shared_ptr<timing::Background> start_stress_ng(const std::vector<int>& processors) {
   std::string list;
   for (const int n : processors) { list += (list.empty() ? "" : ",") + std::to_string(n); }
-  std::string workers = std::to_string(processors.size());
-  std::string program = "stress-ng";
-  std::array<std::string, 13> words{"--quiet", "--taskset", list,   "--cpu", workers,
-                                    "--cache", workers,     "--vm", "1",     "--vm-bytes",
-                                    "64M",     "--hdd",     "1"};
-  std::vector<char*> arguments{program.data()};
-  for (std::string& word : words) { arguments.push_back(word.data()); }
-  arguments.push_back(nullptr);
-  if (posix_spawnp(&process_, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0) {
-    throw std::runtime_error("stress-ng cannot be started");
-  }
-}
-
-StressNg::~StressNg() {
-  kill(process_, SIGTERM);
-  waitpid(process_, nullptr, 0);
+  const std::string workers = std::to_string(processors.size());
+  return std::make_shared<timing::Background>(
+      std::vector<std::string>{"stress-ng", "--quiet", "--taskset", list, "--cpu", workers,
+                               "--cache", workers, "--vm", "1", "--vm-bytes", "64M", "--hdd", "1"});
 }
 
 using namespace certificate;
@@ -120,17 +87,13 @@ Claim claim_of(const CertifyOptions& options, const LoadedScene& loaded) {
 /// Stiffness of the tissue at the tool [N/m], without a device; empty if the tissue can move
 /// freely.
 std::optional<double> tissue_stiffness(const LoadedScene& loaded) {
-  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation().problem());
+  const NetworkProblem* network = loaded.network();
   const Scene& scene = loaded.file.scene;
   if (network == nullptr || (scene.drive && scene.drive->kind == Drive::Kind::falcon)) {
     return {};
   }
-  const auto facts = tool_inspection(scene, *network);
-  const auto compliance = facts.find("static_compliance_m_per_n");
-  if (compliance == facts.end() || compliance->is_null() || !(compliance->get<double>() > 0.0)) {
-    return {};
-  }
-  return 1.0 / compliance->get<double>();
+  const double compliance = tool_compliance(scene, *network).value_or(0.0);
+  return compliance > 0.0 ? std::optional(1.0 / compliance) : std::nullopt;
 }
 
 CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Progress& progress) {
@@ -144,7 +107,7 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
                    .processor_times = processor_times};
   if (!options.loads.empty()) { plan.loads = options.loads; }
   plan.outside_load = [](const std::string&, const std::vector<int>& processors) {
-    return std::make_shared<StressNg>(processors);
+    return start_stress_ng(processors);
   };
   return plan;
 }
@@ -185,16 +148,6 @@ void count_worst(const CertifyOptions& options, const Claim& claim, CertificateR
   if (count.refusal.empty()) { budget.worst_instructions = count.passes.front(); }
 }
 
-std::string command_of(const CertifyOptions& options, const Claim& claim) {
-  std::string command = "palpate certify " + options.scene.filename().string() + " --rate " +
-                        plain_number(claim.rate, 6) + " --duration " +
-                        plain_number(claim.duration, 6) + " --deadline " +
-                        plain_number(us * claim.deadline, 6);
-  for (const std::string& load : options.loads) { command += " --load " + load; }
-  for (const std::string& each : options.overrides) { command += " --set " + each; }
-  return command;
-}
-
 void tell(const CertificateReport& report, const Outcome& outcome,
           const std::filesystem::path& folder) {
   std::printf("%s: %s\n%s\n", std::string(verdict_word(outcome.status)).c_str(),
@@ -219,14 +172,15 @@ int exit_code(const Certificate& certificate, Status status) {
 int run_certify(const CertifyOptions& options) {
   catch_interrupts();
   refuse_unknown_loads(options);
-  if (std::ranges::find(options.loads, "stress-ng") != options.loads.end() && !has_stress_ng()) {
+  if (std::ranges::find(options.loads, "stress-ng") != options.loads.end() &&
+      timing::find_program("stress-ng").empty()) {
     std::fprintf(stderr, "palpate: --load stress-ng: not installed; the package stress-ng\n");
     return machine_cannot;
   }
   const LoadedScene loaded = load_scene(options.scene, options, false);
   Progress progress;
   const CertifyPlan plan = plan_of(options, loaded, progress);
-  const std::filesystem::path folder = make_folder(options.folder("certify"));
+  const std::filesystem::path folder = options.make_folder();
   const HappeningNames names(loaded.file.scene);
   CertificateReport report{
       .file = options.scene.filename().string(),
@@ -235,7 +189,7 @@ int run_certify(const CertifyOptions& options) {
       .result = certify_aside(loaded.file.scene, plan, options.quiet),
       .cycles_per_second = cycles_per_second(),
       .happening_name = [&](const ToolHappening& each) { return names.of(each); },
-      .command = command_of(options, plan.claim),
+      .command = options.command,
       .provenance = scene_provenance(loaded)};
   report.environment =
       environment_of(report.result.rights, plan.priority, report.cycles_per_second);
@@ -253,34 +207,24 @@ int run_certify(const CertifyOptions& options) {
 
 }  // namespace
 
-void add_certify(CLI::App& app, std::function<int()>& chosen) {
-  const auto [command, options] =
-      add_command(app, chosen, "certify",
-                  "test whether a scene keeps its deadlines on this machine", run_certify);
+void add_certify(Program& program) {
+  const auto [command, options] = add_command(
+      program, "certify", "test whether a scene keeps its deadlines on this machine", run_certify);
   add_scene(command, options, options.scene);
-  command
-      .add_option("--rate", options.rate, "ticks per second [falcon.rate, or one tick per step]")
-      ->type_name("HZ")
-      ->check(number_range(0.01, 20000.0));
-  command
-      .add_option("--duration", options.duration,
-                  "duration of the empty loop and of the scene, under each load [10]")
-      ->type_name("S")
+  add_value(command, "--rate", options.rate, "HZ",
+            "ticks per second [falcon.rate, or one tick per step]")
+      ->check(number_range(least_rate, most_rate));
+  add_value(command, "--duration", options.duration, "S",
+            "duration of the empty loop and of the scene, under each load [10]")
       ->check(number_range(1e-3, 86400.0));
-  command
-      .add_option("--deadline", options.deadline,
-                  "longest allowed time from the release to the end of a tick [the period]")
-      ->type_name("US")
+  add_value(command, "--deadline", options.deadline, "US",
+            "longest allowed time from the release to the end of a tick [the period]")
       ->check(number_range(1.0, 1e8));
-  command
-      .add_option("--load", options.loads,
-                  "background load: idle, cpu, cache, memory or stress-ng; repeatable, one "
-                  "after the other [idle]")
-      ->type_name("LOAD")
-      ->allow_extra_args(false);
+  add_value(command, "--load", options.loads, "LOAD",
+            "background load: idle, cpu, cache, memory or stress-ng; repeatable, one after the "
+            "other [idle]");
   command.add_flag("--ordinary", options.ordinary,
                    "ordinary scheduling and memory: no certificate, but all figures");
-  add_common(command, options, "certify");
   command.footer(
       "Writes certificate.json, histogram.csv and report.html; docs/certificate.md explains the "
       "claims\nand how to prepare a machine. Exit codes: 0 certified, 1 not certified, 2 bad "

@@ -2,11 +2,28 @@
 
 #include "reports/cli/commands.hpp"
 
+#include <algorithm>
+#include <array>
 #include <csignal>
+#include <cstdio>
+#include <system_error>
 
+#include "model/problem/input_error.hpp"
 #include "model/stepping/integrator.hpp"
 
 namespace palpate::cli {
+
+namespace fs = std::filesystem;
+
+fs::path CommonOptions::make_folder() const {
+  const fs::path folder = out.empty() ? fs::path("palpate-out") / name : out;
+  std::error_code problem;
+  fs::create_directories(folder, problem);
+  if (problem || !fs::is_directory(folder)) {
+    throw InputError(folder.string() + ": not a folder that can be written; a folder");
+  }
+  return folder;
+}
 
 std::atomic<bool> interrupted{false};
 
@@ -20,37 +37,76 @@ void catch_interrupts() {
   std::signal(SIGTERM, note);
 }
 
-void add_common(CLI::App& command, CommonOptions& options, const std::string& name) {
-  command.add_option("--out", options.out, "output folder [palpate-out/" + name + "]")
-      ->type_name("DIR");
-  command.add_flag("--quiet", options.quiet, "print errors only");
-}
-
 void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file) {
-  command
-      .add_option("--set", options.overrides,
-                  file + " key to override, value in TOML syntax; repeatable")
-      ->type_name("dotted.key=value")
-      ->allow_extra_args(false);
+  add_value(command, "--set", options.overrides, "dotted.key=value",
+            file + " key to override, value in TOML syntax; repeatable");
 }
 
-void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene) {
-  command.add_option("scene", scene, "scene file (TOML, docs/scenes.md)")
-      ->required()
-      ->type_name("SCENE");
-  add_overrides(command, options, "scene");
+void add_scene(CLI::App& command, CommonOptions& options, fs::path& scene) {
+  add_value(command, "scene", scene, "SCENE", "scene file (TOML, docs/scenes.md)")->required();
+  add_overrides(command, options);
+}
+
+void add_terminal(CLI::App& command, bool& pty) {
+  command.add_flag("--pty", pty,
+                   "on a new pseudo-terminal, whose path is the first line of output");
+}
+
+std::unique_ptr<device::PtyLink> open_terminal() {
+  auto link = std::make_unique<device::PtyLink>();
+  std::printf("%s\n", link->path().c_str());
+  std::fflush(stdout);
+  return link;
+}
+
+int serve_device(const std::function<void()>& serve) {
+  std::signal(SIGPIPE, SIG_IGN);  // a closed reader then causes a failed write
+  try {
+    serve();
+  } catch (const std::system_error& problem) {
+    std::fprintf(stderr, "palpate: %s; this machine must offer it\n", problem.what());
+    return machine_cannot;
+  }
+  return interrupted ? interrupted_code : done;
 }
 
 std::string integrator_help() {
   std::string text = "Integrators:\n";
-  for (const IntegratorInfo* info : integrators()) {
-    std::string name(info->name);
+  const auto add = [&text](std::string name, std::string_view summary) {
     name.resize(26, ' ');
-    text += "  " + name + std::string(info->summary) + "\n";
+    text += "  " + name + std::string(summary) + "\n";
+  };
+  for (const IntegratorInfo* info : integrators()) { add(std::string(info->name), info->summary); }
+  add("auto", "chosen for the scene; `palpate inspect` shows which and why");
+  return text;
+}
+
+namespace {
+
+std::string quoted(const std::string& word) {
+  constexpr const char* plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,:";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) { return word; }
+  std::string text = "'";
+  for (const char c : word) { text += c == '\'' ? "'\\''" : std::string(1, c); }
+  return text + "'";
+}
+
+}  // namespace
+
+std::string reproducible(const CLI::App& command) {
+  constexpr std::array<std::string_view, 6> without_effect{"--out",   "--quiet", "--jobs",
+                                                           "--cache", "--data",  "--history"};
+  std::string text = "palpate " + command.get_name();
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_name();
+    if (option->count() == 0 || std::ranges::count(without_effect, name) > 0) { continue; }
+    for (const std::string& value : option->results()) {
+      if (option->nonpositional()) { text += " " + name; }
+      if (option->get_items_expected_max() > 0) { text += " " + quoted(value); }
+    }
   }
-  return text +
-         "  auto                      chosen for the scene; `palpate inspect` shows which and "
-         "why\n";
+  return text;
 }
 
 }  // namespace palpate::cli

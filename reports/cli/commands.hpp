@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "device/byte_link.hpp"
+
 namespace palpate::cli {
 
 enum ExitCode : int {
@@ -22,13 +24,14 @@ enum ExitCode : int {
 
 /// Options that every command accepts.
 struct CommonOptions {
-  std::filesystem::path out{};           ///< output folder; if empty, palpate-out/COMMAND
+  std::string name{};     ///< name of the command
+  std::string command{};  ///< command line that reproduces the result
+  std::filesystem::path out{};
   std::vector<std::string> overrides{};  ///< --set dotted.key=value
   bool quiet = false;
 
-  [[nodiscard]] std::filesystem::path folder(const std::string& command) const {
-    return out.empty() ? std::filesystem::path("palpate-out") / command : out;
-  }
+  /// Creates the output folder if it does not exist, and returns it. Throws InputError.
+  [[nodiscard]] std::filesystem::path make_folder() const;
 };
 
 /// Set by SIGINT and SIGTERM after catch_interrupts(). A command that calls it must check the flag
@@ -39,60 +42,89 @@ void catch_interrupts();
 /// Validator for numbers in [least, most]. Unlike CLI::Range it rejects NaN, for which every
 /// comparison is false.
 inline CLI::Validator number_range(double least, double most) {
-  const auto check = [least, most](std::string& text) -> std::string {
+  const std::string range = CLI::detail::to_string(least) + " to " + CLI::detail::to_string(most);
+  const auto check = [least, most, range](std::string& text) -> std::string {
     double value = 0.0;
     if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) { return {}; }
-    return "Value " + text + " not in range " + CLI::detail::to_string(least) + " to " +
-           CLI::detail::to_string(most);
+    return "Value " + text + " not in range " + range;
   };
-  return CLI::Validator(check, "FLOAT in [" + CLI::detail::to_string(least) + " - " +
-                                   CLI::detail::to_string(most) + "]");
+  return CLI::Validator(check, "FLOAT from " + range);
 }
 
-/// Adds --out and --quiet.
-void add_common(CLI::App& command, CommonOptions& options, const std::string& name);
+/// Adds an option; `type` names its value in the help text. A list takes one value at each use.
+template <class Value>
+CLI::Option* add_value(CLI::App& command, const std::string& name, Value& value, const char* type,
+                       const std::string& help) {
+  CLI::Option* option = command.add_option(name, value, help)->type_name(type);
+  if (name.starts_with("-")) { option->allow_extra_args(false); }
+  return option;
+}
 
 /// Adds --set. `file` is the kind of file that contains the keys, for the help text.
-void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file);
+void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file = "scene");
 
 /// Adds the positional argument SCENE and the option --set.
 void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene);
 
+// Emulated devices on a pseudo-terminal or on standard input and output.
+
+/// Adds --pty.
+void add_terminal(CLI::App& command, bool& pty);
+
+/// Opens a pseudo-terminal and prints its path.
+std::unique_ptr<device::PtyLink> open_terminal();
+
+/// Calls `serve` and returns the exit code of the command.
+int serve_device(const std::function<void()>& serve);
+
 /// List of integrators at the end of a help text.
 std::string integrator_help();
+
+/// Command line with all options that affect the result, quoted for a shell.
+std::string reproducible(const CLI::App& command);
+
+struct Program {
+  CLI::App app{"Palpate: validation and regression harness for haptic soft-tissue simulation"};
+  std::function<int()> chosen{};  ///< function of the command that the command line selects
+};
 
 template <class Options> struct Command {
   CLI::App& command;
   Options& options;
 };
 
-/// Adds a command. Its options have the lifetime of the application. If the command line selects
-/// the command, `chosen` is set to a call of `run`.
+/// Adds a command with --out and --quiet. Its options have the lifetime of the program.
 template <class Options>
-Command<Options> add_command(CLI::App& app, std::function<int()>& chosen, const std::string& name,
-                             const std::string& summary, int (*run)(const Options&)) {
+Command<Options> add_command(Program& program, const std::string& name, const std::string& summary,
+                             int (*run)(const Options&)) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(name, summary);
-  command->callback([options, run, &chosen] { chosen = [options, run] { return run(*options); }; });
+  options->name = name;
+  CLI::App* command = program.app.add_subcommand(name, summary);
+  add_value(*command, "--out", options->out, "DIR", "output folder [palpate-out/" + name + "]");
+  command->add_flag("--quiet", options->quiet, "print errors only");
+  command->callback([command, options, run, &program] {
+    options->command = reproducible(*command);
+    program.chosen = [options, run] { return run(*options); };
+  });
   return {*command, *options};
 }
 
 // Each command has one source file with its options, its command line and its function.
 
-void add_run(CLI::App& app, std::function<int()>& chosen);
-void add_inspect(CLI::App& app, std::function<int()>& chosen);
-void add_validate(CLI::App& app, std::function<int()>& chosen);
-void add_bench(CLI::App& app, std::function<int()>& chosen);
-void add_steps(CLI::App& app, std::function<int()>& chosen);
-void add_certify(CLI::App& app, std::function<int()>& chosen);
-void add_report(CLI::App& app, std::function<int()>& chosen);
-void add_falcon(CLI::App& app, std::function<int()>& chosen);
-void add_import(CLI::App& app, std::function<int()>& chosen);
-void add_transducer(CLI::App& app, std::function<int()>& chosen);
-void add_gate(CLI::App& app, std::function<int()>& chosen);
-void add_approve(CLI::App& app, std::function<int()>& chosen);
-void add_compare(CLI::App& app, std::function<int()>& chosen);
-void add_calibrate(CLI::App& app, std::function<int()>& chosen);
-void add_reconstruct(CLI::App& app, std::function<int()>& chosen);
+void add_run(Program& program);
+void add_inspect(Program& program);
+void add_validate(Program& program);
+void add_bench(Program& program);
+void add_steps(Program& program);
+void add_certify(Program& program);
+void add_report(Program& program);
+void add_falcon(Program& program);
+void add_import(Program& program);
+void add_transducer(Program& program);
+void add_gate(Program& program);
+void add_approve(Program& program);
+void add_compare(Program& program);
+void add_calibrate(Program& program);
+void add_reconstruct(Program& program);
 
 }  // namespace palpate::cli

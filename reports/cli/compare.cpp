@@ -39,36 +39,6 @@ struct CompareOptions : CommonOptions {
   double input_uncertainty = 0.0;         ///< u_input [1] of simulated values
 };
 
-/// Scene that runs for its duration, or until `rest` after a loss of resistance, so that the
-/// detection rule has enough samples.
-struct SceneRun {
-  LoadedScene loaded;
-  double rest = 6.0;  ///< time after the event [s]
-};
-struct SimulatedScene {
-  ComparedSimulation simulation{};
-  std::map<std::string, std::string> provenance{};
-  bool interrupted = false;
-};
-
-constexpr std::size_t most_compared_bytes = std::size_t{4} << 30U;
-
-std::string hash_of(const std::filesystem::path& file) {
-  return io::content_hash(io::read_bytes(file, most_compared_bytes));
-}
-
-void add_folder(const std::filesystem::path& folder, std::vector<std::filesystem::path>& files) {
-  std::vector<std::filesystem::path> found;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".h5") { found.push_back(entry.path()); }
-  }
-  if (found.empty()) {
-    throw InputError(folder.string() + ": has no .h5 file; a folder of recordings has some");
-  }
-  std::ranges::sort(found);
-  std::ranges::move(found, std::back_inserter(files));
-}
-
 /// End of the message "FILE: no column ...".
 std::string needed(const std::string& column) {
   return column +
@@ -100,42 +70,6 @@ void check_samples(const std::filesystem::path& file, const Trace& trace, const 
   }
 }
 
-/// Reads files, and the .h5 files of folders in the order of their names. Throws an InputError with
-/// one line per problem.
-std::vector<ComparedRecording> read_recordings(const std::vector<std::filesystem::path>& paths) {
-  std::vector<std::filesystem::path> files;
-  std::vector<ComparedRecording> recordings;
-  std::string problems;
-  const auto gather = [&](auto&& read) {
-    try {
-      read();
-    } catch (const InputError& error) {
-      problems += (problems.empty() ? "" : "\n") + std::string(error.what());
-    }
-  };
-  for (const std::filesystem::path& path : paths) {
-    gather([&] {
-      if (std::filesystem::is_directory(path)) { return add_folder(path, files); }
-      files.push_back(path);
-    });
-  }
-  for (const std::filesystem::path& file : files) {
-    gather([&] {
-      ComparedRecording one{.file = file, .input = read_any_recording(file)};
-      one.hash = hash_of(file);
-      const auto twin = std::ranges::find(recordings, one.hash, &ComparedRecording::hash);
-      if (twin != recordings.end()) {
-        throw InputError(file.string() + ": the same bytes as " + twin->file.string() +
-                         "; every recording once");
-      }
-      if (one.input.recording.name.empty()) { one.input.recording.name = file.stem().string(); }
-      recordings.push_back(std::move(one));
-    });
-  }
-  if (!problems.empty()) { throw InputError(problems); }
-  return recordings;
-}
-
 /// Throws InputError, also if the trace has no column of that name or no number in it.
 ComparedSimulation read_simulation(const std::filesystem::path& file, const std::string& column) {
   ComparedSimulation simulation{.origin = ComparedSimulation::Origin::trace, .file = file};
@@ -143,38 +77,31 @@ ComparedSimulation read_simulation(const std::filesystem::path& file, const std:
   const Column* compared = simulation.trace.find(column);
   if (compared == nullptr) { throw InputError(file.string() + ": no column " + needed(column)); }
   check_samples(file, simulation.trace, *compared);
-  simulation.hash = hash_of(file);
+  simulation.hash = hash_of_file(file);
   return simulation;
 }
 
-/// Throws InputError, also if the scene will have no column of that name.
-SceneRun prepare_scene(const CompareOptions& options, const std::string& column, double rest) {
-  SceneRun run{.loaded = load_scene(options.scene, options, false, rest), .rest = rest};
-  const auto& columns = run.loaded.subject.columns();
-  if (std::ranges::none_of(columns, [&](const Column& one) { return one.name == column; })) {
-    throw InputError(options.scene.string() + ": no column " + needed(column));
-  }
-  return run;
-}
-
-SimulatedScene simulate_scene(SceneRun& scene, bool quiet) {
-  const io::SceneFile& file = scene.loaded.file;
+/// Runs the scene for its duration, or until `rest` [s] after a loss of resistance, so that the
+/// rule that finds it has enough samples. Returns false after an interrupt.
+bool simulate(LoadedScene& loaded, double rest, bool quiet, ComparisonReport& report) {
+  const io::SceneFile& file = loaded.file;
   const double duration = file.scene.simulation.duration;
   RunControl how = run_control(quiet);
-  how.enough = [&](const Trace& trace) { return long_enough(trace, duration, scene.rest); };
-  Trace run = roll_out(scene.loaded.subject, file.scene, {}, how);
-  SimulatedScene done{.provenance = scene_provenance(scene.loaded), .interrupted = run.interrupted};
-  done.simulation = {.origin = ComparedSimulation::Origin::scene,
-                     .file = file.inputs.front(),
-                     .hash = io::content_hash(file.text),
-                     .title = file.scene.title};
-  const double longer = run.time.back() - duration;
-  if (longer > 0.5 * file.scene.simulation.step) { done.simulation.run_longer = longer; }
-  if (run.diverged) {
-    done.simulation.failure = "diverged at t = " + quantity(run.diverged_at, "s");
+  how.enough = [&](const Trace& trace) { return long_enough(trace, duration, rest); };
+  ComparedSimulation& simulation = report.simulation;
+  simulation = {.origin = ComparedSimulation::Origin::scene,
+                .file = file.inputs.front(),
+                .hash = io::content_hash(file.text),
+                .title = file.scene.title,
+                .trace = roll_out(loaded.subject, file.scene, {}, how)};
+  report.provenance = scene_provenance(loaded);
+  const Trace& trace = simulation.trace;
+  const double longer = trace.time.back() - duration;
+  if (longer > 0.5 * file.scene.simulation.step) { simulation.run_longer = longer; }
+  if (trace.diverged) {
+    simulation.failure = "diverged at t = " + quantity(trace.diverged_at, "s");
   }
-  done.simulation.trace = std::move(run);
-  return done;
+  return !trace.interrupted;
 }
 
 using namespace comparison;
@@ -223,48 +150,9 @@ GroupOptions group_options(const CompareOptions& asked) {
   return options;
 }
 
-/// Quotes a text for a shell.
-std::string quoted(const std::string& word) {
-  const bool plain =
-      word.find_first_not_of(
-          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,") ==
-      std::string::npos;
-  if (plain && !word.empty()) { return word; }
-  std::string text = "'";
-  for (const char c : word) { text += c == '\'' ? "'\\''" : std::string(1, c); }
-  return text + "'";
-}
-
-std::string command_of(const CompareOptions& o) {
-  std::string command = "palpate compare";
-  const auto add = [&](const std::string& word) { command += " " + quoted(word); };
-  const auto add_option = [&](const char* name, const std::string& value) {
-    add(name);
-    add(value);
-  };
-  const CompareOptions defaults;
-  for (const std::filesystem::path& path : o.recordings) { add(path.string()); }
-  if (!o.scene.empty()) { add_option("--scene", o.scene.string()); }
-  if (!o.trace.empty()) { add_option("--trace", o.trace.string()); }
-  for (const std::string& each : o.overrides) { add_option("--set", each); }
-  if (o.quantity != defaults.quantity) { add_option("--quantity", o.quantity); }
-  if (o.alignment != defaults.alignment) { add_option("--align", o.alignment); }
-  if (o.cutoff != defaults.cutoff) { add_option("--cutoff", plain_number(o.cutoff, 17)); }
-  for (const std::string& each : o.tolerances) { add_option("--tolerance", each); }
-  const auto add_share = [&](const char* name, double share) {
-    if (share > 0.0) { add_option(name, plain_number(share, 17)); }
-  };
-  add_share("--numerical-uncertainty", o.numerical_uncertainty);
-  add_share("--input-uncertainty", o.input_uncertainty);
-  if (!o.results.empty()) { add_option("--results", o.results.string()); }
-  return command;
-}
-
-void judge(const CompareOptions& asked, ComparisonReport& report) {
+void judge(const std::vector<Outcome>& validated, ComparisonReport& report) {
   std::vector<Recording> recordings;
-  for (const ComparedRecording& one : report.recordings) {
-    recordings.push_back(one.input.recording);
-  }
+  for (const RecordingFile& one : report.recordings) { recordings.push_back(one.input.recording); }
   const bool failed = !report.simulation.failure.empty();
   report.found = compare_all(recordings,
                              failed ? Trace{.columns = {{report.options.comparison.column, "", {}}}}
@@ -274,10 +162,7 @@ void judge(const CompareOptions& asked, ComparisonReport& report) {
     report.found.outcome.reasons.insert(report.found.outcome.reasons.begin(),
                                         "the simulation " + report.simulation.failure);
   }
-  std::vector<Outcome> outcomes;
-  if (!asked.results.empty()) { outcomes = read_results_folder(asked.results).outcomes; }
-  report.credibility = credibility(outcomes, &report.found);
-  report.command = command_of(asked);
+  report.credibility = credibility(validated, &report.found);
 }
 
 void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
@@ -299,7 +184,7 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
       std::printf("%s: aligned %s\n", one.recording.c_str(), one.alignment.how.c_str());
     }
   }
-  for (const ComparedRecording& one : report.recordings) {
+  for (const RecordingFile& one : report.recordings) {
     for (const std::string& warning : one.input.warnings) {
       std::fprintf(stderr, "palpate: warning: %s: %s\n", one.file.string().c_str(),
                    warning.c_str());
@@ -328,28 +213,26 @@ int run_compare(const CompareOptions& options) {
   if (!options.trace.empty() && !options.overrides.empty()) {
     throw InputError("compare: --set overrides keys of a scene; --trace has none");
   }
-  ComparisonReport report{.options = group_options(options)};
+  ComparisonReport report{.options = group_options(options), .command = options.command};
   const std::string& column = report.options.comparison.column;
   report.recordings = read_recordings(options.recordings);
-  if (!options.results.empty()) {
-    (void)read_results_folder(options.results);
-  }  // rejected before anything runs
-  std::optional<SceneRun> scene;
+  std::vector<Outcome> validated;
+  if (!options.results.empty()) { validated = read_results_folder(options.results).outcomes; }
+  std::optional<LoadedScene> scene;
+  const LossRule& loss = report.options.comparison.features.loss;
+  const double rest = loss.hold + loss.settle;
   if (options.trace.empty()) {
-    const LossRule& loss = report.options.comparison.features.loss;
-    scene.emplace(prepare_scene(options, column, loss.hold + loss.settle));
+    scene.emplace(load_scene(options.scene, options, false, rest));
+    if (std::ranges::count(scene->subject.columns(), column, &Column::name) == 0) {
+      throw InputError(options.scene.string() + ": no column " + needed(column));
+    }
   } else {
     report.simulation = read_simulation(options.trace, column);
     report.provenance = build_provenance();
   }
-  const std::filesystem::path folder = make_folder(options.folder("compare"));
-  if (scene) {
-    SimulatedScene simulated = simulate_scene(*scene, options.quiet);
-    if (simulated.interrupted) { return interrupted_code; }
-    report.simulation = std::move(simulated.simulation);
-    report.provenance = std::move(simulated.provenance);
-  }
-  judge(options, report);
+  const std::filesystem::path folder = options.make_folder();
+  if (scene && !simulate(*scene, rest, options.quiet, report)) { return interrupted_code; }
+  judge(validated, report);
   write(report, folder);
   if (!options.quiet) { tell(report, folder); }
   return holds(report) ? done : fell_short;
@@ -357,49 +240,34 @@ int run_compare(const CompareOptions& options) {
 
 }  // namespace
 
-void add_compare(CLI::App& app, std::function<int()>& chosen) {
+void add_compare(Program& program) {
   const auto [command, options] = add_command(
-      app, chosen, "compare", "compare recorded insertions with a simulated one", run_compare);
-  command
-      .add_option("recordings", options.recordings,
-                  "recordings in any format that import reads, or folders of .h5 files")
-      ->required()
-      ->type_name("RECORDING");
-  command.add_option("--scene", options.scene, "scene to simulate")->type_name("SCENE");
-  command.add_option("--trace", options.trace, "trace.h5 or trace.csv of an earlier run")
-      ->type_name("TRACE");
-  add_overrides(command, options, "scene");
+      program, "compare", "compare recorded insertions with a simulated one", run_compare);
+  add_value(command, "recordings", options.recordings, "RECORDING",
+            "recordings in any format that import reads, or folders of .h5 files")
+      ->required();
+  add_value(command, "--scene", options.scene, "SCENE", "scene to simulate");
+  add_value(command, "--trace", options.trace, "TRACE", "trace.h5 or trace.csv of an earlier run");
+  add_overrides(command, options);
   command.add_option("--quantity", options.quantity, "pressure or force [pressure]");
   command.add_option("--align", options.alignment,
                      "alignment of the clocks: automatic (depth, else event, else start), depth, "
                      "event or start [automatic]");
-  command
-      .add_option("--cutoff", options.cutoff,
-                  "cut-off of the low-pass filter, from 1 to a quarter of a sample rate; 0: no "
-                  "filter, and noise is not estimated [20]")
-      ->type_name("HZ")
+  add_value(command, "--cutoff", options.cutoff, "HZ",
+            "cut-off of the low-pass filter, from 1 to a quarter of a sample rate; 0: no filter, "
+            "and noise is not estimated [20]")
       ->check(number_range(0.0, 1e6));
-  command
-      .add_option("--tolerance", options.tolerances,
-                  "FEATURE=WIDTH instead of its default; repeatable")
-      ->type_name("FEATURE=WIDTH")
-      ->allow_extra_args(false);
+  add_value(command, "--tolerance", options.tolerances, "FEATURE=WIDTH",
+            "FEATURE=WIDTH instead of its default; repeatable");
   const CLI::Validator share = number_range(0.0, 10.0);
-  command
-      .add_option("--numerical-uncertainty", options.numerical_uncertainty,
-                  "u_num, standard, as a share of simulated values [0]")
-      ->type_name("SHARE")
+  add_value(command, "--numerical-uncertainty", options.numerical_uncertainty, "SHARE",
+            "u_num, standard, as a share of simulated values [0]")
       ->check(share);
-  command
-      .add_option("--input-uncertainty", options.input_uncertainty,
-                  "u_input, standard, as a share of simulated values [0]")
-      ->type_name("SHARE")
+  add_value(command, "--input-uncertainty", options.input_uncertainty, "SHARE",
+            "u_input, standard, as a share of simulated values [0]")
       ->check(share);
-  command
-      .add_option("--results", options.results,
-                  "results folder of `palpate validate`, shown as evidence at the end")
-      ->type_name("DIR");
-  add_common(command, options, "compare");
+  add_value(command, "--results", options.results, "DIR",
+            "results folder of `palpate validate`, shown as evidence at the end");
   command.footer(
       "One of --scene and --trace is needed. Default tolerances of a pressure:\n" +
       tolerance_help(comparison::QuantityKind::pressure) +

@@ -2,13 +2,14 @@
 /// The command `falcon`.
 
 #include <cerrno>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
 #include <memory>
 #include <optional>
-#include <system_error>
 #include <unistd.h>
 #include <vector>
 
@@ -24,7 +25,6 @@
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/falcon_script.hpp"
-#include "reports/cli/loaded_scene.hpp"
 
 namespace palpate::cli {
 namespace {
@@ -46,19 +46,37 @@ struct FalconOptions : CommonOptions {
 class FalconLog final : public EmulatorObserver {
  public:
   /// Throws InputError if the file cannot be written.
-  FalconLog(const std::filesystem::path& path, const Firmware& firmware);
+  FalconLog(const std::filesystem::path& path, const Firmware& firmware)
+      : path_(path), temporary_(io::temporary_name(path)), file_(temporary_), firmware_(firmware) {
+    if (!file_) { fail(); }
+    rows_.reserve(most_rows);
+    file_ << "time_s,word_1,word_2,word_3,homing,leds,count_1,count_2,count_3,buttons,homed,event,"
+             "state\n"
+          << std::fixed << std::setprecision(6);
+  }
   FalconLog(const FalconLog&) = delete;
   FalconLog& operator=(const FalconLog&) = delete;
-  ~FalconLog() override;
+  ~FalconLog() override { std::remove(temporary_.c_str()); }
 
   void served(double time_s, const HostPacket& request,
-              const DevicePacket& reply) noexcept override;
-  void happened(double time_s, FirmwareEvent event) noexcept override;
-
-  /// Writes the kept rows if there are many.
-  void flush_if_many() noexcept;
+              const DevicePacket& reply) noexcept override {
+    add({.time = time_s, .state = firmware_.state(), .request = request, .reply = reply});
+  }
+  void happened(double time_s, FirmwareEvent event) noexcept override {
+    add({.time = time_s, .event = event, .state = firmware_.state()});
+  }
+  /// Writes the kept rows if there are at least `many`.
+  void flush(std::size_t many) {
+    if (rows_.size() < many) { return; }
+    for (const Row& row : rows_) { write(row); }
+    rows_.clear();
+  }
   /// Writes the remaining rows and renames the file. Throws InputError.
-  void finish();
+  void finish() {
+    flush(0);
+    file_.close();
+    if (!file_ || std::rename(temporary_.c_str(), path_.c_str()) != 0) { fail(); }
+  }
   [[nodiscard]] std::int64_t left_out() const noexcept { return left_out_; }
 
  private:
@@ -69,94 +87,42 @@ class FalconLog final : public EmulatorObserver {
     HostPacket request{};
     DevicePacket reply{};
   };
-  void add(const Row& row) noexcept;
-  void write(const Row& row) noexcept;
-  void flush() noexcept;
+  static constexpr std::size_t most_rows = 1U << 16U;  // a minute at 1 kHz
+
+  [[noreturn]] void fail() const {
+    throw InputError(path_.string() + ": cannot be written: " + std::strerror(errno));
+  }
+  void add(const Row& row) noexcept {
+    if (rows_.size() < most_rows) {
+      rows_.push_back(row);
+    } else {
+      ++left_out_;
+    }
+  }
+  void write(const Row& row) {
+    file_ << row.time << ',';
+    if (row.event) {
+      file_ << ",,,,,,,,,," << name_of(*row.event);
+    } else {
+      constexpr unsigned button_bits = 0x0F;
+      constexpr unsigned homed_shift = 4;
+      const unsigned asked = info_bits(row.request);
+      const unsigned told = info_bits(row.reply);
+      for (const auto word : row.request.words) { file_ << word << ','; }
+      file_ << (asked & 1U) << ',' << (asked >> 1U) << ',';
+      for (const auto count : row.reply.counts) { file_ << count << ','; }
+      file_ << (told & button_bits) << ',' << (told >> homed_shift) << ",request";
+    }
+    file_ << ',' << name_of(row.state) << '\n';
+  }
 
   std::filesystem::path path_;
   std::filesystem::path temporary_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+  std::ofstream file_;
   const Firmware& firmware_;
   std::vector<Row> rows_{};
   std::int64_t left_out_ = 0;
-  bool failed_ = false;
 };
-
-constexpr std::size_t most_rows = 1U << 16U;  // a minute at 1 kHz
-constexpr std::size_t many_rows = 256;
-constexpr unsigned button_bits = 0x0F;
-constexpr unsigned homed_shift = 4;
-
-[[noreturn]] void fail(const std::filesystem::path& path) {
-  throw InputError(path.string() + ": cannot be written: " + std::strerror(errno));
-}
-
-FalconLog::FalconLog(const std::filesystem::path& path, const Firmware& firmware)
-    : path_(path),
-      temporary_(io::temporary_name(path)),
-      file_(std::fopen(temporary_.c_str(), "we"), &std::fclose),
-      firmware_(firmware) {
-  if (!file_) { fail(path_); }
-  rows_.reserve(most_rows);
-  std::fputs(
-      "time_s,word_1,word_2,word_3,homing,leds,count_1,count_2,count_3,buttons,homed,event,state\n",
-      file_.get());
-}
-
-FalconLog::~FalconLog() {
-  if (file_) { std::remove(temporary_.c_str()); }
-}
-
-void FalconLog::served(double time_s, const HostPacket& request,
-                       const DevicePacket& reply) noexcept {
-  add({.time = time_s, .state = firmware_.state(), .request = request, .reply = reply});
-}
-
-void FalconLog::happened(double time_s, FirmwareEvent event) noexcept {
-  add({.time = time_s, .event = event, .state = firmware_.state()});
-}
-
-void FalconLog::add(const Row& row) noexcept {
-  if (rows_.size() < most_rows) {
-    rows_.push_back(row);
-  } else {
-    ++left_out_;
-  }
-}
-
-void FalconLog::flush_if_many() noexcept {
-  if (rows_.size() >= many_rows) { flush(); }
-}
-
-void FalconLog::flush() noexcept {
-  for (const Row& row : rows_) { write(row); }
-  rows_.clear();
-}
-
-void FalconLog::write(const Row& row) noexcept {
-  std::FILE* file = file_.get();
-  if (row.event) {
-    failed_ |= std::fprintf(file, "%.6f,,,,,,,,,,,%s,%s\n", row.time, name_of(*row.event),
-                            name_of(row.state)) < 0;
-    return;
-  }
-  const unsigned asked = info_bits(row.request);
-  const unsigned told = info_bits(row.reply);
-  failed_ |=
-      std::fprintf(file, "%.6f,%d,%d,%d,%u,%u,%d,%d,%d,%u,%u,request,%s\n", row.time,
-                   row.request.words[0], row.request.words[1], row.request.words[2], asked & 1U,
-                   asked >> 1U, row.reply.counts[0], row.reply.counts[1], row.reply.counts[2],
-                   told & button_bits, told >> homed_shift, name_of(row.state)) < 0;
-}
-
-void FalconLog::finish() {
-  flush();
-  failed_ |= std::fclose(file_.release()) != 0;
-  const bool renamed = !failed_ && std::rename(temporary_.c_str(), path_.c_str()) == 0;
-  if (renamed) { return; }
-  std::remove(temporary_.c_str());
-  fail(path_);
-}
 
 constexpr std::string_view header =
     "theta1_1_rad,theta1_2_rad,theta1_3_rad,count_1,count_2,count_3,forward_x_m,forward_y_m,"
@@ -219,7 +185,7 @@ int falcon_solve(const FalconOptions& options) {
   const std::vector<io::Pose> poses = io::read_pose_csv(options.solve, within_reach, problems);
   problems.throw_if_any();
   for (const io::Pose& pose : poses) { text += row(*solve(kinematics, pose)); }
-  const std::filesystem::path folder = make_folder(options.folder("falcon"));
+  const std::filesystem::path folder = options.make_folder();
   io::replace_file(folder / "solution.csv", text);
   if (!options.quiet) {
     std::printf("%zu poses: %s\n", poses.size(), (folder / "solution.csv").string().c_str());
@@ -230,44 +196,37 @@ int falcon_solve(const FalconOptions& options) {
 /// Serves until the input ends or an interrupt. Bytes in transit at the end of the input are still
 /// delivered.
 void serve(ByteLink& link, Emulator& emulator, FalconLog& log) {
+  constexpr std::size_t many_rows = 256;
   while (!interrupted && (!link.ended() || emulator.busy())) {
     (void)link.wait_until(emulator.next_call(link.now()));
     emulator.serve(link);
-    log.flush_if_many();
+    log.flush(many_rows);
   }
 }
 
 void tell_faults(const char* direction, const FaultCounts& counts) {
-  std::fprintf(stderr,
-               "%s: %lld bytes; dropped %lld, doubled %lld, corrupted %lld, unplugged %lld, "
-               "overflowed %lld; writes delayed %lld\n",
-               direction, static_cast<long long>(counts.bytes),
-               static_cast<long long>(counts.dropped), static_cast<long long>(counts.duplicated),
-               static_cast<long long>(counts.corrupted), static_cast<long long>(counts.unplugged),
-               static_cast<long long>(counts.overflowed),
-               static_cast<long long>(counts.delayed_writes));
+  std::cerr << direction << ": " << counts.bytes << " bytes; dropped " << counts.dropped
+            << ", doubled " << counts.duplicated << ", corrupted " << counts.corrupted
+            << ", unplugged " << counts.unplugged << ", overflowed " << counts.overflowed
+            << "; writes delayed " << counts.delayed_writes << '\n';
 }
 
 void tell(const Emulator& emulator, const FalconLog& log) {
   const Firmware& firmware = emulator.firmware();
   const ReaderCounts& reader = firmware.reader_counts();
-  std::fprintf(stderr, "%s: %lld requests, %lld replies; bad frames %lld, bytes skipped %lld\n",
-               name_of(firmware.state()), static_cast<long long>(reader.frames),
-               static_cast<long long>(firmware.replies()),
-               static_cast<long long>(reader.bad_frames),
-               static_cast<long long>(reader.skipped_bytes));
+  std::cerr << name_of(firmware.state()) << ": " << reader.frames << " requests, "
+            << firmware.replies() << " replies; bad frames " << reader.bad_frames
+            << ", bytes skipped " << reader.skipped_bytes << '\n';
   for (std::size_t n = 0; n < firmware_event_count; ++n) {
     const auto event = static_cast<FirmwareEvent>(n);
     if (firmware.count(event) == 0) { continue; }
-    std::fprintf(stderr, "%s: %lld\n", name_of(event),
-                 static_cast<long long>(firmware.count(event)));
+    std::cerr << name_of(event) << ": " << firmware.count(event) << '\n';
   }
   tell_faults("to device", emulator.faults_to_device());
   tell_faults("to host", emulator.faults_to_host());
   if (log.left_out() + emulator.lost_replies() > 0) {
-    std::fprintf(stderr, "rows left out of the log: %lld; writes that were not taken: %lld\n",
-                 static_cast<long long>(log.left_out()),
-                 static_cast<long long>(emulator.lost_replies()));
+    std::cerr << "rows left out of the log: " << log.left_out()
+              << "; writes that were not taken: " << emulator.lost_replies() << '\n';
   }
 }
 
@@ -280,14 +239,6 @@ std::unique_ptr<Body> make_body(const FalconScript& script) {
   return std::make_unique<PlantBody>(options, hand);
 }
 
-std::unique_ptr<ByteLink> make_link(bool pty) {
-  if (!pty) { return std::make_unique<DescriptorLink>(STDIN_FILENO, STDOUT_FILENO); }
-  auto link = std::make_unique<PtyLink>();
-  std::printf("%s\n", link->path().c_str());
-  std::fflush(stdout);
-  return link;
-}
-
 int run_falcon(const FalconOptions& options) {
   catch_interrupts();
   const int modes = int(options.pty) + int(options.stdio) + int(!options.solve.empty());
@@ -296,50 +247,39 @@ int run_falcon(const FalconOptions& options) {
   }
   if (!options.solve.empty()) { return falcon_solve(options); }
   const FalconScript script = read_falcon_script(options.script, options.overrides);
-  const std::filesystem::path folder = make_folder(options.folder("falcon"));
-  std::signal(SIGPIPE,
-              SIG_IGN);  // a closed reader then causes a failed write, not the end of the program
+  const std::filesystem::path folder = options.make_folder();
   const std::unique_ptr<Body> body = make_body(script);
   Emulator emulator(*body, script.firmware, script.faults);
   FalconLog log(folder / "log.csv", emulator.firmware());
   emulator.observe(&log);
-  try {
-    const std::unique_ptr<ByteLink> link = make_link(options.pty);
-    serve(*link, emulator, log);
-  } catch (const std::system_error& problem) {
-    std::fprintf(stderr, "palpate: %s; this machine must offer it\n", problem.what());
-    return machine_cannot;
-  }
-  log.finish();
-  if (!options.quiet) { tell(emulator, log); }
-  return interrupted ? interrupted_code : done;
+  return serve_device([&] {
+    if (options.pty) {
+      serve(*open_terminal(), emulator, log);
+    } else {
+      DescriptorLink link(STDIN_FILENO, STDOUT_FILENO);
+      serve(link, emulator, log);
+    }
+    log.finish();
+    if (!options.quiet) { tell(emulator, log); }
+  });
 }
 
 }  // namespace
 
-void add_falcon(CLI::App& app, std::function<int()>& chosen) {
+void add_falcon(Program& program) {
   const auto [command, options] = add_command(
-      app, chosen, "falcon", "the emulated Novint Falcon: on its wire protocol, or its kinematics",
+      program, "falcon", "the emulated Novint Falcon: on its wire protocol, or its kinematics",
       run_falcon);
-  command.add_flag("--pty", options.pty,
-                   "on a new pseudo-terminal, whose path is the first line of output");
+  add_terminal(command, options.pty);
   command.add_flag("--stdio", options.stdio, "on standard input and output, until the input ends");
-  command
-      .add_option(
-          "--solve", options.solve,
-          "kinematics of the poses in a CSV file with x_m,y_m,z_m and optionally fx_n,fy_n,fz_n")
-      ->type_name("FILE");
-  command
-      .add_option("--script", options.script,
-                  "faults, grip and buttons by time (TOML, docs/falcon.md)")
-      ->type_name("FILE");
+  add_value(command, "--solve", options.solve, "FILE",
+            "kinematics of the poses in a CSV file with x_m,y_m,z_m and optionally fx_n,fy_n,fz_n");
+  add_value(command, "--script", options.script, "FILE",
+            "faults, grip and buttons by time (TOML, docs/falcon.md)");
   add_overrides(command, options, "script");
-  add_common(command, options, "falcon");
   command.footer(
       "One of --pty, --stdio and --solve is needed. Ctrl-C ends the service; log.csv in DIR has "
-      "every\n"
-      "request. --solve writes solution.csv.\n"
-      "docs/falcon.md shows how to connect.");
+      "every\nrequest. --solve writes solution.csv.\ndocs/falcon.md shows how to connect.");
 }
 
 }  // namespace palpate::cli

@@ -13,29 +13,6 @@ using namespace device::falcon;
 
 enum class ButtonName { plus, forward, centre, minus };
 
-struct FaultDraft {
-  LinkFault fault{};
-  std::optional<ButtonName> button{};
-};
-
-struct PressDraft {
-  ButtonName button = ButtonName::centre;
-  double start = 0.0;
-  double end = std::numeric_limits<double>::infinity();
-};
-
-struct GripDraft {
-  GripScript grip{};
-  std::vector<PressDraft> presses{};
-};
-
-struct ScriptDraft {
-  int seed = 1;
-  std::optional<FirmwareOptions> firmware{};
-  std::optional<GripDraft> grip{};
-  std::vector<FaultDraft> faults{};
-};
-
 Buttons buttons_of(ButtonName name) {
   return {.plus = name == ButtonName::plus,
           .forward = name == ButtonName::forward,
@@ -77,51 +54,68 @@ inline constexpr auto words<ButtonName> =
 
 namespace palpate::io {
 
+using namespace device::falcon;
+
 constexpr Key seconds{.unit = "s", .range = range::non_negative};
 
-// Keys of a script, each listed once as in scene_keys.hpp; read by io::TomlReader.
-template <class Visitor> void fields(Visitor& v, cli::FaultDraft& f) {
-  v.value("kind", f.fault.kind, {.required = true});
-  v.value("direction", f.fault.direction, {});
-  v.value("probability", f.fault.probability, {.range = range::share});
-  v.value("start", f.fault.start, seconds);
-  v.value("end", f.fault.end, {.unit = "s", .range = range::positive});
-  v.value("latency", f.fault.latency, seconds);
-  v.value("jitter", f.fault.jitter, seconds);
-  v.value("run", f.fault.run, {.range = range::at_least(1)});
-  v.value("leg", f.fault.leg, {.range = range::at_least(1)});
-  v.value("button", f.button, {});
+template <class Visitor> void read_button(Visitor& v, Buttons& buttons, const Key& key) {
+  std::optional<cli::ButtonName> name;
+  v.value("button", name, key);
+  if (name) { buttons = cli::buttons_of(*name); }
 }
 
-template <class Visitor> void fields(Visitor& v, device::falcon::GripScript::Pose& p) {
+// Keys of a script, each listed once as in scene_keys.hpp; read by io::TomlReader.
+template <class Visitor> void fields(Visitor& v, LinkFault& f) {
+  v.value("kind", f.kind, {.required = true});
+  v.value("direction", f.direction, {});
+  v.value("probability", f.probability, {.range = range::share});
+  v.value("start", f.start, seconds);
+  v.value("end", f.end, {.unit = "s", .range = range::positive});
+  v.value("latency", f.latency, seconds);
+  v.value("jitter", f.jitter, seconds);
+  v.value("run", f.run, {.range = range::at_least(1)});
+  v.value("leg", f.leg, {.range = range::at_least(1)});
+  read_button(v, f.buttons, {});
+}
+
+template <class Visitor> void fields(Visitor& v, GripScript::Pose& p) {
   v.value("time", p.time, {.unit = "s", .range = range::non_negative, .required = true});
   v.value("counts", p.counts, {.required = true});
 }
 
-template <class Visitor> void fields(Visitor& v, cli::PressDraft& p) {
-  v.value("button", p.button, {.required = true});
+template <class Visitor> void fields(Visitor& v, GripScript::Press& p) {
+  p.end = std::numeric_limits<double>::infinity();
+  read_button(v, p.buttons, {.required = true});
   v.value("start", p.start, seconds);
   v.value("end", p.end, {.unit = "s", .range = range::positive});
 }
 
-template <class Visitor> void fields(Visitor& v, cli::GripDraft& g) {
-  v.value("homed", g.grip.homed, {});
-  v.value("power_on", g.grip.power_on, {});
-  v.list("pose", g.grip.poses);
+template <class Visitor> void fields(Visitor& v, GripScript& g) {
+  v.value("homed", g.homed, {});
+  v.value("power_on", g.power_on, {});
+  v.list("pose", g.poses);
   v.list("press", g.presses);
 }
 
-template <class Visitor> void fields(Visitor& v, device::falcon::FirmwareOptions& f) {
+template <class Visitor> void fields(Visitor& v, FirmwareOptions& f) {
   v.value("watchdog", f.watchdog, {.unit = "s", .range = range::positive});
   v.value("load_silence", f.load_silence, {.unit = "s", .range = range::positive});
   v.value("loaded", f.loaded, {});
 }
 
-template <class Visitor> void fields(Visitor& v, cli::ScriptDraft& s) {
-  v.value("seed", s.seed, {.range = range::non_negative});
-  v.optional_table("firmware", s.firmware);
-  v.optional_table("grip", s.grip);
-  v.list("fault", s.faults);
+template <class Visitor> void fields(Visitor& v, cli::FalconScript& s) {
+  int seed = 1;
+  std::optional<FirmwareOptions> firmware;
+  std::optional<GripScript> grip;
+  v.value("seed", seed, {.range = range::non_negative});
+  v.optional_table("firmware", firmware);
+  v.optional_table("grip", grip);
+  v.list("fault", s.faults.faults);
+  s.faults.seed = static_cast<std::uint64_t>(seed);
+  s.sets_firmware = firmware.has_value();
+  s.moves_grip = grip.has_value();
+  s.firmware = firmware.value_or(FirmwareOptions{});
+  s.grip = grip.value_or(GripScript{});
 }
 
 }  // namespace palpate::io
@@ -138,11 +132,11 @@ class ScriptCheck {
   void window(double start, double end, const std::string& table) {
     must(end > start, table + ".end", "= " + io::number_text(end) + " s; must be > start");
   }
-  void fault(const FaultDraft& draft, const std::string& table) {
-    window(draft.fault.start, draft.fault.end, table);
-    must(draft.fault.leg <= 3, table + ".leg",
-         "= " + std::to_string(draft.fault.leg) + "; must be 1, 2 or 3");
-    must(draft.fault.kind != LinkFault::Kind::stuck_button || draft.button, table + ".button",
+  void fault(const LinkFault& fault, const std::string& table) {
+    window(fault.start, fault.end, table);
+    must(fault.leg <= 3, table + ".leg", "= " + std::to_string(fault.leg) + "; must be 1, 2 or 3");
+    must(fault.kind != LinkFault::Kind::stuck_button || fault.buttons != Buttons{},
+         table + ".button",
          "is missing; a stuck button must be " + io::choices_text<ButtonName>("or"));
   }
   void poses(const std::vector<GripScript::Pose>& poses) {
@@ -170,35 +164,17 @@ class ScriptCheck {
   io::Problems& problems_;
 };
 
-void check(const ScriptDraft& draft, const io::Places& places, io::Problems& problems) {
+void check(const FalconScript& script, const io::Places& places, io::Problems& problems) {
   ScriptCheck rules(places, problems);
-  for (std::size_t n = 0; n < draft.faults.size(); ++n) {
-    rules.fault(draft.faults[n], "fault[" + std::to_string(n) + "]");
+  for (std::size_t n = 0; n < script.faults.faults.size(); ++n) {
+    rules.fault(script.faults.faults[n], "fault[" + std::to_string(n) + "]");
   }
-  if (!draft.grip) { return; }
-  for (std::size_t n = 0; n < draft.grip->presses.size(); ++n) {
-    const PressDraft& press = draft.grip->presses[n];
+  for (std::size_t n = 0; n < script.grip.presses.size(); ++n) {
+    const GripScript::Press& press = script.grip.presses[n];
     rules.window(press.start, press.end, "grip.press[" + std::to_string(n) + "]");
   }
-  rules.poses(draft.grip->grip.poses);
-  rules.counts(draft.grip->grip.power_on, "grip.power_on");
-}
-
-FalconScript finished(const ScriptDraft& draft) {
-  FalconScript script{.firmware = draft.firmware.value_or(FirmwareOptions{}),
-                      .faults = {.seed = static_cast<std::uint64_t>(draft.seed)},
-                      .sets_firmware = draft.firmware.has_value(),
-                      .moves_grip = draft.grip.has_value()};
-  for (FaultDraft each : draft.faults) {
-    if (each.button) { each.fault.buttons = buttons_of(*each.button); }
-    script.faults.faults.push_back(each.fault);
-  }
-  if (!draft.grip) { return script; }
-  script.grip = draft.grip->grip;
-  for (const PressDraft& press : draft.grip->presses) {
-    script.grip.presses.push_back({buttons_of(press.button), press.start, press.end});
-  }
-  return script;
+  rules.poses(script.grip.poses);
+  rules.counts(script.grip.power_on, "grip.power_on");
 }
 
 io::TomlDocument read_document(const std::filesystem::path& path,
@@ -218,14 +194,14 @@ FalconScript read_falcon_script(const std::filesystem::path& path,
                                 const std::vector<std::string>& overrides) {
   io::Problems problems;
   const io::TomlDocument document = read_document(path, overrides, problems);
-  ScriptDraft draft;
+  FalconScript script;
   const auto nowhere = [](std::string_view) { return std::string{}; };
   io::TomlReader reader(document.root, "", document.places, problems, nowhere);
-  io::fields(reader, draft);
+  io::fields(reader, script);
   reader.refuse_unknown_keys();
-  check(draft, document.places, problems);
+  check(script, document.places, problems);
   problems.throw_if_any();
-  return finished(draft);
+  return script;
 }
 
 }  // namespace palpate::cli

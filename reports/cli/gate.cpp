@@ -10,7 +10,6 @@
 #include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/provenance.hpp"
 #include "reports/gate_report.hpp"
 #include "reports/results/baseline_file.hpp"
@@ -29,8 +28,7 @@ struct GateOptions : CommonOptions {
 
 struct ApproveOptions : GateOptions {
   std::string reason{};
-  std::vector<std::filesystem::path>
-      spreads{};  ///< results of the same cases by other builds or orders
+  std::vector<std::filesystem::path> spreads{};  ///< results of other builds or orders
 };
 
 /// Reads a results folder of validate or bench, or the folder of a run. Throws InputError.
@@ -71,19 +69,17 @@ GateReport judged(const GateOptions& options) {
   for (const Outcome& one : results.outcomes) { names.push_back(one.name); }
   GateReport report{.results = options.results.string(),
                     .baseline_file = options.baseline.string(),
-                    .command = "palpate gate " + options.results.string() + " --baseline " +
-                               options.baseline.string(),
+                    .command = options.command,
                     .provenance = results.provenance,
                     .candidate = {.command = results.command, .outcomes = results.outcomes},
                     .baseline = baseline};
-  for (const std::string& each : options.cases) { report.command += " --case " + each; }
   report.result = gate::compare(report.baseline, report.candidate, names_of(options.cases, names));
   return report;
 }
 
 int run_gate(const GateOptions& options) {
   const GateReport report = judged(options);
-  const std::filesystem::path folder = make_folder(options.folder("gate"));
+  const std::filesystem::path folder = options.make_folder();
   io::replace_file(folder / "gate.json", to_json(report));
   io::replace_file(folder / "gate.xml", to_junit(report));
   io::replace_file(folder / "report.html", to_html(report));
@@ -140,45 +136,37 @@ int run_approve(const ApproveOptions& options) {
   return done;
 }
 
-void add_judged(CLI::App& command, GateOptions& options, const std::string& name) {
-  command.add_option("results", options.results, "results folder of validate, bench or run")
-      ->required()
-      ->type_name("RESULTS");
-  command
-      .add_option("--baseline", options.baseline,
-                  "accepted results (JSON; curves in an .h5 file beside it)")
-      ->required()
-      ->type_name("FILE");
-  command.add_option("--case", options.cases, "only this case or group; repeatable [all]")
-      ->type_name("NAME")
-      ->allow_extra_args(false);
-  add_common(command, options, name);
+void add_judged(CLI::App& command, GateOptions& options) {
+  add_value(command, "results", options.results, "RESULTS",
+            "results folder of validate, bench or run")
+      ->required();
+  add_value(command, "--baseline", options.baseline, "FILE",
+            "accepted results (JSON; curves in an .h5 file beside it)")
+      ->required();
+  add_value(command, "--case", options.cases, "NAME", "only this case or group; repeatable [all]");
 }
 
 }  // namespace
 
-void add_gate(CLI::App& app, std::function<int()>& chosen) {
+void add_gate(Program& program) {
   const auto [command, options] =
-      add_command(app, chosen, "gate", "compare results with a baseline", run_gate);
-  add_judged(command, options, "gate");
+      add_command(program, "gate", "compare results with a baseline", run_gate);
+  add_judged(command, options);
   command.footer(
       "Writes gate.json, gate.xml (JUnit) and report.html. Exit codes: 0 no case became worse, 1 a "
       "case\ndid or cannot be compared, 2 bad input. docs/gate.md has the rules.");
 }
 
-void add_approve(CLI::App& app, std::function<int()>& chosen) {
+void add_approve(Program& program) {
   const auto [command, options] =
-      add_command(app, chosen, "approve", "accept results as the new baseline", run_approve);
-  add_judged(command, options, "approve");
-  command.add_option("--reason", options.reason, "why numbers may change; recorded in the ledger")
-      ->required()
-      ->type_name("TEXT");
-  command
-      .add_option("--spread", options.spreads,
-                  "results of the same cases by another build or order of summation, to measure "
-                  "the effect of rounding; repeatable")
-      ->type_name("RESULTS")
-      ->allow_extra_args(false);
+      add_command(program, "approve", "accept results as the new baseline", run_approve);
+  add_judged(command, options);
+  add_value(command, "--reason", options.reason, "TEXT",
+            "why numbers may change; recorded in the ledger")
+      ->required();
+  add_value(command, "--spread", options.spreads, "RESULTS",
+            "results of the same cases by another build or order of summation, to measure the "
+            "effect of rounding; repeatable");
   command.footer(
       "Prints the old value, the new value and the bound of every change, then writes FILE\nand "
       "its curves. Results that ended in an error or are not finite are refused. docs/gate.md has "

@@ -2,13 +2,13 @@
 
 #include <cmath>
 #include <cstdio>
+#include <iostream>
 
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/recording_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/problem/recording.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/loaded_scene.hpp"
 #include "reports/recording_input.hpp"
 
 namespace palpate::cli {
@@ -21,32 +21,21 @@ struct ImportOptions : CommonOptions {
   std::optional<double> sample_rate{};      ///< [Hz], for a file without time
   std::optional<double> body_mass_index{};  ///< [kg/m^2]
   std::optional<double> plunger_area{};     ///< [m^2]
-  std::string technique{}, source{}, group{}, subject{}, name{};
+  std::string technique{}, source{}, group{}, subject{}, name_shown{};
   bool pump = false;  ///< pressure of a pump, not of a thumb
 };
 
-constexpr std::size_t most_imported_bytes = std::size_t{1} << 30U;
-
-RecordingFormat format_named(const std::string& name) {
-  for (const RecordingFormat format : {RecordingFormat::automatic, RecordingFormat::csv,
-                                       RecordingFormat::raw, RecordingFormat::hdf5}) {
-    if (name == name_of(format)) { return format; }
-  }
-  throw InputError("--format " + name + "; must be auto, csv, raw or hdf5");
-}
-
 /// Options of the command line override the contents of the file.
-void apply(const ImportOptions& options, Recording& recording) {
+void apply(const ImportOptions& options, const std::string& hash, Recording& recording) {
   if (options.body_mass_index) { recording.body_mass_index = options.body_mass_index; }
   if (options.plunger_area) { recording.plunger_area = *options.plunger_area; }
   if (!options.technique.empty()) { recording.technique = options.technique; }
   if (!options.source.empty()) { recording.source = options.source; }
   if (!options.group.empty()) { recording.group = options.group; }
   if (!options.subject.empty()) { recording.subject = options.subject; }
-  if (!options.name.empty()) { recording.name = options.name; }
+  if (!options.name_shown.empty()) { recording.name = options.name_shown; }
   if (options.pump) { recording.regime = Recording::Regime::pump; }
   if (recording.name.empty()) { recording.name = options.file.stem().string(); }
-  const std::string hash = io::content_hash(io::read_bytes(options.file, most_imported_bytes));
   recording.note += (recording.note.empty() ? "" : "; ") + ("imported file: FNV-1a " + hash);
 }
 
@@ -67,32 +56,24 @@ void tell_samples(const InputRecording& read) {
 
 void tell_defects(const InputRecording& read) {
   if (read.frames) {
-    std::printf(
-        "frames: %lld good, %lld bad, %lld missing in %lld gaps, %lld repeated; %lld bytes "
-        "skipped\n",
-        static_cast<long long>(read.frames->frames),
-        static_cast<long long>(read.frames->bad_frames),
-        static_cast<long long>(read.frames->missing), static_cast<long long>(read.frames->gaps),
-        static_cast<long long>(read.frames->repeated),
-        static_cast<long long>(read.frames->skipped_bytes));
+    std::cout << "frames: " << read.frames->frames << " good, " << read.frames->bad_frames
+              << " bad, " << read.frames->missing << " missing in " << read.frames->gaps
+              << " gaps, " << read.frames->repeated << " repeated; " << read.frames->skipped_bytes
+              << " bytes skipped\n";
   }
   const RecordingDefects& defects = read.recording.defects;
-  std::printf(
-      "missing %zu in %zu gaps, not a number %zu, out of range %zu, clipped %zu, out of order "
-      "%zu\n",
-      defects.missing, defects.gaps, defects.not_finite, defects.out_of_range, defects.clipped,
-      defects.not_increasing);
-  for (const std::string& warning : read.warnings) {
-    std::printf("warning: %s\n", warning.c_str());
-  }
+  std::cout << "missing " << defects.missing << " in " << defects.gaps << " gaps, not a number "
+            << defects.not_finite << ", out of range " << defects.out_of_range << ", clipped "
+            << defects.clipped << ", out of order " << defects.not_increasing << '\n';
+  for (const std::string& warning : read.warnings) { std::cout << "warning: " << warning << '\n'; }
 }
 
 int run_import(const ImportOptions& options) {
   InputRecording read =
-      read_any_recording(options.file, format_named(options.format),
+      read_any_recording(options.file, format_named("--format", options.format),
                          {.columns = options.columns, .sample_rate = options.sample_rate});
-  apply(options, read.recording);
-  const std::filesystem::path folder = make_folder(options.folder("import"));
+  apply(options, hash_of_file(options.file), read.recording);
+  const std::filesystem::path folder = options.make_folder();
   io::write_recording_hdf5(folder / "recording.h5", read.recording);
   io::write_recording_csv(folder / "recording.csv", read.recording);
   if (options.quiet) { return done; }
@@ -104,44 +85,32 @@ int run_import(const ImportOptions& options) {
 
 }  // namespace
 
-void add_import(CLI::App& app, std::function<int()>& chosen) {
-  const auto [command, options] =
-      add_command(app, chosen, "import",
-                  "convert a recording of any supported format to recording.h5", run_import);
-  command
-      .add_option("file", options.file, "CSV, recording.h5, MATLAB 7.3, or bytes of the raw link")
-      ->required()
-      ->type_name("FILE");
+void add_import(Program& program) {
+  const auto [command, options] = add_command(
+      program, "import", "convert a recording of any supported format to recording.h5", run_import);
+  add_value(command, "file", options.file, "FILE",
+            "CSV, recording.h5, MATLAB 7.3, or bytes of the raw link")
+      ->required();
   command.add_option("--format", options.format, "auto (by content), csv, raw or hdf5 [auto]");
-  command
-      .add_option(
-          "--column", options.columns,
-          "content of a column: time_ms, pressure_kPa, depth_mm, force_N, ignore; repeatable")
-      ->type_name("NAME=ROLE")
-      ->allow_extra_args(false);
+  add_value(command, "--column", options.columns, "NAME=ROLE",
+            "content of a column: time_ms, pressure_kPa, depth_mm, force_N, ignore; repeatable");
   const CLI::Validator positive = number_range(1e-12, 1e12);
-  command.add_option("--rate", options.sample_rate, "samples per second, for a file without time")
-      ->type_name("HZ")
+  add_value(command, "--rate", options.sample_rate, "HZ",
+            "samples per second, for a file without time")
       ->check(positive);
-  command.add_option("--bmi", options.body_mass_index, "body mass index, kg/m^2")
-      ->type_name("BMI")
+  add_value(command, "--bmi", options.body_mass_index, "BMI", "body mass index, kg/m^2")
       ->check(positive);
-  command.add_option("--plunger-area", options.plunger_area, "m^2 [1.767e-4]")
-      ->type_name("AREA")
+  add_value(command, "--plunger-area", options.plunger_area, "AREA", "m^2 [1.767e-4]")
       ->check(positive);
   command.add_option("--technique", options.technique, "continuous or intermittent")
       ->check(CLI::IsMember({"continuous", "intermittent"}));
-  command.add_option("--source", options.source, "publication, hospital or device")
-      ->type_name("TEXT");
-  command.add_option("--group", options.group, "group of subjects")->type_name("TEXT");
-  command
-      .add_option("--subject", options.subject,
-                  "code of the person; all recordings of one person count once")
-      ->type_name("TEXT");
-  command.add_option("--name", options.name, "display name [the file's]")->type_name("TEXT");
+  add_value(command, "--source", options.source, "TEXT", "publication, hospital or device");
+  add_value(command, "--group", options.group, "TEXT", "group of subjects");
+  add_value(command, "--subject", options.subject, "TEXT",
+            "code of the person; all recordings of one person count once");
+  add_value(command, "--name", options.name_shown, "TEXT", "display name [the file's]");
   command.add_flag("--pump", options.pump,
                    "the pressure is that of an injection pump, not of a thumb");
-  add_common(command, options, "import");
   command.footer(
       "Units: a column is named like pressure_mmHg, \"pressure (kPa)\" or \"t [s]\", or has its\n"
       "role from --column. Writes recording.h5 and recording.csv. docs/recordings.md shows how.");

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "model/problem/needle_path.hpp"
+#include "model/problem/scene_keys.hpp"
 #include "model/tissue/skin.hpp"
 #include "model/tissue/tissue_grid.hpp"
 #include "model/tissue/voxel_tissue.hpp"
@@ -38,14 +39,12 @@ constexpr double mm = 1e3;
 std::string with(double value, const char* unit) { return plain_number(value, 6) + " " + unit; }
 std::string millimetres(double value) { return with(mm * value, "mm"); }
 
-std::string name_of(TissueRole role) {
-  switch (role) {
-    case TissueRole::epidural_space: return "epidural-space";
-    case TissueRole::dura: return "dura";
-    case TissueRole::bone: return "bone";
-    case TissueRole::tissue: break;
+/// Word of a value in a scene file.
+template <class Value> std::string scene_word(Value value) {
+  for (const auto& [word, candidate] : words<Value>) {
+    if (candidate == value) { return std::string(word); }
   }
-  return "tissue";
+  return {};
 }
 
 /// Gauge of a needle, if the diameter is a standard one.
@@ -56,6 +55,8 @@ std::optional<int> gauge_of(double diameter) {
   }
   return {};
 }
+
+std::vector<double> values_in(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
 
 std::string pushes(const Drive& drive) {
   const std::string rise =
@@ -94,52 +95,26 @@ std::string drive_in_words(const Drive& drive) {
          (drive.kind == Drive::Kind::force ? pushes(drive) : advances(drive));
 }
 
-const char* name_of(Drive::Kind kind) {
-  switch (kind) {
-    case Drive::Kind::trajectory: return "trajectory";
-    case Drive::Kind::force: return "force";
-    case Drive::Kind::falcon: break;
-  }
-  return "falcon";
-}
-
-Json line_of(const NeedlePath& path) {
-  Json line = Json::array();
-  for (const PathInterval& interval : path.intervals()) {
-    line.push_back({{"label", interval.label},
-                    {"begin_m", interval.begin},
-                    {"end_m", finite_or_null(interval.end)},
-                    {"cutting_force_n", finite_or_null(interval.cutting_force)},
-                    {"friction_n_per_m", interval.friction},
-                    {"role", name_of(interval.role)}});
-  }
-  return line;
+Json interval_json(const PathInterval& interval) {
+  return object("label", interval.label, "begin_m", interval.begin, "end_m",
+                finite_or_null(interval.end), "cutting_force_n",
+                finite_or_null(interval.cutting_force), "friction_n_per_m", interval.friction,
+                "role", scene_word(interval.role));
 }
 
 Json needle_facts(const Needle& needle, const NeedlePath& path) {
-  const Eigen::Vector3d& n = path.direction();
-  Json facts{{"kind", "needle"}};
-  const std::optional<int> gauge = gauge_of(needle.diameter);
-  facts["gauge"] = gauge ? Json(*gauge) : Json(nullptr);
-  facts["diameter_m"] = needle.diameter;
-  facts["entry_m"] = {needle.entry.x(), needle.entry.y()};
-  facts["direction"] = {n.x(), n.y(), n.z()};
-  facts["mass_kg"] = needle.mass;
-  facts["knots"] = path.knots().size();
-  facts["bone_at_m"] = finite_or_null(path.bone());
-  facts["line"] = line_of(path);
-  return facts;
+  return object("kind", "needle", "gauge", gauge_of(needle.diameter), "diameter_m", needle.diameter,
+                "entry_m", values_in(needle.entry), "direction", values_in(path.direction()),
+                "mass_kg", needle.mass, "knots", path.knots().size(), "bone_at_m",
+                finite_or_null(path.bone()), "line", list_of(path.intervals(), interval_json));
 }
 
 Json probe_facts(const Probe& probe, const NeedlePath& path) {
   const bool round = probe.shape == Probe::Shape::fingertip;
-  Json facts{{"kind", "probe"}, {"shape", round ? "fingertip" : "ultrasound"}};
-  facts["size_m"] = round ? Json{probe.size.x()} : Json{probe.size.x(), probe.size.y()};
-  facts["entry_m"] = {probe.entry.x(), probe.entry.y()};
-  facts["mass_kg"] = probe.mass;
-  facts["nodes_beneath"] = path.knots().front().count;
-  facts["on"] = path.intervals().front().label;
-  return facts;
+  return object("kind", "probe", "shape", scene_word(probe.shape), "size_m",
+                values_in(probe.size.head(round ? 1 : 2)), "entry_m", values_in(probe.entry),
+                "mass_kg", probe.mass, "nodes_beneath", path.knots().front().count, "on",
+                path.intervals().front().label);
 }
 
 /// c = w.K^-1 w at the first contact point (EQUATIONS.md, "Needle tip").
@@ -173,27 +148,24 @@ bool is_believable(double compliance, const NetworkProblem& problem) {
 /// Maximum number of free nodes of a stiffness matrix, with about 15 kB each.
 constexpr std::size_t most_nodes_in_matrix = 100'000;
 
-void add_compliance(Json& facts, const NeedlePath& path, const NetworkProblem& problem) {
+/// Static compliance at the tool, or the reason why there is none.
+Json compliance_json(const NeedlePath& path, const NetworkProblem& problem) {
+  const auto none = [](const std::string& reason) {
+    return object("static_compliance_m_per_n", nullptr, "static_compliance_reason", reason);
+  };
   if (problem.free_nodes().size() > most_nodes_in_matrix) {
-    facts["static_compliance_m_per_n"] = nullptr;
-    facts["static_compliance_reason"] = "not sought: a stiffness matrix of more than " +
-                                        std::to_string(most_nodes_in_matrix) +
-                                        " free nodes takes gigabytes";
-    return;
+    return none("not sought: a stiffness matrix of more than " +
+                std::to_string(most_nodes_in_matrix) + " free nodes takes gigabytes");
   }
-  double compliance = std::numeric_limits<double>::infinity();
   try {
-    compliance = static_compliance(path, problem);
+    const double compliance = static_compliance(path, problem);
+    if (is_believable(compliance, problem)) {
+      return object("static_compliance_m_per_n", compliance);
+    }
   } catch (const reference::NotConverged& problem_of_solver) {
-    facts["static_compliance_m_per_n"] = nullptr;
-    facts["static_compliance_reason"] = std::string("not found: ") + problem_of_solver.what();
-    return;
-  } catch (const reference::SolverError&) {
-    // Still infinite: the stiffness is singular.
-  }
-  const bool finite = is_believable(compliance, problem);
-  facts["static_compliance_m_per_n"] = finite ? Json(compliance) : Json(nullptr);
-  if (!finite) { facts["static_compliance_reason"] = "infinite: the tissue can move freely"; }
+    return none(std::string("not found: ") + problem_of_solver.what());
+  } catch (const reference::SolverError&) {}  // the stiffness is singular
+  return none("infinite: the tissue can move freely");
 }
 
 std::string cell(const Json& value, double scale) {
@@ -211,23 +183,23 @@ void print_line(const Json& line) {
   }
 }
 
-}  // namespace
-
-nlohmann::ordered_json tool_inspection(const Scene& scene, const NetworkProblem& problem) {
+/// Keys "tool", "static_compliance_m_per_n" and, if that is null, "static_compliance_reason". Empty
+/// for a scene without a tool.
+Json tool_inspection(const Scene& scene, const NetworkProblem& problem) {
   Json facts = Json::object();
   if (!scene.needle && !scene.probe) { return facts; }
   const NeedlePath path = tool_path(scene, problem.network());
   facts["tool"] =
       scene.needle ? needle_facts(*scene.needle, path) : probe_facts(*scene.probe, path);
   const Drive drive = scene.drive.value_or(Drive{});
-  facts["tool"]["drive"] = name_of(drive.kind);
-  facts["tool"]["drive_in_words"] = drive_in_words(drive);
-  facts["tool"]["syringe"] = scene.syringe.has_value();
-  add_compliance(facts, path, problem);
+  add_keys(facts["tool"], "drive", scene_word(drive.kind), "drive_in_words", drive_in_words(drive),
+           "syringe", scene.syringe.has_value());
+  facts.update(compliance_json(path, problem));
   return facts;
 }
 
-void print_tool(const nlohmann::ordered_json& tool) {
+/// Prints one key of "tool" per line, and the needle path as a table.
+void print_tool(const Json& tool) {
   std::printf("tool\n");
   for (const auto& [name, value] : tool.items()) {
     if (name == "line") { continue; }
@@ -240,8 +212,6 @@ void print_tool(const nlohmann::ordered_json& tool) {
   if (tool.contains("line")) { print_line(tool["line"]); }
 }
 
-namespace {
-
 Json network_facts(const NetworkProblem& problem) {
   const SpringNetwork& network = problem.network();
   double least = std::numeric_limits<double>::infinity();
@@ -252,21 +222,15 @@ Json network_facts(const NetworkProblem& problem) {
   }
   double mass = 0.0;
   for (Eigen::Index i = 0; i < network.node_count(); ++i) { mass += network.mass(i); }
-  return {{"nodes", network.node_count()},
-          {"springs", network.springs.size()},
-          {"free_nodes", problem.free_nodes().size()},
-          {"mass_kg", mass},
-          {"stiffness_min_n_per_m", network.springs.empty() ? 0.0 : least},
-          {"stiffness_max_n_per_m", most}};
+  return object("nodes", network.node_count(), "springs", network.springs.size(), "free_nodes",
+                problem.free_nodes().size(), "mass_kg", mass, "stiffness_min_n_per_m",
+                network.springs.empty() ? 0.0 : least, "stiffness_max_n_per_m", most);
 }
 
 Json oscillator_facts(const Oscillator& oscillator) {
-  return {{"nodes", 1},
-          {"springs", 1},
-          {"free_nodes", 1},
-          {"mass_kg", oscillator.mass},
-          {"stiffness_min_n_per_m", oscillator.stiffness},
-          {"stiffness_max_n_per_m", oscillator.stiffness}};
+  return object("nodes", 1, "springs", 1, "free_nodes", 1, "mass_kg", oscillator.mass,
+                "stiffness_min_n_per_m", oscillator.stiffness, "stiffness_max_n_per_m",
+                oscillator.stiffness);
 }
 
 /// Volumes by surfaces and by voxels for each body, and properties of the image that was read.
@@ -274,23 +238,18 @@ Json voxel_facts(const VoxelTissue& tissue) {
   Json facts = Json::object();
   if (tissue.image) {
     const ImageFacts& image = *tissue.image;
-    facts["image"] = {{"format", image.format},
-                      {"pixels", image.pixels},
-                      {"spacing_m", {image.spacing.x(), image.spacing.y(), image.spacing.z()}},
-                      {"intensity_range", {image.range.x(), image.range.y()}},
-                      {"weighting", image.weighting},
-                      {"labelled_nodes", image.labelled_nodes}};
+    facts["image"] = object("format", image.format, "pixels", image.pixels, "spacing_m",
+                            values_in(image.spacing), "intensity_range", values_in(image.range),
+                            "weighting", image.weighting, "labelled_nodes", image.labelled_nodes);
   }
   double mesh = 0.0;
   double voxels = 0.0;
   for (const BodyFacts& body : tissue.bodies) {
     mesh += body.surface_volume;
     voxels += body.voxel_volume;
-    facts["bodies"][body.name] = {{"material", body.material},
-                                  {"mesh_m3", body.surface_volume},
-                                  {"voxels_m3", body.voxel_volume},
-                                  {"kept_voxels", body.kept_cells},
-                                  {"parts", body.parts}};
+    facts["bodies"][body.name] =
+        object("material", body.material, "mesh_m3", body.surface_volume, "voxels_m3",
+               body.voxel_volume, "kept_voxels", body.kept_cells, "parts", body.parts);
   }
   if (!tissue.bodies.empty()) { facts["volume_m3"] = {{"mesh", mesh}, {"voxels", voxels}}; }
   return facts;
@@ -299,12 +258,9 @@ Json voxel_facts(const VoxelTissue& tissue) {
 /// Extent of the surface, and the fraction of a block of layers below it.
 Json skin_facts(const Scene& scene) {
   const TriangleSurface& surface = scene.tissue.skin->surface();
-  const auto list = [](const Eigen::Vector3d& v) {
-    return std::vector<double>(v.begin(), v.end());
-  };
-  Json facts{{"faces", surface.triangle.size()},
-             {"min_m", list(surface.vertex.rowwise().minCoeff())},
-             {"max_m", list(surface.vertex.rowwise().maxCoeff())}};
+  Json facts = object("faces", surface.triangle.size(), "min_m",
+                      values_in(surface.vertex.rowwise().minCoeff()), "max_m",
+                      values_in(surface.vertex.rowwise().maxCoeff()));
   if (layers_follow_skin(scene)) { facts["columns_covered"] = block_beneath_skin(scene).covered(); }
   return facts;
 }
@@ -312,41 +268,30 @@ Json skin_facts(const Scene& scene) {
 Json facts_of(const LoadedScene& loaded) {
   const Simulation& simulation = loaded.simulation();
   const StepPlan& plan = simulation.plan();
-  const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
-  Json facts{{"title", loaded.file.scene.title}};
+  const NetworkProblem* network = loaded.network();
+  Json facts = object("title", loaded.file.scene.title);
   facts.update(network != nullptr ? network_facts(*network)
                                   : oscillator_facts(loaded.file.scene.tissue.oscillator));
   if (network != nullptr) { facts.update(tool_inspection(loaded.file.scene, *network)); }
   if (loaded.file.scene.tissue.skin) { facts["skin"] = skin_facts(loaded.file.scene); }
   if (const auto& voxels = loaded.file.scene.tissue.voxels) { facts.update(voxel_facts(*voxels)); }
-  facts["omega_max_rad_per_s"] = plan.bounds.omega_estimate;
-  facts["omega_upper_bound_rad_per_s"] = plan.bounds.omega_upper;
-  facts["damping_upper_bound_per_s"] = plan.bounds.damping_upper;
   Json stable = Json::object();
   for (const auto& [name, step] : plan.stable_step) { stable[name] = finite_or_null(step); }
-  facts["stable_step_s"] = stable;
-  facts["integrator"] = plan.integrator->name;
-  facts["integrator_reason"] = plan.integrator_reason;
-  facts["substeps"] = plan.substeps;
-  facts["substeps_reason"] = plan.substeps_reason;
-  facts["integrator_step_s"] = plan.h;
-  facts["ticks"] = simulation.tick_count();
-  facts["kernel"] = plan.kernel;
-  facts["skipped"] = plan.skipped;
-  facts["warnings"] = plan.warnings;
-  facts["zero_length_springs"] = simulation.zero_length_springs();
-  facts["memory_bytes"] = simulation.memory_bytes();
+  add_keys(facts, "omega_max_rad_per_s", plan.bounds.omega_estimate, "omega_upper_bound_rad_per_s",
+           plan.bounds.omega_upper, "damping_upper_bound_per_s", plan.bounds.damping_upper,
+           "stable_step_s", stable, "integrator", plan.integrator->name, "integrator_reason",
+           plan.integrator_reason, "substeps", plan.substeps, "substeps_reason",
+           plan.substeps_reason, "integrator_step_s", plan.h, "ticks", simulation.tick_count(),
+           "kernel", plan.kernel, "skipped", plan.skipped, "warnings", plan.warnings,
+           "zero_length_springs", simulation.zero_length_springs(), "memory_bytes",
+           simulation.memory_bytes());
   return facts;
 }
 
 std::string text_of(const Json& value) {
   if (value.is_null()) { return "no limit"; }
   if (value.is_string()) { return value.get<std::string>(); }
-  if (value.is_number_float()) {
-    std::array<char, 32> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), "%.6g", value.get<double>());
-    return buffer.data();
-  }
+  if (value.is_number_float()) { return plain_number(value.get<double>(), 6); }
   return value.dump();
 }
 
@@ -356,9 +301,8 @@ void print(const Json& facts) {
       print_tool(value);
       continue;
     }
-    if (name == "static_compliance_m_per_n" && value.is_null()) {
-      continue;
-    }  // the next key contains the reason
+    // The next key contains the reason.
+    if (name == "static_compliance_m_per_n" && value.is_null()) { continue; }
     if (value.is_object() || value.is_array()) {
       std::printf("%s\n", name.c_str());
       for (const auto& [key, item] : value.items()) {
@@ -384,12 +328,18 @@ int run_inspect(const InspectOptions& options) {
 
 }  // namespace
 
-void add_inspect(CLI::App& app, std::function<int()>& chosen) {
+std::optional<double> tool_compliance(const Scene& scene, const NetworkProblem& problem) {
+  if (!scene.needle && !scene.probe) { return {}; }
+  const Json found = compliance_json(tool_path(scene, problem.network()), problem);
+  const Json& compliance = found.at("static_compliance_m_per_n");
+  return compliance.is_null() ? std::nullopt : std::optional(compliance.get<double>());
+}
+
+void add_inspect(Program& program) {
   const auto [command, options] = add_command(
-      app, chosen, "inspect", "show contents, cost and skipped work of a scene, without simulating",
+      program, "inspect", "show contents, cost and skipped work of a scene, without simulating",
       run_inspect);
   add_scene(command, options, options.scene);
-  add_common(command, options, "inspect");
   command.add_flag("--json", options.json, "as JSON on standard output");
   command.add_flag("--no-skip", options.no_skip, "plan without skipping");
   command.footer(integrator_help());

@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Tool part of `palpate inspect`: a needle or a probe.
 
-#include <nlohmann/json.hpp>
+#include <optional>
 
 #include "model/problem/problem.hpp"
 
 namespace palpate::cli {
 
-/// Returns the keys "tool", "static_compliance_m_per_n" and, if that is null,
-/// "static_compliance_reason". Empty for a scene without a tool.
-nlohmann::ordered_json tool_inspection(const Scene& scene, const NetworkProblem& problem);
-
-/// Prints the same data as text: one key of "tool" per line, and the needle path as a table.
-void print_tool(const nlohmann::ordered_json& tool);
+/// Static compliance of the tissue at the tool [m/N]. Empty without a tool, for too many nodes and
+/// for tissue that can move freely.
+std::optional<double> tool_compliance(const Scene& scene, const NetworkProblem& problem);
 
 }  // namespace palpate::cli

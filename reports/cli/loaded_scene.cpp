@@ -50,15 +50,6 @@ LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& o
   return {std::move(file), ModelSubject(std::move(simulation)), seconds};
 }
 
-std::filesystem::path make_folder(const std::filesystem::path& folder) {
-  std::error_code problem;
-  std::filesystem::create_directories(folder, problem);
-  if (problem || !std::filesystem::is_directory(folder)) {
-    throw InputError(folder.string() + ": not a folder that can be written; a folder");
-  }
-  return folder;
-}
-
 RunControl run_control(bool quiet) {
   RunControl control{.stop = &interrupted};
   if (!quiet && isatty(STDERR_FILENO) != 0) {

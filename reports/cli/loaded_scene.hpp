@@ -17,6 +17,10 @@ struct LoadedScene {
   ModelSubject subject;  ///< simulation subject with the scene loaded
 
   [[nodiscard]] const Simulation& simulation() const { return subject.simulation(); }
+  /// Returns nullptr for an oscillator.
+  [[nodiscard]] const NetworkProblem* network() const {
+    return dynamic_cast<const NetworkProblem*>(&simulation().problem());
+  }
   double load_seconds = 0.0;
 };
 
@@ -24,9 +28,6 @@ struct LoadedScene {
 /// scene. The simulation can continue for `spare` [s] after the duration of the scene.
 LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options,
                        bool no_skip, double spare = 0.0);
-
-/// Creates the folder if it does not exist, and returns it. Throws InputError.
-std::filesystem::path make_folder(const std::filesystem::path& folder);
 
 /// Run control that stops on Ctrl-C and prints progress to standard error if it is a terminal.
 RunControl run_control(bool quiet);

@@ -29,34 +29,31 @@ int refuse(const std::string& message, int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Palpate: validation and regression harness for haptic soft-tissue simulation");
+  Program program;
+  CLI::App& app = program.app;
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
   app.footer(integrator_help() +
              "\nExit codes: 0 all checks pass, 1 a check failed, 2 bad usage or input "
              "(nothing written),\n3 this machine cannot do it, 130 interrupted.");
-  std::function<int()> chosen;
-
   for (const auto& add : {add_run, add_inspect, add_validate, add_bench, add_steps, add_certify,
                           add_report, add_falcon, add_import, add_transducer, add_gate, add_approve,
                           add_compare, add_calibrate, add_reconstruct}) {
-    add(app, chosen);
+    add(program);
   }
   for (CLI::App* each : app.get_subcommands({})) {
     each->set_version_flag("--version", version_text());
   }
   try {
     app.parse(argc, argv);
+    try {
+      (void)widest_allowed();
+    } catch (const std::invalid_argument& error) { throw InputError(error.what()); }
+    return program.chosen();
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) { return app.exit(error); }  // --help, --version
     return refuse(std::string(error.what()) + "; `palpate --help` shows what is allowed",
                   bad_input);
-  }
-  try {
-    (void)widest_allowed();
-  } catch (const std::invalid_argument& error) { return refuse(error.what(), bad_input); }
-  try {
-    return chosen();
   } catch (const InputError& error) {
     return refuse(error.what(), bad_input);
   } catch (const std::exception& error) { return refuse(error.what(), fell_short); }

@@ -33,6 +33,18 @@ std::string utc_now() {
   return buffer.data();
 }
 
+/// Value of a key in /proc/cpuinfo for the first processor; empty if the key is missing.
+std::string processor_line(const std::string& name) {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    const std::size_t colon = line.find(':');
+    if (!line.starts_with(name) || colon == std::string::npos) { continue; }
+    const std::size_t begin = line.find_first_not_of(' ', colon + 1);
+    return begin == std::string::npos ? "" : line.substr(begin);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::map<std::string, std::string> build_provenance() {
@@ -154,17 +166,6 @@ void add_kernel(std::vector<EnvironmentFact>& facts) {
 
 }  // namespace
 
-std::string processor_line(const std::string& name) {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    const std::size_t colon = line.find(':');
-    if (!line.starts_with(name) || colon == std::string::npos) { continue; }
-    const std::size_t begin = line.find_first_not_of(' ', colon + 1);
-    return begin == std::string::npos ? "" : line.substr(begin);
-  }
-  return {};
-}
-
 std::size_t largest_cache() {
   constexpr long least = 1L << 20U;
   constexpr long most = 128L << 20U;
@@ -172,9 +173,9 @@ std::size_t largest_cache() {
   return static_cast<std::size_t>(found <= 0 ? 32L << 20U : std::clamp(found, least, most));
 }
 
-std::vector<int> processors_in(const std::string& list) {
+std::vector<int> isolated_processors() {
   std::vector<int> processors;
-  std::istringstream parts(list);
+  std::istringstream parts(first_line("/sys/devices/system/cpu/isolated"));
   for (std::string part; std::getline(parts, part, ',');) {
     int first = 0;
     int last = 0;
@@ -184,10 +185,6 @@ std::vector<int> processors_in(const std::string& list) {
     }
   }
   return processors;
-}
-
-std::vector<int> isolated_processors() {
-  return processors_in(first_line("/sys/devices/system/cpu/isolated"));
 }
 
 certificate::ProcessorTimes processor_times(int processor) {

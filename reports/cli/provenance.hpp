@@ -15,14 +15,9 @@ std::map<std::string, std::string> build_provenance();
 /// Program version with commit: "palpate 0.1.0 (commit)".
 std::string version_text();
 
-/// Value of a key in /proc/cpuinfo for the first processor; empty if the key is missing.
-std::string processor_line(const std::string& name);
-
 /// Size of the largest cache [bytes]; 32 MiB if the system does not report it.
 std::size_t largest_cache();
 
-/// Processor numbers in a list such as "2-4,7".
-std::vector<int> processors_in(const std::string& list);
 /// Processors that the kernel command line isolates from the scheduler.
 std::vector<int> isolated_processors();
 

@@ -4,7 +4,6 @@
 
 #include "fixtures/io/recording_file.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/loaded_scene.hpp"
 #include "reports/reconstructed_set.hpp"
 
 namespace palpate::cli {
@@ -17,7 +16,7 @@ struct ReconstructOptions : CommonOptions {
 int run_reconstruct(const ReconstructOptions& options) {
   const std::vector<Recording> recordings =
       reconstructed_recordings(io::read_published_values(options.table));
-  const std::filesystem::path folder = make_folder(options.folder("reconstruct"));
+  const std::filesystem::path folder = options.make_folder();
   for (const Recording& recording : recordings) {
     io::write_recording_hdf5(folder / (recording.name + ".h5"), recording);
   }
@@ -30,15 +29,13 @@ int run_reconstruct(const ReconstructOptions& options) {
 
 }  // namespace
 
-void add_reconstruct(CLI::App& app, std::function<int()>& chosen) {
+void add_reconstruct(Program& program) {
   const auto [command, options] =
-      add_command(app, chosen, "reconstruct", "recordings rebuilt from a table of published values",
+      add_command(program, "reconstruct", "recordings rebuilt from a table of published values",
                   run_reconstruct);
-  command
-      .add_option("table", options.table, "fixtures/clinical/published_values.csv, or one like it")
-      ->required()
-      ->type_name("TABLE");
-  add_common(command, options, "reconstruct");
+  add_value(command, "table", options.table, "TABLE",
+            "fixtures/clinical/published_values.csv, or one like it")
+      ->required();
   command.footer(
       "Writes one .h5 per recording into DIR. They are no measurements, and each says so\n"
       "(fixtures/recordings/README.md).");

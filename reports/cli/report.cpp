@@ -4,7 +4,6 @@
 
 #include "fixtures/io/file_bytes.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/loaded_scene.hpp"
 #include "reports/html/results_page.hpp"
 #include "reports/results/results_folder.hpp"
 
@@ -19,7 +18,7 @@ int run_report(const ReportOptions& options) {
   const Results results = read_results_folder(options.results);
   const std::string page = to_html(results);
   const std::filesystem::path folder =
-      options.out.empty() ? options.results : make_folder(options.out);
+      options.out.empty() ? options.results : options.make_folder();
   io::replace_file(folder / "report.html", page);
   if (!options.quiet) { std::printf("%s\n", (folder / "report.html").string().c_str()); }
   return done;
@@ -27,13 +26,11 @@ int run_report(const ReportOptions& options) {
 
 }  // namespace
 
-void add_report(CLI::App& app, std::function<int()>& chosen) {
-  const auto [command, options] = add_command(
-      app, chosen, "report", "render report.html again from a results folder", run_report);
-  command.add_option("results", options.results, "folder with results.json and traces/")
-      ->required()
-      ->type_name("RESULTS");
-  add_common(command, options, "report");
+void add_report(Program& program) {
+  const auto [command, options] =
+      add_command(program, "report", "render report.html again from a results folder", run_report);
+  add_value(command, "results", options.results, "RESULTS", "folder with results.json and traces/")
+      ->required();
 }
 
 }  // namespace palpate::cli

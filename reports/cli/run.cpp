@@ -61,6 +61,10 @@ struct Palpation {
   std::string csv{};  ///< columns x_m,y_m,stiffness_n_per_m; one row per site, x varies fastest
 };
 
+template <class Item> void append(std::vector<Item>& items, const std::vector<Item>& more) {
+  items.insert(items.end(), more.begin(), more.end());
+}
+
 std::string csv_of(const HeatMap& map) {
   std::string text = "x_m,y_m,stiffness_n_per_m\n";
   std::size_t site = 0;
@@ -76,7 +80,7 @@ std::string csv_of(const HeatMap& map) {
 /// Palpation map, if the probe of the scene requests one.
 Palpation palpate_skin(const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
-  const auto* problem = dynamic_cast<const NetworkProblem*>(&loaded.simulation().problem());
+  const NetworkProblem* problem = loaded.network();
   if (problem == nullptr || !scene.probe || !scene.probe->map) { return {}; }
   Palpation palpation;
   try {
@@ -85,8 +89,8 @@ Palpation palpate_skin(const LoadedScene& loaded) {
     palpation.figure = {.id = "palpation-map",
                         .title = "Palpation map",
                         .caption =
-                            "How stiff the skin is under the probe, place by place: force "
-                            "for each millimetre of a small push on the tissue at rest.",
+                            "How stiff the skin is under the probe, place by place: force for each "
+                            "millimetre of a small push on the tissue at rest.",
                         .x = {.label = "x (mm)"},
                         .y = {.label = "y (mm)"},
                         .heat_map = std::move(map),
@@ -100,85 +104,58 @@ Palpation palpate_skin(const LoadedScene& loaded) {
 using Json = nlohmann::ordered_json;
 
 Json device_json(const FalconFacts& facts) {
-  Json json{{"ticks", facts.ticks},
-            {"saturated_ticks", facts.saturated},
-            {"unanswered_requests", facts.unanswered},
-            {"unhomed_ticks", facts.unhomed},
-            {"largest_requested_n", facts.largest_requested},
-            {"largest_delivered_n", facts.largest_delivered},
-            {"axial_limit_n", facts.axial_force},
-            {"weakest_limit_n", facts.weakest_force},
-            {"least_energy_j", facts.least_energy},
-            {"least_energy_at_s", facts.least_energy_at},
-            {"taken_by_controller_j", facts.taken_by_controller},
-            {"reaction_s", facts.reaction}};
+  Json json =
+      object("ticks", facts.ticks, "saturated_ticks", facts.saturated, "unanswered_requests",
+             facts.unanswered, "unhomed_ticks", facts.unhomed, "largest_requested_n",
+             facts.largest_requested, "largest_delivered_n", facts.largest_delivered,
+             "axial_limit_n", facts.axial_force, "weakest_limit_n", facts.weakest_force,
+             "least_energy_j", facts.least_energy, "least_energy_at_s", facts.least_energy_at,
+             "taken_by_controller_j", facts.taken_by_controller, "reaction_s", facts.reaction);
   if (facts.lost_resistance_at) {
-    json["lost_resistance_at_s"] = *facts.lost_resistance_at;
-    json["overshoot_m"] = facts.overshoot;
+    add_keys(json, "lost_resistance_at_s", *facts.lost_resistance_at, "overshoot_m",
+             facts.overshoot);
   }
   return json;
 }
 
-Json real_time_json(const device::DeadlineFacts& facts) {
-  return {{"ticks", facts.ticks},
-          {"missed", facts.missed},
-          {"worst_wake_s", facts.worst_wake},
-          {"worst_lateness_s", facts.worst_lateness}};
+const char* status_of(const Trace& trace) {
+  return trace.diverged ? "diverged" : trace.interrupted ? "interrupted" : "ok";
 }
 
 std::string summary_json(const LoadedScene& loaded, const FinishedRun& run) {
+  const Trace& trace = run.trace;
   const Simulation& simulation = loaded.simulation();
   const StepPlan& plan = simulation.plan();
-  const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
-  const std::size_t springs = network != nullptr ? network->network().springs.size() : 1;
-  Json json;
-  json["schema"] = 1;
-  json["title"] = loaded.file.scene.title;
-  json["status"] = run.trace.diverged ? "diverged" : run.trace.interrupted ? "interrupted" : "ok";
-  if (run.trace.diverged) { json["diverged_at_s"] = run.trace.diverged_at; }
-  json["nodes"] = network != nullptr ? network->network().node_count() : 1;
-  json["springs"] = springs;
-  json["ticks"] = run.trace.ticks;
-  json["steps"] = run.trace.steps;
-  json["integrator"] = plan.integrator->name;
-  json["integrator_reason"] = plan.integrator_reason;
-  json["substeps"] = plan.substeps;
-  json["integrator_step_s"] = plan.h;
-  json["omega_max_rad_per_s"] = plan.bounds.omega_estimate;
-  json["h_omega_max"] = plan.h * plan.bounds.omega_estimate;
-  json["load_s"] = loaded.load_seconds;
-  json["wall_s"] = run.trace.seconds;
-  json["slowest_tick_s"] = run.trace.slowest_tick;
-  json["ns_per_spring_step"] = run.ns_per_spring_step(simulation.spring_count());
-  json["kernel"] = plan.kernel;
+  const NetworkProblem* network = loaded.network();
+  Json json = object("schema", 1, "title", loaded.file.scene.title, "status", status_of(trace));
+  if (trace.diverged) { json["diverged_at_s"] = trace.diverged_at; }
+  add_keys(json, "nodes", network != nullptr ? network->network().node_count() : 1, "springs",
+           network != nullptr ? network->network().springs.size() : 1, "ticks", trace.ticks,
+           "steps", trace.steps, "integrator", plan.integrator->name, "integrator_reason",
+           plan.integrator_reason, "substeps", plan.substeps, "integrator_step_s", plan.h,
+           "omega_max_rad_per_s", plan.bounds.omega_estimate, "h_omega_max",
+           plan.h * plan.bounds.omega_estimate, "load_s", loaded.load_seconds, "wall_s",
+           trace.seconds, "slowest_tick_s", trace.slowest_tick, "ns_per_spring_step",
+           run.ns_per_spring_step(simulation.spring_count()), "kernel", plan.kernel);
   if (plan.sleep_force > 0.0) { json["awake_share"] = simulation.awake_share(); }
-  json["skipped"] = plan.skipped;
-  json["warnings"] = plan.warnings;
-  json["zero_length_springs"] = loaded.simulation().zero_length_springs();
-  json["energy"] = {{"initial_j", json_number(run.trace.energy.initial)},
-                    {"final_j", json_number(run.trace.energy.final)},
-                    {"max_j", json_number(run.trace.energy.maximum)}};
+  add_keys(json, "skipped", plan.skipped, "warnings", plan.warnings, "zero_length_springs",
+           simulation.zero_length_springs(), "energy",
+           object("initial_j", trace.energy.initial, "final_j", trace.energy.final, "max_j",
+                  trace.energy.maximum));
   if (run.falcon) { json["device"] = device_json(*run.falcon); }
-  if (run.real_time) { json["real_time"] = real_time_json(*run.real_time); }
-  json["events"] = Json::array();
-  for (const Event& event : run.trace.events) {
-    json["events"].push_back(
-        {{"time_s", event.time}, {"kind", event.kind}, {"detail", event.detail}});
+  if (run.real_time) {
+    const device::DeadlineFacts& facts = *run.real_time;
+    json["real_time"] = object("ticks", facts.ticks, "missed", facts.missed, "worst_wake_s",
+                               facts.worst_wake, "worst_lateness_s", facts.worst_lateness);
   }
-  return json.dump(2) + "\n";
+  json["events"] = list_of(trace.events, [](const Event& event) {
+    return object("time_s", event.time, "kind", event.kind, "detail", event.detail);
+  });
+  return json_text(json, 2);
 }
 
-struct RunPage {
-  const LoadedScene& loaded;
-  const FinishedRun& run;
-  const Palpation& palpation;
-  const std::map<std::string, std::string>& provenance;
-  std::string no_view{};  ///< reason why the page has no 3-D view; empty if it has one
-};
-
 std::vector<Fact> scene_facts(const LoadedScene& loaded) {
-  const Simulation& simulation = loaded.simulation();
-  const auto* network = dynamic_cast<const NetworkProblem*>(&simulation.problem());
+  const NetworkProblem* network = loaded.network();
   if (network == nullptr) { return {{"tissue", "one spring-mass-damper", ""}}; }
   const auto nodes = network->network().node_count();
   return {{"nodes", std::to_string(nodes), std::to_string(network->free_nodes().size()) + " free"},
@@ -232,67 +209,63 @@ void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const F
        "at most " + quantity(run.trace.energy.maximum, "J")});
 }
 
-void add_view(RunReport& report, const RunPage& page) {
-  const auto* network = dynamic_cast<const NetworkProblem*>(&page.loaded.simulation().problem());
+/// Adds the 3-D view, or the reason why there is none.
+void add_view(RunReport& report, const LoadedScene& loaded, const Trace& trace, bool wanted) {
+  const NetworkProblem* network = loaded.network();
   if (network == nullptr) { return; }
-  if (page.no_view.empty()) {
-    const Scene& scene = page.loaded.file.scene;
+  if (wanted) {
     std::vector<std::string> notes;
     std::vector<ViewSurface> surfaces;
-    if (std::optional<ViewSurface> skin = view_of_skin(scene, notes)) {
+    if (std::optional<ViewSurface> skin = view_of_skin(loaded.file.scene, notes)) {
       surfaces.push_back(std::move(*skin));
     }
-    report.view = make_view({scene, *network, page.run.trace, std::move(surfaces)});
-    if (report.view) {
-      report.view->notes.insert(report.view->notes.end(), notes.begin(), notes.end());
-    }
+    report.view = make_view({loaded.file.scene, *network, trace, std::move(surfaces)});
+    if (report.view) { append(report.view->notes, notes); }
   }
   if (!report.view) {
-    report.skipped.push_back("view in three dimensions: " +
-                             (page.no_view.empty() ? "no frames are kept" : page.no_view));
+    report.skipped.push_back(std::string("view in three dimensions: ") +
+                             (wanted ? "no frames are kept" : "not wanted"));
   }
 }
 
-/// Writes report.html. Throws DrawingError.
-void write_run_report(const std::filesystem::path& folder, const RunPage& page) {
-  const auto& [loaded, run, palpation, provenance, no_view] = page;
+RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const FinishedRun& run,
+                    const Palpation& palpation,
+                    const std::map<std::string, std::string>& provenance) {
+  const Scene& scene = loaded.file.scene;
+  const Trace& trace = run.trace;
   const StepPlan& plan = loaded.simulation().plan();
-  RunReport report;
-  report.title = loaded.file.scene.title.empty() ? "Palpate run" : loaded.file.scene.title;
-  report.held = !run.trace.diverged;
-  report.verdict = run.trace.diverged ? "Diverged at t = " + quantity(run.trace.diverged_at, "s")
-                   : run.trace.interrupted
-                       ? "Interrupted at t = " + quantity(run.trace.time.back(), "s")
-                       : "Ran to t = " + quantity(run.trace.time.back(), "s");
-  report.detail =
-      run.trace.diverged
-          ? "The motion left every bound; the traces are kept up to there."
-          : std::to_string(run.trace.ticks) + " ticks, every state finite and in bounds.";
-  report.facts = tool_facts(run.trace);
+  RunReport report{.title = scene.title.empty() ? "Palpate run" : scene.title,
+                   .held = !trace.diverged,
+                   .facts = tool_facts(trace),
+                   .tool_figures = falcon_figures(trace),
+                   .skipped = plan.skipped,
+                   .warnings = plan.warnings,
+                   .provenance = facts_of_map(provenance),
+                   .command = options.command};
+  report.verdict = trace.diverged ? "Diverged at t = " + quantity(trace.diverged_at, "s")
+                                  : (trace.interrupted ? "Interrupted at t = " : "Ran to t = ") +
+                                        quantity(trace.time.back(), "s");
+  report.detail = trace.diverged
+                      ? "The motion left every bound; the traces are kept up to there."
+                      : std::to_string(trace.ticks) + " ticks, every state finite and in bounds.";
   if (run.falcon) {
-    std::ranges::move(falcon_fact_list(*run.falcon), std::back_inserter(report.facts));
+    append(report.facts, falcon_fact_list(*run.falcon));
+    report.tool_figures.push_back(force_reach_figure(*run.falcon));
   }
   if (!report.facts.empty()) { report.facts.push_back(tick_cost(plan, run)); }
   if (run.real_time) { report.facts.push_back(punctuality(*run.real_time)); }
-  std::ranges::move(scene_facts(loaded), std::back_inserter(report.facts));
-  std::ranges::move(patient_facts(loaded.file.scene), std::back_inserter(report.facts));
+  append(report.facts, scene_facts(loaded));
+  append(report.facts, patient_facts(scene));
   add_step_facts(report.facts, plan);
   add_cost_facts(report.facts, loaded, run);
-  report.skipped = plan.skipped;
-  add_view(report, page);
-  report.warnings = plan.warnings;
-  std::ranges::copy(palpation.warnings, std::back_inserter(report.warnings));
-  report.tool_figures = falcon_figures(run.trace);
-  if (run.falcon) { report.tool_figures.push_back(force_reach_figure(*run.falcon)); }
+  add_view(report, loaded, trace, !options.no_view);
+  append(report.warnings, palpation.warnings);
   if (palpation.figure) { report.tool_figures.push_back(*palpation.figure); }
-  std::ranges::move(lookup_figures(loaded.file.scene), std::back_inserter(report.tool_figures));
-  if (loaded.simulation().zero_length_springs() > 0) {
-    report.warnings.push_back(std::to_string(loaded.simulation().zero_length_springs()) +
-                              " springs have no length and exert no force");
+  append(report.tool_figures, lookup_figures(scene));
+  if (const auto count = loaded.simulation().zero_length_springs(); count > 0) {
+    report.warnings.push_back(std::to_string(count) + " springs have no length and exert no force");
   }
-  for (const auto& [name, value] : provenance) { report.provenance.push_back({name, value, ""}); }
-  report.command = "palpate run " + loaded.file.inputs.front().filename().string();
-  io::replace_file(folder / "report.html", to_html(report, run.trace));
+  return report;
 }
 
 void tell(const FinishedRun& run, const LoadedScene& loaded, const std::filesystem::path& folder) {
@@ -304,10 +277,7 @@ void tell(const FinishedRun& run, const LoadedScene& loaded, const std::filesyst
     std::fprintf(stderr, "palpate: diverged at t = %.6g s; the trace is kept up to there\n",
                  run.trace.diverged_at);
   }
-  std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n",
-              run.trace.diverged      ? "diverged"
-              : run.trace.interrupted ? "interrupted"
-                                      : "ok",
+  std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n", status_of(run.trace),
               run.trace.ticks, plan.substeps, std::string(plan.integrator->name).c_str(),
               run.trace.seconds, (folder / "report.html").string().c_str());
   if (run.real_time) {
@@ -369,9 +339,9 @@ int run_scene(const RunOptions& options) {
       in_hand ? scene.falcon.value_or(FalconDrive{}).rate : 1.0 / scene.simulation.step;
   refuse_without_line(options, scene, in_hand);
   const device::falcon::FaultScript faults = faults_of(options);
-  const std::filesystem::path folder = make_folder(options.folder("run"));
+  const std::filesystem::path folder = options.make_folder();
   SampleOptions samples{.energy_range = true, .frames = scene.output.frames};
-  const auto* network = dynamic_cast<const NetworkProblem*>(&loaded.simulation().problem());
+  const NetworkProblem* network = loaded.network();
   if (network != nullptr && !options.no_view) {
     samples.keyframes = events_shown(network->network().node_count());
   }
@@ -396,8 +366,9 @@ int run_scene(const RunOptions& options) {
   if (packets) { write_packets(folder, *packets); }
   const Palpation palpation = palpate_skin(loaded);
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
-  write_run_report(folder,
-                   {loaded, result, palpation, provenance, options.no_view ? "not wanted" : ""});
+  io::replace_file(
+      folder / "report.html",
+      to_html(report_of(options, loaded, result, palpation, provenance), result.trace));
   if (!options.quiet) { tell(result, loaded, folder); }
   if (result.trace.interrupted) { return interrupted_code; }
   return result.trace.diverged ? fell_short : done;
@@ -405,20 +376,17 @@ int run_scene(const RunOptions& options) {
 
 }  // namespace
 
-void add_run(CLI::App& app, std::function<int()>& chosen) {
-  const auto [command, options] = add_command(app, chosen, "run", "simulate one scene", run_scene);
+void add_run(Program& program) {
+  const auto [command, options] = add_command(program, "run", "simulate one scene", run_scene);
   add_scene(command, options, options.scene);
-  add_common(command, options, "run");
   command.add_flag("--no-skip", options.no_skip,
                    "compute what the scene does not need; same result");
   command.add_flag("--no-view", options.no_view,
                    "no 3-D view in report.html, and no data recorded for it");
   command.add_flag("--real-time", options.real_time,
                    "run every tick at its time on the wall clock");
-  command
-      .add_option("--script", options.script,
-                  "faults on the Falcon's line, by time (TOML, docs/falcon.md)")
-      ->type_name("FILE");
+  add_value(command, "--script", options.script, "FILE",
+            "faults on the Falcon's line, by time (TOML, docs/falcon.md)");
   command.add_flag("--packets", options.packets,
                    "write packets.csv: all packets on the Falcon's line");
   command.footer(integrator_help());

@@ -16,9 +16,8 @@ namespace palpate::cli {
 namespace {
 
 struct StepsOptions : CommonOptions {
-  std::string what{};  ///< name of a workload, or a scene file
-  std::optional<long>
-      before{};  ///< ticks before the profiled ones; empty: those of the workload, or none
+  std::string what{};            ///< name of a workload, or a scene file
+  std::optional<long> before{};  ///< ticks before the profiled ones; empty: the workload's
   std::optional<long> ticks{};   ///< profiled ticks; empty: those of the workload, or one
   std::optional<double> rate{};  ///< ticks per second of a scene [Hz]; empty: its own rate
   int times = 1;
@@ -65,8 +64,9 @@ Stepped stepped_scene(const StepsOptions& options) {
 
 Stepped stepped_by_library(const StepsOptions& options) {
   const auto library = std::make_shared<timing::LoadedLibrary>(options.library);
-  const auto steps = std::make_shared<timing::LibrarySteps>(library->create(options.what));
-  return {.kernel = steps->kernel(), .run = [library, steps](long ticks) { steps->run(ticks); }};
+  const std::shared_ptr<palpate_steps> steps = library->create(options.what);
+  return {.kernel = library->kernel(steps.get()),
+          .run = [library, steps](long ticks) { (void)library->run(steps.get(), ticks); }};
 }
 
 bool is_scene(const std::string& what) {
@@ -104,45 +104,34 @@ int run_steps(const StepsOptions& options) {
 
 }  // namespace
 
-void add_steps(CLI::App& app, std::function<int()>& chosen) {
+void add_steps(Program& program) {
   const auto [command, options] = add_command(
-      app, chosen, "steps", "compute ticks of a scene and nothing else, for profilers", run_steps);
-  command.add_option("what", options.what, "a workload of bench/instructions, or a scene file")
-      ->required()
-      ->type_name("WORKLOAD|SCENE");
-  add_overrides(command, options, "scene");
-  command
-      .add_option("--before", options.before, "ticks before the profiled ones [the workload's; 0]")
-      ->type_name("N")
+      program, "steps", "compute ticks of a scene and nothing else, for profilers", run_steps);
+  add_value(command, "what", options.what, "WORKLOAD|SCENE",
+            "a workload of bench/instructions, or a scene file")
+      ->required();
+  add_overrides(command, options);
+  add_value(command, "--before", options.before, "N",
+            "ticks before the profiled ones [the workload's; 0]")
       ->check(CLI::Range(0L, 1000000000L));
-  command.add_option("--ticks", options.ticks, "profiled ticks [the workload's; 1]")
-      ->type_name("N")
+  add_value(command, "--ticks", options.ticks, "N", "profiled ticks [the workload's; 1]")
       ->check(CLI::Range(1L, 1000000000L));
-  command.add_option("--times", options.times, "number of repetitions, each with a new set-up [1]")
-      ->type_name("N")
+  add_value(command, "--times", options.times, "N",
+            "number of repetitions, each with a new set-up [1]")
       ->check(CLI::Range(1, 1000));
-  command
-      .add_option("--rate", options.rate,
-                  "ticks per second of a scene [falcon.rate, or one tick per step]")
-      ->type_name("HZ")
+  add_value(command, "--rate", options.rate, "HZ",
+            "ticks per second of a scene [falcon.rate, or one tick per step]")
       ->check(number_range(0.01, 20000.0));
-  CLI::Option* library = command
-                             .add_option("--library", options.library,
-                                         "step library whose code is used [the program's own]")
-                             ->type_name("FILE");
+  CLI::Option* library = add_value(command, "--library", options.library, "FILE",
+                                   "step library whose code is used [the program's own]");
   CLI::Option* beside =
-      command
-          .add_option(
-              "--beside", options.beside,
-              "second step library, timed alternately with the first; prints pairs of seconds")
-          ->type_name("FILE")
+      add_value(command, "--beside", options.beside, "FILE",
+                "second step library, timed alternately with the first; prints pairs of seconds")
           ->needs(library);
-  command.add_option("--pairs", options.pairs, "number of pairs of batches [40]")
-      ->type_name("N")
+  add_value(command, "--pairs", options.pairs, "N", "number of pairs of batches [40]")
       ->check(CLI::Range(1, 100000))
       ->needs(beside);
-  command.add_option("--seed", options.seed, "seed of the order within pairs [1]")
-      ->type_name("N")
+  add_value(command, "--seed", options.seed, "N", "seed of the order within pairs [1]")
       ->needs(beside);
   command.add_flag("--head-first", options.head_first, "load the second library first")
       ->needs(beside);
@@ -150,11 +139,9 @@ void add_steps(CLI::App& app, std::function<int()>& chosen) {
       .add_flag("--planted", options.planted,
                 "the second library computes one extra tick in twenty")
       ->needs(beside);
-  command.add_flag("--quiet", options.quiet, "print errors only");
   command.footer(
       "Computes ticks and nothing else, for profilers. `valgrind --tool=callgrind "
-      "--instr-atstart=no "
-      "palpate\n"
+      "--instr-atstart=no palpate\n"
       "steps cube-list-double` counts the instructions of these ticks alone (docs/bench.md).");
 }
 

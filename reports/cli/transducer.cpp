@@ -3,14 +3,12 @@
 #include "device/pressure_link/transducer.hpp"
 
 #include <array>
-#include <csignal>
 #include <cstdio>
+#include <iostream>
 #include <memory>
 #include <poll.h>
-#include <system_error>
 #include <unistd.h>
 
-#include "device/byte_link.hpp"
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/recording_input.hpp"
@@ -90,16 +88,15 @@ void serve(device::ByteLink& link, Transducer& transducer, bool stdio) {
 }
 
 void serve_terminal(Transducer& transducer) {
-  device::PtyLink link;
-  std::printf("%s\n", link.path().c_str());
-  std::fflush(stdout);
-  serve(link, transducer, false);
+  const std::unique_ptr<device::PtyLink> link = open_terminal();
+  serve(*link, transducer, false);
   // Closing the terminal would discard bytes that the client has not read yet.
-  const double end = link.now();
+  const double end = link->now();
   double empty_since = end;
-  while (!interrupted && link.now() < end + last_patience && link.now() < empty_since + settling) {
+  while (!interrupted && link->now() < end + last_patience &&
+         link->now() < empty_since + settling) {
     ::poll(nullptr, 0, 10);
-    if (link.unread_bytes() > 0) { empty_since = link.now(); }
+    if (link->unread_bytes() > 0) { empty_since = link->now(); }
   }
 }
 
@@ -118,13 +115,10 @@ void serve_output(Transducer& transducer, bool fast) {
 
 void tell(const Transducer& transducer) {
   const device::falcon::FaultCounts& faults = transducer.faults();
-  std::fprintf(stderr,
-               "%lld frames, %lld bytes; dropped %lld, doubled %lld, corrupted %lld; writes that "
-               "were not taken: %lld\n",
-               static_cast<long long>(transducer.frames_sent()),
-               static_cast<long long>(faults.bytes), static_cast<long long>(faults.dropped),
-               static_cast<long long>(faults.duplicated), static_cast<long long>(faults.corrupted),
-               static_cast<long long>(transducer.lost_writes()));
+  std::cerr << transducer.frames_sent() << " frames, " << faults.bytes << " bytes; dropped "
+            << faults.dropped << ", doubled " << faults.duplicated << ", corrupted "
+            << faults.corrupted << "; writes that were not taken: " << transducer.lost_writes()
+            << '\n';
 }
 
 /// Rejects a recording that is too long. Gaps also take frame periods.
@@ -154,56 +148,44 @@ int run_transducer(const TransducerCommandOptions& options) {
   const Recording recording = read_any_recording(options.recording).recording;
   refuse_too_long(recording, options.recording);
   if (!options.quiet) { tell_resampling(recording); }
-  std::signal(SIGPIPE,
-              SIG_IGN);  // a closed reader then causes a failed write, not the end of the program
   Transducer source(link_frames(recording), {.faults = faults_of(options),
                                              .battery_low = options.battery_low,
                                              .repeats = options.repeat});
-  try {
+  return serve_device([&] {
     if (options.pty) {
       serve_terminal(source);
     } else {
       serve_output(source, options.fast);
     }
-  } catch (const std::system_error& problem) {
-    std::fprintf(stderr, "palpate: %s; this machine must offer it\n", problem.what());
-    return machine_cannot;
-  }
-  if (!options.quiet) { tell(source); }
-  return interrupted ? interrupted_code : done;
+    if (!options.quiet) { tell(source); }
+  });
 }
 
 }  // namespace
 
-void add_transducer(CLI::App& app, std::function<int()>& chosen) {
-  const auto [command, options] =
-      add_command(app, chosen, "transducer", "replay a recording as the 9600 baud pressure link",
-                  run_transducer);
-  command.add_option("recording", options.recording, "recording in any format that import reads")
-      ->required()
-      ->type_name("RECORDING");
-  command.add_flag("--pty", options.pty,
-                   "on a new pseudo-terminal, whose path is the first line of output");
+void add_transducer(Program& program) {
+  const auto [command, options] = add_command(
+      program, "transducer", "replay a recording as the 9600 baud pressure link", run_transducer);
+  add_value(command, "recording", options.recording, "RECORDING",
+            "recording in any format that import reads")
+      ->required();
+  add_terminal(command, options.pty);
   command.add_flag("--stdio", options.stdio, "on standard output");
   command.add_flag("--fast", options.fast,
                    "with --stdio: as fast as the reader takes them, not at 9600 baud");
   command.add_flag("--repeat", options.repeat, "begin again after the last sample, until Ctrl-C");
-  const CLI::Validator share = number_range(0.0, 1.0);
-  command.add_option("--drop", options.drop, "chance of each byte to be lost [0]")->check(share);
-  command.add_option("--double", options.duplicate, "chance of each byte to be doubled [0]")
-      ->check(share);
-  command
-      .add_option("--corrupt", options.corrupt, "chance of each byte to be replaced by another [0]")
-      ->check(share);
-  command
-      .add_option("--burst", options.burst,
-                  "chance of each byte to start a burst of corrupted bytes [0]")
-      ->check(share);
+  const auto add_chance = [&command](const char* name, double& chance, const char* help) {
+    command.add_option(name, chance, std::string("chance of each byte to ") + help + " [0]")
+        ->check(number_range(0.0, 1.0));
+  };
+  add_chance("--drop", options.drop, "be lost");
+  add_chance("--double", options.duplicate, "be doubled");
+  add_chance("--corrupt", options.corrupt, "be replaced by another");
+  add_chance("--burst", options.burst, "start a burst of corrupted bytes");
   command.add_option("--burst-bytes", options.burst_bytes, "number of bytes of a burst [20]")
       ->check(CLI::Range(1, 1000000));
   command.add_option("--seed", options.seed, "seed of the faults [1]");
   command.add_flag("--battery-low", options.battery_low, "set the low-battery flag in every frame");
-  add_common(command, options, "transducer");
   command.footer(
       "One of --pty and --stdio is needed. 8 bytes a sample, 120 samples/s (docs/formats.md).\n"
       "Ends with the recording, or at Ctrl-C. The same seed gives the same faults.");

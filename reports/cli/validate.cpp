@@ -18,6 +18,7 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <unistd.h>
@@ -116,30 +117,7 @@ RunnerResult run_cases(
   return result;
 }
 
-/// Cache of the outcomes of passed cases, keyed by everything that an outcome depends on.
-class KeptCases {
- public:
-  /// Creates the cache. `given` contains all inputs of cases except the code: options, external
-  /// data.
-  KeptCases(const std::filesystem::path& cache, const std::string& given);
-
-  /// Returns the kept outcome. Empty if the case has not passed under the same conditions, or if
-  /// the file is damaged.
-  [[nodiscard]] std::optional<Outcome> find(const Case& definition) const;
-  /// Removes the cases with a kept outcome from the list and returns these outcomes by name.
-  [[nodiscard]] std::map<std::string, Outcome> take(std::vector<Case>& cases) const;
-  /// Keeps the outcome if the case passed. A full or read-only disk is not an error.
-  void keep(const Outcome& outcome) const;
-
- private:
-  [[nodiscard]] std::filesystem::path file_of(const std::string& name) const;
-
-  std::filesystem::path folder_;
-};
-
 namespace fs = std::filesystem;
-
-constexpr std::size_t most_bytes = 1U << 28U;
 
 std::string file_facts(const fs::path& file) {
   std::error_code problem;
@@ -150,81 +128,92 @@ std::string file_facts(const fs::path& file) {
 
 int add_library(dl_phdr_info* info, std::size_t, void* list) {
   if (info->dlpi_name != nullptr && *info->dlpi_name == '/') {
-    static_cast<std::vector<std::string>*>(list)->emplace_back(info->dlpi_name);
+    static_cast<std::set<std::string>*>(list)->insert(file_facts(info->dlpi_name));
   }
   return 0;
 }
 
 /// Object code, processor, and the loaded shared libraries with their sizes and times.
 std::string what_runs() {
-  std::vector<std::string> libraries;
-  dl_iterate_phdr(add_library, &libraries);
-  std::ranges::sort(libraries);
   std::string text =
       std::string(build::code_hash()) + "\n" + build_provenance().at("processor") + "\n";
-  for (const char* choice :
-       {"GLIBC_TUNABLES",
-        "PALPATE_INSTRUCTIONS"}) {  // they select functions of the C library and kernels
+  // These select functions of the C library and kernels.
+  for (const char* choice : {"GLIBC_TUNABLES", "PALPATE_INSTRUCTIONS"}) {
     const char* value = std::getenv(choice);
     text += std::string(value != nullptr ? value : "") + "\n";
   }
-  for (const std::string& library : libraries) { text += file_facts(library); }
+  std::set<std::string> libraries;
+  dl_iterate_phdr(add_library, &libraries);
+  for (const std::string& library : libraries) { text += library; }
   return text;
 }
 
 /// Names, sizes and times of all files below the folders.
 std::string what_lies_in(const std::vector<fs::path>& folders) {
-  std::vector<std::string> files;
+  std::set<std::string> files;
   for (const fs::path& folder : folders) {
     std::error_code problem;
     for (fs::recursive_directory_iterator at(folder, problem), end; !problem && at != end;
          at.increment(problem)) {
-      if (at->is_regular_file(problem)) { files.push_back(file_facts(at->path())); }
+      if (at->is_regular_file(problem)) { files.insert(file_facts(at->path())); }
     }
   }
-  std::ranges::sort(files);
   std::string text;
   for (const std::string& file : files) { text += file; }
   return text;
 }
 
-KeptCases::KeptCases(const fs::path& cache, const std::string& given)
-    : folder_(cache / "cases" / io::content_hash(what_runs() + given)) {}
+/// Cache of the outcomes of passed cases, keyed by everything that an outcome depends on.
+class KeptCases {
+ public:
+  /// Creates the cache. `given` contains all inputs of cases except the code: options, external
+  /// data.
+  KeptCases(const fs::path& cache, const std::string& given)
+      : folder_(cache / "cases" / io::content_hash(what_runs() + given)) {}
 
-fs::path KeptCases::file_of(const std::string& name) const {
-  return folder_ / (fs::path(trace_file_name(name)).replace_extension(".json"));
-}
-
-std::optional<Outcome> KeptCases::find(const Case& definition) const {
-  const fs::path file = file_of(definition.name);
-  if (!definition.keeps || !fs::exists(file)) { return std::nullopt; }
-  try {
-    Results kept = results_from_json(io::read_text(file, most_bytes), file.string());
-    Outcome& outcome = kept.outcomes.at(0);
-    read_figure_data(folder_, outcome);
-    const bool same = outcome.name == definition.name && outcome.status == Status::pass;
-    return same ? std::optional(std::move(outcome)) : std::nullopt;
-  } catch (const std::exception&) { return std::nullopt; }  // a damaged file is treated as absent
-}
-
-void KeptCases::keep(const Outcome& outcome) const {
-  if (outcome.status != Status::pass) { return; }
-  try {
-    fs::create_directories(folder_);
-    write_figure_data(folder_, outcome);
-    io::replace_file(file_of(outcome.name),
-                     to_json(Results{.title = "kept", .outcomes = {outcome}}));
-  } catch (const std::exception&) {}  // the case will run again
-}
-
-std::map<std::string, Outcome> KeptCases::take(std::vector<Case>& cases) const {
-  std::map<std::string, Outcome> taken;
-  for (const Case& one : cases) {
-    if (auto outcome = find(one)) { taken.emplace(one.name, std::move(*outcome)); }
+  /// Removes the cases with a kept outcome from the list and returns these outcomes by name.
+  [[nodiscard]] std::map<std::string, Outcome> take(std::vector<Case>& cases) const {
+    std::map<std::string, Outcome> taken;
+    std::erase_if(cases, [&](const Case& one) {
+      std::optional<Outcome> outcome = find(one);
+      if (outcome) { taken.emplace(one.name, std::move(*outcome)); }
+      return outcome.has_value();
+    });
+    return taken;
   }
-  std::erase_if(cases, [&](const Case& one) { return taken.contains(one.name); });
-  return taken;
-}
+
+  /// Keeps the outcome if the case passed. A full or read-only disk is not an error.
+  void keep(const Outcome& outcome) const {
+    if (outcome.status != Status::pass) { return; }
+    try {
+      fs::create_directories(folder_);
+      write_figure_data(folder_, outcome);
+      io::replace_file(file_of(outcome.name),
+                       to_json(Results{.title = "kept", .outcomes = {outcome}}));
+    } catch (const std::exception&) {}  // the case will run again
+  }
+
+ private:
+  [[nodiscard]] fs::path file_of(const std::string& name) const {
+    return folder_ / (fs::path(trace_file_name(name)).replace_extension(".json"));
+  }
+  /// Returns the kept outcome. Empty if the case has not passed under the same conditions, or if
+  /// the file is damaged.
+  [[nodiscard]] std::optional<Outcome> find(const Case& definition) const {
+    constexpr std::size_t most_bytes = 1U << 28U;
+    const fs::path file = file_of(definition.name);
+    if (!definition.keeps || !fs::exists(file)) { return std::nullopt; }
+    try {
+      Results kept = results_from_json(io::read_text(file, most_bytes), file.string());
+      Outcome& outcome = kept.outcomes.at(0);
+      read_figure_data(folder_, outcome);
+      const bool same = outcome.name == definition.name && outcome.status == Status::pass;
+      return same ? std::optional(std::move(outcome)) : std::nullopt;
+    } catch (const std::exception&) { return std::nullopt; }
+  }
+
+  fs::path folder_;
+};
 
 int list(const std::vector<Case>& cases) {
   for (const Case& one : cases) {
@@ -282,15 +271,6 @@ void tell_case(const Outcome& outcome, std::size_t finished, std::size_t total) 
                 q.unit.c_str(), q.lower, q.upper, q.bound_from.c_str());
   }
   std::fflush(stdout);
-}
-
-std::string command_text(const ValidateOptions& options, const std::string& command) {
-  std::string text = "palpate " + command;
-  for (const std::string& each : options.cases) { text += " " + each; }
-  if (options.quick) { text += " --quick"; }
-  if (options.no_skip) { text += " --no-skip"; }
-  if (options.order != 0) { text += " --order " + std::to_string(options.order); }
-  return text;
 }
 
 /// Key: everything that cases depend on except code, libraries and processor.
@@ -352,10 +332,18 @@ int exit_code(const std::vector<Outcome>& outcomes) {
 
 }  // namespace
 
+void add_cases(CLI::App& command, ValidateOptions& options, const char* help) {
+  add_value(command, "cases", options.cases, "CASE", help);
+  command.add_flag("--list", options.list, "list all cases and exit");
+  command.add_flag("--quick", options.quick, "the short form");
+  add_value(command, "--cache", options.cache, "DIR",
+            "folder of kept references, judged cases and libraries of revisions [user's cache]");
+}
+
 int judge(const ValidateOptions& options, const Judging& what) {
   if (options.list) { return list(what.cases); }
   const std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
-  const std::filesystem::path folder = make_folder(options.folder(what.command));
+  const std::filesystem::path folder = options.make_folder();
   const std::filesystem::path cache_folder =
       options.cache.empty() ? default_cache_folder() : options.cache;
   // Threads of an interrupted run still use it after this function has returned.
@@ -375,7 +363,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
                   if (what.keeps) { keeper.keep(outcome); }
                 });
   Results results{.title = what.title,
-                  .command = command_text(options, what.command) + what.further,
+                  .command = options.command,
                   .provenance = build_provenance(),
                   .outcomes = in_order(cases, kept, ran.outcomes)};
   if (!kept.empty()) { results.provenance["not run again"] = told_of(kept); }
@@ -394,8 +382,7 @@ namespace {
 int run_validate(const ValidateOptions& options) {
   catch_interrupts();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  return judge(options, {.command = "validate",
-                         .title = "Palpate validation",
+  return judge(options, {.title = "Palpate validation",
                          .cases = all_cases(),
                          .jobs = options.jobs > 0 ? options.jobs : cores,
                          .keeps = true});
@@ -403,30 +390,19 @@ int run_validate(const ValidateOptions& options) {
 
 }  // namespace
 
-void add_validate(CLI::App& app, std::function<int()>& chosen) {
+void add_validate(Program& program) {
   const auto [command, options] = add_command(
-      app, chosen, "validate", "judge the model: accuracy, stability, physics", run_validate);
-  command.add_option("cases", options.cases, "cases, groups or suites; all when none")
-      ->type_name("CASE");
-  add_common(command, options, "validate");
-  command.add_flag("--list", options.list, "list all cases and exit");
-  command.add_flag("--quick", options.quick, "the short form");
+      program, "validate", "judge the model: accuracy, stability, physics", run_validate);
+  add_cases(command, options, "cases, groups or suites; all when none");
   command.add_flag("--no-skip", options.no_skip,
                    "run also cases whose code has not changed, compute also what scenes do not "
                    "need; same verdicts");
   command.add_option("--jobs", options.jobs, "cases at a time [one per core]")
       ->check(CLI::Range(1, 1024));
-  command
-      .add_option("--order", options.order,
-                  "put nodes and springs in a random order with this seed, to show the effect of "
-                  "rounding (docs/gate.md)")
-      ->type_name("SEED");
-  command
-      .add_option("--cache", options.cache,
-                  "folder of kept references and judged cases [user's cache]")
-      ->type_name("DIR");
-  command.add_option("--data", options.data, "folder of data outside the project")
-      ->type_name("DIR");
+  add_value(command, "--order", options.order, "SEED",
+            "put nodes and springs in a random order with this seed, to show the effect of "
+            "rounding (docs/gate.md)");
+  add_value(command, "--data", options.data, "DIR", "folder of data outside the project");
 }
 
 }  // namespace palpate::cli

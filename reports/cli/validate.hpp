@@ -27,15 +27,16 @@ struct ValidateOptions : CommonOptions {
 
 /// Settings that differ between the two commands.
 struct Judging {
-  std::string command{};  ///< "validate"
   std::string title{};
   std::vector<Case> cases{};
   int jobs = 1;
-  std::string further{};  ///< additional command line options, such as " --against HEAD~1"
   /// Judges the complete results after all cases; may be empty.
   std::function<Outcome(const Results&)> afterwards{};
   bool keeps = false;  ///< if true, passed cases are not run again while their inputs are unchanged
 };
+
+/// Adds the positional argument CASE and the options of both commands.
+void add_cases(CLI::App& command, ValidateOptions& options, const char* help);
 
 /// Runs the cases and returns the exit code of the command.
 int judge(const ValidateOptions& options, const Judging& what);

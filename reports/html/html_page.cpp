@@ -3,6 +3,7 @@
 #include "reports/html/html_page.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "html_templates.hpp"
@@ -63,15 +64,8 @@ Data text_or_nothing(const std::string& text) { return text.empty() ? Data(false
 
 std::string html_badge(const Badge& badge) {
   const std::string name(name_of(badge.status));
-  Data values;
-  values.set("colour", name);
-  values.set("text", badge.text.empty() ? name : badge.text);
-  return fill(templates::parts, {"badge", values});
-}
-
-std::string html_notes(const std::vector<std::string>& notes) {
-  if (notes.empty()) { return {}; }
-  return fill(templates::parts, {"notes", Data("items", list_of(notes))});
+  return fill(templates::parts, record("badge", record("colour", name, "text",
+                                                       badge.text.empty() ? name : badge.text)));
 }
 
 Section exhibits_of(const std::vector<Figure>& figures) {
@@ -99,16 +93,12 @@ class Renderer {
 
   std::string html(const std::vector<Fact>& facts) {
     if (facts.empty()) { return {}; }
-    Data items(Data::type::list);
-    for (const Fact& fact : facts) {
-      Data item;
-      item.set("label", fact.label);
-      item.set("value", fact.value);
-      item.set("lines", fact.value.find('\n') != std::string::npos);
-      item.set("explanation", text_or_nothing(fact.explanation));
-      items.push_back(item);
-    }
-    return fill(templates::parts, {"facts", Data("items", items)});
+    const auto item = [](const Fact& fact) {
+      return record("label", fact.label, "value", fact.value, "lines",
+                    fact.value.find('\n') != std::string::npos, "explanation",
+                    text_or_nothing(fact.explanation));
+    };
+    return fill(templates::parts, record("facts", record("items", data_of(facts, item))));
   }
 
  private:
@@ -120,88 +110,71 @@ class Renderer {
   }
 
   static std::string html(const Paragraph& paragraph) {
-    Data values;
-    values.set("style", paragraph.style);
-    values.set("text", paragraph.text);
-    return fill(templates::parts, {"paragraph", values});
+    return fill(templates::parts,
+                record("paragraph", record("style", paragraph.style, "text", paragraph.text)));
   }
-
-  static std::string html(const Notes& notes) { return html_notes(notes.items); }
+  static std::string html(const Notes& notes) {
+    if (notes.items.empty()) { return {}; }
+    return fill(templates::parts,
+                record("notes", record("items", data_of(notes.items, std::identity()))));
+  }
   static std::string html(const Markup& markup) { return markup.html; }
 
   static std::string html(const Table& table) {
     constexpr std::size_t long_table = 24;
     constexpr std::size_t wide_table = 6;
     const bool folded = table.rows.size() > long_table;
-    Data values;
-    values.set("title", table.title);
-    values.set("caption", table.caption);
-    values.set("count", std::to_string(table.rows.size()));
-    values.set("folded", folded);
-    values.set("wide", folded || table.columns.size() >= wide_table);
     Data columns(Data::type::list);
     for (std::size_t n = 0; n < table.columns.size(); ++n) {
       const bool number = !table.rows.empty() && n < table.rows.front().size() &&
                           std::holds_alternative<double>(table.rows.front()[n]);
-      Data column("text", without_unit_one(table.columns[n]));
-      column.set("number", number);
-      columns.push_back(column);
+      columns.push_back(record("text", without_unit_one(table.columns[n]), "number", number));
     }
-    Data rows(Data::type::list);
-    for (const auto& row : table.rows) {
-      Data cells(Data::type::list);
-      for (const Cell& cell : row) { cells.push_back(cell_of(cell)); }
-      rows.push_back(Data("cells", cells));
-    }
-    values.set("columns", columns);
-    values.set("rows", rows);
-    return fill(templates::table, values);
+    const auto row = [](const std::vector<Cell>& cells) {
+      return record("cells", data_of(cells, cell_of));
+    };
+    return fill(templates::table, record("title", table.title, "caption", table.caption, "count",
+                                         std::to_string(table.rows.size()), "folded", folded,
+                                         "wide", folded || table.columns.size() >= wide_table,
+                                         "columns", columns, "rows", data_of(table.rows, row)));
   }
 
   static Data cell_of(const Cell& cell) {
-    const auto* number = std::get_if<double>(&cell);
-    Data values("text", number == nullptr ? std::get<std::string>(cell) : short_number(*number));
-    values.set("exact", number == nullptr ? Data(false) : Data(exact_number(*number)));
-    return values;
+    if (const auto* text = std::get_if<std::string>(&cell)) {
+      return record("text", *text, "exact", false);
+    }
+    const double number = std::get<double>(cell);
+    return record("text", short_number(number), "exact", exact_number(number));
   }
 
   static std::string html(const LabelledTable& table) {
-    using Kind = LabelledTable::Kind;
+    const std::size_t last = table.columns.size() - 1;
+    const auto is_number = [&](std::size_t n) { return n < last && n + table.numbers >= last; };
     Data columns(Data::type::list);
-    for (const auto& column : table.columns) {
-      Data values("head", column.head);
-      values.set("number", column.kind == Kind::number);
-      columns.push_back(values);
+    for (std::size_t n = 0; n <= last; ++n) {
+      columns.push_back(record("head", table.columns[n], "number", is_number(n)));
     }
     Data rows(Data::type::list);
     for (const auto& row : table.rows) {
       Data cells(Data::type::list);
       for (std::size_t n = 1; n < row.size(); ++n) {
-        const LabelledTable::Column& column = table.columns[n];
         const auto* badge = std::get_if<Badge>(&row[n]);
-        Data values("label", column.label.empty() ? column.head : column.label);
-        values.set("style", column.kind == Kind::number ? Data("number")
-                            : column.kind == Kind::why  ? Data("why")
-                                                        : Data(false));
-        values.set("badge", badge == nullptr ? "" : html_badge(*badge));
-        values.set("text", badge == nullptr ? std::get<std::string>(row[n]) : "");
-        cells.push_back(values);
+        cells.push_back(record("label", table.columns[n], "style",
+                               is_number(n) ? Data("number")
+                               : n == last  ? Data("why")
+                                            : Data(false),
+                               "badge", badge == nullptr ? "" : html_badge(*badge), "text",
+                               badge == nullptr ? std::get<std::string>(row[n]) : ""));
       }
-      Data values("name", std::get<std::string>(row.front()));
-      values.set("cells", cells);
-      rows.push_back(values);
+      rows.push_back(record("name", std::get<std::string>(row.front()), "cells", cells));
     }
-    Data values("columns", columns);
-    values.set("rows", rows);
-    return fill(templates::labelled, values);
+    return fill(templates::labelled, record("columns", columns, "rows", rows));
   }
 
   std::string html(const Figure& figure) {
-    Data values("title", figure.title);
-    values.set("legend", html_legend(figure));
-    values.set("svg", drawings_.at(next_++));
-    values.set("caption", figure.caption);
-    return fill(templates::parts, {"figure", values});
+    return fill(templates::parts,
+                record("figure", record("title", figure.title, "legend", html_legend(figure), "svg",
+                                        drawings_.at(next_++), "caption", figure.caption)));
   }
 
   std::string html(const Section& section) {
@@ -209,18 +182,14 @@ class Renderer {
     const std::string content = all(section.parts);
     if (section.kind == Kind::exhibits && content.empty()) { return {}; }
     const bool with_heading = section.kind == Kind::plain || section.kind == Kind::section;
-    Data values("content", content);
-    values.set("heading", section.heading);
-    values.set("h2", with_heading ? text_or_nothing(section.heading) : Data(false));
-    values.set("section", section.kind == Kind::section);
-    values.set("article", section.kind == Kind::article);
-    values.set("folded", section.kind == Kind::folded);
-    values.set("exhibits", section.kind == Kind::exhibits);
-    values.set("id", text_or_nothing(section.id));
-    values.set("badge", html_badge(section.badge));
-    values.set("aside", text_or_nothing(section.aside));
-    values.set("style", text_or_nothing(section.style));
-    return fill(templates::section, values);
+    return fill(
+        templates::section,
+        record("content", content, "heading", section.heading, "h2",
+               with_heading ? text_or_nothing(section.heading) : Data(false), "section",
+               section.kind == Kind::section, "article", section.kind == Kind::article, "folded",
+               section.kind == Kind::folded, "exhibits", section.kind == Kind::exhibits, "id",
+               text_or_nothing(section.id), "badge", html_badge(section.badge), "aside",
+               text_or_nothing(section.aside), "style", text_or_nothing(section.style)));
   }
 
   std::vector<std::string> drawings_{};
@@ -236,19 +205,14 @@ std::string colour_of(Status status) {
 std::string render(const Page& page) {
   const Banner& banner = page.banner;
   Renderer renderer(page.parts);
-  Data values("title", banner.title);
   std::vector<std::string> print = banner.small_print;
   std::erase(print, "");
-  values.set("style", std::string(assets::report_css));
-  values.set("print", list_of(print));
-  values.set("colour", colour_of(banner.status));
-  values.set("verdict", banner.verdict);
-  values.set("detail", text_or_nothing(banner.detail));
-  values.set("content", renderer.all(page.parts));
-  values.set("provenance", renderer.html(page.provenance));
-  values.set("command", page.command);
-  values.set("scripts", list_of(page.scripts));
-  return fill(templates::page, values);
+  return fill(templates::page,
+              record("title", banner.title, "style", std::string(assets::report_css), "print",
+                     data_of(print, std::identity()), "colour", colour_of(banner.status), "verdict",
+                     banner.verdict, "detail", text_or_nothing(banner.detail), "content",
+                     renderer.all(page.parts), "provenance", renderer.html(page.provenance),
+                     "command", page.command, "scripts", data_of(page.scripts, std::identity())));
 }
 
 }  // namespace palpate

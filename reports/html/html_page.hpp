@@ -47,17 +47,13 @@ struct Notes {
   std::vector<std::string> items{};
 };
 
-/// Table with a row name in the first column. On a narrow page each cell is listed with its label.
+/// Table with a row name in the first column. The last column holds an explanation, the `numbers`
+/// columns before it are aligned to the right. On a narrow page each cell is listed with its head.
 struct LabelledTable {
-  enum class Kind { text, number, why };
-  struct Column {
-    std::string head{};
-    Kind kind = Kind::text;
-    std::string label{};  ///< label on a narrow page; if empty, `head`
-  };
   using Cell = std::variant<std::string, Badge>;
 
-  std::vector<Column> columns{};
+  std::vector<std::string> columns{};
+  std::size_t numbers = 0;
   std::vector<std::vector<Cell>> rows{};
 };
 
@@ -105,9 +101,8 @@ struct Page {
 /// call. Output is deterministic. Throws DrawingError.
 std::string render(const Page& page);
 
-/// HTML of a badge and of a list of notes, for templates and views.
+/// HTML of a badge, for templates.
 std::string html_badge(const Badge& badge);
-std::string html_notes(const std::vector<std::string>& notes);
 
 /// Converts map entries to facts without explanation.
 template <class Map> std::vector<Fact> facts_of_map(const Map& entries) {

@@ -6,7 +6,6 @@
 #include <kainjow/mustache.hpp>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace palpate {
 
@@ -18,9 +17,25 @@ std::string fill(std::string_view text, const Data& values);
 /// Returns the text, or false if the text is empty.
 Data text_or_nothing(const std::string& text);
 
-inline Data list_of(const std::vector<std::string>& texts) {
+/// Adds names, each followed by its value.
+inline void add_names(Data&) {}
+template <class... Rest>
+void add_names(Data& data, const char* name, const Data& value, const Rest&... rest) {
+  data.set(name, value);
+  add_names(data, rest...);
+}
+
+/// Returns an object: record("text", "tip", "number", false).
+template <class... NamesAndValues> Data record(const NamesAndValues&... names_and_values) {
+  Data data;
+  add_names(data, names_and_values...);
+  return data;
+}
+
+/// Returns a list of the converted items.
+template <class Items, class Convert> Data data_of(const Items& items, const Convert& convert) {
   Data list(Data::type::list);
-  for (const std::string& each : texts) { list.push_back(each); }
+  for (const auto& item : items) { list.push_back(convert(item)); }
   return list;
 }
 

@@ -30,9 +30,11 @@ int digits_of(const Quantity& q) {
                    digits_apart(q.lower, q.upper)});
 }
 
-}  // namespace
-
-namespace {
+/// Returns true for counts and Boolean values that equal their bound. For these a fraction of 1 is
+/// not a narrow margin.
+bool met_exactly(const Quantity& q) {
+  return q.holds() && (q.value == q.lower || q.value == q.upper) && q.value == std::round(q.value);
+}
 
 /// Fraction of an upper bound. A value of -20 with the bound -1 has a fraction of 5 %. For a bound
 /// of 0 there is no scale: a value of 0 gives 1, a negative value gives 0.
@@ -60,10 +62,6 @@ double share_of_bound(const Quantity& q) {
   }
   // Rounding must not make the displayed fraction contradict the verdict.
   return q.holds() ? std::min(share, 1.0) : std::max(share, std::nextafter(1.0, 2.0));
-}
-
-bool met_exactly(const Quantity& q) {
-  return q.holds() && (q.value == q.lower || q.value == q.upper) && q.value == std::round(q.value);
 }
 
 const Quantity* tightest_quantity(const Outcome& outcome) {
@@ -97,6 +95,8 @@ std::string measured_text(const Quantity& q) {
   return std::isnan(q.value) ? number : number + unit_text(q.unit);
 }
 
+namespace {
+
 std::string share_text(const Quantity& q) {
   if (std::isnan(q.value)) { return "–"; }
   if (met_exactly(q)) { return "exact"; }
@@ -107,36 +107,22 @@ std::string share_text(const Quantity& q) {
                        : short_number(100.0 * share, share < 0.1 ? 2 : 3) + "\u00a0%";
 }
 
-namespace {
-
 Data quantity_values(const Quantity& q) {
-  Data values("name", q.name);
-  values.set("exact", exact_number(q.value));
-  values.set("measured", measured_text(q));
-  values.set("judged", q.judged());
-  if (!q.judged()) { return values; }
-  values.set("bounds", exact_number(q.lower) + " to " + exact_number(q.upper));
-  values.set("allowed", allowed_text(q));
-  values.set("share", share_text(q));
-  values.set("badge", html_badge({q.status()}));
-  values.set("from", q.bound_from);
+  Data values = record("name", q.name, "exact", exact_number(q.value), "measured", measured_text(q),
+                       "judged", q.judged());
+  if (q.judged()) {
+    add_names(values, "bounds", exact_number(q.lower) + " to " + exact_number(q.upper), "allowed",
+              allowed_text(q), "share", share_text(q), "badge", html_badge({q.status()}), "from",
+              q.bound_from);
+  }
   return values;
 }
+
+std::string status_text(const Outcome& outcome) { return std::string(name_of(outcome.status)); }
 
 std::string seconds_text(double seconds) {
   constexpr double worth_telling = 0.1;
   return seconds >= worth_telling ? short_number(seconds, 2) + "\u00a0s" : "";
-}
-
-/// Table of quantities, collapsed if there are many and all pass.
-PagePart quantities_part(const Outcome& outcome) {
-  constexpr std::size_t few = 6;
-  const bool failed = outcome.status == Status::fail || outcome.status == Status::inconclusive;
-  Markup table{html_quantities(outcome)};
-  if (outcome.quantities.size() <= few || failed) { return table; }
-  return Section{.kind = Section::Kind::folded,
-                 .heading = std::to_string(outcome.quantities.size()) + " quantities",
-                 .parts = {table}};
 }
 
 Table cost_table(const Outcome& outcome) {
@@ -149,8 +135,7 @@ Table cost_table(const Outcome& outcome) {
   return table;
 }
 
-}  // namespace
-
+/// HTML id of the section of a case: "case-oscillator-order-rk4".
 std::string case_anchor(const std::string& case_name) {
   std::string id = "case-" + case_name;
   std::ranges::replace_if(
@@ -159,9 +144,19 @@ std::string case_anchor(const std::string& case_name) {
 }
 
 std::string html_quantities(const Outcome& outcome) {
-  Data quantities(Data::type::list);
-  for (const Quantity& q : outcome.quantities) { quantities.push_back(quantity_values(q)); }
-  return fill(templates::quantities, {"quantities", quantities});
+  return fill(templates::quantities,
+              record("quantities", data_of(outcome.quantities, quantity_values)));
+}
+
+/// Table of quantities, collapsed if there are many and all pass.
+PagePart quantities_part(const Outcome& outcome) {
+  constexpr std::size_t few = 6;
+  const bool failed = outcome.status == Status::fail || outcome.status == Status::inconclusive;
+  Markup table{html_quantities(outcome)};
+  if (outcome.quantities.size() <= few || failed) { return table; }
+  return Section{.kind = Section::Kind::folded,
+                 .heading = std::to_string(outcome.quantities.size()) + " quantities",
+                 .parts = {table}};
 }
 
 Section case_section(const Outcome& outcome) {
@@ -183,8 +178,6 @@ Section case_section(const Outcome& outcome) {
   section.parts.emplace_back(std::move(exhibits));
   return section;
 }
-
-namespace {
 
 /// Outcomes of one suite, in their original order.
 struct Suite {
@@ -217,40 +210,31 @@ std::vector<const Outcome*> worst_first(const std::vector<Outcome>& outcomes) {
 }
 
 /// Row of the table of cases. A full bar means that the bound is reached.
-Data case_values(const Outcome& outcome) {
-  Data values("name", outcome.name);
-  values.set("status", std::string(name_of(outcome.status)));
-  values.set("badge", html_badge({outcome.status}));
-  values.set("anchor", case_anchor(outcome.name));
-  values.set("claim", outcome.claim);
-  values.set("reason", outcome.reason());
+Data case_values(const Outcome* of_case) {
+  const Outcome& outcome = *of_case;
   const Quantity* q = tightest_quantity(outcome);
-  if (q == nullptr || outcome.status == Status::skip || outcome.status == Status::error) {
-    values.set("tightest", false);
-  } else {
+  Data tightest(false);
+  if (q != nullptr && outcome.status != Status::skip && outcome.status != Status::error) {
     const double share = met_exactly(*q) ? 0.0 : std::min(1.0, share_of_bound(*q));
-    Data tightest = quantity_values(*q);
-    tightest.set("over", !q->holds());
-    tightest.set("width", plain_number(std::round(1000.0 * share) / 10.0));
-    values.set("tightest", tightest);
+    tightest = quantity_values(*q);
+    add_names(tightest, "over", !q->holds(), "width",
+              plain_number(std::round(1000.0 * share) / 10.0));
   }
   Data more(false);
   if (outcome.quantities.size() > 1) {
-    more = Data("count", std::to_string(outcome.quantities.size()));
-    more.set("table", html_quantities(outcome));
+    more = record("count", std::to_string(outcome.quantities.size()), "table",
+                  html_quantities(outcome));
   }
-  values.set("more", more);
-  return values;
+  return record("name", outcome.name, "status", status_text(outcome), "badge",
+                html_badge({outcome.status}), "anchor", case_anchor(outcome.name), "claim",
+                outcome.claim, "reason", outcome.reason(), "tightest", tightest, "more", more);
 }
 
 Data buttons_of(const Tally& sum) {
   Data buttons(Data::type::list);
   const auto add = [&buttons](const char* status, const char* label, int count) {
-    Data button("status", status);
-    button.set("label", label);
-    button.set("count", std::to_string(count));
-    button.set("pressed", *status == '\0' ? "true" : "false");
-    buttons.push_back(button);
+    buttons.push_back(record("status", status, "label", label, "count", std::to_string(count),
+                             "pressed", *status == '\0' ? "true" : "false"));
   };
   add("", "all", sum.all());
   add("fail", "failed", sum.failed);
@@ -300,33 +284,21 @@ std::string verdict_text(const Tally& sum) {
          count_of(sum.ran(), "case falls short", "cases fall short") + skipped;
 }
 
-std::string html_suites(const std::vector<Suite>& suites) {
-  Data list(Data::type::list);
-  for (const Suite& suite : suites) {
-    Tally sum;
-    double seconds = 0.0;
-    for (const Outcome* outcome : suite.outcomes) {
-      sum.add(outcome->status);
-      seconds += outcome->seconds;
-    }
-    Data values("name", suite.name);
-    values.set("colour", sum.not_passed() > 0 ? "fail" : sum.passed > 0 ? "pass" : "skip");
-    values.set("anchor", suite_anchor(suite));
-    values.set("passed", std::to_string(sum.passed));
-    values.set("ran", std::to_string(sum.ran()));
-    values.set("skipped", sum.skipped > 0 ? Data(std::to_string(sum.skipped)) : Data(false));
-    values.set("seconds", short_number(seconds, 2));
-    list.push_back(values);
+Data suite_values(const Suite& suite) {
+  Tally sum;
+  double seconds = 0.0;
+  for (const Outcome* outcome : suite.outcomes) {
+    sum.add(outcome->status);
+    seconds += outcome->seconds;
   }
-  return fill(templates::suites, {"suites", list});
-}
-
-std::string html_case_table(const std::vector<Outcome>& outcomes) {
-  Data cases(Data::type::list);
-  for (const Outcome* outcome : worst_first(outcomes)) { cases.push_back(case_values(*outcome)); }
-  Data values("buttons", buttons_of(tally(outcomes)));
-  values.set("cases", cases);
-  return fill(templates::cases, values);
+  return record("name", suite.name, "colour",
+                sum.not_passed() > 0 ? "fail"
+                : sum.passed > 0     ? "pass"
+                                     : "skip",
+                "anchor", suite_anchor(suite), "passed", std::to_string(sum.passed), "ran",
+                std::to_string(sum.ran()), "skipped",
+                sum.skipped > 0 ? Data(std::to_string(sum.skipped)) : Data(false), "seconds",
+                short_number(seconds, 2));
 }
 
 /// Splits a case name: "oscillator/order/rk4" into "oscillator/order" and "rk4".
@@ -344,29 +316,14 @@ Data contents_of(const Suite& suite) {
     if (group == groups.end()) {
       group = groups.insert(groups.end(), {parent, Data(Data::type::list)});
     }
-    Data link("leaf", leaf);
-    link.set("status", std::string(name_of(outcome->status)));
-    link.set("anchor", case_anchor(outcome->name));
-    group->second.push_back(link);
+    group->second.push_back(record("leaf", leaf, "status", status_text(*outcome), "anchor",
+                                   case_anchor(outcome->name)));
   }
-  Data list(Data::type::list);
-  for (const auto& [parent, links] : groups) {
-    Data group("name", parent);
-    group.set("links", links);
-    list.push_back(group);
-  }
-  return list;
-}
-
-std::string html_contents(const std::vector<Suite>& suites) {
-  Data list(Data::type::list);
-  for (const Suite& suite : suites) {
-    Data values("name", suite.name);
-    values.set("anchor", suite_anchor(suite));
-    values.set("groups", contents_of(suite));
-    list.push_back(values);
-  }
-  return fill(templates::contents, {"suites", list});
+  const auto values = [](const auto& group) {
+    return record("name", group.first, "links", group.second);
+  };
+  return record("name", suite.name, "anchor", suite_anchor(suite), "groups",
+                data_of(groups, values));
 }
 
 std::string capitalised(std::string text) {
@@ -419,18 +376,22 @@ std::string to_html(const Results& results) {
   const Tally sum = tally(results.outcomes);
   const std::vector<Suite> suites = suites_of(results.outcomes);
   const std::string version = known(results, "version");
-  Page page{.banner = {.title = results.title,
-                       .small_print = {results.command, known(results, "date"),
-                                       version.empty() ? "" : "version " + version,
-                                       known(results, "commit")},
-                       .status = sum.holds() ? Status::pass : Status::fail,
-                       .verdict = verdict_text(sum),
-                       .detail = detail_text(results.outcomes, sum)},
-            .parts = {Markup{html_suites(suites)}, Markup{html_case_table(results.outcomes)},
-                      Markup{html_contents(suites)}},
-            .provenance = facts_of_map(results.provenance),
-            .command = results.command,
-            .scripts = {std::string(assets::report_js)}};
+  Page page{
+      .banner = {.title = results.title,
+                 .small_print = {results.command, known(results, "date"),
+                                 version.empty() ? "" : "version " + version,
+                                 known(results, "commit")},
+                 .status = sum.holds() ? Status::pass : Status::fail,
+                 .verdict = verdict_text(sum),
+                 .detail = detail_text(results.outcomes, sum)},
+      .parts = {Markup{fill(templates::suites, record("suites", data_of(suites, suite_values)))},
+                Markup{fill(templates::cases,
+                            record("buttons", buttons_of(sum), "cases",
+                                   data_of(worst_first(results.outcomes), case_values)))},
+                Markup{fill(templates::contents, record("suites", data_of(suites, contents_of)))}},
+      .provenance = facts_of_map(results.provenance),
+      .command = results.command,
+      .scripts = {std::string(assets::report_js)}};
   for (const Suite& suite : suites) { page.parts.emplace_back(suite_section(suite)); }
   return render(page);
 }

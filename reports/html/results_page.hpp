@@ -16,10 +16,6 @@ namespace palpate {
 /// for NaN.
 double share_of_bound(const Quantity& quantity);
 
-/// Returns true for counts and Boolean values that equal their bound. For these a fraction of 1 is
-/// not a narrow margin.
-bool met_exactly(const Quantity& quantity);
-
 /// Returns the judged quantity with the largest violation of its bound, else the one closest to its
 /// bound; quantities that are met exactly come last. Returns nullptr if none is judged.
 const Quantity* tightest_quantity(const Outcome& outcome);
@@ -27,19 +23,6 @@ const Quantity* tightest_quantity(const Outcome& outcome);
 /// Bound and measured value as displayed text: "≤ 0.002 m", "0.85 to 1.15", "= 0", "finite".
 std::string allowed_text(const Quantity& quantity);
 std::string measured_text(const Quantity& quantity);
-/// Fraction of the bound as text: "62 %", "3.2 times", "exact".
-std::string share_text(const Quantity& quantity);
-
-// One case in full: claim, quantities, figures, tables, notes, cost.
-
-/// HTML id of the section of a case: "case-oscillator-order-rk4".
-std::string case_anchor(const std::string& case_name);
-
-/// HTML table of all quantities with bounds and verdicts.
-std::string html_quantities(const Outcome& outcome);
-
-Section case_section(const Outcome& outcome);
-
 // Page of a set of cases: verdict, table of claims with the worst margin first, every case with its
 // numbers and figures, provenance.
 

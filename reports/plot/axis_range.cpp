@@ -39,7 +39,12 @@ Range finish(Range range, const Axis& axis, bool tight) {
     range.low *= std::pow(10.0, -pad);
     range.high *= std::pow(10.0, pad);
   }
-  if (tight) { return range; }  // a limit of the axis would cut cells in half
+  if (tight) {  // a limit of the axis would cut cells in half, but limits may reverse the axis
+    if (axis.minimum.value_or(0.0) > axis.maximum.value_or(unbounded)) {
+      std::swap(range.low, range.high);
+    }
+    return range;
+  }
   if (axis.minimum) { range.low = *axis.minimum; }
   if (axis.maximum) { range.high = *axis.maximum; }
   return range;

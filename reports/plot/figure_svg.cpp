@@ -110,16 +110,10 @@ struct ColourScale {
 std::array<Rgb8, colour_levels> interpolated(std::span<const unsigned> codes) {
   std::array<Rgb8, colour_levels> colours{};
   for (std::size_t n = 0; n < colours.size(); ++n) {
-    const double at = static_cast<double>(n * (codes.size() - 1)) / (colour_levels - 1);
-    const std::size_t below = std::min(static_cast<std::size_t>(at), codes.size() - 2);
-    const double share = at - static_cast<double>(below);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const auto part = [&](unsigned code) {
-        return static_cast<double>(code >> (16U - 8U * static_cast<unsigned>(c)) & 255U);
-      };
-      colours[n][c] = static_cast<std::uint8_t>(
-          std::lround((1.0 - share) * part(codes[below]) + share * part(codes[below + 1])));
-    }
+    const Rgb colour = interpolated_colour(codes, static_cast<double>(n) / (colour_levels - 1));
+    std::ranges::transform(colour, colours[n].begin(), [](double part) {
+      return static_cast<std::uint8_t>(std::lround(255.0 * part));
+    });
   }
   return colours;
 }
@@ -206,6 +200,7 @@ class Drawing {
     svg += tints();
     if (has_map_) { svg += heat_map(); }
     svg += has_map_ ? "" : grid();
+    svg += frame();  // below the curves, which may run along an axis
     const std::string curves = all_series();
     if (clipped_) {
       // A nested element clips without an id, which would have to be unique in the page.
@@ -216,7 +211,7 @@ class Drawing {
     } else {
       svg += curves;
     }
-    return svg + frame() + mark_signs() + texts() + "</svg>";
+    return svg + mark_signs() + texts() + "</svg>";
   }
 
  private:
@@ -229,7 +224,7 @@ class Drawing {
       x_ = y_ = Range{0.0, 1.0, false};
       figure_.x.logarithmic = figure_.y.logarithmic = false;
     }
-    has_map_ = drawable_ && figure_.heat_map && x_.high > x_.low && y_.high > y_.low;
+    has_map_ = drawable_ && figure_.heat_map && x_.high != x_.low && y_.high != y_.low;
     if (has_map_) { scale_ = colour_scale(*figure_.heat_map); }
     x_ = with_extent(x_);
     y_ = with_extent(y_);

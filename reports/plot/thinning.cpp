@@ -14,120 +14,81 @@ namespace {
 
 bool is_gap(const Pixel& at) { return !std::isfinite(at.x) || !std::isfinite(at.y); }
 
-/// Samples that determine the envelope of one pixel column, in order.
-class Envelope {
- public:
-  explicit Envelope(std::vector<std::size_t>& kept) : kept_(kept) {}
-
-  void add(std::size_t index, const Pixel& low, const Pixel& high) {
-    const double column = std::floor(low.x);
-    if (!open_ || column != column_) {
+/// First, lowest, highest and last sample of every pixel column, for a curve or a filled series.
+std::vector<std::size_t> envelope(const Series& series, std::size_t count,
+                                  const Projection& project) {
+  std::vector<std::size_t> kept;
+  std::array<std::size_t, 4> picks{};
+  double column = 0.0, lowest = 0.0, highest = 0.0;
+  bool open = false;
+  bool gap = false;
+  const auto close = [&] {
+    if (!open) { return; }
+    std::ranges::sort(picks);
+    const auto last = std::ranges::unique(picks).begin();
+    kept.insert(kept.end(), picks.begin(), last);
+    open = false;
+  };
+  for (std::size_t n = 0; n < count; ++n) {
+    const Pixel low = project(series.x[n], series.y[n]);
+    const Pixel high = series.filled() ? project(series.x[n], series.y2[n]) : low;
+    if (is_gap(low) || is_gap(high)) {
       close();
-      open_ = true;
-      column_ = column;
-      picks_ = {index, index, index, index};
-      low_ = low.y;
-      high_ = high.y;
+      if (!gap) { kept.push_back(n); }
+      gap = true;
+      continue;
     }
-    if (low.y < low_) { low_ = low.y, picks_[1] = index; }
-    if (high.y > high_) { high_ = high.y, picks_[2] = index; }
-    picks_[3] = index;
-  }
-
-  void close() {
-    if (!open_) { return; }
-    std::ranges::sort(picks_);
-    for (const std::size_t index : picks_) {
-      if (kept_.empty() || kept_.back() != index) { kept_.push_back(index); }
+    gap = false;
+    if (!open || std::floor(low.x) != column) {
+      close();
+      open = true;
+      column = std::floor(low.x);
+      picks = {n, n, n, n};
+      lowest = low.y;
+      highest = high.y;
     }
-    open_ = false;
+    if (low.y < lowest) { lowest = low.y, picks[1] = n; }
+    if (high.y > highest) { highest = high.y, picks[2] = n; }
+    picks[3] = n;
   }
+  close();
+  return kept;
+}
 
- private:
-  std::vector<std::size_t>& kept_;
-  std::array<std::size_t, 4> picks_{};
-  double column_ = 0.0, low_ = 0.0, high_ = 0.0;
-  bool open_ = false;
-};
-
-class Thinning {
- public:
-  Thinning(const Series& series, const Projection& project) : series_(series), project_(project) {
-    count_ = std::min(series.x.size(), series.y.size());
-    if (band()) { count_ = std::min(count_, series.y2.size()); }
+/// Samples of a path that move by half a pixel.
+std::vector<std::size_t> moving(const Series& series, std::size_t count,
+                                const Projection& project) {
+  std::vector<std::size_t> kept;
+  Pixel last{std::nan(""), std::nan("")};
+  for (std::size_t n = 0; n < count; ++n) {
+    const Pixel at = project(series.x[n], series.y[n]);
+    const bool again = is_gap(at) ? n > 0 && is_gap(last)
+                                  : n + 1 < count && std::hypot(at.x - last.x, at.y - last.y) < 0.5;
+    if (again) { continue; }
+    kept.push_back(n);
+    last = at;
   }
-
-  [[nodiscard]] bool rises() const { return std::is_sorted(series_.x.begin(), series_.x.end()); }
-
-  std::vector<std::size_t> curve() {
-    Envelope envelope(kept_);
-    for (std::size_t n = 0; n < count_; ++n) {
-      const Pixel low = lower(n);
-      const Pixel high = upper(n);
-      if (is_gap(low) || is_gap(high)) {
-        envelope.close();
-        keep_gap(n);
-      } else {
-        envelope.add(n, low, high);
-        gap_ = false;
-      }
-    }
-    envelope.close();
-    return std::move(kept_);
-  }
-
-  std::vector<std::size_t> path() {
-    Pixel last{std::nan(""), std::nan("")};
-    for (std::size_t n = 0; n < count_; ++n) {
-      const Pixel at = lower(n);
-      if (is_gap(at)) {
-        keep_gap(n);
-      } else if (n + 1 == count_ || !(std::hypot(at.x - last.x, at.y - last.y) < 0.5)) {
-        kept_.push_back(n);
-        gap_ = false;
-      } else {
-        continue;
-      }
-      last = at;
-    }
-    return std::move(kept_);
-  }
-
-  std::vector<std::size_t> points() {
-    std::set<std::pair<long, long>> covered;
-    for (std::size_t n = 0; n < count_; ++n) {
-      const Pixel at = lower(n);
-      if (is_gap(at)) { continue; }
-      if (covered.emplace(std::lround(at.x), std::lround(at.y)).second) { kept_.push_back(n); }
-    }
-    return std::move(kept_);
-  }
-
- private:
-  [[nodiscard]] bool band() const { return series_.filled(); }
-  [[nodiscard]] Pixel lower(std::size_t n) const { return project_(series_.x[n], series_.y[n]); }
-  [[nodiscard]] Pixel upper(std::size_t n) const {
-    return band() ? project_(series_.x[n], series_.y2[n]) : lower(n);
-  }
-  void keep_gap(std::size_t n) {
-    if (!gap_) { kept_.push_back(n); }
-    gap_ = true;
-  }
-
-  const Series& series_;
-  const Projection& project_;
-  std::size_t count_ = 0;
-  std::vector<std::size_t> kept_{};
-  bool gap_ = false;
-};
+  return kept;
+}
 
 }  // namespace
 
 std::vector<std::size_t> thinned(const Series& series, const Projection& project) {
-  Thinning thinning(series, project);
-  if (series.style == Series::Style::points) { return thinning.points(); }
-  if (series.filled() || thinning.rises()) { return thinning.curve(); }
-  return thinning.path();
+  std::size_t count = std::min(series.x.size(), series.y.size());
+  if (series.filled()) { count = std::min(count, series.y2.size()); }
+  if (series.style != Series::Style::points) {
+    const bool rises = std::ranges::is_sorted(series.x);
+    return series.filled() || rises ? envelope(series, count, project)
+                                    : moving(series, count, project);
+  }
+  std::vector<std::size_t> kept;
+  std::set<std::pair<long, long>> covered;
+  for (std::size_t n = 0; n < count; ++n) {
+    const Pixel at = project(series.x[n], series.y[n]);
+    if (is_gap(at)) { continue; }
+    if (covered.emplace(std::lround(at.x), std::lround(at.y)).second) { kept.push_back(n); }
+  }
+  return kept;
 }
 
 }  // namespace palpate

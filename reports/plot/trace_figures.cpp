@@ -38,21 +38,49 @@ std::vector<Zone> zones_of(const Trace& trace, const std::vector<std::size_t>& r
   return zones;
 }
 
-template <class Place> std::vector<Mark> marks_of(const Trace& trace, Place&& place) {
+/// Events over time, or over the depth of the tip.
+std::vector<Mark> events_over(const Trace& trace, Over over) {
   std::vector<Mark> marks;
-  if (trace.time.empty()) { return marks; }
-  for (const Event& event : trace.events) { marks.push_back({in_words(event.kind), place(event)}); }
+  for (const Event& event : trace.events) {
+    if (trace.time.empty()) { break; }
+    const double at = over == Over::time
+                          ? event.time
+                          : mm * values_of(trace, "tool.depth_m")[row_at(trace, event.time)];
+    marks.push_back({in_words(event.kind), at});
+  }
   return marks;
-}
-
-}  // namespace
-
-bool has_tool(const Trace& trace) {
-  return trace.find("tool.depth_m") != nullptr && trace.find("tool.force_n") != nullptr;
 }
 
 bool is_tool_column(const std::string& name) {
   return name.starts_with("tool.") || name.starts_with("syringe.") || name.starts_with("device.");
+}
+
+}  // namespace
+
+Figure figure_over(const Trace& trace, Over over, const std::string& id, const std::string& title,
+                   const std::string& caption, const std::string& y_label) {
+  const bool time = over == Over::time;
+  return {.id = id,
+          .title = title,
+          .caption = caption,
+          .x = {.label = time ? "time (s)" : "tip depth (mm)"},
+          .y = {.label = y_label},
+          .zones = time ? layers_over_time(trace) : layers_over_depth(trace),
+          .marks = events_over(trace, over)};
+}
+
+void add_column(Figure& figure, const Trace& trace, Over over, const std::string& column,
+                const std::string& label, double factor, Series::Style style) {
+  if (trace.find(column) == nullptr) { return; }
+  figure.series.push_back(
+      {.label = label,
+       .style = style,
+       .x = over == Over::time ? trace.time : values_of(trace, "tool.depth_m", mm),
+       .y = values_of(trace, column, factor)});
+}
+
+bool has_tool(const Trace& trace) {
+  return trace.find("tool.depth_m") != nullptr && trace.find("tool.force_n") != nullptr;
 }
 
 const std::vector<double>& values_of(const Trace& trace, const std::string& name) {
@@ -95,15 +123,6 @@ std::size_t row_at(const Trace& trace, double time) {
   const auto row = std::ranges::lower_bound(trace.time, time - slack);
   const auto last = static_cast<std::ptrdiff_t>(trace.time.size()) - 1;
   return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(row - trace.time.begin(), 0, last));
-}
-
-std::vector<Mark> events_over_depth(const Trace& trace) {
-  const std::vector<double>& depth = values_of(trace, "tool.depth_m");
-  return marks_of(trace, [&](const Event& event) { return mm * depth[row_at(trace, event.time)]; });
-}
-
-std::vector<Mark> events_over_time(const Trace& trace) {
-  return marks_of(trace, [](const Event& event) { return event.time; });
 }
 
 std::string layer_in(const Trace& trace, std::size_t row) {
@@ -261,28 +280,25 @@ Figure force_over_depth(const Trace& trace) {
       cuts(trace) ? "Resisting force along the needle over the depth of its tip; the tints are the "
                     "layers that the tip was in on its way in."
                   : "Resisting force over the depth of the tool below the undeformed skin.";
-  return {
-      .id = "force-over-depth",
-      .title = "Force against depth",
-      .caption = caption + (returns(trace) ? " Where the tool comes back the curve returns." : ""),
-      .x = {.label = cuts(trace) ? "tip depth (mm)" : "depth (mm)"},
-      .y = {.label = "force (N)"},
-      .series = {{.x = values_of(trace, "tool.depth_m", mm),
-                  .y = values_of(trace, "tool.force_n")}},
-      .zones = cuts(trace) ? layers_over_depth(trace) : std::vector<Zone>{},
-      .marks = events_over_depth(trace)};
+  Figure figure =
+      figure_over(trace, Over::depth, "force-over-depth", "Force against depth",
+                  caption + (returns(trace) ? " Where the tool comes back the curve returns." : ""),
+                  "force (N)");
+  add_column(figure, trace, Over::depth, "tool.force_n");
+  if (!cuts(trace)) {
+    figure.x.label = "depth (mm)";
+    figure.zones.clear();
+  }
+  return figure;
 }
 
 Figure parts_over_depth(const Trace& trace) {
   const std::vector<std::size_t> rows = first_pass(trace);
-  Figure figure{.id = "force-parts",
-                .title = "Cutting, friction and stiffness",
-                .caption =
-                    "The three parts of the resisting force stacked on each other, on the way "
-                    "in; the line is their sum.",
-                .x = {.label = "tip depth (mm)"},
-                .y = {.label = "force (N)"},
-                .zones = layers_over_depth(trace)};
+  Figure figure = figure_over(trace, Over::depth, "force-parts", "Cutting, friction and stiffness",
+                              "The three parts of the resisting force stacked on each other, on "
+                              "the way in; the line is their sum.",
+                              "force (N)");
+  figure.marks.clear();
   const std::vector<double> depth = picked(values_of(trace, "tool.depth_m"), rows, mm);
   std::vector<double> floor(rows.size(), 0.0);
   for (const Part& part : parts) {
@@ -298,37 +314,29 @@ Figure parts_over_depth(const Trace& trace) {
 }
 
 Figure force_over_time(const Trace& trace) {
-  return {.id = "force-over-time",
-          .title = "Force over time",
-          .caption = "The same force at every tick.",
-          .x = {.label = "time (s)"},
-          .y = {.label = "force (N)"},
-          .series = {{.x = trace.time, .y = values_of(trace, "tool.force_n")}},
-          .marks = events_over_time(trace)};
+  Figure figure = figure_over(trace, Over::time, "force-over-time", "Force over time",
+                              "The same force at every tick.", "force (N)");
+  add_column(figure, trace, Over::time, "tool.force_n");
+  figure.zones.clear();
+  return figure;
 }
 
-Figure pressure_over_time(const Trace& trace) {
-  return {
-      .id = "pressure-over-time",
-      .title = "Syringe pressure over time",
-      .caption = "Gauge pressure behind the needle; the tints are the layers that the tip is in.",
-      .x = {.label = "time (s)"},
-      .y = {.label = "pressure (mmHg)"},
-      .series = {{.x = trace.time,
-                  .y = values_of(trace, "syringe.pressure_pa", 1.0 / pascals_per_mmhg)}},
-      .zones = layers_over_time(trace),
-      .marks = events_over_time(trace)};
+Figure pressure_over_time(const Trace& trace, const std::string& label = "") {
+  Figure figure =
+      figure_over(trace, Over::time, "pressure-over-time", "Syringe pressure over time",
+                  "Gauge pressure behind the needle; the tints are the layers that the tip is in.",
+                  "pressure (mmHg)");
+  add_column(figure, trace, Over::time, "syringe.pressure_pa", label, 1.0 / pascals_per_mmhg);
+  return figure;
 }
 
 Figure lateral_over_depth(const Trace& trace) {
-  return {.id = "lateral-force",
-          .title = "Lateral force against depth",
-          .caption = "What the tissue presses sideways on the shaft.",
-          .x = {.label = "tip depth (mm)"},
-          .y = {.label = "lateral force (N)"},
-          .series = {{.x = values_of(trace, "tool.depth_m", mm),
-                      .y = values_of(trace, "tool.lateral_n")}},
-          .zones = layers_over_depth(trace)};
+  Figure figure =
+      figure_over(trace, Over::depth, "lateral-force", "Lateral force against depth",
+                  "What the tissue presses sideways on the shaft.", "lateral force (N)");
+  add_column(figure, trace, Over::depth, "tool.lateral_n");
+  figure.marks.clear();
+  return figure;
 }
 
 }  // namespace
@@ -350,24 +358,17 @@ std::vector<Figure> tool_figures(const Trace& trace) {
 
 std::vector<Figure> tool_traces(const Trace& trace) {
   if (!has_tool(trace) || trace.time.size() < 2) { return {}; }
-  Figure force{
-      .id = "tool-force",
-      .title = "Force",
-      .x = {.label = "time (s)"},
-      .y = {.label = "force (N)"},
-      .series = {{.label = "sum", .x = trace.time, .y = values_of(trace, "tool.force_n")}}};
+  std::vector<Figure> figures{
+      figure_over(trace, Over::time, "tool-force", "Force", "", "force (N)")};
+  add_column(figures[0], trace, Over::time, "tool.force_n", "sum");
   for (const Part& part : parts) {
     if (largest(trace, part.column) == 0.0) { continue; }
-    force.series.push_back(
-        {.label = part.label, .x = trace.time, .y = values_of(trace, part.column)});
+    add_column(figures[0], trace, Over::time, part.column, part.label);
   }
-  std::vector<Figure> figures{std::move(force)};
   if (trace.find("syringe.pressure_pa") != nullptr) {
-    Figure pressure = pressure_over_time(trace);
-    pressure.id = "tool-pressure";
-    pressure.title = "Syringe pressure";
-    pressure.series.front().label = "pressure";
-    figures.push_back(std::move(pressure));
+    figures.push_back(pressure_over_time(trace, "pressure"));
+    figures.back().id = "tool-pressure";
+    figures.back().title = "Syringe pressure";
   }
   return figures;
 }

@@ -14,14 +14,23 @@ namespace palpate {
 
 /// Returns true if the trace has columns of a needle or a probe.
 bool has_tool(const Trace& trace);
-/// Returns true for columns of the tool or its syringe, which have their own figures.
-bool is_tool_column(const std::string& name);
-
 /// Returns the values of a column. Throws std::out_of_range if the trace has no such column.
 const std::vector<double>& values_of(const Trace& trace, const std::string& name);
 
 /// Same, with each value multiplied by `factor`.
 std::vector<double> values_of(const Trace& trace, const std::string& name, double factor);
+
+/// Horizontal axis of a figure: time [s], or depth of the tip [mm].
+enum class Over { time, depth };
+
+/// Figure without series, with the layers and the events of the trace.
+Figure figure_over(const Trace& trace, Over over, const std::string& id, const std::string& title,
+                   const std::string& caption, const std::string& y_label);
+
+/// Adds a column, multiplied by `factor`. Does nothing if the trace has no such column.
+void add_column(Figure& figure, const Trace& trace, Over over, const std::string& column,
+                const std::string& label = "", double factor = 1.0,
+                Series::Style style = Series::Style::line);
 
 /// Row indices in which the tip is deeper than in all earlier rows. The first is the last row at
 /// the initial depth.
@@ -34,10 +43,6 @@ std::vector<Zone> layers_over_time(const Trace& trace);
 
 /// Index of the first row at or after a time [s]; the last row if there is none.
 std::size_t row_at(const Trace& trace, double time);
-
-/// Events over the tip depth [mm], and over time [s].
-std::vector<Mark> events_over_depth(const Trace& trace);
-std::vector<Mark> events_over_time(const Trace& trace);
 
 /// Label of the layer that contains the tip in a row; empty outside the tissue.
 std::string layer_in(const Trace& trace, std::size_t row);

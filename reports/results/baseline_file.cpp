@@ -24,61 +24,43 @@ constexpr int schema = 1;
 constexpr std::size_t most_bytes = 1U << 30U;
 constexpr const char* seal_key = "seal";
 
-std::string text_of(const Json& json) {
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
 /// Hash of all contents except the hash itself. It detects edits by hand.
 std::string seal_of(Json json) {
   json.erase(seal_key);
-  return io::content_hash(text_of(json));
-}
-
-Json spread_json(const gate::Spread& spread) {
-  return {{"runs", spread.runs}, {"quantities", spread.quantities}, {"curves", spread.curves}};
+  return io::content_hash(json_text(json));
 }
 
 gate::Spread spread_from(const Json& json) {
-  return {.quantities = json.at("quantities").get<std::map<std::string, double>>(),
-          .curves = json.at("curves").get<std::map<std::string, double>>(),
-          .runs = json.at("runs")};
+  return {
+      .quantities = json.at("quantities"), .curves = json.at("curves"), .runs = json.at("runs")};
 }
 
-Json ledger_json(const std::vector<gate::Approval>& ledger) {
-  Json list = Json::array();
-  for (const gate::Approval& entry : ledger) {
-    list.push_back({{"date", entry.date},
-                    {"commit", entry.commit},
-                    {"reason", entry.reason},
-                    {"cases", entry.cases}});
-  }
-  return list;
+Json approval_json(const gate::Approval& entry) {
+  return object("date", entry.date, "commit", entry.commit, "reason", entry.reason, "cases",
+                entry.cases);
 }
 
-std::vector<gate::Approval> ledger_from(const Json& json) {
-  std::vector<gate::Approval> ledger;
-  for (const Json& each : json) {
-    ledger.push_back({each.at("date"), each.at("commit"), each.at("reason"),
-                      each.at("cases").get<std::vector<std::string>>()});
-  }
-  return ledger;
+gate::Approval approval_from(const Json& json) {
+  return {.date = json.at("date"),
+          .commit = json.at("commit"),
+          .reason = json.at("reason"),
+          .cases = json.at("cases")};
+}
+
+Json accepted_json(const gate::AcceptedCase& accepted) {
+  Json json = case_json(accepted.outcome);
+  for (const char* key : {"seconds", "tables", "traces", "notes", "timings"}) { json.erase(key); }
+  const gate::Spread& spread = accepted.spread;
+  json["spread"] =
+      object("runs", spread.runs, "quantities", spread.quantities, "curves", spread.curves);
+  return json;
 }
 
 Json to_json(const gate::Baseline& baseline, const std::string& hash_of_curves) {
-  Json cases = Json::array();
-  for (const gate::AcceptedCase& accepted : baseline.cases) {
-    Json json = case_json(accepted.outcome);
-    for (const char* key : {"seconds", "tables", "traces", "notes", "timings"}) { json.erase(key); }
-    json["spread"] = spread_json(accepted.spread);
-    cases.push_back(std::move(json));
-  }
-  Json json{{"kind", "palpate baseline"},
-            {"schema", schema},
-            {"command", baseline.command},
-            {"ledger", ledger_json(baseline.ledger)},
-            {"provenance", baseline.provenance},
-            {"curves", hash_of_curves},
-            {"cases", cases}};
+  Json json =
+      object("kind", "palpate baseline", "schema", schema, "command", baseline.command, "ledger",
+             list_of(baseline.ledger, approval_json), "provenance", baseline.provenance, "curves",
+             hash_of_curves, "cases", list_of(baseline.cases, accepted_json));
   json[seal_key] = seal_of(json);
   return json;
 }
@@ -98,8 +80,9 @@ gate::Baseline baseline_from(const Json& json) {
   if (json.value(seal_key, "") != seal_of(json)) {
     throw std::runtime_error("was changed by something else than palpate approve");
   }
-  gate::Baseline baseline{.command = json.at("command"), .ledger = ledger_from(json.at("ledger"))};
+  gate::Baseline baseline{.command = json.at("command")};
   baseline.provenance = json.at("provenance").get<std::map<std::string, std::string>>();
+  for (const Json& each : json.at("ledger")) { baseline.ledger.push_back(approval_from(each)); }
   for (const Json& each : json.at("cases")) { baseline.cases.push_back(accepted_from(each)); }
   if (baseline.cases.empty()) { throw std::runtime_error("holds no case"); }
   return baseline;
@@ -117,18 +100,18 @@ std::string write_curves(const std::filesystem::path& path, const gate::Baseline
   return io::content_hash(io::read_bytes(path, most_bytes));
 }
 
-}  // namespace
-
 std::filesystem::path curves_of_baseline(const std::filesystem::path& path) {
   return std::filesystem::path(path).replace_extension(".h5");
 }
+
+}  // namespace
 
 void write_baseline(const std::filesystem::path& path, const gate::Baseline& baseline) {
   if (path.extension() == ".h5") {
     throw InputError(path.string() + ": the curves go there; a name with another ending, as .json");
   }
   const std::string hash = write_curves(curves_of_baseline(path), baseline);
-  io::replace_file(path, text_of(to_json(baseline, hash)));
+  io::replace_file(path, json_text(to_json(baseline, hash)));
 }
 
 gate::Baseline read_baseline(const std::filesystem::path& path) {

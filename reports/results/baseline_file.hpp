@@ -20,9 +20,6 @@ void write_baseline(const std::filesystem::path& path, const gate::Baseline& bas
 /// files do not match, or if a number is not finite.
 gate::Baseline read_baseline(const std::filesystem::path& path);
 
-/// Path of the curve file of a baseline.
-std::filesystem::path curves_of_baseline(const std::filesystem::path& path);
-
 // Self-test of damage detection for baselines and results.
 
 /// Damages baseline and results files in one way at a time. Returns each damage with the resulting

@@ -2,10 +2,15 @@
 
 #include "reports/results/results.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <utility>
 
-#include "reports/html/html_page.hpp"
+#include "html_templates.hpp"
+
+#include "reports/html/html_template.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate {
 
@@ -52,28 +57,10 @@ std::string failed_quantities(const Outcome& outcome) {
   return text;
 }
 
-std::string verdict(const Outcome& outcome) {
-  const std::string message = escape_markup(failed_quantities(outcome));
-  switch (outcome.status) {
-    case Status::pass: return {};
-    case Status::skip: return "      <skipped message=\"" + message + "\"/>\n";
-    case Status::fail:
-    case Status::inconclusive:
-      return "      <failure type=\"" +
-             std::string(outcome.status == Status::fail ? "bound" : "inconclusive") +
-             "\" message=\"" + message.substr(0, message.find('\n')) + "\">" +
-             escape_markup(outcome.claim) + "\n" + message + "</failure>\n";
-    case Status::error: break;
-  }
-  return "      <error type=\"exception\" message=\"" + message + "\"/>\n";
-}
-
-std::string properties(const Outcome& outcome) {
-  if (outcome.quantities.empty()) { return {}; }
-  std::string text = "      <properties>\n";
-  const auto property = [&text](const std::string& name, const std::string& value) {
-    text += "        <property name=\"" + escape_markup(name) + "\" value=\"" +
-            escape_markup(value) + "\"/>\n";
+Data properties_of(const Outcome& outcome) {
+  Data list(Data::type::list);
+  const auto property = [&list](const std::string& name, const std::string& value) {
+    list.push_back(record("name", name, "value", value));
   };
   for (const Quantity& q : outcome.quantities) {
     property(q.name, exact_number(q.value));
@@ -84,32 +71,39 @@ std::string properties(const Outcome& outcome) {
     property(q.name + ".bound_from", q.bound_from);
     if (q.uncertainty > 0.0) { property(q.name + ".uncertainty", exact_number(q.uncertainty)); }
   }
-  return text + "      </properties>\n";
+  return list;
+}
+
+Data case_of(const Outcome* of_case) {
+  const Outcome& outcome = *of_case;
+  const std::string message = failed_quantities(outcome);
+  const bool inconclusive = outcome.status == Status::inconclusive;
+  return record(
+      "suite", outcome.suite, "name", outcome.name, "time", seconds_attribute(outcome.seconds),
+      "judged", !outcome.quantities.empty(), "properties", properties_of(outcome), "skip",
+      outcome.status == Status::skip, "failure", outcome.status == Status::fail || inconclusive,
+      "error", outcome.status == Status::error, "type", inconclusive ? "inconclusive" : "bound",
+      "claim", outcome.claim, "first", message.substr(0, message.find('\n')), "message", message);
 }
 
 }  // namespace
 
 std::string to_junit(const Results& results) {
-  std::vector<std::string> suites;
-  std::map<std::string, std::vector<const Outcome*>> members;
+  std::vector<std::pair<std::string, std::vector<const Outcome*>>> suites;
   std::vector<const Outcome*> all;
   for (const Outcome& outcome : results.outcomes) {
-    if (members[outcome.suite].empty()) { suites.push_back(outcome.suite); }
-    members[outcome.suite].push_back(&outcome);
+    auto suite =
+        std::ranges::find(suites, outcome.suite, [](const auto& each) { return each.first; });
+    if (suite == suites.end()) { suite = suites.insert(suite, {outcome.suite, {}}); }
+    suite->second.push_back(&outcome);
     all.push_back(&outcome);
   }
-  std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"" +
-                    escape_markup(results.title) + "\"" + counts(all) + ">\n";
-  for (const std::string& suite : suites) {
-    xml += "  <testsuite name=\"" + escape_markup(suite) + "\"" + counts(members[suite]) + ">\n";
-    for (const Outcome* outcome : members[suite]) {
-      xml += "    <testcase classname=\"palpate." + escape_markup(suite) + "\" name=\"" +
-             escape_markup(outcome->name) + "\" time=\"" + seconds_attribute(outcome->seconds) +
-             "\">\n" + properties(*outcome) + verdict(*outcome) + "    </testcase>\n";
-    }
-    xml += "  </testsuite>\n";
-  }
-  return xml + "</testsuites>\n";
+  const auto values = [](const auto& suite) {
+    return record("name", suite.first, "counts", counts(suite.second), "cases",
+                  data_of(suite.second, case_of));
+  };
+  return fill(templates::junit, record("title", results.title, "counts", counts(all), "suites",
+                                       data_of(suites, values)));
 }
 
 }  // namespace palpate

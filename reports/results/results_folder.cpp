@@ -115,13 +115,9 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t most_frames = 60;
 constexpr std::size_t most_numbers = 2'000'000;  ///< numbers of all frames together
 
-void add_fact(Outcome& outcome, const Json& summary, const std::string& key) {
-  outcome.quantities.push_back({.name = key, .value = number_from_json(summary.at(key))});
-}
-
-void add_energy(Outcome& outcome, const Json& energy, const std::string& key) {
-  outcome.quantities.push_back(
-      {.name = "energy." + key, .value = number_from_json(energy.at(key)), .unit = "J"});
+void add_number(Outcome& outcome, const std::string& name, const Json& value,
+                const std::string& unit) {
+  outcome.quantities.push_back({.name = name, .value = number_from_json(value), .unit = unit});
 }
 
 /// Numbers events by kind, so that an additional event does not rename events of other kinds.
@@ -132,10 +128,8 @@ void add_events(Outcome& outcome, const Json& events) {
     const std::string kind =
         event.at("kind").get<std::string>() + (detail.empty() ? "" : " " + detail);
     const int count = ++met[kind];
-    outcome.quantities.push_back(
-        {.name = "event: " + kind + (count > 1 ? " #" + std::to_string(count) : ""),
-         .value = number_from_json(event.at("time_s")),
-         .unit = "s"});
+    add_number(outcome, "event: " + kind + (count > 1 ? " #" + std::to_string(count) : ""),
+               event.at("time_s"), "s");
   }
 }
 
@@ -203,10 +197,10 @@ Outcome outcome_of(const Json& summary, const Trace& trace, const std::string& s
     outcome.reasons = {"the run " + status};
   }
   for (const char* key : {"nodes", "springs", "ticks", "steps", "substeps"}) {
-    add_fact(outcome, summary, key);
+    add_number(outcome, key, summary.at(key), "1");
   }
   for (const char* key : {"initial_j", "final_j", "max_j"}) {
-    add_energy(outcome, summary.at("energy"), key);
+    add_number(outcome, std::string("energy.") + key, summary.at("energy").at(key), "J");
   }
   add_events(outcome, summary.at("events"));
   for (const Column& column : trace.columns) {

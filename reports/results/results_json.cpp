@@ -40,32 +40,28 @@ using Json = nlohmann::ordered_json;
 constexpr std::array<std::string_view, 6> style_names{"line",   "points", "line-and-points",
                                                       "dashed", "band",   "area"};
 
-/// Writes a bound; an open bound is null.
-Json bound(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-double bound_from(const Json& json, double open) {
+double limit_from(const Json& json, double open) {
   return json.is_null() ? open : number_from_json(json);
 }
 
 /// Writes a quantity. The uncertainty is omitted if it is zero.
-Json to_json(const Quantity& q) {
-  Json json{{"name", q.name},          {"value", json_number(q.value)},
-            {"unit", q.unit},          {"lower", bound(q.lower)},
-            {"upper", bound(q.upper)}, {"bound_from", q.bound_from}};
+Json quantity_json(const Quantity& q) {
+  Json json =
+      object("name", q.name, "value", q.value, "unit", q.unit, "lower", finite_or_null(q.lower),
+             "upper", finite_or_null(q.upper), "bound_from", q.bound_from);
   if (q.uncertainty > 0.0) { json["uncertainty"] = json_number(q.uncertainty); }
   json["status"] = q.judged() ? name_of(q.status()) : "info";
   return json;
 }
 
 Quantity quantity_from(const Json& json) {
-  return {
-      .name = json.at("name"),
-      .value = number_from_json(json.at("value")),
-      .unit = json.at("unit"),
-      .lower = bound_from(json.at("lower"), -unbounded),
-      .upper = bound_from(json.at("upper"), unbounded),
-      .bound_from = json.at("bound_from"),
-      .uncertainty = json.contains("uncertainty") ? number_from_json(json.at("uncertainty")) : 0.0};
+  return {.name = json.at("name"),
+          .value = number_from_json(json.at("value")),
+          .unit = json.at("unit"),
+          .lower = limit_from(json.at("lower"), -unbounded),
+          .upper = limit_from(json.at("upper"), unbounded),
+          .bound_from = json.at("bound_from"),
+          .uncertainty = number_from_json(json.value("uncertainty", Json(0.0)))};
 }
 
 /// Splits the JSON text of all reasons, which has one reason per line.
@@ -76,11 +72,9 @@ std::vector<std::string> reasons_from(const std::string& text) {
   return reasons;
 }
 
-Json to_json(const Axis& axis) {
-  Json json{{"label", axis.label}, {"logarithmic", axis.logarithmic}};
-  json["minimum"] = axis.minimum ? Json(*axis.minimum) : Json(nullptr);
-  json["maximum"] = axis.maximum ? Json(*axis.maximum) : Json(nullptr);
-  return json;
+Json axis_json(const Axis& axis) {
+  return object("label", axis.label, "logarithmic", axis.logarithmic, "minimum", axis.minimum,
+                "maximum", axis.maximum);
 }
 
 Axis axis_from(const Json& json) {
@@ -88,24 +82,6 @@ Axis axis_from(const Json& json) {
   if (!json.at("minimum").is_null()) { axis.minimum = json.at("minimum").get<double>(); }
   if (!json.at("maximum").is_null()) { axis.maximum = json.at("maximum").get<double>(); }
   return axis;
-}
-
-Json zones_of(const Figure& figure) {
-  Json list = Json::array();
-  for (const Zone& zone : figure.zones) {
-    list.push_back({{"label", zone.label},
-                    {"begin", json_number(zone.begin)},
-                    {"end", json_number(zone.end)}});
-  }
-  return list;
-}
-
-Json marks_of(const Figure& figure) {
-  Json list = Json::array();
-  for (const Mark& mark : figure.marks) {
-    list.push_back({{"label", mark.label}, {"x", json_number(mark.x)}});
-  }
-  return list;
 }
 
 /// Reads optional zones and marks, which old files do not contain.
@@ -120,22 +96,26 @@ void read_annotations(const Json& json, Figure& figure) {
   }
 }
 
-Json to_json(const Figure& figure) {
+Json figure_json(const Figure& figure) {
   Json series = Json::array();
   for (std::size_t n = 0; n < figure.series.size(); ++n) {
     const Series& each = figure.series[n];
-    series.push_back({{"label", each.label},
-                      {"style", style_names.at(static_cast<std::size_t>(each.style))},
-                      {"group", series_group(figure, n)}});
+    series.push_back(object("label", each.label, "style",
+                            style_names.at(static_cast<std::size_t>(each.style)), "group",
+                            series_group(figure, n)));
   }
-  Json json{{"id", figure.id},         {"title", figure.title},  {"caption", figure.caption},
-            {"x", to_json(figure.x)},  {"y", to_json(figure.y)}, {"square", figure.square},
-            {"timing", figure.timing}, {"series", series}};
-  if (!figure.zones.empty()) { json["zones"] = zones_of(figure); }
-  if (!figure.marks.empty()) { json["marks"] = marks_of(figure); }
-  json["heat_map"] = Json(nullptr);
+  const auto zone = [](const Zone& each) {
+    return object("label", each.label, "begin", each.begin, "end", each.end);
+  };
+  const auto mark = [](const Mark& each) { return object("label", each.label, "x", each.x); };
+  Json json = object("id", figure.id, "title", figure.title, "caption", figure.caption, "x",
+                     axis_json(figure.x), "y", axis_json(figure.y), "square", figure.square,
+                     "timing", figure.timing, "series", series);
+  if (!figure.zones.empty()) { json["zones"] = list_of(figure.zones, zone); }
+  if (!figure.marks.empty()) { json["marks"] = list_of(figure.marks, mark); }
+  json["heat_map"] = nullptr;
   if (figure.heat_map) {
-    json["heat_map"] = {{"label", figure.heat_map->label}, {"group", heat_map_group(figure)}};
+    json["heat_map"] = object("label", figure.heat_map->label, "group", heat_map_group(figure));
   }
   return json;
 }
@@ -145,16 +125,15 @@ Figure figure_from(const Json& json) {
                 .title = json.at("title"),
                 .caption = json.at("caption"),
                 .x = axis_from(json.at("x")),
-                .y = axis_from(json.at("y"))};
-  figure.square = json.at("square");
-  figure.timing = json.at("timing");
+                .y = axis_from(json.at("y")),
+                .square = json.at("square"),
+                .timing = json.at("timing")};
   for (const Json& each : json.at("series")) {
-    Series series{.label = each.at("label")};
     const auto style = each.at("style").get<std::string>();
     const auto* found = std::find(style_names.begin(), style_names.end(), style);
     if (found == style_names.end()) { throw std::runtime_error("unknown series style " + style); }
-    series.style = static_cast<Series::Style>(found - style_names.begin());
-    figure.series.push_back(std::move(series));
+    figure.series.push_back({.label = each.at("label"),
+                             .style = static_cast<Series::Style>(found - style_names.begin())});
   }
   read_annotations(json, figure);
   if (!json.at("heat_map").is_null()) {
@@ -163,42 +142,40 @@ Figure figure_from(const Json& json) {
   return figure;
 }
 
-Json to_json(const Table& table) {
-  Json rows = Json::array();
-  for (const auto& row : table.rows) {
-    Json cells = Json::array();
-    for (const Cell& cell : row) {
-      const auto* text = std::get_if<std::string>(&cell);
-      cells.push_back(text != nullptr ? Json(*text)
-                                      : Json{{"value", json_number(std::get<double>(cell))}});
-    }
-    rows.push_back(std::move(cells));
-  }
-  return {{"id", table.id},           {"title", table.title},   {"caption", table.caption},
-          {"columns", table.columns}, {"timing", table.timing}, {"rows", rows}};
+Json cell_json(const Cell& cell) {
+  const auto* text = std::get_if<std::string>(&cell);
+  return text != nullptr ? Json(*text) : object("value", std::get<double>(cell));
+}
+
+Json table_json(const Table& table) {
+  const auto row = [](const std::vector<Cell>& cells) { return list_of(cells, cell_json); };
+  return object("id", table.id, "title", table.title, "caption", table.caption, "columns",
+                table.columns, "timing", table.timing, "rows", list_of(table.rows, row));
 }
 
 Table table_from(const Json& json) {
   Table table{.id = json.at("id"),
               .title = json.at("title"),
               .caption = json.at("caption"),
-              .columns = json.at("columns").get<std::vector<std::string>>()};
-  table.timing = json.at("timing");
+              .columns = json.at("columns"),
+              .timing = json.at("timing")};
   for (const Json& row : json.at("rows")) {
-    std::vector<Cell> cells;
+    std::vector<Cell>& cells = table.rows.emplace_back();
     for (const Json& cell : row) {
       cells.push_back(cell.is_string() ? Cell(cell.get<std::string>())
                                        : Cell(number_from_json(cell.at("value"))));
     }
-    table.rows.push_back(std::move(cells));
   }
   return table;
 }
 
-template <class Item> Json list_of(const std::vector<Item>& items) {
-  Json list = Json::array();
-  for (const Item& item : items) { list.push_back(to_json(item)); }
-  return list;
+Timing timing_from(const Json& json) {
+  return {json.at("name"), number_from_json(json.at("value")), json.at("unit")};
+}
+
+template <class Item, class Convert>
+void read_list(const Json& list, std::vector<Item>& items, const Convert& convert) {
+  for (const Json& each : list) { items.push_back(convert(each)); }
 }
 
 Status status_from(const std::string& name) {
@@ -221,33 +198,19 @@ double number_from_json(const Json& json) {
 }
 
 nlohmann::ordered_json case_json(const Outcome& outcome) {
-  Json timings = Json::array();
-  for (const Timing& timing : outcome.timings) {
-    timings.push_back(
-        {{"name", timing.name}, {"value", json_number(timing.value)}, {"unit", timing.unit}});
-  }
   const bool skipped = outcome.status == Status::skip;
-  Json json{{"name", outcome.name},
-            {"suite", outcome.suite},
-            {"claim", outcome.claim},
-            {"status", name_of(outcome.status)}};
-  json["skipped"] = skipped ? Json(outcome.reason()) : Json(nullptr);
-  json["message"] = skipped ? "" : outcome.reason();
-  json["seconds"] = outcome.seconds;
-  json["quantities"] = list_of(outcome.quantities);
-  json["tables"] = list_of(outcome.tables);
-  json["traces"] =
-      outcome.figures.empty() ? Json(nullptr) : Json("traces/" + trace_file_name(outcome.name));
-  json["figures"] = list_of(outcome.figures);
-  json["notes"] = outcome.notes;
-  json["timings"] = timings;
-  return json;
-}
-
-nlohmann::ordered_json cases_json(const std::vector<Outcome>& outcomes) {
-  Json list = Json::array();
-  for (const Outcome& outcome : outcomes) { list.push_back(case_json(outcome)); }
-  return list;
+  const auto timing = [](const Timing& each) {
+    return object("name", each.name, "value", each.value, "unit", each.unit);
+  };
+  return object(
+      "name", outcome.name, "suite", outcome.suite, "claim", outcome.claim, "status",
+      name_of(outcome.status), "skipped", skipped ? Json(outcome.reason()) : Json(nullptr),
+      "message", skipped ? "" : outcome.reason(), "seconds", outcome.seconds, "quantities",
+      list_of(outcome.quantities, quantity_json), "tables", list_of(outcome.tables, table_json),
+      "traces",
+      outcome.figures.empty() ? Json(nullptr) : Json("traces/" + trace_file_name(outcome.name)),
+      "figures", list_of(outcome.figures, figure_json), "notes", outcome.notes, "timings",
+      list_of(outcome.timings, timing));
 }
 
 Outcome case_from_json(const Json& json) {
@@ -257,23 +220,16 @@ Outcome case_from_json(const Json& json) {
       .claim = json.at("claim"),
       .status = status_from(json.at("status")),
       .reasons = reasons_from(json.at(json.at("skipped").is_null() ? "message" : "skipped")),
-      .seconds = json.at("seconds")};
-  for (const Json& each : json.at("quantities")) {
-    outcome.quantities.push_back(quantity_from(each));
-  }
-  for (const Json& each : json.at("tables")) { outcome.tables.push_back(table_from(each)); }
-  for (const Json& each : json.at("figures")) { outcome.figures.push_back(figure_from(each)); }
-  outcome.notes = json.at("notes").get<std::vector<std::string>>();
-  for (const Json& each : json.at("timings")) {
-    outcome.timings.push_back(
-        {each.at("name"), number_from_json(each.at("value")), each.at("unit")});
-  }
+      .seconds = json.at("seconds"),
+      .notes = json.at("notes")};
+  read_list(json.at("quantities"), outcome.quantities, quantity_from);
+  read_list(json.at("tables"), outcome.tables, table_from);
+  read_list(json.at("figures"), outcome.figures, figure_from);
+  read_list(json.at("timings"), outcome.timings, timing_from);
   return outcome;
 }
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr int schema = 1;
 
@@ -288,12 +244,9 @@ void check_verdict(const Outcome& outcome) {
 }  // namespace
 
 std::string to_json(const Results& results) {
-  Json json{{"schema", schema},
-            {"title", results.title},
-            {"command", results.command},
-            {"provenance", results.provenance},
-            {"cases", cases_json(results.outcomes)}};
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(object("schema", schema, "title", results.title, "command", results.command,
+                          "provenance", results.provenance, "cases",
+                          list_of(results.outcomes, case_json)));
 }
 
 Results results_from_json(const std::string& text, const std::string& name) {

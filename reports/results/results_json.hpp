@@ -5,7 +5,9 @@
 #include <cmath>
 #include <exception>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "model/problem/input_error.hpp"
@@ -25,6 +27,54 @@ inline nlohmann::ordered_json finite_or_null(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
+/// Value of a key: numbers by json_number(), null for an empty optional, texts and lists as they
+/// are.
+template <class Value> nlohmann::ordered_json json_value(const Value& value) {
+  if constexpr (std::is_floating_point_v<Value>) {
+    return json_number(value);
+  } else {
+    return value;
+  }
+}
+template <class Value> nlohmann::ordered_json json_value(const std::optional<Value>& value) {
+  return value ? json_value(*value) : nlohmann::ordered_json(nullptr);
+}
+
+/// Adds keys, each followed by its value.
+inline void add_keys(nlohmann::ordered_json&) {}
+template <class Value, class... Rest>
+void add_keys(nlohmann::ordered_json& json, const char* key, const Value& value,
+              const Rest&... rest) {
+  json[key] = json_value(value);
+  add_keys(json, rest...);
+}
+
+/// Returns an object: object("name", "tip", "time_s", 0.5).
+template <class... KeysAndValues>
+nlohmann::ordered_json object(const KeysAndValues&... keys_and_values) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  add_keys(json, keys_and_values...);
+  return json;
+}
+
+/// Returns a list of the converted items.
+template <class Items, class Convert>
+nlohmann::ordered_json list_of(const Items& items, const Convert& convert) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const auto& item : items) { list.push_back(convert(item)); }
+  return list;
+}
+
+/// Text of a JSON file, with a line end. Invalid UTF-8 becomes the replacement character.
+inline std::string json_text(const nlohmann::ordered_json& json, int indent = 1) {
+  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+/// Null for an empty text.
+inline nlohmann::ordered_json text_or_null(const std::string& text) {
+  return text.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(text);
+}
+
 // Error messages for JSON files, without internal terms of the JSON library.
 
 /// Returns the error "FILE:LINE: not JSON from here on; ALLOWED", or "FILE: WHAT; ALLOWED" if the
@@ -36,7 +86,6 @@ InputError json_trouble(const std::string& file, const std::string& text,
 // curves.
 
 nlohmann::ordered_json case_json(const Outcome& outcome);
-nlohmann::ordered_json cases_json(const std::vector<Outcome>& outcomes);
 
 /// Parses one case. Throws exceptions of the JSON library, or std::runtime_error.
 Outcome case_from_json(const nlohmann::ordered_json& json);

@@ -2,82 +2,65 @@
 
 #include "reports/timing/child_process.hpp"
 
-#include <array>
+#include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
-#include <poll.h>
 #include <sstream>
 #include <stdexcept>
 #include <sys/prctl.h>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
+
+#include "fixtures/io/file_bytes.hpp"
 
 namespace palpate::timing {
 
 namespace {
 
-constexpr int look_every_ms = 50;
-constexpr int looks_after_stop = 6;  // polls for clean-up, then the call returns
-
-/// Pipe with two ends; the child receives a copy of the second.
-struct Pipe {
-  std::array<int, 2> ends{-1, -1};
-  Pipe() {
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-      throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
-    }
-  }
-  ~Pipe() {
-    for (const int end : ends) {
-      if (end >= 0) { close(end); }
-    }
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  void close_writer() {
-    close(ends[1]);
-    ends[1] = -1;
-  }
-};
+constexpr auto look_every = std::chrono::milliseconds(10);
+constexpr int looks_after_stop = 30;  // for clean-up, then the call returns
 
 /// Runs in the child. It must not allocate, since threads of the parent may have held the
 /// allocator's lock.
-[[noreturn]] void become(char* const* arguments, const Pipe& output, const Pipe& errors) {
+[[noreturn]] void become(char* const* arguments, int output, int errors) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
-  dup2(output.ends[1], STDOUT_FILENO);
-  dup2(errors.ends[1], STDERR_FILENO);
-  execv(arguments[0], arguments);
+  dup2(output, STDOUT_FILENO);
+  dup2(errors, STDERR_FILENO);
+  execvp(arguments[0], arguments);
   _exit(127);
 }
 
-/// Reads the available bytes. Returns false at the end of the pipe.
-bool take(int from, std::string& text) {
-  std::array<char, 4096> buffer{};
-  const ssize_t count = read(from, buffer.data(), buffer.size());
-  if (count > 0) { text.append(buffer.data(), static_cast<std::size_t>(count)); }
-  return count > 0;
-}
-
-/// Reads until both pipes are closed.
-void listen(pid_t child, const Pipe& output, const Pipe& errors, const std::atomic<bool>* stop,
-            ChildEnd& end) {
-  std::array<pollfd, 2> watched{{{output.ends[0], POLLIN, 0}, {errors.ends[0], POLLIN, 0}}};
-  int looks = 0;
-  while ((watched[0].fd >= 0 || watched[1].fd >= 0) && looks <= looks_after_stop) {
-    if (stop != nullptr && stop->load()) {
-      if (!end.stopped) { kill(child, SIGTERM); }
-      end.stopped = true;
-      ++looks;
-    }
-    if (poll(watched.data(), watched.size(), look_every_ms) <= 0) { continue; }
-    if (watched[0].revents != 0 && !take(watched[0].fd, end.output)) { watched[0].fd = -1; }
-    if (watched[1].revents != 0 && !take(watched[1].fd, end.errors)) { watched[1].fd = -1; }
-  }
+/// Starts a program whose output goes to files.
+pid_t start(std::vector<std::string> words, const std::filesystem::path& output,
+            const std::filesystem::path& errors) {
+  std::vector<char*> arguments;
+  for (std::string& word : words) { arguments.push_back(word.data()); }
+  arguments.push_back(nullptr);
+  constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
+  const int to_output = open(output.c_str(), flags, 0600);
+  const int to_errors = open(errors.c_str(), flags, 0600);
+  const pid_t child = fork();
+  if (child == 0) { become(arguments.data(), to_output, to_errors); }
+  const std::string problem = std::strerror(errno);
+  close(to_output);
+  close(to_errors);
+  if (child < 0) { throw std::runtime_error(words.front() + " cannot be started: " + problem); }
+  return child;
 }
 
 }  // namespace
+
+Background::Background(const std::vector<std::string>& words)
+    : process_(start(words, "/dev/null", "/dev/null")) {}
+
+Background::~Background() {
+  kill(process_, SIGTERM);
+  waitpid(process_, nullptr, 0);
+}
 
 std::filesystem::path find_program(const std::string& name) {
   const char* path = std::getenv("PATH");
@@ -103,23 +86,21 @@ std::string ChildEnd::last_words() const {
 }
 
 ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool>* stop) {
-  std::vector<std::string> copies = words;
-  std::vector<char*> arguments;
-  for (std::string& word : copies) { arguments.push_back(word.data()); }
-  arguments.push_back(nullptr);
-  Pipe output;
-  Pipe errors;
-  const pid_t child = fork();
-  if (child < 0) {
-    throw std::runtime_error(words.front() + " cannot be started: " + std::strerror(errno));
-  }
-  if (child == 0) { become(arguments.data(), output, errors); }
-  output.close_writer();
-  errors.close_writer();
+  constexpr std::size_t most_bytes = 1U << 26U;
+  const io::ScratchFolder folder;
+  const pid_t child = start(words, folder / "output", folder / "errors");
   ChildEnd end;
-  listen(child, output, errors, stop, end);
   int status = 0;
-  while (waitpid(child, &status, end.stopped ? WNOHANG : 0) < 0 && errno == EINTR) {}
+  for (int looks = 0; waitpid(child, &status, WNOHANG) == 0 && looks <= looks_after_stop;) {
+    if (stop != nullptr && stop->load()) {
+      if (!end.stopped) { kill(child, SIGTERM); }
+      end.stopped = true;
+      ++looks;
+    }
+    std::this_thread::sleep_for(look_every);
+  }
+  end.output = io::read_bytes(folder / "output", most_bytes);
+  end.errors = io::read_bytes(folder / "errors", most_bytes);
   end.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return end;
 }

@@ -31,4 +31,16 @@ struct ChildEnd {
 /// started.
 ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool>* stop);
 
+/// Program that runs without output during the lifetime of the object.
+class Background {
+ public:
+  explicit Background(const std::vector<std::string>& words);
+  ~Background();
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+
+ private:
+  int process_;
+};
+
 }  // namespace palpate::timing

@@ -12,6 +12,7 @@
 
 #include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
+#include "reports/results/results_json.hpp"
 #include "validation/gate/baseline.hpp"
 
 namespace palpate::timing {
@@ -103,14 +104,11 @@ HistoryLine history_line_of(const Results& results) {
 std::string to_text(const HistoryLine& line) {
   Json quantities = Json::object();
   for (const auto& [name, each] : line.quantities) {
-    quantities[name] = {{"value", each.value}, {"unit", each.unit}};
+    quantities[name] = object("value", each.value, "unit", each.unit);
   }
-  return Json{{"date", line.date},
-              {"commit", line.commit},
-              {"compiler", line.compiler},
-              {"quantities", quantities}}
-             .dump() +
-         "\n";
+  return json_text(object("date", line.date, "commit", line.commit, "compiler", line.compiler,
+                          "quantities", quantities),
+                   -1);
 }
 
 std::vector<HistoryLine> read_history(const std::filesystem::path& file) {

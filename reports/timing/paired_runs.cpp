@@ -21,50 +21,42 @@
 
 namespace palpate::timing {
 
-namespace {
-
-constexpr int known_version = 1;
-
-}  // namespace
-
-template <class Function> void LoadedLibrary::find(Function*& function, const char* name) {
-  function = reinterpret_cast<Function*>(dlsym(handle_, name));
-  if (function == nullptr) {
-    throw InputError(name_ + ": has no " + name +
-                     "; a step library, as scripts/build-base makes it");
-  }
-}
-
-LoadedLibrary::LoadedLibrary(const std::filesystem::path& file) : name_(file.string()) {
-  const std::filesystem::path whole = std::filesystem::absolute(file);  // avoids the search path
-  handle_ = dlopen(whole.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (handle_ == nullptr) {
+LoadedLibrary::LoadedLibrary(const std::filesystem::path& file)
+    : name_(file.string()),
+      handle_(dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL), &dlclose) {
+  constexpr int known_version = 1;
+  if (!handle_) {
     throw InputError(name_ + ": cannot be loaded: " + dlerror() + "; a step library");
   }
+  const auto find = [this](auto*& function, const std::string& name) {
+    const std::string symbol = "palpate_steps_" + name;
+    function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(
+        dlsym(handle_.get(), symbol.c_str()));
+    if (function == nullptr) {
+      throw InputError(name_ + ": has no " + symbol +
+                       "; a step library, as scripts/build-base makes it");
+    }
+  };
   decltype(palpate_steps_version)* version = nullptr;
-  find(version, "palpate_steps_version");
+  find(version, "version");
   if (version() != known_version) {
     throw InputError(name_ + ": version " + std::to_string(version()) + " of its functions; " +
                      std::to_string(known_version));
   }
-  find(create_, "palpate_steps_create");
-  find(run_, "palpate_steps_run");
-  find(digest_, "palpate_steps_digest");
-  find(kernel_, "palpate_steps_kernel");
-  find(tick_count_, "palpate_steps_tick_count");
-  find(tick_length_, "palpate_steps_tick_length");
-  find(destroy_, "palpate_steps_destroy");
+  find(make, "create");
+  find(run, "run");
+  find(digest, "digest");
+  find(kernel, "kernel");
+  find(tick_count, "tick_count");
+  find(tick_length, "tick_length");
+  find(destroy, "destroy");
 }
 
-LoadedLibrary::~LoadedLibrary() {
-  if (handle_ != nullptr) { dlclose(handle_); }
-}
-
-LibrarySteps LoadedLibrary::create(const std::filesystem::path& scene) const {
+LoadedLibrary::Steps LoadedLibrary::create(const std::filesystem::path& scene) const {
   std::array<char, 2048> problem{};
-  palpate_steps* steps = create_(scene.c_str(), problem.data(), problem.size());
-  if (steps == nullptr) { throw InputError(name_ + " refuses " + problem.data()); }
-  return {*this, steps};
+  Steps steps(make(scene.c_str(), problem.data(), problem.size()), destroy);
+  if (!steps) { throw InputError(name_ + " refuses " + problem.data()); }
+  return steps;
 }
 
 namespace {
@@ -76,13 +68,26 @@ struct BatchTime {
   double wall = 0.0;
 };
 
-BatchTime time_of(LibrarySteps& steps, long ticks) {
-  const double wall = bench::seconds_on(bench::Clock::wall);
-  const double processor = bench::seconds_on(bench::Clock::processor);
-  steps.run(ticks);
-  return {.processor = bench::seconds_on(bench::Clock::processor) - processor,
-          .wall = bench::seconds_on(bench::Clock::wall) - wall};
-}
+/// Simulation of one scene by one build.
+struct Build {
+  LoadedLibrary library;
+  LoadedLibrary::Steps steps;
+
+  explicit Build(const std::filesystem::path& file) : library(file), steps(nullptr, nullptr) {}
+
+  BatchTime time(long ticks) {
+    const double wall = bench::seconds_on(bench::Clock::wall);
+    const double processor = bench::seconds_on(bench::Clock::processor);
+    (void)library.run(steps.get(), ticks);
+    return {.processor = bench::seconds_on(bench::Clock::processor) - processor,
+            .wall = bench::seconds_on(bench::Clock::wall) - wall};
+  }
+  [[nodiscard]] std::string digest() {
+    std::array<char, 33> text{};
+    library.digest(steps.get(), text.data());
+    return text.data();
+  }
+};
 
 /// Simulations of one scene by both builds, at the same tick.
 class PairOfSteps {
@@ -97,36 +102,31 @@ class PairOfSteps {
   Pair time(bool head_first) {
     if (done_ + batch_ > tick_count_) { begin_anew(); }
     done_ += batch_;
+    const long head_ticks = plan_.planted ? batch_ + batch_ / planted_every : batch_;
     BatchTime head;
-    if (head_first) { head = time_of(*head_steps_, head_ticks()); }
-    const BatchTime base = time_of(*base_steps_, batch_);
-    if (!head_first) { head = time_of(*head_steps_, head_ticks()); }
+    if (head_first) { head = head_->time(head_ticks); }
+    const BatchTime base = base_->time(batch_);
+    if (!head_first) { head = head_->time(head_ticks); }
     return {.base = base.processor,
             .head = head.processor,
             .base_wall = base.wall,
             .head_wall = head.wall};
   }
   [[nodiscard]] double batch_deadline() const {
-    return static_cast<double>(batch_) * base_steps_->tick_length();
+    return static_cast<double>(batch_) * base_->library.tick_length(base_->steps.get());
   }
-  [[nodiscard]] bool same_motion() { return base_steps_->digest() == head_steps_->digest(); }
+  [[nodiscard]] bool same_motion() { return base_->digest() == head_->digest(); }
 
  private:
-  [[nodiscard]] long head_ticks() const {
-    return plan_.planted ? batch_ + batch_ / planted_every : batch_;
-  }
-
   /// Restarts both scenes. The builds alternate in the order of destruction and creation, so that
   /// each uses the memory addresses of the other equally often.
   void begin_anew() {
-    if (head_next_) { head_steps_.reset(); }
-    base_steps_.reset();
-    if (!head_next_) { head_steps_.reset(); }
-    if (head_next_) { head_steps_.emplace(head_->create(plan_.scene)); }
-    base_steps_.emplace(base_->create(plan_.scene));
-    if (!head_next_) { head_steps_.emplace(head_->create(plan_.scene)); }
+    Build& first = head_next_ ? *head_ : *base_;
+    Build& second = head_next_ ? *base_ : *head_;
+    for (Build* build : {&first, &second}) { build->steps.reset(); }
+    for (Build* build : {&first, &second}) { build->steps = build->library.create(plan_.scene); }
     head_next_ = !head_next_;
-    tick_count_ = base_steps_->tick_count();
+    tick_count_ = base_->library.tick_count(base_->steps.get());
     done_ = 0;
   }
 
@@ -135,16 +135,14 @@ class PairOfSteps {
       throw InputError(plan_.scene.string() + ": " + std::to_string(tick_count_) +
                        " ticks; at least " + std::to_string(planted_every));
     }
-    const double seconds = std::max(time_of(*base_steps_, planted_every).processor, 1e-7);
+    const double seconds = std::max(base_->time(planted_every).processor, 1e-7);
     const long most = tick_count_ / planted_every;
     batch_ = planted_every * std::clamp(std::lround(std::ceil(least_batch / seconds)), 1L, most);
     begin_anew();
   }
 
   const PairedPlan& plan_;
-  std::optional<LoadedLibrary> base_, head_;
-  std::optional<LibrarySteps> base_steps_,
-      head_steps_;  // destroyed before the libraries
+  std::optional<Build> base_, head_;
   bool head_next_;
   long tick_count_ = 0;
   long batch_ = planted_every;

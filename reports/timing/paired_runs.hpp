@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Step library (step_library.h) that is loaded at run time, with its own copy of all code and
-/// data.
+/// Paired timing of two step libraries (step_library.h), and the location of such libraries.
 
 #include <atomic>
 #include <cstdint>
@@ -15,56 +14,31 @@
 
 namespace palpate::timing {
 
-/// Simulation of one scene by the code of one library. The library must outlive it.
-class LibrarySteps;
-
+/// Step library that is loaded at run time, with its own copy of all code and data.
 class LoadedLibrary {
  public:
+  using Steps = std::unique_ptr<palpate_steps, decltype(palpate_steps_destroy)*>;
+
   /// Loads a library. A file that is loaded twice gives one shared library; copy the file first.
   /// Throws InputError if the file is not a step library.
   explicit LoadedLibrary(const std::filesystem::path& file);
-  ~LoadedLibrary();
-  LoadedLibrary(const LoadedLibrary&) = delete;
-  LoadedLibrary& operator=(const LoadedLibrary&) = delete;
 
-  /// Creates the simulation of a scene. Throws InputError with the library's message if the library
-  /// rejects the scene.
-  [[nodiscard]] LibrarySteps create(const std::filesystem::path& scene) const;
+  /// Creates the simulation of a scene, which must not outlive the library. Throws InputError with
+  /// the library's message if the library rejects the scene.
+  [[nodiscard]] Steps create(const std::filesystem::path& scene) const;
+
+  // Functions of the library.
+  decltype(palpate_steps_create)* make = nullptr;
+  decltype(palpate_steps_run)* run = nullptr;
+  decltype(palpate_steps_digest)* digest = nullptr;
+  decltype(palpate_steps_kernel)* kernel = nullptr;
+  decltype(palpate_steps_tick_count)* tick_count = nullptr;
+  decltype(palpate_steps_tick_length)* tick_length = nullptr;
+  decltype(palpate_steps_destroy)* destroy = nullptr;
 
  private:
-  friend class LibrarySteps;
-  template <class Function> void find(Function*& function, const char* name);
-
   std::string name_;
-  void* handle_ = nullptr;
-  decltype(palpate_steps_create)* create_ = nullptr;
-  decltype(palpate_steps_run)* run_ = nullptr;
-  decltype(palpate_steps_digest)* digest_ = nullptr;
-  decltype(palpate_steps_kernel)* kernel_ = nullptr;
-  decltype(palpate_steps_tick_count)* tick_count_ = nullptr;
-  decltype(palpate_steps_tick_length)* tick_length_ = nullptr;
-  decltype(palpate_steps_destroy)* destroy_ = nullptr;
-};
-
-class LibrarySteps {
- public:
-  LibrarySteps(const LoadedLibrary& library, palpate_steps* steps)
-      : library_(&library), steps_(steps, library.destroy_) {}
-  void run(long ticks) { (void)library_->run_(steps_.get(), ticks); }
-  [[nodiscard]] std::string digest() {
-    char text[33] = {};
-    library_->digest_(steps_.get(), text);
-    return text;
-  }
-  [[nodiscard]] std::string kernel() const { return library_->kernel_(steps_.get()); }
-  [[nodiscard]] long tick_count() const { return library_->tick_count_(steps_.get()); }
-  [[nodiscard]] double tick_length() const {
-    return library_->tick_length_(steps_.get());
-  }  ///< tick length [s]
-
- private:
-  const LoadedLibrary* library_;
-  std::unique_ptr<palpate_steps, decltype(palpate_steps_destroy)*> steps_;
+  std::unique_ptr<void, int (*)(void*)> handle_;
 };
 
 // Paired timing of two step libraries in one process, and the text format of its result.
@@ -76,8 +50,7 @@ struct PairedPlan {
   int pairs = 40;
   std::uint64_t seed = 1;   ///< seed of the order within pairs
   bool head_first = false;  ///< if true, the head library is loaded and set up first
-  bool planted =
-      false;  ///< if true, the head computes 5 % more ticks: a slowdown that must be detected
+  bool planted = false;     ///< the head computes 5 % more ticks: a slowdown to be detected
 };
 
 /// Ticks per batch are a multiple of this number, so that 5 % of them is a whole number.

@@ -29,9 +29,8 @@ class CellGrid {
   /// Node indices of the corners of a cell. Corner n has bit 0 along x, bit 1 along y, bit 2 along
   /// z.
   [[nodiscard]] std::array<int, 8> corners(const GridPlace& lowest) const;
-  [[nodiscard]] const std::vector<GridPlace>& cells() const {
-    return cells_;
-  }  ///< cells by their lowest corners
+  /// Cells by their lowest corners.
+  [[nodiscard]] const std::vector<GridPlace>& cells() const { return cells_; }
 
   /// Returns the grid of every n-th plane. A cell exists if all n^3 original cells exist. Node
   /// indices do not change.
@@ -41,8 +40,7 @@ class CellGrid {
   void add_nodes(std::vector<GridPlace> places, const std::vector<std::uint8_t>& present);
   template <class IsCell> void add_cells(IsCell is_cell);
 
-  std::vector<GridPlace>
-      place_{};  ///< grid indices of every node of the network; (-1, -1, -1): not on this grid
+  std::vector<GridPlace> place_{};  ///< of every node; (-1, -1, -1): not on this grid
   GridPlace extent_{0, 0, 0};
   std::vector<int> node_at_{};
   std::vector<std::uint8_t> cell_at_{};

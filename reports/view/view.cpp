@@ -115,8 +115,7 @@ void tell_thin_layers(View& view, const Scene& scene) {
     missing += (missing.empty() ? "" : ", ") + label;
   }
   if (!missing.empty()) {
-    view.notes.push_back("thinner than the cells that hold them, and not told apart here: " +
-                         missing);
+    view.notes.push_back("thinner than a cell, and not shown separately: " + missing);
   }
 }
 

@@ -43,9 +43,7 @@ struct ViewTool {
   enum class Shape { needle, fingertip, ultrasound } shape = Shape::needle;
   Eigen::Vector3d origin{0.0, 0.0, 0.0};     ///< tip at position 0 on the path [m]
   Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< unit vector along the path
-  Eigen::Vector2d size{
-      0.0,
-      0.0};  ///< width in both lateral directions [m]; needle and fingertip: the diameter twice
+  Eigen::Vector2d size{0.0, 0.0};  ///< lateral widths [m]; needle, fingertip: diameter twice
 };
 
 /// Surface attached to the tissue. The displacement of a vertex is the weighted mean of the
@@ -56,11 +54,9 @@ struct ViewSurface {
     double weight = 1.0;  ///< weights of a vertex sum to one
   };
   std::string label{};
-  NodeVectors rest{};  ///< undeformed vertex positions [m]
-  std::vector<std::vector<Support>>
-      vertices{};  ///< supports of each vertex; an empty list: fixed vertex
-  std::vector<std::array<int, 3>>
-      triangles{};        ///< vertex indices; the right-hand rule gives the outward normal
+  NodeVectors rest{};                            ///< undeformed vertex positions [m]
+  std::vector<std::vector<Support>> vertices{};  ///< supports; none: fixed vertex
+  std::vector<std::array<int, 3>> triangles{};   ///< vertices; right-hand rule, normal outward
   bool of_cells = false;  ///< true if the surface consists of faces of tissue cells
 };
 
@@ -87,27 +83,23 @@ struct View {
   std::vector<std::uint8_t> label{};  ///< label of each node, as an index of `labels`
   std::vector<std::string> labels{};  ///< tissue names; at least one
   std::vector<std::uint8_t> fixed{};
-  Eigen::VectorXd stiffness{};  ///< mean stiffness of the springs of each node [N/m]
-  std::vector<std::array<int, 3>>
-      place{};  ///< grid indices of each node, spacing may vary; empty: no grid
-  std::vector<std::uint8_t> cell{};  ///< 1: the node is the lowest corner of a tissue cell
+  Eigen::VectorXd stiffness{};              ///< mean stiffness of the springs of each node [N/m]
+  std::vector<std::array<int, 3>> place{};  ///< grid indices of each node; empty: no grid
+  std::vector<std::uint8_t> cell{};         ///< 1: the node is the lowest corner of a tissue cell
   std::vector<ViewSpring> springs{};
   std::vector<ViewSurface> surfaces{};
   std::vector<ViewFrame> frames{};  ///< frames; at least one
   std::size_t peak = 0;             ///< index of the frame with the largest reaction
   std::optional<ViewTool> tool{};
-  double cut =
-      0.0;  ///< y coordinate of the sagittal plane through the tool, or through the middle [m]
-  std::vector<std::string>
-      notes{};  ///< simplifications of the view: nodes or frames that are omitted
+  double cut = 0.0;                  ///< y of the plane through the tool, or through the middle [m]
+  std::vector<std::string> notes{};  ///< nodes and frames that are omitted
 };
 
 struct ViewInput {
   const Scene& scene;
   const NetworkProblem& problem;
   const Trace& trace;
-  std::vector<ViewSurface>
-      surfaces{};  ///< surfaces by nodes of the network; empty: the skin of the grid, if any
+  std::vector<ViewSurface> surfaces{};  ///< empty: the skin of the grid, if any
 };
 
 /// Creates the view. Returns nothing if the trace has no frames.

@@ -18,6 +18,7 @@
 #include "reports/html/html_page.hpp"
 #include "reports/plot/shown_units.hpp"
 #include "reports/plot/trace_figures.hpp"
+#include "reports/results/results_json.hpp"
 
 namespace palpate {
 
@@ -91,37 +92,34 @@ constexpr Rgb rgb(unsigned code) {
 
 /// Colour map magma of matplotlib, reversed, without the darkest eighth and with a greyer light
 /// end, so that zero is pale and neutral.
-constexpr std::array<Rgb, 8> magma{rgb(0xf4ede4), rgb(0xfdc697), rgb(0xfb8861), rgb(0xe75263),
-                                   rgb(0xb73779), rgb(0x822681), rgb(0x51127c), rgb(0x1d1147)};
+constexpr std::array<unsigned, 8> magma{0xf4ede4, 0xfdc697, 0xfb8861, 0xe75263,
+                                        0xb73779, 0x822681, 0x51127c, 0x1d1147};
 
 /// Colours by keyword; the first keyword contained in the label determines the colour.
-constexpr std::array<std::pair<std::string_view, Rgb>, 12> by_word{{{"skin", rgb(0xe3b196)},
-                                                                    {"fat", rgb(0xf1d58a)},
-                                                                    {"epidural", rgb(0x9cc7dd)},
-                                                                    {"dura", rgb(0x8793c0)},
-                                                                    {"flavum", rgb(0xd9a441)},
-                                                                    {"supraspinous", rgb(0xc9b8a8)},
-                                                                    {"interspinous", rgb(0xb9938a)},
-                                                                    {"ligament", rgb(0xc7ad94)},
-                                                                    {"muscle", rgb(0xb5645a)},
-                                                                    {"bone", rgb(0xeee7d3)},
-                                                                    {"nodule", rgb(0x8e6bb0)},
-                                                                    {"disc", rgb(0x86b39a)}}};
-constexpr std::array<Rgb, 6> others{rgb(0xe0b79c), rgb(0x8fb8a8), rgb(0xb7a3cf),
-                                    rgb(0xd69a7c), rgb(0x93b5d6), rgb(0xc3bf7d)};
+using Coloured = std::pair<std::string_view, unsigned>;
+constexpr std::array by_word{Coloured{"skin", 0xe3b196},         Coloured{"fat", 0xf1d58a},
+                             Coloured{"epidural", 0x9cc7dd},     Coloured{"dura", 0x8793c0},
+                             Coloured{"flavum", 0xd9a441},       Coloured{"supraspinous", 0xc9b8a8},
+                             Coloured{"interspinous", 0xb9938a}, Coloured{"ligament", 0xc7ad94},
+                             Coloured{"muscle", 0xb5645a},       Coloured{"bone", 0xeee7d3},
+                             Coloured{"nodule", 0x8e6bb0},       Coloured{"disc", 0x86b39a}};
+constexpr std::array<unsigned, 6> others{0xe0b79c, 0x8fb8a8, 0xb7a3cf,
+                                         0xd69a7c, 0x93b5d6, 0xc3bf7d};
 
 }  // namespace
 
-Rgb scale_colour(double share) {
-  const double along = std::clamp(share, 0.0, 1.0) * static_cast<double>(magma.size() - 1);
-  const auto below = std::min(static_cast<std::size_t>(along), magma.size() - 2);
+Rgb interpolated_colour(std::span<const unsigned> codes, double share) {
+  const double along = std::clamp(share, 0.0, 1.0) * static_cast<double>(codes.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(along), codes.size() - 2);
   const double rest = along - static_cast<double>(below);
+  const Rgb low = rgb(codes[below]);
+  const Rgb high = rgb(codes[below + 1]);
   Rgb colour{};
-  for (std::size_t n = 0; n < 3; ++n) {
-    colour[n] = (1.0 - rest) * magma[below][n] + rest * magma[below + 1][n];
-  }
+  for (std::size_t n = 0; n < 3; ++n) { colour[n] = (1.0 - rest) * low[n] + rest * high[n]; }
   return colour;
 }
+
+Rgb scale_colour(double share) { return interpolated_colour(magma, share); }
 
 std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels) {
   std::vector<Rgb> colours;
@@ -129,7 +127,8 @@ std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels) {
   for (const std::string& label : labels) {
     const auto found = std::ranges::find_if(
         by_word, [&](const auto& each) { return label.find(each.first) != std::string::npos; });
-    colours.push_back(found != by_word.end() ? found->second : others[other++ % others.size()]);
+    colours.push_back(
+        rgb(found != by_word.end() ? found->second : others[other++ % others.size()]));
   }
   return colours;
 }
@@ -296,20 +295,16 @@ void pack_frames(PackedBytes& packed, const View& view, const Scales& scales) {
   }
 }
 
-Json frames_json(const View& view) {
-  Json frames = Json::array();
-  for (const ViewFrame& frame : view.frames) {
-    Json each{{"time", frame.time}, {"applied", frame.applied}, {"reaction", frame.reaction}};
-    if (view.tool) {
-      each.update({{"place", frame.place}, {"depth", frame.depth}, {"layer", frame.layer}});
-    }
-    if (!frame.event.empty()) { each["event"] = frame.event; }
-    frames.push_back(std::move(each));
+Json frame_json(const View& view, const ViewFrame& frame) {
+  Json json = object("time", frame.time, "applied", frame.applied, "reaction", frame.reaction);
+  if (view.tool) {
+    add_keys(json, "place", frame.place, "depth", frame.depth, "layer", frame.layer);
   }
-  return frames;
+  if (!frame.event.empty()) { json["event"] = frame.event; }
+  return json;
 }
 
-Json list_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+Json numbers_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return std::vector<double>(values.begin(), values.end());
 }
 
@@ -317,51 +312,38 @@ Json tool_json(const ViewTool& tool) {
   const char* shape = tool.shape == ViewTool::Shape::needle      ? "needle"
                       : tool.shape == ViewTool::Shape::fingertip ? "fingertip"
                                                                  : "ultrasound";
-  return {{"shape", shape},
-          {"origin", list_of(tool.origin)},
-          {"direction", list_of(tool.direction)},
-          {"size", list_of(tool.size)}};
+  return object("shape", shape, "origin", numbers_of(tool.origin), "direction",
+                numbers_of(tool.direction), "size", numbers_of(tool.size));
 }
 
 Json colours_json(const std::vector<std::string>& labels) {
-  Json tissue = Json::array();
-  for (const Rgb& colour : tissue_colours(labels)) { tissue.push_back(hex_colour(colour)); }
   constexpr int stops = 33;
   Json scale = Json::array();
   for (int n = 0; n < stops; ++n) { scale.push_back(hex_colour(scale_colour(n / (stops - 1.0)))); }
-  return {{"tissue", tissue}, {"scale", scale}};
+  return object("tissue", list_of(tissue_colours(labels), hex_colour), "scale", scale);
+}
+
+Json surface_json(const ViewSurface& surface) {
+  std::size_t supports = 0;
+  for (const auto& vertex : surface.vertices) { supports += vertex.size(); }
+  const Eigen::AlignedBox3d box = bounds_of(surface);
+  return object("label", surface.label, "vertices", surface.vertices.size(), "supports", supports,
+                "low", numbers_of(box.min()), "extent", numbers_of(box.sizes()), "triangles",
+                surface.triangles.size());
 }
 
 std::string header_of(const View& view, const Scales& scales) {
-  Json surfaces = Json::array();
-  for (const ViewSurface& surface : view.surfaces) {
-    std::size_t supports = 0;
-    for (const auto& vertex : surface.vertices) { supports += vertex.size(); }
-    surfaces.push_back({{"label", surface.label},
-                        {"vertices", surface.vertices.size()},
-                        {"supports", supports},
-                        {"low", list_of(bounds_of(surface).min())},
-                        {"extent", list_of(bounds_of(surface).sizes())},
-                        {"triangles", surface.triangles.size()}});
-  }
-  Json header{{"nodes", view.rest.cols()},
-              {"springs", view.springs.size()},
-              {"grid", !view.place.empty()},
-              {"labels", view.labels},
-              {"colours", colours_json(view.labels)},
-              {"surfaces", surfaces},
-              {"low", list_of(scales.low)},
-              {"extent", list_of(scales.extent)},
-              {"step", scales.step},
-              {"displacement", scales.displacement},
-              {"force", scales.force},
-              {"stiffness", {scales.softest, scales.stiffest}},
-              {"cut", view.cut},
-              {"peak", view.peak},
-              {"enlargement", view.tool ? 1.0
-                                        : enlargement(std::max(scales.displacement, 1e-300),
-                                                      scales.extent.maxCoeff())},
-              {"frames", frames_json(view)}};
+  const auto frame = [&view](const ViewFrame& each) { return frame_json(view, each); };
+  const double extent = scales.extent.maxCoeff();
+  Json header =
+      object("nodes", view.rest.cols(), "springs", view.springs.size(), "grid", !view.place.empty(),
+             "labels", view.labels, "colours", colours_json(view.labels), "surfaces",
+             list_of(view.surfaces, surface_json), "low", numbers_of(scales.low), "extent",
+             numbers_of(scales.extent), "step", scales.step, "displacement", scales.displacement,
+             "force", scales.force, "stiffness", std::array{scales.softest, scales.stiffest}, "cut",
+             view.cut, "peak", view.peak, "enlargement",
+             view.tool ? 1.0 : enlargement(std::max(scales.displacement, 1e-300), extent), "frames",
+             list_of(view.frames, frame));
   if (view.tool) { header["tool"] = tool_json(*view.tool); }
   std::string text = header.dump(-1, ' ', true, Json::error_handler_t::replace);
   for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {

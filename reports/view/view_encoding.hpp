@@ -35,9 +35,12 @@ std::string deflate(std::string_view bytes);
 /// Encodes bytes as base64 (RFC 4648), with padding.
 std::string base64(std::string_view bytes);
 
-// Tissue colours of the view and of its still pictures.
+// Colours of the view.
 
 using Rgb = std::array<double, 3>;  ///< red, green, blue in 0 to 1, sRGB
+
+/// Colour between neighbouring codes 0xrrggbb, from the first at `share` 0 to the last at 1.
+Rgb interpolated_colour(std::span<const unsigned> codes, double share);
 
 /// Colour of a sequential scale, from pale at `share` 0 to dark at 1.
 Rgb scale_colour(double share);

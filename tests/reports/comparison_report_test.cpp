@@ -23,12 +23,12 @@ using Json = nlohmann::json;
 
 /// Recording of the analytic signal at 120 Hz times a factor, with a depth that increases at 5
 /// mm/s.
-ComparedRecording compared_recording(const std::string& name, double factor,
+RecordingFile compared_recording(const std::string& name, double factor,
                                      Recording::Kind kind = Recording::Kind::reconstructed) {
   const std::vector<double> time = clinical::instants(14.0, 120.0);
   std::vector<double> pressure = clinical::pressures({}, time);
   for (double& p : pressure) { p *= factor; }
-  ComparedRecording one{.file = name + ".h5", .hash = "0123"};
+  RecordingFile one{.file = name + ".h5", .hash = "0123"};
   one.input.recording = clinical::recording_of(time, pressure);
   one.input.recording.name = name;
   one.input.recording.kind = kind;
@@ -55,7 +55,7 @@ Trace compared_trace() {
   return trace;
 }
 
-ComparisonReport compared(std::vector<ComparedRecording> recordings,
+ComparisonReport compared(std::vector<RecordingFile> recordings,
                           Trace trace = compared_trace()) {
   ComparisonReport report{
       .recordings = std::move(recordings),
@@ -63,7 +63,7 @@ ComparisonReport compared(std::vector<ComparedRecording> recordings,
       .provenance = {{"version", "0.1.0"}},
       .command = "palpate compare <x> --trace trace.h5"};
   std::vector<Recording> all;
-  for (const ComparedRecording& one : report.recordings) { all.push_back(one.input.recording); }
+  for (const RecordingFile& one : report.recordings) { all.push_back(one.input.recording); }
   report.found = comparison::compare_all(all, report.simulation.trace, report.options);
   report.credibility = comparison::credibility({}, &report.found);
   return report;
@@ -122,7 +122,7 @@ TEST("the defaults that --help shows are those in force") {
 
 Json json_of(const ComparisonReport& report) { return Json::parse(to_json(report)); }
 
-std::vector<ComparedRecording> three() {
+std::vector<RecordingFile> three() {
   return {compared_recording("a", 0.98), compared_recording("b", 1.0),
           compared_recording("c", 1.02, Recording::Kind::measured)};
 }
@@ -207,8 +207,8 @@ TEST("what cannot be compared has a reason and no numbers") {
   CHECK(json["groups"][0]["agree_interval_95"].is_null());
 }
 
-std::vector<ComparedRecording> subjects(std::size_t count) {
-  std::vector<ComparedRecording> all;
+std::vector<RecordingFile> subjects(std::size_t count) {
+  std::vector<RecordingFile> all;
   for (std::size_t n = 0; n < count; ++n) {
     const double middle = 0.5 * static_cast<double>(count - 1);
     all.push_back(compared_recording("subject-" + std::to_string(n),
@@ -220,7 +220,7 @@ std::vector<ComparedRecording> subjects(std::size_t count) {
 TEST("only what agrees and could all be compared holds") {
   CHECK(holds(compared(subjects(1))));
   CHECK(!holds(compared({compared_recording("loud", 1.5)})));
-  std::vector<ComparedRecording> with_a_constant = subjects(1);
+  std::vector<RecordingFile> with_a_constant = subjects(1);
   with_a_constant.push_back(compared_recording("flat", 0.0));
   const ComparisonReport mixed = compared(with_a_constant);
   CHECK(mixed.found.outcome.status == Status::pass);
@@ -282,7 +282,7 @@ TEST("the corridor is the mean and its factor of deviations either way") {
 }
 
 TEST("a recording without depth, and a trace without it, have no figures over depth") {
-  std::vector<ComparedRecording> one = subjects(1);
+  std::vector<RecordingFile> one = subjects(1);
   one[0].input.recording.depth.clear();
   CHECK(recording_figures(compared(one), 0).size() == 3);
   Trace trace = compared_trace();
@@ -314,7 +314,7 @@ TEST(
 }
 
 TEST("the page tells recordings from subjects") {
-  std::vector<ComparedRecording> all = subjects(6);
+  std::vector<RecordingFile> all = subjects(6);
   for (std::size_t n = 0; n < 6; ++n) { all[n].input.recording.subject = std::to_string(n / 2); }
   const std::string html = to_html(compared(all));
   CHECK_CONTAINS(html, "6 recordings reconstructed");

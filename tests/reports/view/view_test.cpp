@@ -394,8 +394,6 @@ TEST("the skin around the tissue is shown, and what lies within two spacings of 
   REQUIRE(view);
   CHECK(view->surfaces.size() == 1);
   CHECK(view->surfaces[0].vertices.size() == skin->vertices.size());
-  ViewSample bare = pressed_block({6, 6, 6}, 3);
-  CHECK(still_at_rest(*view).size() > still_at_rest(*bare.view()).size());
 }
 
 TEST("a skin of too many faces is left out, and a note says so") {
@@ -403,14 +401,6 @@ TEST("a skin of too many faces is left out, and a note says so") {
   CHECK(!view_of_skin(beneath_patch(400).scene, notes));
   REQUIRE(notes.size() == 1);
   CHECK_CONTAINS(notes[0], "the skin is not shown: ");
-}
-
-std::size_t count_of(const std::string& text, std::string_view part) {
-  std::size_t count = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
-    ++count;
-  }
-  return count;
 }
 
 TEST(
@@ -421,7 +411,7 @@ TEST(
   CHECK(view->rest.cols() == 10'000);
   CHECK(view->frames.size() == 60);
   CHECK(view->springs.size() > 100'000);
-  CHECK(html_view(*view).size() + view_script().size() < 5'000'000);
+  CHECK(render({.parts = {view_section(*view)}}).size() + view_script().size() < 5'000'000);
 }
 
 TEST("where numbers are too many they get coarser and then fewer, and the page says so") {
@@ -443,32 +433,24 @@ TEST("where numbers are too many they get coarser and then fewer, and the page s
 TEST("nothing in the page asks the network or ends a script") {
   ViewSample sample = pressed_block({3, 3, 3}, 2);
   sample.scene.tissue.lattice.material = "a </script><b>";
-  const std::string html = html_view(*sample.view());
+  const std::string html = render({.parts = {view_section(*sample.view())}});
   for (const char* request : {"src=", "url(", "@import", "a </script>", "<b>a"}) {
     CHECK(!check::contains(html, request));
   }
-  CHECK(html == html_view(*sample.view()));
+  CHECK(html == render({.parts = {view_section(*sample.view())}}));
 }
 
-TEST("a still picture paints what can be seen of the half behind the cut, and its key") {
+TEST("pictures for print show the section at the cut by tissue, and where it is then") {
   const auto view = pressed_block({6, 7, 5}, 3).view();
-  const std::string rest = still_at_rest(*view);
-  // Cells: 5 x 6 x 4, of which the 5 x 3 x 4 behind y = 0 are kept; faces towards +x, +y and -z are
-  // visible.
-  const std::size_t sides = 3 * 4 + 5 * 4 + 5 * 3;
-  CHECK(count_of(rest, "<path") == sides + 1);
-  const std::string moved = still_at(*view, 2, 10.0);
-  CHECK(count_of(moved, "<path") == sides + 40);
-  CHECK(!check::contains(moved, "nan"));
-  CHECK_CONTAINS(moved, "displacement");
-}
-
-TEST("of very many sides a still picture paints squares as one, and leaves none out") {
-  const auto view = pressed_block({151, 121, 3}, 1).view();
-  const std::string rest = still_at_rest(*view);
-  // The upper sides of 150 x 60 cells behind y = 0 and two rows each of front and flank, as squares
-  // of 2 x 2.
-  CHECK(count_of(rest, "<path") == (150 * 60 + 150 * 2 + 60 * 2) / 4 + 1);
+  const std::vector<Figure> figures = still_figures(*view);
+  REQUIRE(figures.size() == 2);
+  std::size_t nodes = 0;
+  for (const Series& series : figures[0].series) { nodes += series.x.size(); }
+  CHECK(nodes == 6 * 5);  // one plane of nodes normal to y
+  REQUIRE(figures[1].heat_map);
+  const double largest = view->frames[view->peak].displacement.colwise().norm().maxCoeff();
+  for (const double z : figures[1].heat_map->z) { CHECK(!(z > 1e3 * largest * (1.0 + 1e-12))); }
+  CHECK(*figures[0].y.minimum > *figures[0].y.maximum);  // the skin is above
 }
 
 }  // namespace
