@@ -249,7 +249,7 @@ struct Pair {
 
 constexpr std::int64_t items = 300000;
 
-TEST("the latest value is the default, then what was set last, as often as it is asked for") {
+TEST("the latest value is the default, then the value set last, at every read") {
   LatestValue<int> latest;
   CHECK(latest.get() == 0);
   CHECK(latest.get() == 0);
