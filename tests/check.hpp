@@ -44,6 +44,8 @@ struct Abandoned {};
 inline std::vector<Case> cases;
 inline int checks = 0, failures = 0, skips = 0;
 inline double worst_margin = 0.0;  // largest error / tolerance so far
+/// Row of a table that the following checks belong to. It is printed with a failure.
+inline std::string row;
 
 inline bool add(std::string_view name, void (*body)(), std::string_view file) {
   cases.push_back({name, body, file});
@@ -52,7 +54,7 @@ inline bool add(std::string_view name, void (*body)(), std::string_view file) {
 
 inline void fail(const char* file, int line, const char* what) {
   ++failures;
-  std::printf("%s:%d: %s\n", file, line, what);
+  std::printf("%s:%d: %s%s%s\n", file, line, what, row.empty() ? "" : "\n  row: ", row.c_str());
 }
 
 /// Ends the case without a failure. The exit code is 77 if all cases were skipped.
@@ -183,6 +185,7 @@ inline int run(std::string_view file, std::string_view name) {
   for (const Case& test : cases) {
     if (!test.file.ends_with(file) || test.name.find(name) == std::string_view::npos) { continue; }
     const int before = failures;
+    row.clear();
     try {
       test.body();
     } catch (const Abandoned&) {

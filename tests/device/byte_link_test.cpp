@@ -74,7 +74,7 @@ TEST("a driver loads an image of every byte value over a pty, and every request 
   CHECK(service.emulator().firmware().replies() == driver.counts().requests);
 }
 
-TEST("a client that leaves without a word is followed by the next, on the same path") {
+TEST("after a client that leaves within a packet the next is served on the same path") {
   Service service;
   for (int client = 0; client < 3; ++client) {
     TerminalLink link(service.path());
@@ -133,7 +133,7 @@ TEST("a pipe whose writer left has ended") {
   CHECK(link.ended());
 }
 
-TEST("a path that is no terminal is refused by name") {
+TEST("a path that is not a terminal is refused by name") {
   CHECK_THROWS(TerminalLink("/no/such/terminal"), "/no/such/terminal");
   CHECK_THROWS(TerminalLink("/dev/null"), "/dev/null");
 }

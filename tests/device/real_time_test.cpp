@@ -50,7 +50,7 @@ TEST("a tick that takes too long moves none of those after it, and is counted") 
   CHECK(clock.facts().missed == 2);
 }
 
-TEST("a thread is kept to the processor it asked for") {
+TEST("a thread is pinned to its processor") {
   const std::vector<int> allowed = allowed_processors();
   REQUIRE(!allowed.empty());
   std::vector<int> kept;
@@ -64,7 +64,7 @@ TEST("a thread is kept to the processor it asked for") {
   CHECK(allowed_processors() == allowed);  // nobody else's changed
 }
 
-TEST("scheduling is first in, first out while asked for, or the refusal is told") {
+TEST("scheduling is first in, first out during its scope, or the refusal is reported") {
   int during = -1;
   int after = -1;
   int refusal = -1;
@@ -91,7 +91,7 @@ TEST("counts only grow, and a sleep is one of them") {
   CHECK(sum.voluntary_switches == before.voluntary_switches + during.voluntary_switches);
 }
 
-TEST("locked memory is let go, or the refusal is told") {
+TEST("locked memory is released, or the refusal is reported") {
   { const LockedMemory locked; }
   const LockedMemory again;  // a second time gives the same answer
   CHECK(again.refusal().empty() == LockedMemory().refusal().empty());

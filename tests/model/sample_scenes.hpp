@@ -48,6 +48,16 @@ inline SpringNetwork random_network(std::uint64_t seed, const RandomNetwork& wan
   return network;
 }
 
+inline Lattice uniform_cube(int nodes) {
+  return {.nodes = {nodes, nodes, nodes},
+          .spacing = 0.01,
+          .connectivity = 26,
+          .weights = LatticeWeights::uniform,
+          .stiffness = 50.0,
+          .viscosity = 0.05,
+          .node_mass = 1e-3};
+}
+
 // Small scene that uses every feature of a tick: dampers, switched loads, weight, records.
 
 inline Scene moving_scene(std::string_view integrator, Precision precision = {}) {

@@ -16,6 +16,9 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
+using namespace palpate;
+using namespace palpate::reference;
+
 namespace sample {
 
 /// A chain of nodes below the entry, the last one fixed. Its stiffness is stiffness / springs.
@@ -26,8 +29,8 @@ struct Chain {
   double viscosity = 1.0;    ///< [N s/m] of each spring
   double mass = 1e-3;        ///< [kg] of each node
 
-  [[nodiscard]] palpate::SpringNetwork network() const {
-    palpate::SpringNetwork made;
+  [[nodiscard]] SpringNetwork network() const {
+    SpringNetwork made;
     made.rest_position.setZero(3, springs + 1);
     made.mass = Eigen::VectorXd::Constant(springs + 1, mass);
     made.fixed.assign(static_cast<std::size_t>(springs) + 1, 0);
@@ -44,7 +47,7 @@ struct Stratum {
   double thickness = 0.0;      ///< [m]
   double cutting_force = 0.0;  ///< [N]
   double friction = 0.0;       ///< [N/m]
-  palpate::TissueRole role = palpate::TissueRole::tissue;
+  TissueRole role = TissueRole::tissue;
 };
 
 inline const std::vector<Stratum> two_layers{{0.015, 0.06, 1.0}, {0.025, 0.12, 2.0}};
@@ -52,11 +55,10 @@ inline const std::vector<Stratum> three_layers{
     {0.012, 0.2, 10.0}, {0.01, 0.5, 15.0}, {0.1, 0.1, 5.0}};
 
 /// Needle that enters a network with these layers.
-inline palpate::Scene needle_scene(const palpate::SpringNetwork& network,
-                                   const std::vector<Stratum>& strata,
-                                   const palpate::Drive& drive) {
-  palpate::Scene scene;
-  scene.tissue.source = palpate::Source::network;
+inline Scene needle_scene(const SpringNetwork& network, const std::vector<Stratum>& strata,
+                          const Drive& drive) {
+  Scene scene;
+  scene.tissue.source = Source::network;
   scene.tissue.network = network;
   for (std::size_t n = 0; n < strata.size(); ++n) {
     const std::string name = "layer " + std::to_string(n);
@@ -68,40 +70,39 @@ inline palpate::Scene needle_scene(const palpate::SpringNetwork& network,
                                .role = strata[n].role});
     scene.tissue.layers.push_back({name, name, strata[n].thickness});
   }
-  scene.needle = palpate::Needle{};
+  scene.needle = Needle{};
   scene.drive = drive;
   return scene;
 }
 
+inline Scene chain_scene(const std::vector<Stratum>& strata, const Drive& drive) {
+  return needle_scene(Chain{}.network(), strata, drive);
+}
+
 /// Same layers as a block of elastic solid, fixed at its bottom.
-inline palpate::Scene block_scene(int across, const std::vector<Stratum>& strata,
-                                  const palpate::Drive& drive) {
-  palpate::Scene scene = needle_scene({}, strata, drive);
-  scene.tissue.source = palpate::Source::layers;
+inline Scene block_scene(int across, const std::vector<Stratum>& strata, const Drive& drive) {
+  Scene scene = needle_scene({}, strata, drive);
+  scene.tissue.source = Source::layers;
   scene.tissue.block = {.nodes = {across, across}, .spacing = 0.005};
   return scene;
 }
 
-inline constexpr palpate::reference::InsertionOptions with_energy{
-    .account = palpate::reference::InsertionOptions::Account::energy};
+inline constexpr InsertionOptions with_energy{.account = InsertionOptions::Account::energy};
 
-inline palpate::Trace solve(const palpate::Scene& scene, double end, int count,
-                            double relative = 1e-9,
-                            const palpate::reference::InsertionOptions& options = {},
-                            palpate::reference::InsertionChecks* checks = nullptr) {
-  return palpate::reference::solve_insertion(scene, palpate::build_network(scene),
-                                             instants(end, count), {.relative = relative}, options,
-                                             checks);
+inline Trace solve(const Scene& scene, double end, int count, double relative = 1e-9,
+                   const InsertionOptions& options = {}, InsertionChecks* checks = nullptr) {
+  return solve_insertion(scene, build_network(scene), instants(end, count), {.relative = relative},
+                         options, checks);
 }
 
-inline const palpate::Event* first_of(const palpate::Trace& run, std::string_view kind) {
-  const auto found = std::ranges::find(run.events, kind, &palpate::Event::kind);
-  return found == run.events.end() ? nullptr : &*found;
+inline const Event& first_of(const Trace& run, std::string_view kind) {
+  const auto found = std::ranges::find(run.events, kind, &Event::kind);
+  REQUIRE((found != run.events.end()));
+  return *found;
 }
 
 /// Depths of the tip at the events of a kind [m].
-inline std::vector<double> depths_of(const palpate::Trace& run,
-                                     const palpate::reference::InsertionChecks& checks,
+inline std::vector<double> depths_of(const Trace& run, const InsertionChecks& checks,
                                      std::string_view kind) {
   std::vector<double> depths;
   for (std::size_t n = 0; n < run.events.size(); ++n) {
@@ -111,7 +112,7 @@ inline std::vector<double> depths_of(const palpate::Trace& run,
 }
 
 struct Row {
-  const palpate::Trace* run = nullptr;
+  const Trace* run = nullptr;
   std::size_t n = 0;
 
   [[nodiscard]] double time() const { return run->time[n]; }
@@ -128,14 +129,14 @@ struct Row {
   }
 };
 
-inline std::vector<Row> rows(const palpate::Trace& run) {
+inline std::vector<Row> rows(const Trace& run) {
   std::vector<Row> all;
   for (std::size_t n = 0; n < run.rows(); ++n) { all.push_back({&run, n}); }
   return all;
 }
 
 /// Stored and dissipated energy minus the work of the hand [J].
-inline double imbalance(const palpate::Trace& run) {
+inline double imbalance(const Trace& run) {
   double sum = 0.0;
   for (const auto& [name, sign] : {std::pair{"energy_j", 1.0},
                                    {"loss.damping_j", 1.0},
@@ -150,9 +151,6 @@ inline double imbalance(const palpate::Trace& run) {
 
 }  // namespace sample
 
-using namespace palpate;
-using namespace palpate::reference;
-
 namespace {
 
 NeedleTrack track_of(const Scene& scene) { return needle_track(scene, build_network(scene)); }
@@ -165,9 +163,7 @@ double at(const std::vector<HandPiece>& hand, double time) {
   return value;
 }
 
-}  // namespace
-
-TEST("an oblique line meets each plane of a lattice, and its knots' mean place is on the line") {
+TEST("an oblique line meets each plane of a lattice in a contact point on the line") {
   Scene scene = sample::block_scene(5, {{0.02, 0.1, 1.0}}, {});
   scene.needle->entry = {0.0012, -0.0007};
   scene.needle->direction = {0.2, 0.1, 1.0};
@@ -185,14 +181,10 @@ TEST("an oblique line meets each plane of a lattice, and its knots' mean place i
   }
 }
 
-TEST("planes beside which the line passes have no knot") {
-  Scene scene = sample::block_scene(5, {{0.02, 0.1, 1.0}}, {});
+TEST("planes beside which the line passes have no knot; layers are longer, and the last goes on") {
+  Scene scene = sample::block_scene(5, {{0.01, 0.1, 1.0}, {0.01, 0.2, 2.0}}, {});
   scene.needle->direction = {1.0, 0.0, 1.0};
   CHECK(track_of(scene).knots.size() == 3);
-}
-
-TEST("layers along an oblique needle are longer, and the last one goes on") {
-  Scene scene = sample::block_scene(5, {{0.01, 0.1, 1.0}, {0.01, 0.2, 2.0}}, {});
   scene.needle->direction = {0.6, 0.0, 0.8};
   const NeedleTrack track = track_of(scene);
   REQUIRE(track.intervals.size() == 2);
@@ -211,7 +203,7 @@ TEST("the last inclusion that holds a point wins, by its exact shape") {
   const std::vector<double> begins{0.0, 0.006, 0.012, 0.016};
   const std::vector<std::string> labels{"layer 0", "cyst", "bone", "layer 0"};
   REQUIRE(track.intervals.size() == begins.size());
-  for (std::size_t n = 0; n < std::min(begins.size(), track.intervals.size()); ++n) {
+  for (std::size_t n = 0; n < begins.size(); ++n) {
     CHECK_NEAR(track.intervals[n].begin, begins[n], 1e-16);
     CHECK(track.intervals[n].label == labels[n]);
   }
@@ -219,8 +211,7 @@ TEST("the last inclusion that holds a point wins, by its exact shape") {
 }
 
 TEST("shares of friction are the integrals of f times the hat functions") {
-  const Scene scene =
-      sample::needle_scene(sample::Chain{}.network(), {{0.012, 0.1, 10.0}, {0.01, 0.1, 30.0}}, {});
+  const Scene scene = sample::chain_scene({{0.012, 0.1, 10.0}, {0.01, 0.1, 30.0}}, {});
   const NeedleTrack track = track_of(scene);
   for (const double depth : {0.004, 0.011, 0.013, 0.024, 0.037}) {
     const Eigen::VectorXd shares =
@@ -287,20 +278,14 @@ TEST("a force rises, pushes and pauses, and is reversed after its hold") {
   for (const auto& [time, force] : forces) { CHECK_NEAR(at(hand, time), force, 1e-12); }
 }
 
-using namespace palpate;
-using namespace palpate::reference;
-
-namespace {
-
 constexpr Tolerance tight{.relative = 1e-9};
-}  // namespace
 
 TEST("a chain resists with k_eff s + c_eff v, is punctured at F_c and then resists with F_c") {
   const sample::Chain chain;
   const double v = 0.02;
   const double stiffness = chain.stiffness / chain.springs;
   const double viscosity = chain.viscosity / chain.springs;
-  const Scene scene = sample::needle_scene(chain.network(), {{1.0, 0.2, 0.0}}, {.speed = v});
+  const Scene scene = sample::chain_scene({{1.0, 0.2, 0.0}}, {.speed = v});
   InsertionChecks checks;
   const Trace run = sample::solve(scene, 0.4, 400, 1e-9, {}, &checks);
   for (const sample::Row& now : sample::rows(run)) {
@@ -311,23 +296,16 @@ TEST("a chain resists with k_eff s + c_eff v, is punctured at F_c and then resis
     if (now.time() > 0.2455) { CHECK_NEAR(now("tool.cutting_n"), 0.2, 0.0); }
     CHECK_NEAR(now("tool.applied_n"), now("tool.force_n"), 0.0);
   }
-  const auto* contact = sample::first_of(run, "contact");
-  const auto* puncture = sample::first_of(run, "puncture");
-  REQUIRE(contact != nullptr);
-  CHECK(contact->time == 0.0);
-  REQUIRE(puncture != nullptr);
-  if (puncture == nullptr) { return; }
-  CHECK_NEAR(puncture->time, (0.2 - viscosity * v) / (stiffness * v), 1e-9);
-  CHECK_NEAR(sample::depths_of(run, checks, "puncture").front(), 0.0, 0.0);
+  CHECK(sample::first_of(run, "contact").time == 0.0);
+  CHECK_NEAR(sample::first_of(run, "puncture").time, (0.2 - viscosity * v) / (stiffness * v), 1e-9);
+  CHECK_NEAR(sample::depths_of(run, checks, "puncture").at(0), 0.0, 0.0);
 }
 
 TEST("the tip reaches the skin when its trajectory does, and rests before its start") {
-  const Scene scene = sample::needle_scene(sample::Chain{}.network(), {{1.0, 0.2, 0.0}},
-                                           {.start = 0.1, .from = -0.004, .speed = 0.02});
+  const Scene scene =
+      sample::chain_scene({{1.0, 0.2, 0.0}}, {.start = 0.1, .from = -0.004, .speed = 0.02});
   const Trace run = sample::solve(scene, 0.4, 40);
-  const auto* contact = sample::first_of(run, "contact");
-  REQUIRE(contact != nullptr);
-  if (contact != nullptr) { CHECK_NEAR(contact->time, 0.3, 1e-9); }
+  CHECK_NEAR(sample::first_of(run, "contact").time, 0.3, 1e-9);
   for (const sample::Row& now : sample::rows(run)) {
     if (now.time() < 0.1) { CHECK_NEAR(now("tool.insertion_m"), -0.004, 0.0); }
     if (now.time() < 0.3) { CHECK_NEAR(now("tool.force_n"), 0.0, 0.0); }
@@ -336,7 +314,7 @@ TEST("the tip reaches the skin when its trajectory does, and rests before its st
 
 TEST("the plastic impact at contact makes the skin as fast as the tip and loses half m v^2") {
   const sample::Chain chain;
-  const Scene scene = sample::needle_scene(chain.network(), {{1.0, 0.2, 0.0}}, {.speed = 0.02});
+  const Scene scene = sample::chain_scene({{1.0, 0.2, 0.0}}, {.speed = 0.02});
   const Trace run = sample::solve(scene, 0.1, 1);
   CHECK_NEAR(run.velocity(2, 0), 0.02, 1e-15);
   CHECK_NEAR(run.at("loss.impact_j", 0), 0.5 * chain.mass * 0.02 * 0.02, 1e-18);
@@ -344,42 +322,34 @@ TEST("the plastic impact at contact makes the skin as fast as the tip and loses 
 }
 
 TEST("each layer that resists more stops the tip at its beginning until T reaches its F_c") {
-  const Scene scene =
-      sample::needle_scene(sample::Chain{}.network(), sample::three_layers, {.speed = 0.02});
+  const Scene scene = sample::chain_scene(sample::three_layers, {.speed = 0.02});
   InsertionChecks checks;
   const Trace run = sample::solve(scene, 2.4, 100, 1e-9, {}, &checks);
-  const std::vector<double> depths = sample::depths_of(run, checks, "puncture");
-  REQUIRE(depths.size() == 3);
-  CHECK_NEAR(depths[0], 0.0, 1e-11);
-  CHECK_NEAR(depths[1], 0.012, 1e-11);
-  CHECK_NEAR(depths[2], 0.022, 1e-11);
-  CHECK_NEAR(sample::depths_of(run, checks, "stopped").at(0), 0.012, 1e-11);
   int punctures = 0;
-  for (const Event& event : run.events) {
-    if (event.kind != "puncture") { continue; }
-    CHECK(event.detail == "layer " + std::to_string(punctures));
+  for (std::size_t n = 0; n < run.events.size(); ++n) {
+    if (run.events[n].kind != "puncture") { continue; }
+    CHECK_NEAR(checks.event_depth[n], punctures == 0 ? 0.0 : punctures == 1 ? 0.012 : 0.022, 1e-11);
+    CHECK(run.events[n].detail == "layer " + std::to_string(punctures));
     ++punctures;
   }
+  CHECK_NEAR(sample::depths_of(run, checks, "stopped").at(0), 0.012, 1e-11);
+  CHECK(punctures == 3);
   for (const sample::Row& now : sample::rows(run)) {
     if (now("tool.cutting_n") > 0.0) {
-      const double strength = now("tool.deepest_cut_m") < 0.012   ? 0.2
-                              : now("tool.deepest_cut_m") < 0.022 ? 0.5
-                                                                  : 0.1;
-      CHECK_NEAR(now("tool.cutting_n"), strength, 0.0);
-      const double shaft = 10.0 * std::min(now("tool.deepest_cut_m"), 0.012) +
-                           15.0 * std::clamp(now("tool.deepest_cut_m") - 0.012, 0.0, 0.01) +
-                           5.0 * std::max(now("tool.deepest_cut_m") - 0.022, 0.0);
+      const double cut = now("tool.deepest_cut_m");
+      CHECK_NEAR(now("tool.cutting_n"), cut < 0.012 ? 0.2 : cut < 0.022 ? 0.5 : 0.1, 0.0);
+      const double shaft = 10.0 * std::min(cut, 0.012) + 15.0 * std::clamp(cut - 0.012, 0.0, 0.01) +
+                           5.0 * std::max(cut - 0.022, 0.0);
       CHECK(std::abs(now("tool.friction_n")) <= shaft + 2e-9);
     }
   }
 }
 
 TEST("the epidural space is a loss of resistance and dura is a dural puncture") {
-  const Scene scene = sample::needle_scene(sample::Chain{}.network(),
-                                           {{0.01, 0.3, 0.0},
-                                            {0.005, 0.0, 0.0, TissueRole::epidural_space},
-                                            {0.1, 0.1, 0.0, TissueRole::dura}},
-                                           {.speed = 0.02});
+  const Scene scene = sample::chain_scene({{0.01, 0.3, 0.0},
+                                           {0.005, 0.0, 0.0, TissueRole::epidural_space},
+                                           {0.1, 0.1, 0.0, TissueRole::dura}},
+                                          {.speed = 0.02});
   InsertionChecks checks;
   const Trace run = sample::solve(scene, 1.5, 10, 1e-9, {}, &checks);
   CHECK_NEAR(sample::depths_of(run, checks, "loss-of-resistance").at(0), 0.01, 1e-11);
@@ -389,18 +359,16 @@ TEST("the epidural space is a loss of resistance and dura is a dural puncture") 
 TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in between") {
   const double f = 5.0;
   const sample::Chain chain;
-  const Scene scene = sample::needle_scene(
-      chain.network(), {{1.0, 0.0, f}},
+  const Scene scene = sample::chain_scene(
+      {{1.0, 0.0, f}},
       {.from = -0.001, .speed = 0.005, .depth = 0.03, .hold = 0.2, .withdraw_speed = 0.005});
   const double turn = 0.031 / 0.005 + 0.2;
   const Trace run = sample::solve(scene, 12.0, 1200);
-  double slips_back = 0.0;
-  for (const Event& event : run.events) {
-    if (event.kind == "shaft-slips" && slips_back == 0.0 && event.time > turn + 0.05) {
-      slips_back = event.time;
-    }
-  }
-  CHECK(slips_back > turn);
+  const auto slips = std::ranges::find_if(run.events, [&](const Event& event) {
+    return event.kind == "shaft-slips" && event.time > turn + 0.05;
+  });
+  REQUIRE((slips != run.events.end()));
+  const double slips_back = slips->time;
   double in = 0.0;
   for (const sample::Row& now : sample::rows(run)) {
     if (now.time() > 1.0 && now.time() < turn - 0.21) {
@@ -416,38 +384,29 @@ TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in bet
   // chain. The tip moves in its track meanwhile (l_k changes slightly) and dampers lag, hence 5 %.
   Eigen::VectorXd share = Eigen::VectorXd::Zero(6);
   const double depth = in / f;
+  double compliance = 0.0;
   for (int k = 0; k < 6; ++k) {
     constexpr int parts = 100000;
     for (int n = 0; n < parts; ++n) {
       const double xi = (n + 0.5) * depth / parts;
       share(k) += std::max(0.0, 1.0 - std::abs(xi / chain.spacing - k)) / parts;
     }
-  }
-  double compliance = 0.0;
-  for (int a = 0; a < 6; ++a) {
-    for (int b = 0; b < 6; ++b) {
-      compliance += share(a) * share(b) * (5 - std::max(a, b)) / chain.stiffness;
-    }
+    // Of earlier contact points and its own; those of one spring each add up in series.
+    compliance += share(k) * (2.0 * share.head(k).sum() + share(k)) * (5 - k) / chain.stiffness;
   }
   CHECK_NEAR(0.005 * (slips_back - turn), 2.0 * in * compliance, 0.05 * 2.0 * in * compliance);
 }
 
 TEST("bone stops the tip exactly and the hand pulls it by the grip") {
-  const Scene scene = sample::needle_scene(sample::Chain{}.network(),
-                                           {{0.02, 0.1, 0.0}, {0.1, 0.0, 0.0, TissueRole::bone}},
-                                           {.speed = 0.02,
-                                            .depth = 0.022,
-                                            .hold = 0.2,
-                                            .withdraw_speed = 0.02,
-                                            .grip_stiffness = 1000.0});
+  const Scene scene = sample::chain_scene({{0.02, 0.1, 0.0}, {0.1, 0.0, 0.0, TissueRole::bone}},
+                                          {.speed = 0.02,
+                                           .depth = 0.022,
+                                           .hold = 0.2,
+                                           .withdraw_speed = 0.02,
+                                           .grip_stiffness = 1000.0});
   const Trace run = sample::solve(scene, 1.5, 150, 1e-9, sample::with_energy);
-  const auto* bone = sample::first_of(run, "bone-contact");
-  const auto* left = sample::first_of(run, "bone-left");
-  REQUIRE(bone != nullptr);
-  REQUIRE(left != nullptr);
-  if (bone == nullptr || left == nullptr) { return; }
-  CHECK_NEAR(bone->time, 1.0, 1e-9);
-  CHECK_NEAR(left->time, 1.4, 1e-9);
+  CHECK_NEAR(sample::first_of(run, "bone-contact").time, 1.0, 1e-9);
+  CHECK_NEAR(sample::first_of(run, "bone-left").time, 1.4, 1e-9);
   for (const sample::Row& now : sample::rows(run)) {
     CHECK(now("tool.insertion_m") <= 0.02 + 2e-12);  // the band of roots, and the last rounding
     if (now.time() > 1.1 && now.time() < 1.3) {
@@ -460,10 +419,8 @@ TEST("bone stops the tip exactly and the hand pulls it by the grip") {
 }
 
 TEST("a probe never cuts: it sinks in by its force over the stiffness and lets the skin go") {
-  Scene scene = sample::needle_scene({}, {{0.03, 0.05, 1.0}},
-                                     {.speed = 0.01, .depth = 0.002, .withdraw_speed = 0.01});
-  scene.tissue.source = Source::layers;
-  scene.tissue.block = {.nodes = {5, 5}, .spacing = 0.005};
+  Scene scene = sample::block_scene(5, {{0.03, 0.05, 1.0}},
+                                    {.speed = 0.01, .depth = 0.002, .withdraw_speed = 0.01});
   scene.needle.reset();
   scene.probe = Probe{};
   const Trace run = sample::solve(scene, 1.0, 50);
@@ -474,11 +431,11 @@ TEST("a probe never cuts: it sinks in by its force over the stiffness and lets t
     CHECK_NEAR(now("tool.cutting_n") + std::abs(now("tool.friction_n")), 0.0, 0.0);
   }
   CHECK(largest > 0.05);
-  CHECK(sample::first_of(run, "withdrawn") != nullptr);
+  (void)sample::first_of(run, "withdrawn");
 }
 
 TEST("times that do not ascend and a tip that begins in the tissue are refused") {
-  const Scene scene = sample::needle_scene(sample::Chain{}.network(), sample::three_layers, {});
+  const Scene scene = sample::chain_scene(sample::three_layers, {});
   CHECK_THROWS(solve_insertion(scene, build_network(scene), {0.0, 0.2, 0.1}, tight), "ascend");
   Scene inside = scene;
   inside.drive->from = 0.001;
@@ -489,11 +446,6 @@ TEST("times that do not ascend and a tip that begins in the tissue are refused")
 }
 
 // Properties of every insertion: momentum, energy, constraints, convergence.
-
-using namespace palpate;
-using namespace palpate::reference;
-
-namespace {
 
 /// M a - f(q, v) of the free nodes, the force of the needle on the tissue. a is a central
 /// difference.
@@ -507,42 +459,34 @@ Eigen::VectorXd needle_force(const Scene& scene, const sample::Row& before, cons
   return problem.mass().cwiseProduct(acceleration) - f;
 }
 
-}  // namespace
-
-TEST("the needle's forces on the nodes sum to F_r and lie at its knots") {
+TEST("the needle's forces on the nodes sum to F_r and act at its contact points") {
   const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
   for (const double at : {0.05, 0.2, 0.7, 0.83, 1.2}) {
     const Trace run =
         solve_insertion(scene, build_network(scene), {0.0, at - 1e-5, at, at + 1e-5}, tight);
     const Eigen::VectorXd force = needle_force(scene, {&run, 1}, {&run, 2}, {&run, 3});
     double along = 0.0;
-    double beside = 0.0;
     for (Eigen::Index i = 0; i < force.size() / 3; ++i) {
       const bool on_line = i % 25 == 12;
       along += on_line ? force(3 * i + 2) : 0.0;
-      if (!on_line) { beside = std::max(beside, force.segment<3>(3 * i).norm()); }
+      if (!on_line) { CHECK_NEAR(force.segment<3>(3 * i).norm(), 0.0, 1e-6); }
     }
     CHECK_NEAR(along, run.at("tool.force_n", 2), 1e-6);  // h^2 / 6 of the third derivative of v
-    CHECK_NEAR(beside, 0.0, 1e-6);
   }
 }
 
-TEST("knots that the tip has passed stay where they are across an oblique needle") {
+TEST("passed contact points do not move across an oblique needle") {
   Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02, .depth = 0.03});
   scene.needle->entry = {0.0012, 0.0007};
   scene.needle->direction = {0.1, 0.05, 1.0};
   InsertionChecks checks;
   const Trace run = sample::solve(scene, 1.4, 70, 1e-9, {}, &checks);
   const Eigen::Vector3d n = scene.needle->direction.normalized();
-  const auto weights_of = [&](double z) {  // bilinear, about the node below the left corner
-    const double x = (0.0012 + z * n.x() / n.z() + 0.01) / 0.005;
-    const double y = (0.0007 + z * n.y() / n.z() + 0.01) / 0.005;
-    return std::pair{x, y};
-  };
   const auto mean_of = [&](const sample::Row& now, int plane) {
-    const auto [x, y] = weights_of(plane * 0.005);
+    const double x = (0.0012 + plane * 0.005 * n.x() / n.z() + 0.01) / 0.005;
+    const double y = (0.0007 + plane * 0.005 * n.y() / n.z() + 0.01) / 0.005;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (int i = 0; i < 25; ++i) {
+    for (int i = 0; i < 25; ++i) {  // bilinear weights
       const double w =
           std::max(0.0, 1.0 - std::abs(x - i % 5)) * std::max(0.0, 1.0 - std::abs(y - i / 5));
       mean += w * now.position().segment<3>(3 * (25 * plane + i));
@@ -567,10 +511,9 @@ TEST("knots that the tip has passed stay where they are across an oblique needle
   CHECK(lateral > 1e-3);
 }
 
-TEST("what the hand gives is stored or lost, in a chain and in a block, there and back") {
+TEST("the work of the hand is stored or lost, in a chain and in a block, in and out") {
   const Drive drive{.speed = 0.02, .depth = 0.025, .hold = 0.2, .withdraw_speed = 0.03};
-  const SpringNetwork chain = sample::Chain{}.network();
-  std::vector<Scene> scenes{sample::needle_scene(chain, sample::three_layers, drive)};
+  std::vector<Scene> scenes{sample::chain_scene(sample::three_layers, drive)};
   if (!check::sanitized) { scenes.push_back(sample::block_scene(5, sample::two_layers, drive)); }
   for (const Scene& scene : scenes) {
     InsertionChecks checks;
@@ -583,13 +526,13 @@ TEST("what the hand gives is stored or lost, in a chain and in a block, there an
   }
 }
 
-TEST("a needle pushed by a force obeys its own equation and gives its energy away") {
+TEST("a needle pushed by a force obeys its equation of motion and balances its energy") {
   Drive drive{
       .kind = Drive::Kind::force, .force = 0.7, .withdraw_force = 0.3, .hand_viscosity = 5.0};
-  const Scene scene = sample::needle_scene(sample::Chain{}.network(), sample::three_layers, drive);
+  const Scene scene = sample::chain_scene(sample::three_layers, drive);
   const Trace run = sample::solve(scene, 2.0, 200, 1e-9, sample::with_energy);
   CHECK_NEAR(sample::imbalance(run), 0.0, 1e-6 * run.values("loss.hand_j").back());
-  CHECK(sample::first_of(run, "withdrawn") != nullptr);
+  (void)sample::first_of(run, "withdrawn");
   const Trace fine =
       solve_insertion(scene, build_network(scene), {0.0, 0.6 - 1e-5, 0.6, 0.6 + 1e-5}, tight);
   const std::vector<double>& speed = fine.values("tool.velocity_m_per_s");
@@ -602,7 +545,7 @@ TEST("forces and instants of events converge with the tolerance") {
   const Trace coarse = sample::solve(scene, 1.2, 12, 1e-8);
   const Trace fine = sample::solve(scene, 1.2, 12, 1e-10);
   REQUIRE(coarse.events.size() == fine.events.size());
-  for (std::size_t n = 0; n < std::min(coarse.events.size(), fine.events.size()); ++n) {
+  for (std::size_t n = 0; n < fine.events.size(); ++n) {
     CHECK(coarse.events[n].kind == fine.events[n].kind);
     CHECK_NEAR(coarse.events[n].time, fine.events[n].time, 2e-8);
   }
@@ -615,14 +558,14 @@ TEST("forces and instants of events converge with the tolerance") {
 
 TEST("an intermittent needle keeps its energy whether jumps strike the shaft or let it slip") {
   using ShaftImpact = InsertionOptions::ShaftImpact;
-  const Scene scene = sample::needle_scene(sample::Chain{}.network(), sample::three_layers,
-                                           {.technique = Drive::Technique::intermittent,
-                                            .speed = 0.02,
-                                            .advance = 0.004,
-                                            .pause = 0.1,
-                                            .depth = 0.026,
-                                            .hold = 0.1,
-                                            .withdraw_speed = 0.02});
+  const Scene scene =
+      sample::chain_scene(sample::three_layers, {.technique = Drive::Technique::intermittent,
+                                                 .speed = 0.02,
+                                                 .advance = 0.004,
+                                                 .pause = 0.1,
+                                                 .depth = 0.026,
+                                                 .hold = 0.1,
+                                                 .withdraw_speed = 0.02});
   double impacts = 0.0;
   for (const ShaftImpact impact : {ShaftImpact::slips, ShaftImpact::plastic}) {
     InsertionOptions options = sample::with_energy;
@@ -633,11 +576,6 @@ TEST("an intermittent needle keeps its energy whether jumps strike the shaft or 
     impacts = run.values("loss.impact_j").back();
   }
 }
-
-using namespace palpate;
-using namespace palpate::reference;
-
-namespace {
 
 constexpr double k = 200.0;  // stiffness of the five-spring sample chain [N/m]
 
@@ -650,23 +588,20 @@ double chain_compliance(double depth) {
   return (1 - h) * (1 - h) * here + (2 * h * (1 - h) + h * h) * next;
 }
 
-Scene chain_scene(const std::vector<sample::Stratum>& strata, const Drive& drive) {
-  return sample::needle_scene(sample::Chain{}.network(), strata, drive);
-}
-
-}  // namespace
-
-TEST("a chain yields by its springs in series, linearly weighted between knots") {
-  const Scene scene = chain_scene({{1.0, 0.2, 0.0}}, {});
+TEST("a chain yields by its springs in series, linearly weighted between knots, if it is held") {
+  Scene scene = sample::chain_scene({{1.0, 0.2, 0.0}}, {});
   const SpringNetwork network = build_network(scene);
   for (const double depth : {0.0, 0.004, 0.01, 0.012, 0.035, 0.04}) {
     CHECK_NEAR(static_compliance(scene, network, depth), chain_compliance(depth), 1e-15);
   }
   CHECK_NEAR(static_compliance(scene, network, 0.05), 0.0, 0.0);
+  scene.tissue.network.fixed.back() = 0;
+  CHECK_THROWS(static_compliance(scene, build_network(scene), 0.0), "definite");
 }
 
 TEST("the force-depth curve sticks, cuts, sticks at more and drops at less") {
-  const Scene scene = chain_scene({{0.012, 0.2, 0.0}, {0.01, 0.5, 0.0}, {0.1, 0.1, 0.0}}, {});
+  const Scene scene =
+      sample::chain_scene({{0.012, 0.2, 0.0}, {0.01, 0.5, 0.0}, {0.1, 0.1, 0.0}}, {});
   const auto curve = force_depth_curve(scene, build_network(scene), 0.04);
   const std::vector<ForceDepthVertex> expected{{0.0, 0.0},
                                                {chain_compliance(0.0) * 0.2, 0.2},
@@ -676,7 +611,7 @@ TEST("the force-depth curve sticks, cuts, sticks at more and drops at less") {
                                                {0.022 + chain_compliance(0.022) * 0.5, 0.1},
                                                {0.04, 0.1}};
   REQUIRE(curve.size() == expected.size());
-  for (std::size_t n = 0; n < std::min(curve.size(), expected.size()); ++n) {
+  for (std::size_t n = 0; n < curve.size(); ++n) {
     CHECK_NEAR(curve[n].place, expected[n].place, 1e-15);
     CHECK_NEAR(curve[n].force, expected[n].force, 0.0);
   }
@@ -687,7 +622,7 @@ TEST("the force-depth curve sticks, cuts, sticks at more and drops at less") {
 TEST("a slow insertion follows the quasi-static curve") {
   const double speed = 1e-3;
   const Scene scene =
-      chain_scene({{0.012, 0.2, 0.0}, {0.01, 0.5, 0.0}, {0.1, 0.1, 0.0}}, {.speed = speed});
+      sample::chain_scene({{0.012, 0.2, 0.0}, {0.01, 0.5, 0.0}, {0.1, 0.1, 0.0}}, {.speed = speed});
   const SpringNetwork network = build_network(scene);
   const auto curve = force_depth_curve(scene, network, 0.028);
   const auto run = solve_insertion(scene, network, sample::instants(28.0, 560), {.relative = 1e-8});
@@ -699,8 +634,4 @@ TEST("a slow insertion follows the quasi-static curve") {
   }
 }
 
-TEST("tissue that can move freely is refused") {
-  Scene scene = chain_scene({{1.0, 0.2, 0.0}}, {});
-  scene.tissue.network.fixed.back() = 0;
-  CHECK_THROWS(static_compliance(scene, build_network(scene), 0.0), "definite");
-}
+}  // namespace

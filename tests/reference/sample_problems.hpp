@@ -12,6 +12,8 @@
 
 namespace sample {
 
+using namespace palpate;
+
 /// Exact motion of m x'' + c x' + k x = F0 cos(W t), from the roots of the characteristic
 /// polynomial; c^2 = 4 m k, c = k = 0 and undamped resonance excepted.
 struct Motion {
@@ -19,7 +21,7 @@ struct Motion {
   double velocity;
 };
 
-inline Motion exact(const palpate::Oscillator& o, double t) {
+inline Motion exact(const Oscillator& o, double t) {
   using Complex = std::complex<double>;
   const double gamma = o.viscosity / (2.0 * o.mass);
   const Complex root = std::sqrt(Complex(gamma * gamma - o.stiffness / o.mass));
@@ -38,7 +40,7 @@ inline Motion exact(const palpate::Oscillator& o, double t) {
 }
 
 /// Critically damped free motion, c^2 = 4 m k.
-inline Motion exact_critical(const palpate::Oscillator& o, double t) {
+inline Motion exact_critical(const Oscillator& o, double t) {
   const double gamma = o.viscosity / (2.0 * o.mass);
   const double rise = o.velocity + gamma * o.displacement;
   const double decay = std::exp(-gamma * t);
@@ -52,9 +54,8 @@ inline std::vector<double> instants(double end, int count) {
 }
 
 /// Tripod: one free node with three springs to the ground and a load.
-inline palpate::NetworkProblem tripod(const Eigen::Vector3d& force,
-                                      const palpate::PrintedForm& printed = {}) {
-  palpate::SpringNetwork network;
+inline NetworkProblem tripod(const Eigen::Vector3d& force, const PrintedForm& printed = {}) {
+  SpringNetwork network;
   network.rest_position.resize(3, 4);
   network.rest_position << 0.0, 0.01, -0.01, 0.0,  //
       0.01, -0.01, -0.01, 0.0,                     //
@@ -65,8 +66,7 @@ inline palpate::NetworkProblem tripod(const Eigen::Vector3d& force,
     const double length = (network.rest_position.col(3) - network.rest_position.col(foot)).norm();
     network.springs.push_back({foot, 3, 100.0, 0.0, length});
   }
-  return palpate::NetworkProblem(network, {palpate::Load{.nodes = {3}, .force = force}},
-                                 {0.0, 0.0, 0.0}, printed);
+  return NetworkProblem(network, {Load{.nodes = {3}, .force = force}}, {0.0, 0.0, 0.0}, printed);
 }
 
 struct Block {
@@ -77,10 +77,9 @@ struct Block {
 };
 
 /// A cube of 5 mm spacing whose z-max face is fixed.
-inline palpate::SpringNetwork block(const Block& b = {}) {
-  const palpate::LatticeShape shape{.nodes = {b.nodes, b.nodes, b.nodes}, .spacing = 5e-3};
-  palpate::SpringNetwork network =
-      palpate::uniform_lattice(shape, b.stiffness, b.viscosity, b.node_mass);
+inline SpringNetwork block(const Block& b = {}) {
+  const LatticeShape shape{.nodes = {b.nodes, b.nodes, b.nodes}, .spacing = 5e-3};
+  SpringNetwork network = uniform_lattice(shape, b.stiffness, b.viscosity, b.node_mass);
   for (int j = 0; j < b.nodes; ++j) {
     for (int i = 0; i < b.nodes; ++i) {
       network.fixed[static_cast<std::size_t>(shape.index(i, j, b.nodes - 1))] = 1;
@@ -90,20 +89,20 @@ inline palpate::SpringNetwork block(const Block& b = {}) {
 }
 
 /// Load of 10 ms on the first node, from 5 ms.
-inline palpate::Load pulse(double newton) {
+inline Load pulse(double newton) {
   return {.nodes = {0},
           .force = {0.3 * newton, 0.1 * newton, newton},
           .start = 5e-3,
           .end = 15e-3,
-          .profile = palpate::Profile::half_sine};
+          .profile = Profile::half_sine};
 }
 
 /// N equal masses on a line along z, connected by springs. The first is connected to a fixed node,
 /// with `both_ends` also the last. Nodes 1 to N are free.
-inline palpate::SpringNetwork chain(int masses, double stiffness, double mass, bool both_ends) {
+inline SpringNetwork chain(int masses, double stiffness, double mass, bool both_ends) {
   const int nodes = masses + (both_ends ? 2 : 1);
-  palpate::SpringNetwork network;
-  network.rest_position = palpate::NodeVectors::Zero(3, nodes);
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, nodes);
   network.rest_position.row(2).setLinSpaced(nodes, 0.0, 0.01 * (nodes - 1));
   network.mass = Eigen::VectorXd::Constant(nodes, mass);
   network.fixed.assign(static_cast<std::size_t>(nodes), 0);

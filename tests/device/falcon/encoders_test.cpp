@@ -61,22 +61,16 @@ void pull_and_push(Encoders& encoders, double far, bool out_homing, bool in_homi
   for (double angle = far; angle >= 20.0; angle -= 0.5) { encoders.sample(all(angle), in_homing); }
 }
 
-TEST("pulled out and pushed in under the homing bit, all legs find their zero") {
-  Encoders encoders(geometry, {}, 3);
-  pull_and_push(encoders, 80.0, true, true);
-  CHECK(encoders.all_homed());
-  CHECK(encoders.counts() == counts_of_angles(geometry, all(20.0)));
-}
-
 TEST("homing needs the bit all the way, the pull beyond 60 degrees and the push") {
-  for (const auto& [far, out, in] :
-       {std::tuple{80.0, false, false}, std::tuple{80.0, true, false},
-        std::tuple{80.0, false, false}, std::tuple{59.0, true, true}}) {
+  for (const auto& [far, out, in] : {std::tuple{80.0, true, true},
+                                     {80.0, false, false},
+                                     {80.0, true, false},
+                                     {59.0, true, true}}) {
     Encoders encoders(geometry, {}, 3);
     pull_and_push(encoders, far, out, in);
-    CHECK(!encoders.homed()[0]);
-    CHECK(!encoders.homed()[1]);
-    CHECK(!encoders.homed()[2]);
+    const bool homed = far > 60.0 && out && in;
+    for (const bool leg : encoders.homed()) { CHECK(leg == homed); }
+    CHECK((encoders.counts() == counts_of_angles(geometry, all(20.0))) == homed);
   }
   Encoders outward(geometry, {}, 3);
   for (double angle = 30.0; angle <= 80.0; angle += 0.5) { outward.sample(all(angle), true); }
@@ -95,16 +89,9 @@ TEST("each leg is homed on its own") {
   CHECK(!encoders.all_homed());
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device::falcon;
-
-constexpr double step = 1e-3;
-
+/// Advances by ticks of 1 ms.
 void run(ScriptedGrip& grip, int ticks, bool homing) {
-  for (int n = 0; n < ticks; ++n) { grip.advance(step, {}, homing); }
+  for (int n = 0; n < ticks; ++n) { grip.advance(1e-3, {}, homing); }
 }
 
 /// Moves out to 800 counts within 1 s, then in to -100 counts within another second.
@@ -134,7 +121,7 @@ TEST("legs that go out beyond 60 degrees and back through the mark become homed"
   CHECK(grip.present().counts[2] == -100 + 123);
 }
 
-TEST("without the homing bit, or with it off on the way, nothing is homed") {
+TEST("without the homing bit, or with it off on the way, nothing is homed; power loss forgets it") {
   ScriptedGrip never(out_and_in());
   run(never, 2100, false);
   CHECK((never.present().homed == std::array{false, false, false}));
@@ -143,9 +130,6 @@ TEST("without the homing bit, or with it off on the way, nothing is homed") {
   run(interrupted, 100, false);
   run(interrupted, 900, true);
   CHECK((interrupted.present().homed == std::array{false, false, false}));
-}
-
-TEST("power loss forgets homing") {
   ScriptedGrip grip({});
   CHECK((grip.present().homed == std::array{true, true, true}));
   grip.lose_power();

@@ -28,10 +28,10 @@ const Bytes hail{0x0A, 0x43, 0x0D};
 const Bytes hail_answer{0x0A, 0x44, 0x2C, 0x0D};
 const Bytes reply = bytes_of(encode(present));
 
-Firmware running(const FirmwareOptions& options = {}) {
-  FirmwareOptions loaded = options;
-  loaded.loaded = true;
-  return Firmware(loaded);
+constexpr std::array<std::int16_t, 3> off{};
+
+Firmware running(double watchdog = FirmwareOptions{}.watchdog) {
+  return Firmware({.watchdog = watchdog, .loaded = true});
 }
 
 TEST("the boot loader answers 0A 43 0D with 0A 44 2C 0D, also in pieces and after strays") {
@@ -121,21 +121,17 @@ TEST("in run each well-formed request gets one reply and nothing else gets any")
   CHECK(firmware.replies() == 3);
 }
 
-TEST("words act as received, beyond the range of the motors too") {
-  Firmware firmware = running();
-  const HostPacket request{.words = {26554, -32768, 4097}};
-  (void)answer(firmware, bytes_of(encode(request)), 1.0);
-  CHECK(firmware.words(1.0) == request.words);
-}
-
 TEST("torque and homing drop when no request came for the watchdog's time") {
   for (const double watchdog : {0.020, 0.1}) {
-    Firmware firmware = running({.watchdog = watchdog});
-    const HostPacket request{.words = {100, 200, 300}, .homing = true, .leds = {.blue = true}};
+    Firmware firmware = running(watchdog);
+    // Words act as received, beyond the range of the motors too.
+    const HostPacket request{
+        .words = {26554, -32768, 4097}, .homing = true, .leds = {.blue = true}};
     (void)answer(firmware, bytes_of(encode(request)), 1.0);
+    CHECK(firmware.words(1.0) == request.words);
     CHECK(firmware.words(1.0 + 0.999 * watchdog) == request.words);
     CHECK(firmware.homing(1.0 + 0.999 * watchdog));
-    CHECK((firmware.words(1.0 + 1.001 * watchdog) == std::array<std::int16_t, 3>{}));
+    CHECK(firmware.words(1.0 + 1.001 * watchdog) == off);
     CHECK(!firmware.homing(1.0 + 1.001 * watchdog));
     CHECK(firmware.leds() == request.leds);
     CHECK(firmware.count(FirmwareEvent::watchdog) == 0);  // no time was set yet
@@ -147,11 +143,15 @@ TEST("torque and homing drop when no request came for the watchdog's time") {
   }
 }
 
-TEST("bytes that are no request do not feed the watchdog") {
+TEST("without a request there is no torque, and other bytes do not reset the watchdog") {
   Firmware firmware = running();
+  CHECK(firmware.words(0.0) == off);
   (void)answer(firmware, bytes_of(encode(HostPacket{.words = {1, 1, 1}})), 0.0);
   for (int n = 1; n <= 30; ++n) { (void)answer(firmware, {'<', 'A', 'x'}, 1e-3 * n); }
-  CHECK((firmware.words(0.030) == std::array<std::int16_t, 3>{}));
+  CHECK(firmware.words(0.030) == off);
+  Firmware silent = running();
+  (void)answer(silent, {}, 100.0);
+  CHECK(silent.count(FirmwareEvent::watchdog) == 0);
 }
 
 TEST("homing is on exactly while the latest packet asks for it") {
@@ -163,14 +163,7 @@ TEST("homing is on exactly while the latest packet asks for it") {
   }
 }
 
-TEST("before the first request there is no torque, even at time zero") {
-  Firmware firmware = running();
-  CHECK((firmware.words(0.0) == std::array<std::int16_t, 3>{}));
-  (void)answer(firmware, {}, 100.0);
-  CHECK(firmware.count(FirmwareEvent::watchdog) == 0);
-}
-
-TEST("an upload that falls silent is given up, one that goes on is not") {
+TEST("a silent upload is abandoned, one that continues is not") {
   Firmware firmware({.load_silence = 0.5});
   (void)answer(firmware, hail, 0.0);
   (void)answer(firmware, {0x41}, 0.4);
@@ -189,14 +182,14 @@ TEST("power loss leads to boot without torque, and forgets half a packet") {
   Kept kept;
   firmware.lose_power(0.001, kept);
   CHECK(firmware.state() == FirmwareState::boot);
-  CHECK((firmware.words(0.001) == std::array<std::int16_t, 3>{}));
+  CHECK(firmware.words(0.001) == off);
   CHECK(answer(firmware, {request.begin() + 8, request.end()}, 0.002).empty());
   CHECK(answer(firmware, hail, 0.003) == hail_answer);
   CHECK(answer(firmware, {}, 0.1).empty());
   CHECK(firmware.count(FirmwareEvent::watchdog) == 0);  // there was no torque left to drop
 }
 
-TEST("who listens hears every event and every request, in order") {
+TEST("the sink receives every event and every request, in order") {
   Firmware firmware;
   Kept kept;
   const PacketBytes request = encode(HostPacket{.words = {3, 2, 1}});

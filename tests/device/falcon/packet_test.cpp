@@ -31,37 +31,33 @@ TEST("motor words go out least significant nibble first, as letters from A") {
   CHECK(encode(lowest) == bytes_of("<AAAIPPPHAAAPAA>"));
 }
 
-TEST("homing is bit 1, green 2, blue 4, red 8, as libnifalcon's code has them") {
-  CHECK(encode(HostPacket{.homing = true})[13] == 0x41 + 0x01);
-  CHECK(encode(HostPacket{.leds = {.green = true}})[13] == 0x41 + 0x02);
-  CHECK(encode(HostPacket{.leds = {.blue = true}})[13] == 0x41 + 0x04);
-  CHECK(encode(HostPacket{.leds = {.red = true}})[13] == 0x41 + 0x08);
+TEST("flags have the bits of libnifalcon's code, above the letter A") {
+  const auto info = [](const auto& packet) { return encode(packet)[13] - 0x41; };
+  CHECK(info(HostPacket{.homing = true}) == 0x01);
+  CHECK(info(HostPacket{.leds = {.green = true}}) == 0x02);
+  CHECK(info(HostPacket{.leds = {.blue = true}}) == 0x04);
+  CHECK(info(HostPacket{.leds = {.red = true}}) == 0x08);
+  CHECK(info(DevicePacket{.buttons = {.plus = true}}) == 0x01);
+  CHECK(info(DevicePacket{.buttons = {.forward = true}}) == 0x02);
+  CHECK(info(DevicePacket{.buttons = {.centre = true}}) == 0x04);
+  CHECK(info(DevicePacket{.buttons = {.minus = true}}) == 0x08);
+  for (std::size_t leg = 0; leg < 3; ++leg) {
+    DevicePacket packet;
+    packet.homed[leg] = true;
+    CHECK(info(packet) == 0x10 << leg);
+  }
 }
 
 TEST("a device with all legs homed and no button pressed says B1, which is no letter") {
-  const DevicePacket homed{.homed = {true, true, true}};
-  CHECK(encode(homed)[13] == 0xB1);
   PacketBytes expected = bytes_of("<AAAAAAAAAAAA.A>");
   expected[13] = 0xB1;
-  CHECK(encode(homed) == expected);
+  CHECK(encode(DevicePacket{.homed = {true, true, true}}) == expected);
 }
 
 TEST("wire 0xFA59 is count -1447") {
   const auto packet = decode<DevicePacket>(bytes_of("<JFKPAAAAAAAAAA>"));  // 9 5 A F
   REQUIRE(packet.has_value());
-  REQUIRE(packet);
   CHECK(packet->counts[0] == -1447);
-}
-
-TEST("buttons are plus 1, forward 2, centre 4, minus 8; legs homed 10, 20, 40") {
-  const auto info = [](const DevicePacket& packet) { return encode(packet)[13] - 0x41; };
-  CHECK(info({.buttons = {.plus = true}}) == 0x01);
-  CHECK(info({.buttons = {.forward = true}}) == 0x02);
-  CHECK(info({.buttons = {.centre = true}}) == 0x04);
-  CHECK(info({.buttons = {.minus = true}}) == 0x08);
-  CHECK(info({.homed = {true, false, false}}) == 0x10);
-  CHECK(info({.homed = {false, true, false}}) == 0x20);
-  CHECK(info({.homed = {false, false, true}}) == 0x40);
 }
 
 TEST("every one of the 65536 words survives in every place, both ways") {
@@ -92,19 +88,16 @@ TEST("every info value in range comes back as it was, and no other is taken") {
   every_info<DevicePacket>();
 }
 
-template <class Packet> void no_marker_inside() {
-  for (std::size_t place = 0; place < packet_bytes; ++place) {
-    CHECK(may_stand(place, packet_begin, Packet::most_info) == (place == 0));
-    CHECK(may_stand(place, packet_end, Packet::most_info) == (place == packet_bytes - 1));
+TEST("no byte inside a packet of either direction can be a marker") {
+  for (const std::uint8_t most_info : {HostPacket::most_info, DevicePacket::most_info}) {
+    for (std::size_t place = 0; place < packet_bytes; ++place) {
+      CHECK(may_stand(place, packet_begin, most_info) == (place == 0));
+      CHECK(may_stand(place, packet_end, most_info) == (place == packet_bytes - 1));
+    }
   }
 }
 
-TEST("a marker may stand nowhere inside a packet of either direction") {
-  no_marker_inside<HostPacket>();
-  no_marker_inside<DevicePacket>();
-}
-
-TEST("any byte that may not stand at its place makes the packet invalid") {
+TEST("any byte that is not allowed at its position makes the packet invalid") {
   const HostPacket request{.words = {1, -2, 300}, .homing = true, .leds = {.blue = true}};
   for (std::size_t place = 0; place < packet_bytes; ++place) {
     for (int value = 0; value < 256; ++value) {
@@ -120,38 +113,25 @@ TEST("any byte that may not stand at its place makes the packet invalid") {
   }
 }
 
-}  // namespace
-
-namespace {
-
-using namespace palpate::device::falcon;
 using Stream = std::vector<std::uint8_t>;
 
 constexpr std::size_t frame_count = 1000;
 
-/// The first count is the packet number, so that packets in wrong order are detected.
-template <class Packet> std::vector<Packet> numbered_packets();
-
-template <> std::vector<DevicePacket> numbered_packets() {
+/// The first word or count is the packet number, so that packets in wrong order are detected.
+template <class Packet> std::vector<Packet> numbered_packets() {
   std::mt19937 generator(7);
-  std::vector<DevicePacket> packets(frame_count);
+  std::vector<Packet> packets(frame_count);
   for (std::size_t n = 0; n < frame_count; ++n) {
     const auto random = generator();
-    packets[n] = {.counts = {static_cast<std::int16_t>(n), static_cast<std::int16_t>(random),
-                             static_cast<std::int16_t>(random >> 16U)},
-                  .buttons = {.plus = n % 2 == 0, .minus = n % 3 == 0},
-                  .homed = {n % 5 != 0, n % 7 != 0, true}};
-  }
-  return packets;
-}
-
-template <> std::vector<HostPacket> numbered_packets() {
-  std::vector<HostPacket> packets(frame_count);
-  for (std::size_t n = 0; n < frame_count; ++n) {
-    const auto word = static_cast<std::int16_t>(n * 61);
-    packets[n] = {.words = {static_cast<std::int16_t>(n), word, static_cast<std::int16_t>(-word)},
-                  .homing = n % 2 == 0,
-                  .leds = {.red = n % 3 == 0}};
+    const std::array numbers{static_cast<std::int16_t>(n), static_cast<std::int16_t>(random),
+                             static_cast<std::int16_t>(random >> 16U)};
+    if constexpr (std::is_same_v<Packet, DevicePacket>) {
+      packets[n] = {.counts = numbers,
+                    .buttons = {.plus = n % 2 == 0, .minus = n % 3 == 0},
+                    .homed = {n % 5 != 0, n % 7 != 0, true}};
+    } else {
+      packets[n] = {.words = numbers, .homing = n % 2 == 0, .leds = {.red = n % 3 == 0}};
+    }
   }
   return packets;
 }
@@ -250,12 +230,19 @@ TEST("one long stream with every 16th frame hit keeps the other frames") {
   CHECK(reader.counts().skipped_bytes == static_cast<std::int64_t>(stream.size() - 16 * right));
 }
 
-TEST("a packet is complete at its last byte, not when the next one begins") {
+TEST("a packet is complete at its last byte, and giving up forgets the packet under way") {
   PacketReader<HostPacket> reader;
   const HostPacket request{.words = {1, 2, 3}};
   const PacketBytes bytes = encode(request);
   for (std::size_t n = 0; n + 1 < packet_bytes; ++n) { CHECK(!reader.take(bytes[n])); }
   CHECK(reader.take(bytes.back()) == request);
+  (void)reader.take('<');
+  (void)reader.take('A');
+  reader.give_up();
+  CHECK(reader.pending_bytes() == 0);
+  CHECK((reader.counts() == ReaderCounts{.frames = 1, .bad_frames = 1, .skipped_bytes = 2}));
+  CHECK(!reader.take('A'));
+  CHECK(reader.counts().skipped_bytes == 3);
 }
 
 TEST("short packets, the kind that once read as buttons and homed legs, never come out") {
@@ -271,7 +258,7 @@ TEST("short packets, the kind that once read as buttons and homed legs, never co
   CHECK(reader.counts().bad_frames == 15);
 }
 
-TEST("garbage gives no packet but what it holds by its own bytes") {
+TEST("random bytes give no packet") {
   PacketReader<HostPacket> reader;
   std::mt19937 generator(1);
   int packets = 0;
@@ -281,17 +268,6 @@ TEST("garbage gives no packet but what it holds by its own bytes") {
   CHECK(packets == 0);  // chance of one in a million random bytes: 1e6 / 256^3 / 16^13 < 1e-16
   CHECK(reader.counts().skipped_bytes + static_cast<std::int64_t>(reader.pending_bytes()) ==
         1000000);
-}
-
-TEST("giving up forgets the packet under way and counts its bytes") {
-  PacketReader<HostPacket> reader;
-  (void)reader.take('<');
-  (void)reader.take('A');
-  reader.give_up();
-  CHECK(reader.pending_bytes() == 0);
-  CHECK((reader.counts() == ReaderCounts{.frames = 0, .bad_frames = 1, .skipped_bytes = 2}));
-  CHECK(!reader.take('A'));
-  CHECK(reader.counts().skipped_bytes == 3);
 }
 
 }  // namespace

@@ -90,8 +90,7 @@ TEST("the filter lets computation through and stops the smallest call, beside a 
         Verdict::called);
 }
 
-TEST(
-    "a tick asks nothing of the operating system, whether the reader is idle, flooded or stalled") {
+TEST("a tick makes no system call, whether the reader is idle, flooded or stalled") {
   for (const StagedLink::Act act : acts) {
     CHECK(check::without_system_calls([&] { return std::make_unique<Rig>(act); },
                                       [](const std::unique_ptr<Rig>& rig) {
@@ -100,7 +99,7 @@ TEST(
   }
 }
 
-TEST("nor does it lock or allocate, and the flooded reader does not allocate either") {
+TEST("a tick takes no lock and allocates nothing, and neither does the flooded reader") {
   for (const StagedLink::Act act : acts) {
     Rig rig(act);
     const long allocations = check::allocations;
@@ -171,7 +170,7 @@ class LateLink final : public ByteLink {
   std::vector<double> times_{};
 };
 
-TEST("two seconds in which the reading thread got no time are no gap") {
+TEST("two seconds without processor time of the reading thread are no gap") {
   LateLink link(600, 100, 340);
   Receiver receiver(link);
   while (!receiver.ended()) { ::usleep(1000); }
@@ -186,7 +185,7 @@ TEST("two seconds in which the reading thread got no time are no gap") {
   CHECK(receiver.counts().missing == 0);
 }
 
-TEST("what went through a pipe arrives whole, with its gaps, and the end is told") {
+TEST("a stream through a pipe arrives completely, with its gaps and its end") {
   std::array<int, 2> ends{};
   CHECK(::pipe(ends.data()) == 0);
   const Descriptor reader(ends[0]);
@@ -233,10 +232,9 @@ TEST("over a terminal with bytes lost on the way every sample has its place in t
   CHECK(receiver.counts().missing > 5);
   std::optional<std::int64_t> first;
   std::int64_t count = 0;
-  while (const auto sample = receiver.next()) {
+  for (; const auto sample = receiver.next(); ++count) {
     if (!first) { first = sample->pressure; }
     CHECK(sample->pressure - *first == sample->index);
-    ++count;
   }
   CHECK(count == receiver.counts().frames);
   CHECK(count > 200);
@@ -251,7 +249,7 @@ struct Pair {
 
 constexpr std::int64_t items = 300000;
 
-TEST("the latest value is the default, then what was set last, as often as it is asked for") {
+TEST("the latest value is the default, then the value set last, at every read") {
   LatestValue<int> latest;
   CHECK(latest.get() == 0);
   CHECK(latest.get() == 0);

@@ -11,8 +11,9 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace palpate::lattice_settings {
+namespace {
 
+using namespace palpate;
 using Eigen::VectorXd;
 
 struct Setting {
@@ -23,7 +24,7 @@ struct Setting {
   bool held = true;
 };
 
-inline NetworkProblem problem_of(const Setting& at) {
+NetworkProblem problem_of(const Setting& at) {
   const LatticeShape shape{at.nodes, 0.01, at.connectivity};
   SpringNetwork network = uniform_lattice(shape, 50.0, at.damped ? 0.05 : 0.0, 1e-3);
   Random random(3);
@@ -49,7 +50,7 @@ struct Motion {
   VectorXd q;
   VectorXd v;
 };
-inline Motion motion_of(const NetworkProblem& problem) {
+Motion motion_of(const NetworkProblem& problem) {
   Random random(4);
   return {problem.initial_position() + random.vector(problem.dof(), 2e-3),
           random.vector(problem.dof(), 0.5)};
@@ -76,7 +77,7 @@ template <class Real> struct InLanes {
   Vector<Real> q, v;
 };
 
-inline const std::vector<Setting> settings{
+const std::vector<Setting> settings{
     {.nodes = {4, 4, 4}},
     {.nodes = {10, 3, 5}},
     {.nodes = {2, 2, 2}, .held = false},
@@ -101,15 +102,7 @@ VectorXd force_of(const NetworkProblem& problem, const Motion& motion, bool skip
   return lanes.packed(f, problem.dof());
 }
 
-}  // namespace palpate::lattice_settings
-
 // Kernels of regular lattices compared with NetworkProblem, the specification.
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::lattice_settings;
-using Eigen::VectorXd;
 
 /// Roundings of a node's 26 springs, each k (L - L0) from lengths of 0.01 m.
 double rounding_of(const VectorXd& force, double epsilon) {
@@ -131,8 +124,7 @@ void check_forces(const NetworkProblem& problem, const Motion& motion) {
   }
 }
 
-TEST(
-    "forces equal the specification to rounding, whatever shape, springs, bonds and instructions") {
+TEST("forces equal the specification to rounding, for any shape, springs and instructions") {
   for (const Setting& at : settings) {
     const NetworkProblem problem = problem_of(at);
     check_forces(problem, motion_of(problem));
@@ -167,7 +159,7 @@ TEST("a node displaced from its place changes the forces on its neighbours alone
   }
 }
 
-TEST("computing what a lattice does not need changes no bit") {
+TEST("computing the parts that a lattice does not need changes no bit") {
   for (const Setting& at : settings) {
     const NetworkProblem problem = problem_of(at);
     const Motion motion = motion_of(problem);
@@ -195,16 +187,7 @@ TEST("damping and energy equal the specification") {
   }
 }
 
-TEST("nodes of no distance pull at nothing") {
-  const NetworkProblem problem = problem_of({.nodes = {4, 5, 3}, .held = false});
-  Motion motion = motion_of(problem);
-  motion.q.segment<3>(3) = motion.q.segment<3>(0);
-  VectorXd expected(problem.dof());
-  problem.force(0.0, 0.0, motion.q, motion.v, expected);
-  CHECK_NEAR(force_of<double>(problem, motion), expected, rounding_of(expected, 2.3e-16));
-}
-
-TEST("fixed nodes, and what fills rows up, have no inverse mass") {
+TEST("fixed nodes and the padding of rows have no inverse mass") {
   const NetworkProblem problem = problem_of({.nodes = {10, 3, 5}});
   const auto system = make_lattice_network<double>(problem);
   const auto movable = (system->inverse_mass().array() > 0.0).count();
@@ -212,54 +195,51 @@ TEST("fixed nodes, and what fills rows up, have no inverse mass") {
   CHECK(system->inverse_mass().allFinite());
 }
 
-TEST("a lattice keeps its structure until a spring is none of its own") {
+/// Checks whether a changed copy of a lattice still is one.
+void check_lattice(SpringNetwork network, bool expected, auto change) {
+  change(network);
+  CHECK(network.springs.lattice().has_value() == expected);
+}
+
+TEST("a list of springs is a lattice until one spring does not belong to it") {
   const LatticeShape shape{{4, 3, 5}, 0.01, 26};
   const SpringNetwork regular = uniform_lattice(shape, 50.0, 0.05, 1e-3);
-  const auto& found = regular.springs.lattice();
-  REQUIRE(found);
-  CHECK(found->nodes == shape.nodes);
-  SpringNetwork stiffer = regular;
-  stiffer.springs.change_each([](Spring& spring) { spring.stiffness *= 2.0; });
-  CHECK(stiffer.springs.lattice().has_value());
-  SpringNetwork fewer = regular;
-  fewer.springs.edit([&](std::vector<Spring>& all) { all.erase(all.begin() + 7); });
-  CHECK(fewer.springs.lattice().has_value());
-  SpringNetwork longer = regular;
-  longer.springs.edit([](std::vector<Spring>& all) { all[11].rest_length *= 1.0 + 1e-9; });
-  CHECK(!longer.springs.lattice());
-  SpringNetwork reaching = regular;
-  reaching.springs.push_back({0, 2, 50.0, 0.05, 0.02});
-  CHECK(!reaching.springs.lattice());
+  REQUIRE(regular.springs.lattice());
+  CHECK(regular.springs.lattice()->nodes == shape.nodes);
+  using Springs = std::vector<Spring>;
+  check_lattice(regular, true, [](SpringNetwork& n) {
+    n.springs.change_each([](Spring& spring) { spring.stiffness *= 2.0; });
+  });
+  check_lattice(regular, true, [](SpringNetwork& n) {
+    n.springs.edit([](Springs& all) { all.erase(all.begin() + 7); });
+  });
+  check_lattice(regular, false, [](SpringNetwork& n) {
+    n.springs.edit([](Springs& all) { all[11].rest_length *= 1.0 + 1e-9; });
+  });
+  check_lattice(regular, false, [](SpringNetwork& n) {
+    n.springs.push_back({0, 2, 50.0, 0.05, 0.02});
+  });
 }
 
 TEST("a network of a list is recognised as a lattice only where every node and spring fits") {
-  const LatticeShape shape{{4, 3, 5}, 0.01, 26};
-  SpringNetwork regular = uniform_lattice(shape, 50.0, 0.05, 1e-3);
+  SpringNetwork regular = uniform_lattice({{4, 3, 5}, 0.01, 26}, 50.0, 0.05, 1e-3);
   regular.springs = SpringList(regular.springs.listed());
-  const auto is_lattice = [](SpringNetwork network) {
-    recognise_lattice(network);
-    return network.springs.lattice().has_value();
+  const auto recognised = [&](bool expected, auto change) {
+    check_lattice(regular, expected, [&](SpringNetwork& n) {
+      change(n);
+      recognise_lattice(n);
+    });
   };
-  CHECK(is_lattice(regular));
-  SpringNetwork mirrored = regular;
-  mirrored.rest_position.row(0) *= -1.0;
-  CHECK(is_lattice(mirrored));
-  SpringNetwork flat = regular;
-  flat.rest_position.row(2) *= 1.5;
-  CHECK(!is_lattice(flat));
-  SpringNetwork moved = regular;
-  moved.rest_position(1, 17) += 1e-6;
-  CHECK(!is_lattice(moved));
-  SpringNetwork reaching = regular;
-  reaching.springs.push_back({0, 2, 50.0, 0.05, 0.02});
-  CHECK(!is_lattice(reaching));
-  SpringNetwork renumbered = regular;
-  renumbered.rest_position.col(3).swap(renumbered.rest_position.col(9));
-  CHECK(!is_lattice(renumbered));
-  CHECK(!is_lattice(SpringNetwork{}));
+  recognised(true, [](SpringNetwork&) {});
+  recognised(true, [](SpringNetwork& n) { n.rest_position.row(0) *= -1.0; });
+  recognised(false, [](SpringNetwork& n) { n.rest_position.row(2) *= 1.5; });
+  recognised(false, [](SpringNetwork& n) { n.rest_position(1, 17) += 1e-6; });
+  recognised(false, [](SpringNetwork& n) { n.springs.push_back({0, 2, 50.0, 0.05, 0.02}); });
+  recognised(false, [](SpringNetwork& n) { n.rest_position.col(3).swap(n.rest_position.col(9)); });
+  recognised(false, [](SpringNetwork& n) { n = {}; });
 }
 
-TEST("rows are folded where that fills registers better, and not where they may sleep") {
+TEST("rows are interleaved where that fills registers better, and not where they may sleep") {
   const LatticeShape cube{{20, 20, 20}, 0.01, 26};
   const LatticeRows folded(cube, 16, true);
   CHECK(folded.folds() == 4);
@@ -276,15 +256,8 @@ TEST("rows are folded where that fills registers better, and not where they may 
   CHECK(LatticeRows({{2, 2, 2}, 0.01, 26}, 16, true).rows1() == 2);  // two rows of a layer stay
 }
 
-}  // namespace
-
 // Regular lattices with several threads, single-pass integration and prefetch: results are
 // identical.
-
-namespace {
-
-using namespace palpate;
-using namespace palpate::lattice_settings;
 
 /// Maximum number of threads for the lattices of `settings`, independent of the machine.
 constexpr int most_threads = 4;
@@ -360,9 +333,7 @@ lattice::Kernels<double> asking(lattice::Kernels<double> kernels, lattice::Fetch
   return kernels;
 }
 
-TEST(
-    "kernels that ask memory ahead give the same bits, with all instructions that this processor "
-    "has") {
+TEST("kernels with prefetch give the same bits, with every instruction set of this processor") {
   for (const Setting& at : settings) {
     const NetworkProblem problem = problem_of(at);
     const Motion motion = motion_of(problem);

@@ -26,13 +26,7 @@ class Asked {
     if (const char* before = std::getenv(variable)) { before_ = before; }
     setenv(variable, name, 1);
   }
-  ~Asked() {
-    if (before_.empty()) {
-      unsetenv(variable);
-    } else {
-      setenv(variable, before_.c_str(), 1);
-    }
-  }
+  ~Asked() { before_.empty() ? unsetenv(variable) : setenv(variable, before_.c_str(), 1); }
   Asked(const Asked&) = delete;
   Asked& operator=(const Asked&) = delete;
 
@@ -43,8 +37,6 @@ class Asked {
 
 std::string best() { return lattice_kernels<double>().front().name; }
 
-}  // namespace
-
 TEST("the widest kernels that the processor can run come first, those that all can run last") {
   const Asked asked("avx512");
   CHECK(best() == (has_avx512() ? "avx512" : has_avx2() ? "avx2" : "baseline"));
@@ -52,30 +44,23 @@ TEST("the widest kernels that the processor can run come first, those that all c
   CHECK(lattice_kernels<float>().size() == 1U + (has_avx2() ? 1U : 0U) + (has_avx512() ? 1U : 0U));
 }
 
-TEST("the environment may ask for smaller ones") {
+TEST("the environment can select smaller instruction sets, and other names are refused") {
   {
     const Asked asked("avx2");
     CHECK(best() == (has_avx2() ? "avx2" : "baseline"));
   }
-  const Asked asked("baseline");
-  CHECK(best() == "baseline");
-  CHECK(lattice_kernels<float>().size() == 1);
-}
-
-TEST("what is no instruction set is refused, with those that are") {
+  {
+    const Asked asked("baseline");
+    CHECK(best() == "baseline");
+    CHECK(lattice_kernels<float>().size() == 1);
+  }
   const Asked asked("sse9");
-  std::string said;
-  try {
-    (void)lattice_kernels<double>();
-  } catch (const std::invalid_argument& error) { said = error.what(); }
-  CHECK(said == "PALPATE_INSTRUCTIONS = sse9; must be avx512, avx2 or baseline");
+  CHECK_THROWS(lattice_kernels<double>(),
+               "PALPATE_INSTRUCTIONS = sse9; must be avx512, avx2 or baseline");
 }
 
 // Fast kernels compared with NetworkProblem, the specification.
 
-namespace {
-
-using namespace palpate;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -135,17 +120,20 @@ const PrintedForm forms[] = {{},
                              {.half_force = true},
                              {.sign = true, .direction = true, .half_force = true}};
 
-// Each coordinate is a sum of about 20 terms no larger than the largest force.
-TEST("every kernel equals the specification to rounding, in double") {
+TEST("every kernel equals the specification to rounding, in double and in float") {
   for (const PrintedForm& form : forms) {
     for (const double viscosity : {0.1, 0.0}) {
       for (std::uint64_t seed = 1; seed <= 5; ++seed) {
         const Setting at = setting(seed, form, viscosity);
         for (const double t : {0.0, 1.3, 5.0}) {
           const VectorXd expected = specified_force(at, t);
-          const double rounding = 20 * 2.3e-16 * expected.cwiseAbs().maxCoeff();
           for (const bool padded : {false, true}) {
-            CHECK_NEAR(fast_force<double>(at, form, t, true, padded), expected, rounding);
+            // Each coordinate is a sum of about 20 terms no larger than the largest force.
+            CHECK_NEAR(fast_force<double>(at, form, t, true, padded), expected,
+                       20 * 2.3e-16 * expected.cwiseAbs().maxCoeff());
+            // Positions of 0.01 m round to 1e-9 m; the stiffest springs have 1e3 N/m.
+            CHECK_NEAR(fast_force<float>(at, form, t, true, padded), expected,
+                       1e-5 + 1e-5 * expected.norm());
           }
         }
       }
@@ -153,19 +141,7 @@ TEST("every kernel equals the specification to rounding, in double") {
   }
 }
 
-TEST("every kernel equals the specification to rounding, in float") {
-  for (const PrintedForm& form : forms) {
-    const Setting at = setting(6, form);
-    const VectorXd expected = specified_force(at, 0.0);
-    // Positions of 0.01 m round to 1e-9 m; the stiffest springs have 1e3 N/m.
-    for (const bool padded : {false, true}) {
-      CHECK_NEAR(fast_force<float>(at, form, 0.0, true, padded), expected,
-                 1e-5 + 1e-5 * expected.norm());
-    }
-  }
-}
-
-TEST("computing what a scene does not need changes no bit") {
+TEST("computing the parts that a scene does not need changes no bit") {
   for (const double viscosity : {0.1, 0.0}) {
     const Setting at = setting(7, {}, viscosity);
     for (const bool padded : {false, true}) {
@@ -200,16 +176,15 @@ template <class Real> VectorXd stepped(const Setting& at, bool skip, bool one_pa
       state.position += dt * state.velocity;
     }
   }
-  VectorXd all(2 * at.problem.dof());
-  VectorXd packed(at.problem.dof());
-  gather(state.position, system.layout(), packed);
-  all.head(packed.size()) = packed;
-  gather(state.velocity, system.layout(), packed);
-  all.tail(packed.size()) = packed;
+  VectorXd q(at.problem.dof()), v(at.problem.dof()), all(2 * at.problem.dof());
+  gather(state.position, system.layout(), q);
+  gather(state.velocity, system.layout(), v);
+  all << q, v;
   return all;
 }
 
-TEST("a step of a list in one pass gives the bits of sweeps one after another") {
+TEST("a step of a list in one pass, with padded vectors, gives the bits of separate sweeps") {
+  CHECK(!ListNetwork<double>(setting(9).problem, {}, h, true).has_one_pass());
   for (const double viscosity : {0.1, 0.0}) {
     for (const bool skip : {true, false}) {
       const Setting at = setting(9, {}, viscosity);
@@ -219,11 +194,6 @@ TEST("a step of a list in one pass gives the bits of sweeps one after another") 
       CHECK(stepped<float>(at, skip, true) == stepped<float>(at, skip, false));
     }
   }
-}
-
-TEST("only padded vectors are stepped in one pass") {
-  const Setting at = setting(9);
-  CHECK(!ListNetwork<double>(at.problem, {}, h, true).has_one_pass());
 }
 
 TEST("the lagged velocity of Eq. 9 is the backward difference of the length") {
@@ -246,25 +216,16 @@ TEST("the lagged velocity of Eq. 9 is the backward difference of the length") {
   CHECK_NEAR(f(0), 10.0 * 0.02, 1e-13);
 }
 
-TEST("damping equals C w of the specification") {
+TEST("damping is C w, and the matrix of the implicit schemes M + a C + b K of the specification") {
   for (const PrintedForm& form : forms) {
     const Setting at = setting(8, form);
     ListNetwork<double> system(at.problem, form, h, true);
-    Eigen::SparseMatrix<double> k, c;
+    Eigen::SparseMatrix<double> k, c, a;
     at.problem.jacobian(at.q, at.v, k, c);
     VectorXd f(at.problem.dof());
     system.damping(at.q, at.v, f);
-    const VectorXd expected = c * at.v;
-    CHECK_NEAR(f, expected, 1e-14 * expected.norm());
-  }
-}
-
-TEST("the matrix of the implicit schemes is M + a C + b K of the specification") {
-  for (const PrintedForm& form : forms) {
-    const Setting at = setting(9, form);
-    ListNetwork<double> system(at.problem, form, h, true);
-    Eigen::SparseMatrix<double> k, c, a;
-    at.problem.jacobian(at.q, at.v, k, c);
+    const VectorXd drag = c * at.v;
+    CHECK_NEAR(f, drag, 1e-14 * drag.norm());
     system.pattern(a);
     system.jacobian(at.q, at.v, 0.3, 0.7, a);
     const MatrixXd expected =
@@ -278,22 +239,15 @@ TEST("energy equals that of the specification and zero lengths are counted") {
   ListNetwork<double> system(at.problem, {}, h, true);
   // Springs between fixed nodes store constant energy, which the fast path omits.
   double held = 0.0;
-  for (const Spring& s : at.problem.network().springs) {
+  const SpringNetwork& network = at.problem.network();
+  for (const Spring& s : network.springs) {
     if (at.problem.coordinate(s.a) >= 0 || at.problem.coordinate(s.b) >= 0) { continue; }
-    const double l =
-        (at.problem.network().rest_position.col(s.b) - at.problem.network().rest_position.col(s.a))
-            .norm();
+    const double l = (network.rest_position.col(s.b) - network.rest_position.col(s.a)).norm();
     held += 0.5 * s.stiffness * std::pow(l - s.rest_length, 2);
   }
   CHECK_NEAR(system.energy(at.q, at.v) + held, at.problem.energy(at.q, at.v), 1e-15);
   CHECK(system.zero_length_springs(at.q) >= 1);
 }
-
-}  // namespace
-
-using namespace palpate;
-
-namespace {
 
 constexpr int node_count = 17;
 
@@ -339,7 +293,7 @@ Vector<Real> plain_forces(SpringSet<Real> springs, const Motion<Real>& motion, b
 }
 
 /// Vector with a zero after every three numbers, and space for `further` more nodes.
-template <class Real> Vector<Real> in_quads(const Vector<Real>& packed, std::size_t further) {
+template <class Real> Vector<Real> with_padding(const Vector<Real>& packed, std::size_t further) {
   Vector<Real> padded =
       Vector<Real>::Zero(packed.size() / 3 * 4 + 4 * static_cast<Eigen::Index>(further));
   for (Eigen::Index n = 0; n < packed.size() / 3; ++n) {
@@ -350,17 +304,17 @@ template <class Real> Vector<Real> in_quads(const Vector<Real>& packed, std::siz
 
 /// Padded vectors give the same result except for the order in which 0.25 is added, and keep zeros.
 template <class Real>
-void compare_quads(const adjacency::Kernels<Real>& kernels, bool damped, const Motion<Real>& motion,
-                   const Vector<Real>& packed, double energy_there) {
+void compare_padded(const adjacency::Kernels<Real>& kernels, bool damped,
+                    const Motion<Real>& motion, const Vector<Real>& packed, double energy_there) {
   const SpringSet<Real> springs = some_springs<Real>(adjacency::node_stride);
   const std::size_t places = springs.anchors.size();
-  Vector<Real> q = in_quads(motion.q, places);
+  Vector<Real> q = with_padding(motion.q, places);
   for (const Anchor<Real>& s : springs.anchors) { std::ranges::copy(s.place, q.data() + s.b); }
-  const Vector<Real> v = in_quads(motion.v, places);
-  Vector<Real> f = in_quads<Real>(Vector<Real>::Constant(3 * node_count, Real(0.25)), places);
-  AdjacencySprings<Real> fans(kernels);
-  fans.take(springs, damped, adjacency::node_stride);
-  CHECK(fans.measure(q.data(), v.data(), f.data()) == energy_there);
+  const Vector<Real> v = with_padding(motion.v, places);
+  Vector<Real> f = with_padding<Real>(Vector<Real>::Constant(3 * node_count, Real(0.25)), places);
+  AdjacencySprings<Real> groups(kernels);
+  groups.take(springs, damped, adjacency::node_stride);
+  CHECK(groups.measure(q.data(), v.data(), f.data()) == energy_there);
   for (Eigen::Index n = 0; n < node_count; ++n) {
     const auto difference = f.template segment<3>(4 * n) - packed.template segment<3>(3 * n);
     CHECK_NEAR(static_cast<double>(difference.template lpNorm<Eigen::Infinity>()), 0.0,
@@ -372,18 +326,18 @@ void compare_quads(const adjacency::Kernels<Real>& kernels, bool damped, const M
 template <class Real> void compare(const adjacency::Kernels<Real>& kernels, bool damped) {
   SpringSet<Real> springs = some_springs<Real>();
   const Motion<Real> motion;
-  AdjacencySprings<Real> fans(kernels);
-  fans.take(springs, damped, 3);
+  AdjacencySprings<Real> groups(kernels);
+  groups.take(springs, damped, 3);
   Vector<Real> f = Vector<Real>::Constant(3 * node_count, Real(0.25));
   Vector<Real> measured = f;
-  fans.add(motion.q.data(), motion.v.data(), f.data());
+  groups.add(motion.q.data(), motion.v.data(), f.data());
   // About twenty springs per node, each rounded a few times, with forces of up to ten.
   const double rounding = 100.0 * 20.0 * static_cast<double>(std::numeric_limits<Real>::epsilon());
   const Eigen::VectorXd plain = plain_forces(springs, motion, damped).template cast<double>();
   CHECK_NEAR(Eigen::VectorXd(f.template cast<double>()), plain, rounding);
-  const double energy = fans.measure(motion.q.data(), motion.v.data(), measured.data());
+  const double energy = groups.measure(motion.q.data(), motion.v.data(), measured.data());
   CHECK(measured == f);
-  compare_quads(kernels, damped, motion, f, energy);
+  compare_padded(kernels, damped, motion, f, energy);
   double expected = 0.0;
   const Eigen::VectorXd q = motion.q.template cast<double>();
   const auto place = [&](int at) { return q.segment<3>(at); };
@@ -431,9 +385,7 @@ template <class Real> void compare_lengths(const adjacency::Kernels<Real>& kerne
   }
 }
 
-}  // namespace
-
-TEST("springs in fans pull as they do one by one, and store the same energy") {
+TEST("springs in adjacency groups exert the forces of single springs and store the same energy") {
   for (const bool damped : {true, false}) {
     for (const auto& kernels : adjacency_kernels<double>()) { compare(kernels, damped); }
     for (const auto& kernels : adjacency_kernels<float>()) { compare(kernels, damped); }
@@ -445,35 +397,34 @@ TEST("lengths and their inverses are good to two roundings with every instructio
   for (const auto& kernels : adjacency_kernels<float>()) { compare_lengths(kernels); }
 }
 
-TEST("a spring without length exerts no force, and a force that is not finite is not hidden") {
+TEST("a spring without length exerts no force, and only nodes that are not finite spread NaN") {
   SpringSet<double> springs;
   springs.links.push_back({0, 3, 1.0, 1.0, 0.5});
-  AdjacencySprings<double> fans;
-  fans.take(springs, true, 3);
-  Eigen::VectorXd q = Eigen::VectorXd::Zero(6);
-  const Eigen::VectorXd v = Eigen::VectorXd::Ones(6);
-  Eigen::VectorXd f = Eigen::VectorXd::Zero(6);
-  fans.add(q.data(), v.data(), f.data());
-  CHECK(f == Eigen::VectorXd::Zero(6));
-  q(0) = std::numeric_limits<double>::quiet_NaN();
-  fans.add(q.data(), v.data(), f.data());
-  CHECK(!f.allFinite());
-}
-
-TEST("an anchor at a place that is not a number says so, and others do not") {
+  AdjacencySprings<double> groups;
+  groups.take(springs, true, 3);
+  VectorXd q = VectorXd::Zero(6);
+  const VectorXd v = VectorXd::Ones(6);
+  VectorXd f = VectorXd::Zero(6);
+  groups.add(q.data(), v.data(), f.data());
+  CHECK(f == VectorXd::Zero(6));
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  q(0) = nan;
+  groups.add(q.data(), v.data(), f.data());
+  CHECK(!f.allFinite());
   for (const int lost : {0, 1}) {
-    SpringSet<double> springs;
+    SpringSet<double> anchored;
     for (const int n : {0, 1}) {
-      springs.anchors.push_back(
+      anchored.anchors.push_back(
           {3 * n, 6 + 3 * n, 1.0, 0.0, 0.5, {n == lost ? nan : 1.0, 0.0, 0.0}});
     }
-    AdjacencySprings<double> fans;
-    fans.take(springs, true, 3);
-    const Eigen::VectorXd still = Eigen::VectorXd::Zero(6);
-    Eigen::VectorXd f = still;
-    fans.add(still.data(), still.data(), f.data());
+    AdjacencySprings<double> held;
+    held.take(anchored, true, 3);
+    const VectorXd still = VectorXd::Zero(6);
+    f.setZero();
+    held.add(still.data(), still.data(), f.data());
     CHECK(std::isnan(f(3 * lost)));
     CHECK(f(3 * (1 - lost)) == 0.5);
   }
 }
+
+}  // namespace

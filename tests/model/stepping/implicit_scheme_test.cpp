@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "model/kernels/supernode_factors.hpp"
@@ -21,38 +22,42 @@ template <class Real> Eigen::SparseMatrix<Real> grid(int n) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> any(0.1, 1.0);
   std::vector<Eigen::Triplet<Real>> entries;
-  const auto at = [&](int x, int y, int z) { return (z * n + y) * n + x; };
+  const int nodes = n * n * n;
   const auto tie = [&](int a, int b) {
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 3 * a; i < 3 * a + 3; ++i) {
       const auto stiffness = static_cast<Real>(any(random));
-      const int j = static_cast<int>(random() % 3);
-      entries.emplace_back(3 * a + i, 3 * a + i, stiffness);
-      entries.emplace_back(3 * b + j, 3 * b + j, stiffness);
-      entries.emplace_back(3 * a + i, 3 * b + j, -stiffness);
-      entries.emplace_back(3 * b + j, 3 * a + i, -stiffness);
+      const int j = 3 * b + static_cast<int>(random() % 3);
+      entries.emplace_back(i, i, stiffness);
+      entries.emplace_back(j, j, stiffness);
+      entries.emplace_back(i, j, -stiffness);
+      entries.emplace_back(j, i, -stiffness);
     }
   };
-  for (int z = 0; z < n; ++z) {
-    for (int y = 0; y < n; ++y) {
-      for (int x = 0; x < n; ++x) {
-        if (x + 1 < n) { tie(at(x, y, z), at(x + 1, y, z)); }
-        if (y + 1 < n) { tie(at(x, y, z), at(x, y + 1, z)); }
-        if (z + 1 < n) { tie(at(x, y, z), at(x, y, z + 1)); }
-      }
-    }
+  for (int node = 0; node < nodes; ++node) {
+    if (node % n + 1 < n) { tie(node, node + 1); }
+    if (node / n % n + 1 < n) { tie(node, node + n); }
+    if (node / (n * n) + 1 < n) { tie(node, node + n * n); }
   }
-  const int size = 3 * n * n * n;
-  for (int i = 0; i < size; ++i) { entries.emplace_back(i, i, Real(0.1)); }
-  Eigen::SparseMatrix<Real> matrix(size, size);
+  for (int i = 0; i < 3 * nodes; ++i) { entries.emplace_back(i, i, Real(0.1)); }
+  Eigen::SparseMatrix<Real> matrix(3 * nodes, 3 * nodes);
   matrix.setFromTriplets(entries.begin(), entries.end());
   return matrix;
+}
+
+/// Supernodes of the factors of a matrix.
+template <class Real>
+SupernodeFactors<Real> factors_of(
+    const Eigen::SparseMatrix<Real>& matrix,
+    const supernodes::Kernels& kernels = supernode_kernels().front()) {
+  SupernodeFactors<Real> factors(kernels);
+  factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>(matrix));
+  return factors;
 }
 
 template <class Real>
 double residual(const Eigen::SparseMatrix<Real>& matrix,
                 const supernodes::Kernels& kernels = supernode_kernels().front()) {
-  SupernodeFactors<Real> factors(kernels);
-  factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>(matrix));
+  SupernodeFactors<Real> factors = factors_of(matrix, kernels);
   CHECK(factors.usable());
   CHECK(factors.supernode_count() <= static_cast<std::size_t>(matrix.cols()));
   const Vector<Real> right = Vector<Real>::LinSpaced(matrix.cols(), Real(-1), Real(2));
@@ -61,9 +66,7 @@ double residual(const Eigen::SparseMatrix<Real>& matrix,
   return static_cast<double>((matrix * x - right).norm() / right.norm());
 }
 
-}  // namespace
-
-TEST("panels solve what the factors solve, to single precision") {
+TEST("supernodes solve what the factors solve, to single precision") {
   // Condition below (12 + 0.1) / 0.1; rounding of 6e-8 along a column of up to 375 entries.
   for (const int n : {1, 2, 5}) {
     for (const supernodes::Kernels& kernels : supernode_kernels()) {
@@ -73,31 +76,16 @@ TEST("panels solve what the factors solve, to single precision") {
   }
 }
 
-TEST("columns with the same rows share a panel, and nothing is lost where there are none") {
+TEST("columns with the same rows share a supernode, and what single precision lacks is unusable") {
   Eigen::SparseMatrix<double> full = Eigen::MatrixXd::Ones(40, 40).sparseView();
   full.diagonal().array() += 40.0;
-  SupernodeFactors<double> factors;
-  factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(full));
-  CHECK(factors.supernode_count() == 2);  // at most 32 columns each
+  CHECK(factors_of(full).supernode_count() == 2);  // at most 32 columns each
   CHECK_NEAR(residual(full), 0.0, 1e-6);
   Eigen::SparseMatrix<double> diagonal(4, 4);
   diagonal.setIdentity();
-  diagonal *= 4.0;
-  CHECK_NEAR(residual(diagonal), 0.0, 1e-7);
+  CHECK_NEAR(residual<double>(4.0 * diagonal), 0.0, 1e-7);
+  CHECK(!factors_of<double>(1e-60 * diagonal).usable());
 }
-
-TEST("what single precision cannot hold is not usable") {
-  Eigen::SparseMatrix<double> tiny(2, 2);
-  tiny.setIdentity();
-  tiny *= 1e-60;
-  SupernodeFactors<double> factors;
-  factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(tiny));
-  CHECK(!factors.usable());
-}
-
-namespace {
-
-using namespace palpate;
 
 /// Damped 3 x 3 x 3 lattice with one node displaced by `push` [m].
 SpringNetwork pushed_lattice(double push) {
@@ -108,25 +96,35 @@ SpringNetwork pushed_lattice(double push) {
   return network;
 }
 
+Scene implicit_scene(double duration, const char* integrator, Precision precision = {}) {
+  Scene scene;
+  scene.simulation = {.duration = duration,
+                      .step = 1e-3,
+                      .substeps = 1,
+                      .integrator = integrator,
+                      .precision = precision};
+  scene.tissue.source = Source::network;
+  return scene;
+}
+
+/// Runs a scene to its end or to divergence.
+StepStatus run(Simulation& simulation) {
+  StepStatus status = StepStatus::ok;
+  while (status == StepStatus::ok && simulation.ticks() < simulation.tick_count()) {
+    status = simulation.tick();
+  }
+  return status;
+}
+
 TEST("damped tissue comes to rest and stays there, in either precision") {
   for (const char* name : {"implicit-euler", "implicit-midpoint"}) {
     for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
       for (const double push : {1e-12, 1e-9, 1e-6, 1e-3}) {
-        Scene scene;
-        scene.simulation = {.duration = 2.0,
-                            .step = 1e-3,
-                            .substeps = 1,
-                            .integrator = name,
-                            .precision = precision};
-        scene.tissue.source = Source::network;
-        Simulation simulation(scene, pushed_lattice(push));
-        StepStatus status = StepStatus::ok;
-        for (int n = 0; n < 2000 && status == StepStatus::ok; ++n) { status = simulation.tick(); }
-        CHECK(status == StepStatus::ok);
+        Simulation simulation(implicit_scene(2.0, name, precision), pushed_lattice(push));
+        CHECK(run(simulation) == StepStatus::ok);
         // The remaining error is rounding of positions of 0.01 m: 1e-18 m, or 1e-9 m in float.
-        const double rounding = precision == Precision::single_precision ? 1e-8 : 1e-16;
-        const NodeVectors place = simulation.node_positions();
-        CHECK_NEAR(place, pushed_lattice(0.0).rest_position, rounding);
+        CHECK_NEAR(simulation.node_positions(), pushed_lattice(0.0).rest_position,
+                   precision == Precision::single_precision ? 1e-8 : 1e-16);
       }
     }
   }
@@ -135,19 +133,14 @@ TEST("damped tissue comes to rest and stays there, in either precision") {
 /// Position of a node 20 ticks after `start`, when a force acts on it. It stretches its springs by
 /// half.
 Eigen::Vector3d place_after_a_blow(double start, const char* integrator) {
-  Scene scene;
-  scene.simulation = {
-      .duration = start + 0.02, .step = 1e-3, .substeps = 1, .integrator = integrator};
-  scene.tissue.source = Source::network;
+  Scene scene = implicit_scene(start + 0.02, integrator);
   scene.loads = {{.nodes = {4}, .force = {0.1, 0.2, 0.3}, .start = start}};
   Simulation simulation(scene, pushed_lattice(0.0));
-  while (simulation.ticks() < simulation.tick_count()) {
-    CHECK(simulation.tick() == StepStatus::ok);
-  }
+  CHECK(run(simulation) == StepStatus::ok);
   return simulation.node_positions().col(4);
 }
 
-TEST("a blow after a rest is solved as closely as one at once") {
+TEST("a force after a rest is solved as accurately as one at the start") {
   for (const char* name : {"implicit-euler", "implicit-midpoint"}) {
     const Eigen::Vector3d at_once = place_after_a_blow(0.0, name);
     CHECK((at_once - pushed_lattice(0.0).rest_position.col(4)).norm() > 1e-3);
@@ -164,17 +157,10 @@ StepStatus press_mixed_block(double force) {
     const bool stiff = spring.a / 25 == 3 && spring.b / 25 == 3;
     if (stiff) { spring.stiffness = 6e5; }
   });
-  Scene scene;
-  scene.simulation = {
-      .duration = 0.05, .step = 1e-3, .substeps = 1, .integrator = "implicit-euler"};
-  scene.tissue.source = Source::network;
+  Scene scene = implicit_scene(0.05, "implicit-euler");
   scene.loads = {{.nodes = {137}, .force = {0.0, 0.3 * force, -force}}};
   Simulation simulation(scene, network);
-  StepStatus status = StepStatus::ok;
-  while (status == StepStatus::ok && simulation.ticks() < simulation.tick_count()) {
-    status = simulation.tick();
-  }
-  return status;
+  return run(simulation);
 }
 
 TEST("steps far from linear find their solution with part of a correction") {
@@ -210,7 +196,7 @@ TEST("one step on an oscillator is its closed form at any step length") {
   }
 }
 
-TEST("the same to the same digits at amplitudes far from one") {
+TEST("one step is accurate to the same digits at amplitudes far from one") {
   for (const double theta : {1.0, 0.5}) {
     const Oscillator unit{.mass = 1.0, .stiffness = 4.0, .viscosity = 0.6, .displacement = 1.0};
     const double expected = one_step(theta, unit, 0.1).position(0);
@@ -222,17 +208,27 @@ TEST("the same to the same digits at amplitudes far from one") {
   }
 }
 
-}  // namespace
-
-using namespace palpate;
 using Eigen::VectorXd;
 using Square = Eigen::Matrix<double, 10, 10>;
 
-namespace {
+using Response = ConstraintCompliance<double>;
 
 struct Setting {
   Square p = Square::Zero();  ///< symmetric, positive definite
   Eigen::Matrix<double, 10, 1> mass{};
+  Eigen::PartialPivLU<Square> factors{};
+
+  /// Response of a tissue without a tool.
+  [[nodiscard]] Response of(std::vector<Response::Support> supports) const {
+    Response response;
+    std::vector<std::size_t> begin(supports.size() + 1);
+    std::iota(begin.begin(), begin.end(), 0U);
+    response.learn(std::move(supports), begin, -1, 1.0, 10, solve());
+    return response;
+  }
+  [[nodiscard]] Response::Solve solve() const {
+    return [this](const VectorXd& right, VectorXd& x) { x = factors.solve(right); };
+  }
 };
 
 /// Three nodes and a tool as the last coordinate, without springs to it.
@@ -250,22 +246,18 @@ Setting setting() {
   }
   made.mass(9) = 1.5;
   made.p.diagonal() += made.mass;
+  made.factors.compute(made.p);
   return made;
 }
 
-}  // namespace
-
 TEST("a corrected solution is that of the saddle system") {
   const Setting s = setting();
-  using Response = ConstraintCompliance<double>;
   const std::vector<Response::Support> supports{{0, 0.25, 1.0 / s.mass(0)},
                                                 {3, 0.75, 1.0 / s.mass(3)},
                                                 {3, 0.5, 1.0 / s.mass(3)},
                                                 {6, 0.5, 1.0 / s.mass(6)}};
   Response response;
-  const Eigen::PartialPivLU<Square> factors(s.p);
-  response.learn(supports, {0, 2, 4}, 9, s.mass(9), 10,
-                 [&](const VectorXd& right, VectorXd& x) { x = factors.solve(right); });
+  response.learn(supports, {0, 2, 4}, 9, s.mass(9), 10, s.solve());
   const Eigen::Vector3d along(0.0, 0.6, 0.8);
   Eigen::Matrix<double, 2, 10> w;
   w.setZero();
@@ -286,7 +278,7 @@ TEST("a corrected solution is that of the saddle system") {
   knot_row(1, Eigen::Vector3d::UnitX(), 1);
 
   const VectorXd r = VectorXd::LinSpaced(10, -1.0, 2.0);
-  VectorXd x = factors.solve(r);
+  VectorXd x = s.factors.solve(r);
   response.correct(r, x);
   Eigen::Matrix<double, 12, 12> saddle = Eigen::Matrix<double, 12, 12>::Zero();
   saddle.topLeftCorner(10, 10) = s.p;
@@ -299,20 +291,17 @@ TEST("a corrected solution is that of the saddle system") {
   CHECK_NEAR(x, VectorXd(exact.head(10)), 1e-12);
 }
 
-TEST("the response of a row, and of a place between two knots, is that of the matrix") {
+TEST("the compliance of a row, and between two contact points, is that of the matrix") {
   const Setting s = setting();
-  ConstraintCompliance<double> response;
-  const Eigen::PartialPivLU<Square> factors(s.p);
-  response.learn({{0, 1.0, 1.0}, {3, 1.0, 1.0}}, {0, 1, 2}, -1, 1.0, 10,
-                 [&](const VectorXd& right, VectorXd& x) { x = factors.solve(right); });
+  Response response = s.of({{0, 1.0, 1.0}, {3, 1.0, 1.0}});
   const Eigen::Vector3d along(0.0, 0.6, 0.8);
   VectorXd w = VectorXd::Zero(10);
   w.segment<3>(0) = 0.3 * along;
   w.segment<3>(3) = 0.7 * along;
-  const double expected = w.dot(VectorXd(factors.solve(w)));
+  const double expected = w.dot(VectorXd(s.factors.solve(w)));
   CHECK_NEAR(response.response_at(0, 0.7, along), expected, 1e-12);
   CHECK_NEAR(response.response_at(1, 0.0, along),
-             along.dot(factors.inverse().block<3, 3>(3, 3) * along), 1e-12);
+             along.dot(s.factors.inverse().block<3, 3>(3, 3) * along), 1e-12);
   response.clear();
   response.add_row(1, 1, 0.0)[0] = Eigen::Vector3d::UnitX();
   const auto row = response.add_row(0, 2, 0.0);
@@ -322,15 +311,14 @@ TEST("the response of a row, and of a place between two knots, is that of the ma
   CHECK_NEAR(response.response_of(1), expected, 1e-12);
 }
 
-TEST("nothing held changes nothing") {
+TEST("without constraints the solution does not change") {
   const Setting s = setting();
-  ConstraintCompliance<double> response;
-  const Eigen::PartialPivLU<Square> factors(s.p);
-  response.learn({{0, 1.0, 1.0}}, {0, 1}, -1, 1.0, 10,
-                 [&](const VectorXd& right, VectorXd& x) { x = factors.solve(right); });
+  Response response = s.of({{0, 1.0, 1.0}});
   response.clear();
   response.factorise();
   VectorXd x = VectorXd::Ones(10);
   response.correct(VectorXd::Ones(10), x);
   CHECK(x == VectorXd::Ones(10));
 }
+
+}  // namespace

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Test that a tick makes no system call: it runs in a child process that is killed by its first
-/// system call. Uncontended locks make no call, so they are counted separately.
+/// Test that a tick makes no system call and takes no lock (system_call_filter.hpp).
 
 #include <mutex>
 
@@ -25,7 +24,7 @@ bool thousand_ticks(Simulation& simulation, std::vector<double>& row) {
   return fine;
 }
 
-TEST("the filter lets computation through and stops the smallest call") {
+TEST("the filter allows computation and stops the smallest system call") {
   const Verdict quiet = without_system_calls([] { return true; });
   if (quiet == Verdict::refused) { check::skip("this system refuses seccomp filters"); }
   CHECK(quiet == Verdict::silent);
@@ -33,32 +32,20 @@ TEST("the filter lets computation through and stops the smallest call") {
   CHECK(without_system_calls([] { return write(1, "", 0) == 0; }) == Verdict::called);
 }
 
-TEST("a thousand sampled ticks of any scheme make no system call") {
+void check_silent(const Scene& scene) {
+  Simulation simulation(scene);
+  std::vector<double> row(simulation.columns().size());
+  CHECK(without_system_calls([&] { return thousand_ticks(simulation, row); }) == Verdict::silent);
+  const long before = locks;
+  CHECK(thousand_ticks(simulation, row));
+  CHECK(locks == before);
+}
+
+TEST("a thousand sampled ticks of any scheme make no system call and take no lock") {
   for (const IntegratorInfo* scheme : integrators()) {
     for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
-      Simulation simulation(moving_scene(scheme->name, precision));
-      std::vector<double> row(simulation.columns().size());
-      CHECK(without_system_calls([&] { return thousand_ticks(simulation, row); }) ==
-            Verdict::silent);
+      check_silent(moving_scene(scheme->name, precision));
     }
-  }
-}
-
-TEST("the counter sees a lock that nobody else holds") {
-  const long before = locks;
-  static std::mutex mutex;
-  mutex.lock();
-  mutex.unlock();
-  CHECK(locks == before + 1);
-}
-
-TEST("a thousand sampled ticks of any scheme take no lock") {
-  for (const IntegratorInfo* scheme : integrators()) {
-    Simulation simulation(moving_scene(scheme->name));
-    std::vector<double> row(simulation.columns().size());
-    const long before = locks;
-    CHECK(thousand_ticks(simulation, row));
-    CHECK(locks == before);
   }
 }
 
@@ -67,13 +54,16 @@ TEST("a thousand sampled ticks of an insertion make no system call and take no l
     Scene scene = layered_scene();
     scene.syringe = Syringe{};
     scene.simulation = {.duration = 2.0, .step = 1e-3, .integrator = scheme};
-    Simulation simulation(scene);
-    std::vector<double> row(simulation.columns().size());
-    CHECK(without_system_calls([&] { return thousand_ticks(simulation, row); }) == Verdict::silent);
-    const long before = locks;
-    CHECK(thousand_ticks(simulation, row));
-    CHECK(locks == before);
+    check_silent(scene);
   }
+}
+
+TEST("the counter counts an uncontended lock") {
+  const long before = locks;
+  static std::mutex mutex;
+  mutex.lock();
+  mutex.unlock();
+  CHECK(locks == before + 1);
 }
 
 }  // namespace

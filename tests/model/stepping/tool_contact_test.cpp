@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 #include "model/kernels/network_system.hpp"
@@ -24,37 +25,23 @@ struct Insertion {
   explicit Insertion(const Scene& scene) : simulation(scene), row(simulation.columns().size()) {
     read();
   }
-  bool tick() {
-    const bool ok = simulation.tick() == StepStatus::ok;
-    read();
-    return ok;
-  }
   void read() {
     simulation.sample(row);
     simulation.sample_text(words, events);
     tool = simulation.tool();
   }
-  template <class Body> void run(Body&& body) {
+  /// Runs to the end; `body` is called after every tick.
+  void run(const std::function<void()>& body = [] {}) {
     while (simulation.ticks() < simulation.tick_count()) {
-      if (!tick()) {
-        CHECK(!"diverged");
-        return;
-      }
+      REQUIRE(simulation.tick() == StepStatus::ok);
+      read();
       body();
     }
-  }
-  void run() {
-    run([] {});
   }
   [[nodiscard]] std::string names() const {
     std::string all;
     for (const Event& e : events) { all += (all.empty() ? "" : " ") + e.kind; }
     return all;
-  }
-  [[nodiscard]] double time_of(const std::string& kind, const std::string& label) const {
-    const auto found = std::ranges::find_if(
-        events, [&](const Event& e) { return e.kind == kind && e.detail == label; });
-    return found == events.end() ? -1.0 : found->time;
   }
 
   Simulation simulation;
@@ -72,89 +59,38 @@ Scene timed(Scene scene, double duration, double step,
   return scene;
 }
 
-/// Complete motion in a quarter of the time.
-Scene pushed_quickly(Scene scene) {
-  scene.drive->speed *= 4.0;
-  return scene;
-}
-
 TEST("a needle meets its layers in order and loses resistance in the epidural space") {
   Insertion run(timed(layered_scene(), 0.75, 1e-3));
   double peak = 0.0;
-  run.run([&] { peak = std::max(peak, run.tool.forces.total); });
+  run.run([&] {
+    const ToolForces& f = run.tool.forces;
+    peak = std::max(peak, f.total);
+    CHECK(f.cutting * f.stiffness == 0.0);  // the tip sticks or cuts
+    CHECK(f.lateral < 1e-9);                // of a straight needle
+  });
   CHECK(run.names() == "contact puncture puncture loss-of-resistance");
   CHECK(run.events.front().time == 0.0);
   CHECK(run.tool.forces.cutting == 0.0);
   CHECK(run.tool.depth > 0.010);
+  CHECK(peak > 0.15);
   // F_c of the ligament and the friction along the whole track.
-  {
-    CHECK(peak > 0.15);
-    CHECK(peak < 0.15 + 2.0 * 0.004 + 5.0 * 0.006 + 1e-9);
-  }
+  CHECK(peak < 0.15 + 2.0 * 0.004 + 5.0 * 0.006 + 1e-9);
   CHECK(run.words[0] == "epidural space");
 }
 
-TEST("the parts add up to the total, and the total is what a prescribed drive applies") {
-  Insertion run(timed(layered_scene(), 0.5, 1e-3));
-  run.run([&] {
-    const ToolForces& f = run.tool.forces;
-    CHECK(f.total == f.cutting + f.friction + f.stiffness);
-    CHECK(f.applied == f.total);
-    CHECK((f.cutting == 0.0 || f.stiffness == 0.0));
-  });
-}
-
-#ifndef PALPATE_SANITIZED  // slow pushes go through the same code as quick ones, for two minutes
-TEST("before the first puncture the force is the stiffness of a chain times the depth") {
-  Scene scene = timed(chain_scene(), 1.9, 1e-3);
-  scene.drive->speed = 1e-3;  // 1.9 mm; the skin gives way at 2 mm
-  Insertion run(scene);
-  run.run([&] {  // after the jolt of the first contact
-    if (run.simulation.time() < 0.1) { return; }
-    CHECK_NEAR(run.tool.forces.stiffness, 50.0 * run.tool.place, 1e-4);
-  });
-  CHECK(run.names() == "contact");
-}
-
-TEST("the tip sticks until the cutting force and punctures there") {
-  Scene scene = timed(chain_scene(), 2.1, 1e-3);
-  scene.drive->speed = 1e-3;
-  Insertion run(scene);
-  run.run();
-  CHECK(run.names() == "contact puncture");
-  CHECK_NEAR(run.time_of("puncture", "skin"), 0.1 / 50.0 / 1e-3, 2e-3);
-  CHECK(run.tool.forces.cutting == 0.1);
-}
-#endif
-
-TEST("a needle drawn back and put in again cuts nothing on its old track, but rubs") {
-  Scene scene = timed(layered_scene(), 1.2, 1e-3);
-  scene.drive->depth = 0.006;
-  scene.drive->hold = 0.05;
-  scene.drive->withdraw_speed = 0.02;
-  Insertion run(scene);
-  double backwards = 0.0;
-  run.run([&] { backwards = std::min(backwards, run.tool.forces.friction); });
-  CHECK(run.names() == "contact puncture puncture withdrawn");
-  CHECK(backwards < 0.0);
-}
-
-TEST("what rests under less than its limit stays where it is") {
+TEST("a tip under less than its cutting force does not creep") {
   Scene scene = timed(chain_scene(), 100.0, 1e-3);
   scene.drive =
       Drive{.kind = Drive::Kind::force, .force = 0.08, .rise = 0.1, .hand_viscosity = 5.0};
   Insertion run(scene);
-#ifdef PALPATE_SANITIZED  // the same code, and no time to see a creep
-  constexpr int watched = 2000;
-#else
-  constexpr int watched = 90000;
-#endif
-  constexpr int settling = 10000;
-  for (int n = 0; n < settling; ++n) { run.simulation.tick(); }
-  run.read();
-  const double place = run.tool.place;
-  for (int n = 0; n < watched; ++n) { run.simulation.tick(); }
-  run.read();
+  constexpr int watched = check::sanitized ? 2000 : 90000;
+  const auto place_after = [&](int ticks) {
+    for (int n = 0; n < ticks; ++n) { run.simulation.tick(); }
+    run.read();
+    return run.tool.place;
+  };
+  const double place = place_after(10000);
+  (void)place_after(watched);
   CHECK_NEAR(run.tool.place, place, 1e-12);
   CHECK_NEAR(run.tool.forces.stiffness, 0.08, 1e-9);
 }
@@ -175,31 +111,18 @@ TEST("the hand's force, the tissue's and inertia balance") {
   CHECK_NEAR(momentum, run.tool.mass * (run.tool.velocity - before), 2e-3 * run.tool.mass * 0.1);
 }
 
-TEST("a hundred newtons do not move a tip into bone") {
-  Scene scene = timed(layered_scene(), 2.0, 1e-3);
-  scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
-  scene.tissue.layers[1] = {"lamina", "bone", 0.006};
-  scene.drive = Drive{.kind = Drive::Kind::force, .force = 100.0, .rise = 1.0};
-  Insertion run(scene);
-  double deepest = 0.0;
-  run.run([&] { deepest = std::max(deepest, run.tool.place); });
-  CHECK(deepest <= 0.004);
-  CHECK_NEAR(run.tool.place, 0.004, 1e-15);
-  CHECK(run.names() == "contact puncture bone");
-  CHECK_NEAR(run.tool.forces.total, run.tool.forces.applied, 1e-9);
-}
-
-TEST("a prescribed trajectory into bone goes on without the tool") {
+TEST("a prescribed trajectory continues into bone, and the tool does not") {
   Scene scene = timed(layered_scene(), 0.5, 1e-3);
   scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
   scene.tissue.layers[1] = {"lamina", "bone", 0.006};
   Insertion run(scene);
   run.run();
+  CHECK(run.names() == "contact puncture bone");
   CHECK_NEAR(run.tool.place, 0.004, 1e-15);
   CHECK_NEAR(run.tool.forces.stiffness, 5000.0 * (0.02 * 0.5 - 0.004), 0.5);
 }
 
-TEST("a probe cuts nothing and rubs nothing") {
+TEST("a probe has no cutting, friction or lateral force") {
   Scene scene = timed(layered_scene(), 0.3, 1e-3);
   scene.needle.reset();
   scene.probe = Probe{.size = {0.004, 0.004}};
@@ -213,36 +136,11 @@ TEST("a probe cuts nothing and rubs nothing") {
   CHECK(run.names() == "contact");
 }
 
-TEST("work of the hand is stored, lost in dampers, cutting, friction and impacts, or moves") {
-  const double h = 1e-5;
-  Scene scene = timed(pushed_quickly(layered_scene()), 0.15, h, "rk4", 1);
-  scene.output.audit = true;
-  Insertion run(scene);
-  const double initial = run.simulation.energy();
-  run.run();
-  const ToolLosses& lost = run.tool.losses;
-  const double hand = lost.hand + lost.jerk;
-  const double rest = hand - (run.simulation.energy() - initial) - lost.damping - lost.cutting -
-                      lost.friction - lost.impact;
-  CHECK(run.names() == "contact puncture puncture loss-of-resistance");
-  CHECK(hand > 1e-3);
-  CHECK_NEAR(rest / hand, 0.0, 1e-6);
-}
-
-TEST("slanting needles press sideways, straight ones do not") {
-  Scene straight = timed(layered_scene(), 0.4, 1e-3);
-  Insertion along(straight);
-  along.run([&] { CHECK(along.tool.forces.lateral < 1e-9); });
-  Scene slanting = straight;
-  slanting.needle->direction = {std::tan(0.26), 0.0, 1.0};
-  Insertion aside(slanting);
-  aside.run();
-  CHECK(aside.tool.forces.lateral > 1e-3);
-}
-
 TEST("every scheme that may carry a tool gives the same force, to its order") {
   const auto scene = [](const char* name, int substeps) {
-    return timed(pushed_quickly(layered_scene()), 0.1, 1e-3, name, substeps);
+    Scene quick = timed(layered_scene(), 0.1, 1e-3, name, substeps);
+    quick.drive->speed *= 4.0;
+    return quick;
   };
   Insertion best(scene("rk4", 200));
   best.run();
@@ -267,14 +165,8 @@ TEST("in single precision a needle does what it does in double") {
   CHECK(single.names() == exact.names());
 }
 
-}  // namespace
-
 // Free tool in stiff tissue with ticks much longer than its time constant: tip and shaft satisfy
 // their laws within each implicit step.
-
-namespace {
-
-using namespace palpate;
 
 /// Scene in which a hand with 20 N s/m drives 20 g into ligaments of 15 MPa. The time constant of
 /// hand and tool is 1 ms, ten times that of tool and tissue.
@@ -291,53 +183,54 @@ Scene stiff_scene(double step) {
   return scene;
 }
 
-struct Sample {
-  double place, velocity, slip, cutting, friction, stiffness;
-};
-
-std::vector<Sample> run(const Scene& scene) {
+/// Reports of the tool at every millisecond.
+std::vector<ToolReport> run(const Scene& scene) {
   Simulation simulation(scene);
-  std::vector<Sample> samples;
+  std::vector<ToolReport> samples;
   const auto every = static_cast<long>(std::lround(1e-3 / scene.simulation.step));
   while (simulation.ticks() < simulation.tick_count()) {
-    if (simulation.tick() != StepStatus::ok) {
-      CHECK(!"diverged");
-      break;
-    }
-    if (simulation.ticks() % every != 0) { continue; }
-    const ToolReport tool = simulation.tool();
-    samples.push_back({tool.place, tool.velocity, tool.slip, tool.forces.cutting,
-                       tool.forces.friction, tool.forces.stiffness});
+    REQUIRE(simulation.tick() == StepStatus::ok);
+    if (simulation.ticks() % every == 0) { samples.push_back(simulation.tool()); }
   }
   return samples;
 }
 
-/// Number of reversals of a quantity.
-template <class Of> int turns(const std::vector<Sample>& samples, Of of) {
+double force_of(const ToolReport& tool) {
+  return tool.forces.cutting + tool.forces.friction + tool.forces.stiffness;
+}
+
+double fastest(const std::vector<ToolReport>& samples) {
+  double speed = 0.0;
+  for (const ToolReport& s : samples) { speed = std::max(speed, std::abs(s.velocity)); }
+  return speed;
+}
+
+/// Number of reversals of the force.
+int turns(const std::vector<ToolReport>& samples) {
   int count = 0;
   for (std::size_t n = 2; n < samples.size(); ++n) {
-    const double before = of(samples[n - 1]) - of(samples[n - 2]);
-    const double after = of(samples[n]) - of(samples[n - 1]);
+    const double before = force_of(samples[n - 1]) - force_of(samples[n - 2]);
+    const double after = force_of(samples[n]) - force_of(samples[n - 1]);
     count += before * after < 0.0 && std::abs(before) + std::abs(after) > 0.2 ? 1 : 0;
   }
   return count;
 }
 
-TEST("under a rising push the tool never moves back, and friction opposes what slips") {
-  const std::vector<Sample> samples = run(stiff_scene(1e-3));
-  for (std::size_t n = 1; n < samples.size(); ++n) {
-    CHECK(samples[n].place >= samples[n - 1].place - 1e-9);
-    // Below 1 mN tip and shaft still share nodes, and their forces cannot be separated.
-    CHECK((samples[n].friction * samples[n].slip >= 0.0 || std::abs(samples[n].slip) < 1e-9 ||
-           std::abs(samples[n].friction) < 1e-3));
+TEST("long ticks move the tool under a rising push as short ones do, without chatter") {
+  const std::vector<ToolReport> coarse = run(stiff_scene(1e-3));
+  const std::vector<ToolReport> fine = run(stiff_scene(1e-3 / 16.0));
+  CHECK(turns(coarse) <= turns(fine) + 2);
+  REQUIRE(coarse.size() == fine.size());
+  for (std::size_t n = 0; n < fine.size(); ++n) {
+    // Events are located to one tick, in which the tool moves at most at the speed of the hand.
+    CHECK_NEAR(coarse[n].place, fine[n].place, 1e-3 * fastest(fine));
+    if (n > 0) { CHECK(coarse[n].place >= coarse[n - 1].place - 1e-9); }
+    // Friction opposes slip. Below 1 mN tip and shaft still share nodes, and their forces cannot be
+    // separated.
+    const double friction = coarse[n].forces.friction;
+    CHECK((friction * coarse[n].slip >= 0.0 || std::abs(coarse[n].slip) < 1e-9 ||
+           std::abs(friction) < 1e-3));
   }
-}
-
-TEST("long ticks do not make the force chatter") {
-  const auto force = [](const Sample& s) { return s.cutting + s.friction + s.stiffness; };
-  const std::vector<Sample> coarse = run(stiff_scene(1e-3));
-  const std::vector<Sample> fine = run(stiff_scene(1e-3 / 16.0));
-  CHECK(turns(coarse, force) <= turns(fine, force) + 2);
 }
 
 /// Largest resistance of tip and shaft at a depth of the stiff scene [N]: F_c of the deepest layer
@@ -356,7 +249,7 @@ double most_resistance(const Scene& scene, double depth) {
   return cutting + rubbing;
 }
 
-TEST("in no step do tip and shaft take more from the tool than cutting and friction allow") {
+TEST("in no step do tip and shaft exert more on the tool than cutting and friction allow") {
   Scene scene = stiff_scene(1e-3);
   scene.drive->rise = 0.02;  // sticking ends within a tick, with force to spare
   Simulation simulation(scene);
@@ -381,58 +274,32 @@ TEST("in no step do tip and shaft take more from the tool than cutting and frict
   CHECK(worst <= 1e-6);  // solver tolerance, for 8 N
 }
 
-TEST("where long and short ticks both see the tool, it is at the same place") {
-  const std::vector<Sample> coarse = run(stiff_scene(1e-3));
-  const std::vector<Sample> fine = run(stiff_scene(1e-3 / 16.0));
-  double worst = 0.0;
-  for (std::size_t n = 0; n < std::min(coarse.size(), fine.size()); ++n) {
-    worst = std::max(worst, std::abs(coarse[n].place - fine[n].place));
-  }
-  // Events are located to one tick, in which the tool moves at most at the speed of the hand.
-  double fastest = 0.0;
-  for (const Sample& s : fine) { fastest = std::max(fastest, std::abs(s.velocity)); }
-  CHECK(worst <= 1e-3 * fastest);
-}
-
-TEST("a solver that is asked for less leaves as little more as it is asked for") {
+TEST("a looser solver tolerance changes places and forces by no more than it allows") {
   Scene scene = stiff_scene(1e-3);
-  scene.drive->from = -0.002;  // in air the first correction is exact, and says nothing of tissue
-  const std::vector<Sample> all = run(scene);
-  scene.simulation.solver_tolerance = 1e-6;
-  const std::vector<Sample> less = run(scene);
-  double fastest = 0.0;
-  for (const Sample& s : all) { fastest = std::max(fastest, std::abs(s.velocity)); }
-  for (std::size_t n = 0; n < all.size(); ++n) {
-    CHECK_NEAR(less[n].place, all[n].place,
-               1e-6 * fastest * 0.5);  // relative displacement error per step, summed
-  }
-  // The error is larger: one correction is not sufficient.
-  CHECK(std::ranges::any_of(all, [&](const Sample& s) {
-    return s.place != less[static_cast<std::size_t>(&s - all.data())].place;
-  }));
-}
-
-TEST("a tolerance of a hundredth leaves the force of every tick within 1 % of its peak") {
-  Scene scene = stiff_scene(1e-3);
-  const auto force = [](const Sample& s) { return s.cutting + s.friction + s.stiffness; };
-  const std::vector<Sample> all = run(scene);
+  const std::vector<ToolReport> all = run(scene);
   scene.simulation.solver_tolerance = 1e-2;
-  const std::vector<Sample> less = run(scene);
-  const double peak = force(*std::ranges::max_element(all, {}, force));
+  const std::vector<ToolReport> least = run(scene);
+  const double peak = force_of(*std::ranges::max_element(all, {}, force_of));
   CHECK(peak > 1.0);
   for (std::size_t n = 0; n < all.size(); ++n) {
-    CHECK_NEAR(force(less[n]), force(all[n]), 0.01 * peak);
+    CHECK_NEAR(force_of(least[n]), force_of(all[n]), 0.01 * peak);
   }
+  scene.drive->from = -0.002;  // in air the first correction is exact, and says nothing of tissue
+  scene.simulation.solver_tolerance = 0.0;
+  const std::vector<ToolReport> exact = run(scene);
+  scene.simulation.solver_tolerance = 1e-6;
+  const std::vector<ToolReport> less = run(scene);
+  double differing = 0.0;
+  for (std::size_t n = 0; n < exact.size(); ++n) {
+    // Relative displacement error per step, summed.
+    CHECK_NEAR(less[n].place, exact[n].place, 1e-6 * fastest(exact) * 0.5);
+    differing += less[n].place != exact[n].place ? 1.0 : 0.0;
+  }
+  CHECK(differing > 0.0);  // one correction is not sufficient
 }
-
-}  // namespace
 
 // A network with a tool caches evaluated forces; the cache must not change the result of any
 // scheme.
-
-namespace {
-
-using namespace palpate;
 
 constexpr double h = 2e-5;
 
@@ -510,15 +377,11 @@ void compare(const Scene& scene, int steps, int least_jumps) {
   }
 }
 
-TEST("a look at the forces between steps changes no bit of what follows: a tool on a path") {
+TEST("evaluating forces between steps changes no bit, with a tool on a path or pushed") {
   Scene scene = layered_scene();
   scene.drive = Drive{
       .technique = Drive::Technique::intermittent, .speed = 0.02, .advance = 1e-4, .pause = 1e-3};
   compare(scene, 500, 3);
-}
-
-TEST("a look at the forces between steps changes no bit of what follows: a pushed tool") {
-  Scene scene = layered_scene();
   scene.drive = Drive{.kind = Drive::Kind::force, .from = 0.0, .force = 2.0, .rise = 0.005};
   compare(scene, 500, 0);
 }

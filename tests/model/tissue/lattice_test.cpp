@@ -27,16 +27,11 @@ double bonds(int n, int connectivity) {
 
 TEST("a lattice has as many springs as it has neighbour pairs") {
   for (const int connectivity : {6, 18, 26}) {
-    for (const int n : {2, 3, 5, 10}) {
+    for (const int n : {2, 3, 5, 10, 20}) {
       const auto count = uniform_lattice(cube(n, connectivity), 1.0, 0.0, 1.0).springs.size();
       CHECK_NEAR(static_cast<double>(count), bonds(n, connectivity), 0.0);
     }
   }
-}
-
-TEST("26 neighbours: 10,476 springs of 10^3 nodes and 93,556 of 20^3") {
-  CHECK_NEAR(double(uniform_lattice(cube(10, 26), 1.0, 0.0, 1.0).springs.size()), 10476.0, 0.0);
-  CHECK_NEAR(double(uniform_lattice(cube(20, 26), 1.0, 0.0, 1.0).springs.size()), 93556.0, 0.0);
 }
 
 TEST("no spring occurs twice, joins a node with itself, or is longer than a cell's diagonal") {
@@ -113,28 +108,20 @@ TEST("bond stiffnesses satisfy the isotropy condition and give Young's modulus E
   }
 }
 
-TEST("a damping ratio is of each spring against its reduced mass") {
-  const SpringNetwork network = cell_lattice(cube(3, 26), [](int, int, int) {
-    return CellMaterial{3.75e3, 1000.0, 0.3, {}};
-  });
+TEST("a damping ratio is of each spring against its reduced mass, and a given viscosity wins") {
+  CellMaterial material{3.75e3, 1000.0, 0.3, {}};
+  const auto same = [&](int, int, int) { return material; };
+  const SpringNetwork network = cell_lattice(cube(3, 26), same);
   for (const Spring& s : network.springs) {
     const double reduced = 1.0 / (1.0 / network.mass(s.a) + 1.0 / network.mass(s.b));
     CHECK_NEAR(s.viscosity, 0.3 * 2.0 * std::sqrt(s.stiffness * reduced), 1e-14);
   }
+  material.viscosity = 0.02;
+  for (const Spring& s : cell_lattice(cube(3, 26), same).springs) {
+    CHECK_NEAR(s.viscosity, 0.02, 1e-16);
+  }
 }
 
-TEST("a given viscosity wins over the damping ratio and is each spring's own") {
-  const SpringNetwork network = cell_lattice(cube(3, 26), [](int, int, int) {
-    return CellMaterial{3.75e3, 1000.0, 0.3, 0.02};
-  });
-  for (const Spring& s : network.springs) { CHECK_NEAR(s.viscosity, 0.02, 1e-16); }
-}
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
 using Eigen::Vector3d;
 
 /// Isotropy with nu = 1/4 and E = 1: C11 = 1.2 and C12 = 0.4.
@@ -163,7 +150,7 @@ TEST("boxes that are nearly cubes are isotropic, with constants that pull") {
   }
 }
 
-TEST("flat and long boxes have no negative constant and say what they miss") {
+TEST("flat and long boxes have no negative constant and report their own elasticity") {
   for (const Vector3d& size :
        {Vector3d(0.47, 0.47, 0.9), Vector3d(0.47, 0.47, 4.0), Vector3d(4.0, 4.0, 0.9)}) {
     const BoxBonds bonds = box_bonds(1e-3 * size, 26);
@@ -182,7 +169,7 @@ TEST("six neighbours carry E along each axis and nothing across") {
   CHECK_NEAR(bonds.elasticity(0, 1), 0.0, 0.0);
 }
 
-TEST("a column of boxes under load shortens as E says") {
+TEST("a column of boxes under load shortens according to E") {
   // Computed from the constants alone: C of the bonds, summed here from lengths and directions.
   const Vector3d size(0.9e-3, 1.1e-3, 1.4e-3);
   const BoxBonds bonds = box_bonds(size, 26);

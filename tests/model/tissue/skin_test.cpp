@@ -29,6 +29,10 @@ Scene layered(std::shared_ptr<const Skin> skin) {
   return scene;
 }
 
+std::shared_ptr<const Skin> box_skin(const Vector3d& low, const Vector3d& high) {
+  return std::make_shared<const Skin>(box_surface(low, high), true);
+}
+
 std::shared_ptr<const Skin> patch(const std::function<double(double, double)>& height,
                                   bool shapes = true) {
   return std::make_shared<const Skin>(patch_surface({0.03, 0.03}, 40, height), shapes);
@@ -40,10 +44,6 @@ std::string refusal(const Scene& scene) {
     all += broken.key + ": " + broken.message + "\n";
   }
   return all;
-}
-
-bool has(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST("depth beneath a box: to the nearest of its sides, negative above and beside it") {
@@ -130,9 +130,8 @@ TEST("layers stay as thick as they are, across the skin, on a slope") {
   CHECK_NEAR(across[1].end, 0.013, 1e-8);
 }
 
-TEST("a layer however thin is met, and where the line leaves the body there is a gap") {
-  Scene scene = layered(
-      std::make_shared<const Skin>(box_surface({-0.012, -0.03, 0.0}, {0.008, 0.03, 0.05}), true));
+TEST("a line crosses every layer, however thin, and has a gap where it leaves the body") {
+  Scene scene = layered(box_skin({-0.012, -0.03, 0.0}, {0.008, 0.03, 0.05}));
   scene.tissue.layers[0].thickness = 1e-7;
   const auto line =
       intervals_along(scene, {0.0, 0.0, 0.0}, Vector3d(1.0, 0.0, 1.0).normalized(), 0.0);
@@ -146,9 +145,8 @@ TEST("a layer however thin is met, and where the line leaves the body there is a
   CHECK_NEAR(line[3].begin, 0.008 * std::sqrt(2.0), 3e-9);
 }
 
-TEST("a closed body ends where its surface is met again") {
-  const Scene scene = layered(
-      std::make_shared<const Skin>(box_surface({-0.03, -0.03, 0.0}, {0.03, 0.03, 0.012}), true));
+TEST("a closed body ends at its far surface") {
+  const Scene scene = layered(box_skin({-0.03, -0.03, 0.0}, {0.03, 0.03, 0.012}));
   CHECK_NEAR(build_network(scene).rest_position.row(2).maxCoeff(), 0.012, 1e-15);
   CHECK_NEAR(block_beneath_skin(scene).covered(), 1.0, 0.0);
 }
@@ -186,41 +184,35 @@ TEST("a pit of one cell stays open though all its corners exist") {
 }
 
 TEST("scenes that a skin makes impossible are refused by name") {
-  CHECK(has(refusal(layered(patch([](double, double) { return 0.5; }))),
-            "tissue.skin.path: no cell of the block"));
-  CHECK(has(refusal(layered(patch([](double, double) { return 0.0195; }))),
-            "from z = 0.0195 to 0.0195 m"));
-  CHECK(has(refusal(layered(patch([](double, double) { return -1e5; }))),
-            "tissue.skin.path: its highest place"));
+  CHECK_CONTAINS(refusal(layered(patch([](double, double) { return 0.5; }))),
+                 "tissue.skin.path: no cell of the block");
+  CHECK_CONTAINS(refusal(layered(patch([](double, double) { return 0.0195; }))),
+                 "from z = 0.0195 to 0.0195 m");
+  CHECK_CONTAINS(refusal(layered(patch([](double, double) { return -1e5; }))),
+                 "tissue.skin.path: its highest place");
   Scene bare = layered(patch([](double, double) { return 0.0; }));
   bare.tissue.source = Source::oscillator;
-  CHECK(has(refusal(bare), "tissue.skin: given"));
+  CHECK_CONTAINS(refusal(bare), "tissue.skin: given");
   Scene needle = layered(patch([](double, double) { return -0.012; }));
   needle.needle = Needle{};
-  CHECK(has(refusal(needle), "needle.entry"));
+  CHECK_CONTAINS(refusal(needle), "needle.entry");
   Scene probe = layered(patch([](double x, double) { return 3.0 * std::max(x - 0.004, 0.0); }));
   probe.probe = Probe{.size = {0.01, 0.01}, .entry = {0.006, 0.0}};
   probe.drive = Drive{};
   CHECK(refusal(probe).empty());
   probe.probe->entry.x() = 0.009;
-  CHECK(has(refusal(probe), "probe.entry: [0.009, 0] m; no tissue lies beneath at its side"));
+  CHECK_CONTAINS(refusal(probe), "probe.entry: [0.009, 0] m; no tissue lies beneath at its side");
   probe.probe->entry.x() = 0.0;
   probe.probe->map = PalpationGrid{.sites = {3, 1}, .spacing = 0.009};
-  CHECK(has(refusal(probe),
-            "probe.map: its site at [-0.009, 0] m: no tissue lies beneath at its side"));
-  CHECK(has(skin_defect(box_surface({0, 0, 0}, {1, 1, 150})).value_or(""), "must lie within 10 m"));
+  CHECK_CONTAINS(refusal(probe),
+                 "probe.map: its site at [-0.009, 0] m: no tissue lies beneath at its side");
+  CHECK_CONTAINS(skin_defect(box_surface({0, 0, 0}, {1, 1, 150})).value_or(""),
+                 "must lie within 10 m");
   TriangleSurface broken = box_surface({0, 0, 0}, {1, 1, 1});
   broken.vertex(1, 3) = std::nan("");
-  CHECK(has(skin_defect(broken).value_or(""), "vertex 3"));
-  CHECK(has(skin_defect(TriangleSurface{}).value_or(""), "no faces"));
+  CHECK_CONTAINS(skin_defect(broken).value_or(""), "vertex 3");
+  CHECK_CONTAINS(skin_defect(TriangleSurface{}).value_or(""), "no faces");
 }
-
-}  // namespace
-
-namespace {
-
-using namespace palpate;
-using Eigen::Vector3d;
 
 Scene block() {
   Scene scene;
@@ -257,7 +249,7 @@ TEST("points inside follow every affine movement exactly") {
   }
 }
 
-TEST("a point on a node is that node's") {
+TEST("a point on a node has the weight of that node alone") {
   const Scene scene = block();
   const NodeVectors rest = build_network(scene).rest_position;
   const auto embedded = embed(rest, *tissue_grid(scene));
@@ -269,7 +261,7 @@ TEST("a point on a node is that node's") {
   }
 }
 
-TEST("a point outside goes with the nearest place of a cell, and one far off stays") {
+TEST("a point outside moves with the nearest point of a cell, and a distant one stays") {
   const Scene scene = block();
   const NodeVectors rest = build_network(scene).rest_position;
   NodeVectors points(3, 5);
