@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int schema = 1;
+constexpr int baseline_schema = 1;
 constexpr std::size_t most_bytes = 1U << 30U;
 constexpr const char* seal_key = "seal";
 
@@ -58,9 +58,9 @@ Json accepted_json(const gate::AcceptedCase& accepted) {
 
 Json to_json(const gate::Baseline& baseline, const std::string& hash_of_curves) {
   Json json =
-      object("kind", "palpate baseline", "schema", schema, "command", baseline.command, "ledger",
-             list_of(baseline.ledger, approval_json), "provenance", baseline.provenance, "curves",
-             hash_of_curves, "cases", list_of(baseline.cases, accepted_json));
+      object("kind", "palpate baseline", "schema", baseline_schema, "command", baseline.command,
+             "ledger", list_of(baseline.ledger, approval_json), "provenance", baseline.provenance,
+             "curves", hash_of_curves, "cases", list_of(baseline.cases, accepted_json));
   json[seal_key] = seal_of(json);
   return json;
 }
@@ -73,9 +73,9 @@ gate::AcceptedCase accepted_from(Json json) {
 
 gate::Baseline baseline_from(const Json& json) {
   if (json.value("kind", "") != "palpate baseline") { throw std::runtime_error("is no baseline"); }
-  if (json.at("schema") != schema) {
+  if (json.at("schema") != baseline_schema) {
     throw std::runtime_error("schema " + json.at("schema").dump() + "; this version reads " +
-                             std::to_string(schema));
+                             std::to_string(baseline_schema));
   }
   if (json.value(seal_key, "") != seal_of(json)) {
     throw std::runtime_error("was changed by something else than palpate approve");
