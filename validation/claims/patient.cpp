@@ -36,18 +36,15 @@ struct Rungs {
   std::vector<int> substeps;
 };
 
-const std::vector<Rungs>& ladder() {
-  static const std::vector<Rungs> rungs{{"euler", 1.0, {20, 40, 80}},
-                                        {"euler-cromer", 1.0, {20, 40, 80}},
-                                        {"feynman-newton", 1.0, {20, 40, 80}},
-                                        {"feynman-newton-printed", 1.0, {20, 40, 80}},
-                                        {"leapfrog", 2.0, {10, 20}},
-                                        {"velocity-verlet", 2.0, {20, 40, 80}},
-                                        {"rk4", 4.0, {16, 32, 64}},
-                                        {"implicit-euler", 1.0, {1}},
-                                        {"implicit-midpoint", 2.0, {1, 2}}};
-  return rungs;
-}
+const std::vector<Rungs> ladder{{"euler", 1.0, {20, 40, 80}},
+                                {"euler-cromer", 1.0, {20, 40, 80}},
+                                {"feynman-newton", 1.0, {20, 40, 80}},
+                                {"feynman-newton-printed", 1.0, {20, 40, 80}},
+                                {"leapfrog", 2.0, {10, 20}},
+                                {"velocity-verlet", 2.0, {20, 40, 80}},
+                                {"rk4", 4.0, {16, 32, 64}},
+                                {"implicit-euler", 1.0, {1}},
+                                {"implicit-midpoint", 2.0, {1, 2}}};
 
 reference::Reference references(const CaseContext& context, const NetworkProblem& problem) {
   using reference::solver_named;
@@ -141,7 +138,7 @@ Figure error_figure(const std::vector<Shown>& all, double floor, bool over_cost)
   figure.timing = over_cost;
   double least = unbounded;
   double most = 0.0;
-  for (const Rungs& rungs : ladder()) {
+  for (const Rungs& rungs : ladder) {
     Series series{.label = rungs.scheme, .style = Series::Style::line_and_points};
     for (const Shown& each : all) {
       if (each.rungs != &rungs) { continue; }
@@ -202,7 +199,7 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
   judge_references(truth, outcome);
   const double floor = std::ranges::max(truth.position_floor);
   std::vector<Shown> all;
-  for (const Rungs& rungs : ladder()) {
+  for (const Rungs& rungs : ladder) {
     for (const int substeps : rungs.substeps) {
       all.push_back(show(context, *network, rungs, substeps, truth.solution));
       const Shown& last = all.back();

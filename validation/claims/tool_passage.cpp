@@ -97,13 +97,12 @@ void measure_loss(const CaseContext& context, Outcome& outcome) {
   outcome.judge_between("pressure_before", high, 0.1 * syringe.thumb_force / syringe.plunger_area,
                         syringe.thumb_force / syringe.plunger_area * (1.0 + 1e-12),
                         "Eq. 1: the thumb's largest force over the plunger", "Pa");
-  Figure figure = plot("loss", "Loss of resistance",
-                       "Pressure in the syringe around the entry into the epidural space.",
-                       {"time (s)"}, {"pressure (kPa)"});
   std::vector<double> kilopascal;
   for (const double p : pressure) { kilopascal.push_back(1e-3 * p); }
-  figure.series = {curve("saline pressure", run.time, kilopascal)};
-  outcome.figures.push_back(std::move(figure));
+  outcome.figures.push_back(
+      plot("loss", "Loss of resistance",
+           "Pressure in the syringe around the entry into the epidural space.", {"time (s)"},
+           {"pressure (kPa)"}, {curve("saline pressure", run.time, kilopascal)}));
 }
 
 void measure_bone(const CaseContext& context, Outcome& outcome) {
@@ -292,11 +291,10 @@ void measure_moduli(const CaseContext& context, Outcome& outcome) {
                             .columns = {"integrator", "substeps", "time per tick (ms)"},
                             .rows = rows,
                             .timing = true});
-  Figure figure = plot("force-depth", "Force over depth with published moduli",
-                       "Seven layers at 20 mm/s: automatic stepping and explicit stepping.",
-                       {"place of the tip (mm)"}, {"force (N)"});
-  figure.series = {std::move(force), std::move(other)};
-  outcome.figures.push_back(std::move(figure));
+  outcome.figures.push_back(
+      plot("force-depth", "Force over depth with published moduli",
+           "Seven layers at 20 mm/s: automatic stepping and explicit stepping.",
+           {"place of the tip (mm)"}, {"force (N)"}, {std::move(force), std::move(other)}));
 }
 
 // Extremes of speed, force and step: every value is finite, or divergence is reported.
