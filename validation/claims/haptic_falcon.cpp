@@ -136,14 +136,6 @@ Scene layers_in_hand(double fat, Drive::Technique technique) {
   return scene;
 }
 
-Series force_over_depth(const Trace& trace, const std::string& label) {
-  Series series{.label = label};
-  const std::vector<double>& depth = trace.find("tool.depth_m")->values;
-  const std::vector<double>& force = trace.find("device.delivered_n")->values;
-  for (std::size_t n = 0; n < depth.size(); ++n) { series.add(1e3 * depth[n], force[n]); }
-  return series;
-}
-
 void measure_groups(const CaseContext& context, Outcome& outcome) {
   Table table =
       make_table("groups", "The same hand through four bodies", "",
@@ -178,7 +170,12 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
                             100.0 * static_cast<double>(held.facts.saturated) /
                                 static_cast<double>(held.facts.ticks),
                             -1e3 * held.facts.least_energy});
-      if (continuous) { figure.series.push_back(force_over_depth(held.run, group.name)); }
+      if (!continuous) { continue; }
+      Series series{.label = group.name};
+      for (std::size_t n = 0; n < held.run.rows(); ++n) {
+        series.add(1e3 * held.run.at("tool.depth_m", n), held.run.at("device.delivered_n", n));
+      }
+      figure.series.push_back(std::move(series));
     }
   }
   outcome.judge_at_least("share_that_arrives", arrived / asked, 1.0,

@@ -276,13 +276,6 @@ using Eigen::VectorXd;
 
 constexpr double duration = 0.02;  ///< [s]
 
-SpringNetwork loaded_network() {
-  const Block block{.nodes = {3, 3, 4}, .relaxation = 5e-4};
-  SpringNetwork network = block_network(block);
-  hold(network, Face::z_max);
-  return network;
-}
-
 Scene loaded_scene(const std::string& scheme, long ticks, int substeps) {
   Scene scene = scene_of(scheme, duration / static_cast<double>(ticks), duration, substeps);
   scene.loads = {{.face = Face::z_min,
@@ -365,7 +358,9 @@ void judge_scheme(const CaseContext& context, const NetworkProblem& problem,
 }
 
 void measure_work(const CaseContext& context, Outcome& outcome) {
-  const SpringNetwork network = loaded_network();
+  const Block block{.nodes = {3, 3, 4}, .relaxation = 5e-4};
+  SpringNetwork network = block_network(block);
+  hold(network, Face::z_max);
   const NetworkProblem problem = problem_of(loaded_scene("rk4", 64, 1), network);
   constexpr long samples = 512;
   const TruthSettings settings{.tolerance = {.relative = 1e-12}};

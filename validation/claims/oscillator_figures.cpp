@@ -159,13 +159,6 @@ const std::array<SchemeFigure, 3> scheme_figures{
     SchemeFigure{"figure-9", "feynman-newton-printed", "Feynman-Newton as printed",
                  semi_implicit_trace, semi_implicit_determinant}};
 
-void add_targets(Figure& figure, const Oscillator& oscillator) {
-  const std::vector<double> fine = tick_times(0.1, 250);
-  figure.series.push_back(
-      curve("Eq. 6 as plotted", fine, equation_6_samples(oscillator, fine), Series::Style::dashed));
-  figure.series.push_back(curve("exact", fine, exact_samples(oscillator, fine).position));
-}
-
 /// The recurrence that a curve obeys says which scheme drew it, and at which damping and step.
 struct Misses {
   Largest trace{};        ///< largest |found - theory| over the rounding of the fit
@@ -183,18 +176,6 @@ Recurrence compare(Misses& misses, const SchemeFigure& one, double c, double h,
   misses.trace.add(std::abs(found.trace - one.trace(c, h)) / rounding);
   misses.determinant.add(std::abs(found.determinant - one.determinant(c, h)) / rounding);
   return found;
-}
-
-void judge_misses(Outcome& outcome, const Misses& misses) {
-  for (const auto& [name, value] : {std::pair{"trace", misses.trace.value()},
-                                    std::pair{"determinant", misses.determinant.value()}}) {
-    outcome.judge_at_most(
-        std::string("largest miss of the step's ") + name + " over its rounding", value, 1.0,
-        "theory of the step; 10 operations a step at one eps each, times the condition of the fit");
-  }
-  outcome.judge_at_most("largest distance from the closed form over its peak",
-                        misses.position.value(), 10.0 * 250.0 * epsilon,
-                        "10 operations in each of 250 steps at one eps each");
 }
 
 void measure_scheme_figure(const SchemeFigure& one, const CaseContext& context, Outcome& outcome) {
@@ -222,10 +203,21 @@ void measure_scheme_figure(const SchemeFigure& one, const CaseContext& context, 
       figure.series.push_back(curve(one.title + ", h = " + text(h) + " s", found.time,
                                     found.position, Series::Style::line_and_points));
     }
-    add_targets(figure, oscillator);
+    const std::vector<double> fine = tick_times(0.1, 250);
+    figure.series.push_back(curve("Eq. 6 as plotted", fine, equation_6_samples(oscillator, fine),
+                                  Series::Style::dashed));
+    figure.series.push_back(curve("exact", fine, exact_samples(oscillator, fine).position));
     outcome.figures.push_back(std::move(figure));
   }
-  judge_misses(outcome, misses);
+  for (const auto& [name, value] : {std::pair{"trace", misses.trace.value()},
+                                    std::pair{"determinant", misses.determinant.value()}}) {
+    outcome.judge_at_most(
+        std::string("largest miss of the step's ") + name + " over its rounding", value, 1.0,
+        "theory of the step; 10 operations a step at one eps each, times the condition of the fit");
+  }
+  outcome.judge_at_most("largest distance from the closed form over its peak",
+                        misses.position.value(), 10.0 * 250.0 * epsilon,
+                        "10 operations in each of 250 steps at one eps each");
   outcome.tables.push_back(std::move(table));
 }
 

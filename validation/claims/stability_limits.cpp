@@ -62,16 +62,6 @@ Ratios ratios_of(int networks) {
   return ratios;
 }
 
-void draw(Ratios ratios, Outcome& outcome) {
-  outcome.figures.push_back(
-      plot("ratios", "Bounds over exact values",
-           "Random networks of 16 nodes and 60 springs: the estimate must stay below 1 and the "
-           "guaranteed bounds above it.",
-           {"spread of mass, stiffness and viscosity (decades)"}, {"bound / exact value (1)"},
-           {std::move(ratios.estimate), std::move(ratios.upper), std::move(ratios.damping),
-            curve("exact", {0.0, 6.0}, {1.0, 1.0}, Series::Style::dashed)}));
-}
-
 void measure_bounds(const CaseContext& context, Outcome& outcome) {
   Ratios ratios = ratios_of(context.quick ? 60 : 400);
   const auto [low_estimate, high_estimate] = std::ranges::minmax(ratios.estimate.y);
@@ -87,7 +77,13 @@ void measure_bounds(const CaseContext& context, Outcome& outcome) {
   outcome.judge_at_least("smallest damping bound over true", low_damping, 1.0 - 1e-11, exact);
   outcome.judge_at_most("largest damping bound over true", high_damping, 2.25,
                         "as the bound of the frequency, which is its square root");
-  draw(std::move(ratios), outcome);
+  outcome.figures.push_back(
+      plot("ratios", "Bounds over exact values",
+           "Random networks of 16 nodes and 60 springs: the estimate must stay below 1 and the "
+           "guaranteed bounds above it.",
+           {"spread of mass, stiffness and viscosity (decades)"}, {"bound / exact value (1)"},
+           {std::move(ratios.estimate), std::move(ratios.upper), std::move(ratios.damping),
+            curve("exact", {0.0, 6.0}, {1.0, 1.0}, Series::Style::dashed)}));
 }
 
 // Measured stability limit of a small lattice against its exact eigenvalues. Schemes without a
@@ -170,18 +166,14 @@ void judge_row(const Row& row, Outcome& outcome) {
                          "automatic substeps stay at half of the guaranteed step", "dB");
 }
 
-/// Returns the automatic step for a tick of ten times the limit.
-double automatic_step(const CaseContext& context, const IntegratorInfo& scheme,
-                      const SpringNetwork& network, double limit) {
-  const Scene scene = automatic_scene(std::string(scheme.name), 10.0 * limit, 10.0 * limit);
-  return roll_out(context, scene, &network, {.position = true}).h;
-}
-
 Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringNetwork network,
                const Row& expected, std::vector<Series>& growth) {
   Row row = expected;
   row.guaranteed = stable_step(scheme, spectral_bounds(NetworkProblem(network)));
-  row.automatic = automatic_step(context, scheme, network, row.limit.h);
+  // For a tick of ten times the limit.
+  const Scene scene =
+      automatic_scene(std::string(scheme.name), 10.0 * row.limit.h, 10.0 * row.limit.h);
+  row.automatic = roll_out(context, scene, &network, {.position = true}).h;
   displace(network, tiny);
   const long steps = steps_needed(scheme, row.limit);
   std::vector<Run> runs;
@@ -226,32 +218,6 @@ void judge_always_unstable(const IntegratorInfo& scheme, const CaseContext& cont
                         "theory: every step amplifies an undamped oscillator", "s");
 }
 
-void tabulate(const std::vector<Row>& rows, Outcome& outcome) {
-  Table table = make_table("limits", "Steps at which the lattice blows up",
-                           "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
-                           {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
-                            "guaranteed (ms)", "automatic (ms)", "margin (dB)"});
-  for (const Row& row : rows) {
-    table.rows.push_back({1e3 * row.relaxation, row.limit.omega, row.limit.damping_ratio,
-                          1e3 * row.limit.h, 1e3 * row.measured, 1e3 * row.guaranteed,
-                          1e3 * row.automatic, margin_db(row.limit.h, row.automatic)});
-  }
-  outcome.tables.push_back(std::move(table));
-}
-
-void draw(std::vector<Series> growth, Outcome& outcome) {
-  Figure figure =
-      plot("growth", "Growth around the stability limit",
-           "Largest displacement over the initial one, for every step of the bisection; runs above "
-           "the line are unstable; growth is drawn up to a million.",
-           {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
-           logarithmic("largest displacement / initial (1)"));
-  figure.series = std::move(growth);
-  figure.series.push_back(
-      curve("counts as blown up", {0.94, 1.06}, {blown_up, blown_up}, Series::Style::dashed));
-  outcome.figures.push_back(std::move(figure));
-}
-
 void measure_blow_up(const IntegratorInfo& scheme, const CaseContext& context, Outcome& outcome) {
   std::vector<double> relaxations{0.0, 1.5e-3};  // [s]
   if (!context.quick) { relaxations = {0.0, 4e-4, 1.5e-3, 4e-3}; }
@@ -272,8 +238,26 @@ void measure_blow_up(const IntegratorInfo& scheme, const CaseContext& context, O
     }
   }
   if (rows.empty()) { return; }
-  tabulate(rows, outcome);
-  draw(std::move(growth), outcome);
+  Table table = make_table("limits", "Steps at which the lattice blows up",
+                           "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
+                           {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
+                            "guaranteed (ms)", "automatic (ms)", "margin (dB)"});
+  for (const Row& row : rows) {
+    table.rows.push_back({1e3 * row.relaxation, row.limit.omega, row.limit.damping_ratio,
+                          1e3 * row.limit.h, 1e3 * row.measured, 1e3 * row.guaranteed,
+                          1e3 * row.automatic, margin_db(row.limit.h, row.automatic)});
+  }
+  outcome.tables.push_back(std::move(table));
+  Figure figure =
+      plot("growth", "Growth around the stability limit",
+           "Largest displacement over the initial one, for every step of the bisection; runs above "
+           "the line are unstable; growth is drawn up to a million.",
+           {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
+           logarithmic("largest displacement / initial (1)"));
+  figure.series = std::move(growth);
+  figure.series.push_back(
+      curve("counts as blown up", {0.94, 1.06}, {blown_up, blown_up}, Series::Style::dashed));
+  outcome.figures.push_back(std::move(figure));
 }
 
 // Growth per step of every scheme over step length and damping, measured by running it, with the

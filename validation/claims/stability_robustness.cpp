@@ -363,15 +363,6 @@ void measure_zero_step(const CaseContext& /*context*/, Outcome& outcome) {
 constexpr double z = 0.1;  // h omega
 constexpr double epsilon = 2.2e-16;
 
-Trace oscillate(const CaseContext& context, const std::string& scheme, long ticks, int substeps) {
-  const double tick = z * substeps;
-  Scene scene = scene_of(scheme, tick, tick * static_cast<double>(ticks), substeps);
-  scene.tissue.source = Source::oscillator;
-  scene.tissue.oscillator = {
-      .mass = 1.0, .stiffness = 1.0, .viscosity = 0.0, .displacement = 1.0, .velocity = 0.0};
-  return roll_out(context, scene, {.position = true, .velocity = true, .energy = true});
-}
-
 /// Slope of y by least squares, times the length of the run, over the first value.
 double trend(const Eigen::VectorXd& y) {
   const auto n = static_cast<double>(y.size());
@@ -429,7 +420,13 @@ void measure_drift(const CaseContext& context, Outcome& outcome) {
     const IntegratorInfo& scheme = *find_integrator(name);
     const long steps = (context.quick ? 500'000L : 10'000'000L) / (scheme.implicit ? 20 : 1);
     const int substeps = static_cast<int>(steps / 5000);
-    const Trace motion = oscillate(context, name, 5000, substeps);
+    const double tick = z * substeps;
+    Scene scene = scene_of(name, tick, tick * 5000.0, substeps);
+    scene.tissue.source = Source::oscillator;
+    scene.tissue.oscillator = {
+        .mass = 1.0, .stiffness = 1.0, .viscosity = 0.0, .displacement = 1.0, .velocity = 0.0};
+    const Trace motion =
+        roll_out(context, scene, {.position = true, .velocity = true, .energy = true});
     const Drift drift = drift_of(scheme, motion);
     judge(scheme, motion, drift, outcome);
     Series series{.label = name};

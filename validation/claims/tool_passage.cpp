@@ -17,12 +17,6 @@ Scene timed(Scene scene, double duration, double step = 1e-3) {
   return scene;
 }
 
-std::string kinds(const Trace& run) {
-  std::string all;
-  for (const Event& e : run.events) { all += (all.empty() ? "" : " ") + e.kind; }
-  return all;
-}
-
 /// Tool at the first sample at or after an instant.
 const ToolReport& at(const Insertion& run, double time) {
   const auto found = std::ranges::lower_bound(run.trace.time, time - 1e-9);
@@ -33,9 +27,11 @@ const ToolReport& at(const Insertion& run, double time) {
 void measure_order(const CaseContext& context, Outcome& outcome) {
   const Scene scene = timed(seven_soft_layers(), 1.25, 1e-4);
   const auto [run, tool] = insert(context, scene);
+  std::string kinds;
+  for (const Event& e : run.events) { kinds += (kinds.empty() ? "" : " ") + e.kind; }
   outcome.judge_true(
       "events_in_order",
-      kinds(run) ==
+      kinds ==
           "contact puncture puncture puncture puncture puncture loss-of-resistance dural-puncture",
       "five layers, the epidural space, the dura");
   std::vector<std::vector<Cell>> rows;
