@@ -40,14 +40,6 @@ VectorXd force_without_loads(const Problem& problem, const VectorXd& q, const Ve
   return f;
 }
 
-ShapedLoad drive_of(const Oscillator& oscillator) {
-  return {.shape = ShapedLoad::Shape::cosine,
-          .amplitude = VectorXd::Constant(1, oscillator.drive_amplitude),
-          .start = -infinity,
-          .end = infinity,
-          .frequency = oscillator.drive_frequency};
-}
-
 }  // namespace
 
 VectorXd rest_coordinates(const Problem& problem) {
@@ -97,7 +89,12 @@ double LinearProblem::energy(const Eigen::Ref<const VectorXd>& q,
 std::vector<ShapedLoad> shaped_loads(const LinearProblem& problem) {
   const Problem& base = problem.base();
   if (const auto* oscillator = dynamic_cast<const OscillatorProblem*>(&base)) {
-    return {drive_of(oscillator->oscillator())};
+    const Oscillator& o = oscillator->oscillator();
+    return {{.shape = ShapedLoad::Shape::cosine,
+             .amplitude = VectorXd::Constant(1, o.drive_amplitude),
+             .start = -infinity,
+             .end = infinity,
+             .frequency = o.drive_frequency}};
   }
   const auto* network = dynamic_cast<const NetworkProblem*>(&base);
   if (network == nullptr) {
@@ -124,7 +121,6 @@ std::vector<ShapedLoad> shaped_loads(const LinearProblem& problem) {
 
 using Eigen::ArrayXd;
 using Eigen::Index;
-using Eigen::VectorXd;
 
 namespace {
 

@@ -87,15 +87,6 @@ void check_times(const std::vector<double>& times) {
   }
 }
 
-/// Returns the breaks strictly inside (0, end), at least `apart` [s] from the ends.
-std::vector<double> inner_breaks(const Problem& problem, double end, double apart) {
-  std::vector<double> inner;
-  for (const double t : problem.breaks()) {
-    if (t > apart && t < end - apart) { inner.push_back(t); }
-  }
-  return inner;
-}
-
 }  // namespace
 
 std::vector<Segment> segments_of(const Problem& problem, const std::vector<double>& times) {
@@ -104,7 +95,10 @@ std::vector<Segment> segments_of(const Problem& problem, const std::vector<doubl
   if (times.size() == 1) { return segments; }
   // A solver cannot distinguish stops that are closer than this.
   const double apart = 1e-13 * times.back();
-  std::vector<double> ends = inner_breaks(problem, times.back(), apart);
+  std::vector<double> ends;
+  for (const double t : problem.breaks()) {
+    if (t > apart && t < times.back() - apart) { ends.push_back(t); }
+  }
   ends.push_back(times.back());
   const double longest = problem.shortest_feature() / 4.0;
   double start = 0.0;

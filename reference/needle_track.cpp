@@ -20,14 +20,6 @@ std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& net
 TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network);
 std::vector<TrackInterval> track_intervals(const Scene& scene, double entry);
 
-/// Integrates the hat functions of contact points k and k + 1 over [from, to], where they are
-/// linear.
-std::array<double, 2> hat_integrals(const NeedleTrack& track, std::size_t k, double from,
-                                    double to) {
-  const auto middle = track.hats(k, 0.5 * (from + to));  // the midpoint rule is exact
-  return {middle[0] * (to - from), middle[1] * (to - from)};
-}
-
 }  // namespace
 
 std::size_t NeedleTrack::segment_at(double depth) const {
@@ -51,10 +43,10 @@ Eigen::VectorXd NeedleTrack::friction_shares(std::size_t segment, std::size_t in
                                              double depth) const {
   Eigen::VectorXd shares = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(knots.size()));
   const auto add = [&](std::size_t k, double friction, double from, double to) {
-    const auto parts = hat_integrals(*this, k, from, to);
+    const auto middle = hats(k, 0.5 * (from + to));  // the midpoint rule is exact
     const auto i = static_cast<Eigen::Index>(k);
-    shares(i) += friction * parts[0];
-    if (k + 1 < knots.size()) { shares(i + 1) += friction * parts[1]; }
+    shares(i) += friction * (middle[0] * (to - from));
+    if (k + 1 < knots.size()) { shares(i + 1) += friction * (middle[1] * (to - from)); }
   };
   for (std::size_t k = 0; k <= segment; ++k) {
     for (std::size_t n = 0; n <= interval; ++n) {

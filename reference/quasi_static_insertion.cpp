@@ -23,26 +23,18 @@ class StaticTissue {
   StaticTissue(const Scene& scene, const SpringNetwork& network)
       : track_(needle_track(scene, network)), problem_(network) {
     const Sparse stiffness = LinearProblem(problem_).stiffness();
-    index_.assign(static_cast<std::size_t>(problem_.dof()), -1);
     // Springs in a chain act along it only; coordinates without stiffness and force have no
     // equation.
     const double least = 1e-14 * stiffness.diagonal().maxCoeff();
+    std::vector<Eigen::Triplet<double>> picks;
     for (Index i = 0; i < problem_.dof(); ++i) {
-      if (stiffness.coeff(i, i) > least) { index_[static_cast<std::size_t>(i)] = count_++; }
-    }
-    std::vector<Eigen::Triplet<double>> entries;
-    for (Index j = 0; j < problem_.dof(); ++j) {
-      for (Sparse::InnerIterator k(stiffness, j); k; ++k) {
-        const Index row = reduced(k.row());
-        const Index column = reduced(j);
-        if (row >= 0 && column >= 0) {
-          entries.emplace_back(static_cast<int>(row), static_cast<int>(column), k.value());
-        }
+      if (stiffness.coeff(i, i) > least) {
+        picks.emplace_back(static_cast<int>(i), static_cast<int>(picks.size()), 1.0);
       }
     }
-    Sparse kept(count_, count_);
-    kept.setFromTriplets(entries.begin(), entries.end());
-    factors_.compute(kept);
+    pick_.resize(problem_.dof(), static_cast<Index>(picks.size()));
+    pick_.setFromTriplets(picks.begin(), picks.end());
+    factors_.compute(pick_.transpose() * stiffness * pick_);
     const bool usable = factors_.info() == Eigen::Success &&
                         factors_.vectorD().minCoeff() > 1e-13 * factors_.vectorD().maxCoeff();
     if (!usable) {
@@ -55,35 +47,24 @@ class StaticTissue {
   [[nodiscard]] double compliance(double depth) const {
     const std::size_t segment = track_.segment_at(depth);
     const auto hats = track_.hats(segment, depth);
-    VectorXd load = VectorXd::Zero(count_);
+    VectorXd load = VectorXd::Zero(problem_.dof());
     for (std::size_t n = 0; n < 2 && hats[n] != 0.0; ++n) {
       for (const TrackSupport& support : track_.knots[segment + n].supports) {
         const Index first = problem_.coordinate(support.node);
-        if (first >= 0) { add(hats[n] * support.weight, first, load); }
+        if (first >= 0) { load.segment<3>(first) += hats[n] * support.weight * track_.direction; }
       }
     }
-    return load.dot(factors_.solve(load));
+    const VectorXd kept = pick_.transpose() * load;
+    if (pick_ * kept != load) {
+      throw SolverError("quasi-static insertion: the tissue can move freely");
+    }
+    return kept.dot(factors_.solve(kept));
   }
 
  private:
-  [[nodiscard]] Index reduced(Index coordinate) const {
-    return index_[static_cast<std::size_t>(coordinate)];
-  }
-
-  void add(double weight, Index first, VectorXd& load) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      const double component = weight * track_.direction(axis);
-      const Index row = reduced(first + axis);
-      if (component == 0.0) { continue; }
-      if (row < 0) { throw SolverError("quasi-static insertion: the tissue can move freely"); }
-      load(row) += component;
-    }
-  }
-
   NeedleTrack track_;
   NetworkProblem problem_;
-  std::vector<Index> index_;
-  Index count_ = 0;
+  Sparse pick_;  ///< coordinates with stiffness, one column each
   Eigen::SimplicialLDLT<Sparse> factors_;
 };
 

@@ -157,8 +157,8 @@ struct Shown {
   const char* unit = "";
 };
 Shown shown(Eigen::Index observable) {
-  if (is_pressure(observable)) { return {1.0 / pascals_per_mmhg, "mmHg"}; }
-  if (is_force(observable)) { return {1.0, "N"}; }
+  if (unit_of(observable) == "Pa") { return {1.0 / pascals_per_mmhg, "mmHg"}; }
+  if (unit_of(observable) == "N") { return {1.0, "N"}; }
   return observable == index_of(Observable::drop_time) ? Shown{milliseconds, "ms"}
                                                        : Shown{mm, "mm"};
 }
@@ -210,7 +210,7 @@ Table observable_table(const Calibration& result) {
       .columns = {"observable", "subjects", "mean", "uncertainty", "before", "after",
                   "after, whole scene"}};
   for (const Eigen::Index row : fit.rows) {
-    table.rows.push_back({std::to_string(table.rows.size() + 1) + " " + name_of(row),
+    table.rows.push_back({std::to_string(table.rows.size() + 1) + " " + std::string(name_of(row)),
                           static_cast<double>(fit.data.count[static_cast<std::size_t>(row)]),
                           with_unit(row, fit.data.mean[row]),
                           with_unit(row, std::sqrt(fit.data.covariance(row, row))),

@@ -6,7 +6,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
+
+#include "validation/text.hpp"
 
 namespace palpate {
 
@@ -55,9 +56,7 @@ std::string plain_number(double value, int digits) {
   if (value == std::round(value) && std::abs(value) < 1e6) {
     return std::to_string(static_cast<long>(value));
   }
-  std::array<char, 40> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.*g", digits, value);
-  return buffer.data();
+  return formatted("%.*g", digits, value);
 }
 
 std::string short_number(double value, int digits) {

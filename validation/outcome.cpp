@@ -3,33 +3,24 @@
 #include "validation/outcome.hpp"
 
 #include <algorithm>
+#include <array>
+
+#include "validation/text.hpp"
 
 namespace palpate {
 
 namespace {
 
 int severity(Status status) {
-  switch (status) {
-    case Status::error: return 4;
-    case Status::fail: return 3;
-    case Status::inconclusive: return 2;
-    case Status::pass: return 1;
-    case Status::skip: break;
-  }
-  return 0;
+  constexpr std::array severities{1, 3, 2, 0, 4};  // in the order of Status
+  return severities[static_cast<std::size_t>(status)];
 }
 
 }  // namespace
 
 std::string_view name_of(Status status) {
-  switch (status) {
-    case Status::pass: return "pass";
-    case Status::fail: return "fail";
-    case Status::inconclusive: return "inconclusive";
-    case Status::skip: return "skip";
-    case Status::error: break;
-  }
-  return "error";
+  constexpr std::array<std::string_view, 5> names{"pass", "fail", "inconclusive", "skip", "error"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 Status worse(Status a, Status b) { return severity(a) >= severity(b) ? a : b; }
@@ -48,21 +39,13 @@ Axis logarithmic(std::string label) { return {.label = std::move(label), .logari
 
 Figure plot(std::string id, std::string title, std::string caption, Axis x, Axis y,
             std::vector<Series> series) {
-  return {.id = std::move(id),
-          .title = std::move(title),
-          .caption = std::move(caption),
-          .x = std::move(x),
-          .y = std::move(y),
-          .series = std::move(series)};
+  return {std::move(id), std::move(title), std::move(caption),
+          std::move(x),  std::move(y),     std::move(series)};
 }
 
 Table make_table(std::string id, std::string title, std::string caption,
                  std::vector<std::string> columns, std::vector<std::vector<Cell>> rows) {
-  return {.id = std::move(id),
-          .title = std::move(title),
-          .caption = std::move(caption),
-          .columns = std::move(columns),
-          .rows = std::move(rows)};
+  return {std::move(id), std::move(title), std::move(caption), std::move(columns), std::move(rows)};
 }
 
 void Outcome::judge_between(std::string what, double value, double lower, double upper,
@@ -104,11 +87,7 @@ void Outcome::report(std::string what, double value, std::string unit) {
   judge({.name = std::move(what), .value = value, .unit = std::move(unit)});
 }
 
-std::string Outcome::reason() const {
-  std::string text;
-  for (const std::string& each : reasons) { text += (text.empty() ? "" : "\n") + each; }
-  return text;
-}
+std::string Outcome::reason() const { return join(reasons, "\n"); }
 
 void conclude(Outcome& outcome) {
   if (outcome.status == Status::skip || outcome.status == Status::error) { return; }

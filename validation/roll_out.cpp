@@ -173,10 +173,6 @@ class Sampler {
   NodeVectors at_largest_{};
 };
 
-bool is_stopped(const RunControl& control) {
-  return control.stop != nullptr && control.stop->load(std::memory_order_relaxed);
-}
-
 }  // namespace
 
 std::vector<Column> tool_audit_columns() {
@@ -204,7 +200,7 @@ Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& option
   const long count = subject.tick_count();
   auto last_progress = Clock::now();
   while (trace.ticks < count && !trace.diverged) {
-    if (is_stopped(control)) {
+    if (control.stop != nullptr && control.stop->load(std::memory_order_relaxed)) {
       trace.interrupted = true;
       break;
     }

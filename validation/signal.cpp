@@ -97,8 +97,7 @@ Samples resample(std::span<const double> time, std::span<const double> value, co
     if (t < time.front() - 1e-4 * usual) { continue; }
     while (i + 1 < time.size() && time[i + 1] <= t) { ++i; }
     const double found = value_between(time, value, i, t, usual);
-    samples.value[n] =
-        std::isfinite(found) ? found : not_measured;  // an infinite sample is a gap too
+    if (std::isfinite(found)) { samples.value[n] = found; }  // an infinite sample is a gap too
   }
   return samples;
 }
@@ -227,9 +226,7 @@ TraceErrors trace_errors(std::span<const double> simulated, std::span<const doub
 
 namespace palpate {
 
-namespace {
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-}
+using comparison::not_measured;
 
 std::vector<double> tick_times(double step, long count) {
   std::vector<double> times;
@@ -243,7 +240,7 @@ TrajectoryError trajectory_error(const Eigen::Ref<const Eigen::MatrixXd>& candid
   const bool comparable = candidate.rows() == truth.rows() && candidate.cols() == truth.cols() &&
                           truth.size() > 0 && start.size() == truth.rows() &&
                           candidate.allFinite() && truth.allFinite() && start.allFinite();
-  if (!comparable) { return {nan, nan, nan, nan}; }
+  if (!comparable) { return {not_measured, not_measured, not_measured, not_measured}; }
   const Eigen::MatrixXd motion = truth.colwise() - Eigen::VectorXd(start);
   const Eigen::MatrixXd difference = candidate - truth;
   TrajectoryError error;
@@ -271,8 +268,7 @@ ObservedOrder observed_order(std::span<const double> h, std::span<const double> 
   }
   order.rungs = static_cast<int>(x.size());
   if (order.rungs < 4) {
-    order.slope = nan;
-    order.r_squared = nan;
+    order.slope = order.r_squared = not_measured;
     return order;
   }
   const Eigen::Map<const Eigen::ArrayXd> log_h(x.data(), order.rungs);

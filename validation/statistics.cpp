@@ -2,7 +2,6 @@
 
 #include "validation/statistics.hpp"
 
-#include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>

@@ -90,9 +90,9 @@ constexpr Range from_to_below(double low, double high) {
 struct Key {
   std::string_view unit{};
   Range range{};
+  std::string_view doc{};
   bool required = false;
   bool endless = false;  ///< the default is infinity and means "no end"; a file cannot give it
-  std::string_view doc{};
 
   /// Returns the unit for use after a number in a message, e.g. " m"; empty for pure numbers.
   [[nodiscard]] std::string after_number() const {
@@ -100,58 +100,43 @@ struct Key {
   }
 };
 
-/// Returns the key of a number with these properties.
-constexpr Key quantity(std::string_view unit, Range range, std::string_view doc) {
-  return {.unit = unit, .range = range, .doc = doc};
+constexpr Key required(Key key) {
+  key.required = true;
+  return key;
 }
 
-template <class E> using WordOf = std::pair<std::string_view, E>;
-/// The words of a key that takes one of a few: an array of WordOf<E>, one for each value of E.
-template <class E> inline constexpr int words = 0;
-/// Pairs the words with the values 0, 1, 2 ... of E, in the order of their declaration.
-template <class E, class... Names> constexpr auto words_of(Names... names) {
+/// Pairs words with the values 0, 1, 2 ... of E, in the order of their declaration.
+template <class E, class... Names> constexpr auto in_order(E /*type*/, Names... names) {
   int value = 0;
-  return std::array{WordOf<E>{names, static_cast<E>(value++)}...};
+  return std::array{std::pair{std::string_view(names), static_cast<E>(value++)}...};
 }
 
-template <> inline constexpr auto words<Precision> = words_of<Precision>("double", "float");
-template <>
-inline constexpr auto words<Source> = words_of<Source>("lattice", "layers", "network", "oscillator",
-                                                       "mesh", "mri");
-template <>
-inline constexpr auto words<Face> = words_of<Face>("x-min", "x-max", "y-min", "y-max", "z-min",
-                                                   "z-max");
-template <>
-inline constexpr auto words<LatticeWeights> = words_of<LatticeWeights>("cell", "uniform");
-template <>
-inline constexpr auto words<Inclusion::Shape> = words_of<Inclusion::Shape>("sphere", "box");
-template <>
-inline constexpr auto words<Profile> = words_of<Profile>("constant", "ramp", "half-sine");
-template <>
-inline constexpr auto words<RecordedQuantity> = words_of<RecordedQuantity>("position", "velocity",
-                                                                           "force");
-template <>
-inline constexpr auto words<TissueRole> = words_of<TissueRole>("tissue", "epidural-space", "dura",
-                                                               "bone");
-template <>
-inline constexpr auto words<Probe::Shape> = words_of<Probe::Shape>("fingertip", "ultrasound");
-template <>
-inline constexpr auto words<Drive::Kind> = words_of<Drive::Kind>("trajectory", "force", "falcon");
-template <>
-inline constexpr auto words<Drive::Technique> = words_of<Drive::Technique>("continuous",
-                                                                           "intermittent");
-template <>
-inline constexpr auto words<FalconDrive::Hand> = words_of<FalconDrive::Hand>("light", "medium",
-                                                                             "firm", "two-stage");
-template <>
-inline constexpr auto words<FalconDrive::Geometry> =
-    words_of<FalconDrive::Geometry>("libnifalcon", "martin-hillier");
-template <>
-inline constexpr auto words<FalconDrive::Profile> = words_of<FalconDrive::Profile>("correct",
-                                                                                   "stock");
-template <>
-inline constexpr auto words<FalconDrive::Between> = words_of<FalconDrive::Between>("hold",
-                                                                                   "extrapolate");
+// words(E{}) returns the words of a key that takes one of a few, each with its value.
+constexpr auto words(Precision e) { return in_order(e, "double", "float"); }
+constexpr auto words(Source e) {
+  return in_order(e, "lattice", "layers", "network", "oscillator", "mesh", "mri");
+}
+constexpr auto words(Face e) {
+  return in_order(e, "x-min", "x-max", "y-min", "y-max", "z-min", "z-max");
+}
+constexpr auto words(LatticeWeights e) { return in_order(e, "cell", "uniform"); }
+constexpr auto words(Inclusion::Shape e) { return in_order(e, "sphere", "box"); }
+constexpr auto words(Profile e) { return in_order(e, "constant", "ramp", "half-sine"); }
+constexpr auto words(RecordedQuantity e) { return in_order(e, "position", "velocity", "force"); }
+constexpr auto words(TissueRole e) {
+  return in_order(e, "tissue", "epidural-space", "dura", "bone");
+}
+constexpr auto words(Probe::Shape e) { return in_order(e, "fingertip", "ultrasound"); }
+constexpr auto words(Drive::Kind e) { return in_order(e, "trajectory", "force", "falcon"); }
+constexpr auto words(Drive::Technique e) { return in_order(e, "continuous", "intermittent"); }
+constexpr auto words(FalconDrive::Hand e) {
+  return in_order(e, "light", "medium", "firm", "two-stage");
+}
+constexpr auto words(FalconDrive::Geometry e) {
+  return in_order(e, "libnifalcon", "martin-hillier");
+}
+constexpr auto words(FalconDrive::Profile e) { return in_order(e, "correct", "stock"); }
+constexpr auto words(FalconDrive::Between e) { return in_order(e, "hold", "extrapolate"); }
 
 // Keys whose value in a file is not simply the value of one member. Each refers to the member that
 // the key sets; numbers() returns those that the key's range is about.
@@ -240,63 +225,61 @@ template <class Visitor, Is<PrintedForm> T> void fields(Visitor& v, T& p) {
 }
 
 template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s) {
-  v.value("duration", s.duration, quantity("s", range::positive, "Simulated time"));
-  v.value("step", s.step, quantity("s", range::positive, "Length of one tick"));
+  v.value("duration", s.duration, {"s", range::positive, "Simulated time"});
+  v.value("step", s.step, {"s", range::positive, "Length of one tick"});
   v.value("substeps", AutoOrCount{s.substeps},
-          {.range = range::at_least(1), .doc = "Integrator steps per tick"});
+          {"", range::at_least(1), "Integrator steps per tick"});
   v.value("integrator", s.integrator, {.doc = "`palpate run --help` lists the names"});
-  v.value(
-      "solver_tolerance", s.solver_tolerance,
-      quantity("1", range::from_to_below(0, 1),
-               "Implicit integrators: error left in the change of velocity of a step, relative; "
-               "0: rounding error only"));
+  v.value("solver_tolerance", s.solver_tolerance,
+          {"1", range::from_to_below(0, 1),
+           "Implicit integrators: error left in the change of velocity of a step, relative; 0: "
+           "rounding error only"});
   v.value("precision", s.precision,
           {.doc = "Precision of the steps; the reference always uses double"});
   v.value("threads", s.threads,
-          {.range = range::from_to(1, 64),
-           .doc = "Maximum number of threads for a regular lattice; each occupies one processor "
-                  "also while it waits"});
+          {"", range::from_to(1, 64),
+           "Maximum number of threads for a regular lattice; each occupies one processor also "
+           "while it waits"});
   v.value("sleep_force", s.sleep_force,
-          quantity("N", range::non_negative,
-                   "Largest sum of the residual forces of all sleeping nodes; 0: no node sleeps"));
+          {"N", range::non_negative,
+           "Largest sum of the residual forces of all sleeping nodes; 0: no node sleeps"});
   v.value("near_radius", s.near_radius,
-          quantity("m", range::non_negative,
-                   "Distance from a tool or a load beyond which the tissue becomes a linear "
-                   "reduced-order model; 0: no reduction"));
+          {"m", range::non_negative,
+           "Distance from a tool or a load beyond which the tissue becomes a linear reduced-order "
+           "model; 0: no reduction"});
   v.value("far_modes", s.far_modes,
-          {.range = range::from_to(1, 1000), .doc = "Modes of the reduced-order model"});
+           {"", range::from_to(1, 1000), "Modes of the reduced-order model"});
   v.value("equations", preset(s.printed, {{{"physical", {}}, {"as-printed", PrintedForm::all()}}}),
           {.doc = "Corrected physics, or the equations of the paper as printed (all errata)"});
   v.table("printed", s.printed);
 }
 
 template <class Visitor, Is<Lattice> T> void fields(Visitor& v, T& l) {
-  v.value("nodes", l.nodes, {.range = range::at_least(2), .doc = "Nodes along x, y and z"});
-  v.value("spacing", l.spacing, quantity("m", range::positive, "Distance between nodes"));
+  v.value("nodes", l.nodes, {"", range::at_least(2), "Nodes along x, y and z"});
+  v.value("spacing", l.spacing, {"m", range::positive, "Distance between nodes"});
   v.value("connectivity", l.connectivity,
-          {.range = range::neighbours, .doc = "Number of neighbours of a node"});
+          {"", range::neighbours, "Number of neighbours of a node"});
   v.value("weights", l.weights,
           {.doc = "Springs from a material, or the same stiffness for all springs"});
   v.value("material", l.material, {.doc = "With weights = \"cell\": name of a material"});
   v.value("stiffness", l.stiffness,
-          quantity("N/m", range::positive, "With weights = \"uniform\": stiffness of a spring"));
-  v.value(
-      "viscosity", l.viscosity,
-      quantity("N s/m", range::non_negative, "With weights = \"uniform\": viscosity of a spring"));
+          {"N/m", range::positive, "With weights = \"uniform\": stiffness of a spring"});
+  v.value("viscosity", l.viscosity,
+          {"N s/m", range::non_negative, "With weights = \"uniform\": viscosity of a spring"});
   v.value("node_mass", l.node_mass,
-          quantity("kg", range::positive, "With weights = \"uniform\": mass of a node"));
+          {"kg", range::positive, "With weights = \"uniform\": mass of a node"});
 }
 
 template <class Visitor, Is<LayerBlock> T> void fields(Visitor& v, T& b) {
-  v.value("nodes", b.nodes, {.range = range::at_least(2), .doc = "Nodes along x and y"});
-  v.value("spacing", b.spacing, quantity("m", range::positive, "Distance between nodes"));
+  v.value("nodes", b.nodes, {"", range::at_least(2), "Nodes along x and y"});
+  v.value("spacing", b.spacing, {"m", range::positive, "Distance between nodes"});
   v.value("connectivity", b.connectivity,
-          {.range = range::neighbours, .doc = "Number of neighbours of a node"});
+          {"", range::neighbours, "Number of neighbours of a node"});
 }
 
 template <class Visitor, Is<Oscillator> T> void fields(Visitor& v, T& o) {
-  v.value("mass", o.mass, quantity("kg", range::positive, "Mass m"));
-  v.value("stiffness", o.stiffness, quantity("N/m", range::non_negative, "Stiffness k"));
+  v.value("mass", o.mass, {"kg", range::positive, "Mass m"});
+  v.value("stiffness", o.stiffness, {"N/m", range::non_negative, "Stiffness k"});
   v.value("viscosity", o.viscosity,
           {.unit = "N s/m", .doc = "Viscosity c; a negative value adds energy"});
   v.value("displacement", o.displacement, {.unit = "m", .doc = "Displacement at t = 0"});
@@ -312,9 +295,8 @@ template <class Visitor, Is<Tissue> T> void fields(Visitor& v, T& t) {
   v.value("fixed", FixedFaces{t.fixed}, {.doc = "Faces whose nodes do not move"});
   v.value("hold", preset(t.hold_by_mass, {{{"fixed", false}, {"heavy", true}}}),
           {.doc = "Nodes of fixed faces are fixed exactly, or made very heavy"});
-  v.value(
-      "heavy_mass_factor", t.heavy_mass_factor,
-      quantity("1", range::positive, "With hold = \"heavy\": factor on the mass of these nodes"));
+  v.value("heavy_mass_factor", t.heavy_mass_factor,
+          {"1", range::positive, "With hold = \"heavy\": factor on the mass of these nodes"});
   v.value("gravity", t.gravity, {.unit = "m/s^2", .doc = "Acceleration of every free node"});
   v.table("lattice", t.lattice);
   v.table("layers", t.block);
@@ -323,97 +305,88 @@ template <class Visitor, Is<Tissue> T> void fields(Visitor& v, T& t) {
 
 template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
   v.value("name", m.name,
-          {.required = true, .doc = "Name; replaces the library material of the same name"});
+          required({.doc = "Name; replaces the library material of the same name"}));
   v.value("youngs_modulus", m.youngs_modulus,
-          {.unit = "Pa", .range = range::positive, .required = true, .doc = "Young's modulus E"});
-  v.value("density", m.density, quantity("kg/m^3", range::positive, "Density of the tissue"));
+          required({"Pa", range::positive, "Young's modulus E"}));
+  v.value("density", m.density, {"kg/m^3", range::positive, "Density of the tissue"});
   v.value("damping_ratio", m.damping_ratio,
-          quantity("1", range::non_negative, "Damping ratio of each spring with its reduced mass"));
-  v.value(
-      "viscosity", m.viscosity,
-      quantity("N s/m", range::non_negative, "Viscosity of a spring, instead of damping_ratio"));
+          {"1", range::non_negative, "Damping ratio of each spring with its reduced mass"});
+  v.value("viscosity", m.viscosity,
+          {"N s/m", range::non_negative, "Viscosity of a spring, instead of damping_ratio"});
   v.at_most_one("damping_ratio", "viscosity");
   v.value("cutting_force", m.cutting_force,
-          quantity("N", range::non_negative, "Cutting force at the needle tip"));
+          {"N", range::non_negative, "Cutting force at the needle tip"});
   v.value("friction", m.friction,
-          quantity("N/m", range::non_negative, "Friction force per metre of needle shaft"));
+          {"N/m", range::non_negative, "Friction force per metre of needle shaft"});
   v.value("role", m.role, {.doc = "Kind of tissue for a needle; left out: from the name"});
 }
 
 template <class Visitor, Is<Layer> T> void fields(Visitor& v, T& l) {
   v.value("tissue", l.tissue, {.doc = "Label in results; left out: the material's name"});
-  v.value("material", l.material, {.required = true, .doc = "Name of a material"});
-  v.value(
-      "thickness", l.thickness,
-      {.unit = "m", .range = range::positive, .required = true, .doc = "Thickness of the layer"});
+  v.value("material", l.material, required({.doc = "Name of a material"}));
+  v.value("thickness", l.thickness, required({"m", range::positive, "Thickness of the layer"}));
 }
 
 template <class Visitor, Is<Inclusion> T> void fields(Visitor& v, T& i) {
   v.value("shape", i.shape, {.doc = "Shape of the body"});
-  v.value("centre", i.centre, {.unit = "m", .required = true, .doc = "Centre of the body"});
+  v.value("centre", i.centre, required({.unit = "m", .doc = "Centre of the body"}));
   v.value("size", Edges{i.size},
-          {.unit = "m",
-           .range = range::positive,
-           .required = true,
-           .doc = "Sphere: diameter; box: edge lengths"});
+          required({"m", range::positive, "Sphere: diameter; box: edge lengths"}));
   v.value("material", i.material,
-          {.required = true, .doc = "Material of cells whose centre is inside the body"});
+          required({.doc = "Material of cells whose centre is inside the body"}));
 }
 
 template <class Visitor, Is<Load> T> void fields(Visitor& v, T& l) {
-  v.value("nodes", l.nodes, {.range = range::non_negative, .doc = "Indices of the loaded nodes"});
+  v.value("nodes", l.nodes, {"", range::non_negative, "Indices of the loaded nodes"});
   v.value("face", l.face, {.doc = "Instead of nodes: all nodes of a face"});
   v.exactly_one("nodes", "face");
-  v.value("force", l.force, {.unit = "N", .required = true, .doc = "Force on each node"});
-  v.value("start", l.start, quantity("s", range::non_negative, "Time at which the load begins"));
+  v.value("force", l.force, required({.unit = "N", .doc = "Force on each node"}));
+  v.value("start", l.start, {"s", range::non_negative, "Time at which the load begins"});
   v.value("end", l.end,
           {.unit = "s",
            .range = range::positive,
-           .endless = true,
-           .doc = "Time at which the load ends"});
+           .doc = "Time at which the load ends",
+           .endless = true});
   v.value("profile", l.profile, {.doc = "Course of the force over [start, end)"});
 }
 
 template <class Visitor, Is<Record> T> void fields(Visitor& v, T& r) {
-  v.value("name", Label{r.name}, {.required = true, .doc = "First part of the column names"});
-  v.value("node", NodeOf{r.where}, {.range = range::non_negative, .doc = "Index of the node"});
+  v.value("name", Label{r.name}, required({.doc = "First part of the column names"}));
+  v.value("node", NodeOf{r.where}, {"", range::non_negative, "Index of the node"});
   v.value("point", PointOf{r.where}, {.unit = "m", .doc = "Instead of node: the nearest node"});
   v.exactly_one("node", "point");
   v.value("quantities", r.quantities, {.doc = "Recorded quantities"});
 }
 
 template <class Visitor, Is<Output> T> void fields(Visitor& v, T& o) {
-  v.value("frames", o.frames,
-          {.range = range::non_negative, .doc = "Number of stored states of all nodes"});
+  v.value("frames", o.frames, {"", range::non_negative, "Number of stored states of all nodes"});
 }
 
 template <class Visitor, Is<Needle> T> void fields(Visitor& v, T& n) {
   v.value("gauge", GaugeOf{n.diameter}, {.doc = "Stubs gauge; sets the diameter"});
   v.value("diameter", n.diameter,
-          quantity("m", range::positive, "Outer diameter; reported, has no effect on forces"));
+          {"m", range::positive, "Outer diameter; reported, has no effect on forces"});
   v.at_most_one("gauge", "diameter");
   v.value("entry", n.entry,
           {.unit = "m", .doc = "Point where the needle line crosses the undeformed skin"});
   v.value("direction", n.direction,
           {.doc = "Direction of insertion, of any length; at most 60 degrees from z"});
-  v.value(
-      "mass", n.mass,
-      quantity("kg", range::positive, "Mass of needle and syringe, used when a force drives them"));
+  v.value("mass", n.mass,
+          {"kg", range::positive, "Mass of needle and syringe, used when a force drives them"});
 }
 
 template <class Visitor, Is<PalpationGrid> T> void fields(Visitor& v, T& g) {
-  v.value("sites", g.sites, {.range = range::at_least(1), .doc = "Sites along x and y"});
-  v.value("spacing", g.spacing,
-          quantity("m", range::positive, "Distance between neighbouring sites"));
+  v.value("sites", g.sites, {"", range::at_least(1), "Sites along x and y"});
+  v.value("spacing", g.spacing, {"m", range::positive, "Distance between neighbouring sites"});
 }
 
 template <class Visitor, Is<Probe> T> void fields(Visitor& v, T& p) {
   v.value("shape", ProbeShape{p}, {.doc = "Shape of the footprint: a disc or a rectangle"});
   v.value("size", Edges{p.size},
-          quantity("m", range::positive, "Fingertip: diameter; ultrasound: edges along x and y"));
+          {"m", range::positive, "Fingertip: diameter; ultrasound: edges along x and y"});
   v.value("entry", p.entry, {.unit = "m", .doc = "Centre of the footprint on the skin"});
   v.value("mass", p.mass,
-          quantity("kg", range::positive, "Mass of the probe, used when a force drives it"));
+          {"kg", range::positive, "Mass of the probe, used when a force drives it"});
   v.optional_table("map", p.map);
 }
 
@@ -423,41 +396,39 @@ template <class Visitor, Is<Drive> T> void fields(Visitor& v, T& d) {
                   "device holds the tool"});
   v.value("technique", d.technique,
           {.doc = "Continuous advance, or steps with pauses between them"});
-  v.value("start", d.start, quantity("s", range::non_negative, "The tool rests before this time"));
+  v.value("start", d.start, {"s", range::non_negative, "The tool rests before this time"});
   v.value("from", d.from,
-          quantity("m", range::at_most(0),
-                   "Position of the tip along its line before the start; 0: on the skin, < 0: "
-                   "outside the tissue"));
+          {"m", range::at_most(0),
+           "Position of the tip along its line before the start; 0: on the skin, < 0: outside the "
+           "tissue"});
+  v.value("pause", d.pause,
+          {"s", range::non_negative, "Intermittent: time between two advances or two pushes"});
   v.value(
-      "pause", d.pause,
-      quantity("s", range::non_negative, "Intermittent: time between two advances or two pushes"));
-  v.value("hold", d.hold,
-          quantity("s", range::non_negative,
-                   "Time at full depth, or at full force, before the withdrawal"));
-  v.value("speed", d.speed, quantity("m/s", range::positive, "Trajectory: speed of the advance"));
+      "hold", d.hold,
+      {"s", range::non_negative, "Time at full depth, or at full force, before the withdrawal"});
+  v.value("speed", d.speed, {"m/s", range::positive, "Trajectory: speed of the advance"});
   v.value("advance", d.advance,
-          quantity("m", range::positive, "Trajectory, intermittent: length of one advance"));
+          {"m", range::positive, "Trajectory, intermittent: length of one advance"});
   v.value("depth", d.depth,
           {.unit = "m",
            .doc = "Trajectory: position where the advance ends; left out: it does not end"});
   v.value("withdraw_speed", d.withdraw_speed,
-          quantity("m/s", range::non_negative,
-                   "Trajectory: speed of the withdrawal after `hold`; 0: the tool stays"));
+          {"m/s", range::non_negative,
+           "Trajectory: speed of the withdrawal after `hold`; 0: the tool stays"});
   v.value("grip_stiffness", d.grip_stiffness,
-          quantity("N/m", range::positive,
-                   "Trajectory: stiffness between hand and tool when bone stops the tool"));
-  v.value("force", d.force, quantity("N", range::positive, "Force: largest force of the hand"));
+          {"N/m", range::positive,
+           "Trajectory: stiffness between hand and tool when bone stops the tool"});
+  v.value("force", d.force, {"N", range::positive, "Force: largest force of the hand"});
   v.value("rise", d.rise,
-          quantity("s", range::non_negative,
-                   "Force: time in which the force rises from zero to its largest value"));
-  v.value("push", d.push,
-          quantity("s", range::positive, "Force, intermittent: duration of one push"));
+          {"s", range::non_negative,
+           "Force: time in which the force rises from zero to its largest value"});
+  v.value("push", d.push, {"s", range::positive, "Force, intermittent: duration of one push"});
   v.value("withdraw_force", d.withdraw_force,
-          quantity("N", range::non_negative,
-                   "Force: force of the withdrawal after `hold`; 0: the push does not end"));
+          {"N", range::non_negative,
+           "Force: force of the withdrawal after `hold`; 0: the push does not end"});
   v.value("hand_viscosity", d.hand_viscosity,
-          quantity("N s/m", range::non_negative,
-                   "Force: viscosity of the hand, which opposes the velocity of the tool"));
+          {"N s/m", range::non_negative,
+           "Force: viscosity of the hand, which opposes the velocity of the tool"});
 }
 
 template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
@@ -465,52 +436,46 @@ template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
   v.value("geometry", f.geometry, {.doc = "Published lengths of the device's legs"});
   v.value("profile", f.profile,
           {.doc = "Driver: exact, or with the defects of the common open-source driver"});
-  v.value("rate", f.rate, quantity("Hz", range::from_to(100, 20000), "Rate of the haptic loop"));
+  v.value("rate", f.rate, {"Hz", range::from_to(100, 20000), "Rate of the haptic loop"});
   v.value("delay", f.delay,
-          {.range = range::from_to(0, 100),
-           .doc = "Ticks between a position and the force computed from it"});
+          {"", range::from_to(0, 100), "Ticks between a position and the force computed from it"});
   v.value("between", f.between,
           {.doc = "Tool position between two steps when the tissue is slower than the loop"});
   v.value("coupling_stiffness", f.coupling_stiffness,
-          quantity("N/m", range::positive, "Stiffness between grip and tool"));
+          {"N/m", range::positive, "Stiffness between grip and tool"});
   v.value("coupling_viscosity", f.coupling_viscosity,
-          quantity("N s/m", range::non_negative, "Viscosity between grip and tool"));
-  v.value(
-      "start_height", f.start_height,
-      quantity("m", range::from_to(0.08, 0.175),
-               "z of the grip in the device frame when the tip is on the skin; the range is the "
-               "reach of the device"));
+          {"N s/m", range::non_negative, "Viscosity between grip and tool"});
+  v.value("start_height", f.start_height,
+          {"m", range::from_to(0.08, 0.175),
+           "z of the grip in the device frame when the tip is on the skin; the range is the reach "
+           "of the device"});
   v.value("tremor", f.tremor,
-          quantity("m", range::non_negative, "Amplitude of the hand tremor, 8 to 12 Hz"));
+          {"m", range::non_negative, "Amplitude of the hand tremor, 8 to 12 Hz"});
   v.value("reaction_delay", f.reaction_delay,
-          quantity("s", range::non_negative,
-                   "Time from a loss of resistance to the reaction of the hand"));
+          {"s", range::non_negative, "Time from a loss of resistance to the reaction of the hand"});
   v.value("quantised", f.quantised, {.doc = "Use whole encoder counts and motor words"});
   v.value("friction", f.friction, {.doc = "Friction in the joints of the device"});
   v.value("passivity_controller", f.passivity_controller,
           {.doc = "Dissipates energy that the rendering would generate"});
-  v.value("seed", f.seed,
-          {.range = range::non_negative, .doc = "Seed of all random numbers of the device"});
+  v.value("seed", f.seed, {"", range::non_negative, "Seed of all random numbers of the device"});
 }
 
 template <class Visitor, Is<Syringe> T> void fields(Visitor& v, T& s) {
   v.value("preset", preset(s, {{{"saline", {}}, {"air", air_syringe()}}}),
           {.doc = "Fluid; sets the defaults of the keys below"});
   v.value("plunger_area", s.plunger_area,
-          quantity("m^2", range::positive, "Area of the plunger; default: bore of 15 mm"));
+          {"m^2", range::positive, "Area of the plunger; default: bore of 15 mm"});
   v.value("compliance", s.compliance,
-          quantity("m^3/Pa", range::positive, "Compliance of the wall and any air"));
-  v.value("thumb_force", s.thumb_force,
-          quantity("N", range::non_negative, "Largest force of the thumb"));
+          {"m^3/Pa", range::positive, "Compliance of the wall and any air"});
+  v.value("thumb_force", s.thumb_force, {"N", range::non_negative, "Largest force of the thumb"});
   v.value("thumb_flow", s.thumb_flow,
-          quantity("m^3/s", range::non_negative, "Largest flow that the thumb can maintain"));
+          {"m^3/s", range::non_negative, "Largest flow that the thumb can maintain"});
   v.value("tissue_resistance", s.tissue_resistance,
-          quantity("Pa s/m^3", range::positive, "Flow resistance of solid tissue"));
+          {"Pa s/m^3", range::positive, "Flow resistance of solid tissue"});
   v.value("epidural_resistance", s.epidural_resistance,
-          quantity("Pa s/m^3", range::positive, "Flow resistance of the epidural space"));
-  v.value(
-      "open_resistance", s.open_resistance,
-      quantity("Pa s/m^3", range::positive, "Flow resistance of the needle with its tip in air"));
+          {"Pa s/m^3", range::positive, "Flow resistance of the epidural space"});
+  v.value("open_resistance", s.open_resistance,
+          {"Pa s/m^3", range::positive, "Flow resistance of the needle with its tip in air"});
 }
 
 /// The keys of a scene; `tissue` is the scene's own tissue or an object that adds keys to it.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// Base of the explicit schemes: an acceleration vector allocated before the first step.
+/// Time integrators and their registry.
 
 #include "model/stepping/integrator.hpp"
 
@@ -15,26 +15,31 @@ namespace palpate {
 
 namespace {
 
-template <class Real> class ExplicitScheme : public Integrator<Real> {
+/// Scheme with `count` vectors of all coordinates, allocated before the first step.
+template <class Real, std::size_t count> class SchemeWith : public Integrator<Real> {
  public:
   void prepare(System<Real>& system, const State<Real>& /*state*/, double /*h*/) override {
-    a_.setZero(system.dof());
+    for (Vector<Real>& vector : work_) { vector.setZero(system.dof()); }
   }
-  [[nodiscard]] std::size_t memory_bytes() const noexcept override { return bytes_of(a_); }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
+    return std::apply([](const auto&... vectors) { return bytes_of(vectors...); }, work_);
+  }
 
  protected:
-  Vector<Real> a_;  ///< [m/s^2]
+  std::array<Vector<Real>, count> work_;
+};
+
+template <class Real, std::size_t further = 0>
+class ExplicitScheme : public SchemeWith<Real, 1 + further> {
+ protected:
+  Vector<Real>& a_ = this->work_[further];  ///< [m/s^2]
 };
 
 // Schemes whose state has the velocity at the half step: start with v(h/2), then drift and kick.
 
-template <class Real> class StaggeredScheme : public Integrator<Real> {
+template <class Real, std::size_t further = 0>
+class StaggeredScheme : public SchemeWith<Real, 3 + further> {
  public:
-  void prepare(System<Real>& system, const State<Real>& /*state*/, double /*h*/) override {
-    f_.setZero(system.dof());
-    previous_.setZero(system.dof());
-    mean_.setZero(system.dof());
-  }
   void start(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
     const Real half = static_cast<Real>(0.5 * h);
     system.acceleration(t, load_gate(t, h), state.position, state.velocity, f_);
@@ -45,10 +50,6 @@ template <class Real> class StaggeredScheme : public Integrator<Real> {
   const Vector<Real>& velocity_at(const State<Real>& state) noexcept override {
     mean_ = Real(0.5) * (previous_ + state.velocity);
     return mean_;
-  }
-
-  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    return bytes_of(f_, previous_, mean_);
   }
 
  protected:
@@ -62,11 +63,11 @@ template <class Real> class StaggeredScheme : public Integrator<Real> {
     system.add_loads(t + h, load_gate(t, h), Real(0.5), f_);
   }
 
-  Vector<Real> f_;         ///< [N]
-  Vector<Real> previous_;  ///< velocity at the previous half step [m/s]
+  Vector<Real>& f_ = this->work_[further];             ///< [N]
+  Vector<Real>& previous_ = this->work_[further + 1];  ///< velocity half a step before [m/s]
 
  private:
-  Vector<Real> mean_;
+  Vector<Real>& mean_ = this->work_[further + 2];
 };
 
 // v' = v + h a(x, v); x' = x + h v  (Table 1).
@@ -141,14 +142,8 @@ template <class Real> class FeynmanNewton final : public StaggeredScheme<Real> {
 // symmetric, positive definite and close to M inside the stability limit, so conjugate gradients
 // with M as preconditioner need few products and no assembled matrix.
 
-template <class Real> class Leapfrog final : public StaggeredScheme<Real> {
+template <class Real> class Leapfrog final : public StaggeredScheme<Real, 5> {
  public:
-  void prepare(System<Real>& system, const State<Real>& state, double h) override {
-    StaggeredScheme<Real>::prepare(system, state, h);
-    for (Vector<Real>* work : {&kick_, &residual_, &scaled_, &direction_, &product_}) {
-      work->setZero(system.dof());
-    }
-  }
   void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
     const Real dt = static_cast<Real>(h);
     this->previous_ = state.velocity;
@@ -157,10 +152,6 @@ template <class Real> class Leapfrog final : public StaggeredScheme<Real> {
     this->f_ *= dt;
     solve_kick(system, state.position, dt / 2);
     state.velocity += kick_;
-  }
-  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    return StaggeredScheme<Real>::memory_bytes() +
-           bytes_of(kick_, residual_, scaled_, direction_, product_);
   }
 
  private:
@@ -194,22 +185,17 @@ template <class Real> class Leapfrog final : public StaggeredScheme<Real> {
   }
 
   static constexpr int most_iterations = 200;
-  Vector<Real> kick_;
-  Vector<Real> residual_;
-  Vector<Real> scaled_;
-  Vector<Real> direction_;
-  Vector<Real> product_;
+  Vector<Real>& kick_ = this->work_[0];
+  Vector<Real>& residual_ = this->work_[1];
+  Vector<Real>& scaled_ = this->work_[2];
+  Vector<Real>& direction_ = this->work_[3];
+  Vector<Real>& product_ = this->work_[4];
 };
 
 // x' = x + h v + h^2/2 a;  a' = a(x', v + h a);  v' = v + h/2 (a + a').
 
-template <class Real> class VelocityVerlet final : public ExplicitScheme<Real> {
+template <class Real> class VelocityVerlet final : public ExplicitScheme<Real, 2> {
  public:
-  void prepare(System<Real>& system, const State<Real>& state, double h) override {
-    ExplicitScheme<Real>::prepare(system, state, h);
-    predicted_.setZero(system.dof());
-    a_end_.setZero(system.dof());
-  }
   void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
     // a(t) is recomputed, because the loads and the predicted velocity at the end of the last step
     // differ.
@@ -222,23 +208,16 @@ template <class Real> class VelocityVerlet final : public ExplicitScheme<Real> {
     system.acceleration(t + h, gate, state.position, predicted_, a_end_);
     state.velocity += (dt / 2) * (a + a_end_);
   }
-  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    return bytes_of(this->a_, predicted_, a_end_);
-  }
 
  private:
-  Vector<Real> predicted_;
-  Vector<Real> a_end_;
+  Vector<Real>& predicted_ = this->work_[0];
+  Vector<Real>& a_end_ = this->work_[1];
 };
 
 // Classical Runge-Kutta method of order four on (x, v).
 
-template <class Real> class RungeKutta4 final : public ExplicitScheme<Real> {
+template <class Real> class RungeKutta4 final : public ExplicitScheme<Real, 4> {
  public:
-  void prepare(System<Real>& system, const State<Real>& state, double h) override {
-    ExplicitScheme<Real>::prepare(system, state, h);
-    for (Vector<Real>* work : {&q_, &v_, &dq_, &dv_}) { work->setZero(system.dof()); }
-  }
   void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
     const Real dt = static_cast<Real>(h);
     const double gate = load_gate(t, h);
@@ -262,15 +241,12 @@ template <class Real> class RungeKutta4 final : public ExplicitScheme<Real> {
     state.position += (dt / 6) * (dq_ + v_);
     state.velocity += (dt / 6) * (dv_ + a);
   }
-  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    return bytes_of(this->a_, q_, v_, dq_, dv_);
-  }
 
  private:
-  Vector<Real> q_;
-  Vector<Real> v_;
-  Vector<Real> dq_;  ///< weighted sum of the stage velocities
-  Vector<Real> dv_;  ///< weighted sum of the stage accelerations
+  Vector<Real>& q_ = this->work_[0];
+  Vector<Real>& v_ = this->work_[1];
+  Vector<Real>& dq_ = this->work_[2];  ///< weighted sum of the stage velocities
+  Vector<Real>& dv_ = this->work_[3];  ///< weighted sum of the stage accelerations
 };
 
 // Implicit schemes.

@@ -175,25 +175,19 @@ template <class Real> class ToolContact : public ToolState {
     weigh();
     for (Knot& knot : knots_) {
       Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
-      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
-        const Support& s = supports_[i];
+      for (const Support& s : supports_of(knot)) {
         acceleration +=
             (s.weight * s.inverse_mass) * at_node(f, s.coordinate, stride_).template cast<double>();
       }
       knot.acceleration = n_.dot(acceleration);
       if (!is_locked(knot)) { continue; }
       const Eigen::Vector3d force = (knot.acceleration * n_ - acceleration) / knot.mobility;
-      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
-        at_node(f, supports_[i].coordinate, stride_) +=
-            (supports_[i].weight * force).template cast<Real>();
-      }
+      add_force(knot, force, f);
       sideways_ -= force;
     }
     const double pushed = is_coordinate() ? hand(t) : 0.0;
     solve(is_coordinate() && !at_bone_ ? pushed / mass_ : 0.0);
-    for (std::size_t k = 0; k < knots_.size(); ++k) {
-      push(k, tip_share(k) * tip_force_ + (limit_ > 0.0 ? shaft_share_[k] * shaft_force_ : 0.0), f);
-    }
+    push(tip_force_, shaft_force_, f);
     const double tissue = tip_force_ + shaft_force_;
     bone_force_ = 0.0;
     if (is_coordinate()) {
@@ -222,23 +216,18 @@ template <class Real> class ToolContact : public ToolState {
     for (std::size_t k = 0; k < knots_.size(); ++k) {
       const Knot& knot = knots_[k];
       Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
-      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
-        const Eigen::Index c = supports_[i].coordinate;
+      for (const Support& s : supports_of(knot)) {
+        const Eigen::Index c = s.coordinate;
         const Eigen::Matrix<Real, 3, 1> force =
             at_node(product, c, stride_) -
             at_node(mass, c, stride_).cwiseProduct(at_node(x, c, stride_));
-        acceleration +=
-            (supports_[i].weight * supports_[i].inverse_mass) * force.template cast<double>();
+        acceleration += (s.weight * s.inverse_mass) * force.template cast<double>();
       }
       const double along = n_.dot(acceleration);
       tip -= tip_share(k) * along;
       if (limit_ > 0.0) { shaft -= shaft_share_[k] * along; }
       if (!is_locked(knot)) { continue; }
-      const Eigen::Vector3d force = (along * n_ - acceleration) / knot.mobility;
-      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
-        at_node(product, supports_[i].coordinate, stride_) +=
-            (supports_[i].weight * force).template cast<Real>();
-      }
+      add_force(knot, (along * n_ - acceleration) / knot.mobility, product);
     }
     if (is_coordinate()) {
       const double own = static_cast<double>(product(tool_) - mass(tool_) * x(tool_));
@@ -252,10 +241,7 @@ template <class Real> class ToolContact : public ToolState {
     if (!contact_.tip_held && !contact_.shaft_held) { return; }
     const Eigen::Vector2d force =
         solve_contact_forces(tip, shaft, contact_.tip_held, contact_.shaft_held);
-    for (std::size_t k = 0; k < knots_.size(); ++k) {
-      push(k, tip_share(k) * force.x() + (limit_ > 0.0 ? shaft_share_[k] * force.y() : 0.0),
-           product);
-    }
+    push(force.x(), force.y(), product);
     if (is_coordinate() && !at_bone_) { product(tool_) -= static_cast<Real>(force.sum()); }
   }
   /// Computes the constraint compliance for a preconditioner; allocates.
@@ -384,8 +370,7 @@ template <class Real> class ToolContact : public ToolState {
     for (Knot& knot : knots_) {
       knot.displacement = knot.held;
       knot.velocity = 0.0;
-      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
-        const Support& s = supports_[i];
+      for (const Support& s : supports_of(knot)) {
         const auto place = at_node(q, s.coordinate, stride_).template cast<double>();
         knot.displacement += s.weight * n_.dot(place);
         knot.velocity += s.weight * static_cast<double>(n.dot(at_node(v, s.coordinate, stride_)));
@@ -419,15 +404,14 @@ template <class Real> class ToolContact : public ToolState {
     if (!(high > low) || s < low) { return knots_[k].depth + (s - low); }
     return knots_[k].depth + (s - low) / (high - low) * (knots_[k + 1].depth - knots_[k].depth);
   }
-  [[nodiscard]] double displacement_at(NeedlePath::Place at) const noexcept {
-    const double low = knots_[at.knot].displacement;
-    return at.share == 0.0 ? low : low + at.share * (knots_[at.knot + 1].displacement - low);
+  [[nodiscard]] double between_knots(NeedlePath::Place at, double Knot::*value) const noexcept {
+    const double low = knots_[at.knot].*value;
+    return at.share == 0.0 ? low : low + at.share * (knots_[at.knot + 1].*value - low);
   }
   [[nodiscard]] double velocity_at(NeedlePath::Place at) const noexcept {
-    const double low = knots_[at.knot].velocity;
-    return at.share == 0.0 ? low : low + at.share * (knots_[at.knot + 1].velocity - low);
+    return between_knots(at, &Knot::velocity);
   }
-  /// computes shares and Gram entries at the current depth
+  /// Computes shares and Gram entries at the current depth.
   void weigh() noexcept {
     at_ = path_.place(depth_);
     limit_ = needle_ && in_tissue() ? path_.friction(depth_, shaft_share_) : 0.0;
@@ -438,7 +422,7 @@ template <class Real> class ToolContact : public ToolState {
     contact_ = {own, own, own, false, false};
     for (std::size_t k = 0; k < knots_.size(); ++k) {
       const double tip = tip_share(k);
-      const double shaft = limit_ > 0.0 ? shaft_share_[k] : 0.0;
+      const double shaft = shaft_share(k);
       contact_.tip_tip += tip * tip * knots_[k].mobility;
       contact_.tip_shaft += tip * shaft * knots_[k].mobility;
       contact_.shaft_shaft += shaft * shaft * knots_[k].mobility;
@@ -446,12 +430,8 @@ template <class Real> class ToolContact : public ToolState {
   }
   /// Computes T and F_f within their laws. `tool_acceleration` is that of the tool without them.
   void solve(double tool_acceleration) noexcept {
-    double tip = tool_acceleration + lag_.x();
-    double shaft = tool_acceleration + lag_.y();
-    for (std::size_t k = 0; k < knots_.size(); ++k) {
-      tip -= tip_share(k) * knots_[k].acceleration;
-      if (limit_ > 0.0) { shaft -= shaft_share_[k] * knots_[k].acceleration; }
-    }
+    const auto [tip, shaft] = relative_to_tissue(tool_acceleration + lag_.x(),
+                                                 tool_acceleration + lag_.y(), &Knot::acceleration);
     const bool sticks = shaft_ == ShaftMode::stick && may_hold_shaft();
     const bool stuck = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
     const double slipping = shaft_ == ShaftMode::backward ? -limit_ : limit_;
@@ -498,13 +478,33 @@ template <class Real> class ToolContact : public ToolState {
     const double product = contact_.tip_tip * contact_.shaft_shaft;
     return product - contact_.tip_shaft * contact_.tip_shaft > independent * product;
   }
-  void push(std::size_t knot, double force, Vector<Real>& f) const noexcept {
-    if (force == 0.0) { return; }
-    const Knot& k = knots_[knot];
-    for (std::size_t i = k.first; i < k.first + k.count; ++i) {
-      at_node(f, supports_[i].coordinate, stride_) +=
-          (supports_[i].weight * force * n_).template cast<Real>();
+  [[nodiscard]] std::span<const Support> supports_of(const Knot& knot) const noexcept {
+    return std::span(supports_).subspan(knot.first, knot.count);
+  }
+  /// Adds a force on a contact point to the forces f on its nodes.
+  void add_force(const Knot& knot, const Eigen::Vector3d& force, Vector<Real>& f) const noexcept {
+    for (const Support& s : supports_of(knot)) {
+      at_node(f, s.coordinate, stride_) += (s.weight * force).template cast<Real>();
     }
+  }
+  /// Adds the forces of tip and shaft [N] to f.
+  void push(double tip, double shaft, Vector<Real>& f) const noexcept {
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      const double force = tip_share(k) * tip + shaft_share(k) * shaft;
+      if (force == 0.0) { continue; }
+      for (const Support& s : supports_of(knots_[k])) {
+        at_node(f, s.coordinate, stride_) += (s.weight * force * n_).template cast<Real>();
+      }
+    }
+  }
+  /// Returns the given rates of tip and shaft minus those of the tissue next to them.
+  [[nodiscard]] std::array<double, 2> relative_to_tissue(double tip, double shaft,
+                                                         double Knot::*rate) const noexcept {
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      tip -= tip_share(k) * knots_[k].*rate;
+      if (limit_ > 0.0) { shaft -= shaft_share_[k] * knots_[k].*rate; }
+    }
+    return {tip, shaft};
   }
   [[nodiscard]] bool is_locked(const Knot& knot) const noexcept {
     return needle_ && in_tissue() && knot.depth < depth_ && knot.mobility > 0.0;
@@ -512,6 +512,9 @@ template <class Real> class ToolContact : public ToolState {
   /// Returns the share of the tip's or the shaft's force on a contact point.
   [[nodiscard]] double tip_share(std::size_t knot) const noexcept {
     return knot == at_.knot ? 1.0 - at_.share : knot == at_.knot + 1 ? at_.share : 0.0;
+  }
+  [[nodiscard]] double shaft_share(std::size_t knot) const noexcept {
+    return limit_ > 0.0 ? shaft_share_[knot] : 0.0;
   }
   /// Returns the impulses or forces (tip, shaft) that reduce the given constraint residuals to
   /// zero.
@@ -526,12 +529,7 @@ template <class Real> class ToolContact : public ToolState {
     return {tip_held ? tip / c.tip_tip : 0.0, shaft_held ? shaft / c.shaft_shaft : 0.0};
   }
   void match_velocities(State<Real>& state) noexcept {
-    double tip = velocity_;
-    double shaft = velocity_;
-    for (std::size_t k = 0; k < knots_.size(); ++k) {
-      tip -= tip_share(k) * knots_[k].velocity;
-      if (limit_ > 0.0) { shaft -= shaft_share_[k] * knots_[k].velocity; }
-    }
+    const auto [tip, shaft] = relative_to_tissue(velocity_, velocity_, &Knot::velocity);
     const Eigen::Vector2d impulse =
         solve_contact_forces(tip, shaft, contact_.tip_held, contact_.shaft_held);
     losses_.impact += 0.5 * (impulse.x() * tip + impulse.y() * shaft);
@@ -539,25 +537,22 @@ template <class Real> class ToolContact : public ToolState {
     if (!is_coordinate()) { losses_.jerk += impulse.sum() * velocity_; }
     for (std::size_t k = 0; k < knots_.size(); ++k) {
       Knot& knot = knots_[k];
-      const double along =
-          tip_share(k) * impulse.x() + (limit_ > 0.0 ? shaft_share_[k] * impulse.y() : 0.0);
+      const double along = tip_share(k) * impulse.x() + shaft_share(k) * impulse.y();
       const bool locked = is_locked(knot);
       if (along == 0.0 && !locked) { continue; }
       Eigen::Vector3d change = along * n_;
       if (locked) {
         Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-        for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
+        for (const Support& s : supports_of(knot)) {
           velocity +=
-              supports_[i].weight *
-              at_node(state.velocity, supports_[i].coordinate, stride_).template cast<double>();
+              s.weight * at_node(state.velocity, s.coordinate, stride_).template cast<double>();
         }
         const Eigen::Vector3d sideways = (velocity - n_.dot(velocity) * n_) / knot.mobility;
         losses_.impact += 0.5 * sideways.squaredNorm() * knot.mobility;
         change -= sideways;
       }
       knot.velocity += along * knot.mobility;
-      for (std::size_t i = knot.first; i < knot.first + knot.count; ++i) {
-        const Support& s = supports_[i];
+      for (const Support& s : supports_of(knot)) {
         at_node(state.velocity, s.coordinate, stride_) +=
             (s.weight * s.inverse_mass * change).template cast<Real>();
       }
@@ -569,14 +564,13 @@ template <class Real> class ToolContact : public ToolState {
   }
   void match_positions(State<Real>& state) noexcept {
     if (!contact_.tip_held) { return; }
-    const double gap = place_ - depth_ - displacement_at(at_);
+    const double gap = place_ - depth_ - between_knots(at_, &Knot::displacement);
     const double push_by = gap / contact_.tip_tip;
     for (const std::size_t k : {at_.knot, at_.knot + 1}) {
       if (k >= knots_.size()) { break; }
       const double share = tip_share(k) * push_by;
       knots_[k].displacement += share * knots_[k].mobility;
-      for (std::size_t i = knots_[k].first; i < knots_[k].first + knots_[k].count; ++i) {
-        const Support& s = supports_[i];
+      for (const Support& s : supports_of(knots_[k])) {
         at_node(state.position, s.coordinate, stride_) +=
             (share * s.weight * s.inverse_mass * n_).template cast<Real>();
       }
@@ -805,11 +799,7 @@ template <class Real> class ToolContact : public ToolState {
     }
   }
   [[nodiscard]] double slip_now() const noexcept {
-    double slip = velocity_;
-    for (std::size_t k = 0; k < knots_.size() && limit_ > 0.0; ++k) {
-      slip -= shaft_share_[k] * knots_[k].velocity;
-    }
-    return slip;
+    return relative_to_tissue(velocity_, velocity_, &Knot::velocity)[1];
   }
   /// Reports that the tip begins to cut an interval, once for each interval and in order.
   void enter(std::size_t interval, double t) noexcept {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <span>
@@ -72,15 +73,16 @@ template <class Vector> std::string list_of(const Vector& values) {
 
 /// Returns half the edge lengths of the skin; empty for a tissue of unknown shape.
 std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
-  const Lattice& lattice = tissue.lattice;
-  const LayerBlock& block = tissue.block;
-  if (tissue.source == Source::lattice) {
-    return 0.5 * lattice.spacing * Eigen::Vector2d(lattice.nodes[0] - 1, lattice.nodes[1] - 1);
-  }
-  if (tissue.source == Source::layers) {
-    return 0.5 * block.spacing * Eigen::Vector2d(block.nodes[0] - 1, block.nodes[1] - 1);
-  }
+  const auto half = [](const auto& grid) {
+    return 0.5 * grid.spacing * Eigen::Vector2d(grid.nodes[0] - 1, grid.nodes[1] - 1);
+  };
+  if (tissue.source == Source::lattice) { return half(tissue.lattice); }
+  if (tissue.source == Source::layers) { return half(tissue.block); }
   return {};
+}
+/// Returns the grid of a tissue whose skin need not be flat, if no rule is broken yet.
+std::optional<NodeGrid> sound_grid(const Scene& scene, const Rules& rules) {
+  return rules.none_broken() ? uneven_grid(scene) : std::nullopt;
 }
 
 /// Returns the reason why the centre of a tool, or the centres of its sides, cannot be at a
@@ -107,13 +109,11 @@ std::optional<std::string> wrong_on(const NodeGrid& grid, const Eigen::Vector2d&
 void check_entry(const Scene& scene, const Eigen::Vector2d& entry, const Eigen::Vector2d& half_size,
                  const std::string& key, Rules& rules) {
   if (!entry.allFinite()) { return; }
-  const Tissue& tissue = scene.tissue;
-  const std::optional<NodeGrid> grid = rules.none_broken() ? uneven_grid(scene) : std::nullopt;
-  if (grid) {
+  if (const std::optional<NodeGrid> grid = sound_grid(scene, rules)) {
     const std::optional<std::string> wrong = wrong_on(*grid, entry, half_size);
     return rules.must(!wrong, key, list_of(entry) + " m; " + wrong.value_or(""));
   }
-  const std::optional<Eigen::Vector2d> half = half_skin(tissue);
+  const std::optional<Eigen::Vector2d> half = half_skin(scene.tissue);
   if (!half) { return; }
   const Eigen::Vector2d reach = entry.cwiseAbs() + half_size;
   const bool inside = (reach - *half).maxCoeff() <= digits_lost * half->maxCoeff();
@@ -136,15 +136,13 @@ void check_needle(const Scene& scene, const Needle& needle, Rules& rules) {
 
 /// Checks the palpation map. `sound` is true if all numbers of the probe are within their ranges.
 void check_map(const Scene& scene, const Probe& probe, bool sound, Rules& rules) {
-  const Tissue& tissue = scene.tissue;
   const PalpationGrid& grid = *probe.map;
   const auto [along_x, along_y] = grid.sites;
   const long count = static_cast<long>(along_x) * along_y;
   rules.must(count <= most_sites, "probe.map.sites",
              std::to_string(count) + " sites; must be at most " + std::to_string(most_sites));
   if (!sound || count > most_sites) { return; }
-  if (const std::optional<NodeGrid> nodes =
-          rules.none_broken() ? uneven_grid(scene) : std::nullopt) {
+  if (const std::optional<NodeGrid> nodes = sound_grid(scene, rules)) {
     for (long site = 0; site < count; ++site) {
       const Eigen::Vector2d step(static_cast<double>(site % along_x),
                                  static_cast<double>(site / along_x));
@@ -155,7 +153,7 @@ void check_map(const Scene& scene, const Probe& probe, bool sound, Rules& rules)
     }
     return;
   }
-  const std::optional<Eigen::Vector2d> half = half_skin(tissue);
+  const std::optional<Eigen::Vector2d> half = half_skin(scene.tissue);
   if (!half) { return; }
   const Eigen::Vector2d reach = probe.entry.cwiseAbs() + grid.half_span() + 0.5 * probe.size;
   rules.must((reach - *half).maxCoeff() <= digits_lost * half->maxCoeff(), "probe.map",
@@ -197,12 +195,11 @@ bool divides(double rate, double step) {
   return std::abs(ticks - std::round(ticks)) <= digits_lost * ticks && std::round(ticks) >= 1.0;
 }
 
-void check_falcon(const Scene& scene, const FalconDrive& falcon, Rules& rules) {
-  const double step = scene.simulation.step;
-  rules.must(!(falcon.rate > 0.0) || !(step > 0.0) || divides(falcon.rate, step), "simulation.step",
+void check_falcon(double rate, double step, Rules& rules) {
+  rules.must(!(rate > 0.0) || !(step > 0.0) || divides(rate, step), "simulation.step",
              number_in_words(step) +
                  " s; with a haptic loop must be a whole number of its ticks of " +
-                 number_in_words(1.0 / falcon.rate) + " s");
+                 number_in_words(1.0 / rate) + " s");
 }
 
 /// Checks the integrator of a tool: contact impulses need positions and velocities at the same
@@ -249,7 +246,7 @@ void check_tool(const Scene& scene, Rules& rules) {
   check_company(scene, rules);
   if (scene.needle) { check_needle(scene, *scene.needle, rules); }
   if (scene.probe) { check_probe(scene, *scene.probe, rules); }
-  if (scene.falcon) { check_falcon(scene, *scene.falcon, rules); }
+  if (scene.falcon) { check_falcon(scene.falcon->rate, scene.simulation.step, rules); }
   if (scene.drive) { check_drive(*scene.drive, scene.simulation.duration, rules); }
   if (scene.needle || scene.probe) { check_stepping(scene.simulation, rules); }
 }
@@ -275,6 +272,13 @@ class Checker : private Rules {
          unknown_material(name, scene_.materials));
   }
 
+  template <class Part>
+  void known_materials(const std::vector<Part>& parts, std::string_view table) {
+    for (std::size_t n = 0; n < parts.size(); ++n) {
+      known_material(parts[n].material, at(table, n, "material"));
+    }
+  }
+
   void check_simulation() {
     const SimulationSettings& s = scene_.simulation;
     const double ticks = s.duration / s.step;
@@ -290,10 +294,19 @@ class Checker : private Rules {
   void check_source() {
     const Tissue& tissue = scene_.tissue;
     switch (tissue.source) {
-      case Source::lattice: check_lattice(tissue.lattice); break;
+      case Source::lattice:
+        check_node_counts(tissue.lattice.nodes, "tissue.lattice.nodes");
+        if (tissue.lattice.weights == LatticeWeights::cell) {
+          known_material(tissue.lattice.material, "tissue.lattice.material");
+        }
+        break;
       case Source::layers: check_layers(tissue); break;
       case Source::network: check_network(tissue.network); break;
-      case Source::oscillator: check_oscillator(); break;
+      case Source::oscillator:
+        must(scene_.loads.empty(), "load", "an oscillator takes no [[load]]; use drive_amplitude");
+        must(scene_.records.empty(), "record",
+             "an oscillator has no nodes to record; it writes x_m");
+        break;
       case Source::mesh: check_voxels("tissue.mesh"); break;
       case Source::mri: check_voxels("tissue.mri"); break;
     }
@@ -302,33 +315,15 @@ class Checker : private Rules {
     must(!(tissue.skin && bare), "tissue.skin",
          "given; must be left out with source = \"network\" or "
          "\"oscillator\", which have no cells for it to lie in");
-    for (std::size_t n = 0; n < tissue.inclusions.size(); ++n) {
-      const Inclusion& body = tissue.inclusions[n];
-      known_material(body.material, at("inclusion", n, "material"));
-    }
+    known_materials(tissue.inclusions, "inclusion");
   }
 
   void check_node_counts(std::span<const int> counts, const std::string& key) {
-    double total = 1.0;
-    for (const int count : counts) { total *= count; }
-    must(!(total > most_nodes), key, number_in_words(total) + " nodes; at most 5e7");
+    const double total = std::accumulate(counts.begin(), counts.end(), 1.0, std::multiplies<>());
+    check_node_count(total, key);
   }
-
-  void check_lattice(const Lattice& lattice) {
-    check_node_counts(lattice.nodes, "tissue.lattice.nodes");
-    if (lattice.weights == LatticeWeights::cell) {
-      known_material(lattice.material, "tissue.lattice.material");
-    }
-  }
-
-  /// Returns the sum of the thicknesses [m].
-  double check_each_layer(const std::vector<Layer>& layers) {
-    double depth = 0.0;
-    for (std::size_t n = 0; n < layers.size(); ++n) {
-      known_material(layers[n].material, at("layer", n, "material"));
-      depth += layers[n].thickness;
-    }
-    return depth;
+  void check_node_count(double count, const std::string& key) {
+    must(!(count > most_nodes), key, number_in_words(count) + " nodes; at most 5e7");
   }
 
   /// Checks the layers of a source other than "layers". They define the needle's materials if the
@@ -341,33 +336,29 @@ class Checker : private Rules {
     must(needed || layers.empty(), "layer",
          "given; must be left out, unless source = \"layers\" or a needle is in a tissue without "
          "materials");
-    if (needed) { check_each_layer(layers); }
+    if (needed) { known_materials(layers, "layer"); }
   }
 
   void check_layers(const Tissue& tissue) {
     check_node_counts(tissue.block.nodes, "tissue.layers.nodes");
     must(!tissue.layers.empty(), "layer", "no [[layer]]; source \"layers\" needs at least one");
-    const double depth = check_each_layer(tissue.layers);
+    known_materials(tissue.layers, "layer");
+    double depth = 0.0;
+    for (const Layer& layer : tissue.layers) { depth += layer.thickness; }
     const double planes = std::round(depth / tissue.block.spacing) + 1.0;
-    const double nodes = planes * tissue.block.nodes[0] * tissue.block.nodes[1];
-    must(!(nodes > most_nodes), "tissue.layers.spacing",
-         number_in_words(nodes) + " nodes; at most 5e7");
+    check_node_count(planes * tissue.block.nodes[0] * tissue.block.nodes[1],
+                     "tissue.layers.spacing");
     if (none_broken() && layers_follow_skin(scene_)) { check_beneath_skin(); }
-  }
-
-  /// Returns the range of the skin in the form "from z = 0.01 to 0.02 m".
-  [[nodiscard]] std::string skin_reach() const {
-    const auto z = scene_.tissue.skin->surface().vertex.row(2);
-    return "from z = " + number_in_words(z.minCoeff()) + " to " + number_in_words(z.maxCoeff()) +
-           " m";
   }
 
   void check_beneath_skin() {
     const double places = places_beneath_skin(scene_);
     const bool fits = places <= most_nodes;
+    const auto z = scene_.tissue.skin->surface().vertex.row(2);
     must(!fits || layered_node_count(scene_) > 0, "tissue.skin.path",
-         "no cell of the block of layers lies beneath its surface, which reaches " + skin_reach() +
-             "; at least one must");
+         "no cell of the block of layers lies beneath its surface, which reaches from z = " +
+             number_in_words(z.minCoeff()) + " to " + number_in_words(z.maxCoeff()) +
+             " m; at least one must");
     must(fits, "tissue.skin.path",
          "its highest place is so far above z = 0 that the block takes " + number_in_words(places) +
              " nodes; at most 5e7");
@@ -402,11 +393,6 @@ class Checker : private Rules {
     must(tissue.inclusions.empty(), "inclusion",
          "given; must be left out, unless source = \"lattice\" or "
          "\"layers\"");
-  }
-
-  void check_oscillator() {
-    must(scene_.loads.empty(), "load", "an oscillator takes no [[load]]; use drive_amplitude");
-    must(scene_.records.empty(), "record", "an oscillator has no nodes to record; it writes x_m");
   }
 
   /// Returns the number of nodes for the check of indices; -1 if it is unknown because of

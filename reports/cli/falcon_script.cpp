@@ -12,6 +12,7 @@ namespace {
 using namespace device::falcon;
 
 enum class ButtonName { plus, forward, centre, minus };
+constexpr auto words(ButtonName e) { return in_order(e, "plus", "forward", "centre", "minus"); }
 
 Buttons buttons_of(ButtonName name) {
   return {.plus = name == ButtonName::plus,
@@ -23,34 +24,15 @@ Buttons buttons_of(ButtonName name) {
 }  // namespace
 }  // namespace palpate::cli
 
-namespace palpate {
+namespace palpate::device::falcon {
 
-using cli::ButtonName;
-using device::falcon::LinkFault;
+constexpr auto words(LinkFault::Kind e) {
+  return in_order(e, "latency", "drop", "duplicate", "corrupt", "unplug", "power-loss",
+                  "stuck-encoder", "stuck-button");
+}
+constexpr auto words(LinkFault::Direction e) { return in_order(e, "both", "to-device", "to-host"); }
 
-template <>
-inline constexpr auto words<LinkFault::Kind> =
-    std::to_array<WordOf<LinkFault::Kind>>({{"latency", LinkFault::Kind::latency},
-                                            {"drop", LinkFault::Kind::drop},
-                                            {"duplicate", LinkFault::Kind::duplicate},
-                                            {"corrupt", LinkFault::Kind::corrupt},
-                                            {"unplug", LinkFault::Kind::unplug},
-                                            {"power-loss", LinkFault::Kind::power_loss},
-                                            {"stuck-encoder", LinkFault::Kind::stuck_encoder},
-                                            {"stuck-button", LinkFault::Kind::stuck_button}});
-template <>
-inline constexpr auto words<LinkFault::Direction> =
-    std::to_array<WordOf<LinkFault::Direction>>({{"both", LinkFault::Direction::both},
-                                                 {"to-device", LinkFault::Direction::to_device},
-                                                 {"to-host", LinkFault::Direction::to_host}});
-template <>
-inline constexpr auto words<ButtonName> =
-    std::to_array<WordOf<ButtonName>>({{"plus", ButtonName::plus},
-                                       {"forward", ButtonName::forward},
-                                       {"centre", ButtonName::centre},
-                                       {"minus", ButtonName::minus}});
-
-}  // namespace palpate
+}  // namespace palpate::device::falcon
 
 namespace palpate::io {
 
@@ -66,7 +48,7 @@ template <class Visitor> void read_button(Visitor& v, Buttons& buttons, const Ke
 
 // Keys of a script, each listed once as in scene_keys.hpp; read by io::TomlReader.
 template <class Visitor> void fields(Visitor& v, LinkFault& f) {
-  v.value("kind", f.kind, {.required = true});
+  v.value("kind", f.kind, required({}));
   v.value("direction", f.direction, {});
   v.value("probability", f.probability, {.range = range::share});
   v.value("start", f.start, seconds);
@@ -79,13 +61,13 @@ template <class Visitor> void fields(Visitor& v, LinkFault& f) {
 }
 
 template <class Visitor> void fields(Visitor& v, GripScript::Pose& p) {
-  v.value("time", p.time, {.unit = "s", .range = range::non_negative, .required = true});
-  v.value("counts", p.counts, {.required = true});
+  v.value("time", p.time, required({.unit = "s", .range = range::non_negative}));
+  v.value("counts", p.counts, required({}));
 }
 
 template <class Visitor> void fields(Visitor& v, GripScript::Press& p) {
   p.end = std::numeric_limits<double>::infinity();
-  read_button(v, p.buttons, {.required = true});
+  read_button(v, p.buttons, required({}));
   v.value("start", p.start, seconds);
   v.value("end", p.end, {.unit = "s", .range = range::positive});
 }

@@ -41,7 +41,7 @@ std::string millimetres(double value) { return with(mm * value, "mm"); }
 
 /// Word of a value in a scene file.
 template <class Value> std::string scene_word(Value value) {
-  for (const auto& [word, candidate] : words<Value>) {
+  for (const auto& [word, candidate] : words(Value{})) {
     if (candidate == value) { return std::string(word); }
   }
   return {};

@@ -9,6 +9,7 @@
 #include "model/tissue/network_builder.hpp"
 #include "validation/bench/kernel_variants.hpp"
 #include "validation/claims/tool_fixture.hpp"
+#include "validation/text.hpp"
 
 namespace palpate::bench {
 
@@ -63,9 +64,9 @@ Workload find_workload(const std::string& name) {
   std::vector<Workload> all = workloads();
   const auto found = std::ranges::find(all, name, &Workload::name);
   if (found != all.end()) { return *found; }
-  std::string names;
-  for (const Workload& each : all) { names += (names.empty() ? "" : ", ") + each.name; }
-  throw InputError("no workload is named \"" + name + "\"; one of " + names);
+  std::vector<std::string> names;
+  for (const Workload& each : all) { names.push_back(each.name); }
+  throw InputError("no workload is named \"" + name + "\"; one of " + join(names));
 }
 
 Simulation simulation_of(const Workload& workload) {
@@ -112,8 +113,8 @@ void measure(const Workload& workload, const InstructionCounter& counter, Outcom
       static_cast<double>(simulation.spring_count()) * simulation.plan().substeps;
   const double a_tick =
       static_cast<double>(count.passes.front()) / static_cast<double>(workload.ticks);
-  outcome.claim += " Kernel: " + count.kernel +
-                   ".";  // another one is another claim, and no slowdown of this one
+  // Another kernel is another claim, and no slowdown of this one.
+  outcome.claim += " Kernel: " + count.kernel + ".";
   outcome.judge_between("difference_on_repeat",
                         static_cast<double>(std::abs(count.passes.back() - count.passes.front())),
                         0.0, 0.0, "the same work from the same start, in a process of its own",

@@ -2,10 +2,7 @@
 /// Tables and figures of `bench/kernels`.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -19,6 +16,7 @@
 #include "validation/bench/kernel_variants.hpp"
 #include "validation/bench/timing.hpp"
 #include "validation/outcome.hpp"
+#include "validation/text.hpp"
 
 namespace palpate::bench {
 
@@ -41,7 +39,7 @@ struct KernelTime {
 
   [[nodiscard]] double memory() const { return 1e9 * bytes / bandwidth; }  ///< [ns]
   /// Lower limit of the time of a lattice step [ns].
-  [[nodiscard]] double bound() const { return memory() > root ? memory() : root; }
+  [[nodiscard]] double bound() const { return std::max(memory(), root); }
 };
 
 struct KernelSize {
@@ -56,11 +54,7 @@ struct KernelSize {
   }
 };
 
-std::string two_digits(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2f", value);
-  return text.data();
-}
+std::string two_digits(double value) { return formatted("%.2f", value); }
 
 Table times_table(std::span<const KernelSize> sizes) {
   Table table{.id = "kernels",
@@ -123,17 +117,13 @@ Table limits_table(const RootLimits& limits) {
           .timing = true};
 }
 
-template <class Value>
-void add_curve(std::span<const KernelSize> sizes, const KernelVariant& variant,
-               const std::string& label, Series::Style style, Value&& value, Figure& figure) {
+Series curve_of(std::span<const KernelSize> sizes, const KernelVariant& variant,
+                const std::string& label, Series::Style style, double (*value)(const KernelTime&)) {
   Series series{.label = label, .style = style};
   for (const KernelSize& size : sizes) {
-    const KernelTime* time = size.find(variant.name);
-    if (time == nullptr) { continue; }
-    series.x.push_back(size.n);
-    series.y.push_back(value(*time));
+    if (const KernelTime* time = size.find(variant.name)) { series.add(size.n, value(*time)); }
   }
-  figure.series.push_back(std::move(series));
+  return series;
 }
 
 Figure times_figure(std::span<const KernelSize> sizes, const RootLimits& limits,
@@ -155,9 +145,9 @@ Figure times_figure(std::span<const KernelSize> sizes, const RootLimits& limits,
       continue;
     }
     const std::string name = variant.name;
-    add_curve(
-        sizes, variant, name.substr(0, name.rfind(',')), Series::Style::line_and_points,
-        [](const KernelTime& t) { return t.least; }, figure);
+    figure.series.push_back(curve_of(sizes, variant, name.substr(0, name.rfind(',')),
+                                     Series::Style::line_and_points,
+                                     [](const KernelTime& t) { return t.least; }));
   }
   const double root = in_double ? limits.in_double : limits.in_float;
   figure.series.push_back(
@@ -167,53 +157,45 @@ Figure times_figure(std::span<const KernelSize> sizes, const RootLimits& limits,
        .y = {root, root}});
   for (const KernelVariant& variant : kernel_variants()) {
     if (variant.precision != precision || !variant.lattice || !variant.damped) { continue; }
-    add_curve(
-        sizes, variant, variant.uneven ? "bound: memory, own stiffness" : "bound: memory",
-        Series::Style::dashed, [](const KernelTime& t) { return t.memory(); }, figure);
+    figure.series.push_back(
+        curve_of(sizes, variant, variant.uneven ? "bound: memory, own stiffness" : "bound: memory",
+                 Series::Style::dashed, [](const KernelTime& t) { return t.memory(); }));
   }
   return figure;
 }
 
 RootLimits measure_roots() {
-  RootsAndQuotients<double> in_double;
-  RootsAndQuotients<float> in_float;
-  const std::vector<Timed> timed =
-      time_interleaved({{"double", [&](long times) { in_double.repeat(times); }},
-                        {"float", [&](long times) { in_float.repeat(times); }}});
-  return {.in_double = 1e9 * timed[0].least / RootsAndQuotients<double>::count,
-          .in_float = 1e9 * timed[1].least / RootsAndQuotients<float>::count};
+  const std::vector<Timed> timed = time_interleaved(
+      {{"double", roots_and_quotients<double>()}, {"float", roots_and_quotients<float>()}});
+  return {.in_double = 1e9 * timed[0].least / roots_at_once,
+          .in_float = 1e9 * timed[1].least / roots_at_once};
 }
 
 /// Times all kernels of one size, and for each lattice memory traffic of the same amount in the
 /// same rounds.
 KernelSize measure_size(int n, std::span<const KernelVariant> variants, const RootLimits& limits) {
-  std::vector<std::unique_ptr<Stepping>> steppings;
-  std::vector<std::unique_ptr<VectorUpdate>> updates;
+  std::vector<double> springs;
   std::vector<Contender> contenders;
   for (const KernelVariant& variant : variants) {
-    steppings.push_back(stepping_of(variant, n));
-    contenders.push_back(
-        {variant.name, [&stepping = *steppings.back()](long times) { stepping.step(times); }});
+    Stepping stepping = stepping_of(variant, n);
+    springs.push_back(stepping.springs);
+    contenders.push_back({variant.name, std::move(stepping.step)});
   }
   for (const KernelVariant& variant : variants) {
     if (!variant.lattice) { continue; }
-    updates.push_back(std::make_unique<VectorUpdate>(working_set(variant, n)));
-    contenders.push_back(
-        {variant.name, [&update = *updates.back()](long times) { update.repeat(times); }});
+    contenders.push_back({variant.name, vector_update(working_set(variant, n))});
   }
   const std::vector<Timed> timed = time_interleaved(contenders);
   KernelSize size{.n = n};
-  std::size_t lattices = 0;
+  std::size_t update = variants.size();
   for (std::size_t v = 0; v < variants.size(); ++v) {
-    const double springs = steppings[v]->springs();
     KernelTime time{.variant = &variants[v],
-                    .least = 1e9 * timed[v].least / springs,
-                    .median = 1e9 * timed[v].median / springs,
+                    .least = 1e9 * timed[v].least / springs[v],
+                    .median = 1e9 * timed[v].median / springs[v],
                     .root = variants[v].in_double() ? limits.in_double : limits.in_float};
     if (variants[v].lattice) {
-      time.bytes = bytes_moved(variants[v], n) / springs;
-      time.bandwidth = updates[lattices]->bytes_moved() / timed[variants.size() + lattices].least;
-      ++lattices;
+      time.bytes = bytes_moved(variants[v], n) / springs[v];
+      time.bandwidth = 1.5 * working_set(variants[v], n) / timed[update++].least;
     }
     size.times.push_back(time);
   }
@@ -283,17 +265,17 @@ namespace {
 /// Times a spring and step with each instruction set, the best set first: least of interleaved
 /// rounds [ns].
 template <class Real> std::vector<double> time_sets(KernelVariant variant, int n) {
-  std::vector<std::unique_ptr<Stepping>> steppings;
+  double springs = 0.0;
   std::vector<Contender> contenders;
   for (const lattice::Kernels<Real>& kernels : lattice_kernels<Real>()) {
     variant.instructions = kernels.name;
-    steppings.push_back(stepping_of(variant, n));
-    contenders.push_back(
-        {kernels.name, [&stepping = *steppings.back()](long times) { stepping.step(times); }});
+    Stepping stepping = stepping_of(variant, n);
+    springs = stepping.springs;
+    contenders.push_back({kernels.name, std::move(stepping.step)});
   }
   std::vector<double> least;
   for (const Timed& timed : time_interleaved(contenders)) {
-    least.push_back(1e9 * timed.least / steppings.front()->springs());
+    least.push_back(1e9 * timed.least / springs);
   }
   return least;
 }
@@ -316,7 +298,7 @@ void measure_instruction_sets(const CaseContext& /*context*/, Outcome& outcome) 
     table.columns.push_back(std::string(kernels.name) + " (ns)");
   }
   table.columns.emplace_back("smallest / widest (1)");
-  double worst = std::numeric_limits<double>::infinity();
+  double worst = unbounded;
   for (const KernelVariant& variant : largest_variants()) {
     for (const int n : {10, 20, 40}) {
       const std::vector<double> times =
@@ -359,29 +341,28 @@ struct Pair {
 Pair time_pair(const KernelVariant& variant, int n) {
   KernelVariant shared = variant;
   shared.threads = 2;
-  std::unique_ptr<Stepping> stepping;
+  Stepping stepping;
   const auto contender = [&](const char* name, const KernelVariant& of) {
-    return Contender{name, [&](long times) { stepping->step(times); }, Clock::wall,
+    return Contender{name, [&](long times) { stepping.step(times); }, Clock::wall,
                      [&stepping, &of, n] {
                        stepping = stepping_of(of, n);
-                       stepping->step(3);  // the first touch new memory
+                       stepping.step(3);  // the first touch new memory
                      },
-                     [&stepping] { stepping.reset(); }};
+                     [&stepping] { stepping = {}; }};
   };
   const Contender one = contender("one", variant);
   const Contender two = contender("two", shared);
   const std::vector<Timed> timed = time_interleaved({one, two}, {.rounds = 5, .batch = 0.03});
-  const std::unique_ptr<Stepping> alone = stepping_of(variant, n);
-  const std::unique_ptr<Stepping> copy = stepping_of(variant, n);
+  const Stepping alone = stepping_of(variant, n);
+  const Stepping copy = stepping_of(variant, n);
   const long times = std::max(1L, std::lround(0.02 / timed[0].least));  // 20 ms
-  const double scale = 1e9 / alone->springs();
-  return {
-      .n = n,
-      .variant = variant,
-      .one = scale * timed[0].least,
-      .two = scale * timed[1].least,
-      .two_median = scale * timed[1].median,
-      .slowdown = side_by_side_slowdown([&] { alone->step(times); }, [&] { copy->step(times); })};
+  const double scale = 1e9 / alone.springs;
+  return {.n = n,
+          .variant = variant,
+          .one = scale * timed[0].least,
+          .two = scale * timed[1].least,
+          .two_median = scale * timed[1].median,
+          .slowdown = side_by_side_slowdown([&] { alone.step(times); }, [&] { copy.step(times); })};
 }
 
 Table pairs_table(const std::vector<Pair>& pairs) {
@@ -529,9 +510,9 @@ void measure_skips(const CaseContext& /*context*/, Outcome& outcome) {
           " nodes a side that needs all but the one thing, semi-implicit Euler: microseconds of a "
           "tick, least of interleaved rounds by the processor time of one thread. Both ways give "
           "the same bits, but for nodes at rest (ctest -R \"model/(skip|lattice_sleep)\").",
-      .columns = {"left out", "gone through (us)", "left out (us)", "gone through / left out (1)"},
+      .columns = {"left out", "computed (us)", "left out (us)", "computed / left out (1)"},
       .timing = true};
-  double worst = std::numeric_limits<double>::infinity();
+  double worst = unbounded;
   for (const SkippedThing& what : skipped_things()) {
     std::unique_ptr<Simulation> simulation;
     const std::vector<Timed> timed =
@@ -552,29 +533,19 @@ void measure_skips(const CaseContext& /*context*/, Outcome& outcome) {
 
 std::vector<Case> kernel_cases() {
   return {
-      {.name = "bench/kernels",
-       .suite = "timing",
-       .claim =
-           "Kernels of regular lattices cost less than half of a list of springs at every size, "
-           "and beyond the caches little more than what memory or a root and a quotient take.",
-       .measure = measure_kernels,
-       .weight = 60.0},
-      {.name = "bench/instruction-sets",
-       .suite = "timing",
-       .claim = "Of a regular lattice's kernels for the instruction sets of this processor the "
-                "widest is the quickest.",
-       .measure = measure_instruction_sets,
-       .weight = 20.0},
-      {.name = "bench/threads",
-       .suite = "timing",
-       .claim = "Two threads take a lattice of 40 nodes a side or more 1.7 times as fast as one.",
-       .measure = measure_threads,
-       .weight = 30.0},
-      {.name = "bench/skips",
-       .suite = "timing",
-       .claim = "Leaving out what a scene does not need never makes a tick slower.",
-       .measure = measure_skips,
-       .weight = 10.0}};
+      {"bench/kernels", "timing",
+       "Kernels of regular lattices cost less than half of a list of springs at every size, and "
+       "beyond the caches little more than what memory or a root and a quotient take.",
+       measure_kernels, 60.0},
+      {"bench/instruction-sets", "timing",
+       "Of a regular lattice's kernels for the instruction sets of this processor the widest is "
+       "the quickest.",
+       measure_instruction_sets, 20.0},
+      {"bench/threads", "timing",
+       "Two threads take a lattice of 40 nodes a side or more 1.7 times as fast as one.",
+       measure_threads, 30.0},
+      {"bench/skips", "timing", "Leaving out what a scene does not need never makes a tick slower.",
+       measure_skips, 10.0}};
 }
 
 }  // namespace palpate::bench

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include "model/kernels/lattice_network.hpp"
 #include "model/kernels/lattice_rows.hpp"
@@ -15,6 +17,7 @@
 #include "model/stepping/step_plan.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "validation/bench/bench_cases.hpp"
+#include "validation/text.hpp"
 
 namespace palpate::bench {
 
@@ -82,32 +85,34 @@ std::unique_ptr<NetworkSystem<Real>> system_of(const NetworkProblem& problem,
   return make_lattice_network<Real>(problem, {.threads = variant.threads, .kernels = *wanted});
 }
 
-template <class Real> class SteppingIn final : public Stepping {
- public:
-  SteppingIn(const KernelVariant& variant, int n)
-      : problem_(problem_of(variant, n)),
-        system_(system_of<Real>(problem_, variant)),
-        state_{system_->initial_position(), system_->initial_velocity()},
-        integrator_(find_integrator("euler-cromer")->make<Real>()) {
-    integrator_->prepare(*system_, state_, h);
-    integrator_->start(*system_, state_, 0.0, h);
-  }
-  void step(long times) override {
-    for (long k = 0; k < times; ++k) {
-      integrator_->step(*system_, state_, h * static_cast<double>(steps_++), h);
-    }
-  }
-  [[nodiscard]] double springs() const override {
-    return static_cast<double>(system_->spring_count());
+/// State of a kernel that is stepped.
+template <class Real> struct SteppedKernel {
+  SteppedKernel(const KernelVariant& variant, int n)
+      : problem(problem_of(variant, n)),
+        system(system_of<Real>(problem, variant)),
+        state{system->initial_position(), system->initial_velocity()},
+        integrator(find_integrator("euler-cromer")->make<Real>()) {
+    integrator->prepare(*system, state, h);
+    integrator->start(*system, state, 0.0, h);
   }
 
- private:
-  NetworkProblem problem_;
-  std::unique_ptr<NetworkSystem<Real>> system_;
-  State<Real> state_;
-  std::unique_ptr<Integrator<Real>> integrator_;
-  long steps_ = 0;
+  NetworkProblem problem;
+  std::unique_ptr<NetworkSystem<Real>> system;
+  State<Real> state;
+  std::unique_ptr<Integrator<Real>> integrator;
+  long steps = 0;
 };
+
+template <class Real> Stepping stepping_in(const KernelVariant& variant, int n) {
+  const auto kernel = std::make_shared<SteppedKernel<Real>>(variant, n);
+  const auto step = [kernel](long times) {
+    for (long k = 0; k < times; ++k) {
+      kernel->integrator->step(*kernel->system, kernel->state,
+                               h * static_cast<double>(kernel->steps++), h);
+    }
+  };
+  return {.step = step, .springs = static_cast<double>(kernel->system->spring_count())};
+}
 
 }  // namespace
 
@@ -120,9 +125,8 @@ std::span<const KernelVariant> kernel_variants() { return variants; }
 
 std::span<const KernelVariant> largest_variants() { return std::span(variants).first(4); }
 
-std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n) {
-  if (variant.in_double()) { return std::make_unique<SteppingIn<double>>(variant, n); }
-  return std::make_unique<SteppingIn<float>>(variant, n);
+Stepping stepping_of(const KernelVariant& variant, int n) {
+  return variant.in_double() ? stepping_in<double>(variant, n) : stepping_in<float>(variant, n);
 }
 
 double bytes_moved(const KernelVariant& variant, int n) {
@@ -136,33 +140,27 @@ double working_set(const KernelVariant& variant, int n) {
   return (3.0 * 3.0 + 1.0 + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
 }
 
-template <class Real> RootsAndQuotients<Real>::RootsAndQuotients() : from_(count), to_(count) {
-  for (long n = 0; n < count; ++n) {
-    from_[static_cast<std::size_t>(n)] =
-        static_cast<Real>(1.0 + 1e-3 * static_cast<double>(n % 997));
+template <class Real> std::function<void(long times)> roots_and_quotients() {
+  std::vector<Real> from(roots_at_once);
+  for (std::size_t n = 0; n < from.size(); ++n) {
+    from[n] = static_cast<Real>(1.0 + 1e-3 * static_cast<double>(n % 997));
   }
+  return [from, to = from,
+          limit = lattice_kernels<Real>().front().roots_and_quotients](long times) mutable {
+    for (long n = 0; n < times; ++n) { limit(from.data(), to.data(), roots_at_once); }
+  };
 }
+template std::function<void(long times)> roots_and_quotients<double>();
+template std::function<void(long times)> roots_and_quotients<float>();
 
-template <class Real> void RootsAndQuotients<Real>::repeat(long times) {
-  const auto limit = lattice_kernels<Real>().front().roots_and_quotients;
-  for (long n = 0; n < times; ++n) { limit(from_.data(), to_.data(), count); }
-}
-
-VectorUpdate::VectorUpdate(double bytes)
-    : a_(static_cast<std::size_t>(bytes / (2.0 * sizeof(double))), 0.0), b_(a_.size(), 1.0) {}
-
-void VectorUpdate::repeat(long times) {
-  double* a = a_.data();
-  const double* b = b_.data();
-  const std::size_t count = a_.size();
-  for (long time = 0; time < times; ++time) {
-    const double x = 1e-9 * static_cast<double>(time);
-    for (std::size_t n = 0; n < count; ++n) { a[n] += x * b[n]; }
-  }
-}
-
-double VectorUpdate::bytes_moved() const {
-  return 3.0 * sizeof(double) * static_cast<double>(a_.size());
+std::function<void(long times)> vector_update(double bytes) {
+  const std::vector<double> zeros(static_cast<std::size_t>(bytes / (2.0 * sizeof(double))), 0.0);
+  return [a = zeros, b = std::vector<double>(zeros.size(), 1.0)](long times) mutable {
+    for (long time = 0; time < times; ++time) {
+      const double x = 1e-9 * static_cast<double>(time);
+      for (std::size_t n = 0; n < a.size(); ++n) { a[n] += x * b[n]; }
+    }
+  };
 }
 
 double side_by_side_slowdown(const std::function<void()>& mine,
@@ -181,12 +179,9 @@ double side_by_side_slowdown(const std::function<void()>& mine,
 
 double side_by_side_slowdown() {
   constexpr long times = 4000;  // some 20 ms
-  RootsAndQuotients<double> mine;
-  RootsAndQuotients<double> other;
-  return side_by_side_slowdown([&] { mine.repeat(times); }, [&] { other.repeat(times); });
+  const auto mine = roots_and_quotients<double>();
+  const auto other = roots_and_quotients<double>();
+  return side_by_side_slowdown([&] { mine(times); }, [&] { other(times); });
 }
-
-template class RootsAndQuotients<double>;
-template class RootsAndQuotients<float>;
 
 }  // namespace palpate::bench

@@ -3,9 +3,7 @@
 /// Kernels that are timed: S26 with n nodes a side (bench_cases.hpp), in all available variants.
 
 #include <functional>
-#include <memory>
 #include <span>
-#include <vector>
 
 #include "model/problem/scene.hpp"
 #include "validation/bench/timing.hpp"
@@ -19,8 +17,8 @@ struct KernelVariant {
   bool uneven = false;  ///< individual stiffness for every spring
   bool damped = true;
   int threads = 1;
-  const char* instructions =
-      nullptr;  ///< lattice::Kernels::name of a lattice; nullptr: the best on this processor
+  /// lattice::Kernels::name of a lattice; nullptr: the best on this processor
+  const char* instructions = nullptr;
 
   [[nodiscard]] bool in_double() const { return precision == Precision::double_precision; }
 };
@@ -33,13 +31,11 @@ std::span<const KernelVariant> largest_variants();
 
 /// Semi-implicit Euler with steps of 1 ms, without the setup of a Simulation: bounds of the
 /// spectrum alone take minutes for a million nodes.
-class Stepping {
- public:
-  virtual ~Stepping() = default;
-  virtual void step(long times) = 0;
-  [[nodiscard]] virtual double springs() const = 0;  ///< computed in a step
+struct Stepping {
+  std::function<void(long times)> step{};
+  double springs = 0.0;  ///< computed in a step
 };
-std::unique_ptr<Stepping> stepping_of(const KernelVariant& variant, int n);
+Stepping stepping_of(const KernelVariant& variant, int n);
 
 /// Adds a very weak spring that is not part of a regular lattice, so that the list kernel is used.
 void break_lattice(SpringNetwork& network);
@@ -54,32 +50,16 @@ double working_set(const KernelVariant& variant, int n);
 
 // Limits of this machine, measured together with the kernels.
 
-/// One square root and one division per number, with the instructions of the lattice kernels: a
-/// lower limit of the cost of a spring. Buffers stay in the first-level cache; one repetition
-/// processes `count` numbers.
-template <class Real> class RootsAndQuotients {
- public:
-  static constexpr long count = 2048;
-  RootsAndQuotients();
-  void repeat(long times);
+/// Returns work of one square root and one division per number, with the instructions of the
+/// lattice kernels: a lower limit of the cost of a spring. Buffers stay in the first-level cache;
+/// one repetition processes `roots_at_once` numbers.
+template <class Real> std::function<void(long times)> roots_and_quotients();
+inline constexpr long roots_at_once = 2048;
 
- private:
-  std::vector<Real> from_;
-  std::vector<Real> to_;
-};
-
-/// Vector update a += x b: two numbers read and one written in place, without other memory traffic.
-/// The two vectors together have `bytes`, so the bandwidth is that of the cache or memory level for
-/// a working set of this size.
-class VectorUpdate {
- public:
-  explicit VectorUpdate(double bytes);
-  void repeat(long times);
-  [[nodiscard]] double bytes_moved() const;  ///< traffic of one repetition [bytes]
-
- private:
-  std::vector<double> a_, b_;
-};
+/// Returns work of the vector update a += x b: two numbers read and one written in place, without
+/// other memory traffic. The two vectors together have `bytes`, so the bandwidth is that of the
+/// cache or memory level for a working set of this size. One repetition moves 1.5 `bytes`.
+std::function<void(long times)> vector_update(double bytes);
 
 /// Returns the slowdown of a thread by a second thread with its own work: 1 on two idle processors,
 /// 2 if both share one, in between if memory limits them. Median of rounds, wall clock.

@@ -88,9 +88,10 @@ double ticks_within(const TimedInsertion& run, double share) {
 
 /// Median, hundredth and worst tick [us].
 void add_times(const TimedInsertion& run, const std::string& of, Outcome& outcome) {
-  outcome.timings.push_back({"median_tick_" + of, ticks_within(run, 0.5), "us"});
-  outcome.timings.push_back({"tick_of_a_hundred_" + of, ticks_within(run, 0.99), "us"});
-  outcome.timings.push_back({"worst_tick_" + of, ticks_within(run, 1.0), "us"});
+  for (const auto& [name, share] :
+       {std::pair{"median_tick_", 0.5}, {"tick_of_a_hundred_", 0.99}, {"worst_tick_", 1.0}}) {
+    outcome.timings.push_back({name + of, ticks_within(run, share), "us"});
+  }
 }
 
 void judge_ticks(const TimedInsertion& run, double most, const char* from, Outcome& outcome) {
@@ -216,19 +217,15 @@ void measure_far_field(const CaseContext& context, Outcome& outcome) {
 }  // namespace
 
 std::vector<Case> needle_cases() {
-  return {{.name = "bench/stiff-needle",
-           .suite = "timing",
-           .claim = "A needle in ligament of 15 MPa on 1000 nodes takes at most a quarter of every "
-                    "tick of 1 ms, with the force within 1 % of its peak.",
-           .measure = measure_needle,
-           .weight = 30.0},
-          {.name = "bench/far-field",
-           .suite = "timing",
-           .claim = "A needle in ligament of 15 MPa among 50 410 nodes takes less than every tick "
-                    "of 1 ms, with the force within 2 % of its peak: what lies further than 10 mm "
-                    "away is left with 40 modes.",
-           .measure = measure_far_field,
-           .weight = 600.0}};
+  return {{"bench/stiff-needle", "timing",
+           "A needle in ligament of 15 MPa on 1000 nodes takes at most a quarter of every tick of "
+           "1 ms, with the force within 1 % of its peak.",
+           measure_needle, 30.0},
+          {"bench/far-field", "timing",
+           "A needle in ligament of 15 MPa among 50 410 nodes takes less than every tick of 1 ms, "
+           "with the force within 2 % of its peak: what lies further than 10 mm away is left with "
+           "40 modes.",
+           measure_far_field, 600.0}};
 }
 
 }  // namespace palpate::bench

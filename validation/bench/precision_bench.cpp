@@ -21,6 +21,7 @@
 #include "validation/bench/work_precision.hpp"
 #include "validation/claims/tool_fixture.hpp"
 #include "validation/number_text.hpp"
+#include "validation/signal.hpp"
 
 namespace palpate::bench {
 
@@ -51,12 +52,8 @@ class QuickProblem final : public reference::DerivedProblem {
 
 /// Instants of the ticks, the first 0 [s].
 std::vector<double> instants_of(const Scene& scene) {
-  std::vector<double> times;
-  const long count = std::lround(scene.simulation.duration / scene.simulation.step);
-  for (long n = 0; n <= count; ++n) {
-    times.push_back(static_cast<double>(n) * scene.simulation.step);
-  }
-  return times;
+  const double step = scene.simulation.step;
+  return tick_times(step, std::lround(scene.simulation.duration / step));
 }
 
 /// Solver of a scene without a tool. The time of a solution is the wall time of the integration, or
@@ -300,15 +297,6 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
   judge(context, study, {}, outcome);
 }
 
-Case precision_case(const std::string& scene, const std::string& claim,
-                    void (*measure)(const CaseContext&, Outcome&)) {
-  return {.name = "bench/precision/" + scene,
-          .suite = "timing",
-          .claim = claim,
-          .measure = measure,
-          .weight = 60.0};
-}
-
 // Cost of accuracy in force evaluations, which are the same on every machine, so that a gate can
 // compare them.
 
@@ -353,56 +341,52 @@ void count(const CaseContext& context, const Study& study, const std::vector<dou
   }
 }
 
-void count_oscillator(const CaseContext& context, Outcome& outcome) {
-  count(context, oscillator_study(), {400.0, 1600.0}, outcome);
-}
-
-void count_cube(const CaseContext& context, Outcome& outcome) {
-  count(context, cube_study(6), {400.0, 1600.0}, outcome);
-}
-
-void count_needle(const CaseContext& context, Outcome& outcome) {
-  Study study = needle_study(0.15, 1e-9);
-  study.least_substeps = 8;
-  count(context, study, {2400.0, 9600.0}, outcome);
-}
-
-Case frontier_case(const std::string& scene, void (*measure)(const CaseContext&, Outcome&)) {
-  return {.name = "bench/frontier/" + scene,
-          .suite = "timing",
-          .claim =
-              "What an error costs in evaluations of the force, and what they buy, is known to a "
-              "tenth of the smallest error that is asked for.",
-          .measure = measure,
-          .weight = 10.0};
-}
-
 }  // namespace
 
 std::vector<Case> precision_cases() {
-  return {
-      precision_case(
-          "oscillator",
-          "On one spring, nothing in double is both quicker and nearer than what \"auto\" chooses.",
-          measure_oscillator),
-      precision_case("cube",
-                     "The pulled cube of 1000 nodes is computed to a thousandth of its peak at a "
-                     "small part of what the best solver of another library takes for it, and "
-                     "\"auto\" is on the frontier.",
-                     measure_cube),
-      precision_case("needle",
-                     "Of seven layers under a needle, nothing in double is both quicker and nearer "
-                     "than what \"auto\" chooses.",
-                     measure_needle),
-      precision_case("ligament",
-                     "Of a stiff ligament, nothing in double is both quicker and nearer than what "
-                     "\"auto\" chooses.",
-                     measure_ligament)};
+  const auto named = [](const std::string& scene, const std::string& claim,
+                        void (*measure)(const CaseContext&, Outcome&)) {
+    return Case{"bench/precision/" + scene, "timing", claim, measure, 60.0};
+  };
+  return {named("oscillator",
+                "On one spring, nothing in double is both quicker and nearer than what \"auto\" "
+                "chooses.",
+                measure_oscillator),
+          named("cube",
+                "The pulled cube of 1000 nodes is computed to a thousandth of its peak at a small "
+                "part of what the best solver of another library takes for it, and \"auto\" is on "
+                "the frontier.",
+                measure_cube),
+          named("needle",
+                "Of seven layers under a needle, nothing in double is both quicker and nearer than "
+                "what \"auto\" chooses.",
+                measure_needle),
+          named("ligament",
+                "Of a stiff ligament, nothing in double is both quicker and nearer than what "
+                "\"auto\" chooses.",
+                measure_ligament)};
 }
 
 std::vector<Case> frontier_cases() {
-  return {frontier_case("oscillator", count_oscillator), frontier_case("cube", count_cube),
-          frontier_case("needle", count_needle)};
+  const auto named = [](const std::string& scene, void (*measure)(const CaseContext&, Outcome&)) {
+    return Case{"bench/frontier/" + scene, "timing",
+                "What an error costs in evaluations of the force, and what they buy, is known to a "
+                "tenth of the smallest error that is asked for.",
+                measure, 10.0};
+  };
+  return {named("oscillator",
+                [](const CaseContext& context, Outcome& outcome) {
+                  count(context, oscillator_study(), {400.0, 1600.0}, outcome);
+                }),
+          named("cube",
+                [](const CaseContext& context, Outcome& outcome) {
+                  count(context, cube_study(6), {400.0, 1600.0}, outcome);
+                }),
+          named("needle", [](const CaseContext& context, Outcome& outcome) {
+            Study study = needle_study(0.15, 1e-9);
+            study.least_substeps = 8;
+            count(context, study, {2400.0, 9600.0}, outcome);
+          })};
 }
 
 }  // namespace palpate::bench

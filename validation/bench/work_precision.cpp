@@ -5,16 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <memory>
-#include <optional>
 
 #include "model/stepping/simulation.hpp"
 #include "validation/bench/timing.hpp"
 #include "validation/roll_out.hpp"
 #include "validation/signal.hpp"
+#include "validation/text.hpp"
 
 namespace palpate::bench {
 
@@ -220,9 +219,8 @@ void add_solver(const Study& study, const std::string& name, double patience,
                 std::vector<Point>& points) {
   double spent = 0.0;
   for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
-    std::array<char, 16> text{};
-    std::snprintf(text.data(), text.size(), "%.0e", tolerance);
-    Point point{.method = name, .setting = text.data(), .kind = Point::Kind::elsewhere};
+    Point point{
+        .method = name, .setting = formatted("%.0e", tolerance), .kind = Point::Kind::elsewhere};
     std::vector<double> seconds;
     for (int n = 0; n < 3 && spent < patience; ++n) {
       const Trace run = study.there(name, tolerance);
@@ -299,11 +297,10 @@ std::vector<Point> measure_points(const CaseContext& context, const Study& study
   const auto add_schemes = [&](const std::vector<std::string>& schemes,
                                const Reduction& reduction) {
     for (const std::string& scheme : schemes) {
-      add_scheme(context, study, scheme, reduction, Precision::double_precision, patience,
-                 candidates);
-      if (study.in_float && !find_integrator(scheme)->implicit) {
-        add_scheme(context, study, scheme, reduction, Precision::single_precision, patience,
-                   candidates);
+      for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
+        const bool single = precision == Precision::single_precision;
+        if (single && (!study.in_float || find_integrator(scheme)->implicit)) { continue; }
+        add_scheme(context, study, scheme, reduction, precision, patience, candidates);
       }
     }
   };
@@ -339,26 +336,24 @@ bool on_frontier(const std::vector<Point>& points, const Point& point) {
 }
 
 double automatic_over_best(const std::vector<Point>& points) {
-  std::optional<Largest> worst;
+  Largest worst(-unbounded);
   for (const Point& automatic : points) {
     if (automatic.kind != Point::Kind::automatic) { continue; }
-    if (!worst) { worst.emplace(); }
+    worst.add(0.0);
     for (const Point& p : points) {
       if (p.kind != Point::Kind::in_double || !same_field(p, automatic)) { continue; }
-      if (p.errors.tool <= automatic.errors.tool) { worst->add(automatic.seconds / p.median); }
+      if (p.errors.tool <= automatic.errors.tool) { worst.add(automatic.seconds / p.median); }
     }
   }
-  return worst ? worst->value() : nothing;
+  return worst.value() >= 0.0 ? worst.value() : nothing;
 }
 
 double largest_error_of_automatic(const std::vector<Point>& points) {
-  std::optional<Largest> largest;
+  Largest largest(-unbounded);
   for (const Point& p : points) {
-    if (p.kind != Point::Kind::automatic) { continue; }
-    if (!largest) { largest.emplace(); }
-    largest->add(p.errors.tool);
+    if (p.kind == Point::Kind::automatic) { largest.add(p.errors.tool); }
   }
-  return largest ? largest->value() : nothing;
+  return largest.value() >= 0.0 ? largest.value() : nothing;
 }
 
 double noise_of(const std::vector<Point>& points) {
@@ -376,12 +371,11 @@ namespace {
 /// Describes the reduced-order model, which the name of a method does not.
 std::string words_on_far_field(const Study& study) {
   if (!(study.reduction.near_radius > 0.0)) { return ""; }
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(),
-                " With a far field, what lies further than %g mm from what is pushed is linear "
-                "about rest, in %d modes.",
-                1e3 * study.reduction.near_radius, study.reduction.far_modes);
-  return text.data();
+  return formatted(
+      " With a far field, what lies further than %g mm from what is pushed is linear about rest, "
+      "in "
+      "%d modes.",
+      1e3 * study.reduction.near_radius, study.reduction.far_modes);
 }
 
 Table points_table(const std::vector<Point>& points, const Study& study) {
@@ -399,21 +393,13 @@ Table points_table(const std::vector<Point>& points, const Study& study) {
                           "trajectory, mean (1)", "energy (1)", "frontier"},
               .timing = true};
   for (const Point& p : points) {
-    const Cell loading = p.here() ? Cell(p.loading) : Cell(std::string("-"));
+    const Cell loading = p.here() ? Cell(p.loading) : Cell("-");
     table.rows.push_back({p.method, p.setting, p.seconds, p.median, loading,
                           static_cast<double>(p.evaluations), p.errors.tool, p.errors.tool_mean,
                           p.errors.trajectory, p.errors.trajectory_mean, p.errors.energy,
                           std::string(on_frontier(points, p) ? "yes" : "")});
   }
   return table;
-}
-
-void add_cells(const Point* point, std::vector<Cell>& row) {
-  if (point == nullptr) {
-    row.insert(row.end(), {std::string("none"), std::string("-")});
-  } else {
-    row.insert(row.end(), {point->method + ", " + point->setting, point->seconds});
-  }
 }
 
 Table cheapest_table(const std::vector<Point>& points, const Study& study) {
@@ -428,10 +414,12 @@ Table cheapest_table(const std::vector<Point>& points, const Study& study) {
     const Point* here = cheapest(points, error, true);
     const Point* there = cheapest(points, error, false);
     std::vector<Cell> row{error};
-    add_cells(here, row);
-    add_cells(there, row);
-    row.emplace_back(std::string("-"));
-    if (here != nullptr && there != nullptr) { row.back() = there->seconds / here->seconds; }
+    for (const Point* point : {here, there}) {
+      row.emplace_back(point == nullptr ? "none" : point->method + ", " + point->setting);
+      row.push_back(point == nullptr ? Cell("-") : Cell(point->seconds));
+    }
+    const bool both = here != nullptr && there != nullptr;
+    row.push_back(both ? Cell(there->seconds / here->seconds) : Cell("-"));
     table.rows.push_back(std::move(row));
   }
   return table;

@@ -8,11 +8,6 @@
 namespace palpate::calibration {
 namespace {
 
-std::size_t worst_told(const Fit& fit) {
-  return *std::ranges::max_element(fit.told, {},
-                                   [&](std::size_t n) { return fit.parameters[n].deviation; });
-}
-
 /// Corrects the depth of a group whose BMI differs from that of the fitted groups.
 void move_depth(Observation& predicted, const Pooled& fitted, const Pooled& held) {
   if (!fitted.body_mass_index || !held.body_mass_index) { return; }
@@ -25,7 +20,8 @@ void move_depth(Observation& predicted, const Pooled& fitted, const Pooled& held
 Profile profile_of_worst(Forward& forward, const Fit& fit) {
   Profile profile;
   if (fit.told.empty()) { return profile; }
-  profile.parameter = worst_told(fit);
+  profile.parameter = *std::ranges::max_element(
+      fit.told, {}, [&](std::size_t n) { return fit.parameters[n].deviation; });
   const FittedParameter& worst = fit.parameters[profile.parameter];
   std::vector<std::size_t> others = fit.told;
   std::erase(others, profile.parameter);
@@ -110,8 +106,7 @@ Outcome Calibration::outcome() const {
       .suite = "calibration",
       .claim = "The recordings constrain parameters of the scene, and the fit is sound."};
   const auto at_bound = std::ranges::count_if(fit.parameters, &FittedParameter::at_bound);
-  outcome.judge_at_least("search converged", fit.converged ? 1.0 : 0.0, 1.0,
-                         "an unfinished search has no minimum");
+  outcome.judge_true("search converged", fit.converged, "an unfinished search has no minimum");
   outcome.judge_at_least("constrained parameters", static_cast<double>(fit.told.size()), 1.0,
                          "without any nothing was fitted");
   outcome.judge_at_most("parameters at a bound", static_cast<double>(at_bound), 0.0,

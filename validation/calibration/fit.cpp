@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <numeric>
@@ -275,12 +276,8 @@ void conclude_told(Fit& result, const Search& search, const Forward& forward,
 }  // namespace
 
 std::string_view name_of(Telling telling) {
-  switch (telling) {
-    case Telling::told: return "told";
-    case Telling::insensitive: return "insensitive";
-    case Telling::wide: return "wide";
-  }
-  return {};
+  constexpr std::array<std::string_view, 3> names{"told", "insensitive", "wide"};
+  return names[static_cast<std::size_t>(telling)];
 }
 
 Forward::Values Fit::values() const {

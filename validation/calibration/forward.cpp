@@ -3,10 +3,10 @@
 #include "validation/calibration/forward.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <exception>
 #include <thread>
 
+#include "validation/number_text.hpp"
 #include "validation/roll_out.hpp"
 
 namespace palpate::calibration {
@@ -18,10 +18,8 @@ std::string places_text(const std::vector<Parameter>& parameters, const Forward:
   std::string text;
   for (std::size_t n = 0; n < parameters.size(); ++n) {
     if (place[n] == parameters[n].prior) { continue; }
-    char number[40];
-    std::snprintf(number, sizeof number, "%.6g", place[n]);
-    text += (text.empty() ? " at " : ", ") + parameters[n].key + " = " + number + " " +
-            parameters[n].unit;
+    text += (text.empty() ? " at " : ", ") + parameters[n].key + " = " + plain_number(place[n], 6) +
+            " " + parameters[n].unit;
   }
   return text;
 }

@@ -104,36 +104,32 @@ ObservedInsertion observe_trace(const RawTrace& trace, std::span<const double> f
   return seen;
 }
 
+/// Name and unit of every observable.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 10> naming{
+    {{"pressure.peak", "Pa"},
+     {"pressure.plateau", "Pa"},
+     {"pressure.drop_time", "s"},
+     {"depth_of_loss", "m"},
+     {"force.peak", "N"},
+     {"force.-10_to_-8_mm", "N"},
+     {"force.-8_to_-6_mm", "N"},
+     {"force.-6_to_-4_mm", "N"},
+     {"force.-4_to_-2_mm", "N"},
+     {"force.-2_to_-0.5_mm", "N"}}};
+static_assert(naming.size() == observable_count);
+
 }  // namespace
 
-std::string name_of(Eigen::Index observable) {
-  if (observable > index_of(Observable::force_peak)) {
-    constexpr std::array bins{"force.-10_to_-8_mm", "force.-8_to_-6_mm", "force.-6_to_-4_mm",
-                              "force.-4_to_-2_mm", "force.-2_to_-0.5_mm"};
-    static_assert(bins.size() == force_bins.size());
-    return bins[static_cast<std::size_t>(observable - index_of(Observable::force))];
-  }
-  constexpr std::array names{"pressure.peak", "pressure.plateau", "pressure.drop_time",
-                             "depth_of_loss", "force.peak"};
-  return names[static_cast<std::size_t>(observable)];
+std::string_view name_of(Eigen::Index observable) {
+  return naming[static_cast<std::size_t>(observable)].first;
 }
-
-bool is_pressure(Eigen::Index observable) { return observable <= index_of(Observable::plateau); }
-bool is_force(Eigen::Index observable) { return observable >= index_of(Observable::force_peak); }
-
 std::string_view unit_of(Eigen::Index observable) {
-  if (is_pressure(observable)) { return "Pa"; }
-  if (is_force(observable)) { return "N"; }
-  return observable == index_of(Observable::drop_time) ? "s" : "m";
+  return naming[static_cast<std::size_t>(observable)].second;
 }
 
 std::string_view name_of(ForceSource source) {
-  switch (source) {
-    case ForceSource::none: return "none";
-    case ForceSource::recorded: return "recorded";
-    case ForceSource::plunger: return "plunger";
-  }
-  return {};
+  constexpr std::array<std::string_view, 3> names{"none", "recorded", "plunger"};
+  return names[static_cast<std::size_t>(source)];
 }
 
 ForceSource force_source(const Recording& recording) {
@@ -222,10 +218,10 @@ Eigen::MatrixXd shared_covariance(const Eigen::VectorXd& mean, bool plunger, dou
       Eigen::MatrixXd::Zero(observable_count, 4);  // zero, gain, friction, force gain
   Eigen::VectorXd own = Eigen::VectorXd::Zero(observable_count);
   for (Eigen::Index c = 0; c < observable_count; ++c) {
-    if (is_pressure(c)) {
+    if (unit_of(c) == "Pa") {
       sources(c, 0) = u.transducer.zero;
       sources(c, 1) = u.transducer.gain * mean[c];
-    } else if (is_force(c)) {
+    } else if (unit_of(c) == "N") {
       sources(c, 0) = plunger ? u.transducer.zero * area : 0.0;
       sources(c, 1) = plunger ? u.transducer.gain * mean[c] : 0.0;
       sources(c, 2) = plunger ? u.plunger_friction : 0.0;

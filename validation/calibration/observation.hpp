@@ -38,10 +38,8 @@ enum class Observable {
 };
 inline constexpr Eigen::Index observable_count = 5 + static_cast<Eigen::Index>(force_bins.size());
 
-std::string name_of(Eigen::Index observable);       ///< "force.-10_to_-8_mm"
+std::string_view name_of(Eigen::Index observable);  ///< "force.-10_to_-8_mm"
 std::string_view unit_of(Eigen::Index observable);  ///< "Pa", "s", "m", "N"
-bool is_pressure(Eigen::Index observable);
-bool is_force(Eigen::Index observable);
 inline Eigen::Index index_of(Observable observable) {
   return static_cast<Eigen::Index>(observable);
 }

@@ -68,17 +68,6 @@ void add_materials(Scene& scene, std::size_t count, std::vector<Slot>& slots) {
   }
 }
 
-void add_syringe(Syringe& syringe, std::vector<Slot>& slots) {
-  slots.push_back({"syringe.thumb_force", "N", &syringe.thumb_force, within_a_factor(2.0),
-                   "assumed: within a factor of 2; group means span 376 to 500 mmHg"});
-  slots.push_back({"syringe.compliance", "m^3/Pa", &syringe.compliance, within_a_factor(3.0),
-                   "assumed: within a factor of 3; falls take 50 to 200 ms"});
-  slots.push_back({"syringe.tissue_resistance", "Pa s/m^3", &syringe.tissue_resistance,
-                   within_a_factor(3.0), "assumed: within a factor of 3"});
-  slots.push_back({"syringe.epidural_resistance", "Pa s/m^3", &syringe.epidural_resistance, 0.44,
-                   "epidural pressure 15 (SD 7) mmHg (Kim et al. 1996), as a log-normal"});
-}
-
 std::vector<Slot> slots_of(Scene& scene) {
   std::vector<Slot> slots;
   const std::size_t count = passed_layers(scene);
@@ -89,7 +78,18 @@ std::vector<Slot> slots_of(Scene& scene) {
         {"layer." + std::to_string(n) + ".thickness", "m", &scene.tissue.layers[n].thickness, 0.7,
          "assumed: a factor of 4, as the fat differs from lean to obese (Ravi et al. 2011)"});
   }
-  if (scene.syringe) { add_syringe(*scene.syringe, slots); }
+  if (scene.syringe) {
+    Syringe& syringe = *scene.syringe;
+    slots.insert(slots.end(),
+                 {{"syringe.thumb_force", "N", &syringe.thumb_force, within_a_factor(2.0),
+                   "assumed: within a factor of 2; group means span 376 to 500 mmHg"},
+                  {"syringe.compliance", "m^3/Pa", &syringe.compliance, within_a_factor(3.0),
+                   "assumed: within a factor of 3; falls take 50 to 200 ms"},
+                  {"syringe.tissue_resistance", "Pa s/m^3", &syringe.tissue_resistance,
+                   within_a_factor(3.0), "assumed: within a factor of 3"},
+                  {"syringe.epidural_resistance", "Pa s/m^3", &syringe.epidural_resistance, 0.44,
+                   "epidural pressure 15 (SD 7) mmHg (Kim et al. 1996), as a log-normal"}});
+  }
   return slots;
 }
 

@@ -31,10 +31,6 @@ class BackgroundLoad {
   [[nodiscard]] long rounds() const { return rounds_.load(std::memory_order_relaxed); }
 
  private:
-  void compute() noexcept;
-  void walk(std::vector<double>& buffer) noexcept;
-  void stream(std::vector<double>& buffer) noexcept;
-
   std::atomic<bool> stop_{false};
   std::atomic<long> rounds_{0};
   std::vector<std::thread> threads_{};

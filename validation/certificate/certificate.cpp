@@ -12,6 +12,7 @@
 #include "validation/certificate/scene_loop.hpp"
 #include "validation/number_text.hpp"
 #include "validation/statistics.hpp"
+#include "validation/text.hpp"
 
 namespace palpate::certificate {
 
@@ -50,17 +51,11 @@ std::string of_ticks(const Phase& phase) {
          std::to_string(phase.record.ticks()) + " deadlines";
 }
 
-std::string joined(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& each : parts) { text += (text.empty() ? "" : ", ") + each; }
-  return text;
-}
-
 std::string refused_rights(const Rights& rights) {
   std::vector<std::string> refused;
   if (!rights.fifo.empty()) { refused.push_back("no SCHED_FIFO (" + rights.fifo + ")"); }
   if (!rights.memory.empty()) { refused.push_back("no locked memory (" + rights.memory + ")"); }
-  return joined(refused);
+  return join(refused);
 }
 
 /// Returns the reason why the environment does not qualify; empty if it does.
@@ -165,7 +160,7 @@ std::string suspects(const Phase& phase) {
     who.push_back("other processors were busy for " + with_unit(phase.times.others, "s") + " of " +
                   with_unit(phase.seconds, "s"));
   }
-  return joined(who);
+  return join(who);
 }
 
 std::string budget_text(const Certificate& all) {

@@ -12,18 +12,6 @@
 
 namespace palpate::certificate {
 
-void PressureLine::send(double time, double pressure) noexcept {
-  namespace link = device::pressure_link;
-  while (static_cast<double>(frames_) / link::frames_per_second <= time) {
-    if (const auto frame = frame_of(pressure, static_cast<std::size_t>(frames_))) {
-      link::FrameBytes bytes = link::encode(*frame);
-      if (damaged_ && frames_ % 2 == 1) { bytes[4] ^= 0xFFU; }
-      for (const std::uint8_t byte : bytes) { (void)reader_.take(byte); }
-    }
-    ++frames_;
-  }
-}
-
 namespace {
 
 using device::falcon::FaultScript;
@@ -77,7 +65,9 @@ std::string why_not_at(const Scene& scene, double rate) {
 
 SceneLoop::SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& options)
     : subject_(simulation_of(scene, options)),
-      periods_of_step_(std::lround(periods_of_step(scene, rate))) {
+      periods_of_step_(std::lround(periods_of_step(scene, rate))),
+      has_pressure_(scene.syringe && scene.needle),
+      damages_frames_(options.faults) {
   if (in_hand(scene)) {
     falcon_.emplace(
         scene, subject_,
@@ -86,8 +76,7 @@ SceneLoop::SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& op
   constexpr std::size_t enough = 64;  // twice what the model keeps
   happened_.reserve(enough);
   take_happenings();
-  if (scene.syringe && scene.needle) {
-    line_.emplace(options.faults);
+  if (has_pressure_) {
     row_.resize(subject_.columns().size());
     pressure_column_ = pressure_column(subject_.columns());
   }
@@ -104,7 +93,7 @@ StepStatus SceneLoop::tick() noexcept {
     status = subject_.step({});
   }
   period_ = period_ + 1 < periods_of_step_ ? period_ + 1 : 0;
-  if (line_ && subject_.ticks() > before) { send_pressure(); }
+  if (has_pressure_ && subject_.ticks() > before) { send_pressure(); }
   take_happenings();
   return status;
 }
@@ -117,9 +106,18 @@ void SceneLoop::take_happenings() noexcept {
   subject_.forget_tool_happenings();
 }
 
+/// Encodes, sends and decodes the frames that are due.
 void SceneLoop::send_pressure() noexcept {
+  namespace link = device::pressure_link;
   subject_.sample(row_);
-  line_->send(subject_.time(), row_[pressure_column_]);
+  while (static_cast<double>(frames_) / link::frames_per_second <= subject_.time()) {
+    if (const auto frame = frame_of(row_[pressure_column_], static_cast<std::size_t>(frames_))) {
+      link::FrameBytes bytes = link::encode(*frame);
+      if (damages_frames_ && frames_ % 2 == 1) { bytes[4] ^= 0xFFU; }
+      for (const std::uint8_t byte : bytes) { (void)reader_.take(byte); }
+    }
+    ++frames_;
+  }
 }
 
 bool SceneLoop::over() const noexcept {

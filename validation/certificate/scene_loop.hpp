@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Pressure link as part of a tick: a due frame is encoded, sent and decoded.
+/// Scene stepped one period at a time, as in a training simulator. It contains tissue, tool and
+/// hand, the emulated Falcon and its line if the scene has one, and the pressure link if it has a
+/// syringe. Everything is allocated on construction.
 
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,27 +14,6 @@
 #include "validation/subject/falcon_loop.hpp"
 
 namespace palpate::certificate {
-
-class PressureLine {
- public:
-  /// If `damaged`, one byte of every other frame is changed, so that the reader must resynchronise.
-  explicit PressureLine(bool damaged = false) : damaged_(damaged) {}
-
-  /// Sends the pressure [Pa] at this time [s] if a frame is due.
-  void send(double time, double pressure) noexcept;
-  [[nodiscard]] const device::pressure_link::ReaderCounts& counts() const {
-    return reader_.counts();
-  }
-
- private:
-  bool damaged_;
-  long frames_ = 0;
-  device::pressure_link::FrameReader reader_{};
-};
-
-// Scene stepped one period at a time, as in a training simulator. It contains tissue, tool and
-// hand, the emulated Falcon and its line if the scene has one, and the pressure link if it has a
-// syringe. Everything is allocated on construction.
 
 struct SceneLoopOptions {
   bool skip = true;     ///< false: compute what the scene does not need
@@ -66,7 +46,10 @@ class SceneLoop {
   [[nodiscard]] std::span<const ToolHappening> happenings() const noexcept { return happened_; }
   [[nodiscard]] Simulation& simulation() { return subject_.simulation(); }
   [[nodiscard]] FalconLoop* falcon() { return falcon_ ? &*falcon_ : nullptr; }
-  [[nodiscard]] const PressureLine* pressure_line() const { return line_ ? &*line_ : nullptr; }
+  /// Returns the counts of the pressure link.
+  [[nodiscard]] const device::pressure_link::ReaderCounts& frames() const {
+    return reader_.counts();
+  }
 
  private:
   void send_pressure() noexcept;
@@ -76,7 +59,11 @@ class SceneLoop {
   long periods_of_step_;
   long period_ = 0;  ///< of the present step
   std::optional<FalconLoop> falcon_{};
-  std::optional<PressureLine> line_{};
+  bool has_pressure_;
+  /// One byte of every other frame is changed, so that the reader must resynchronise.
+  bool damages_frames_;
+  long frames_ = 0;  ///< sent
+  device::pressure_link::FrameReader reader_{};
   std::vector<ToolHappening> happened_{};
   bool begun_ = false;
   std::vector<double> row_{};

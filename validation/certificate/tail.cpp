@@ -8,10 +8,11 @@
 #include <cmath>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_statistics_double.h>
-#include <limits>
+#include <iterator>
 #include <numeric>
 
 #include "validation/number_text.hpp"
+#include "validation/text.hpp"
 
 namespace palpate::certificate {
 
@@ -130,7 +131,7 @@ ExcessInterval excess_interval(const ParetoFit& fit, std::span<const double> exc
     return inside;
   };
   const double best = fit.excess_at(q);
-  ExcessInterval interval{.lower = 0.0, .upper = std::numeric_limits<double>::infinity()};
+  ExcessInterval interval{.lower = 0.0, .upper = unbounded};
   constexpr double far = 1e4;
   double low = best;
   while (low > best / far && allowed(low)) { low /= 2.0; }
@@ -150,7 +151,7 @@ double two_sided(double chance) { return gsl_cdf_ugaussian_Qinv(0.5 * chance); }
 
 std::vector<double> sizes(const Exceedances& all) {
   std::vector<double> size;
-  for (const LargeTick& each : all.ticks) { size.push_back(each.seconds); }
+  std::ranges::transform(all.ticks, std::back_inserter(size), &LargeTick::seconds);
   return size;
 }
 
@@ -388,7 +389,7 @@ Quantity level_stability(const std::vector<Level>& levels, double probability) {
 }
 
 /// Checks that the fit to the first half bounds the maximum of the second half.
-Quantity foretelling(const Level& lowest) {
+Quantity prediction_check(const Level& lowest) {
   Level first{.above = lowest.above.half(false)};
   const Exceedances second = lowest.above.half(true);
   Quantity check{
@@ -439,20 +440,19 @@ Tail judge_tail(std::span<const LargeTick> largest, long ticks, double deadline)
   const Level& lowest = levels.front();
   const double decades[] = {0.1 / static_cast<double>(ticks), 0.01 / static_cast<double>(ticks)};
   tail.checks = independence_checks(lowest.above);
-  for (Quantity& check : stationarity_checks(lowest.above)) {
-    tail.checks.push_back(std::move(check));
-  }
-  tail.checks.push_back(shape_stability(levels));
-  tail.checks.push_back(level_stability(levels, decades[1]));
-  tail.checks.push_back(shape_limit(lowest));
-  tail.checks.push_back(foretelling(lowest));
+  std::ranges::move(stationarity_checks(lowest.above), std::back_inserter(tail.checks));
+  std::ranges::move(std::array{shape_stability(levels), level_stability(levels, decades[1]),
+                               shape_limit(lowest), prediction_check(lowest)},
+                    std::back_inserter(tail.checks));
   for (const Level& level : levels) { tail.fits.push_back({level.above.threshold, level.fit}); }
+  std::vector<std::string> contradictions;
   for (const Quantity& check : tail.checks) {
-    if (check.holds()) { continue; }
-    tail.refusal +=
-        (tail.refusal.empty() ? "contradicted by the data: " : "; ") + contradiction(check);
+    if (!check.holds()) { contradictions.push_back(contradiction(check)); }
   }
-  if (!tail.refusal.empty()) { return tail; }
+  if (!contradictions.empty()) {
+    tail.refusal = "contradicted by the data: " + join(contradictions, "; ");
+    return tail;
+  }
   for (const double probability : decades) {
     tail.levels.push_back(return_level(lowest, probability, 0.95));
   }

@@ -3,7 +3,6 @@
 #include "validation/certificate/worst_case_probe.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 

@@ -117,7 +117,7 @@ void add_shared_errors(std::vector<ObservedRecording>& subjects, const SharedUnc
   offset[index_of(Observable::drop_time)] = shared.drop_time * seeded.normal();
   offset[index_of(Observable::depth_of_loss)] = shared.depth * seeded.normal();
   for (Eigen::Index n = 0; n < observable_count; ++n) {
-    if (is_force(n)) { factor[n] += shared.model * seeded.normal(); }
+    if (calibration::unit_of(n) == "N") { factor[n] += shared.model * seeded.normal(); }
   }
   for (ObservedRecording& subject : subjects) {
     subject.seen.value = subject.seen.value.cwiseProduct(factor) + offset;

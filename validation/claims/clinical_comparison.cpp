@@ -105,18 +105,6 @@ Figure figure_of(const std::vector<double>& time, const std::vector<double>& rec
   return figure;
 }
 
-std::vector<Cell> row_of(const Trial& trial, const Comparison& c) {
-  const double none = not_measured;
-  return {trial.name,
-          c.errors.samples > 0 ? c.errors.nrmse : none,
-          c.errors.samples > 0 ? c.errors.magnitude : none,
-          c.errors.samples > 0 ? c.errors.phase : none,
-          c.rating ? c.rating->overall : none,
-          c.alignment.lag,
-          std::string(verdict_word(c.outcome.status)),
-          c.outcome.reasons.empty() ? std::string() : c.outcome.reasons.front()};
-}
-
 void measure_verdicts(const CaseContext& context, Outcome& outcome) {
   const std::vector<double> time = instants(14.0, 120.0);
   std::vector<double> noisy = pressures({}, time);
@@ -131,7 +119,14 @@ void measure_verdicts(const CaseContext& context, Outcome& outcome) {
   for (Trial& trial : trials(time)) {
     damage(context, trial.simulated);
     const Comparison found = compare(recording, trace_of(time, trial.simulated), trial.options);
-    table.rows.push_back(row_of(trial, found));
+    const bool sampled = found.errors.samples > 0;
+    table.rows.push_back(
+        {trial.name, sampled ? found.errors.nrmse : not_measured,
+         sampled ? found.errors.magnitude : not_measured,
+         sampled ? found.errors.phase : not_measured,
+         found.rating ? found.rating->overall : not_measured, found.alignment.lag,
+         std::string(verdict_word(found.outcome.status)),
+         found.outcome.reasons.empty() ? std::string() : found.outcome.reasons.front()});
     const bool right = std::ranges::find(trial.right, found.outcome.status) != trial.right.end();
     outcome.judge_equal("right_verdict: " + trial.name, right ? 1.0 : 0.0, 1.0, trial.why);
   }
@@ -251,16 +246,6 @@ double largest_rise(const Recording& recording) {
   return largest.value();
 }
 
-void judge_samples(const Comparison& found, Outcome& outcome) {
-  outcome.judge_at_most(
-      "largest_difference_of_samples",
-      largest_difference(found.recorded_raw.value, found.simulated_raw.value) / pascals_per_mmhg,
-      0.5 * (1.0 + 1e-6) * quantum / pascals_per_mmhg,
-      "the link rounds to 0.1 mmHg: half of that, and rounding", "mmHg");
-  outcome.judge_true("verdict_agrees", found.outcome.status == Status::pass,
-                     "a recording of the simulation is the simulation");
-}
-
 /// Compares without a filter, because it rounds a corner more at 120 Hz than at 1 kHz. The event
 /// aligns the clocks to within the sampling of each trace.
 void judge_event(const Comparison& found, const Recording& recording, Outcome& outcome) {
@@ -284,7 +269,13 @@ void measure_round_trip(const CaseContext& context, Outcome& outcome) {
       static_cast<double>(recording.defects.missing + recording.defects.bad_frames), 0.0,
       "an undamaged line loses nothing");
   const Comparison found = compare(recording, simulated, {.alignment = AlignmentRule::start});
-  judge_samples(found, outcome);
+  outcome.judge_at_most(
+      "largest_difference_of_samples",
+      largest_difference(found.recorded_raw.value, found.simulated_raw.value) / pascals_per_mmhg,
+      0.5 * (1.0 + 1e-6) * quantum / pascals_per_mmhg,
+      "the link rounds to 0.1 mmHg: half of that, and rounding", "mmHg");
+  outcome.judge_true("verdict_agrees", found.outcome.status == Status::pass,
+                     "a recording of the simulation is the simulation");
   const Comparison by_event =
       compare(recording, simulated, {.alignment = AlignmentRule::event, .cutoff = 0.0});
   if (by_event.features.empty()) {

@@ -39,13 +39,9 @@ void damage(const CaseContext& context, std::vector<double>& pressure) {
 }
 
 double largest_difference(std::span<const double> a, std::span<const double> b) {
-  double largest = a.empty() ? comparison::not_measured : 0.0;
-  for (std::size_t n = 0; n < a.size(); ++n) {
-    const double difference = std::abs(a[n] - b[n]);
-    if (std::isnan(difference)) { return difference; }
-    largest = std::max(largest, difference);
-  }
-  return largest;
+  Largest largest(a.empty() ? comparison::not_measured : 0.0);
+  for (std::size_t n = 0; n < a.size(); ++n) { largest.add(std::abs(a[n] - b[n])); }
+  return largest.value();
 }
 
 Recording recording_of(const std::vector<double>& time, std::vector<double> pressure) {

@@ -326,12 +326,6 @@ Count count_found(const CaseContext& context, const Insertions& kind, std::uint6
   return count;
 }
 
-void add_row(Table& table, const std::string& what, const Count& count) {
-  const Interval interval = share_interval(count.found, count.trials);
-  table.rows.push_back(
-      {what, static_cast<double>(count.trials), count.share(), interval.lower, interval.upper});
-}
-
 /// Four standard deviations of filtered plateau noise, as a share of the smallest peak.
 double lost_to_noise() {
   return 4.0 * noise_deviation * std::sqrt(noise_shares(20.0, sample_rate).passed) / smallest_peak;
@@ -385,7 +379,9 @@ void measure_detection(const CaseContext& context, Outcome& outcome) {
                            {"insertions", "number", "share found", "lower", "upper"});
   const auto add = [&](const std::string& what, const Insertions& kind, std::uint64_t seed) {
     const Count count = count_found(context, kind, seed);
-    add_row(table, what, count);
+    const Interval interval = share_interval(count.found, count.trials);
+    table.rows.push_back(
+        {what, static_cast<double>(count.trials), count.share(), interval.lower, interval.upper});
     return count;
   };
   const Insertions true_one{};

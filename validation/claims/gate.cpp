@@ -34,14 +34,6 @@ constexpr long steps = 600;
 constexpr int instants_of_nodes = 6;
 constexpr int orders = 8;  ///< number of orders of summation for the spread
 
-Figure path_figure(const Trace& motion, int probe) {
-  return {.id = "path",
-          .title = "Path of the pushed node",
-          .x = {.label = "time (s)"},
-          .y = {.label = "position along z (m)"},
-          .series = {curve("node", motion.time, networks::row(motion.position, 3 * probe + 2))}};
-}
-
 Figure node_figure(const Trace& motion) {
   Figure figure =
       plot("nodes", "How far every node has moved", "", {"coordinate (1)"}, {"displacement (m)"});
@@ -88,7 +80,13 @@ Outcome outcome_of(const CaseContext& context, const Study& study) {
   outcome.report("final_energy", motion.values("energy_j").back(), "J");
   outcome.report("largest_energy", *std::ranges::max_element(motion.values("energy_j")), "J");
   outcome.report("work", static_cast<double>(motion.steps), "evaluations");
-  outcome.figures = {path_figure(motion, study.probe), node_figure(motion)};
+  outcome.figures = {
+      {.id = "path",
+       .title = "Path of the pushed node",
+       .x = {.label = "time (s)"},
+       .y = {.label = "position along z (m)"},
+       .series = {curve("node", motion.time, networks::row(motion.position, 3 * study.probe + 2))}},
+      node_figure(motion)};
   conclude(outcome);
   return outcome;
 }
@@ -287,8 +285,13 @@ class Ledger {
                             {"planted", "verdict", "because"});
 };
 
-void try_model_faults(const CaseContext& context, const Study& study, const Baseline& baseline,
-                      Ledger& ledger) {
+void measure_faults(const CaseContext& context, Outcome& outcome) {
+  const Study study = block_study();
+  const Baseline baseline = accepted(context, study);
+  const Candidate sound{.outcomes = {outcome_of(context, study)}};
+  outcome.judge_equal("holds_without", gate::compare(baseline, sound).holds() ? 1.0 : 0.0, 1.0,
+                      "a gate that is always red would catch everything");
+  Ledger ledger;
   for (const Mutation& fault : model_faults()) {
     CaseContext damaged = context;
     damaged.mutation = &fault;
@@ -297,25 +300,11 @@ void try_model_faults(const CaseContext& context, const Study& study, const Base
   ledger.add("the reference left the force out",
              gate::compare(baseline,
                            {.outcomes = {outcome_of(context, block_study(TruthLoad::left_out))}}));
-}
-
-void try_handed_faults(const Baseline& baseline, const Candidate& sound, Ledger& ledger) {
   for (const HandedFault& fault : handed_faults()) {
     Handed handed{.baseline = baseline, .candidate = sound};
     fault.plant(handed);
     ledger.add(fault.name, gate::compare(handed.baseline, handed.candidate, handed.only));
   }
-}
-
-void measure_faults(const CaseContext& context, Outcome& outcome) {
-  const Study study = block_study();
-  const Baseline baseline = accepted(context, study);
-  const Candidate sound{.outcomes = {outcome_of(context, study)}};
-  outcome.judge_equal("holds_without", gate::compare(baseline, sound).holds() ? 1.0 : 0.0, 1.0,
-                      "a gate that is always red would catch everything");
-  Ledger ledger;
-  try_model_faults(context, study, baseline, ledger);
-  try_handed_faults(baseline, sound, ledger);
   std::vector<std::pair<std::string, std::string>> refusals{
       {"a library that is 5 % slower, on a busy machine", refusal_of_slower_library()},
       {"a tail of response times that hang together", certificate::tail_of_pairs(1).refusal}};

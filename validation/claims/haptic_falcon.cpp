@@ -8,7 +8,6 @@
 #include "model/tissue/network_builder.hpp"
 #include "reference/haptic_loop.hpp"
 #include "validation/claims/groups.hpp"
-#include "validation/claims/haptic_fixture.hpp"
 #include "validation/claims/tool_fixture.hpp"
 #include "validation/subject/falcon_loop.hpp"
 
@@ -137,14 +136,6 @@ Scene layers_in_hand(double fat, Drive::Technique technique) {
   return scene;
 }
 
-Series force_over_depth(const Trace& trace, const std::string& label) {
-  Series series{.label = label};
-  const std::vector<double>& depth = trace.find("tool.depth_m")->values;
-  const std::vector<double>& force = trace.find("device.delivered_n")->values;
-  for (std::size_t n = 0; n < depth.size(); ++n) { series.add(1e3 * depth[n], force[n]); }
-  return series;
-}
-
 void measure_groups(const CaseContext& context, Outcome& outcome) {
   Table table =
       make_table("groups", "The same hand through four bodies", "",
@@ -179,7 +170,12 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
                             100.0 * static_cast<double>(held.facts.saturated) /
                                 static_cast<double>(held.facts.ticks),
                             -1e3 * held.facts.least_energy});
-      if (continuous) { figure.series.push_back(force_over_depth(held.run, group.name)); }
+      if (!continuous) { continue; }
+      Series series{.label = group.name};
+      for (std::size_t n = 0; n < held.run.rows(); ++n) {
+        series.add(1e3 * held.run.at("tool.depth_m", n), held.run.at("device.delivered_n", n));
+      }
+      figure.series.push_back(std::move(series));
     }
   }
   outcome.judge_at_least("share_that_arrives", arrived / asked, 1.0,
@@ -192,10 +188,6 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
 }
 
 void measure_overshoot(const CaseContext& context, Outcome& outcome) {
-  Figure figure = plot("overshoot", "Overshoot by reaction delay",
-                       "How far the tip goes beyond the loss of resistance, by the delay after "
-                       "which the hand answers; 20 mm/s, firm hand.",
-                       {"reaction delay (ms)"}, {"overshoot (mm)"});
   Series series{.label = "through the Falcon", .style = Series::Style::line_and_points};
   Smallest least_rise;
   Largest largest_rise;
@@ -220,8 +212,11 @@ void measure_overshoot(const CaseContext& context, Outcome& outcome) {
                         "theory: the intent goes on at 20 mm/s; the hand swings about it by the "
                         "force that falls away over its stiffness",
                         "m");
-  figure.series.push_back(std::move(series));
-  outcome.figures.push_back(std::move(figure));
+  outcome.figures.push_back(
+      plot("overshoot", "Overshoot by reaction delay",
+           "How far the tip goes beyond the loss of resistance, by the delay after which the hand "
+           "answers; 20 mm/s, firm hand.",
+           {"reaction delay (ms)"}, {"overshoot (mm)"}, {series}));
 }
 
 void measure_passivity(const CaseContext& context, Outcome& outcome) {
@@ -290,9 +285,6 @@ const Eigen::Vector3d outward = Eigen::Vector3d::UnitZ();
 void along_the_way(const Kinematics& kinematics, Outcome& outcome) {
   DriverProfile correct(DriverProfile::Kind::correct, kinematics);
   DriverProfile stock(DriverProfile::Kind::stock);
-  Figure figure = plot("over-depth", "3 N asked for against the insertion",
-                       "What the motors pull with along the needle's way through the workspace.",
-                       {"place of the grip, z (mm)"}, {"delivered (N)"});
   Series through_correct{.label = "correct"};
   Series through_stock{.label = "stock"};
   Largest error;
@@ -308,8 +300,10 @@ void along_the_way(const Kinematics& kinematics, Outcome& outcome) {
     through_correct.add(1e3 * z, right.z());
     through_stock.add(1e3 * z, wrong.z());
   }
-  figure.series = {std::move(through_correct), std::move(through_stock)};
-  outcome.figures.push_back(std::move(figure));
+  outcome.figures.push_back(
+      plot("over-depth", "3 N asked for against the insertion",
+           "What the motors pull with along the needle's way through the workspace.",
+           {"place of the grip, z (mm)"}, {"delivered (N)"}, {through_correct, through_stock}));
   outcome.judge_at_most("largest_error_of_the_correct_driver_in_words", error.value(), 1.0,
                         "theory: words are cut to whole ones, one at most in each motor");
   const double scale = libnifalcon_scale / martin_hillier_scale;
@@ -326,11 +320,6 @@ void over_force(const Kinematics& kinematics, Outcome& outcome) {
   DriverProfile correct(DriverProfile::Kind::correct, kinematics);
   DriverProfile stock(DriverProfile::Kind::stock);
   const Eigen::Vector3d place(0.0, 0.0, 0.125);
-  Figure figure =
-      plot("over-force", "What a growing force becomes in the middle of the workspace",
-           "Along the needle. The correct driver stops at the motors' limit; the stock one asks "
-           "for more, and where its words leave 16 bits the force turns round.",
-           {"asked for (N)"}, {"delivered (N)"});
   Series through_correct{.label = "correct"};
   Series through_stock{.label = "stock"};
   Smallest back(0.0);
@@ -344,8 +333,11 @@ void over_force(const Kinematics& kinematics, Outcome& outcome) {
     through_correct.add(force, right);
     through_stock.add(force, wrong);
   }
-  figure.series = {std::move(through_correct), std::move(through_stock)};
-  outcome.figures.push_back(std::move(figure));
+  outcome.figures.push_back(
+      plot("over-force", "What a growing force becomes in the middle of the workspace",
+           "Along the needle. The correct driver stops at the motors' limit; the stock one asks "
+           "for more, and where its words leave 16 bits the force turns round.",
+           {"asked for (N)"}, {"delivered (N)"}, {through_correct, through_stock}));
   outcome.judge_at_least("the_correct_driver_never_turns_a_force_round", forward.value(), 0.0,
                          "theory: words are clamped", "N");
   outcome.judge_at_most("the_stock_driver_does", back.value(), -1.0,

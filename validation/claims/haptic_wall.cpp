@@ -5,14 +5,106 @@
 #include <cmath>
 #include <complex>
 
+#include "device/haptic_device.hpp"
 #include "device/servo_loop.hpp"
 #include "reference/haptic_loop.hpp"
 #include "validation/claims/groups.hpp"
-#include "validation/claims/haptic_fixture.hpp"
 
 namespace palpate::haptics {
 
 namespace {
+
+/// Device with m x'' + b x' = F along the rail (x of the device), F constant within a tick and
+/// exact motion between ticks; optionally with an encoder and Coulomb friction.
+class Rail final : public device::HapticDevice {
+ public:
+  struct Settings {
+    double mass = 0.1;              ///< [kg]
+    double viscosity = 0.5;         ///< [N s/m]
+    double period = 1e-3;           ///< [s]
+    double encoder_step = 0.0;      ///< [m]; 0: exact
+    double coulomb_friction = 0.0;  ///< [N]
+  };
+
+  explicit Rail(const Settings& settings) : settings_(settings) {}
+
+  void put(double place, double velocity) {
+    place_ = place;
+    velocity_ = velocity;
+  }
+
+  device::DeviceSample exchange(const Eigen::Vector3d& force) noexcept override {
+    force_ = force.x();
+    const double step = settings_.encoder_step;
+    return {.position = {step > 0.0 ? step * std::round(place_ / step) : place_, 0.0, 0.0}};
+  }
+
+  /// Advances by one period. With friction a glide ends at zero velocity and starts only above the
+  /// friction.
+  void advance() noexcept {
+    const double friction = settings_.coulomb_friction;
+    double left = settings_.period;
+    for (int stretch = 0; stretch < 3 && left > 0.0; ++stretch) {
+      if (friction == 0.0) { return glide(force_, left); }
+      const bool rests = velocity_ == 0.0;
+      if (rests && std::abs(force_) <= friction) { return; }
+      const double against =
+          rests ? std::copysign(friction, force_) : std::copysign(friction, velocity_);
+      const double net = force_ - against;
+      // v(t) = e + (v - e) exp(-t / tau) with e = net / b; it ends where that is zero.
+      const double tau = settings_.mass / settings_.viscosity;
+      const double end_velocity = net / settings_.viscosity;
+      const bool stops = !rests && end_velocity * velocity_ < 0.0;
+      const double stop = stops ? tau * std::log1p(-velocity_ / end_velocity) : left;
+      const double time = std::min(left, stop);
+      glide(net, time);
+      if (stops && stop <= left) { velocity_ = 0.0; }
+      left -= time;
+    }
+  }
+
+  [[nodiscard]] double place() const { return place_; }        ///< [m]
+  [[nodiscard]] double velocity() const { return velocity_; }  ///< [m/s]
+
+ private:
+  /// The exact motion under a constant force for a while.
+  void glide(double force, double time) noexcept {
+    const double tau = settings_.mass / settings_.viscosity;
+    const double decay = -std::expm1(-time / tau);
+    const double end_velocity = force / settings_.viscosity;
+    place_ += end_velocity * time + (velocity_ - end_velocity) * tau * decay;
+    velocity_ += (end_velocity - velocity_) * decay;
+  }
+
+  Settings settings_;
+  double force_ = 0.0;
+  double place_ = 0.0;
+  double velocity_ = 0.0;
+};
+
+/// Two-sided virtual wall at 0 with damping from a backward difference.
+class Wall {
+ public:
+  Wall(double stiffness, double damping, double period)
+      : stiffness_(stiffness), damping_(damping / period) {}
+  [[nodiscard]] Eigen::Vector3d force(const device::DeviceSample& sample) noexcept {
+    const double place = sample.position.x();
+    const double pull = stiffness_ * place + damping_ * (place - last_);
+    last_ = place;
+    return {-pull, 0.0, 0.0};
+  }
+  void touch(double place) { last_ = place; }
+
+ private:
+  double stiffness_;
+  double damping_;
+  double last_ = 0.0;
+};
+
+/// Returns the delay [ticks] that a mutation of the loop adds.
+int extra_delay(const CaseContext& context) {
+  return context.mutation != nullptr ? context.mutation->loop_delay : 0;
+}
 
 /// Grip with a prescribed sine motion, independent of the force on it.
 class Shaker final : public device::HapticDevice {

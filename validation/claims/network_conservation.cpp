@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 
 #include "model/kernels/list_network.hpp"
 #include "model/stepping/integrator.hpp"
@@ -277,13 +276,6 @@ using Eigen::VectorXd;
 
 constexpr double duration = 0.02;  ///< [s]
 
-SpringNetwork loaded_network() {
-  const Block block{.nodes = {3, 3, 4}, .relaxation = 5e-4};
-  SpringNetwork network = block_network(block);
-  hold(network, Face::z_max);
-  return network;
-}
-
 Scene loaded_scene(const std::string& scheme, long ticks, int substeps) {
   Scene scene = scene_of(scheme, duration / static_cast<double>(ticks), duration, substeps);
   scene.loads = {{.face = Face::z_min,
@@ -366,7 +358,9 @@ void judge_scheme(const CaseContext& context, const NetworkProblem& problem,
 }
 
 void measure_work(const CaseContext& context, Outcome& outcome) {
-  const SpringNetwork network = loaded_network();
+  const Block block{.nodes = {3, 3, 4}, .relaxation = 5e-4};
+  SpringNetwork network = block_network(block);
+  hold(network, Face::z_max);
   const NetworkProblem problem = problem_of(loaded_scene("rk4", 64, 1), network);
   constexpr long samples = 512;
   const TruthSettings settings{.tolerance = {.relative = 1e-12}};
@@ -395,11 +389,13 @@ void measure_work(const CaseContext& context, Outcome& outcome) {
 
 using Eigen::Matrix3d;
 
-/// A scene with its network, and how its motion maps back to that of the base.
+/// A scene with its network, whose motion is length (linear x + shift) where the base is at x.
 struct Changed {
   Scene scene{};
   SpringNetwork network{};
-  std::function<Vector3d(const Vector3d&)> back{};
+  Matrix3d linear = Matrix3d::Identity();  ///< orthogonal
+  Vector3d shift = Vector3d::Zero();
+  double length = 1.0;
   std::vector<int> node_of{};  ///< base node -> node here; empty: the same
   bool exact = false;          ///< every operation maps to itself, so no rounding differs
   double reach = 0.0;          ///< largest coordinate, in units of the base [m]
@@ -425,12 +421,15 @@ Changed base_case() {
                        .start = 10 * step,
                        .end = 90 * step,
                        .profile = Profile::half_sine}};
-  base.back = [](const Vector3d& x) { return x; };
   base.reach = base.network.initial_position().cwiseAbs().maxCoeff();
   return base;
 }
 
-void map_vectors(Changed& changed, const Matrix3d& linear, const Vector3d& shift) {
+/// The base in another frame.
+Changed moved(const Matrix3d& linear, const Vector3d& shift) {
+  Changed changed = base_case();
+  changed.linear = linear;
+  changed.shift = shift;
   NodeVectors& rest = changed.network.rest_position;
   rest = (linear * rest).colwise() + shift;
   changed.network.springs = SpringList(changed.network.springs.listed());
@@ -439,34 +438,6 @@ void map_vectors(Changed& changed, const Matrix3d& linear, const Vector3d& shift
   changed.scene.tissue.gravity = linear * changed.scene.tissue.gravity;
   for (Load& load : changed.scene.loads) { load.force = linear * load.force; }
   changed.reach = changed.network.initial_position().cwiseAbs().maxCoeff();
-}
-
-Changed translated() {
-  Changed changed = base_case();
-  const Vector3d shift(0.7, -1.1, 0.4);
-  map_vectors(changed, Matrix3d::Identity(), shift);
-  changed.back = [shift](const Vector3d& x) { return Vector3d(x - shift); };
-  return changed;
-}
-
-Changed turned() {
-  Changed changed = base_case();
-  const Matrix3d rotation =
-      Eigen::AngleAxisd(1.1, Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
-  const Vector3d shift(0.02, 0.03, -0.01);
-  map_vectors(changed, rotation, shift);
-  changed.back = [rotation, shift](const Vector3d& x) {
-    return Vector3d(rotation.transpose() * (x - shift));
-  };
-  return changed;
-}
-
-Changed mirrored() {
-  Changed changed = base_case();
-  const Matrix3d mirror = Vector3d(-1.0, 1.0, 1.0).asDiagonal();
-  map_vectors(changed, mirror, Vector3d::Zero());
-  changed.back = [](const Vector3d& x) { return Vector3d(-x.x(), x.y(), x.z()); };
-  changed.exact = true;
   return changed;
 }
 
@@ -499,7 +470,7 @@ Changed in_units(double length, double mass, double time, bool exact) {
   }
   changed.scene.simulation.step *= time;
   changed.scene.simulation.duration *= time;
-  changed.back = [length](const Vector3d& x) { return Vector3d(x / length); };
+  changed.length = length;
   return changed;
 }
 
@@ -529,8 +500,10 @@ double largest_difference(const Changed& base, const Trace& base_motion, const C
     const Index from = base_problem.coordinate(node);
     const Index to = problem.coordinate(there);
     for (Index n = 0; n < base_motion.position.cols(); ++n) {
-      const Vector3d mapped = changed.back(motion.position.col(n + delay).segment<3>(to));
-      const Vector3d difference = mapped - base_motion.position.col(n).segment<3>(from);
+      const Vector3d place = motion.position.col(n + delay).segment<3>(to);
+      const Vector3d mapped = changed.linear.transpose() * (place - changed.shift);
+      const Vector3d difference =
+          mapped / changed.length - base_motion.position.col(n).segment<3>(from);
       largest.add(largest_of(difference));
     }
   }
@@ -568,10 +541,16 @@ void measure_invariance(const CaseContext& context, Outcome& outcome) {
                  "Largest difference over the peak after mapping back, and its bound by rounding.",
                  {"change", "difference (1)", "bound (1)"});
   const Changed base = base_case();
-  judge(context, "translated", base, translated(), 0, table, outcome);
-  judge(context, "rotated_and_translated", base, turned(), 0, table, outcome);
+  const Matrix3d rotation =
+      Eigen::AngleAxisd(1.1, Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
+  Changed mirrored = moved(Matrix3d(Vector3d(-1.0, 1.0, 1.0).asDiagonal()), Vector3d::Zero());
+  mirrored.exact = true;
+  judge(context, "translated", base, moved(Matrix3d::Identity(), {0.7, -1.1, 0.4}), 0, table,
+        outcome);
+  judge(context, "rotated_and_translated", base, moved(rotation, {0.02, 0.03, -0.01}), 0, table,
+        outcome);
   judge(context, "renumbered", base, renumbered(), 0, table, outcome);
-  judge(context, "mirrored", base, mirrored(), 0, table, outcome);
+  judge(context, "mirrored", base, mirrored, 0, table, outcome);
   judge(context, "units_mm_g_ms", base, in_units(1e3, 1e3, 1e3, false), 0, table, outcome);
   judge(context, "units_powers_of_two", base, in_units(1024.0, 512.0, 2048.0, true), 0, table,
         outcome);

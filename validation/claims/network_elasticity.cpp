@@ -5,10 +5,11 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <numbers>
 
 #include "model/tissue/network_builder.hpp"
-#include "reference/modal.hpp"
+#include "reference/exact_problems.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 
@@ -238,12 +239,6 @@ void measure_patch_test(const CaseContext& context, Outcome& outcome) {
 
 constexpr double shear = 0.1;  ///< initial, tan of the angle
 
-Block skewed_block(const CaseContext& context, int connectivity) {
-  const int n = context.quick ? 5 : 7;
-  // Slow modes overdamped: columns must not be pushed together, where they would buckle.
-  return {.nodes = {n, n, n}, .connectivity = connectivity, .relaxation = 0.02};
-}
-
 /// Held at z-max, sheared along x by a straight line in depth.
 SpringNetwork skewed_network(const Block& block) {
   SpringNetwork network = block_network(block);
@@ -307,26 +302,23 @@ Eigen::VectorXd final_position(const Block& block, const SpringNetwork& network)
   return place;
 }
 
-void judge_residual(int connectivity, double residual, double away, Outcome& outcome) {
+void measure_skew(int connectivity, const CaseContext& context, Outcome& outcome) {
+  const int n = context.quick ? 5 : 7;
+  // Slow modes overdamped: columns must not be pushed together, where they would buckle.
+  const Block block{.nodes = {n, n, n}, .connectivity = connectivity, .relaxation = 0.02};
+  const SpringNetwork network = skewed_network(block);
+  const Scene scene = automatic_scene("velocity-verlet", 5e-3, context.quick ? 0.8 : 1.6);
+  const Trace motion = roll_out(context, scene, &network, {.position = true});
+  const std::vector<double> values = shear_over_time(block, network, motion);
+  const double away = largest_of(motion.position.rightCols<1>() - final_position(block, network));
   const double expected = connectivity == 6 ? 1.0 / std::sqrt(1.0 + shear * shear) : 0.0;
-  outcome.judge_near("residual_over_initial_shear", residual, expected, 1e-6,
+  outcome.judge_near("residual_over_initial_shear", values.back() / shear, expected, 1e-6,
                      connectivity == 6
                          ? "theory: columns shorten to their rest length along the direction they "
                            "were given, so 1/sqrt(1 + shear^2) stays"
                          : "theory: C44 > 0, so every mode decays; 40 relaxation times");
   outcome.judge_at_most("furthest_node_from_theory", away, 2e-9,
                         "1e-6 of the smallest block's initial displacement of 2 mm", "m");
-}
-
-void measure_skew(const CaseContext& context, int connectivity, Outcome& outcome) {
-  const Block block = skewed_block(context, connectivity);
-  const SpringNetwork network = skewed_network(block);
-  Scene scene = scene_of("velocity-verlet", 5e-3, context.quick ? 0.8 : 1.6);
-  scene.simulation.substeps.reset();
-  const Trace motion = roll_out(context, scene, &network, {.position = true});
-  const std::vector<double> values = shear_over_time(block, network, motion);
-  const double away = largest_of(motion.position.rightCols<1>() - final_position(block, network));
-  judge_residual(connectivity, values.back() / shear, away, outcome);
   outcome.judge_at_most("diverged", motion.diverged ? 1.0 : 0.0, 0.0,
                         "steps below the stability limit");
   outcome.figures.push_back(
@@ -386,10 +378,7 @@ ModeRun run_mode(const CaseContext& context, SpringNetwork network, const Vector
   for (const int node : problem.free_nodes()) {
     weights(problem.coordinate(node) + 2) = shape(node) * network.mass(node);
   }
-  VectorXd rest(problem.dof());
-  for (const int node : problem.free_nodes()) {
-    rest.segment<3>(problem.coordinate(node)) = network.rest_position.col(node);
-  }
+  const VectorXd rest = reference::rest_coordinates(problem);
   const VectorXd x = (motion.position.colwise() - rest).transpose() * weights;
   return {identify_frequency(x, sample), rk4_frequency(omega, sample / substeps)};
 }
@@ -417,9 +406,7 @@ VectorXd frequencies_along_z(const NetworkProblem& problem) {
   std::vector<Index> along;
   for (Index i = 2; i < problem.dof(); i += 3) { along.push_back(i); }
   const MatrixXd stiffness = MatrixXd(stiffness_of(problem))(along, along);
-  const VectorXd scale = VectorXd(problem.mass()(along)).cwiseSqrt().cwiseInverse();
-  const MatrixXd scaled = scale.asDiagonal() * stiffness * scale.asDiagonal();
-  return reference::symmetric_eigenvalues(scaled).cwiseMax(0.0).cwiseSqrt();
+  return eigenvalues(stiffness, problem.mass()(along)).cwiseMax(0.0).cwiseSqrt();
 }
 
 struct ChainErrors {
@@ -590,10 +577,7 @@ std::vector<Case> elasticity_cases() {
                                          "6 neighbours have no shear stiffness."
                                        : "A sheared block of " + neighbours +
                                              "-neighbour springs comes back to its shape.",
-                     [connectivity](const CaseContext& context, Outcome& outcome) {
-                       measure_skew(context, connectivity, outcome);
-                     },
-                     1.0});
+                     std::bind_front(measure_skew, connectivity), 1.0});
   }
   return cases;
 }

@@ -22,6 +22,12 @@ SpringNetwork block_network(const Block& block) {
   return network;
 }
 
+Scene automatic_scene(const std::string& integrator, double step, double duration) {
+  Scene scene = scene_of(integrator, step, duration);
+  scene.simulation.substeps.reset();
+  return scene;
+}
+
 void hold(SpringNetwork& network, Face face) {
   for (const int node : face_nodes(network.rest_position, face)) {
     network.fixed[static_cast<std::size_t>(node)] = 1;
@@ -58,11 +64,13 @@ Eigen::SparseMatrix<double> stiffness_of(const Problem& problem) {
   return stiffness;
 }
 
+Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& a, const Eigen::VectorXd& mass) {
+  const Eigen::VectorXd scale = mass.cwiseSqrt().cwiseInverse();
+  return reference::symmetric_eigenvalues(scale.asDiagonal() * a * scale.asDiagonal());
+}
+
 double highest_frequency(const Problem& problem) {
-  const Eigen::VectorXd scale = problem.mass().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled =
-      scale.asDiagonal() * Eigen::MatrixXd(stiffness_of(problem)) * scale.asDiagonal();
-  return std::sqrt(reference::symmetric_eigenvalues(scaled).maxCoeff());
+  return std::sqrt(eigenvalues(stiffness_of(problem), problem.mass()).maxCoeff());
 }
 
 Truth find_truth(const CaseContext& context, const Problem& problem,

@@ -36,6 +36,9 @@ struct Block {
 };
 SpringNetwork block_network(const Block& block);
 
+/// Returns scene_of() with automatic substeps.
+Scene automatic_scene(const std::string& integrator, double step, double duration);
+
 void hold(SpringNetwork& network, Face face);
 /// Gives every free node a random displacement of up to `amplitude` [m] along each axis.
 void displace(SpringNetwork& network, double amplitude, std::uint64_t seed = 1);
@@ -48,6 +51,8 @@ NetworkProblem problem_of(const Scene& scene, const SpringNetwork& network);
 
 /// Returns K = -df/dq at the initial state.
 Eigen::SparseMatrix<double> stiffness_of(const Problem& problem);
+/// Returns the eigenvalues of M^-1 A, ascending.
+Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& a, const Eigen::VectorXd& mass);
 /// Returns the largest natural angular frequency of a network about its initial state [rad/s], from
 /// a dense eigensolution; for small networks only.
 double highest_frequency(const Problem& problem);

@@ -405,14 +405,6 @@ long expected_steps(const Timing& timing) {
   return count;
 }
 
-SpringNetwork one_node() {
-  SpringNetwork network;
-  network.rest_position = NodeVectors::Zero(3, 1);
-  network.mass = Eigen::VectorXd::Constant(1, mass);
-  network.fixed = {0};
-  return network;
-}
-
 /// Velocity that a load leaves behind, over h force / mass: a number of steps.
 double impulse_in_steps(const CaseContext& context, const std::string& scheme, const Timing& timing,
                         Profile profile) {
@@ -423,7 +415,10 @@ double impulse_in_steps(const CaseContext& context, const std::string& scheme, c
                   .start = timing.start,
                   .end = timing.end,
                   .profile = profile}};
-  const SpringNetwork network = one_node();
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, 1);
+  network.mass = Eigen::VectorXd::Constant(1, mass);
+  network.fixed = {0};
   const Trace motion = roll_out(context, scene, &network, {.position = true, .velocity = true});
   return motion.velocity(2, motion.velocity.cols() - 1) * mass / (force * motion.h);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -36,7 +37,7 @@ std::vector<double> zeros_of(const Curve& curve) {
 
 /// [rad/s] from the first and last zero; NaN with fewer than two.
 double frequency_of(const std::vector<double>& zeros) {
-  if (zeros.size() < 2) { return std::numeric_limits<double>::quiet_NaN(); }
+  if (zeros.size() < 2) { return std::nan(""); }
   return std::numbers::pi * static_cast<double>(zeros.size() - 1) / (zeros.back() - zeros.front());
 }
 
@@ -150,23 +151,13 @@ struct SchemeFigure {
 double semi_implicit_trace(double c, double h) { return 2.0 - c * h - h * h; }
 double semi_implicit_determinant(double c, double h) { return 1.0 - c * h; }
 
-const std::array<SchemeFigure, 3>& scheme_figures() {
-  static const std::array<SchemeFigure, 3> figures{
-      SchemeFigure{"figure-7", "euler", "Euler", [](double c, double h) { return 2.0 - c * h; },
-                   [](double c, double h) { return 1.0 - c * h + h * h; }},
-      SchemeFigure{"figure-8", "euler-cromer", "Euler-Cromer", semi_implicit_trace,
-                   semi_implicit_determinant},
-      SchemeFigure{"figure-9", "feynman-newton-printed", "Feynman-Newton as printed",
-                   semi_implicit_trace, semi_implicit_determinant}};
-  return figures;
-}
-
-void add_targets(Figure& figure, const Oscillator& oscillator) {
-  const std::vector<double> fine = tick_times(0.1, 250);
-  figure.series.push_back(
-      curve("Eq. 6 as plotted", fine, equation_6_samples(oscillator, fine), Series::Style::dashed));
-  figure.series.push_back(curve("exact", fine, exact_samples(oscillator, fine).position));
-}
+const std::array<SchemeFigure, 3> scheme_figures{
+    SchemeFigure{"figure-7", "euler", "Euler", [](double c, double h) { return 2.0 - c * h; },
+                 [](double c, double h) { return 1.0 - c * h + h * h; }},
+    SchemeFigure{"figure-8", "euler-cromer", "Euler-Cromer", semi_implicit_trace,
+                 semi_implicit_determinant},
+    SchemeFigure{"figure-9", "feynman-newton-printed", "Feynman-Newton as printed",
+                 semi_implicit_trace, semi_implicit_determinant}};
 
 /// The recurrence that a curve obeys says which scheme drew it, and at which damping and step.
 struct Misses {
@@ -187,19 +178,7 @@ Recurrence compare(Misses& misses, const SchemeFigure& one, double c, double h,
   return found;
 }
 
-void judge_misses(Outcome& outcome, const Misses& misses) {
-  for (const auto& [name, value] : {std::pair{"trace", misses.trace.value()},
-                                    std::pair{"determinant", misses.determinant.value()}}) {
-    outcome.judge_at_most(
-        std::string("largest miss of the step's ") + name + " over its rounding", value, 1.0,
-        "theory of the step; 10 operations a step at one eps each, times the condition of the fit");
-  }
-  outcome.judge_at_most("largest distance from the closed form over its peak",
-                        misses.position.value(), 10.0 * 250.0 * epsilon,
-                        "10 operations in each of 250 steps at one eps each");
-}
-
-void measure_scheme_figure(const CaseContext& context, Outcome& outcome, const SchemeFigure& one) {
+void measure_scheme_figure(const SchemeFigure& one, const CaseContext& context, Outcome& outcome) {
   Table table = make_table(
       "distances", one.title + " against Eq. 6",
       "RMS distances over 25 s; trace and determinant of the step, measured and in theory.",
@@ -224,10 +203,21 @@ void measure_scheme_figure(const CaseContext& context, Outcome& outcome, const S
       figure.series.push_back(curve(one.title + ", h = " + text(h) + " s", found.time,
                                     found.position, Series::Style::line_and_points));
     }
-    add_targets(figure, oscillator);
+    const std::vector<double> fine = tick_times(0.1, 250);
+    figure.series.push_back(curve("Eq. 6 as plotted", fine, equation_6_samples(oscillator, fine),
+                                  Series::Style::dashed));
+    figure.series.push_back(curve("exact", fine, exact_samples(oscillator, fine).position));
     outcome.figures.push_back(std::move(figure));
   }
-  judge_misses(outcome, misses);
+  for (const auto& [name, value] : {std::pair{"trace", misses.trace.value()},
+                                    std::pair{"determinant", misses.determinant.value()}}) {
+    outcome.judge_at_most(
+        std::string("largest miss of the step's ") + name + " over its rounding", value, 1.0,
+        "theory of the step; 10 operations a step at one eps each, times the condition of the fit");
+  }
+  outcome.judge_at_most("largest distance from the closed form over its peak",
+                        misses.position.value(), 10.0 * 250.0 * epsilon,
+                        "10 operations in each of 250 steps at one eps each");
   outcome.tables.push_back(std::move(table));
 }
 
@@ -236,9 +226,7 @@ void measure_scheme_figure(const CaseContext& context, Outcome& outcome, const S
 /// Two successive states span a parallelogram; each step multiplies its area by the determinant.
 double area_factor(const Samples& orbit, long steps) {
   const std::size_t count = static_cast<std::size_t>(steps) + 1;
-  if (orbit.position.size() != count || orbit.velocity.size() != count) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
+  if (orbit.position.size() != count || orbit.velocity.size() != count) { return std::nan(""); }
   const auto area = [&](std::size_t n) {
     return orbit.position[n] * orbit.velocity[n + 1] - orbit.position[n + 1] * orbit.velocity[n];
   };
@@ -284,7 +272,7 @@ void measure_figure_10(const CaseContext& context, Outcome& outcome) {
       make_table("areas", "What a step does to an area of the phase plane",
                  "Measured factor, determinant of the step, and the exact exp(-c h / m).",
                  {"scheme", "c (N s/m)", "h (s)", "measured (1)", "theory (1)", "exact (1)"});
-  for (const SchemeFigure& one : scheme_figures()) {
+  for (const SchemeFigure& one : scheme_figures) {
     Largest miss;
     for (const double h : paper_steps) {
       for (const double c : {0.0, 0.1, 0.7, 1.4}) {
@@ -310,13 +298,10 @@ struct Contender {
   std::string scheme;
   std::string title;
 };
-const std::array<Contender, 4>& contenders() {
-  static const std::array<Contender, 4> all{
-      Contender{"euler", "Euler"}, Contender{"euler-cromer", "Euler-Cromer"},
-      Contender{"feynman-newton-printed", "Feynman-Newton as printed"},
-      Contender{"feynman-newton", "Feynman-Newton, half-step start"}};
-  return all;
-}
+const std::array<Contender, 4> contenders{
+    Contender{"euler", "Euler"}, Contender{"euler-cromer", "Euler-Cromer"},
+    Contender{"feynman-newton-printed", "Feynman-Newton as printed"},
+    Contender{"feynman-newton", "Feynman-Newton, half-step start"}};
 
 /// One damping and step: distances of the four, measured and as their closed forms give them.
 struct Round {
@@ -335,8 +320,8 @@ Round play(const CaseContext& context, double c, double h) {
   const std::vector<double> equation = equation_6_samples(oscillator, tick_times(h, steps));
   Round round{.c = c, .h = h};
   std::array<std::vector<double>, 4> x;
-  for (std::size_t i = 0; i < contenders().size(); ++i) {
-    const std::string& scheme = contenders()[i].scheme;
+  for (std::size_t i = 0; i < contenders.size(); ++i) {
+    const std::string& scheme = contenders[i].scheme;
     x[i] = run(context, oscillator, scheme, h, steps).position;
     const std::vector<double> closed = closed_positions(scheme, oscillator, h, steps);
     round.from_equation[i] = rms_distance(x[i], equation);
@@ -366,7 +351,7 @@ std::string ranking(const std::array<int, 4>& won) {
   std::string words;
   for (std::size_t i = 0; i < won.size(); ++i) {
     if (won[i] == 0) { continue; }
-    words += (words.empty() ? "" : ", ") + contenders()[i].title + " in " + std::to_string(won[i]);
+    words += (words.empty() ? "" : ", ") + contenders[i].title + " in " + std::to_string(won[i]);
   }
   return words;
 }
@@ -417,7 +402,7 @@ void judge_reversal(const CaseContext& context, Outcome& outcome) {
   back.velocity = -there.velocity.back();
   const Samples home = run(context, back, "euler-cromer", 0.25, steps);
   const double miss = home.position.empty()
-                          ? std::numeric_limits<double>::quiet_NaN()
+                          ? std::nan("")
                           : std::hypot(home.position.back() - 1.0, home.velocity.back());
   outcome.judge_at_most("Euler-Cromer undoes printed Feynman-Newton, c = 0: miss", miss,
                         20.0 * static_cast<double>(steps) * epsilon,
@@ -431,7 +416,7 @@ Table table_of(const std::vector<Round>& rounds) {
                  "RMS distance over 25 s from Eq. 6 as plotted and from the exact motion.",
                  {"c (N s/m)", "h (s)"});
   for (const std::string target : {"Eq. 6", "exact"}) {
-    for (const Contender& one : contenders()) {
+    for (const Contender& one : contenders) {
       table.columns.push_back(one.title + " - " + target + " (m)");
     }
   }
@@ -477,8 +462,8 @@ Figure draw(const std::vector<Round>& rounds) {
                        "plotted or the exact motion is the target.",
                        {"c (N s/m)"}, logarithmic("RMS distance (m)"));
   for (std::size_t i = 1; i < 4; ++i) {
-    Series equation{.label = contenders()[i].title + " - Eq. 6", .style = Series::Style::dashed};
-    Series exact{.label = contenders()[i].title + " - exact",
+    Series equation{.label = contenders[i].title + " - Eq. 6", .style = Series::Style::dashed};
+    Series exact{.label = contenders[i].title + " - exact",
                  .style = Series::Style::line_and_points};
     for (const Round& round : rounds) {
       if (round.h != 0.1) { continue; }
@@ -509,14 +494,11 @@ std::vector<Case> figure_cases() {
   std::vector<Case> cases = {{"oscillator/figure-6", "accuracy",
                               "Eq. 6 as printed, as plotted and exact are three different motions.",
                               measure_figure_6, 0.1}};
-  for (const SchemeFigure& one : scheme_figures()) {
+  for (const SchemeFigure& one : scheme_figures) {
     cases.push_back({"oscillator/" + one.name, "accuracy",
                      one.title + " moves by the recurrence that its definition gives at every "
                                  "damping and step of the paper.",
-                     [&one](const CaseContext& context, Outcome& outcome) {
-                       measure_scheme_figure(context, outcome, one);
-                     },
-                     0.3});
+                     std::bind_front(measure_scheme_figure, one), 0.3});
   }
   cases.push_back(
       {"oscillator/figure-10", "accuracy",

@@ -2,7 +2,6 @@
 /// Measured stability limit of every scheme, compared with theory.
 
 #include <cmath>
-#include <limits>
 
 #include "model/stepping/stability.hpp"
 #include "reference/oscillator.hpp"
@@ -56,7 +55,7 @@ Found search(const CaseContext& context, const Oscillator& oscillator, std::stri
   while (!unstable(bad)) {
     good = bad;
     bad *= 2.0;
-    if (bad > 1e3) { return {std::numeric_limits<double>::infinity(), 0.0}; }
+    if (bad > 1e3) { return {unbounded, 0.0}; }
   }
   while (bad - good > last_bracket * bad) {
     const double middle = 0.5 * (good + bad);
@@ -81,23 +80,11 @@ void judge_limit(const CaseContext& context, Outcome& outcome, const IntegratorI
   measured.add(s, found.limit);
 }
 
-void draw_limits(const IntegratorInfo& info, Series measured, Outcome& outcome) {
-  Series line{.label = "theory"};
-  for (int n = 0; n <= 90; ++n) {
-    line.add(0.01 * n, reference::stability_limit(info.name, 1.0, 0.01 * n));
-  }
-  outcome.figures.push_back(plot("limit", "Longest stable step of " + std::string(info.name),
-                                 "The step at which runs begin to grow, found by bisection, lies "
-                                 "on the limit that theory gives for every damping.",
-                                 {"damping ratio S (1)"}, {.label = "h omega0 (1)", .minimum = 0.0},
-                                 {std::move(line), std::move(measured)}));
-}
-
 /// W(n) = x(n)^2 - x(n+1) x(n-1) is multiplied by the determinant of the step at every step; for a
 /// pair of complex eigenvalues that is the square of their size.
 double growth_per_step(const Samples& samples) {
   const auto& x = samples.position;
-  if (x.size() < 4) { return std::numeric_limits<double>::quiet_NaN(); }
+  if (x.size() < 4) { return std::nan(""); }
   const auto w = [&x](std::size_t n) { return x[n] * x[n] - x[n + 1] * x[n - 1]; };
   const std::size_t last = x.size() - 2;
   return std::pow(w(last) / w(1), 0.5 / static_cast<double>(last - 1));
@@ -132,7 +119,7 @@ void judge_unlimited(const CaseContext& context, Outcome& outcome, const Integra
     const Samples samples = run(context, with_damping_ratio(s), info.name, h, steps);
     const double reach = samples.position.size() == static_cast<std::size_t>(steps) + 1
                              ? largest(samples.position, 0, samples.position.size())
-                             : std::numeric_limits<double>::quiet_NaN();
+                             : std::nan("");
     // The solver stops within 64 eps of v, which h turns into a position.
     const double rounding = 64.0 * epsilon * h * static_cast<double>(steps);
     outcome.judge_at_most("largest |x| at h omega0 = 1000, S = " + text(s), reach, 1.0 + rounding,
@@ -159,7 +146,15 @@ void measure_stability(const IntegratorInfo& info, const CaseContext& context, O
   Series measured{.label = "found by bisection", .style = Series::Style::points};
   for (const double s : ratios) { judge_limit(context, outcome, info, s, table, measured); }
   outcome.tables.push_back(std::move(table));
-  draw_limits(info, std::move(measured), outcome);
+  Series line{.label = "theory"};
+  for (int n = 0; n <= 90; ++n) {
+    line.add(0.01 * n, reference::stability_limit(info.name, 1.0, 0.01 * n));
+  }
+  outcome.figures.push_back(plot("limit", "Longest stable step of " + std::string(info.name),
+                                 "The step at which runs begin to grow, found by bisection, lies "
+                                 "on the limit that theory gives for every damping.",
+                                 {"damping ratio S (1)"}, {.label = "h omega0 (1)", .minimum = 0.0},
+                                 {std::move(line), std::move(measured)}));
 }
 
 }  // namespace

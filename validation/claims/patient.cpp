@@ -36,18 +36,15 @@ struct Rungs {
   std::vector<int> substeps;
 };
 
-const std::vector<Rungs>& ladder() {
-  static const std::vector<Rungs> rungs{{"euler", 1.0, {20, 40, 80}},
-                                        {"euler-cromer", 1.0, {20, 40, 80}},
-                                        {"feynman-newton", 1.0, {20, 40, 80}},
-                                        {"feynman-newton-printed", 1.0, {20, 40, 80}},
-                                        {"leapfrog", 2.0, {10, 20}},
-                                        {"velocity-verlet", 2.0, {20, 40, 80}},
-                                        {"rk4", 4.0, {16, 32, 64}},
-                                        {"implicit-euler", 1.0, {1}},
-                                        {"implicit-midpoint", 2.0, {1, 2}}};
-  return rungs;
-}
+const std::vector<Rungs> ladder{{"euler", 1.0, {20, 40, 80}},
+                                {"euler-cromer", 1.0, {20, 40, 80}},
+                                {"feynman-newton", 1.0, {20, 40, 80}},
+                                {"feynman-newton-printed", 1.0, {20, 40, 80}},
+                                {"leapfrog", 2.0, {10, 20}},
+                                {"velocity-verlet", 2.0, {20, 40, 80}},
+                                {"rk4", 4.0, {16, 32, 64}},
+                                {"implicit-euler", 1.0, {1}},
+                                {"implicit-midpoint", 2.0, {1, 2}}};
 
 reference::Reference references(const CaseContext& context, const NetworkProblem& problem) {
   using reference::solver_named;
@@ -117,19 +114,6 @@ void judge_scheme(const std::vector<Shown>& all, const Rungs& rungs, double floo
                         at_floor ? "" : "theory, two rungs");
 }
 
-Table table_of(const std::vector<Shown>& all) {
-  Table table = make_table(
-      "schemes", "Every integrator on the patient's network",
-      "Errors over all nodes and ticks, relative to the peak displacement.",
-      {"integrator", "substeps a tick", "h (s)", "largest error (1)", "L2 error (1)", "steps (1)"});
-  for (const Shown& each : all) {
-    table.rows.push_back({std::string(each.rungs->scheme), static_cast<double>(each.substeps),
-                          each.motion.h, each.error.maximum, each.error.l2,
-                          static_cast<double>(each.motion.steps)});
-  }
-  return table;
-}
-
 Figure error_figure(const std::vector<Shown>& all, double floor, bool over_cost) {
   Figure figure =
       plot(over_cost ? "error-over-cost" : "error-over-step",
@@ -141,7 +125,7 @@ Figure error_figure(const std::vector<Shown>& all, double floor, bool over_cost)
   figure.timing = over_cost;
   double least = unbounded;
   double most = 0.0;
-  for (const Rungs& rungs : ladder()) {
+  for (const Rungs& rungs : ladder) {
     Series series{.label = rungs.scheme, .style = Series::Style::line_and_points};
     for (const Shown& each : all) {
       if (each.rungs != &rungs) { continue; }
@@ -181,14 +165,6 @@ Figure motion_figure(const NetworkProblem& problem, const std::vector<Shown>& al
   return figure;
 }
 
-Figure floor_figure(const reference::Reference& truth) {
-  return plot("floor", "How well the references agree",
-              "Largest disagreement of the solver families at each stored instant.", {"time (s)"},
-              logarithmic("disagreement (of peak)"),
-              {curve("position", truth.solution.time, truth.position_floor),
-               curve("velocity", truth.solution.time, truth.velocity_floor)});
-}
-
 void measure_lumbar(const CaseContext& context, Outcome& outcome) {
   const auto network =
       context.outside_network ? context.outside_network("lumbar_network") : std::nullopt;
@@ -202,7 +178,7 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
   judge_references(truth, outcome);
   const double floor = std::ranges::max(truth.position_floor);
   std::vector<Shown> all;
-  for (const Rungs& rungs : ladder()) {
+  for (const Rungs& rungs : ladder) {
     for (const int substeps : rungs.substeps) {
       all.push_back(show(context, *network, rungs, substeps, truth.solution));
       const Shown& last = all.back();
@@ -213,9 +189,23 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
     judge_scheme(all, rungs, floor, outcome);
   }
   outcome.report("peak displacement", reference::peak_displacement(truth.solution.position), "m");
-  outcome.tables.push_back(table_of(all));
+  Table table = make_table(
+      "schemes", "Every integrator on the patient's network",
+      "Errors over all nodes and ticks, relative to the peak displacement.",
+      {"integrator", "substeps a tick", "h (s)", "largest error (1)", "L2 error (1)", "steps (1)"});
+  for (const Shown& each : all) {
+    table.rows.push_back({std::string(each.rungs->scheme), static_cast<double>(each.substeps),
+                          each.motion.h, each.error.maximum, each.error.l2,
+                          static_cast<double>(each.motion.steps)});
+  }
+  outcome.tables.push_back(std::move(table));
   outcome.figures = {motion_figure(problem, all, truth.solution), error_figure(all, floor, false),
-                     error_figure(all, floor, true), floor_figure(truth)};
+                     error_figure(all, floor, true),
+                     plot("floor", "How well the references agree",
+                          "Largest disagreement of the solver families at each stored instant.",
+                          {"time (s)"}, logarithmic("disagreement (of peak)"),
+                          {curve("position", truth.solution.time, truth.position_floor),
+                           curve("velocity", truth.solution.time, truth.velocity_floor)})};
 }
 
 }  // namespace

@@ -18,15 +18,7 @@ namespace palpate::stability {
 
 namespace {
 
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// Eigenvalues of M^-1 A, ascending.
-VectorXd eigenvalues(const Eigen::SparseMatrix<double>& a, const VectorXd& mass) {
-  const VectorXd scale = mass.cwiseSqrt().cwiseInverse();
-  const MatrixXd scaled = scale.asDiagonal() * MatrixXd(a) * scale.asDiagonal();
-  return reference::symmetric_eigenvalues(scaled);
-}
 
 bool reference_knows(const IntegratorInfo& scheme) {
   return std::ranges::find(reference::discrete_schemes(), scheme.name) !=
@@ -50,8 +42,8 @@ Spectrum spectrum_of(const SpringNetwork& network) {
   Eigen::SparseMatrix<double> stiffness;
   Eigen::SparseMatrix<double> damping;
   problem.jacobian(problem.initial_position(), VectorXd::Zero(problem.dof()), stiffness, damping);
-  return {eigenvalues(stiffness, problem.mass()).cwiseMax(0.0).cwiseSqrt(),
-          eigenvalues(damping, problem.mass()).maxCoeff()};
+  return {networks::eigenvalues(stiffness, problem.mass()).cwiseMax(0.0).cwiseSqrt(),
+          networks::eigenvalues(damping, problem.mass()).maxCoeff()};
 }
 
 double scalar_limit(const IntegratorInfo& scheme, double omega, double damping_ratio) {
@@ -106,12 +98,6 @@ double energy_growth(const Trace& motion) {
   Largest growth(motion.diverged ? std::nan("") : 0.0);
   for (const double e : energy) { growth.add(e / energy.front()); }
   return growth.value();
-}
-
-VectorXd rest_position(const SpringNetwork& network) {
-  SpringNetwork resting = network;
-  resting.initial_displacement = {};
-  return NetworkProblem(resting).initial_position();
 }
 
 double margin_db(double limit, double used) { return 20.0 * std::log10(limit / used); }

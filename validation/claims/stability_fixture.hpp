@@ -14,6 +14,7 @@ namespace palpate::stability {
 /// proportional: every viscosity is `relaxation` [s] times the stiffness.
 SpringNetwork cube(int n, double relaxation);
 
+using networks::automatic_scene;
 using networks::displace;
 
 /// Exact angular frequencies about the initial state [rad/s], ascending, and rates of M^-1 C [1/s].
@@ -48,9 +49,6 @@ double energy_ratio_bound(const IntegratorInfo& scheme, double z);
 
 /// Returns the largest energy of a run over the initial one; NaN if it diverged or a value is NaN.
 double energy_growth(const Trace& motion);
-
-/// Returns the coordinates with every spring at its rest length [m].
-Eigen::VectorXd rest_position(const SpringNetwork& network);
 
 /// Returns the margin 20 log10(limit / used) [dB].
 double margin_db(double limit, double used);

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "model/problem/problem.hpp"
 #include "model/stepping/stability.hpp"
 #include "model/tissue/network_builder.hpp"
+#include "reference/exact_problems.hpp"
 #include "reference/modal.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/stability_fixture.hpp"
@@ -63,16 +63,6 @@ Ratios ratios_of(const CaseContext& context, int networks) {
   return ratios;
 }
 
-void draw(Ratios ratios, Outcome& outcome) {
-  outcome.figures.push_back(
-      plot("ratios", "Bounds over exact values",
-           "Random networks of 16 nodes and 60 springs: the estimate must stay below 1 and the "
-           "guaranteed bounds above it.",
-           {"spread of mass, stiffness and viscosity (decades)"}, {"bound / exact value (1)"},
-           {std::move(ratios.estimate), std::move(ratios.upper), std::move(ratios.damping),
-            curve("exact", {0.0, 6.0}, {1.0, 1.0}, Series::Style::dashed)}));
-}
-
 void measure_bounds(const CaseContext& context, Outcome& outcome) {
   Ratios ratios = ratios_of(context, context.quick ? 60 : 400);
   const auto [low_estimate, high_estimate] = std::ranges::minmax(ratios.estimate.y);
@@ -88,7 +78,13 @@ void measure_bounds(const CaseContext& context, Outcome& outcome) {
   outcome.judge_at_least("smallest damping bound over true", low_damping, 1.0 - 1e-11, exact);
   outcome.judge_at_most("largest damping bound over true", high_damping, 2.25,
                         "as the bound of the frequency, which is its square root");
-  draw(std::move(ratios), outcome);
+  outcome.figures.push_back(
+      plot("ratios", "Bounds over exact values",
+           "Random networks of 16 nodes and 60 springs: the estimate must stay below 1 and the "
+           "guaranteed bounds above it.",
+           {"spread of mass, stiffness and viscosity (decades)"}, {"bound / exact value (1)"},
+           {std::move(ratios.estimate), std::move(ratios.upper), std::move(ratios.damping),
+            curve("exact", {0.0, 6.0}, {1.0, 1.0}, Series::Style::dashed)}));
 }
 
 // Measured stability limit of a small lattice against its exact eigenvalues. Schemes without a
@@ -99,7 +95,6 @@ constexpr double moderate = 1e-6;    // [m]
 constexpr double blown_up = 1e3;     // times the initial displacement
 constexpr double resolution = 1e-3;  // runs are long enough to show growth this far beyond
 constexpr double most_drawn = 1e3 * blown_up;  // beyond, rounding decides where a run overflows
-constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// Largest displacement in a run over the largest at its start.
 double growth_of_run(const CaseContext& context, const IntegratorInfo& scheme,
@@ -107,8 +102,8 @@ double growth_of_run(const CaseContext& context, const IntegratorInfo& scheme,
   const Scene scene = scene_of(std::string(scheme.name), h, h * static_cast<double>(steps));
   const Trace motion =
       roll_out(context, scene, &network, {.every = std::max(1L, steps / 40), .position = true});
-  if (motion.diverged || !motion.position.allFinite()) { return infinite; }
-  const Eigen::VectorXd rest = rest_position(network);
+  if (motion.diverged || !motion.position.allFinite()) { return unbounded; }
+  const Eigen::VectorXd rest = reference::rest_coordinates(NetworkProblem(network));
   const Eigen::VectorXd largest =
       (motion.position.colwise() - rest).cwiseAbs().colwise().maxCoeff().transpose();
   return largest.maxCoeff() / largest(0);
@@ -144,7 +139,7 @@ double blow_up_step(double expected, const std::function<double(double)>& growth
   while (high >= 1.05 * expected && !blows_up(high)) {
     low = high;
     high *= 2.0;
-    if (high > 10.0 * expected) { return infinite; }
+    if (high > 10.0 * expected) { return unbounded; }
   }
   while (high - low > 0.5 * resolution * expected) {
     const double middle = 0.5 * (low + high);
@@ -172,19 +167,14 @@ void judge_row(const Row& row, Outcome& outcome) {
                          "automatic substeps stay at half of the guaranteed step", "dB");
 }
 
-/// Returns the automatic step for a tick of ten times the limit.
-double automatic_step(const CaseContext& context, const IntegratorInfo& scheme,
-                      const SpringNetwork& network, double limit) {
-  Scene scene = scene_of(std::string(scheme.name), 10.0 * limit, 10.0 * limit);
-  scene.simulation.substeps.reset();
-  return roll_out(context, scene, &network, {.position = true}).h;
-}
-
 Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringNetwork network,
                const Row& expected, std::vector<Series>& growth) {
   Row row = expected;
   row.guaranteed = stable_step(scheme, spectral_bounds(NetworkProblem(network)));
-  row.automatic = automatic_step(context, scheme, network, row.limit.h);
+  // For a tick of ten times the limit.
+  const Scene scene =
+      automatic_scene(std::string(scheme.name), 10.0 * row.limit.h, 10.0 * row.limit.h);
+  row.automatic = roll_out(context, scene, &network, {.position = true}).h;
   displace(network, tiny);
   const long steps = steps_needed(scheme, row.limit);
   std::vector<Run> runs;
@@ -229,32 +219,6 @@ void judge_always_unstable(const IntegratorInfo& scheme, const CaseContext& cont
                         "theory: every step amplifies an undamped oscillator", "s");
 }
 
-void tabulate(const std::vector<Row>& rows, Outcome& outcome) {
-  Table table = make_table("limits", "Steps at which the lattice blows up",
-                           "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
-                           {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
-                            "guaranteed (ms)", "automatic (ms)", "margin (dB)"});
-  for (const Row& row : rows) {
-    table.rows.push_back({1e3 * row.relaxation, row.limit.omega, row.limit.damping_ratio,
-                          1e3 * row.limit.h, 1e3 * row.measured, 1e3 * row.guaranteed,
-                          1e3 * row.automatic, margin_db(row.limit.h, row.automatic)});
-  }
-  outcome.tables.push_back(std::move(table));
-}
-
-void draw(std::vector<Series> growth, Outcome& outcome) {
-  Figure figure =
-      plot("growth", "Growth around the stability limit",
-           "Largest displacement over the initial one, for every step of the bisection; runs above "
-           "the line are unstable; growth is drawn up to a million.",
-           {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
-           logarithmic("largest displacement / initial (1)"));
-  figure.series = std::move(growth);
-  figure.series.push_back(
-      curve("counts as blown up", {0.94, 1.06}, {blown_up, blown_up}, Series::Style::dashed));
-  outcome.figures.push_back(std::move(figure));
-}
-
 void measure_blow_up(const IntegratorInfo& scheme, const CaseContext& context, Outcome& outcome) {
   std::vector<double> relaxations{0.0, 1.5e-3};  // [s]
   if (!context.quick) { relaxations = {0.0, 4e-4, 1.5e-3, 4e-3}; }
@@ -275,8 +239,26 @@ void measure_blow_up(const IntegratorInfo& scheme, const CaseContext& context, O
     }
   }
   if (rows.empty()) { return; }
-  tabulate(rows, outcome);
-  draw(std::move(growth), outcome);
+  Table table = make_table("limits", "Steps at which the lattice blows up",
+                           "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
+                           {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
+                            "guaranteed (ms)", "automatic (ms)", "margin (dB)"});
+  for (const Row& row : rows) {
+    table.rows.push_back({1e3 * row.relaxation, row.limit.omega, row.limit.damping_ratio,
+                          1e3 * row.limit.h, 1e3 * row.measured, 1e3 * row.guaranteed,
+                          1e3 * row.automatic, margin_db(row.limit.h, row.automatic)});
+  }
+  outcome.tables.push_back(std::move(table));
+  Figure figure =
+      plot("growth", "Growth around the stability limit",
+           "Largest displacement over the initial one, for every step of the bisection; runs above "
+           "the line are unstable; growth is drawn up to a million.",
+           {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
+           logarithmic("largest displacement / initial (1)"));
+  figure.series = std::move(growth);
+  figure.series.push_back(
+      curve("counts as blown up", {0.94, 1.06}, {blown_up, blown_up}, Series::Style::dashed));
+  outcome.figures.push_back(std::move(figure));
 }
 
 // Growth per step of every scheme over step length and damping, measured by running it, with the
@@ -340,9 +322,7 @@ double measured_border(const CaseContext& context, const IntegratorInfo& scheme,
   const long steps = std::lround(std::clamp(wanted, 500.0, 2e6));
   double low = 0.0;
   double high = 2.0 * expected;
-  if (!blows_up(context, scheme, s, high, steps)) {
-    return std::numeric_limits<double>::infinity();
-  }
+  if (!blows_up(context, scheme, s, high, steps)) { return unbounded; }
   double middle = expected;  // expected first: both sides of it are near then
   while (high - low > 0.5 * resolution * expected) {
     (blows_up(context, scheme, s, middle, steps) ? high : low) = middle;
@@ -444,19 +424,13 @@ struct Rung {
   double energy_bound = 0.0;   ///< the same, from theory
 };
 
-Scene automatic_scene(const std::string& integrator) {
-  Scene scene = scene_of(integrator, tick, duration);
-  scene.simulation.substeps.reset();
-  return scene;
-}
-
 Rung climb(const CaseContext& context, const std::string& integrator, Varied varied, double ratio) {
   SpringNetwork network = block(varied, ratio);
   const Spectrum spectrum = spectrum_of(network);
   displace(network, amplitude);
   Rung rung{.ratio = ratio};
-  rung.motion =
-      roll_out(context, automatic_scene(integrator), &network, {.position = true, .energy = true});
+  rung.motion = roll_out(context, automatic_scene(integrator, tick, duration), &network,
+                         {.position = true, .energy = true});
   // "auto" leaves velocity Verlet for the implicit midpoint rule, which alone passes the limit.
   const IntegratorInfo* scheme =
       find_integrator(integrator == "auto" ? "velocity-verlet" : integrator);
@@ -475,8 +449,7 @@ void judge_ladder(const std::string& integrator, const std::vector<Rung>& ladder
   Largest worst_growth;
   Smallest least_margin;
   for (const Rung& rung : ladder) {
-    const double growth = rung.energy_growth / rung.energy_bound;
-    worst_growth.add(growth);
+    worst_growth.add(rung.energy_growth / rung.energy_bound);
     const double margin = margin_db(rung.limit, rung.motion.h);
     least_margin.add(margin);
     table.rows.push_back({integrator, rung.ratio, static_cast<double>(rung.motion.substeps),
@@ -494,7 +467,7 @@ void judge_ladder(const std::string& integrator, const std::vector<Rung>& ladder
 /// 500 rad/s, which carry the response to a 20 ms half sine.
 void judge_accuracy(const CaseContext& context, Varied varied, Outcome& outcome) {
   const SpringNetwork network = block(varied, 100.0);
-  Scene scene = automatic_scene("velocity-verlet");
+  Scene scene = automatic_scene("velocity-verlet", tick, duration);
   scene.loads = {{.face = Face::z_min,
                   .force = {0.0, 0.0, 1e-6},
                   .start = 0.0,
@@ -511,7 +484,7 @@ void judge_accuracy(const CaseContext& context, Varied varied, Outcome& outcome)
       "modal superposition; (h w)^2 / 24 w T at w = 500 rad/s");
 }
 
-void measure_contrast(const CaseContext& context, Varied varied, Outcome& outcome) {
+void measure_contrast(Varied varied, const CaseContext& context, Outcome& outcome) {
   const char* what = varied == Varied::stiffness ? "stiffness contrast" : "mass ratio";
   Table table = make_table("ladder", "Automatic substeps over six decades",
                            "Margin is 20 log10 of the true limit over the step taken; it is "
@@ -569,10 +542,7 @@ std::vector<Case> limit_cases() {
                      "stability",
                      std::string("automatic substeps keep a run bounded over six decades of ") +
                          (stiffness ? "stiffness" : "mass"),
-                     [varied](const CaseContext& context, Outcome& outcome) {
-                       measure_contrast(context, varied, outcome);
-                     },
-                     2.0});
+                     std::bind_front(measure_contrast, varied), 2.0});
   }
   return cases;
 }

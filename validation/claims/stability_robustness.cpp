@@ -16,12 +16,6 @@ namespace palpate::stability {
 
 namespace {
 
-Scene automatic_scene(const IntegratorInfo& scheme, double duration) {
-  Scene scene = scene_of(std::string(scheme.name), 1e-3, duration);
-  scene.simulation.substeps.reset();
-  return scene;
-}
-
 double largest_displacement(const Trace& motion) {
   if (!motion.position.allFinite()) { return std::nan(""); }
   return (motion.position.colwise() - motion.position.col(0)).cwiseAbs().maxCoeff();
@@ -92,8 +86,8 @@ void measure_inverted(const CaseContext& context, Outcome& outcome) {
   for (const IntegratorInfo* scheme : integrators()) {
     if (scheme->name == "euler") { continue; }  // gains energy from any undamped motion
     const SpringNetwork network = inverted_block(0.0);
-    const Trace motion = roll_out(context, automatic_scene(*scheme, 0.2), &network,
-                                  {.position = true, .energy = true});
+    const Trace motion = roll_out(context, automatic_scene(std::string(scheme->name), 1e-3, 0.2),
+                                  &network, {.position = true, .energy = true});
     Series series{.label = std::string(scheme->name), .x = motion.time};
     for (const double e : motion.values("energy_j")) {
       series.y.push_back(e / motion.values("energy_j").front());
@@ -107,8 +101,8 @@ void measure_inverted(const CaseContext& context, Outcome& outcome) {
   }
   for (const IntegratorInfo* scheme : integrators()) {
     const SpringNetwork network = inverted_block(2e-3);
-    const Trace motion = roll_out(context, automatic_scene(*scheme, 0.5), &network,
-                                  {.position = true, .energy = true});
+    const Trace motion = roll_out(context, automatic_scene(std::string(scheme->name), 1e-3, 0.5),
+                                  &network, {.position = true, .energy = true});
     outcome.judge_at_most(
         std::string(scheme->name) + ": final energy over initial, damped",
         motion.diverged ? std::nan("")
@@ -124,7 +118,7 @@ void measure_huge_force(const CaseContext& context, Outcome& outcome) {
                            {"integrator", "verdict", "at (s)", "largest displacement seen (m)"});
   int unclear = 0;
   for (const IntegratorInfo* scheme : integrators()) {
-    Scene scene = automatic_scene(*scheme, 0.1);
+    Scene scene = automatic_scene(std::string(scheme->name), 1e-3, 0.1);
     scene.loads = {{.nodes = {4}, .force = {0.0, 0.0, 1e6}}};
     const Trace motion = roll_out(context, scene, &network, {.position = true});
     const bool timed = motion.diverged_at > 0.0 && motion.diverged_at <= 0.1 + 1e-12;
@@ -369,15 +363,6 @@ void measure_zero_step(const CaseContext& /*context*/, Outcome& outcome) {
 constexpr double z = 0.1;  // h omega
 constexpr double epsilon = 2.2e-16;
 
-Trace oscillate(const CaseContext& context, const std::string& scheme, long ticks, int substeps) {
-  const double tick = z * substeps;
-  Scene scene = scene_of(scheme, tick, tick * static_cast<double>(ticks), substeps);
-  scene.tissue.source = Source::oscillator;
-  scene.tissue.oscillator = {
-      .mass = 1.0, .stiffness = 1.0, .viscosity = 0.0, .displacement = 1.0, .velocity = 0.0};
-  return roll_out(context, scene, {.position = true, .velocity = true, .energy = true});
-}
-
 /// Slope of y by least squares, times the length of the run, over the first value.
 double trend(const Eigen::VectorXd& y) {
   const auto n = static_cast<double>(y.size());
@@ -438,7 +423,13 @@ void measure_drift(const CaseContext& context, Outcome& outcome) {
     const IntegratorInfo& scheme = *find_integrator(name);
     const long steps = (context.quick ? 500'000L : 10'000'000L) / (scheme.implicit ? 20 : 1);
     const int substeps = static_cast<int>(steps / 5000);
-    const Trace motion = oscillate(context, name, 5000, substeps);
+    const double tick = z * substeps;
+    Scene scene = scene_of(name, tick, tick * 5000.0, substeps);
+    scene.tissue.source = Source::oscillator;
+    scene.tissue.oscillator = {
+        .mass = 1.0, .stiffness = 1.0, .viscosity = 0.0, .displacement = 1.0, .velocity = 0.0};
+    const Trace motion =
+        roll_out(context, scene, {.position = true, .velocity = true, .energy = true});
     const Drift drift = drift_of(scheme, motion);
     judge(scheme, motion, drift, outcome);
     Series series{.label = name};

@@ -93,12 +93,9 @@ void measure_surfaces(const CaseContext& /*context*/, Outcome& outcome) {
                         "theory: nothing of chance takes part");
 }
 
-const std::vector<Material>& phantom_materials() {
-  static const std::vector<Material> materials{
-      {.name = "soft", .youngs_modulus = 2e3, .density = 900.0},
-      {.name = "stiff", .youngs_modulus = 2e6, .density = 1100.0}};
-  return materials;
-}
+const std::vector<Material> phantom_materials{
+    {.name = "soft", .youngs_modulus = 2e3, .density = 900.0},
+    {.name = "stiff", .youngs_modulus = 2e6, .density = 1100.0}};
 
 /// Returns the compliance for a force on the middle of the skin [m/N].
 double compliance(SpringNetwork network) {
@@ -125,8 +122,8 @@ void measure_cube(const CaseContext& context, Outcome& outcome) {
                       .surface = box_surface({0, 0, 0}, Vector3d::Constant(10.0 * h)),
                       .material = "soft"};
   std::vector<Violation> broken;
-  const VoxelTissue cube = mesh_tissue({body}, {.voxel = h}, phantom_materials(), broken);
-  const Material& soft = phantom_materials().front();
+  const VoxelTissue cube = mesh_tissue({body}, {.voxel = h}, phantom_materials, broken);
+  const Material& soft = phantom_materials.front();
   const SpringNetwork lattice = cell_lattice({{11, 11, 11}, h, 26}, [&](int, int, int) {
     return CellMaterial{soft.youngs_modulus, soft.density, soft.damping_ratio, {}};
   });
@@ -147,7 +144,7 @@ void measure_image(const CaseContext& context, Outcome& outcome) {
                                .lookup = {{0.0, "stiff"}, {1.0, "soft"}}};
   std::vector<Violation> broken;
   const VoxelTissue tissue =
-      image_tissue(image, nullptr, settings, phantom_materials(), {0.0, 0.0}, broken);
+      image_tissue(image, nullptr, settings, phantom_materials, {0.0, 0.0}, broken);
   const auto modulus = [](int l) { return 2e6 * std::pow(1e-3, l / 11.0); };
   Largest worst;
   const SpringNetwork network = networks::candidate(context, tissue.network);

@@ -17,12 +17,6 @@ Scene timed(Scene scene, double duration, double step = 1e-3) {
   return scene;
 }
 
-std::string kinds(const Trace& run) {
-  std::string all;
-  for (const Event& e : run.events) { all += (all.empty() ? "" : " ") + e.kind; }
-  return all;
-}
-
 /// Tool at the first sample at or after an instant.
 const ToolReport& at(const Insertion& run, double time) {
   const auto found = std::ranges::lower_bound(run.trace.time, time - 1e-9);
@@ -33,9 +27,11 @@ const ToolReport& at(const Insertion& run, double time) {
 void measure_order(const CaseContext& context, Outcome& outcome) {
   const Scene scene = timed(seven_soft_layers(), 1.25, 1e-4);
   const auto [run, tool] = insert(context, scene);
+  std::string kinds;
+  for (const Event& e : run.events) { kinds += (kinds.empty() ? "" : " ") + e.kind; }
   outcome.judge_true(
       "events_in_order",
-      kinds(run) ==
+      kinds ==
           "contact puncture puncture puncture puncture puncture loss-of-resistance dural-puncture",
       "five layers, the epidural space, the dura");
   std::vector<std::vector<Cell>> rows;
@@ -97,13 +93,12 @@ void measure_loss(const CaseContext& context, Outcome& outcome) {
   outcome.judge_between("pressure_before", high, 0.1 * syringe.thumb_force / syringe.plunger_area,
                         syringe.thumb_force / syringe.plunger_area * (1.0 + 1e-12),
                         "Eq. 1: the thumb's largest force over the plunger", "Pa");
-  Figure figure = plot("loss", "Loss of resistance",
-                       "Pressure in the syringe around the entry into the epidural space.",
-                       {"time (s)"}, {"pressure (kPa)"});
   std::vector<double> kilopascal;
   for (const double p : pressure) { kilopascal.push_back(1e-3 * p); }
-  figure.series = {curve("saline pressure", run.time, kilopascal)};
-  outcome.figures.push_back(std::move(figure));
+  outcome.figures.push_back(
+      plot("loss", "Loss of resistance",
+           "Pressure in the syringe around the entry into the epidural space.", {"time (s)"},
+           {"pressure (kPa)"}, {curve("saline pressure", run.time, kilopascal)}));
 }
 
 void measure_bone(const CaseContext& context, Outcome& outcome) {
@@ -292,11 +287,10 @@ void measure_moduli(const CaseContext& context, Outcome& outcome) {
                             .columns = {"integrator", "substeps", "time per tick (ms)"},
                             .rows = rows,
                             .timing = true});
-  Figure figure = plot("force-depth", "Force over depth with published moduli",
-                       "Seven layers at 20 mm/s: automatic stepping and explicit stepping.",
-                       {"place of the tip (mm)"}, {"force (N)"});
-  figure.series = {std::move(force), std::move(other)};
-  outcome.figures.push_back(std::move(figure));
+  outcome.figures.push_back(
+      plot("force-depth", "Force over depth with published moduli",
+           "Seven layers at 20 mm/s: automatic stepping and explicit stepping.",
+           {"place of the tip (mm)"}, {"force (N)"}, {std::move(force), std::move(other)}));
 }
 
 // Extremes of speed, force and step: every value is finite, or divergence is reported.

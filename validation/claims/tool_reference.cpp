@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 
 #include "model/tissue/network_builder.hpp"
@@ -171,8 +172,8 @@ std::vector<double> layer_peaks(const std::vector<std::string>& layer,
   return peaks;
 }
 
-void measure_against_reference(const CaseContext& context, Outcome& outcome,
-                               const Technique& technique) {
+void measure_against_reference(const Technique& technique, const CaseContext& context,
+                               Outcome& outcome) {
   const Scene scene = scene_of_technique(technique);
   const std::vector<double> times = ticks_of(scene);
   const Trace truth =
@@ -344,10 +345,8 @@ std::vector<Case> reference_cases() {
     cases.push_back({std::string("needle/reference/") + technique.name, "accuracy",
                      "Events come within a tick of a reference that finds them as roots, and the "
                      "force in between within 1 % of the layer's peak.",
-                     [technique](const CaseContext& context, Outcome& outcome) {
-                       measure_against_reference(context, outcome, technique);
-                     },
-                     10.0, technique.speed > 0.01});
+                     std::bind_front(measure_against_reference, technique), 10.0,
+                     technique.speed > 0.01});
   }
   return cases;
 }

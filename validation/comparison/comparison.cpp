@@ -3,14 +3,14 @@
 #include "validation/comparison/comparison.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
-#include <functional>
 #include <optional>
 
 #include "model/problem/recording.hpp"
 #include "validation/number_text.hpp"
 #include "validation/signal.hpp"
+#include "validation/text.hpp"
 
 namespace palpate::comparison {
 
@@ -68,14 +68,9 @@ std::vector<Tolerance> default_tolerances(QuantityKind kind) {
 }
 
 std::string_view verdict_word(Status status) {
-  switch (status) {
-    case Status::pass: return "agrees";
-    case Status::inconclusive: return "not distinguishable";
-    case Status::fail: return "differs";
-    case Status::error: return "not comparable";
-    case Status::skip: break;
-  }
-  return "not judged";
+  constexpr std::array<std::string_view, 5> names{"agrees", "differs", "not distinguishable",
+                                                  "not judged", "not comparable"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 double ValidationUncertainty::total() const {
@@ -123,14 +118,13 @@ Alignment by_depth(const PreparedTrace& recorded, const PreparedTrace& simulated
   if (!reached) { depth = 0.5 * (low + high); }
   const auto at_r = time_at_depth(recorded.input.depth, depth);
   const auto at_s = time_at_depth(simulated.input.depth, depth);
-  char text[64];
-  std::snprintf(text, sizeof text, "%.1f mm", 1e3 * depth);
+  const std::string text = formatted("%.1f mm", 1e3 * depth);
   if (!at_r || !at_s) {
     alignment.refusal = std::string("a gap hides when the ") + (at_r ? "simulated" : "recorded") +
                         " tip reached " + text;
     return alignment;
   }
-  alignment.how = std::string("by the depth of ") + text +
+  alignment.how = "by the depth of " + text +
                   (reached ? ", that of the recorded event" : ", the middle of what both passed");
   alignment.lag = *at_r - *at_s;
   alignment.uncertainty =
@@ -165,13 +159,8 @@ Alignment by_start(const PreparedTrace& recorded, const PreparedTrace& simulated
 }  // namespace
 
 std::string_view name_of(AlignmentRule rule) {
-  switch (rule) {
-    case AlignmentRule::depth: return "depth";
-    case AlignmentRule::event: return "event";
-    case AlignmentRule::start: return "start";
-    case AlignmentRule::automatic: break;
-  }
-  return "automatic";
+  constexpr std::array<std::string_view, 4> names{"automatic", "depth", "event", "start"};
+  return names[static_cast<std::size_t>(rule)];
 }
 
 Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, AlignmentRule rule) {
@@ -279,10 +268,10 @@ Reason reason_of(const FeatureComparison& one) {
 }
 
 Tolerance tolerance_of(Feature feature, const ComparisonOptions& options) {
-  for (const Tolerance& given : options.tolerances) {
-    if (given.feature == feature) { return given; }
-  }
-  return default_tolerances(options.quantity)[static_cast<std::size_t>(feature)];
+  const auto given = std::ranges::find(options.tolerances, feature, &Tolerance::feature);
+  return given != options.tolerances.end()
+             ? *given
+             : default_tolerances(options.quantity)[static_cast<std::size_t>(feature)];
 }
 
 double data_uncertainty(Feature feature, const Features& recorded,
@@ -316,10 +305,6 @@ FieldUnit unit_for(Feature feature, std::string_view unit) {
 /// Rounds to a ten-thousandth of the unit, which hides rounding such as 10^-14 mmHg.
 double in_unit(double value, const FieldUnit& unit) {
   return std::round(1e4 * unit.factor * value) / 1e4 + 0.0;  // no negative zero
-}
-
-std::string found_or_not(const Measured& measured) {
-  return *measured.value > 0.5 ? "found" : "not found";
 }
 
 }  // namespace
@@ -365,8 +350,8 @@ std::string sentence_of(const FeatureComparison& one) {
   const std::string verdict = ": " + std::string(verdict_word(one.status));
   if (!one.reason.empty()) { return name + one.reason + verdict; }
   if (one.feature == Feature::loss_of_resistance) {
-    return name + found_or_not(one.simulated) + " in the simulated trace, " +
-           found_or_not(one.recorded) + " in the recorded one" + verdict;
+    return name + shown(one.feature, *one.simulated.value, {}) + " in the simulated trace, " +
+           shown(one.feature, *one.recorded.value, {}) + " in the recorded one" + verdict;
   }
   const Quantity& q = one.quantity;
   const std::string known = shown_uncertainty(one);

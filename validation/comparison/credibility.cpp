@@ -11,42 +11,15 @@ namespace {
 
 using Shown = CredibilityFactor::Shown;
 
-/// Factor of verification and the cases (or groups of cases) that show it.
-struct FromCases {
-  const char* factor;
-  const char* goal;
-  std::array<const char*, 3> prefixes;
-};
-
-constexpr std::array from_cases{
-    FromCases{"numerical code verification",
-              "observed orders and closed forms hold",
-              {"oscillator", "network", "errata"}},
-    FromCases{"discretisation error",
-              "errors fall with step and spacing at the order of theory",
-              {"oscillator/order", "network/order", "needle/order"}},
-    FromCases{"solver error",
-              "two independent families of references agree with the stepping",
-              {"network/reference", "needle", "stability"}},
-    FromCases{"output comparison: the measures themselves",
-              "each measure does what it says and is blind as stated",
-              {"clinical", nullptr, nullptr}},
-    FromCases{"rendering through the device",
-              "forces reach the hand as computed",
-              {"haptics", nullptr, nullptr}},
-};
-
-bool named(const std::string& name, const char* prefix) {
-  return prefix != nullptr && (name == prefix || name.starts_with(std::string(prefix) + "/"));
-}
-
-CredibilityFactor from(const FromCases& wanted, std::span<const Outcome> outcomes) {
-  CredibilityFactor factor{
-      .activity = "verification", .factor = wanted.factor, .goal = wanted.goal};
+/// Factor of verification that is shown by the cases, or groups of cases, with these names.
+CredibilityFactor from(std::span<const Outcome> outcomes, const char* name, const char* goal,
+                       const std::vector<std::string>& cases) {
+  CredibilityFactor factor{.activity = "verification", .factor = name, .goal = goal};
   std::size_t passed = 0;
   for (const Outcome& outcome : outcomes) {
-    const bool counts =
-        std::ranges::any_of(wanted.prefixes, [&](const char* p) { return named(outcome.name, p); });
+    const bool counts = std::ranges::any_of(cases, [&](const std::string& one) {
+      return outcome.name == one || outcome.name.starts_with(one + "/");
+    });
     if (!counts || outcome.status == Status::skip) { continue; }
     factor.links.push_back(outcome.name);
     passed += outcome.status == Status::pass ? 1 : 0;
@@ -142,45 +115,46 @@ CredibilityFactor output_comparison(const Evidence& evidence) {
 }  // namespace
 
 std::string_view name_of(CredibilityFactor::Shown shown) {
-  switch (shown) {
-    case Shown::shown: return "shown";
-    case Shown::in_part: return "in part";
-    case Shown::not_shown: break;
-  }
-  return "not shown";
+  constexpr std::array<std::string_view, 3> names{"not shown", "in part", "shown"};
+  return names[static_cast<std::size_t>(shown)];
 }
 
 std::vector<CredibilityFactor> credibility(std::span<const Outcome> outcomes,
                                            const GroupComparison* comparison) {
-  std::vector<CredibilityFactor> factors{
+  const Evidence evidence = evidence_of(comparison);
+  return {
       never("verification", "software quality assurance",
             "tests and their planted faults pass on every change",
-            "this table sees results and not the test runs; see the project's own tests")};
-  for (const FromCases& wanted : from_cases) { factors.push_back(from(wanted, outcomes)); }
-  factors.push_back(never("verification", "use error", "inputs are checked by a second person",
-                          "scenes are checked for rules and not for intent"));
-  factors.push_back(never("validation", "model form",
-                          "alternative laws of tissue lead to the same verdict",
-                          "one law of tissue is compared at a time"));
-  factors.push_back(never("validation", "model inputs",
-                          "uncertain stiffness and cutting forces are propagated",
-                          "u_input is what the user states, 0 by default"));
-  const Evidence evidence = evidence_of(comparison);
-  factors.push_back(test_samples(evidence));
-  factors.push_back(never("validation", "test conditions",
-                          "needle, syringe, speed and technique are those of the trial",
-                          "recordings do not state them all"));
-  factors.push_back(never("validation", "equivalency of inputs",
-                          "the simulation is given what was measured",
-                          "anatomy and hand of the recorded subject are not known"));
-  factors.push_back(output_comparison(evidence));
-  factors.push_back(never("applicability", "relevance of the quantities",
-                          "what is compared is what a trainee feels",
-                          "no trial with trainees is part of this"));
-  factors.push_back(never("applicability", "relevance of the validation",
-                          "the patients compared are those trained for",
-                          "nobody has stated the context of use"));
-  return factors;
+            "this table sees results and not the test runs; see the project's own tests"),
+      from(outcomes, "numerical code verification", "observed orders and closed forms hold",
+           {"oscillator", "network", "errata"}),
+      from(outcomes, "discretisation error",
+           "errors fall with step and spacing at the order of theory",
+           {"oscillator/order", "network/order", "needle/order"}),
+      from(outcomes, "solver error",
+           "two independent families of references agree with the stepping",
+           {"network/reference", "needle", "stability"}),
+      from(outcomes, "output comparison: the measures themselves",
+           "each measure does what it says and is blind as stated", {"clinical"}),
+      from(outcomes, "rendering through the device", "forces reach the hand as computed",
+           {"haptics"}),
+      never("verification", "use error", "inputs are checked by a second person",
+            "scenes are checked for rules and not for intent"),
+      never("validation", "model form", "alternative laws of tissue lead to the same verdict",
+            "one law of tissue is compared at a time"),
+      never("validation", "model inputs", "uncertain stiffness and cutting forces are propagated",
+            "u_input is what the user states, 0 by default"),
+      test_samples(evidence),
+      never("validation", "test conditions",
+            "needle, syringe, speed and technique are those of the trial",
+            "recordings do not state them all"),
+      never("validation", "equivalency of inputs", "the simulation is given what was measured",
+            "anatomy and hand of the recorded subject are not known"),
+      output_comparison(evidence),
+      never("applicability", "relevance of the quantities",
+            "what is compared is what a trainee feels", "no trial with trainees is part of this"),
+      never("applicability", "relevance of the validation",
+            "the patients compared are those trained for", "nobody has stated the context of use")};
 }
 
 }  // namespace palpate::comparison

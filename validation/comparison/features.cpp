@@ -4,22 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <deque>
 #include <optional>
 #include <utility>
 
 #include "validation/signal.hpp"
+#include "validation/text.hpp"
 
 namespace palpate::comparison {
 
 namespace {
-
-std::string text_of(const char* format, double a, double b, double c = 0.0) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, format, a, b, c);
-  return buffer;
-}
 
 /// Returns the largest finite value of value[n] ... value[n + width - 1] for every n; -inf if there
 /// is none.
@@ -139,9 +133,9 @@ std::optional<LossOfResistance> first_open(const Search& search) {
     const double hold = search.rule.hold;
     loss.reason =
         search.hidden(n)
-            ? text_of("a gap hides whether a fall of %.0f %% was held for %.3g s", fall, hold)
-            : text_of("the trace ends %.2f s after a fall of %.0f %%; %.3g s needed", seen, fall,
-                      hold);
+            ? formatted("a gap hides whether a fall of %.0f %% was held for %.3g s", fall, hold)
+            : formatted("the trace ends %.2f s after a fall of %.0f %%; %.3g s needed", seen, fall,
+                        hold);
     return loss;
   }
   return std::nullopt;
@@ -158,9 +152,9 @@ std::optional<LossOfResistance> first_in_a_gap(const Search& search) {
     const double peak = search.before(before + 1);
     if (!search.under(n, peak) || !search.held(n, peak)) { continue; }
     LossOfResistance loss{.status = LossOfResistance::Decision::undecided};
-    loss.reason = text_of("a gap of %.3g s hides how the pressure fell by %.0f %%",
-                          search.pressure.step * static_cast<double>(n - before),
-                          100.0 * search.deepest(n, peak));
+    loss.reason = formatted("a gap of %.3g s hides how the pressure fell by %.0f %%",
+                            search.pressure.step * static_cast<double>(n - before),
+                            100.0 * search.deepest(n, peak));
     return loss;
   }
   return std::nullopt;
@@ -179,8 +173,9 @@ LossOfResistance not_found(const Search& search) {
     }
   }
   if (deepest < search.rule.least_drop) {
-    loss.reason = text_of("fell by %.0f %% at most within %.3g s; %.0f %% needed", 100.0 * deepest,
-                          search.rule.longest_fall, 100.0 * search.rule.least_drop);
+    loss.reason =
+        formatted("fell by %.0f %% at most within %.3g s; %.0f %% needed", 100.0 * deepest,
+                  search.rule.longest_fall, 100.0 * search.rule.least_drop);
     return loss;
   }
   std::size_t begin = at;
@@ -190,18 +185,18 @@ LossOfResistance not_found(const Search& search) {
   while (end < value.size() && !(value[end] > level)) { ++end; }
   const double held = search.pressure.step * static_cast<double>(end - begin);
   loss.reason = end - begin <= search.hold
-                    ? text_of("a fall of %.0f %% came back after %.2f s; %.3g s needed",
-                              100.0 * deepest, held, search.rule.hold)
-                    : text_of("a fall of %.0f %% at %.2f s was not steady", 100.0 * deepest,
-                              search.pressure.time(begin));
+                    ? formatted("a fall of %.0f %% came back after %.2f s; %.3g s needed",
+                                100.0 * deepest, held, search.rule.hold)
+                    : formatted("a fall of %.0f %% at %.2f s was not steady", 100.0 * deepest,
+                                search.pressure.time(begin));
   return loss;
 }
 
 }  // namespace
 
 std::string_view name_of(LossOfResistance::Decision status) {
-  if (status == LossOfResistance::Decision::undecided) { return "undecided"; }
-  return status == LossOfResistance::Decision::found ? "found" : "not found";
+  constexpr std::array<std::string_view, 3> names{"found", "not found", "undecided"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 LossOfResistance find_loss(const Samples& pressure, const LossRule& rule) {
@@ -345,10 +340,6 @@ std::size_t index_of_largest(std::span<const double> value) {
   }
   return largest;
 }
-
-}  // namespace
-
-namespace {
 
 /// Name and unit of every feature; "*" is the unit of the trace.
 struct Naming {

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "validation/comparison/comparison.hpp"
+#include "validation/text.hpp"
 
 namespace palpate::comparison {
 
@@ -32,8 +32,8 @@ std::vector<std::size_t> subjects_of(const Members& members) {
 
 /// Returns the union of the time ranges on the clock of the simulation, with the coarsest step.
 Grid shared_grid(const Members& members) {
-  double begin = std::numeric_limits<double>::infinity();
-  double end = -begin;
+  double begin = unbounded;
+  double end = -unbounded;
   double step = 0.0;
   for (const Comparison* one : members) {
     begin = std::min(begin, one->recorded.start);
@@ -137,11 +137,10 @@ FeatureComparison compare_mean(const FeatureSummary& summary, const Members& mem
 
 Reason reason_of_corridor(const GroupSummary& summary, double least_inside) {
   if (summary.coverage.holds) { return {Status::pass}; }
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "%.0f %% of samples lie in the corridor of %zu subjects; %.0f %% needed",
-                100.0 * summary.coverage.inside, summary.corridor->subjects, 100.0 * least_inside);
-  return {Status::fail, text};
+  return {
+      Status::fail,
+      formatted("%.0f %% of samples lie in the corridor of %zu subjects; %.0f %% needed",
+                100.0 * summary.coverage.inside, summary.corridor->subjects, 100.0 * least_inside)};
 }
 
 void judge_by_corridor(const Members& members, const GroupOptions& options, GroupSummary& summary) {

@@ -15,13 +15,8 @@
 
 namespace palpate::comparison {
 
-namespace {
-
-enum class From : std::uint8_t { first_before, second_before, both_before };
-
-}  // namespace
-
 WarpSums warp(std::span<const double> first, std::span<const double> second, std::size_t radius) {
+  enum class From : std::uint8_t { first_before, second_before, both_before };
   const std::size_t length = std::min(first.size(), second.size());
   if (length == 0) { return {}; }
   radius = std::clamp<std::size_t>(radius, 1, length);
@@ -66,14 +61,8 @@ WarpSums warp(std::span<const double> first, std::span<const double> second, std
 
 namespace {
 
-double largest_size(std::span<const double> value) {
-  double largest = 0.0;
-  for (const double v : value) { largest = std::max(largest, std::abs(v)); }
-  return largest;
-}
-
 double corridor_score(std::span<const double> s, std::span<const double> r, const IsoRule& rule) {
-  const double scale = largest_size(r);
+  const double scale = std::abs(std::ranges::max(r, {}, [](double v) { return std::abs(v); }));
   double sum = 0.0;
   for (std::size_t n = 0; n < r.size(); ++n) {
     const double off = std::abs(s[n] - r[n]);

@@ -54,13 +54,6 @@ void widen_by_quantities(AcceptedCase& accepted, const Outcome& variant) {
   }
 }
 
-void widen_by_curve(double& spread, const std::vector<double>& accepted,
-                    const std::vector<double>& variant) {
-  for (std::size_t n = 0; n < std::min(accepted.size(), variant.size()); ++n) {
-    widen(spread, accepted[n], variant[n]);
-  }
-}
-
 void widen_by_figures(AcceptedCase& accepted, const Outcome& variant) {
   for (const Figure& figure : accepted.outcome.figures) {
     const auto found = std::ranges::find(variant.figures, figure.id, &Figure::id);
@@ -69,8 +62,13 @@ void widen_by_figures(AcceptedCase& accepted, const Outcome& variant) {
     }
     for (std::size_t n = 0; n < figure.series.size(); ++n) {
       double& spread = accepted.spread.curves[curve_name(figure, n)];
-      widen_by_curve(spread, figure.series[n].y, found->series[n].y);
-      widen_by_curve(spread, figure.series[n].y2, found->series[n].y2);
+      for (const auto edge : {&Series::y, &Series::y2}) {
+        const std::vector<double>& one = figure.series[n].*edge;
+        const std::vector<double>& other = found->series[n].*edge;
+        for (std::size_t k = 0; k < std::min(one.size(), other.size()); ++k) {
+          widen(spread, one[k], other[k]);
+        }
+      }
     }
   }
 }

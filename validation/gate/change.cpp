@@ -4,6 +4,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -60,55 +61,50 @@ double distance_from_good(const Quantity& q) {
   return std::nan("");
 }
 
-Change judged(Change change, double worse_by, double allowed, const std::string& unit) {
-  const bool grew = !(worse_by <= allowed);
-  change.kind = grew                  ? ChangeKind::worse
-                : worse_by < -allowed ? ChangeKind::better
-                                      : ChangeKind::within;
-  change.moved =
-      plain_number(std::abs(worse_by), 2) + unit + (worse_by > 0.0 ? " worse" : " better");
-  change.allowed = plain_number(allowed, 2) + unit;
+Change found(Change change, ChangeKind kind, std::string moved, std::string allowed = {}) {
+  change.kind = kind;
+  change.moved = std::move(moved);
+  change.allowed = std::move(allowed);
   return change;
 }
 
+Change judged(const Change& change, double worse_by, double allowed, const std::string& unit) {
+  const bool grew = !(worse_by <= allowed);
+  const ChangeKind kind = grew                  ? ChangeKind::worse
+                          : worse_by < -allowed ? ChangeKind::better
+                                                : ChangeKind::within;
+  return found(change, kind,
+               plain_number(std::abs(worse_by), 2) + unit + (worse_by > 0.0 ? " worse" : " better"),
+               plain_number(allowed, 2) + unit);
+}
+
 /// Compares a quantity without a better direction: any change counts.
-Change unguided(Change change) {
+Change unguided(const Change& change) {
   const double scale = std::abs(change.before);
   const double share = std::abs(change.now - change.before) / scale;
-  change.kind = !(share <= allowed_share) ? ChangeKind::moved : ChangeKind::within;
-  change.moved = plain_number(100.0 * (change.now - change.before) / scale, 2) + " %";
-  change.allowed = plain_number(100.0 * allowed_share, 2) + " % either way";
-  return change;
+  return found(change, !(share <= allowed_share) ? ChangeKind::moved : ChangeKind::within,
+               plain_number(100.0 * (change.now - change.before) / scale, 2) + " %",
+               plain_number(100.0 * allowed_share, 2) + " % either way");
 }
 
 }  // namespace
 
 std::string_view name_of(ChangeKind kind) {
-  switch (kind) {
-    case ChangeKind::same: return "same";
-    case ChangeKind::rounding: return "rounding";
-    case ChangeKind::within: return "within";
-    case ChangeKind::better: return "better";
-    case ChangeKind::worse: return "worse";
-    case ChangeKind::moved: return "moved";
-    case ChangeKind::broken: break;
-  }
-  return "broken";
+  constexpr std::array<std::string_view, 7> names{"same",  "rounding", "within", "better",
+                                                  "worse", "moved",    "broken"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 Change compare_quantity(const Quantity& before, const Quantity& now, double spread) {
   Change change{.item = before.name, .before = before.value, .now = now.value, .unit = before.unit};
   if (std::string problem = obstacle_of_quantity(before, now); !problem.empty()) {
-    change.kind = ChangeKind::broken;
-    change.moved = std::move(problem);
-    return change;
+    return found(change, ChangeKind::broken, std::move(problem));
   }
   if (now.value == before.value) { return change; }
   if (std::abs(now.value - before.value) <= spread_margin * spread) {
-    change.kind = ChangeKind::rounding;
-    change.moved = plain_number(std::abs(now.value - before.value), 2) + " " + before.unit;
-    change.allowed = plain_number(spread_margin * spread, 2) + " " + before.unit;
-    return change;
+    return found(change, ChangeKind::rounding,
+                 plain_number(std::abs(now.value - before.value), 2) + " " + before.unit,
+                 plain_number(spread_margin * spread, 2) + " " + before.unit);
   }
   if (before.unit == "digits") {
     return judged(change, before.value - now.value, allowed_digits, " digits");
@@ -322,27 +318,28 @@ Excess excess_of(const Path& before, const Path& now, double half_width_x, Serie
                 : excess_by_sample(before, now, half_width_x);
 }
 
-void compare_within_tube(const Figure& before, const Figure& now, std::size_t series,
-                         Change& change) {
+Change compare_within_tube(const Figure& before, const Figure& now, std::size_t series,
+                           const Change& change) {
   const Tube tube = tube_around(before, series);
   const Excess excess =
       excess_of(path_of(before.series[series], before), path_of(now.series[series], now), tube.x,
                 before.series[series].style);
   const std::string unit = before.y.logarithmic ? " digits" : "";
   const double x = before.x.logarithmic ? std::pow(10.0, excess.x) : excess.x;
-  change.kind = !(excess.y <= tube.y) ? ChangeKind::moved : ChangeKind::within;
-  change.moved = plain_number(excess.y, 2) + unit + " off at " + plain_number(x);
-  change.allowed = plain_number(tube.y, 2) + unit;
+  return found(change, !(excess.y <= tube.y) ? ChangeKind::moved : ChangeKind::within,
+               plain_number(excess.y, 2) + unit + " off at " + plain_number(x),
+               plain_number(tube.y, 2) + unit);
 }
 
-void compare_lag(const Figure& before, const Figure& now, std::size_t series, Change& change) {
-  if (before.x.logarithmic || before.y.logarithmic) { return; }
+Change compare_lag(const Figure& before, const Figure& now, std::size_t series,
+                   const Change& change) {
+  if (before.x.logarithmic || before.y.logarithmic) { return change; }
   const double lag =
       lag_in_samples(before.series[series].x, before.series[series].y, now.series[series].y);
-  if (std::isnan(lag) || std::abs(lag) <= allowed_lag) { return; }
-  change.kind = ChangeKind::moved;
-  change.moved = plain_number(std::abs(lag), 2) + (lag > 0.0 ? " samples late" : " samples early");
-  change.allowed = plain_number(allowed_lag, 2) + " samples";
+  if (std::isnan(lag) || std::abs(lag) <= allowed_lag) { return change; }
+  return found(change, ChangeKind::moved,
+               plain_number(std::abs(lag), 2) + (lag > 0.0 ? " samples late" : " samples early"),
+               plain_number(allowed_lag, 2) + " samples");
 }
 
 Change compare_edge(const Figure& before, const Figure& now, std::size_t series, double spread) {
@@ -350,21 +347,16 @@ Change compare_edge(const Figure& before, const Figure& now, std::size_t series,
   const Series& is = now.series[series];
   Change change{.item = curve_name(before, series), .unit = before.y.label};
   if (std::string problem = obstacle_of_curve(was, is); !problem.empty()) {
-    change.kind = ChangeKind::broken;
-    change.moved = std::move(problem);
-    return change;
+    return found(change, ChangeKind::broken, std::move(problem));
   }
   if (equal(was.x, is.x) && equal(was.y, is.y)) { return change; }
   const double difference = largest_difference(was.y, is.y);
   if (equal(was.x, is.x) && difference <= spread_margin * spread) {
-    change.kind = ChangeKind::rounding;
-    change.moved = plain_number(difference, 2);
-    change.allowed = plain_number(spread_margin * spread, 2);
-    return change;
+    return found(change, ChangeKind::rounding, plain_number(difference, 2),
+                 plain_number(spread_margin * spread, 2));
   }
-  compare_within_tube(before, now, series, change);
-  if (!change.fails()) { compare_lag(before, now, series, change); }
-  return change;
+  change = compare_within_tube(before, now, series, change);
+  return change.fails() ? change : compare_lag(before, now, series, change);
 }
 
 /// Returns a filled series with the upper edges in place of the lower ones.
@@ -396,10 +388,8 @@ Change compare_curve(const Figure& before, const Figure& now, std::size_t series
   const std::vector<double>& edge = before.series[series].y2;
   if (change.fails() || edge.empty()) { return change; }
   if (now.series[series].y2.size() != edge.size()) {
-    change.kind = ChangeKind::broken;
-    change.moved =
-        "its upper edge has " + std::to_string(now.series[series].y2.size()) + " samples";
-    return change;
+    return found(change, ChangeKind::broken,
+                 "its upper edge has " + std::to_string(now.series[series].y2.size()) + " samples");
   }
   const Change upper =
       compare_edge(upper_edge(before, series), upper_edge(now, series), series, spread);

@@ -213,33 +213,21 @@ void FalconLoop::watch_tool() noexcept {
 }
 
 std::vector<Column> FalconLoop::columns() {
-  std::vector<Column> columns;
-  for (const auto& [name, unit] : {std::pair{"device.x_m", "m"},
-                                   {"device.y_m", "m"},
-                                   {"device.z_m", "m"},
-                                   {"device.requested_n", "N"},
-                                   {"device.delivered_n", "N"},
-                                   {"device.saturated", "1"},
-                                   {"device.intent_m", "m"},
-                                   {"device.energy_j", "J"}}) {
-    columns.push_back({name, unit, {}});
-  }
-  return columns;
+  return {{"device.x_m", "m", {}},         {"device.y_m", "m", {}},
+          {"device.z_m", "m", {}},         {"device.requested_n", "N", {}},
+          {"device.delivered_n", "N", {}}, {"device.saturated", "1", {}},
+          {"device.intent_m", "m", {}},    {"device.energy_j", "J", {}}};
 }
 
 void FalconLoop::sample(std::span<double> row) const noexcept {
   const device::falcon::PlantBody& body = falcon_.body();
   const Eigen::Vector3d place = body.plant().position();
   const double intent = body.hand().intent.at(body.plant().time()).position.z();
-  const double values[] = {place.x(),
-                           place.y(),
-                           place.z(),
-                           servo_.sent().norm(),
-                           body.delivered_force().norm(),
-                           falcon_.saturated() ? 1.0 : 0.0,
-                           start_place_ + start_.z() - intent,
-                           observer_.energy()};
-  std::ranges::copy(values, row.begin());
+  std::ranges::copy(
+      std::initializer_list<double>{place.x(), place.y(), place.z(), servo_.sent().norm(),
+                                    body.delivered_force().norm(), falcon_.saturated() ? 1.0 : 0.0,
+                                    start_place_ + start_.z() - intent, observer_.energy()},
+      row.begin());
 }
 
 FalconFacts FalconLoop::facts() const noexcept {

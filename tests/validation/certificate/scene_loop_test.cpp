@@ -78,8 +78,8 @@ TEST("a syringe sends 120 frames a second, and all are read") {
   scene.syringe = Syringe{};
   SceneLoop loop(scene, 1000.0);
   while (!loop.over()) { (void)loop.tick(); }
-  CHECK(loop.pressure_line()->counts().frames == 49);  // at 0, 1/120, ... 48/120 s
-  CHECK(loop.pressure_line()->counts().bad_frames == 0);
+  CHECK(loop.frames().frames == 49);  // at 0, 1/120, ... 48/120 s
+  CHECK(loop.frames().bad_frames == 0);
 }
 
 TEST("faults damage every other frame, and the reader finds the rest") {
@@ -87,8 +87,8 @@ TEST("faults damage every other frame, and the reader finds the rest") {
   scene.syringe = Syringe{};
   SceneLoop loop(scene, 1000.0, {.faults = true});
   while (!loop.over()) { (void)loop.tick(); }
-  CHECK(loop.pressure_line()->counts().frames == 25);
-  CHECK(loop.pressure_line()->counts().bad_frames >= 23);
+  CHECK(loop.frames().frames == 25);
+  CHECK(loop.frames().bad_frames >= 23);
 }
 
 TEST("a step must be a whole number of periods, and a haptic loop keeps its own rate") {
