@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t most_bytes = 1U << 28U;
+constexpr std::size_t most_history_bytes = 1U << 28U;
 constexpr mode_t for_all_to_read = 0644;
 
 std::string fact(const Results& results, const std::string& key) {
@@ -114,7 +114,7 @@ std::string to_text(const HistoryLine& line) {
 std::vector<HistoryLine> read_history(const std::filesystem::path& file) {
   std::vector<HistoryLine> history;
   if (!std::filesystem::exists(file)) { return history; }
-  std::istringstream lines(io::read_text(file, most_bytes));
+  std::istringstream lines(io::read_text(file, most_history_bytes));
   for (std::string text; std::getline(lines, text);) {
     try {
       history.push_back(line_from(text));
