@@ -105,10 +105,11 @@ constexpr Key required(Key key) {
   return key;
 }
 
+template <class E> using WordOf = std::pair<std::string_view, E>;
 /// Pairs words with the values 0, 1, 2 ... of E, in the order of their declaration.
 template <class E, class... Names> constexpr auto in_order(E /*type*/, Names... names) {
   int value = 0;
-  return std::array{std::pair{std::string_view(names), static_cast<E>(value++)}...};
+  return std::array{WordOf<E>{names, static_cast<E>(value++)}...};
 }
 
 // words(E{}) returns the words of a key that takes one of a few, each with its value.
