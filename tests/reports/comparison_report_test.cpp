@@ -69,13 +69,13 @@ TEST("a tolerance is a share, a number with its unit, their sum or a factor") {
     QuantityKind quantity;
     double absolute, relative, factor;
   } const rows[] = {
-      {"peak=15%", pressure, 0.0, 0.15, 1.0},
-      {"plateau=7mmHg", pressure, 7.0 * pascals_per_mmhg, 0.0, 1.0},
-      {"slope_before=30%+5mmHg/s", pressure, 5.0 * pascals_per_mmhg, 0.3, 1.0},
+      {"peak=15%", pressure, 0.0, 0.15, 0.0},
+      {"plateau=7mmHg", pressure, 7.0 * pascals_per_mmhg, 0.0, 0.0},
+      {"slope_before=30%+5mmHg/s", pressure, 5.0 * pascals_per_mmhg, 0.3, 0.0},
       {"drop_time=x2.5", pressure, 0.0, 0.0, 2.5},
-      {"relative_drop=0.1", pressure, 0.1, 0.0, 1.0},
-      {"depth_of_loss=3mm", force, 3e-3, 0.0, 1.0},
-      {"time_of_loss=250ms", force, 0.25, 0.0, 1.0},
+      {"relative_drop=0.1", pressure, 0.1, 0.0, 0.0},
+      {"depth_of_loss=3mm", force, 3e-3, 0.0, 0.0},
+      {"time_of_loss=250ms", force, 0.25, 0.0, 0.0},
   };
   for (const auto& row : rows) {
     const Tolerance read = tolerance_from(row.text, row.quantity);

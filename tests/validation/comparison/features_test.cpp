@@ -229,6 +229,7 @@ TEST("only a large, quick and lasting fall is found; one hidden by a gap or the 
   const auto two_falls = [](double second) {
     return with_gap(levels({{600, 60.0}, {1000, 8.0}, {1600, 60.0}, {3000, second}}), 700, 800);
   };
+  const char* hidden = "a gap hides whether a fall of 87 % was held for 5 s";  // 1 - 8 / 60
   struct {
     const char* what;
     int samples;
@@ -237,10 +238,12 @@ TEST("only a large, quick and lasting fall is found; one hidden by a gap or the 
     const char* reason = "";
   } const rows[] = {
       {"45 %", 1401, falls_to(0.55 * 60.0), Decision::found},
-      {"33 %", 1401, falls_to(0.67 * 60.0), Decision::not_found, "fell by 33 %"},
+      {"33 %", 1401, falls_to(0.67 * 60.0), Decision::not_found,
+       "fell by 33 % at most within 2 s; 40 % needed"},
       {"comes back", 2001, levels({{601, 50.0}, {900, 10.0}, {2001, 50.0}}), Decision::not_found,
-       "came back after 2.9"},
-      {"ends early", 901, falls_to(8.0), Decision::undecided, "ends 3.0"},
+       "a fall of 80 % came back after 2.99 s; 5 s needed"},
+      {"ends early", 901, falls_to(8.0), Decision::undecided,
+       "the trace ends 3.01 s after a fall of 87 %; 5 s needed"},
       {"pressed against bone", 2001, [](int n) { return std::min(60.0, ramp(n)); },
        Decision::not_found},
       {"leaks by 33 % in any 2 s", 4001, leaks(5.0), Decision::not_found},
@@ -249,10 +252,10 @@ TEST("only a large, quick and lasting fall is found; one hidden by a gap or the 
       {"gap of less than a tenth of the plateau", 1400, with_gap(falls_to(8.0), 700, 740),
        Decision::found},
       {"gap of more than a tenth of the plateau", 1400, with_gap(falls_to(8.0), 700, 800),
-       Decision::undecided, "a gap hides whether a fall of 87 % was held for 5 s"},  // 1 - 8 / 60
-      {"gap without end", 3000, with_gap(falls_to(8.0), 700, 3000), Decision::undecided, "gap"},
+       Decision::undecided, hidden},
+      {"gap without end", 3000, with_gap(falls_to(8.0), 700, 3000), Decision::undecided, hidden},
       {"gap over the fall", 2000, with_gap(falls_to(8.0), 550, 850), Decision::undecided,
-       "a gap of 3.01 s hides how the pressure fell by 8"},
+       "a gap of 3.01 s hides how the pressure fell by 86 %"},  // 1 - 8 / ramp(549)
       {"gap over a fall that comes back", 2000, recovers_at_once, Decision::not_found},
       {"gap in an earlier fall that came back", 3000, two_falls(8.0), Decision::found},
       {"gap in the only fall, which came back", 3000, two_falls(60.0), Decision::not_found},
@@ -267,7 +270,7 @@ TEST("only a large, quick and lasting fall is found; one hidden by a gap or the 
     const LossOfResistance loss = found_in(row.samples, row.law);
     if (loss.status != row.decision) { std::printf("  %s\n", row.what); }
     CHECK(loss.status == row.decision);
-    CHECK_CONTAINS(loss.reason, row.reason);
+    if (*row.reason != '\0') { CHECK(loss.reason == row.reason); }
   }
   // What fell can be measured though it is not decided, unless nothing settled.
   CHECK(found_in(901, falls_to(8.0)).fell());
@@ -340,7 +343,7 @@ TEST("only a feature that is hidden in the trace is absent, with a reason") {
   };
   for (const auto& [found, hidden, reason] : rows) {
     CHECK(!found[hidden].value);
-    CHECK_CONTAINS(found[hidden].reason, reason);
+    CHECK(found[hidden].reason == reason);
     CHECK(found[Feature::peak].value);
     CHECK(found[Feature::plateau].value);
   }
