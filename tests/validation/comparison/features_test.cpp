@@ -268,7 +268,7 @@ TEST("only a large, quick and lasting fall is found; one hidden by a gap or the 
   };
   for (const auto& row : rows) {
     const LossOfResistance loss = found_in(row.samples, row.law);
-    if (loss.status != row.decision) { std::printf("  %s\n", row.what); }
+    check::row = row.what;
     CHECK(loss.status == row.decision);
     if (*row.reason != '\0') { CHECK(loss.reason == row.reason); }
   }

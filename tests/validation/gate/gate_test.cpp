@@ -69,9 +69,7 @@ TEST("a quantity may move by the allowance of its kind, and not out of its bound
     before.value = row.before;
     now.value = row.now;
     const ChangeKind kind = compare_quantity(before, now, row.spread).kind;
-    if (kind != row.kind) {
-      std::printf("  %s: %g to %g\n", now.name.c_str(), before.value, now.value);
-    }
+    check::row = now.name + " " + std::to_string(before.value) + " " + std::to_string(now.value);
     CHECK(kind == row.kind);
   }
   // Another unit or another bound is another claim.
@@ -189,7 +187,7 @@ TEST("a curve passes within the tube around its baseline and is moved outside it
   };
   for (const auto& row : rows) {
     const ChangeKind kind = compare_curve(row.before, row.now, 0, row.spread).kind;
-    if (kind != row.kind) { std::printf("  %s\n", row.what); }
+    check::row = row.what;
     CHECK(kind == row.kind);
   }
   CHECK_CONTAINS(compare_curve(wave_late(0.0), wave_late(1.0), 0, 0.0).moved, "samples late");
