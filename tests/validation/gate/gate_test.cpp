@@ -69,7 +69,7 @@ TEST("a quantity may move by the allowance of its kind, and not out of its bound
     before.value = row.before;
     now.value = row.now;
     const ChangeKind kind = compare_quantity(before, now, row.spread).kind;
-    check::row = now.name + " " + std::to_string(before.value) + " " + std::to_string(now.value);
+    check::row = now.name + " " + check::shown(before.value) + " " + check::shown(now.value);
     CHECK(kind == row.kind);
   }
   // Another unit or another bound is another claim.
