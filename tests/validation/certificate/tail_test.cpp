@@ -2,11 +2,7 @@
 
 #include "validation/certificate/tail.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <functional>
-#include <utility>
-#include <vector>
 
 #include "device/seeded.hpp"
 #include "tests/check.hpp"
@@ -17,17 +13,19 @@ using namespace palpate::certificate;
 using namespace palpate;
 using palpate::device::Seeded;
 
+double exponential(Seeded& random) { return -std::log(1.0 - random.uniform(0.0, 1.0)); }
+
 std::vector<double> pareto_sample(double shape, double scale, int count, std::uint64_t seed) {
   Seeded random(seed);
   std::vector<double> sample;
   for (int n = 0; n < count; ++n) {
-    const double e = -std::log(1.0 - random.uniform(0.0, 1.0));
+    const double e = exponential(random);
     sample.push_back(scale * (shape == 0.0 ? e : std::expm1(shape * e) / shape));
   }
   return sample;
 }
 
-TEST("shape and scale come back within their standard errors") {
+TEST("fitted shape and scale are within their standard errors of the true ones") {
   for (const double shape : {-0.2, 0.0, 0.3, 1.0}) {
     const ParetoFit fit = fit_pareto(pareto_sample(shape, 20e-6, 5000, 1));
     // Smith 1985: (1 + xi)^2 / n and 2 sigma^2 (1 + xi) / n; four standard errors.
@@ -40,29 +38,25 @@ TEST("the fit is a maximum of the likelihood: its two equations hold") {
   // d/d sigma and d/d xi of n log sigma + (1 + 1/xi) sum log(1 + xi y / sigma) are zero.
   const std::vector<double> sample = pareto_sample(0.3, 1.0, 400, 2);
   const ParetoFit fit = fit_pareto(sample);
-  double logs = 0.0;
-  double shares = 0.0;
+  double logs = 0.0, shares = 0.0;
   for (const double y : sample) {
     logs += std::log1p(fit.shape * y / fit.scale);
     shares += y / (fit.scale + fit.shape * y);
   }
   CHECK_NEAR(logs / 400.0, fit.shape, 1e-6);  // Grimshaw 1993
-  CHECK_NEAR((1.0 + fit.shape) * shares / 400.0, 1.0,
-             1e-3);  // a flat maximum: half the digits of a double
+  // A flat maximum: half the digits of a double.
+  CHECK_NEAR((1.0 + fit.shape) * shares / 400.0, 1.0, 1e-3);
 }
 
-TEST("the excess at q is exceeded with probability q") {
+TEST("the excess at q is exceeded with probability q, and the end of a bounded tail never") {
   for (const double shape : {-0.3, 0.0, 0.5}) {
     const ParetoFit fit{.shape = shape, .scale = 3.0, .count = 10};
     for (const double q : {0.5, 1e-3, 1e-8}) {
       CHECK_NEAR(fit.exceeded(fit.excess_at(q)) / q, 1.0, 1e-7);
     }
   }
-}
-
-TEST("a bounded tail is exceeded beyond its end by nothing") {
-  const ParetoFit fit{.shape = -0.5, .scale = 1.0};  // ends at 2
-  CHECK_NEAR(fit.exceeded(2.5), 0.0, 0.0);
+  const ParetoFit bounded{.shape = -0.5, .scale = 1.0};  // ends at 2
+  CHECK_NEAR(bounded.exceeded(2.5), 0.0, 0.0);
 }
 
 TEST("the interval holds the estimate, grows with confidence, and is wider above than below") {
@@ -78,23 +72,18 @@ TEST("the interval holds the estimate, grows with confidence, and is wider above
   CHECK(wide.upper - value > value - wide.lower);
 }
 
-double exponential(Seeded& random) { return -std::log(1.0 - random.uniform(0.0, 1.0)); }
-
 std::vector<LargeTick> largest_of(long ticks, const std::function<double(long)>& time) {
   LargestTicks largest(kept_responses);
   for (long n = 0; n < ticks; ++n) { largest.add({time(n), n}); }
   return largest.sorted();
 }
 
-const Quantity& check_named(const Tail& tail, std::string_view name) {
-  return *std::ranges::find(tail.checks, name, &Quantity::name);
-}
-
-TEST("independent exponential times: told, one and two decades beyond the data and no further") {
+TEST("a tail of independent times is extrapolated one and two decades and no further") {
   Seeded random(5);
   constexpr long ticks = 20000;
-  const Tail tail =
-      judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }), ticks, 1e-3);
+  const std::vector<LargeTick> largest =
+      largest_of(ticks, [&](long) { return 20e-6 * exponential(random); });
+  const Tail tail = judge_tail(largest, ticks, 1e-3);
   CHECK(tail.refusal.empty());
   REQUIRE(tail.levels.size() == 2);
   CHECK(tail.fits.size() == 3);
@@ -103,30 +92,32 @@ TEST("independent exponential times: told, one and two decades beyond the data a
   CHECK(tail.levels.back().lower < truth);
   CHECK(truth < tail.levels.back().upper);
   CHECK(!tail.beyond_deadline);  // exp(-50): far beyond two decades
+  // A deadline that one tick in 20 000 exceeds has its probability.
+  const Tail near = judge_tail(largest, ticks, 20e-6 * std::log(ticks));
+  REQUIRE(near.beyond_deadline.has_value());
+  CHECK_NEAR(std::log(*near.beyond_deadline * ticks), 0.0, 1.5);
 }
 
-TEST("a deadline within two decades has its probability") {
-  Seeded random(6);
-  constexpr long ticks = 20000;
-  const double deadline = 20e-6 * std::log(ticks);  // exceeded by one tick in 20 000
-  const Tail tail = judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }),
-                               ticks, deadline);
-  REQUIRE(tail.beyond_deadline.has_value());
-  if (tail.beyond_deadline) { CHECK_NEAR(std::log(*tail.beyond_deadline * ticks), 0.0, 1.5); }
-}
-
-TEST("late ticks that come in pairs are refused, by the number that shows it") {
+TEST("times that are correlated, change, are few or equal have no tail, and a reason") {
   Seeded random(7);
   double before = 0.0;
-  const Tail tail = judge_tail(largest_of(8000,
-                                          [&](long) {
-                                            const double now = exponential(random);
-                                            return std::max(std::exchange(before, now), now);
-                                          }),
-                               8000, 1e-3);
-  CHECK_CONTAINS(tail.refusal, "late ticks do not follow each other");
-  CHECK(!check_named(tail, "alone-in-time").holds());
-  CHECK(tail.levels.empty());
+  const auto in_pairs = [&](long) {
+    const double now = exponential(random);
+    return std::max(std::exchange(before, now), now);
+  };
+  const Tail paired = judge_tail(largest_of(8000, in_pairs), 8000, 1e-3);
+  CHECK_CONTAINS(paired.refusal, "late ticks do not follow each other");
+  CHECK(!std::ranges::find(paired.checks, "alone-in-time", &Quantity::name)->holds());
+  CHECK(paired.levels.empty());
+  random = Seeded(9);
+  const auto growing = [&](long n) {
+    return exponential(random) * (1.0 + static_cast<double>(n) / 8000.0);
+  };
+  CHECK_CONTAINS(judge_tail(largest_of(8000, growing), 8000, 1e-3).refusal, "both halves");
+  const auto rising = [](long n) { return 1e-6 * static_cast<double>(n); };
+  CHECK_CONTAINS(judge_tail(largest_of(1000, rising), 1000, 1e-3).refusal, "too few");
+  const auto equal = [](long) { return 1e-4; };
+  CHECK_CONTAINS(judge_tail(largest_of(5000, equal), 5000, 1e-3).refusal, "all alike");
 }
 
 TEST("the extremal index of maxima over m neighbours is 1/m") {
@@ -141,28 +132,6 @@ TEST("the extremal index of maxima over m neighbours is 1/m") {
     CHECK_NEAR(extremal_index(exceedances(largest, 2500, 50000)), 1.0 / m,
                4.0 / m / std::sqrt(2500.0 / m));
   }
-}
-
-TEST("what grows with time is refused") {
-  Seeded random(9);
-  const Tail tail = judge_tail(
-      largest_of(
-          8000,
-          [&](long n) { return exponential(random) * (1.0 + static_cast<double>(n) / 8000.0); }),
-      8000, 1e-3);
-  CHECK_CONTAINS(tail.refusal, "both halves");
-}
-
-TEST("too few ticks, and ticks that are all alike, have no tail") {
-  const auto rising = [](long n) { return 1e-6 * static_cast<double>(n); };
-  CHECK_CONTAINS(judge_tail(largest_of(1000, rising), 1000, 1e-3).refusal, "too few");
-  const auto equal = [](long) { return 1e-4; };
-  CHECK_CONTAINS(judge_tail(largest_of(5000, equal), 5000, 1e-3).refusal, "all alike");
-}
-
-TEST("a check whose number is none does not hold") {
-  CHECK(!(Quantity{.value = std::nan(""), .lower = -1e300, .upper = 1e300}.holds()));
-  CHECK(!(Quantity{.value = 1.0, .lower = std::nan(""), .upper = 2.0}.holds()));
 }
 
 }  // namespace

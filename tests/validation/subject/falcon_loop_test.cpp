@@ -2,7 +2,6 @@
 
 #include "validation/subject/falcon_loop.hpp"
 
-#include <algorithm>
 #include <chrono>
 
 #include "device/falcon/wire_recording.hpp"
@@ -34,7 +33,7 @@ Held hold(const Scene& scene, const FalconLoopOptions& options = {}) {
   return held;
 }
 
-TEST("the tool follows the hand through the layers, and the hand feels them") {
+TEST("the tool follows the hand through the layers, and their force acts on the hand") {
   const Held held = hold(held_scene());
   CHECK(!held.run.diverged);
   CHECK(held.facts.lost_resistance_at.has_value());
@@ -46,45 +45,46 @@ TEST("the tool follows the hand through the layers, and the hand feels them") {
   CHECK(held.facts.largest_delivered <= held.facts.largest_requested + 0.02);
 }
 
+void check_equal(const Trace& first, const Trace& second) {
+  REQUIRE(first.columns.size() == second.columns.size());
+  for (std::size_t n = 0; n < first.columns.size(); ++n) {
+    CHECK(first.columns[n].values == second.columns[n].values);
+  }
+}
+
 TEST("two runs are the same to the bit") {
   Scene scene = held_scene();
   scene.simulation.duration = 0.5;  // some layers deep
-  const Held first = hold(scene);
-  const Held second = hold(scene);
-  REQUIRE(first.run.columns.size() == second.run.columns.size());
-  for (std::size_t n = 0; n < first.run.columns.size(); ++n) {
-    CHECK(first.run.columns[n].values == second.run.columns[n].values);
-  }
+  check_equal(hold(scene).run, hold(scene).run);
+}
+
+/// First tick at which a column exceeds a force [N].
+std::ptrdiff_t first_force(const Trace& run, const char* column, double above) {
+  const std::vector<double>& force = run.find(column)->values;
+  const auto found = std::ranges::find_if(force, [above](double f) { return f > above; });
+  REQUIRE(found != force.end());
+  return found - force.begin();
 }
 
 TEST("one tick of delay more shows in the force on the hand") {
   Scene scene = held_scene();
   scene.falcon->quantised = false;
   scene.simulation.duration = 0.3;
-  const auto first_force = [&](int extra) {
-    const Trace trace = hold(scene, {.extra_delay = extra}).run;
-    const std::vector<double>& force = trace.find("device.requested_n")->values;
-    const auto found = std::ranges::find_if(force, [](double f) { return f > 0.0; });
-    CHECK(found != force.end());
-    return found - force.begin();
+  const auto first = [&](int extra) {
+    return first_force(hold(scene, {.extra_delay = extra}).run, "device.requested_n", 0.0);
   };
-  const auto prompt = first_force(0);
-  CHECK(first_force(1) == prompt + 1);
-  CHECK(first_force(3) == prompt + 3);
+  CHECK(first(1) == first(0) + 1);
+  CHECK(first(3) == first(0) + 3);
 }
 
-TEST("a quicker hand overshoots less") {
+TEST("a quicker hand overshoots less, and a tissue slower than the loop has ticks in between") {
   Scene scene = held_scene();
   scene.falcon->reaction_delay = 0.0;
   const double quick = hold(scene).facts.overshoot;
   scene.falcon->reaction_delay = 0.15;
-  const double slow = hold(scene).facts.overshoot;
   // The intent continues at 30 mm/s for 0.15 s; deeper layers may absorb part of it.
-  CHECK(slow > quick + 0.5 * 0.03 * 0.15);
-}
-
-TEST("tissue that is slower than the loop is held or led on") {
-  Scene scene = held_scene();
+  CHECK(hold(scene).facts.overshoot > quick + 0.5 * 0.03 * 0.15);
+  scene = held_scene();
   scene.falcon->rate = 2000.0;
   scene.simulation.duration = 0.5;
   CHECK(hold(scene).facts.ticks == 1000);
@@ -92,24 +92,21 @@ TEST("tissue that is slower than the loop is held or led on") {
   CHECK(!hold(scene).run.diverged);
 }
 
-TEST("waiting for a clock changes when a tick is computed and nothing else") {
+TEST("a clock changes when a tick is computed and nothing else") {
   Scene scene = held_scene();
   scene.simulation.duration = 0.2;
   ModelSubject subject{Simulation(scene)};
   device::VirtualClock time;
   device::DeadlineClock clock(1.0 / scene.falcon->rate, time);
   const Trace paced = roll_out(subject, scene, {}, {.clock = &clock});
-  const Trace free = hold(scene).run;
   CHECK(clock.facts().ticks == 200);
   CHECK_NEAR(time.now(), 0.199, 1e-15);  // tick 199 is due then
-  for (std::size_t n = 0; n < free.columns.size(); ++n) {
-    CHECK(paced.columns[n].values == free.columns[n].values);
-  }
+  check_equal(paced, hold(scene).run);
 }
 
-TEST("packets of a run, played again to another device, bring the same replies to the bit") {
+TEST("packets of a run that are replayed to another device have the same replies to the bit") {
   Scene scene = held_scene();
-  scene.simulation.duration = 0.5;  // resistance is not lost yet: nobody tells the hand anything
+  scene.simulation.duration = 0.5;  // resistance is not lost yet: the hand gets no signal
   device::falcon::WireRecording recording(4000);
   const Held held = hold(scene, {.observer = &recording});
   CHECK(!held.facts.lost_resistance_at);
@@ -121,7 +118,7 @@ TEST("packets of a run, played again to another device, bring the same replies t
   CHECK(again.different_replies == 0);
 }
 
-TEST("a fault on the line is felt in the loop") {
+TEST("faults on the line are counted and act on the force in the loop") {
   Scene scene = held_scene();
   const auto faulty = [&](device::falcon::LinkFault fault) {
     return hold(scene, {.faults = {.seed = 3, .faults = {fault}}});
@@ -135,16 +132,14 @@ TEST("a fault on the line is felt in the loop") {
   CHECK(!lossy.run.diverged);
   // Latency delays input and output; the loop keeps its rate. With one millisecond in each
   // direction the first force is two ticks late.
-  const auto first_force = [](const Held& held) {
-    const std::vector<double>& force = held.run.find("device.delivered_n")->values;
-    return std::ranges::find_if(force, [](double f) { return f > 0.05; }) - force.begin();
+  const auto first = [](const Held& held) {
+    return first_force(held.run, "device.delivered_n", 0.05);
   };
   const Held late = faulty({.kind = Kind::latency, .latency = 1e-3});
   CHECK(late.facts.ticks == sound.facts.ticks);
-  CHECK(late.facts.unanswered <
-        60);  // of 1200: a reply at the border of a tick can count for either
-  CHECK(first_force(late) >= first_force(sound) + 2);
-  CHECK(first_force(late) <= first_force(sound) + 4);
+  CHECK(late.facts.unanswered < 60);  // of 1200: a reply at a tick's border can belong to either
+  CHECK(first(late) >= first(sound) + 2);
+  CHECK(first(late) <= first(sound) + 4);
   // After 100 ms without link the watchdog releases the motors: no force despite a larger command.
   const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
   const std::size_t tick = 660;
@@ -152,13 +147,12 @@ TEST("a fault on the line is felt in the loop") {
   CHECK_NEAR(unplugged.run.find("device.delivered_n")->values[tick], 0.0, 1e-6);
 }
 
-TEST("a device that lost its zero is neither believed nor pulled with") {
+TEST("the loop of a device that lost its zero uses neither its position nor its motors") {
   using Kind = device::falcon::LinkFault::Kind;
   const Held sound = hold(held_scene());
   CHECK(sound.facts.unhomed == 0);
-  const Held lost = hold(
-      held_scene(),
-      {.faults = {.seed = 3, .faults = {{.kind = Kind::power_loss, .start = 0.6, .end = 0.65}}}});
+  const device::falcon::LinkFault off{.kind = Kind::power_loss, .start = 0.6, .end = 0.65};
+  const Held lost = hold(held_scene(), {.faults = {.seed = 3, .faults = {off}}});
   CHECK(!lost.run.diverged);
   CHECK(lost.facts.unhomed > 500);  // of the 550 ticks after power returned
   CHECK(lost.facts.largest_requested <= sound.facts.largest_requested);
@@ -168,11 +162,8 @@ TEST("a device that lost its zero is neither believed nor pulled with") {
   CHECK(last(sound, "device.requested_n") > 0.0);
   CHECK(last(lost, "device.requested_n") == 0.0);
   // An additional lost reply does not return stale bytes.
-  const Held lossy =
-      hold(held_scene(),
-           {.faults = {.seed = 3,
-                       .faults = {{.kind = Kind::power_loss, .start = 0.6, .end = 0.65},
-                                  {.kind = Kind::drop, .probability = 0.01, .start = 0.65}}}});
+  const device::falcon::LinkFault drop{.kind = Kind::drop, .probability = 0.01, .start = 0.65};
+  const Held lossy = hold(held_scene(), {.faults = {.seed = 3, .faults = {off, drop}}});
   CHECK(lossy.facts.unanswered > 50);
   CHECK(lossy.facts.largest_requested <= sound.facts.largest_requested);
   CHECK(last(lossy, "device.requested_n") == 0.0);
