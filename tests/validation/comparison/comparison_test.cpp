@@ -2,8 +2,6 @@
 
 #include "validation/comparison/comparison.hpp"
 
-#include <algorithm>
-
 #include "tests/check.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
@@ -30,14 +28,30 @@ PreparedTrace prepared(const PressureLaw& law, double clock, double speed = 0.0)
       {});
 }
 
-TEST("two clocks are laid over each other by the event when there is no depth") {
-  const Alignment found =
-      align(prepared({}, 100.0), prepared({.delay = 1.0}, 0.0), AlignmentRule::automatic);
-  CHECK(found.used == AlignmentRule::event);
-  CHECK(!found.judges_times());
-  CHECK(found.not_by_depth.empty());
-  CHECK(found.how == "by the loss of resistance");
-  CHECK_NEAR(found.lag, 99.0, 1e-6);  // the same law, a second later
+TEST(
+    "clocks are aligned by depth, else by the event, or by the start, and the lag is that of the "
+    "law") {
+  using enum AlignmentRule;
+  struct {
+    PreparedTrace recorded, simulated;
+    AlignmentRule rule, used;
+    double lag;
+  } const rows[] = {
+      {prepared({}, 100.0), prepared({.delay = 1.0}, 0.0), automatic, event, 99.0},
+      // Both needles are at the same depth.
+      {prepared({}, 50.0, 0.005), prepared({.delay = 2.0}, 0.0, 0.005), automatic, depth, 48.0},
+      // The loss is one second later: over depth no lag can hide it.
+      {prepared({.loss = 6.0}, 0.0, 0.005), prepared({.loss = 7.0}, 0.0, 0.005), depth, depth, 0.0},
+      {prepared({}, 30.0), prepared({.delay = 1.0}, 10.0), start, start, 20.0},
+  };
+  for (const auto& row : rows) {
+    const Alignment found = align(row.recorded, row.simulated, row.rule);
+    CHECK(found.used == row.used);
+    CHECK(found.judges_times() == (row.used == start));
+    CHECK(found.not_by_depth.empty());
+    CHECK_NEAR(found.lag, row.lag, 1e-6);
+    if (row.used == event) { CHECK(found.how == "by the loss of resistance"); }
+  }
 }
 
 TEST("without a loss in both the peak is taken, and said to be") {
@@ -47,41 +61,19 @@ TEST("without a loss in both the peak is taken, and said to be") {
   CHECK_CONTAINS(found.how, "peak");
 }
 
-TEST("depth comes first where both have it") {
-  const Alignment found = align(prepared({}, 50.0, 0.005), prepared({.delay = 2.0}, 0.0, 0.005),
-                                AlignmentRule::automatic);
-  CHECK(found.used == AlignmentRule::depth);
-  CHECK(!found.judges_times());
-  CHECK_NEAR(found.lag, 48.0, 1e-6);  // both needles at the same place
-}
-
-TEST("an event at another depth is left where it is") {
-  // Same speed and start, loss one second later: over depth no lag can hide it.
-  const Alignment found = align(prepared({.loss = 6.0}, 0.0, 0.005),
-                                prepared({.loss = 7.0}, 0.0, 0.005), AlignmentRule::depth);
-  CHECK_NEAR(found.lag, 0.0, 1e-6);
-}
-
-TEST("by the start the first samples coincide, whatever happens later") {
-  const Alignment found =
-      align(prepared({}, 30.0), prepared({.delay = 1.0}, 10.0), AlignmentRule::start);
-  CHECK(found.used == AlignmentRule::start);
-  CHECK(found.judges_times());
-  CHECK_NEAR(found.lag, 20.0, 1e-9);
-}
-
-TEST("depth that was asked for and is not there is refused, not replaced") {
-  CHECK(align(prepared({}, 0.0), prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal ==
-        "the recording has no depth");
-  CHECK(align(prepared({}, 0.0, 0.005), prepared({}, 0.0), AlignmentRule::depth).refusal ==
-        "the simulated trace has no depth");
-}
-
-TEST("depths that do not meet cannot align anything") {
-  PreparedTrace deep = prepared({}, 0.0, 0.005);
+TEST("depth that is missing or does not overlap is refused when required, not replaced") {
+  const PreparedTrace with_depth = prepared({}, 0.0, 0.005);
+  const auto refusal = [](const PreparedTrace& recorded, const PreparedTrace& simulated) {
+    return align(recorded, simulated, AlignmentRule::depth).refusal;
+  };
+  CHECK(refusal(prepared({}, 0.0), with_depth) == "the recording has no depth");
+  CHECK(refusal(with_depth, prepared({}, 0.0)) == "the simulated trace has no depth");
+  PreparedTrace deep = with_depth;
   for (double& d : deep.input.depth.value) { d += 1.0; }
-  CHECK_CONTAINS(align(deep, prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal,
-                 "do not meet");
+  CHECK_CONTAINS(refusal(deep, with_depth), "do not meet");
+  PreparedTrace late = with_depth;
+  late.input.depth.value[0] = 0.2;  // drawn back at once, as it seems
+  CHECK(!refusal(late, with_depth).empty());
 }
 
 TEST("a gap over the depth of the event is not bridged: the event decides, and that is said") {
@@ -103,12 +95,6 @@ TEST("a gap over the depth of the event is not bridged: the event decides, and t
   CHECK_NEAR(found.lag, 2.0 - 50.0, 1e-6);
 }
 
-TEST("a depth at which a trace begins above it was passed before") {
-  PreparedTrace late = prepared({}, 0.0, 0.005);
-  late.input.depth.value[0] = 0.2;  // drawn back at once, as it seems
-  CHECK(!align(late, prepared({}, 0.0, 0.005), AlignmentRule::depth).refusal.empty());
-}
-
 const std::vector<double> time_of_link = instants(14.0, 120.0);
 const std::vector<double> ticks = instants(14.0, 1000.0);
 
@@ -127,31 +113,36 @@ TEST("one law at two rates agrees") {
   const Comparison found = compare(recorded(), simulated());
   CHECK(found.outcome.status == Status::pass);
   CHECK(found.outcome.reasons.empty());
-  CHECK_NEAR(found.alignment.lag, 0.0,
-             0.5 / 120.0);  // filters of two rates differ by less than half a sample
+  // Filters of two rates differ by less than half a sample.
+  CHECK_NEAR(found.alignment.lag, 0.0, 0.5 / 120.0);
   CHECK(found.rating);
   CHECK(found.rating->overall > 0.98);
   CHECK(found.kind == Recording::Kind::reconstructed);
+  const Comparison coarse = compare(recorded(), simulated(), {.most_samples = 500});
+  CHECK(coarse.recorded.size() <= 501);  // the largest grid that its ratings allow
+  CHECK(coarse.outcome.status == Status::pass);
   CHECK_NEAR(found.cutoff, 20.0, 0.0);
 }
 
 TEST("what cannot be compared has a reason") {
-  Recording empty;
-  check_refused(empty, simulated(), "the recording is empty");
+  const auto changed = [](auto change) {
+    Recording recording = recorded();
+    change(recording);
+    return recording;
+  };
+  const auto filled = [&](double value) {
+    return changed([value](Recording& r) { std::ranges::fill(r.pressure, value); });
+  };
+  check_refused({}, simulated(), "the recording is empty");
   check_refused(recorded(), Trace{}, "the simulated trace has no column syringe.pressure_pa");
-  Recording constant = recorded();
-  std::ranges::fill(constant.pressure, 3.0);
-  check_refused(constant, simulated(), "the recording is constant");
-  Recording nothing = recorded();
-  std::ranges::fill(nothing.pressure, not_measured);
-  check_refused(nothing, simulated(), "the recording holds no number");
-  Recording single = recorded();
-  single.time.resize(1);
-  single.pressure.resize(1);
-  check_refused(single, simulated(), "the recording has one sample");
-  Recording pumped = recorded();
-  pumped.regime = Recording::Regime::pump;
-  check_refused(pumped, simulated(),
+  check_refused(filled(3.0), simulated(), "the recording is constant");
+  check_refused(filled(not_measured), simulated(), "the recording holds no number");
+  check_refused(changed([](Recording& r) {
+                  r.time.resize(1);
+                  r.pressure.resize(1);
+                }),
+                simulated(), "the recording has one sample");
+  check_refused(changed([](Recording& r) { r.regime = Recording::Regime::pump; }), simulated(),
                 "wrong regime: recorded with a pump on the plunger, simulated with a thumb");
   check_refused(recorded(), simulated(), "force along the needle was not recorded",
                 {.quantity = QuantityKind::force, .column = "syringe.pressure_pa"});
@@ -160,8 +151,7 @@ TEST("what cannot be compared has a reason") {
 TEST("traces that do not meet in time do not overlap") {
   Recording recording = recorded();
   for (double& t : recording.time) { t = 10.0 + t; }
-  ComparisonOptions options;
-  options.alignment = AlignmentRule::start;
+  const ComparisonOptions options{.alignment = AlignmentRule::start};
   CHECK(compare(recording, simulated(), options).outcome.status ==
         Status::pass);  // starts coincide, wherever they are
   const std::vector<double> early = instants(0.5, 1000.0);
@@ -171,15 +161,14 @@ TEST("traces that do not meet in time do not overlap") {
 }
 
 TEST("the instant of an event that aligned the clocks proves nothing and is not judged") {
-  const Comparison found = compare(recorded(), trace_of(ticks, pressures({.delay = 1.0}, ticks)));
+  const Trace later = trace_of(ticks, pressures({.delay = 1.0}, ticks));
+  const Comparison found = compare(recorded(), later);
   const FeatureComparison& loss = found.features[static_cast<std::size_t>(Feature::time_of_loss)];
   CHECK(loss.status == Status::skip);
   CHECK(!loss.reason.empty());
   CHECK_NEAR(found.alignment.lag, -1.0, 0.01);
-  ComparisonOptions by_start;
-  by_start.alignment = AlignmentRule::start;
-  CHECK(compare(recorded(), trace_of(ticks, pressures({.delay = 1.0}, ticks)), by_start)
-            .outcome.status == Status::fail);
+  CHECK(compare(recorded(), later, {.alignment = AlignmentRule::start}).outcome.status ==
+        Status::fail);
 }
 
 TEST("a simulation that stops right after the event leaves the verdict open") {
@@ -201,8 +190,8 @@ TEST("gaps in the recording stay out of the figures") {
 }
 
 TEST("a tolerance that is given replaces the default one") {
-  ComparisonOptions strict;
-  strict.tolerances = {{.feature = Feature::peak, .relative = 0.03, .origin = "stricter"}};
+  const ComparisonOptions strict{
+      .tolerances = {{.feature = Feature::peak, .relative = 0.03, .origin = "stricter"}}};
   const Trace louder = trace_of(ticks, pressures({.peak = 64.0 * pascals_per_mmhg}, ticks));
   CHECK(compare(recorded(), louder).outcome.status != Status::fail);
   CHECK(compare(recorded(), louder, strict).outcome.status == Status::fail);
@@ -229,14 +218,6 @@ TEST("a force along the needle is compared with its own column") {
   const Comparison found = compare(recording, trace, {.quantity = QuantityKind::force});
   CHECK(found.outcome.status == Status::pass);
   CHECK(found.unit == "N");
-}
-
-TEST("a long trace gets a grid that its ratings can carry") {
-  ComparisonOptions small;
-  small.most_samples = 500;
-  const Comparison found = compare(recorded(), simulated(), small);
-  CHECK(found.recorded.size() <= 501);
-  CHECK(found.outcome.status == Status::pass);
 }
 
 }  // namespace

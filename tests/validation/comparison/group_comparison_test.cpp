@@ -2,8 +2,6 @@
 
 #include "validation/comparison/group_comparison.hpp"
 
-#include <algorithm>
-
 #include "tests/check.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 #include "validation/comparison/credibility.hpp"
@@ -38,10 +36,27 @@ std::vector<Recording> subjects(const std::string& group) {
   return all;
 }
 
-TEST(
-    "an insertion in the middle of its subjects agrees with the group though not with each of "
-    "them") {
-  const GroupComparison found = compare_all(subjects("lean"), simulated());
+GroupComparison lean(const Trace& trace) { return compare_all(subjects("lean"), trace); }
+
+const FeatureSummary& summary(const GroupSummary& group, Feature feature) {
+  return group.features[static_cast<std::size_t>(feature)];
+}
+
+/// Both end before the event can be detected.
+Trace cut_trace() {
+  const std::vector<double> until = clinical::instants(8.5, 1000.0);
+  return clinical::trace_of(until, clinical::pressures({}, until));
+}
+Recording cut(Recording recording) {
+  while (recording.time.back() > 8.5) {
+    recording.time.pop_back();
+    recording.pressure.pop_back();
+  }
+  return recording;
+}
+
+TEST("an insertion in the middle of its subjects agrees with the group, not with each") {
+  const GroupComparison found = lean(simulated());
   REQUIRE(found.groups.size() == 1);
   const GroupSummary& group = found.groups.front();
   CHECK(group.corridor);
@@ -50,22 +65,15 @@ TEST(
   CHECK(group.tally.passed > 0);
   CHECK(group.recordings == 5);
   CHECK(group.measured == 0);
-  // 79 % of the peak tolerance remains after the spread of a mean of five: the verdict is undecided
-  // or agreed, never different.
+  // 79 % of the peak tolerance remains after the spread of a mean of five: never different.
   CHECK(group.outcome.status != Status::fail);
   CHECK(group.outcome.status != Status::error);
-}
-
-TEST("means and spreads over subjects by hand") {
-  const GroupComparison found = compare_all(subjects("lean"), simulated());
-  const FeatureSummary& peak =
-      found.groups.front().features[static_cast<std::size_t>(Feature::peak)];
-  const double middle =
-      *found.recordings[2].recorded_features[Feature::peak].value;  // the factor 1
+  const FeatureSummary& peak = summary(group, Feature::peak);
+  const double middle = *found.recordings[2].recorded_features[Feature::peak].value;  // factor 1
   CHECK(peak.count == 5);
   CHECK_NEAR(peak.mean, middle, 1e-9 * middle);
   CHECK_NEAR(peak.deviation, middle * std::sqrt(0.1 / 4.0), 1e-9 * middle);
-  CHECK(peak.interval);
+  REQUIRE(peak.interval.has_value());
   CHECK(peak.interval->holds(peak.mean));
 }
 
@@ -74,29 +82,28 @@ TEST("the spread of a mean over subjects is part of its uncertainty") {
   for (double& p : louder) { p *= 1.15; }
   // Off by 15 % where 10.2 % are allowed, but the mean of five is known to 2 x 15.8 % / sqrt(5) =
   // 14 %.
-  CHECK(compare_all(subjects("lean"), clinical::trace_of(ticks, louder)).outcome.status ==
-        Status::inconclusive);
+  CHECK(lean(clinical::trace_of(ticks, louder)).outcome.status == Status::inconclusive);
 }
 
 TEST("features that agree do not save a trace that leaves the corridor") {
   std::vector<double> odd = clinical::pressures({}, ticks);
-  for (std::size_t n = 0; n < 2500; ++n) {
-    odd[n] += 30.0 * pascals_per_mmhg;
-  }  // long before the event
-  const GroupComparison found = compare_all(subjects("lean"), clinical::trace_of(ticks, odd));
-  CHECK(found.recordings[2].outcome.status ==
-        Status::pass);  // by features alone, against the subject of factor 1
+  // Long before the event.
+  for (std::size_t n = 0; n < 2500; ++n) { odd[n] += 30.0 * pascals_per_mmhg; }
+  const GroupComparison found = lean(clinical::trace_of(ticks, odd));
+  CHECK(found.recordings[2].outcome.status == Status::pass);  // by features alone, factor 1
   CHECK(found.outcome.status == Status::fail);
   CHECK(found.groups.front().coverage.inside < 0.9);
   CHECK(found.groups.front().coverage.inside > 0.7);
 }
 
-TEST("a simulation that ends before its event can be called so leaves the group open") {
-  std::vector<double> until = clinical::instants(8.5, 1000.0);
-  const Trace cut = clinical::trace_of(until, clinical::pressures({}, until));
-  const GroupComparison found = compare_all(subjects("lean"), cut);
-  CHECK(found.outcome.status == Status::inconclusive);
-  CHECK_CONTAINS(found.outcome.reasons.front(), "the trace ends");
+TEST("a simulation that ends before its event can be detected leaves the verdict open") {
+  const GroupComparison one = lean(cut_trace());
+  CHECK(one.outcome.status == Status::inconclusive);
+  CHECK_CONTAINS(one.outcome.reasons.front(), "the trace ends");
+  const std::vector<Recording> recordings{cut(subject(1.0, "lean"))};
+  const GroupComparison both = compare_all(recordings, cut_trace());
+  CHECK(both.outcome.status == Status::inconclusive);
+  CHECK_CONTAINS(both.outcome.reasons.front(), "loss of resistance: in neither: the trace ends");
 }
 
 TEST("a first recording with a gap over its fall hides nothing of the others") {
@@ -105,18 +112,15 @@ TEST("a first recording with a gap over its fall hides nothing of the others") {
     if (all[0].time[n] > 6.05 && all[0].time[n] < 6.25) { all[0].pressure[n] = not_measured; }
   }
   const GroupComparison found = compare_all(all, simulated({.fall_constant = 0.75}));
-  CHECK(found.groups.front().features[static_cast<std::size_t>(Feature::drop_time)].count == 4);
-  bool told = false;
-  for (const std::string& reason : found.outcome.reasons) {
-    told = told || check::contains(reason, "drop time");
-  }
-  CHECK(told);
+  CHECK(summary(found.groups.front(), Feature::drop_time).count == 4);
+  CHECK(std::ranges::any_of(found.outcome.reasons, [](const std::string& reason) {
+    return check::contains(reason, "drop time");
+  }));
   CHECK(found.outcome.status == Status::fail);
 }
 
 TEST("an insertion without the event differs from the group and leaves its corridor") {
-  const GroupComparison found =
-      compare_all(subjects("lean"), simulated({.plateau = PressureLaw{}.peak}));
+  const GroupComparison found = lean(simulated({.plateau = PressureLaw{}.peak}));
   CHECK(found.outcome.status == Status::fail);
   CHECK(!found.groups.front().coverage.holds);
   CHECK_CONTAINS(found.outcome.reasons.front(), "in the corridor of 5 subjects");
@@ -155,24 +159,6 @@ TEST("what cannot be compared is counted and left out") {
   CHECK(compare_all({}, simulated()).outcome.reasons.front() == "there is no recording");
 }
 
-/// Both traces end before the event can be detected; the recording is scaled by the factor.
-Recording cut(Recording recording) {
-  while (recording.time.back() > 8.5) {
-    recording.time.pop_back();
-    recording.pressure.pop_back();
-  }
-  return recording;
-}
-
-TEST("two traces that both end before the event can be called so do not agree") {
-  const std::vector<double> until = clinical::instants(8.5, 1000.0);
-  const Trace trace = clinical::trace_of(until, clinical::pressures({}, until));
-  const GroupComparison found =
-      compare_all(std::vector<Recording>{cut(subject(1.0, "lean"))}, trace);
-  CHECK(found.outcome.status == Status::inconclusive);
-  CHECK_CONTAINS(found.outcome.reasons.front(), "loss of resistance: in neither: the trace ends");
-}
-
 TEST("the verdict of a group does not depend on who comes first") {
   std::vector<Recording> all = subjects("lean");
   all[0] = cut(all[0]);
@@ -199,31 +185,30 @@ TEST("two recordings of each subject leave the mean and the number of subjects")
     all.push_back(all[n]);
   }
   const GroupSummary twice = compare_all(all, simulated()).groups.front();
-  const GroupSummary once = compare_all(subjects("lean"), simulated()).groups.front();
+  const GroupSummary once = lean(simulated()).groups.front();
   CHECK(twice.subjects == 5);
   CHECK(twice.recordings == 10);
   CHECK(twice.corridor->recordings == 10);
   CHECK(once.subjects == 5);
   CHECK(once.recordings == 5);
-  const auto n = static_cast<std::size_t>(Feature::peak);
-  CHECK(twice.features[n].count == 5);
-  CHECK_NEAR(twice.features[n].deviation, once.features[n].deviation,
-             1e-9 * once.features[n].deviation);
-  CHECK_NEAR(twice.means[n].quantity.uncertainty, once.means[n].quantity.uncertainty,
-             1e-9 * once.means[n].quantity.uncertainty);
+  const FeatureSummary& peak = summary(once, Feature::peak);
+  CHECK(summary(twice, Feature::peak).count == 5);
+  CHECK_NEAR(summary(twice, Feature::peak).deviation, peak.deviation, 1e-9 * peak.deviation);
+  const auto uncertainty = [](const GroupSummary& group) {
+    return group.means[static_cast<std::size_t>(Feature::peak)].quantity.uncertainty;
+  };
+  CHECK_NEAR(uncertainty(twice), uncertainty(once), 1e-9 * uncertainty(once));
   CHECK_NEAR(twice.corridor->factor, once.corridor->factor, 0.0);
   CHECK(twice.subjects_agree == once.subjects_agree);
   CHECK(twice.tally.passed == 2 * once.tally.passed);
   CHECK(twice.agree_interval.upper == once.agree_interval.upper);
 }
 
-CredibilityFactor find(const std::vector<CredibilityFactor>& all, const std::string& name) {
+const CredibilityFactor& find(const std::vector<CredibilityFactor>& all, const char* name) {
   const auto found = std::ranges::find(all, name, &CredibilityFactor::factor);
-  CHECK(found != all.end());
-  return found == all.end() ? CredibilityFactor{} : *found;
+  REQUIRE(found != all.end());
+  return *found;
 }
-
-Outcome outcome(const std::string& name, Status status) { return {.name = name, .status = status}; }
 
 GroupComparison compared(Recording::Kind kind, std::size_t count, Status status) {
   GroupComparison comparison{.outcome = {.status = status}};
@@ -246,65 +231,60 @@ TEST("without evidence nothing is shown and every factor says why") {
 }
 
 TEST("cases that pass show a factor, one that fails shows it in part, skipped ones do not count") {
-  const std::string factor = "numerical code verification";
-  std::vector<Outcome> outcomes{outcome("oscillator/order/rk4", Status::pass),
-                                outcome("network/skip", Status::skip)};
-  CHECK(find(credibility(outcomes, nullptr), factor).shown == Shown::shown);
-  CHECK(find(credibility(outcomes, nullptr), factor).links.size() == 1);
-  outcomes.push_back(outcome("errata/summary", Status::fail));
-  const CredibilityFactor half = find(credibility(outcomes, nullptr), factor);
-  CHECK(half.shown == Shown::in_part);
-  CHECK(half.evidence == "1 of 2 cases hold");
+  std::vector<Outcome> outcomes{{.name = "oscillator/order/rk4", .status = Status::pass},
+                                {.name = "network/skip", .status = Status::skip}};
+  const auto verification = [&] {
+    return CredibilityFactor(find(credibility(outcomes, nullptr), "numerical code verification"));
+  };
+  CHECK(verification().shown == Shown::shown);
+  CHECK(verification().links.size() == 1);
+  outcomes.push_back({.name = "errata/summary", .status = Status::fail});
+  CHECK(verification().shown == Shown::in_part);
+  CHECK(verification().evidence == "1 of 2 cases hold");
   outcomes.erase(outcomes.begin());
-  CHECK(find(credibility(outcomes, nullptr), factor).shown == Shown::not_shown);
+  CHECK(verification().shown == Shown::not_shown);
 }
 
-TEST("three recordings of one subject are one subject") {
-  GroupComparison found = compared(Recording::Kind::measured, 3, Status::pass);
-  for (Comparison& one : found.recordings) { one.subject = "07"; }
-  const CredibilityFactor samples = find(credibility({}, &found), "test samples");
-  CHECK(samples.shown == Shown::in_part);
-  CHECK(samples.evidence == "measured recordings: 3, of subjects: 1");
-}
-
-TEST("recordings rebuilt from published values show nothing about patients") {
-  const GroupComparison rebuilt = compared(Recording::Kind::reconstructed, 8, Status::pass);
-  const std::vector<CredibilityFactor> all = credibility({}, &rebuilt);
-  CHECK(find(all, "test samples").shown == Shown::not_shown);
-  CHECK_CONTAINS(find(all, "test samples").evidence,
-                 "8 rebuilt from published values do not count");
-  CHECK(find(all, "output comparison").shown == Shown::not_shown);
-}
-
-TEST("measured recordings show what their verdict says") {
-  const GroupComparison good = compared(Recording::Kind::measured, 3, Status::pass);
-  CHECK(find(credibility({}, &good), "output comparison").shown == Shown::shown);
-  CHECK(find(credibility({}, &good), "test samples").shown == Shown::shown);
-  const GroupComparison open = compared(Recording::Kind::measured, 1, Status::inconclusive);
-  CHECK(find(credibility({}, &open), "output comparison").shown == Shown::in_part);
-  CHECK(find(credibility({}, &open), "test samples").shown == Shown::in_part);
-  const GroupComparison bad = compared(Recording::Kind::measured, 3, Status::fail);
-  CHECK(find(credibility({}, &bad), "output comparison").shown == Shown::not_shown);
-}
-
-TEST("rebuilt recordings in the same group neither lift nor spoil what measured ones show") {
-  GroupComparison mixed = compared(Recording::Kind::measured, 1, Status::pass);
-  mixed.recordings.push_back(
-      {.kind = Recording::Kind::reconstructed, .outcome = {.status = Status::fail}});
+TEST("measured recordings show what their verdict says, rebuilt ones neither add nor remove") {
+  using enum Recording::Kind;
+  GroupComparison one_subject = compared(measured, 3, Status::pass);
+  for (Comparison& one : one_subject.recordings) { one.subject = "07"; }
+  GroupComparison mixed = compared(measured, 1, Status::pass);
+  mixed.recordings.push_back({.kind = reconstructed, .outcome = {.status = Status::fail}});
   mixed.outcome.status = Status::fail;
   mixed.groups = {{.recordings = 2, .measured = 1, .outcome = {.status = Status::fail}}};
-  CHECK(find(credibility({}, &mixed), "output comparison").shown == Shown::shown);
-  mixed.recordings[0].outcome.status = Status::fail;
-  mixed.recordings[1].outcome.status = mixed.outcome.status = mixed.groups[0].outcome.status =
-      Status::pass;
-  CHECK(find(credibility({}, &mixed), "output comparison").shown == Shown::not_shown);
-}
-
-TEST("a group that was measured alone counts as one: its members need not all agree") {
-  GroupComparison found = compared(Recording::Kind::measured, 4, Status::pass);
-  found.recordings[3].outcome.status = Status::fail;
-  found.groups = {{.recordings = 4, .measured = 4, .outcome = {.status = Status::pass}}};
-  CHECK(find(credibility({}, &found), "output comparison").shown == Shown::shown);
+  GroupComparison swapped = mixed;
+  swapped.recordings[0].outcome.status = Status::fail;
+  swapped.recordings[1].outcome.status = Status::pass;
+  swapped.outcome.status = swapped.groups[0].outcome.status = Status::pass;
+  // A group of measured recordings is judged as one: its members need not all agree.
+  GroupComparison group = compared(measured, 4, Status::pass);
+  group.recordings[3].outcome.status = Status::fail;
+  group.groups = {{.recordings = 4, .measured = 4, .outcome = {.status = Status::pass}}};
+  struct {
+    GroupComparison found;
+    const char* factor;
+    Shown shown;
+    const char* evidence = "";
+  } const rows[] = {
+      {one_subject, "test samples", Shown::in_part, "measured recordings: 3, of subjects: 1"},
+      {compared(reconstructed, 8, Status::pass), "test samples", Shown::not_shown,
+       "8 rebuilt from published values do not count"},
+      {compared(reconstructed, 8, Status::pass), "output comparison", Shown::not_shown},
+      {compared(measured, 3, Status::pass), "output comparison", Shown::shown},
+      {compared(measured, 3, Status::pass), "test samples", Shown::shown},
+      {compared(measured, 1, Status::inconclusive), "output comparison", Shown::in_part},
+      {compared(measured, 1, Status::inconclusive), "test samples", Shown::in_part},
+      {compared(measured, 3, Status::fail), "output comparison", Shown::not_shown},
+      {mixed, "output comparison", Shown::shown},
+      {swapped, "output comparison", Shown::not_shown},
+      {group, "output comparison", Shown::shown},
+  };
+  for (const auto& row : rows) {
+    const std::vector<CredibilityFactor> all = credibility({}, &row.found);
+    CHECK(find(all, row.factor).shown == row.shown);
+    CHECK_CONTAINS(find(all, row.factor).evidence, row.evidence);
+  }
 }
 
 }  // namespace

@@ -2,8 +2,6 @@
 
 #include "validation/comparison/link_recording.hpp"
 
-#include <cmath>
-
 #include "model/problem/recording.hpp"
 #include "tests/check.hpp"
 

@@ -43,7 +43,7 @@ TEST("a recording given twice changes nothing, and one that is no number is left
   CHECK_NEAR(b.of_recording, a.of_recording, 1e-15);
 }
 
-TEST("of nobody and of one there is no spread") {
+TEST("no subject and one subject have no spread") {
   CHECK(std::isnan(over_subjects({}).mean));
   CHECK(std::isnan(over_subjects(std::vector<double>{4.0}).deviation));
   const std::vector<std::size_t> same{0, 0};
@@ -82,9 +82,6 @@ TEST("fewer subjects than needed are refused with both numbers") {
   CHECK(build_corridor(std::vector<Samples>{two[0]}).refusal ==
         "a corridor needs at least 3 subjects; there is 1");
   CHECK(!build_corridor({}).refusal.empty());
-}
-
-TEST("one recording is refused whatever is asked for") {
   const std::vector<Samples> one{of({1.0})};
   CHECK(!build_corridor(one, {.least_subjects = 1}).corridor);
 }
@@ -113,7 +110,7 @@ TEST("samples inside are counted, the largest excursion is found, gaps are not j
   CHECK(!found.holds);
 }
 
-TEST("where too few were measured there is no corridor, and nothing there is judged") {
+TEST("where too few or fewer subjects were measured the corridor ends or has their factor") {
   const std::vector<Samples> three{of({1.0, not_measured}), of({2.0, 2.0}), of({3.0, 3.0})};
   const CorridorBuilt built = build_corridor(three);
   CHECK(std::isnan(built.corridor->mean.value[1]));
@@ -121,9 +118,6 @@ TEST("where too few were measured there is no corridor, and nothing there is jud
   CHECK(found.samples == 0);
   CHECK(!found.holds);
   CHECK(std::isnan(found.inside));
-}
-
-TEST("where fewer subjects were measured the corridor has their factor") {
   const std::vector<Samples> four{of({2.0, 2.0}), of({4.0, 4.0}), of({9.0, 9.0}),
                                   of({5.0, not_measured})};
   const SubjectCorridor corridor = *build_corridor(four).corridor;

@@ -23,24 +23,19 @@ TEST("there is one tolerance for every feature, in order, and each says who says
   }
 }
 
-TEST("the peak may be off by what group means of the trial were apart") {
+TEST("the limits of a tolerance follow from its parts") {
   const Tolerance peak =
       default_tolerances(QuantityKind::pressure)[static_cast<std::size_t>(Feature::peak)];
-  // From the midpoint of 376 and 461 mmHg the tolerance includes exactly both values.
+  // From the midpoint of 376 and 461 mmHg, the group means of the trial, the tolerance includes
+  // exactly both values.
   CHECK_NEAR(peak.lower(418.5), 376.0, 1e-9);
   CHECK_NEAR(peak.upper(418.5), 461.0, 1e-9);
-}
-
-TEST("a factor allows as much above as below in ratio") {
-  const Tolerance tolerance{.feature = Feature::drop_time, .factor = 2.0};
-  CHECK_NEAR(tolerance.lower(0.1), 0.05, 1e-15);
-  CHECK_NEAR(tolerance.upper(0.1), 0.2, 1e-15);
-}
-
-TEST("a relative part is of the size, also below zero") {
-  const Tolerance tolerance{.absolute = 1.0, .relative = 0.1};
-  CHECK_NEAR(tolerance.lower(-10.0), -12.0, 1e-15);
-  CHECK_NEAR(tolerance.upper(-10.0), -8.0, 1e-15);
+  const Tolerance factor{.feature = Feature::drop_time, .factor = 2.0};
+  CHECK_NEAR(factor.lower(0.1), 0.05, 1e-15);
+  CHECK_NEAR(factor.upper(0.1), 0.2, 1e-15);
+  const Tolerance both{.absolute = 1.0, .relative = 0.1};  // relative to the size
+  CHECK_NEAR(both.lower(-10.0), -12.0, 1e-15);
+  CHECK_NEAR(both.upper(-10.0), -8.0, 1e-15);
 }
 
 /// Status of a simulated value compared with a recorded value of 10.
@@ -50,21 +45,15 @@ Status status_of(double simulated, double tolerance, double uncertainty) {
   return one.status;
 }
 
-TEST(
-    "inside at both ends of the uncertainty agrees, outside at both differs, and else it is "
-    "inconclusive") {
+TEST("a difference agrees within its tolerance, differs beyond it, and is open between") {
   CHECK(status_of(10.0, 1.0, 0.5) == Status::pass);
   CHECK(status_of(10.8, 1.0, 0.5) == Status::inconclusive);
   CHECK(status_of(11.2, 1.0, 0.5) == Status::inconclusive);
   CHECK(status_of(11.6, 1.0, 0.5) == Status::fail);
   CHECK(status_of(8.4, 1.0, 0.5) == Status::fail);
   CHECK(status_of(10.0, 1.0, 5.0) == Status::inconclusive);  // larger than the tolerance
-}
-
-TEST("what is not a number cannot be compared") {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  CHECK(status_of(nan, 1.0, 0.1) == Status::error);
-  CHECK(status_of(10.0, nan, 0.1) == Status::error);
+  CHECK(status_of(not_measured, 1.0, 0.1) == Status::error);
+  CHECK(status_of(10.0, not_measured, 0.1) == Status::error);
   CHECK(status_of(10.0, 1.0, unbounded) == Status::error);
 }
 
@@ -75,14 +64,11 @@ TEST("uncertainties add in squares") {
   CHECK(std::isnan(ValidationUncertainty{.numerical = std::nan("")}.total()));
 }
 
-TEST("the worst verdict is that of the whole") {
+TEST("the worst verdict is that of the whole, and the words are those of comparison.json") {
   CHECK(worse(Status::pass, Status::fail) == Status::fail);
   CHECK(worse(Status::inconclusive, Status::pass) == Status::inconclusive);
   CHECK(worse(Status::skip, Status::pass) == Status::pass);
   CHECK(worse(Status::inconclusive, Status::fail) == Status::fail);
-}
-
-TEST("the words of the verdicts are those of comparison.json") {
   CHECK(verdict_word(Status::pass) == "agrees");
   CHECK(verdict_word(Status::fail) == "differs");
   CHECK(verdict_word(Status::inconclusive) == "not distinguishable");
@@ -149,7 +135,7 @@ TEST("an offset of the transducer moves peak and plateau, and cancels in a heigh
              1e-12);
 }
 
-TEST("times of a recording are told on the simulation's clock") {
+TEST("times of a recording are given on the simulation's clock") {
   Comparison comparison = given(100.0, 100.0);
   comparison.alignment = {.used = AlignmentRule::start, .lag = 30.0, .uncertainty = 0.1};
   const FeatureComparison time = compared(Feature::time_of_loss, comparison);
@@ -161,51 +147,53 @@ TEST("times of a recording are told on the simulation's clock") {
 
 TEST("times are not judged where depth or the event aligned the clocks") {
   Comparison comparison = given(100.0, 100.0);
-  for (const AlignmentRule rule : {AlignmentRule::depth, AlignmentRule::event}) {
+  for (const auto& [rule, reason] :
+       {std::pair{AlignmentRule::depth, "the clocks were aligned by the depth"},
+        std::pair{AlignmentRule::event, "the clocks were aligned by the event"}}) {
     comparison.alignment = {.used = rule, .how = "by something", .lag = 30.0};
     const FeatureComparison time = compared(Feature::time_of_loss, comparison);
     CHECK(time.status == Status::skip);
-    CHECK(time.reason == (rule == AlignmentRule::depth ? "the clocks were aligned by the depth"
-                                                       : "the clocks were aligned by the event"));
+    CHECK(time.reason == reason);
     CHECK_NEAR(time.error, 30.0, 1e-12);  // reported, though not judged
   }
   CHECK(compared(Feature::depth_of_loss, comparison).status == Status::pass);
 }
 
-TEST("an event in one of them alone differs; one that cannot be decided is open") {
-  Comparison comparison = given(100.0, 100.0);
-  comparison.recorded_features[Feature::loss_of_resistance].value = 1.0;
-  comparison.simulated_features[Feature::loss_of_resistance].value = 0.0;
-  CHECK(compared(Feature::loss_of_resistance, comparison).status == Status::fail);
-  comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
-  const FeatureComparison open = compared(Feature::loss_of_resistance, comparison);
-  CHECK(open.status == Status::inconclusive);
-  CHECK(open.reason == "simulated: the trace ends");
+TEST("an event that one trace lacks differs, an undecided one is open, other gaps are no verdict") {
+  const Measured found{.value = 1.0};
+  const Measured ends{.reason = "the trace ends"};
+  struct {
+    Feature feature;
+    Measured recorded, simulated;
+    Status status;
+    const char* reason;
+  } const rows[] = {
+      {Feature::loss_of_resistance, found, {.value = 0.0}, Status::fail, ""},
+      {Feature::loss_of_resistance, found, ends, Status::inconclusive, "simulated: the trace ends"},
+      {Feature::loss_of_resistance, ends, ends, Status::inconclusive, "in neither: the trace ends"},
+      {Feature::loss_of_resistance,
+       ends,
+       {.reason = "a gap"},
+       Status::inconclusive,
+       "recorded: the trace ends; simulated: a gap"},
+      {Feature::depth_of_peak,
+       {.reason = "depth was not recorded"},
+       {.reason = "no column"},
+       Status::skip,
+       "recorded: depth was not recorded; simulated: no column"},
+  };
+  for (const auto& row : rows) {
+    Comparison comparison = given(100.0, 100.0);
+    comparison.recorded_features[row.feature] = row.recorded;
+    comparison.simulated_features[row.feature] = row.simulated;
+    const FeatureComparison one = compared(row.feature, comparison);
+    CHECK(one.status == row.status);
+    CHECK(one.reason == row.reason);
+  }
 }
 
-TEST("a feature in neither that is no event is not judged and says why") {
-  Comparison comparison = given(100.0, 100.0);
-  comparison.recorded_features[Feature::depth_of_peak] = {.reason = "depth was not recorded"};
-  comparison.simulated_features[Feature::depth_of_peak] = {.reason = "no column"};
-  const FeatureComparison depth = compared(Feature::depth_of_peak, comparison);
-  CHECK(depth.status == Status::skip);
-  CHECK(depth.reason == "recorded: depth was not recorded; simulated: no column");
-}
-
-TEST("an event that neither trace decides is open") {
-  Comparison comparison = given(100.0, 100.0);
-  comparison.recorded_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
-  comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "the trace ends"};
-  const FeatureComparison both = compared(Feature::loss_of_resistance, comparison);
-  CHECK(both.status == Status::inconclusive);
-  CHECK(both.reason == "in neither: the trace ends");
-  comparison.simulated_features[Feature::loss_of_resistance] = {.reason = "a gap"};
-  CHECK(compared(Feature::loss_of_resistance, comparison).reason ==
-        "recorded: the trace ends; simulated: a gap");
-}
-
-/// Replaces non-breaking spaces by spaces.
-std::string eye(std::string text) {
+/// Text with spaces instead of non-breaking spaces.
+std::string plain(std::string text) {
   for (const std::string space : {"\u00a0", "\u202f"}) {
     for (std::size_t at = text.find(space); at != std::string::npos; at = text.find(space)) {
       text.replace(at, space.size(), " ");
@@ -214,52 +202,44 @@ std::string eye(std::string text) {
   return text;
 }
 
-TEST("values are shown in the units of clinicians") {
-  CHECK(eye(shown(Feature::peak, 461.0 * pascals_per_mmhg, "Pa")) == "461 mmHg");
-  CHECK(eye(shown(Feature::depth_of_loss, 0.0393, "m")) == "39.3 mm");
-  CHECK(eye(shown(Feature::relative_drop, 0.87, "1")) == "87 %");
-  CHECK(eye(shown(Feature::slope_before, -2.5 * pascals_per_mmhg, "Pa/s")) == "−2.5 mmHg/s");
-  CHECK(shown(Feature::loss_of_resistance, 0.0, "1") == "not found");
-  CHECK(shown(Feature::peak, not_measured, "Pa") == "-");
+TEST("values and tolerances are shown in the units of clinicians") {
+  const auto text = [](Feature feature, double value, const char* unit) {
+    return plain(shown(feature, value, unit));
+  };
+  CHECK(text(Feature::peak, 461.0 * pascals_per_mmhg, "Pa") == "461 mmHg");
+  CHECK(text(Feature::depth_of_loss, 0.0393, "m") == "39.3 mm");
+  CHECK(text(Feature::relative_drop, 0.87, "1") == "87 %");
+  CHECK(text(Feature::slope_before, -2.5 * pascals_per_mmhg, "Pa/s") == "−2.5 mmHg/s");
+  CHECK(text(Feature::loss_of_resistance, 0.0, "1") == "not found");
+  CHECK(text(Feature::peak, not_measured, "Pa") == "-");
+  // What rounding leaves is zero without a sign.
+  CHECK(text(Feature::slope_before, -1.058e-5 * pascals_per_mmhg, "Pa/s") == "0 mmHg/s");
+  CHECK(text(Feature::drop_time, -1e-9, "s") == "0 s");
+  const Tolerance plateau{.feature = Feature::plateau, .absolute = 7.0 * pascals_per_mmhg};
+  CHECK(plain(shown(plateau, "Pa")) == "7 mmHg");
+  CHECK(shown(Tolerance{.feature = Feature::drop_time, .factor = 2.0}, "s") == "a factor of 2");
+  CHECK(shown(Tolerance{.feature = Feature::loss_of_resistance}, "1") == "the same");
 }
 
-TEST("what rounding leaves is shown as nothing, without a sign") {
-  CHECK(eye(shown(Feature::slope_before, -1.058e-5 * pascals_per_mmhg, "Pa/s")) == "0 mmHg/s");
-  CHECK(eye(shown(Feature::drop_time, -1e-9, "s")) == "0 s");
-}
-
-TEST("a sentence about the event says who shows it") {
+TEST("a sentence has both values, the tolerance, the uncertainty and the verdict, or the reason") {
   FeatureComparison event{.feature = Feature::loss_of_resistance, .status = Status::fail};
   event.recorded.value = 1.0;
   event.simulated.value = 0.0;
   CHECK(sentence_of(event) ==
         "loss of resistance: not found in the simulated trace, found in the recorded one: differs");
-}
-
-TEST("a sentence has both numbers, what is allowed, how well they are known and the verdict") {
   FeatureComparison drop{
       .feature = Feature::relative_drop,
       .quantity = {.unit = "1", .lower = 0.67, .upper = 1.07, .uncertainty = 0.012},
       .status = Status::fail};
   drop.recorded.value = 0.87;
   drop.simulated.value = 0.5;
-  CHECK(eye(sentence_of(drop)) ==
+  CHECK(plain(sentence_of(drop)) ==
         "relative drop: 50 % simulated, 87 % recorded; 67 to 107 % allowed, known to ±1.2 %: "
         "differs");
-}
-
-TEST("a sentence about what is absent has the reason") {
   const FeatureComparison depth{.feature = Feature::depth_of_peak,
                                 .status = Status::skip,
                                 .reason = "in neither: depth was not recorded"};
   CHECK(sentence_of(depth) == "depth of peak: in neither: depth was not recorded: not judged");
-}
-
-TEST("tolerances are told in the same units") {
-  const Tolerance plateau{.feature = Feature::plateau, .absolute = 7.0 * pascals_per_mmhg};
-  CHECK(eye(shown(plateau, "Pa")) == "7 mmHg");
-  CHECK(shown(Tolerance{.feature = Feature::drop_time, .factor = 2.0}, "s") == "a factor of 2");
-  CHECK(shown(Tolerance{.feature = Feature::loss_of_resistance}, "1") == "the same");
 }
 
 }  // namespace
