@@ -3,17 +3,11 @@
 #include "validation/roll_out.hpp"
 
 #include "tests/check.hpp"
-#include "tests/model/sample_scenes.hpp"
+#include "tests/validation/insertion_scenes.hpp"
 
 namespace {
 
 using namespace palpate;
-
-Scene insertion() {
-  Scene scene = layered_scene();
-  scene.simulation = {.duration = 0.6, .step = 1e-3};
-  return scene;
-}
 
 Trace run_of(const Scene& scene, int keyframes) {
   ModelSubject subject{Simulation(scene)};
@@ -21,7 +15,7 @@ Trace run_of(const Scene& scene, int keyframes) {
 }
 
 TEST("nodes are kept at ticks with events and at the largest force, in order of time") {
-  const Trace run = run_of(insertion(), 20);
+  const Trace run = run_of(insertion_scene(0.6), 20);
   const auto& force = run.find("tool.force_n")->values;
   const auto most = static_cast<std::size_t>(std::ranges::max_element(force) - force.begin());
   const auto& event = run.text_columns[1].values;
@@ -34,8 +28,8 @@ TEST("nodes are kept at ticks with events and at the largest force, in order of 
 }
 
 TEST("what is kept is where the nodes were then") {
-  const Trace run = run_of(insertion(), 20);
-  Simulation again(insertion());
+  const Trace run = run_of(insertion_scene(0.6), 20);
+  Simulation again(insertion_scene(0.6));
   std::size_t found = 0;
   while (again.ticks() < again.tick_count()) {
     again.tick();
@@ -49,9 +43,9 @@ TEST("what is kept is where the nodes were then") {
 }
 
 TEST("no more events are kept than wanted, none without wish, and none without a tool") {
-  CHECK(run_of(insertion(), 1).keyframes.time.size() == 2);
-  CHECK(run_of(insertion(), 0).keyframes.time.empty());
-  Scene bare = insertion();
+  CHECK(run_of(insertion_scene(0.6), 1).keyframes.time.size() == 2);
+  CHECK(run_of(insertion_scene(0.6), 0).keyframes.time.empty());
+  Scene bare = insertion_scene(0.6);
   bare.needle.reset();
   bare.drive.reset();
   CHECK(run_of(bare, 5).keyframes.time.empty());

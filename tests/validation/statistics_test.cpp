@@ -2,9 +2,6 @@
 
 #include "validation/statistics.hpp"
 
-#include <cmath>
-#include <vector>
-
 #include "tests/check.hpp"
 #include "validation/outcome.hpp"
 
@@ -29,7 +26,7 @@ TEST("a largest value keeps a NaN wherever it is added") {
   CHECK(std::isnan(first.value()));
 }
 
-TEST("none of n leaves what the law of chance leaves") {
+TEST("the interval of a share is that of Clopper and Pearson") {
   // (1 - p)^n = 0.025 at the upper end.
   const Interval none = share_interval(0, 60);
   CHECK(none.lower == 0.0);
@@ -37,9 +34,6 @@ TEST("none of n leaves what the law of chance leaves") {
   const Interval all = share_interval(60, 60);
   CHECK(all.upper == 1.0);
   CHECK_NEAR(all.lower, std::pow(0.025, 1.0 / 60.0), 1e-12);
-}
-
-TEST("five of ten have the interval of Clopper and Pearson") {
   const Interval half = share_interval(5, 10);  // tabulated: 0.1871 to 0.8129
   CHECK_NEAR(half.lower, 0.1871, 5e-5);
   CHECK_NEAR(half.upper, 0.8129, 5e-5);
@@ -55,7 +49,9 @@ TEST("intervals of a thousand trials are found from end to end") {
   }
 }
 
-TEST("a factor and its share undo each other") {
+TEST("Student's factor is the one of the tables, and inverts its share") {
+  CHECK_NEAR(student_factor(0.95, 2), 4.302653, 5e-7);  // tables
+  CHECK_NEAR(student_factor(0.95, 9), 2.262157, 5e-7);
   CHECK_NEAR(student_share(student_factor(0.9, 7), 7), 0.9, 1e-12);
   // Coverage of a bootstrap of five, as in statistics.hpp. Student's t of four degrees of freedom
   // is within +-t with sqrt(c) (1 + (1 - c) / 2), c = t^2 / (4 + t^2).
@@ -73,11 +69,6 @@ TEST("counts outside an expected share are rare") {
   CHECK_NEAR(expected_share(0.5, 10, 0.999).lower, 0.0, 0.0);
   CHECK_NEAR(expected_share(0.5, 10, 0.99).lower, 0.1, 1e-15);
   CHECK_NEAR(expected_share(0.5, 10, 0.99).upper, 0.9, 1e-15);
-}
-
-TEST("Student's factor of two degrees of freedom is the table's") {
-  CHECK_NEAR(student_factor(0.95, 2), 4.302653, 5e-7);
-  CHECK_NEAR(student_factor(0.95, 9), 2.262157, 5e-7);
 }
 
 TEST("mean and standard deviation by hand") {
@@ -102,13 +93,10 @@ TEST("a bootstrap is the same for one seed, lies within the values and is refuse
   CHECK(one->upper <= 10.0);
   CHECK(one->holds(4.0));
   CHECK(!bootstrap_mean(std::vector<double>{1.0, 2.0}));
-}
-
-TEST("subjects who are all the same leave no interval but their value") {
-  const auto interval = bootstrap_mean(std::vector<double>{7.0, 7.0, 7.0});
-  REQUIRE(interval);
-  CHECK(std::abs(interval->lower - 7.0) < 1e-12);
-  CHECK(std::abs(interval->upper - 7.0) < 1e-12);
+  const auto equal = bootstrap_mean(std::vector<double>{7.0, 7.0, 7.0});
+  REQUIRE(equal);
+  CHECK_NEAR(equal->lower, 7.0, 1e-12);
+  CHECK_NEAR(equal->upper, 7.0, 1e-12);
 }
 
 }  // namespace

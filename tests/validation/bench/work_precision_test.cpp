@@ -2,8 +2,6 @@
 
 #include "validation/bench/work_precision.hpp"
 
-#include <cmath>
-
 #include "tests/check.hpp"
 
 namespace {
@@ -27,7 +25,7 @@ Point point(Point::Kind kind, double seconds, double median, double error) {
   return {.kind = kind, .seconds = seconds, .median = median, .errors = {.tool = error}};
 }
 
-TEST("errors are taken over the range of the truth, not over its end or its beginning") {
+TEST("errors are relative to the range of the truth, not to its first or last value") {
   const Truth truth = truth_of(run_of(0.0), run_of(1e-6), first_coordinate);
   CHECK_NEAR(truth.peak, 2.0, 1e-15);
   CHECK_NEAR(truth.travel, 4.0, 1e-15);
@@ -102,44 +100,36 @@ void add_scheme(std::vector<Point>& points, const char* name, double scale, doub
   }
 }
 
-TEST("cost at an error is the scheme's own law, between its points too") {
+std::vector<Point> scheme(const char* name, double scale, double order) {
   std::vector<Point> points;
-  add_scheme(points, "second", 1e2, 2.0);
-  CHECK_NEAR(cost_at(points, 1e-3) / std::sqrt(1e5), 1.0,
-             1e-12);  // on a straight line nothing is lost
+  add_scheme(points, name, scale, order);
+  return points;
+}
+
+TEST("cost and digits follow the law of a scheme within its points, and exist only there") {
+  const std::vector<Point> points = scheme("second", 1e2, 2.0);
+  // On a straight line interpolation is exact.
+  CHECK_NEAR(cost_at(points, 1e-3) / std::sqrt(1e5), 1.0, 1e-12);
   CHECK_NEAR(digits_at(points, 3000.0), 2.0 * std::log10(3000.0) - 2.0, 1e-12);
-}
-
-TEST(
-    "the better scheme counts: the simple one for a coarse error, the higher order for a fine "
-    "one") {
-  std::vector<Point> points;
-  add_scheme(points, "first", 10.0, 1.0);
-  add_scheme(points, "fourth", 1e9, 4.0);
-  CHECK_NEAR(cost_at(points, 0.05), 200.0, 1e-9);
-  CHECK_NEAR(cost_at(points, 1e-5) / std::pow(1e14, 0.25), 1.0, 1e-12);
-}
-
-TEST("nobody is cheaper than what was measured") {
-  std::vector<Point> points;
-  add_scheme(points, "second", 1e2, 2.0);
+  // Nothing is cheaper than what was measured.
   CHECK_NEAR(cost_at(points, 0.5), 100.0, 1e-9);
   CHECK_NEAR(digits_at(points, 1e9), -std::log10(1e2 / (6400.0 * 6400.0)), 1e-12);
-}
-
-TEST("an error that nobody reaches and a cost that nobody offers are no number") {
-  std::vector<Point> points;
-  add_scheme(points, "second", 1e2, 2.0);
   CHECK(std::isnan(cost_at(points, 1e-9)));
   CHECK(std::isnan(digits_at(points, 99.0)));
   CHECK(std::isnan(cost_at({}, 1e-3)));
   CHECK(std::isnan(digits_at({}, 1e3)));
 }
 
+TEST("the cheaper scheme counts: low order for a coarse error, high order for a fine one") {
+  std::vector<Point> points = scheme("first", 10.0, 1.0);
+  add_scheme(points, "fourth", 1e9, 4.0);
+  CHECK_NEAR(cost_at(points, 0.05), 200.0, 1e-9);
+  CHECK_NEAR(cost_at(points, 1e-5) / std::pow(1e14, 0.25), 1.0, 1e-12);
+}
+
 TEST("a scheme that lost an order costs more at a fine error, and has fewer digits") {
-  std::vector<Point> good, damaged;
-  add_scheme(good, "x", 1.0, 2.0);
-  add_scheme(damaged, "x", 1.0 / 100.0, 1.0);  // as near at the first point
+  const std::vector<Point> good = scheme("x", 1.0, 2.0);
+  const std::vector<Point> damaged = scheme("x", 1.0 / 100.0, 1.0);  // equal at the first
   CHECK(cost_at(damaged, 1e-5) > 1.5 * cost_at(good, 1e-5));
   CHECK(digits_at(damaged, 1600.0) < digits_at(good, 1600.0) - 1.0);
 }

@@ -2,9 +2,6 @@
 
 #include "validation/calibration/calibration.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "tests/check.hpp"
 #include "tests/validation/calibration/samples.hpp"
 
@@ -16,8 +13,7 @@ using namespace palpate;
 std::vector<ObservedRecording> group(const char* name, double thumb) {
   std::vector<ObservedRecording> subjects;
   for (const double factor : {0.98, 1.0, 1.02}) {
-    Scene scene = three_layers();
-    scene.syringe->thumb_force = thumb * factor;
+    Scene scene = with_thumb_force(thumb * factor);
     scene.syringe->epidural_resistance *= factor;
     scene.materials[1].cutting_force *= factor;
     subjects.push_back({.recording = {.group = name}, .seen = lawful(scene)});
@@ -26,9 +22,8 @@ std::vector<ObservedRecording> group(const char* name, double thumb) {
 }
 
 TEST("the misfit grows as a parabola about the fit, fitted again in the others") {
-  const Scene scene = three_layers();
-  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
-  const Fit found = fit(forward, lawful_data(scene, 0.01));
+  Forward forward = lawful_forward();
+  const Fit found = fit(forward, lawful_data(three_layers(), 0.01));
   const calibration::Profile profile = profile_of_worst(forward, found);
   CHECK(profile.value.size() == 9);
   CHECK_NEAR(profile.growth[4], 0.0, 1e-6);  // the fit itself
@@ -37,15 +32,14 @@ TEST("the misfit grows as a parabola about the fit, fitted again in the others")
   CHECK_NEAR(profile.growth[8], 1.0, 0.1);
 }
 
-TEST("a group that differs is predicted worse than what was fitted, by as much as it differs") {
+TEST("a group that differs is predicted worse than the fitted ones, by as much as it differs") {
   std::vector<ObservedRecording> all = group("a", 11.0);
   for (const char* name : {"b", "c"}) {
     for (ObservedRecording& subject : group(name, name[0] == 'c' ? 22.0 : 11.0)) {
       all.push_back(std::move(subject));
     }
   }
-  const Scene scene = three_layers();
-  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
+  Forward forward = lawful_forward();
   const Fit found = fit(forward, pool(all));
   const std::vector<HeldOut> held = leave_groups_out(forward, found, all);
   REQUIRE(held.size() == 3);
@@ -70,12 +64,10 @@ std::vector<ObservedRecording> seen_in(const Scene& scene) {
 }
 
 TEST("a calibration ends with a scene whose simulation is what was seen") {
-  Scene truth = three_layers();
-  truth.syringe->thumb_force = 9.0;
   const Scene scene = three_layers();
   std::vector<std::string> stages;
   const Calibration found = calibrate(
-      scene, parameters_of(scene), seen_in(truth),
+      scene, parameters_of(scene), seen_in(with_thumb_force(9.0)),
       {.progress = [&](const char* stage) { stages.emplace_back(stage); }, .simulate = lawful});
   CHECK(found.outcome().status == Status::pass);
   CHECK(stages.size() == 4);

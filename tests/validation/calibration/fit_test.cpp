@@ -3,8 +3,6 @@
 #include "validation/calibration/fit.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <cmath>
 
 #include "tests/check.hpp"
 #include "tests/validation/calibration/samples.hpp"
@@ -95,32 +93,24 @@ TEST("depths are moved to the mean body mass by the published slope") {
   CHECK_NEAR(pooled.covariance(3, 3), 0.0, 1e-18);  // rounding: nothing but body mass differs
 }
 
-TEST("one row and one parameter leave 1 / (1 + s^2) of the prior variance") {
-  const Linearised at{.slope = Eigen::MatrixXd::Constant(1, 1, 6.0),
-                      .considered = Eigen::MatrixXd(1, 0),
-                      .covariance = Eigen::MatrixXd::Constant(1, 1, 4.0)};  // s = 6 / 2
-  CHECK_NEAR(posterior_covariance(at)(0, 0), 0.1, 1e-15);
-}
-
-TEST("a parameter that was left adds its own uncertainty") {
-  const Linearised at{.slope = Eigen::MatrixXd::Constant(1, 1, 6.0),
-                      .considered = Eigen::MatrixXd::Constant(1, 1, 2.0),
-                      .covariance = Eigen::MatrixXd::Constant(1, 1, 4.0)};
+TEST("rows that err together do not count as many, and a parameter that was left adds its own") {
+  const auto variance = [](double slope, const Eigen::MatrixXd& considered,
+                           const Eigen::MatrixXd& covariance) {
+    const Eigen::Index rows = covariance.rows();
+    return posterior_covariance({.slope = Eigen::MatrixXd::Constant(rows, 1, slope),
+                                 .considered = considered,
+                                 .covariance = covariance})(0, 0);
+  };
+  const Eigen::MatrixXd four = Eigen::MatrixXd::Constant(1, 1, 4.0);
+  // One row and one parameter leave 1 / (1 + s^2) of the prior variance, s = 6 / 2.
+  CHECK_NEAR(variance(6.0, Eigen::MatrixXd(1, 0), four), 0.1, 1e-15);
   // G = (1 / 10) 6 / 4, and G^2 2^2 more than before.
-  CHECK_NEAR(posterior_covariance(at)(0, 0), 0.1 + 0.0225 * 4.0, 1e-15);
-}
-
-TEST("rows that err together do not count as many") {
-  Eigen::MatrixXd slope = Eigen::MatrixXd::Constant(4, 1, 3.0);
-  const Linearised together{
-      .slope = slope,
-      .considered = Eigen::MatrixXd(4, 0),
-      .covariance = Eigen::MatrixXd::Ones(4, 4) + 1e-12 * Eigen::MatrixXd::Identity(4, 4)};
-  const Linearised apart{.slope = slope,
-                         .considered = Eigen::MatrixXd(4, 0),
-                         .covariance = Eigen::MatrixXd::Identity(4, 4)};
-  CHECK_NEAR(posterior_covariance(apart)(0, 0), 1.0 / 37.0, 1e-14);  // H = 4 9 + 1
-  CHECK_NEAR(posterior_covariance(together)(0, 0), (12.0 * 12.0 + 1.0) / (37.0 * 37.0),
+  CHECK_NEAR(variance(6.0, Eigen::MatrixXd::Constant(1, 1, 2.0), four), 0.1 + 0.0225 * 4.0, 1e-15);
+  const Eigen::MatrixXd none(4, 0);
+  const Eigen::MatrixXd apart = Eigen::MatrixXd::Identity(4, 4);
+  CHECK_NEAR(variance(3.0, none, apart), 1.0 / 37.0, 1e-14);  // H = 4 9 + 1
+  const Eigen::MatrixXd together = Eigen::MatrixXd::Ones(4, 4) + 1e-12 * apart;
+  CHECK_NEAR(variance(3.0, none, together), (12.0 * 12.0 + 1.0) / (37.0 * 37.0),
              1e-10);  // the 1e-12 above
 }
 
@@ -150,17 +140,13 @@ std::size_t index_of_key(const Forward& forward, std::string_view key) {
 }
 
 TEST("prior and one datum meet where their weights say") {
-  const Scene scene = three_layers();
-  Scene truth = scene;
-  truth.syringe->thumb_force = 22.0;
-  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
-  const Pooled data = lawful_data(truth, 0.2);
+  Forward forward = lawful_forward();
+  const Pooled data = lawful_data(with_thumb_force(22.0), 0.2);
   const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
   const auto found = Search(forward, data, {thumb}).from(forward.priors());
   // Zero of the derivative of ((v / 22 - 1) / 0.2)^2 + (log(v / 11) / spread)^2, by bisection.
   const double spread = forward.parameters()[thumb].spread;
-  double low = 11.0;
-  double high = 22.0;
+  double low = 11.0, high = 22.0;
   for (int n = 0; n < 60; ++n) {
     const double v = 0.5 * (low + high);
     const double slope =
@@ -174,26 +160,22 @@ TEST("prior and one datum meet where their weights say") {
 }
 
 TEST("what is not free stays, and values stay within their bounds") {
-  const Scene scene = three_layers();
-  Scene truth = scene;
-  truth.syringe->thumb_force = 1e4;
-  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
+  Forward forward = lawful_forward();
   const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
   Forward::Values start = forward.priors();
   start[0] *= 1.1;
-  const auto found = Search(forward, lawful_data(truth, 0.01), {thumb}).from(start);
+  const auto found = Search(forward, lawful_data(with_thumb_force(1e4), 0.01), {thumb}).from(start);
   CHECK(found.values[0] == start[0]);
   CHECK(found.values[thumb] <= forward.parameters()[thumb].upper);
 }
 
 TEST("slopes are those of the law, in spreads of the prior") {
-  const Scene scene = three_layers();
-  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
+  Forward forward = lawful_forward();
   const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
-  const Search search(forward, lawful_data(scene, 0.01), {});
+  const Search search(forward, lawful_data(three_layers(), 0.01), {});
   const Eigen::MatrixXd slopes = search.slopes(forward.priors(), {thumb});
   const double spread = forward.parameters()[thumb].spread;
-  const double peak = 11.0 / scene.syringe->plunger_area;
+  const double peak = 11.0 / Syringe{}.plunger_area;
   CHECK_NEAR(slopes(0, 0) / (peak * spread), std::expm1(0.1 * spread) / (0.1 * spread),
              1e-12);  // rounding
   CHECK_NEAR(slopes.col(0).tail(slopes.rows() - 1).norm(), 0.0, 1e-15);
@@ -213,8 +195,7 @@ Scene stronger_thumb() {
 }
 
 TEST("exact data give back what made them, and name what nothing depends on") {
-  const Scene scene = three_layers();
-  Forward forward(scene, parameters_of(scene), 2, nullptr, lawful);
+  Forward forward = lawful_forward(2);
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 1e-3));
   CHECK(found.converged);
   CHECK(found.misfit_after < 0.1);
@@ -230,9 +211,8 @@ TEST("exact data give back what made them, and name what nothing depends on") {
 }
 
 TEST("intervals are those of the law: the thumb force is known as well as the peak") {
-  const Scene scene = three_layers();
-  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
-  const Fit found = fit(forward, lawful_data(scene, 0.01));
+  Forward forward = lawful_forward();
+  const Fit found = fit(forward, lawful_data(three_layers(), 0.01));
   const FittedParameter& thumb = of(found, "syringe.thumb_force");
   const double told = thumb.parameter.spread / 0.01;  // slope over uncertainty
   // Forward differences of an exponential over a tenth of a spread of 0.35: half of 0.035 high.
@@ -242,12 +222,11 @@ TEST("intervals are those of the law: the thumb force is known as well as the pe
 }
 
 TEST("a bound that data push against is said") {
-  const Scene scene = three_layers();
-  std::vector<Parameter> parameters = parameters_of(scene);
+  std::vector<Parameter> parameters = parameters_of(three_layers());
   for (Parameter& p : parameters) {
     if (p.key == "syringe.thumb_force") { p.upper = 12.0; }
   }
-  Forward forward(scene, parameters, 1, nullptr, lawful);
+  Forward forward(three_layers(), parameters, 1, nullptr, lawful);
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 1e-2));
   CHECK(of(found, "syringe.thumb_force").at_bound);
   CHECK(of(found, "syringe.thumb_force").value <= 12.0);
@@ -255,8 +234,7 @@ TEST("a bound that data push against is said") {
 }
 
 TEST("data that tell nothing leave everything at its prior") {
-  const Scene scene = three_layers();
-  Forward forward(scene, parameters_of(scene), 1, nullptr, lawful);
+  Forward forward = lawful_forward();
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 50.0));
   CHECK(found.told.empty());
   CHECK(found.values() == forward.priors());

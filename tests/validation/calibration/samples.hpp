@@ -59,6 +59,17 @@ inline ObservedInsertion lawful(const Scene& scene) {
   return seen;
 }
 
+/// Forward model of the scene without a simulation.
+inline Forward lawful_forward(int jobs = 1) {
+  return {three_layers(), parameters_of(three_layers()), jobs, nullptr, lawful};
+}
+
+inline Scene with_thumb_force(double force) {
+  Scene scene = three_layers();
+  scene.syringe->thumb_force = force;
+  return scene;
+}
+
 /// Means computed with the analytic model, each with an independent relative uncertainty [1].
 inline Pooled lawful_data(const Scene& truth, double relative) {
   Pooled data{.mean = lawful(truth).value, .subjects = 1};

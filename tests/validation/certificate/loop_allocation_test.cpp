@@ -2,11 +2,9 @@
 // Test that the certified loop of `palpate certify` neither allocates nor causes page faults after
 // its start.
 
-#include <cstdio>
-
 #include "tests/allocation_count.hpp"
 #include "tests/check.hpp"
-#include "tests/model/sample_scenes.hpp"
+#include "tests/validation/insertion_scenes.hpp"
 #include "validation/certificate/paced_loop.hpp"
 #include "validation/certificate/scene_loop.hpp"
 
@@ -46,31 +44,19 @@ Found run(const Scene& scene, bool allocating) {
           .ticks = record.ticks()};
 }
 
-Scene insertion() {
-  Scene scene = layered_scene();
-  scene.syringe = Syringe{};
-  scene.drive->speed = 0.05;
-  scene.simulation = {.duration = 0.3, .step = 5e-4};
-  return scene;
-}
-
 Scene in_hand() {
-  Scene scene = layered_scene();
-  scene.drive = Drive{.kind = Drive::Kind::falcon, .speed = 0.05};
+  Scene scene = hand_scene(0.3, 5e-4, 0.05);
   scene.falcon = FalconDrive{.rate = 2000.0};
-  scene.simulation = {.duration = 0.3, .step = 5e-4};
   return scene;
 }
 
-TEST(
-    "a whole insertion with syringe and link, and one through a Falcon, allocate nothing and miss "
-    "no page") {
+TEST("insertions with syringe and link, and through a Falcon, neither allocate nor fault") {
   device::touch_stack();
   const device::LockedMemory locked;
   if (!locked.refusal().empty()) {
     std::printf("  memory is not locked: %s\n", locked.refusal().c_str());
   }
-  for (const Scene& scene : {insertion(), in_hand()}) {
+  for (const Scene& scene : {syringe_scene(5e-4), in_hand()}) {
     const Found found = run(scene, false);
     CHECK(found.ticks == 600);
     CHECK_NEAR(static_cast<double>(found.allocations), 0.0, 0.0);
@@ -80,7 +66,7 @@ TEST(
 }
 
 TEST("one allocation in one tick is seen") {
-  CHECK_NEAR(static_cast<double>(run(insertion(), true).allocations), 1.0, 0.0);
+  CHECK_NEAR(static_cast<double>(run(syringe_scene(5e-4), true).allocations), 1.0, 0.0);
 }
 
 TEST("one page that was never touched is seen") {

@@ -2,11 +2,7 @@
 
 #include "validation/certificate/tail.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <functional>
-#include <utility>
-#include <vector>
 
 #include "device/seeded.hpp"
 #include "tests/check.hpp"
@@ -51,18 +47,15 @@ TEST("the fit is a maximum of the likelihood: its two equations hold") {
              1e-3);  // a flat maximum: half the digits of a double
 }
 
-TEST("the excess at q is exceeded with probability q") {
+TEST("the excess at q is exceeded with probability q, and the end of a bounded tail never") {
   for (const double shape : {-0.3, 0.0, 0.5}) {
     const ParetoFit fit{.shape = shape, .scale = 3.0, .count = 10};
     for (const double q : {0.5, 1e-3, 1e-8}) {
       CHECK_NEAR(fit.exceeded(fit.excess_at(q)) / q, 1.0, 1e-7);
     }
   }
-}
-
-TEST("a bounded tail is exceeded beyond its end by nothing") {
-  const ParetoFit fit{.shape = -0.5, .scale = 1.0};  // ends at 2
-  CHECK_NEAR(fit.exceeded(2.5), 0.0, 0.0);
+  const ParetoFit bounded{.shape = -0.5, .scale = 1.0};  // ends at 2
+  CHECK_NEAR(bounded.exceeded(2.5), 0.0, 0.0);
 }
 
 TEST("the interval holds the estimate, grows with confidence, and is wider above than below") {
@@ -90,11 +83,12 @@ const Quantity& check_named(const Tail& tail, std::string_view name) {
   return *std::ranges::find(tail.checks, name, &Quantity::name);
 }
 
-TEST("independent exponential times: told, one and two decades beyond the data and no further") {
+TEST("a tail of independent times is extrapolated one and two decades and no further") {
   Seeded random(5);
   constexpr long ticks = 20000;
-  const Tail tail =
-      judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }), ticks, 1e-3);
+  const std::vector<LargeTick> largest =
+      largest_of(ticks, [&](long) { return 20e-6 * exponential(random); });
+  const Tail tail = judge_tail(largest, ticks, 1e-3);
   CHECK(tail.refusal.empty());
   REQUIRE(tail.levels.size() == 2);
   CHECK(tail.fits.size() == 3);
@@ -103,30 +97,32 @@ TEST("independent exponential times: told, one and two decades beyond the data a
   CHECK(tail.levels.back().lower < truth);
   CHECK(truth < tail.levels.back().upper);
   CHECK(!tail.beyond_deadline);  // exp(-50): far beyond two decades
+  // A deadline that one tick in 20 000 exceeds has its probability.
+  const Tail near = judge_tail(largest, ticks, 20e-6 * std::log(ticks));
+  REQUIRE(near.beyond_deadline.has_value());
+  CHECK_NEAR(std::log(*near.beyond_deadline * ticks), 0.0, 1.5);
 }
 
-TEST("a deadline within two decades has its probability") {
-  Seeded random(6);
-  constexpr long ticks = 20000;
-  const double deadline = 20e-6 * std::log(ticks);  // exceeded by one tick in 20 000
-  const Tail tail = judge_tail(largest_of(ticks, [&](long) { return 20e-6 * exponential(random); }),
-                               ticks, deadline);
-  REQUIRE(tail.beyond_deadline.has_value());
-  if (tail.beyond_deadline) { CHECK_NEAR(std::log(*tail.beyond_deadline * ticks), 0.0, 1.5); }
-}
-
-TEST("late ticks that come in pairs are refused, by the number that shows it") {
+TEST("times that follow each other, change, are few or equal have no tail, for a reason") {
   Seeded random(7);
   double before = 0.0;
-  const Tail tail = judge_tail(largest_of(8000,
-                                          [&](long) {
-                                            const double now = exponential(random);
-                                            return std::max(std::exchange(before, now), now);
-                                          }),
-                               8000, 1e-3);
-  CHECK_CONTAINS(tail.refusal, "late ticks do not follow each other");
-  CHECK(!check_named(tail, "alone-in-time").holds());
-  CHECK(tail.levels.empty());
+  const auto in_pairs = [&](long) {
+    const double now = exponential(random);
+    return std::max(std::exchange(before, now), now);
+  };
+  const Tail paired = judge_tail(largest_of(8000, in_pairs), 8000, 1e-3);
+  CHECK_CONTAINS(paired.refusal, "late ticks do not follow each other");
+  CHECK(!check_named(paired, "alone-in-time").holds());
+  CHECK(paired.levels.empty());
+  random = Seeded(9);
+  const auto growing = [&](long n) {
+    return exponential(random) * (1.0 + static_cast<double>(n) / 8000.0);
+  };
+  CHECK_CONTAINS(judge_tail(largest_of(8000, growing), 8000, 1e-3).refusal, "both halves");
+  const auto rising = [](long n) { return 1e-6 * static_cast<double>(n); };
+  CHECK_CONTAINS(judge_tail(largest_of(1000, rising), 1000, 1e-3).refusal, "too few");
+  const auto equal = [](long) { return 1e-4; };
+  CHECK_CONTAINS(judge_tail(largest_of(5000, equal), 5000, 1e-3).refusal, "all alike");
 }
 
 TEST("the extremal index of maxima over m neighbours is 1/m") {
@@ -141,23 +137,6 @@ TEST("the extremal index of maxima over m neighbours is 1/m") {
     CHECK_NEAR(extremal_index(exceedances(largest, 2500, 50000)), 1.0 / m,
                4.0 / m / std::sqrt(2500.0 / m));
   }
-}
-
-TEST("what grows with time is refused") {
-  Seeded random(9);
-  const Tail tail = judge_tail(
-      largest_of(
-          8000,
-          [&](long n) { return exponential(random) * (1.0 + static_cast<double>(n) / 8000.0); }),
-      8000, 1e-3);
-  CHECK_CONTAINS(tail.refusal, "both halves");
-}
-
-TEST("too few ticks, and ticks that are all alike, have no tail") {
-  const auto rising = [](long n) { return 1e-6 * static_cast<double>(n); };
-  CHECK_CONTAINS(judge_tail(largest_of(1000, rising), 1000, 1e-3).refusal, "too few");
-  const auto equal = [](long) { return 1e-4; };
-  CHECK_CONTAINS(judge_tail(largest_of(5000, equal), 5000, 1e-3).refusal, "all alike");
 }
 
 TEST("a check whose number is none does not hold") {

@@ -2,7 +2,6 @@
 
 #include "validation/subject/falcon_loop.hpp"
 
-#include <algorithm>
 #include <chrono>
 
 #include "device/falcon/wire_recording.hpp"
@@ -57,34 +56,33 @@ TEST("two runs are the same to the bit") {
   }
 }
 
+/// First tick at which a column exceeds a force [N].
+std::ptrdiff_t first_force(const Trace& run, const char* column, double above) {
+  const std::vector<double>& force = run.find(column)->values;
+  const auto found = std::ranges::find_if(force, [above](double f) { return f > above; });
+  REQUIRE(found != force.end());
+  return found - force.begin();
+}
+
 TEST("one tick of delay more shows in the force on the hand") {
   Scene scene = held_scene();
   scene.falcon->quantised = false;
   scene.simulation.duration = 0.3;
-  const auto first_force = [&](int extra) {
-    const Trace trace = hold(scene, {.extra_delay = extra}).run;
-    const std::vector<double>& force = trace.find("device.requested_n")->values;
-    const auto found = std::ranges::find_if(force, [](double f) { return f > 0.0; });
-    CHECK(found != force.end());
-    return found - force.begin();
+  const auto first = [&](int extra) {
+    return first_force(hold(scene, {.extra_delay = extra}).run, "device.requested_n", 0.0);
   };
-  const auto prompt = first_force(0);
-  CHECK(first_force(1) == prompt + 1);
-  CHECK(first_force(3) == prompt + 3);
+  CHECK(first(1) == first(0) + 1);
+  CHECK(first(3) == first(0) + 3);
 }
 
-TEST("a quicker hand overshoots less") {
+TEST("a quicker hand overshoots less, and a tissue slower than the loop has ticks in between") {
   Scene scene = held_scene();
   scene.falcon->reaction_delay = 0.0;
   const double quick = hold(scene).facts.overshoot;
   scene.falcon->reaction_delay = 0.15;
-  const double slow = hold(scene).facts.overshoot;
   // The intent continues at 30 mm/s for 0.15 s; deeper layers may absorb part of it.
-  CHECK(slow > quick + 0.5 * 0.03 * 0.15);
-}
-
-TEST("tissue that is slower than the loop is held or led on") {
-  Scene scene = held_scene();
+  CHECK(hold(scene).facts.overshoot > quick + 0.5 * 0.03 * 0.15);
+  scene = held_scene();
   scene.falcon->rate = 2000.0;
   scene.simulation.duration = 0.5;
   CHECK(hold(scene).facts.ticks == 1000);
@@ -109,7 +107,7 @@ TEST("waiting for a clock changes when a tick is computed and nothing else") {
 
 TEST("packets of a run, played again to another device, bring the same replies to the bit") {
   Scene scene = held_scene();
-  scene.simulation.duration = 0.5;  // resistance is not lost yet: nobody tells the hand anything
+  scene.simulation.duration = 0.5;  // resistance is not lost yet: the hand gets no signal
   device::falcon::WireRecording recording(4000);
   const Held held = hold(scene, {.observer = &recording});
   CHECK(!held.facts.lost_resistance_at);
@@ -135,16 +133,14 @@ TEST("a fault on the line is felt in the loop") {
   CHECK(!lossy.run.diverged);
   // Latency delays input and output; the loop keeps its rate. With one millisecond in each
   // direction the first force is two ticks late.
-  const auto first_force = [](const Held& held) {
-    const std::vector<double>& force = held.run.find("device.delivered_n")->values;
-    return std::ranges::find_if(force, [](double f) { return f > 0.05; }) - force.begin();
+  const auto first = [](const Held& held) {
+    return first_force(held.run, "device.delivered_n", 0.05);
   };
   const Held late = faulty({.kind = Kind::latency, .latency = 1e-3});
   CHECK(late.facts.ticks == sound.facts.ticks);
-  CHECK(late.facts.unanswered <
-        60);  // of 1200: a reply at the border of a tick can count for either
-  CHECK(first_force(late) >= first_force(sound) + 2);
-  CHECK(first_force(late) <= first_force(sound) + 4);
+  CHECK(late.facts.unanswered < 60);  // of 1200: a reply at a tick's border can belong to either
+  CHECK(first(late) >= first(sound) + 2);
+  CHECK(first(late) <= first(sound) + 4);
   // After 100 ms without link the watchdog releases the motors: no force despite a larger command.
   const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
   const std::size_t tick = 660;
@@ -156,9 +152,8 @@ TEST("a device that lost its zero is neither believed nor pulled with") {
   using Kind = device::falcon::LinkFault::Kind;
   const Held sound = hold(held_scene());
   CHECK(sound.facts.unhomed == 0);
-  const Held lost = hold(
-      held_scene(),
-      {.faults = {.seed = 3, .faults = {{.kind = Kind::power_loss, .start = 0.6, .end = 0.65}}}});
+  const device::falcon::LinkFault off{.kind = Kind::power_loss, .start = 0.6, .end = 0.65};
+  const Held lost = hold(held_scene(), {.faults = {.seed = 3, .faults = {off}}});
   CHECK(!lost.run.diverged);
   CHECK(lost.facts.unhomed > 500);  // of the 550 ticks after power returned
   CHECK(lost.facts.largest_requested <= sound.facts.largest_requested);
@@ -168,11 +163,8 @@ TEST("a device that lost its zero is neither believed nor pulled with") {
   CHECK(last(sound, "device.requested_n") > 0.0);
   CHECK(last(lost, "device.requested_n") == 0.0);
   // An additional lost reply does not return stale bytes.
-  const Held lossy =
-      hold(held_scene(),
-           {.faults = {.seed = 3,
-                       .faults = {{.kind = Kind::power_loss, .start = 0.6, .end = 0.65},
-                                  {.kind = Kind::drop, .probability = 0.01, .start = 0.65}}}});
+  const device::falcon::LinkFault drop{.kind = Kind::drop, .probability = 0.01, .start = 0.65};
+  const Held lossy = hold(held_scene(), {.faults = {.seed = 3, .faults = {off, drop}}});
   CHECK(lossy.facts.unanswered > 50);
   CHECK(lossy.facts.largest_requested <= sound.facts.largest_requested);
   CHECK(last(lossy, "device.requested_n") == 0.0);
