@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -170,13 +171,40 @@ inline bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }
 
-inline void judge_part(std::string_view text, std::string_view part, const char* what,
-                       const char* file, int line) {
-  ++checks;
-  if (contains(text, part)) { return; }
-  fail(file, line, what);
-  std::printf("  text \"%.*s\"\n", static_cast<int>(std::min(text.size(), std::size_t{500})),
-              text.data());
+inline std::size_t count(std::string_view text, std::string_view part) {
+  std::size_t found = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != text.npos; ++at) { ++found; }
+  return found;
+}
+
+/// Checks that a text contains every part, or none of them.
+inline void judge_parts(std::string_view text, std::initializer_list<std::string_view> parts,
+                        bool expected, const char* what, const char* file, int line) {
+  for (const std::string_view part : parts) {
+    ++checks;
+    if (contains(text, part) == expected) { continue; }
+    fail(file, line, what);
+    std::printf("  %s \"%.*s\" in text \"%.*s\"\n", expected ? "no" : "found",
+                static_cast<int>(part.size()), part.data(),
+                static_cast<int>(std::min(text.size(), std::size_t{500})), text.data());
+  }
+}
+
+/// Checks that the first occurrences of the parts in a text are in this order.
+inline void judge_order(std::string_view text, std::initializer_list<std::string_view> parts,
+                        const char* what, const char* file, int line) {
+  std::size_t least = 0;
+  for (const std::string_view part : parts) {
+    ++checks;
+    const std::size_t found = text.find(part);
+    if (found == text.npos || found < least) {
+      fail(file, line, what);
+      std::printf("  \"%.*s\" is absent or too early\n", static_cast<int>(part.size()),
+                  part.data());
+      return;
+    }
+    least = found + 1;
+  }
 }
 
 /// Runs the cases whose file ends with `file` and whose name contains `name`. Returns the exit
@@ -219,15 +247,21 @@ inline int run(std::string_view file, std::string_view name) {
   } while (false)
 #define CHECK_NEAR(actual, expected, tolerance) \
   check::near(actual, expected, tolerance, #actual " == " #expected, __FILE__, __LINE__)
-#define CHECK_CONTAINS(text, part) \
-  check::judge_part(text, part, #text " contains " #part, __FILE__, __LINE__)
-#define CHECK_THROWS(expression, part_of_message)                                                 \
+#define CHECK_CONTAINS(text, ...) \
+  check::judge_parts(text, {__VA_ARGS__}, true, #text " contains " #__VA_ARGS__, __FILE__, __LINE__)
+#define CHECK_LACKS(text, ...) \
+  check::judge_parts(text, {__VA_ARGS__}, false, #text " lacks " #__VA_ARGS__, __FILE__, __LINE__)
+#define CHECK_ORDER(text, ...) \
+  check::judge_order(text, {__VA_ARGS__}, #text " has in order " #__VA_ARGS__, __FILE__, __LINE__)
+#define CHECK_THROWS(expression, part_of_message) \
+  CHECK_THROWS_AS(std::exception, expression, part_of_message)
+#define CHECK_THROWS_AS(type, expression, part_of_message)                                        \
   do {                                                                                            \
     ++check::checks;                                                                              \
     try {                                                                                         \
       (void)(expression);                                                                         \
       check::fail(__FILE__, __LINE__, #expression " did not throw");                              \
-    } catch (const std::exception& e) {                                                           \
+    } catch (const type& e) {                                                                     \
       if (!check::contains(e.what(), part_of_message)) check::fail(__FILE__, __LINE__, e.what()); \
     }                                                                                             \
   } while (false)

@@ -10,7 +10,7 @@ namespace {
 
 using namespace palpate;
 
-TEST("numbers for people have few digits, true signs and no letters") {
+TEST("a short number has few digits, a typographic minus and no letter") {
   CHECK(short_number(0.00123449) == "0.001234");
   CHECK((short_number(-1.2345e-7) == "−1.234\u202f×\u202f10⁻⁷" ||
          short_number(-1.2345e-7) == "−1.235\u202f×\u202f10⁻⁷"));
@@ -26,7 +26,7 @@ TEST("numbers for people have few digits, true signs and no letters") {
   CHECK(short_number(-INFINITY) == "−∞");
 }
 
-TEST("an exact number reads back as the same double; others have the digits that tell them apart") {
+TEST("an exact number reads back as the same double; others have distinguishing digits") {
   for (const double value : {0.1, 1.0 / 3.0, 5e-324, 1.7976931348623157e308, -0.0}) {
     CHECK(std::strtod(exact_number(value).c_str(), nullptr) == value);
   }

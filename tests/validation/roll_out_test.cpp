@@ -14,7 +14,7 @@ Trace run_of(const Scene& scene, int keyframes) {
   return roll_out(subject, scene, {.keyframes = keyframes});
 }
 
-TEST("nodes are kept at ticks with events and at the largest force, in order of time") {
+TEST("node positions are kept at ticks with events and at the largest force, in order of time") {
   const Trace run = run_of(insertion_scene(0.6), 20);
   const auto& force = run.find("tool.force_n")->values;
   const auto most = static_cast<std::size_t>(std::ranges::max_element(force) - force.begin());
@@ -25,10 +25,6 @@ TEST("nodes are kept at ticks with events and at the largest force, in order of 
   }
   CHECK(expected.size() >= 3);
   CHECK(run.keyframes.time == expected);
-}
-
-TEST("what is kept is where the nodes were then") {
-  const Trace run = run_of(insertion_scene(0.6), 20);
   Simulation again(insertion_scene(0.6));
   std::size_t found = 0;
   while (again.ticks() < again.tick_count()) {
@@ -42,7 +38,7 @@ TEST("what is kept is where the nodes were then") {
   CHECK(found + (run.keyframes.time.front() == 0.0 ? 1 : 0) == run.keyframes.time.size());
 }
 
-TEST("no more events are kept than wanted, none without wish, and none without a tool") {
+TEST("no more events are kept than requested, and none without a tool") {
   CHECK(run_of(insertion_scene(0.6), 1).keyframes.time.size() == 2);
   CHECK(run_of(insertion_scene(0.6), 0).keyframes.time.empty());
   Scene bare = insertion_scene(0.6);

@@ -51,7 +51,7 @@ TEST("the gate accepts one per cent more instructions, but no other kernel and n
   CHECK(against_accepted(passes(counted, counted, "another")).fails());
 }
 
-TEST("names of workloads are unlike, and an unknown one is refused with those there are") {
+TEST("names of workloads are unique, and an unknown one is refused with the known ones") {
   std::vector<std::string> names;
   for (const Workload& each : workloads()) { names.push_back(each.name); }
   std::ranges::sort(names);
@@ -108,21 +108,18 @@ TEST("a build is slower by the clock only with more instructions or more missed 
 }
 
 TEST("the self-test fails with one missed slowdown or one alarm about equal builds") {
-  int calls = 0;
-  const auto right = [](Head head) {
-    return head == Head::planted ? finding_of(1.05, 1.05) : finding_of(1.0, 1.0);
-  };
+  const PairedFinding slower = finding_of(1.05, 1.05), equal = finding_of(1.0, 1.0);
   /// Status if the measurement number `wrong` returns `instead`.
   const auto status = [&](int wrong, const PairedFinding& instead) {
-    calls = 0;
+    int calls = 0;
     const auto measure = [&](const std::string&, Head head, std::uint64_t) {
-      return ++calls == wrong ? instead : right(head);
+      return ++calls == wrong ? instead : head == Head::planted ? slower : equal;
     };
     return run_case(self_test_cases({"s26"}, 20, measure).front(), {}).status;
   };
   CHECK(status(0, {}) == Status::pass);
-  CHECK(status(30, finding_of(1.0, 1.0)) == Status::fail);
-  CHECK(status(7, finding_of(1.05, 1.05)) == Status::fail);
+  CHECK(status(30, equal) == Status::fail);
+  CHECK(status(7, slower) == Status::fail);
 }
 
 }  // namespace

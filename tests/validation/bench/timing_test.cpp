@@ -22,30 +22,34 @@ void work(long amount) {
 }
 
 TEST("eight times the work takes many times as long, and every contender has every round") {
-  int heavy = 0, light = 0;
-  const std::vector<Contender> contenders{{"heavy",
-                                           [&](long times) {
-                                             ++heavy;
-                                             work(8000 * times);
-                                           }},
-                                          {"light", [&](long times) {
-                                             ++light;
-                                             work(1000 * times);
-                                           }}};
-  const std::vector<Timed> timed = time_interleaved(contenders, {.rounds = 5, .batch = 2e-3});
+  int calls[] = {0, 0};
+  const auto contender = [&](const char* name, int& count, long amount) {
+    return Contender{name, [&count, amount](long times) {
+                       ++count;
+                       work(amount * times);
+                     }};
+  };
+  const std::vector<Timed> timed =
+      time_interleaved({contender("heavy", calls[0], 8000), contender("light", calls[1], 1000)},
+                       {.rounds = 5, .batch = 2e-3});
   REQUIRE(timed.size() == 2);
   CHECK(timed[0].name == "heavy");
   CHECK(timed[1].name == "light");
   const double ratio = timed[0].least / timed[1].least;
-  std::printf("  ratio %.2f\n", ratio);
   CHECK(ratio > 4.0);
   CHECK(ratio < 16.0);  // a factor of two for what else the processor does
-  for (const Timed& each : timed) {
-    CHECK(each.least > 0.0);
-    CHECK(each.least <= each.median);
+  for (std::size_t n = 0; n < 2; ++n) {
+    CHECK(timed[n].least > 0.0);
+    CHECK(timed[n].least <= timed[n].median);
+    CHECK(calls[n] >= 5 + 1);  // the rounds, and what found their length
   }
-  CHECK(heavy >= 5 + 1);  // the rounds, and what found their length
-  CHECK(light >= 5 + 1);
+}
+
+/// Share of trials in which something happens, a number of times each [1].
+double share_of(int trials, const std::function<int(std::uint64_t)>& happens) {
+  int count = 0;
+  for (int trial = 0; trial < trials; ++trial) { count += happens(std::uint64_t(trial)); }
+  return static_cast<double>(count) / trials;
 }
 
 /// Pairs of times with a heavy tail, as on a busy machine: every tenth batch of either build takes
@@ -85,16 +89,14 @@ TEST("limits of the median are the order statistics of the binomial table") {
 
 TEST("the lower limit lies above the true median in one per cent of samples, whatever their law") {
   Random random(3);
-  int above = 0;
-  constexpr int trials = 4000;
-  for (int trial = 0; trial < trials; ++trial) {
+  const auto above = [&](std::uint64_t) {
     std::vector<double> values;
     for (int n = 0; n < 40; ++n) { values.push_back(std::pow(random(0.0, 1.0), 8.0)); }
     // The median is 2^-8.
-    above += median_limits(values, 0.99).lower > std::pow(2.0, -8.0) ? 1 : 0;
-  }
+    return median_limits(values, 0.99).lower > std::pow(2.0, -8.0) ? 1 : 0;
+  };
   // P(Bin(40, 1/2) < 13) = 0.0083; three standard deviations of 4000 trials are 0.0043.
-  CHECK_NEAR(static_cast<double>(above) / trials, 0.0083, 0.0043);
+  CHECK_NEAR(share_of(4000, above), 0.0083, 0.0043);
 }
 
 TEST("equal builds are never called slower on a busy machine, and five per cent always are") {
@@ -126,7 +128,7 @@ TEST("a build that is delayed by other processes is late, and no slower") {
   CHECK(verdict.misses_rose());
 }
 
-TEST("misses rise when chance would split them so unevenly once in a hundred times") {
+TEST("misses rise if chance splits them so unevenly in less than one of a hundred cases") {
   const auto rose = [](long base, long head) {
     return PairedVerdict{.base_misses = base, .head_misses = head}.misses_rose();
   };
@@ -137,6 +139,26 @@ TEST("misses rise when chance would split them so unevenly once in a hundred tim
   CHECK(rose(0, 7));  // 2^-7 < 0.01
   CHECK(rose(10, 30));
   CHECK(!rose(15, 25));
+}
+
+TEST("starts are repeated only while the limits of the median do not decide") {
+  // Limits of 480 pairs with this scatter are between 2 and 5 per cent from the median.
+  const auto starts_for = [](double ratio, double scatter) {
+    return starts_until_decided(12, [&](int n) {
+      Random random(static_cast<std::uint64_t>(n) + 1);
+      PairedStart start{.batch_deadline = 1.0};
+      for (int pair = 0; pair < 40; ++pair) {
+        const double noise = random(1.0 - scatter, 1.0 + scatter);
+        start.pairs.push_back({.base = 1e-3, .head = 1e-3 * ratio * noise});
+      }
+      return start;
+    });
+  };
+  CHECK(starts_for(1.0, 0.03).size() == 12);   // below
+  CHECK(starts_for(1.05, 0.03).size() == 12);  // above
+  CHECK(starts_for(1.05, 0.2).size() > 12);
+  CHECK(judge_pairs(starts_for(1.05, 0.2)).slower());
+  CHECK(starts_for(1.03, 0.2).size() == 12 * most_looks);  // on the limit itself
 }
 
 std::vector<double> noise(std::size_t n, std::uint64_t seed) {
@@ -170,33 +192,25 @@ TEST("a step is found where it is, with the chance that Pettitt gives it") {
   CHECK_NEAR(change.chance, 2.0 * std::exp(-6.0 * 96.0 * 96.0 / (8000.0 + 400.0)), 1e-15);
 }
 
-TEST("without a change at most one of a hundred series, short or long, raises an alarm") {
+TEST("without a change one of a hundred series or sets of series raises an alarm, or fewer") {
   for (const std::size_t n : {8U, 15U, 40U}) {
-    int alarms = 0;
-    constexpr int trials = 3000;
-    for (int trial = 0; trial < trials; ++trial) {
-      const auto change = find_change(noise(n, static_cast<std::uint64_t>(trial) + 1));
-      alarms += change->chance <= false_alarm_rate ? 1 : 0;
-    }
-    // Three standard deviations above 1 % are 0.0155.
-    CHECK(static_cast<double>(alarms) / trials <= 0.0155);
+    const auto alarm = [n](std::uint64_t trial) {
+      return find_change(noise(n, trial + 1))->chance <= false_alarm_rate ? 1 : 0;
+    };
+    CHECK(share_of(3000, alarm) <= 0.0155);  // 1 % and three standard deviations
   }
-}
-
-TEST("in many series together a false alarm is as seldom") {
-  int alarms = 0;
-  constexpr int trials = 500;
-  for (int trial = 0; trial < trials; ++trial) {
+  // In many series together a false alarm is as seldom.
+  const auto alarms = [](std::uint64_t trial) {
     std::vector<Trend> trends;
     for (std::uint64_t k = 0; k < 20; ++k) {
-      std::vector<double> values = noise(30, static_cast<std::uint64_t>(trial) * 20 + k + 1);
+      std::vector<double> values = noise(30, trial * 20 + k + 1);
       for (double& value : values) { value = std::pow(value, 5); }  // 10 % up and down: no trifle
       trends.push_back({.name = "x", .unit = "instructions", .values = std::move(values)});
     }
     find_creep(trends);
-    for (const Trend& trend : trends) { alarms += trend.crept ? 1 : 0; }
-  }
-  CHECK(static_cast<double>(alarms) / trials <= 0.0234);  // 1 % and three standard deviations
+    return static_cast<int>(std::ranges::count(trends, true, &Trend::crept));
+  };
+  CHECK(share_of(500, alarms) <= 0.0234);  // 1 % and three standard deviations
 }
 
 TEST("a slow loss has crept; a gain or a trifle has not") {
@@ -211,7 +225,7 @@ TEST("a slow loss has crept; a gain or a trifle has not") {
   CHECK(!creeps(series([](int n) { return 5.0 + 0.01 * n; }), "digits"));
 }
 
-TEST("a constant series, one run or none tell nothing") {
+TEST("a constant series, one run or none have no change") {
   CHECK(!creeps(std::vector<double>(50, 7.0)));
   CHECK(!find_change(std::vector<double>{1.0}));
   CHECK(!find_change({}));

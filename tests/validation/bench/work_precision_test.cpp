@@ -47,7 +47,7 @@ TEST("a tick where the tool's signal jumps is left out there and counts elsewher
   CHECK(errors.trajectory > 0.0);
 }
 
-TEST("a run that failed, that is short or that is not finite is infinitely far off") {
+TEST("a run that failed, is short or is not finite has infinite errors") {
   const Truth truth = truth_of(run_of(0.0), run_of(0.0), first_coordinate);
   Trace failed = run_of(0.0);
   failed.diverged = true;
@@ -58,7 +58,7 @@ TEST("a run that failed, that is short or that is not finite is infinitely far o
   CHECK(std::isinf(errors_of(cut, truth).tool));
 }
 
-TEST("the frontier is what nothing beats in both, in its own precision") {
+TEST("a point is on the frontier if no point of its precision is better in both") {
   using enum Point::Kind;
   const std::vector<Point> points{
       point(in_double, 1.0, 1.0, 1e-2), point(in_double, 2.0, 2.0, 1e-3),
@@ -72,7 +72,7 @@ TEST("the frontier is what nothing beats in both, in its own precision") {
   CHECK(cheapest(points, 1.0, false) == nullptr);
 }
 
-TEST("auto off the frontier is seen, and noise is not taken for it") {
+TEST("an automatic choice off the frontier is detected, and noise is not") {
   using enum Point::Kind;
   const Point better = point(in_double, 1.0, 1.05, 1e-3);
   CHECK_NEAR(automatic_over_best({better, point(automatic, 2.1, 2.2, 2e-3)}), 2.0, 1e-12);
@@ -81,7 +81,7 @@ TEST("auto off the frontier is seen, and noise is not taken for it") {
   CHECK(std::isnan(automatic_over_best({better})));                               // it did not run
 }
 
-TEST("noise is that of nine in ten settings here, and never below a tenth") {
+TEST("noise is the ratio of nine in ten settings of this machine, at least a tenth") {
   using enum Point::Kind;
   std::vector<Point> points(10, point(in_double, 1.0, 1.02, 1e-3));
   CHECK_NEAR(noise_of(points), 1.1, 1e-15);

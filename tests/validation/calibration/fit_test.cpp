@@ -37,7 +37,7 @@ TEST("the spread of a mean is the standard error") {
   CHECK(pooled.degrees_of_freedom() == 2);
 }
 
-TEST("several recordings of one person count as their mean, and only within a group") {
+TEST("several recordings of one subject count as their mean, and only within a group") {
   std::vector<ObservedRecording> recordings{subject(1.0, 5.0), subject(4.0, 6.0), subject(3.0, 7.0),
                                             subject(9.0, 8.0)};
   for (const std::size_t n : {0U, 2U, 3U}) { recordings[n].recording.subject = "A"; }
@@ -55,7 +55,7 @@ TEST("several recordings of one person count as their mean, and only within a gr
   CHECK(by_subject(nameless).size() == 2);
 }
 
-TEST("two recordings give no spread, and what a transducer adds is shared by all that it touches") {
+TEST("two recordings give no spread, and the zero of a transducer is shared by all its values") {
   const std::vector<ObservedRecording> subjects{subject(50e3, 8.0), subject(60e3, 10.0)};
   SharedUncertainty only_zero = nothing;
   only_zero.transducer.zero = 57.0;
@@ -66,7 +66,7 @@ TEST("two recordings give no spread, and what a transducer adds is shared by all
   CHECK_NEAR(pooled.covariance(0, 5), 57.0 * 57.0 * area, 1e-12);  // fully correlated
 }
 
-TEST("what few have seen is left out, and no eigenvalue is negative") {
+TEST("observables of few recordings are left out, and no eigenvalue is negative") {
   std::vector<ObservedRecording> subjects{subject(1.0, 5.0), subject(2.0, 7.0), subject(6.0, 6.0),
                                           subject(4.0, 6.5)};
   subjects[0].seen.value[2] = subjects[1].seen.value[2] = std::nan("");
@@ -93,7 +93,7 @@ TEST("depths are moved to the mean body mass by the published slope") {
   CHECK_NEAR(pooled.covariance(3, 3), 0.0, 1e-18);  // rounding: nothing but body mass differs
 }
 
-TEST("rows that err together do not count as many, and a parameter that was left adds its own") {
+TEST("correlated rows count less, and the uncertainty of a parameter that is not fitted is added") {
   const auto variance = [](double slope, const Eigen::MatrixXd& considered,
                            const Eigen::MatrixXd& covariance) {
     const Eigen::Index rows = covariance.rows();
@@ -114,35 +114,34 @@ TEST("rows that err together do not count as many, and a parameter that was left
              1e-10);  // the 1e-12 above
 }
 
-TEST("of two parameters that do the same one is left, and what nothing depends on is left") {
-  Eigen::MatrixXd slope(2, 4);
-  slope << 5.0, 5.0, 0.0, 0.0, 0.0, 0.0, 7.0, 0.1;
-  const auto told = told_columns(slope, Eigen::MatrixXd::Identity(2, 2), {0, 1, 2, 3});
-  CHECK(told == (std::vector<Eigen::Index>{2}));  // either of the two has the other's uncertainty
+TEST("of two parameters with equal slopes one is left out, and so is one without influence") {
+  using Columns = std::vector<Eigen::Index>;
+  Eigen::MatrixXd slope{{5.0, 5.0, 0.0, 0.0}, {0.0, 0.0, 7.0, 0.1}};
+  const auto told = [&](const Columns& columns) {
+    return told_columns(slope, Eigen::MatrixXd::Identity(2, 2), columns);
+  };
+  CHECK(told({0, 1, 2, 3}) == Columns{2});  // either of the two has the other's uncertainty
   slope(0, 1) = 1.0;
-  CHECK(told_columns(slope, Eigen::MatrixXd::Identity(2, 2), {0, 1, 2, 3}) ==
-        (std::vector<Eigen::Index>{0, 2}));
-  CHECK(told_columns(slope, Eigen::MatrixXd::Identity(2, 2), {1, 2}) ==
-        (std::vector<Eigen::Index>{2}));
+  CHECK(told({0, 1, 2, 3}) == Columns({0, 2}));
+  CHECK(told({1, 2}) == Columns{2});
 }
 
 TEST("correlation has ones on its diagonal") {
-  Eigen::MatrixXd covariance(2, 2);
-  covariance << 4.0, -3.0, -3.0, 9.0;
+  const Eigen::MatrixXd covariance{{4.0, -3.0}, {-3.0, 9.0}};
   CHECK_NEAR(correlation_of(covariance)(0, 1), -0.5, 1e-15);
   CHECK_NEAR(correlation_of(covariance)(1, 1), 1.0, 1e-15);
 }
 
-std::size_t index_of_key(const Forward& forward, std::string_view key) {
-  std::size_t n = 0;
-  while (forward.parameters()[n].key != key) { ++n; }
-  return n;
+std::size_t thumb_index(const Forward& forward) {
+  const auto& all = forward.parameters();
+  const auto thumb = std::ranges::find(all, "syringe.thumb_force", &Parameter::key);
+  return static_cast<std::size_t>(thumb - all.begin());
 }
 
-TEST("prior and one datum meet where their weights say") {
+TEST("a value between prior and datum minimises the sum of both misfits") {
   Forward forward = lawful_forward();
   const Pooled data = lawful_data(with_thumb_force(22.0), 0.2);
-  const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
+  const std::size_t thumb = thumb_index(forward);
   const auto found = Search(forward, data, {thumb}).from(forward.priors());
   // Zero of the derivative of ((v / 22 - 1) / 0.2)^2 + (log(v / 11) / spread)^2, by bisection.
   const double spread = forward.parameters()[thumb].spread;
@@ -159,9 +158,9 @@ TEST("prior and one datum meet where their weights say") {
   CHECK_NEAR(found.values[thumb] / low, 1.0, 0.01);
 }
 
-TEST("what is not free stays, and values stay within their bounds") {
+TEST("a parameter that is not free keeps its value, and values keep their bounds") {
   Forward forward = lawful_forward();
-  const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
+  const std::size_t thumb = thumb_index(forward);
   Forward::Values start = forward.priors();
   start[0] *= 1.1;
   const auto found = Search(forward, lawful_data(with_thumb_force(1e4), 0.01), {thumb}).from(start);
@@ -171,7 +170,7 @@ TEST("what is not free stays, and values stay within their bounds") {
 
 TEST("slopes are those of the law, in spreads of the prior") {
   Forward forward = lawful_forward();
-  const std::size_t thumb = index_of_key(forward, "syringe.thumb_force");
+  const std::size_t thumb = thumb_index(forward);
   const Search search(forward, lawful_data(three_layers(), 0.01), {});
   const Eigen::MatrixXd slopes = search.slopes(forward.priors(), {thumb});
   const double spread = forward.parameters()[thumb].spread;
@@ -194,7 +193,7 @@ Scene stronger_thumb() {
   return truth;
 }
 
-TEST("exact data give back what made them, and name what nothing depends on") {
+TEST("exact data give back their parameters, and one without influence is reported") {
   Forward forward = lawful_forward(2);
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 1e-3));
   CHECK(found.converged);
@@ -221,7 +220,7 @@ TEST("intervals are those of the law: the thumb force is known as well as the pe
   CHECK(!thumb.interval.holds(11.3));
 }
 
-TEST("a bound that data push against is said") {
+TEST("a bound that the data exceed is reported") {
   std::vector<Parameter> parameters = parameters_of(three_layers());
   for (Parameter& p : parameters) {
     if (p.key == "syringe.thumb_force") { p.upper = 12.0; }
@@ -233,7 +232,7 @@ TEST("a bound that data push against is said") {
   CHECK(found.widening > 1.0);  // 14.3 N cannot be reached: more than chance
 }
 
-TEST("data that tell nothing leave everything at its prior") {
+TEST("data that constrain nothing leave every parameter at its prior") {
   Forward forward = lawful_forward();
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 50.0));
   CHECK(found.told.empty());

@@ -2,8 +2,6 @@
 
 #include "validation/calibration/forward.hpp"
 
-#include <stdexcept>
-
 #include "tests/check.hpp"
 #include "tests/validation/calibration/samples.hpp"
 #include "validation/calibration/observation.hpp"
@@ -19,7 +17,7 @@ const Parameter* find(const std::vector<Parameter>& all, std::string_view key) {
   return found == all.end() ? nullptr : &*found;
 }
 
-TEST("a scene offers the layers before the epidural space, the fat's thickness and the syringe") {
+TEST("parameters are those of the layers before the epidural space and of the syringe") {
   const std::vector<Parameter> all = parameters_of(three_layers());
   CHECK(all.size() == 3 + 3 + 1 + 4);
   CHECK(find(all, "material.ligament.cutting_force") != nullptr);
@@ -36,7 +34,7 @@ TEST("one spread is one spread of the logarithm, and default bounds are four") {
   CHECK_NEAR(p.standardised(p.upper), 4.0, 1e-14);
 }
 
-TEST("a thicker layer sends the needle as much deeper, and the scene lasts until it is there") {
+TEST("a thicker layer makes the drive as much deeper and the scene longer") {
   const Scene scene = three_layers();
   const std::vector<Parameter> all = parameters_of(scene);
   const Scene changed = with_values(scene, {*find(all, "layer.0.thickness")}, {0.015});
@@ -49,7 +47,7 @@ TEST("a thicker layer sends the needle as much deeper, and the scene lasts until
   CHECK(changes(scene, scene).empty());
 }
 
-TEST("a scene that cannot be compared says why") {
+TEST("a scene that cannot be calibrated has a reason") {
   CHECK(why_not_calibrated(three_layers()).empty());
   const std::pair<const char*, void (*)(Scene&)> faults[] = {
       {"syringe", [](Scene& scene) { scene.syringe.reset(); }},
@@ -62,30 +60,28 @@ TEST("a scene that cannot be compared says why") {
   }
 }
 
-TEST("bins of a straight force are its values in their middles, however the hand moves") {
+TEST("bins of a force linear in depth are its values at their middles") {
   const ObservedInsertion seen = observe(straight_insertion());
   CHECK(seen.force == ForceSource::recorded);
   CHECK(seen.refusal.empty());
-  CHECK_NEAR(seen.value[index_of(Observable::depth_of_loss)], 20e-3,
-             2e-5);  // two samples at 1 mm/s
-  CHECK_NEAR(seen.value[index_of(Observable::force)], 2.0 + 100.0 * 11e-3,
-             2e-3);  // 2e-5 m of depth, 100 N/m
+  // Two samples at 1 mm/s, and 100 N/m of these.
+  CHECK_NEAR(seen.value[index_of(Observable::depth_of_loss)], 20e-3, 2e-5);
+  CHECK_NEAR(seen.value[index_of(Observable::force)], 2.0 + 100.0 * 11e-3, 2e-3);
   CHECK_NEAR(seen.value[index_of(Observable::force) + 3], 2.0 + 100.0 * 17e-3, 2e-3);
 }
 
-TEST("without a recorded force the plunger tells it in the continuous technique alone") {
+TEST("without a recorded force the plunger gives it in the continuous technique alone") {
   Recording recording = straight_insertion();
   recording.force.clear();
   const ObservedInsertion driven = observe(recording);
   CHECK(driven.force == ForceSource::plunger);
-  CHECK_NEAR(driven.value[index_of(Observable::force)], 60e3 * recording.plunger_area,
-             1e-9);  // Eq. 1, a level pressure
+  // Eq. 1, a level pressure.
+  CHECK_NEAR(driven.value[index_of(Observable::force)], 60e3 * recording.plunger_area, 1e-9);
   recording.technique = "intermittent";
   const ObservedInsertion pushed = observe(recording);
   CHECK(pushed.force == ForceSource::none);
   CHECK(std::isnan(pushed.value[index_of(Observable::force)]));
-  CHECK_NEAR(pushed.value[index_of(Observable::plateau)], 2000.0,
-             1e-6);  // rounding: it is constant
+  CHECK_NEAR(pushed.value[index_of(Observable::plateau)], 2000.0, 1e-6);  // rounding: constant
 }
 
 TEST("a pressure that is not lost is refused, and without depth there are no bins") {
@@ -101,14 +97,14 @@ TEST("a pressure that is not lost is refused, and without depth there are no bin
 
 TEST("every observable has a name and a unit of its own kind") {
   CHECK(name_of(0) == "pressure.peak");
-  CHECK(unit_of(0) == "Pa");
   CHECK(name_of(observable_count - 1) == "force.-2_to_-0.5_mm");
+  CHECK(unit_of(0) == "Pa");
   CHECK(unit_of(observable_count - 1) == "N");
   CHECK(unit_of(index_of(Observable::drop_time)) == "s");
   CHECK(unit_of(index_of(Observable::depth_of_loss)) == "m");
 }
 
-TEST("the coarser block is as wide, and lasts until the needle has stopped for a while") {
+TEST("the coarser block is as wide, and its duration ends a given time after the motion") {
   Scene scene = three_layers();
   scene.tissue.block = {.nodes = {9, 9}, .spacing = 0.005};
   const Scene coarse = coarser(scene, {.after = 3.0});
@@ -120,7 +116,7 @@ TEST("the coarser block is as wide, and lasts until the needle has stopped for a
   CHECK(coarser(scene).tissue.block.nodes[0] == 8);
 }
 
-TEST("a place is simulated once, whatever the number of threads") {
+TEST("equal parameter values are simulated once, whatever the number of threads") {
   const Scene scene = three_layers();
   for (const int jobs : {1, 3}) {
     std::atomic<int> calls{0};
@@ -143,7 +139,8 @@ TEST("parameter values at which the scene fails are named, and a stop ends it") 
                   [](const Scene&) { return ObservedInsertion{.refusal = "diverges"}; });
   Forward::Values place = forward.priors();
   place[0] = 0.75;
-  CHECK_THROWS(forward.at(place), "material.firm-fat.cutting_force = 0.75 N diverges");
+  CHECK_THROWS_AS(std::runtime_error, forward.at(place),
+                  "material.firm-fat.cutting_force = 0.75 N diverges");
   const std::atomic<bool> stop{true};
   Forward stopped(three_layers(), parameters_of(three_layers()), 1, &stop, lawful);
   CHECK_THROWS(stopped.at(stopped.priors()), "interrupted");

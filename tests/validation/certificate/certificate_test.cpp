@@ -13,9 +13,8 @@ namespace {
 using namespace palpate::certificate;
 using namespace palpate;
 TEST("the limit of the probability of a miss is that of Clopper and Pearson") {
-  // After no miss 1 - 0.05^(1/n), approximately 3/n.
+  // After no miss 1 - 0.05^(1/n).
   CHECK_NEAR(miss_probability_upper(0, 60000), 1.0 - std::pow(0.05, 1.0 / 60000.0), 1e-15);
-  CHECK_NEAR(60000.0 * miss_probability_upper(0, 60000), 3.0, 0.01);
   CHECK_NEAR(miss_probability_upper(0, 1), 0.95, 1e-15);
   CHECK_NEAR(miss_probability_upper(1, 2), std::sqrt(0.95), 1e-12);  // P(X <= 1) = 1 - p^2 = 0.05
   // Where all missed, or nothing ran, nothing contradicts a probability of one.
@@ -100,13 +99,13 @@ TEST("only a scene without a miss, in an environment without a miss, is certifie
     Certificate all = clean();
     row.change(all);
     const Outcome outcome = outcome_of(all);
-    if (outcome.status != row.status) { std::printf("  %s\n", row.what); }
+    check::row = row.what;
     CHECK(outcome.status == row.status);
     CHECK_CONTAINS(outcome.reason(), row.reason);
   }
 }
 
-TEST("one load that fails is enough, and it is the one that is shown") {
+TEST("one load that fails is enough, and it is shown") {
   Certificate all = clean();
   LoadResult& load = all.loads.emplace_back("memory", deadline);
   fill(load.control, 1000, 0);
@@ -115,13 +114,12 @@ TEST("one load that fails is enough, and it is the one that is shown") {
   CHECK(all.worst()->load == "memory");
 }
 
-TEST("the cause of lost time is named by what was counted, the computation by its share") {
+TEST("suspects of lost time follow from the counters; the budget is a share of the deadline") {
   Phase phase(deadline);
   CHECK(suspects(phase).empty());
   phase.times.stolen = 0.25;
   phase.counts.involuntary_switches = 3;
-  CHECK_CONTAINS(suspects(phase), "hypervisor took");
-  CHECK_CONTAINS(suspects(phase), "3 times");
+  CHECK_CONTAINS(suspects(phase), "hypervisor took", "3 times");
   CHECK_CONTAINS(budget_text(clean(1000, 0)), "40 % of the deadline");
 }
 
@@ -155,7 +153,7 @@ TEST("without real-time rights nothing is certified") {
   CHECK(outcome_of(all).status == Status::inconclusive);
 }
 
-TEST("Ctrl-C leaves a certificate for what ran") {
+TEST("Ctrl-C leaves a certificate of the loads that ran") {
   const std::atomic<bool> stop{true};
   const Certificate all = certified({.stop = &stop});
   CHECK(all.interrupted);
@@ -163,7 +161,7 @@ TEST("Ctrl-C leaves a certificate for what ran") {
   CHECK(outcome_of(all).status == Status::inconclusive);
 }
 
-TEST("a loop shorter than its scene is noted; it has counters and the bound of a missed tick") {
+TEST("a loop shorter than its scene has a note, counters and the bound of a missed tick") {
   int reads = 0;
   const Certificate all = certified(
       {.claim = {.duration = 0.02}, .tissue_stiffness = 1500.0, .processor_times = [&](int) {

@@ -3,7 +3,6 @@
 #include "validation/certificate/paced_loop.hpp"
 
 #include <chrono>
-#include <limits>
 #include <random>
 #include <thread>
 
@@ -42,18 +41,16 @@ TEST("a percentile exists if a sample lies above it, and is never beyond the max
   const LatencyHistogram beyond = histogram_of(10, 0.2, 0.1);  // beyond all bins
   CHECK(beyond.counts().back() == 10);
   CHECK_NEAR(*beyond.percentile(0.5), 1.1, 1e-12);
+  // NaN is counted as the longest latency, and a negative one, of a clock read twice, as shortest.
+  LatencyHistogram unusual;
+  unusual.add(std::nan(""));
+  unusual.add(-1e-9);
+  CHECK(unusual.counts().back() == 1);
+  CHECK(unusual.counts().front() == 1);
+  CHECK(unusual.count() == 2);
 }
 
-TEST("NaN is counted as the longest latency and a negative one as the shortest") {
-  LatencyHistogram histogram;
-  histogram.add(std::numeric_limits<double>::quiet_NaN());
-  histogram.add(-1e-9);  // a clock that is read twice
-  CHECK(histogram.counts().back() == 1);
-  CHECK(histogram.counts().front() == 1);
-  CHECK(histogram.count() == 2);
-}
-
-TEST("response is wake-up and computation, and the longest has the moment of its scene") {
+TEST("a response is wake-up and computation; the longest is kept with its scene time and event") {
   LoopRecord record(1e-3);
   record.add({.due = 5.0, .begin = 5.0002, .end = 5.0005},
              {.scene_time = 1.5, .happening = ToolHappening{.event = ToolEvent::puncture}});
@@ -71,7 +68,7 @@ TEST("response is wake-up and computation, and the longest has the moment of its
   CHECK(record.misses.count() == 1);
 }
 
-TEST("the largest are kept, with their ticks, whatever the order they come in") {
+TEST("the largest ticks are kept, whatever their order") {
   std::vector<LargeTick> all;
   for (long n = 0; n < 5000; ++n) { all.push_back({1e-6 * static_cast<double>(n), n}); }
   std::ranges::shuffle(all, std::mt19937(3));
@@ -82,7 +79,7 @@ TEST("the largest are kept, with their ticks, whatever the order they come in") 
   for (long n = 0; n < 100; ++n) { CHECK(kept[static_cast<std::size_t>(n)].tick == 4999 - n); }
 }
 
-TEST("every load but idle works until it is gone, and other names are no loads") {
+TEST("every load but idle works until it is destroyed, and other names are no loads") {
   const std::vector<int> processors = device::allowed_processors();
   for (const char* name : {"cpu", "cache", "memory"}) {
     BackgroundLoad load(name, {processors.back()}, 1U << 20U);
@@ -107,7 +104,7 @@ struct Paced {
   PacedLoop loop;
 };
 
-TEST("every release is met once, in order, and at its time, not before it on the real clock") {
+TEST("every release is served once, in order, and at its time, not before it on the real clock") {
   Paced paced(0.25);
   long calls = 0;
   CHECK(paced.run(50, [&](Moment&) { return ++calls > 0; }) == LoopEnd::done);
@@ -122,7 +119,7 @@ TEST("every release is met once, in order, and at its time, not before it on the
   CHECK(record.wakeup.minimum() >= 0.0);
 }
 
-TEST("one long tick also delays the following ticks, and all of them count as late") {
+TEST("one long tick also delays the following ticks, and all of them are late") {
   Paced paced(0.25);
   paced.run(20, [&](Moment&) {
     if (paced.record.ticks() == 5) { paced.time.advance(0.875); }
@@ -138,7 +135,7 @@ TEST("one long tick also delays the following ticks, and all of them count as la
   CHECK(record.worst_wakeup.seconds == 0.625);
 }
 
-TEST("work that says it was the last, and Ctrl-C, end the loop after that tick") {
+TEST("the last work and Ctrl-C end the loop after their tick") {
   Paced paced(1e-3);
   CHECK(paced.run(100, [&](Moment&) { return paced.record.ticks() < 6; }) == LoopEnd::over);
   CHECK(paced.record.ticks() == 7);
@@ -151,7 +148,7 @@ TEST("work that says it was the last, and Ctrl-C, end the loop after that tick")
   CHECK(paced.record.ticks() == 10);
 }
 
-TEST("a loop that cannot keep up is given up") {
+TEST("a loop that is two seconds late ends as hopeless") {
   Paced paced(0.125);
   CHECK(paced.run(1000, [&](Moment&) {
     paced.time.advance(0.625);

@@ -12,7 +12,7 @@ namespace {
 using namespace palpate::certificate;
 using namespace palpate;
 
-TEST("it steps what a run steps: the same state after the same ticks, and the same events") {
+TEST("a loop has the state of a run after the same ticks, and the same events") {
   const Scene scene = insertion_scene(0.4, 1e-3, 0.04);
   ModelSubject subject{Simulation(scene)};
   const Trace run = roll_out(subject, scene);
@@ -22,8 +22,7 @@ TEST("it steps what a run steps: the same state after the same ticks, and the sa
     CHECK(loop.tick() == StepStatus::ok);
     events += loop.happenings().size();
   }
-  Eigen::VectorXd a(subject.dof());
-  Eigen::VectorXd b(a.size());
+  Eigen::VectorXd a(subject.dof()), b(a.size());
   subject.coordinates(a);
   loop.simulation().coordinates(b);
   CHECK(a == b);
@@ -31,7 +30,7 @@ TEST("it steps what a run steps: the same state after the same ticks, and the sa
   CHECK(events >= 2);
 }
 
-TEST("a hand on a slower tissue: device ticks in between, the same end as a run") {
+TEST("a hand on a slower tissue has device ticks in between, and the same end as a run") {
   for (const double step : {1e-3, 4e-3}) {
     const Scene scene = hand_scene(0.2, step);
     ModelSubject subject{Simulation(scene)};
@@ -86,7 +85,7 @@ const WorstCaseProbe* named(const ComputeBudget& budget, std::string_view name) 
   return found == budget.probes.end() ? nullptr : &*found;
 }
 
-TEST("every event of a scene, its first tick and all special ones are provoked, costliest first") {
+TEST("every event of a scene, its first tick and all special ones have a probe, costliest first") {
   const ComputeBudget budget =
       run_probes(syringe_scene(), {.cache_bytes = 1U << 20U, .enough = 0.0});
   for (const char* name :
@@ -123,7 +122,7 @@ TEST("the costliest tick is found among all and among a few") {
   CHECK(changed.costliest({3, 9}) != 7);
 }
 
-TEST("a scene that diverges says when, and Ctrl-C ends at once, without any probe") {
+TEST("the time of a divergence is reported; after it, and after Ctrl-C, there is no probe") {
   Scene scene = syringe_scene();
   scene.simulation = {.duration = 20.0, .step = 0.02, .substeps = 1, .integrator = "euler-cromer"};
   const ComputeBudget budget = run_probes(scene, {.rate = 50.0, .enough = 0.0});
@@ -133,7 +132,7 @@ TEST("a scene that diverges says when, and Ctrl-C ends at once, without any prob
   CHECK(run_probes(syringe_scene(), {.stop = &stop}).probes.empty());
 }
 
-TEST("an oscillator has its ticks provoked too") {
+TEST("the ticks of an oscillator have probes too") {
   Scene scene;
   scene.tissue.source = Source::oscillator;
   scene.simulation = {.duration = 1.0, .step = 1e-2};

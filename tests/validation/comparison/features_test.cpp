@@ -27,9 +27,8 @@ void check_values(const Samples& samples, const Values& expected) {
   }
 }
 
-TEST("a straight line is the same line on any grid") {
-  Values time;
-  Values value;
+TEST("a line is the same on any grid, samples on their own grid too, and infinite ones are gaps") {
+  Values time, value;
   for (int n = 0; n < 50; ++n) {
     time.push_back(0.1 * n + (n % 2 == 0 ? 0.0 : 0.01));  // not uniform, within what is bridged
     value.push_back(3.0 * time.back() - 1.0);
@@ -38,12 +37,8 @@ TEST("a straight line is the same line on any grid") {
   for (std::size_t n = 0; n < moved.size(); ++n) {
     CHECK_NEAR(moved.value[n], 3.0 * moved.time(n) - 1.0, 1e-12);
   }
-}
-
-TEST("samples on their own grid are those samples, and infinite ones are gaps") {
-  const double infinite = std::numeric_limits<double>::infinity();
   const Samples same =
-      regular(Values{1.0, 1.25, 1.5, 1.75, 2.0}, Values{4.0, not_measured, -2.0, infinite, 8.0});
+      regular(Values{1.0, 1.25, 1.5, 1.75, 2.0}, Values{4.0, not_measured, -2.0, INFINITY, 8.0});
   CHECK(same.start == 1.0);
   CHECK(same.step == 0.25);
   check_values(same, {4.0, not_measured, -2.0, not_measured, 8.0});
@@ -63,14 +58,11 @@ TEST("nothing is interpolated across a missing sample or NaN, nor before or afte
   check_values(resample(Values{}, Values{}, {.count = 1}), {not_measured});
 }
 
-TEST("a grid between two times lies on its anchor") {
+TEST("a grid between two times lies on its anchor; stretches end at gaps; quantiles skip gaps") {
   const Grid grid = grid_between(0.24, 1.01, 0.1, 0.25);
   CHECK_NEAR(grid.start, 0.35, 1e-12);
   CHECK(grid.count == 3);
   CHECK(grid_between(1.0, 0.0, 0.0, 0.1).count == 0);
-}
-
-TEST("stretches end at gaps and the longest is the longest") {
   const Values value{1.0, not_measured, 1.0, 1.0, not_measured, 1.0};
   const std::vector<Stretch> stretches = finite_stretches(value);
   REQUIRE(stretches.size() == 3);
@@ -78,13 +70,10 @@ TEST("stretches end at gaps and the longest is the longest") {
   CHECK(stretches[1].end == 4);
   CHECK(longest_stretch(value).begin == 2);
   CHECK(longest_stretch(Values{}).size() == 0);
-}
-
-TEST("quantiles are linear between order statistics and skip gaps") {
-  const Values value{4.0, not_measured, 1.0, 3.0, 2.0};
-  CHECK_NEAR(quantile(value, 0.5), 2.5, 1e-15);
-  CHECK_NEAR(quantile(value, 1.0), 4.0, 0.0);
-  CHECK_NEAR(quantile(value, 0.1), 1.3, 1e-15);
+  const Values ordered{4.0, not_measured, 1.0, 3.0, 2.0};
+  CHECK_NEAR(quantile(ordered, 0.5), 2.5, 1e-15);
+  CHECK_NEAR(quantile(ordered, 1.0), 4.0, 0.0);
+  CHECK_NEAR(quantile(ordered, 0.1), 1.3, 1e-15);  // linear between order statistics
   CHECK(std::isnan(quantile(Values{not_measured}, 0.5)));
 }
 
@@ -95,7 +84,7 @@ Samples noise(std::size_t count) {
   return samples;
 }
 
-TEST("a straight line passes unchanged to its ends") {
+TEST("the filter keeps a straight line to its ends, and has no direction in time") {
   Samples line{.step = step};
   for (int n = 0; n < 300; ++n) { line.value.push_back(2.0 - 0.7 * n); }
   const Samples filtered = zero_phase(line, 10.0);
@@ -103,11 +92,7 @@ TEST("a straight line passes unchanged to its ends") {
   for (std::size_t n = 0; n < 300; ++n) {
     CHECK_NEAR(filtered.value[n], line.value[n], 1e-5 * 0.7 * 30.0);
   }
-}
-
-TEST("forward or backward in time is the same") {
-  Samples there = noise(400);
-  Samples back = there;
+  Samples there = noise(400), back = there;
   std::ranges::reverse(back.value);
   there = zero_phase(there, 8.0);
   back = zero_phase(back, 8.0);
@@ -120,19 +105,18 @@ TEST("the energy of the impulse response is the share of noise that passes") {
   Samples impulse{.step = step, .value = Values(2001, 0.0)};
   impulse.value[1000] = 1.0;
   const Samples response = zero_phase(impulse, 12.0);
-  double passed = 0.0;
-  double removed = 0.0;
+  double passed = 0.0, removed = 0.0;
   for (std::size_t n = 0; n < impulse.size(); ++n) {
     passed += response.value[n] * response.value[n];
     removed += (impulse.value[n] - response.value[n]) * (impulse.value[n] - response.value[n]);
   }
-  const NoiseShares shares =
-      noise_shares(12.0, 1.0 / step);  // Parseval; midpoint rule of 2000 points
+  // Parseval; midpoint rule of 2000 points.
+  const NoiseShares shares = noise_shares(12.0, 1.0 / step);
   CHECK_NEAR(shares.passed, passed, 1e-6);
   CHECK_NEAR(shares.removed, removed, 1e-6);
 }
 
-TEST("what lies beyond a gap has no influence, and the gap stays") {
+TEST("samples beyond a gap have no influence, and the gap stays") {
   Samples samples = noise(300);
   for (std::size_t n = 150; n < 155; ++n) { samples.value[n] = not_measured; }
   const Samples before = zero_phase(samples, 10.0);
@@ -156,7 +140,7 @@ TEST("stretches too short to filter and cut-offs that the rate cannot carry chan
   CHECK(zero_phase(fifty, 0.0).value == fifty.value);
 }
 
-TEST("what cannot be compared is refused with its reason") {
+TEST("a trace that cannot be compared is refused with its reason") {
   const Values time = clinical::instants(1.0, 100.0);
   Values huge = time;
   huge[3] = -1e101;
@@ -186,7 +170,7 @@ TEST("what cannot be compared is refused with its reason") {
         "has no three samples without a gap");
 }
 
-TEST("a good trace keeps its samples, its filtered ones and its depth on one grid") {
+TEST("a valid trace has its samples, its filtered ones and its depth on one grid") {
   const Values time = clinical::instants(14.0, 100.0);
   const PreparedTrace prepared =
       prepare({.time = time, .value = clinical::pressures({}, time), .depth = time}, 20.0, {});
@@ -226,7 +210,7 @@ Law with_gap(const Law& law, int begin, int end) {
   return [=](int n) { return n >= begin && n < end ? not_measured : law(n); };
 }
 
-TEST("a fall that is held for more than 5 s is a loss of resistance") {
+TEST("a fall that lasts more than 5 s is a loss of resistance") {
   const LossOfResistance loss = found_in(1401, falls_to(8.0));
   CHECK(loss.found());
   CHECK(!loss.weak);
@@ -236,7 +220,7 @@ TEST("a fall that is held for more than 5 s is a loss of resistance") {
   CHECK_NEAR(loss.relative_drop, 1.0 - 8.0 / ramp(599), 1e-12);
 }
 
-TEST("only a fall that is large, quick and held is found; what a gap or the end hides is open") {
+TEST("only a large, quick and lasting fall is found; one hidden by a gap or the end is undecided") {
   const Law flushed = [](int n) {  // the needle, long before
     return n < 100 ? 20.0 : n < 1000 ? 0.0 : n < 1800 ? 7.5 * (step * n - 10.0) : 8.0;
   };
@@ -245,6 +229,7 @@ TEST("only a fall that is large, quick and held is found; what a gap or the end 
   const auto two_falls = [](double second) {
     return with_gap(levels({{600, 60.0}, {1000, 8.0}, {1600, 60.0}, {3000, second}}), 700, 800);
   };
+  const char* hidden = "a gap hides whether a fall of 87 % was held for 5 s";  // 1 - 8 / 60
   struct {
     const char* what;
     int samples;
@@ -253,10 +238,12 @@ TEST("only a fall that is large, quick and held is found; what a gap or the end 
     const char* reason = "";
   } const rows[] = {
       {"45 %", 1401, falls_to(0.55 * 60.0), Decision::found},
-      {"33 %", 1401, falls_to(0.67 * 60.0), Decision::not_found, "fell by 33 %"},
+      {"33 %", 1401, falls_to(0.67 * 60.0), Decision::not_found,
+       "fell by 33 % at most within 2 s; 40 % needed"},
       {"comes back", 2001, levels({{601, 50.0}, {900, 10.0}, {2001, 50.0}}), Decision::not_found,
-       "came back after 2.9"},
-      {"ends early", 901, falls_to(8.0), Decision::undecided, "ends 3.0"},
+       "a fall of 80 % came back after 2.99 s; 5 s needed"},
+      {"ends early", 901, falls_to(8.0), Decision::undecided,
+       "the trace ends 3.01 s after a fall of 87 %; 5 s needed"},
       {"pressed against bone", 2001, [](int n) { return std::min(60.0, ramp(n)); },
        Decision::not_found},
       {"leaks by 33 % in any 2 s", 4001, leaks(5.0), Decision::not_found},
@@ -265,10 +252,10 @@ TEST("only a fall that is large, quick and held is found; what a gap or the end 
       {"gap of less than a tenth of the plateau", 1400, with_gap(falls_to(8.0), 700, 740),
        Decision::found},
       {"gap of more than a tenth of the plateau", 1400, with_gap(falls_to(8.0), 700, 800),
-       Decision::undecided, "a gap hides whether a fall of 87 % was held for 5 s"},  // 1 - 8 / 60
-      {"gap without end", 3000, with_gap(falls_to(8.0), 700, 3000), Decision::undecided, "gap"},
+       Decision::undecided, hidden},
+      {"gap without end", 3000, with_gap(falls_to(8.0), 700, 3000), Decision::undecided, hidden},
       {"gap over the fall", 2000, with_gap(falls_to(8.0), 550, 850), Decision::undecided,
-       "a gap of 3.01 s hides how the pressure fell by 8"},
+       "a gap of 3.01 s hides how the pressure fell by 86 %"},  // 1 - 8 / ramp(549)
       {"gap over a fall that comes back", 2000, recovers_at_once, Decision::not_found},
       {"gap in an earlier fall that came back", 3000, two_falls(8.0), Decision::found},
       {"gap in the only fall, which came back", 3000, two_falls(60.0), Decision::not_found},
@@ -281,9 +268,9 @@ TEST("only a fall that is large, quick and held is found; what a gap or the end 
   };
   for (const auto& row : rows) {
     const LossOfResistance loss = found_in(row.samples, row.law);
-    if (loss.status != row.decision) { std::printf("  %s\n", row.what); }
+    check::row = row.what;
     CHECK(loss.status == row.decision);
-    CHECK_CONTAINS(loss.reason, row.reason);
+    if (*row.reason != '\0') { CHECK(loss.reason == row.reason); }
   }
   // What fell can be measured though it is not decided, unless nothing settled.
   CHECK(found_in(901, falls_to(8.0)).fell());
@@ -313,7 +300,7 @@ Given of(const PressureLaw& law) {
   return given;
 }
 
-TEST("depth is read at the events, and an exponential fall lasts its constant times ln 9") {
+TEST("depth is read at the events") {
   Given given = of({});
   for (const double t : given.time) { given.depth.push_back(0.002 * t); }
   const Features found = given.found();
@@ -321,10 +308,9 @@ TEST("depth is read at the events, and an exponential fall lasts its constant ti
              1e-12);
   CHECK_NEAR(*found[Feature::depth_of_peak].value, 0.002 * *found[Feature::time_of_peak].value,
              1e-12);
-  CHECK_NEAR(*found[Feature::drop_time].value, 0.15 * std::log(9.0), 0.02 * 0.33);  // of the filter
 }
 
-TEST("without a loss of resistance its features are absent, and the peak is the trace's") {
+TEST("without a loss of resistance its features are absent, and the peak is that of the trace") {
   const Features found = of({.plateau = PressureLaw{}.peak}).found();
   CHECK(*found[Feature::loss_of_resistance].value == 0.0);
   for (const Feature feature : {Feature::drop_height, Feature::relative_drop, Feature::drop_time,
@@ -337,7 +323,7 @@ TEST("without a loss of resistance its features are absent, and the peak is the 
   CHECK_NEAR(*found[Feature::peak].value, peak, 0.01 * peak);  // overshoot of the filter
 }
 
-TEST("a feature that the trace hides is absent for a reason, and no other is") {
+TEST("only a feature that is hidden in the trace is absent, with a reason") {
   Given gap = of({});
   Given early = gap;
   for (std::size_t n = 0; n < gap.time.size(); ++n) {
@@ -351,13 +337,14 @@ TEST("a feature that the trace hides is absent for a reason, and no other is") {
     const char* reason;
   } const rows[] = {
       {gap.found(), Feature::drop_time, "a gap hides the fall"},
-      {early.found(), Feature::loss_of_resistance, "the trace ends"},
+      {early.found(), Feature::loss_of_resistance,
+       "the trace ends 2.90 s after a fall of 87 %; 5 s needed"},
       {of({.rise = 0.5, .loss = 1.5}).found(), Feature::slope_before,
        "less than 2.1 s before the peak"},
   };
   for (const auto& [found, hidden, reason] : rows) {
     CHECK(!found[hidden].value);
-    CHECK_CONTAINS(found[hidden].reason, reason);
+    CHECK(found[hidden].reason == reason);
     CHECK(found[Feature::peak].value);
     CHECK(found[Feature::plateau].value);
   }
@@ -365,7 +352,7 @@ TEST("a feature that the trace hides is absent for a reason, and no other is") {
   CHECK(rows[1].found[Feature::drop_time].value);
 }
 
-TEST("noise on samples is found to a tenth and makes every feature uncertain") {
+TEST("noise on samples is measured to a tenth and makes every feature uncertain") {
   Given given = of({});
   const Features clean = given.found();
   device::Seeded seeded(9);
@@ -378,7 +365,7 @@ TEST("noise on samples is found to a tenth and makes every feature uncertain") {
   }
 }
 
-TEST("features have units of the trace, and every one a name of its own") {
+TEST("features have units of the trace, and each has its own name") {
   CHECK(unit_of(Feature::peak, "N") == "N");
   CHECK(unit_of(Feature::slope_before, "Pa") == "Pa/s");
   CHECK(unit_of(Feature::drop_time, "Pa") == "s");

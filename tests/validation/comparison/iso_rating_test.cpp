@@ -3,6 +3,7 @@
 #include "validation/comparison/iso_rating.hpp"
 
 #include <limits>
+#include <numeric>
 
 #include "device/seeded.hpp"
 #include "tests/check.hpp"
@@ -23,14 +24,13 @@ std::vector<double> bump(double centre, std::size_t count = 300) {
 TEST("a trace against itself is rated 1 in every part") {
   const IsoRating rating = rate(bump(120.0), bump(120.0));
   CHECK_NEAR(rating.overall, 1.0, 1e-12);
-  CHECK(rating.corridor == 1.0);
-  CHECK(rating.phase == 1.0);
-  CHECK(rating.magnitude == 1.0);
-  CHECK(rating.slope == 1.0);
+  for (const double part : {rating.corridor, rating.phase, rating.magnitude, rating.slope}) {
+    CHECK(part == 1.0);
+  }
   CHECK(rating.shift == 0);
 }
 
-TEST("late is positive, early is negative, and both cost the same, up to a fifth of the samples") {
+TEST("a late shift is positive, an early one negative, and both score the same up to a fifth") {
   const IsoRating late = rate(bump(150.0), bump(135.0));
   const IsoRating early = rate(bump(120.0), bump(135.0));
   CHECK(late.shift == 15);
@@ -43,7 +43,7 @@ TEST("late is positive, early is negative, and both cost the same, up to a fifth
 
 TEST("slopes are means over nine differences") {
   std::vector<double> ramp(200);
-  for (std::size_t n = 0; n < 200; ++n) { ramp[n] = static_cast<double>(n); }
+  std::iota(ramp.begin(), ramp.end(), 0.0);
   std::vector<double> spiked = ramp;
   spiked[100] += 18.0;
   // Differences of +9 and -9 at 99 and 101 meet in every window of nine but the two at either edge:
@@ -74,18 +74,16 @@ TEST("a constant, also with rounding on it, has no phase, and a note says so") {
   }
 }
 
-TEST("zeros against zeros are the same and leave no scale to divide by") {
+TEST("zeros compared with zeros are equal and leave no scale to divide by") {
   const std::vector<double> zero(50, 0.0);
-  const IsoRating rating = rate(zero, zero);
-  CHECK(rating.corridor == 1.0);
-  CHECK(rating.magnitude == 1.0);
-  CHECK(rating.slope == 1.0);
+  const IsoRating same = rate(zero, zero);
+  for (const double part : {same.corridor, same.magnitude, same.slope}) { CHECK(part == 1.0); }
   const IsoRating off = rate(std::vector<double>(50, 1.0), zero);
   CHECK(off.corridor == 0.0);
   CHECK(off.magnitude == 0.0);
 }
 
-TEST("what cannot be rated is refused") {
+TEST("traces that are not finite, of different lengths or too short are not rated") {
   std::vector<double> broken = bump(100.0);
   broken[7] = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS(rate(broken, bump(100.0)), "all of them numbers");
@@ -94,11 +92,13 @@ TEST("what cannot be rated is refused") {
 }
 
 TEST("grades begin above their limits") {
-  CHECK(grade_of(0.95) == "excellent");
-  CHECK(grade_of(0.94) == "good");
-  CHECK(grade_of(0.80) == "fair");
-  CHECK(grade_of(0.58) == "poor");
-  CHECK(grade_of(std::nan("")) == "poor");
+  for (const auto& [score, grade] : {std::pair{0.95, "excellent"},
+                                     {0.94, "good"},
+                                     {0.80, "fair"},
+                                     {0.58, "poor"},
+                                     {NAN, "poor"}}) {
+    CHECK(grade_of(score) == grade);
+  }
 }
 
 /// Minimum sum of squares over all paths within the band, by exhaustive search.
@@ -135,10 +135,8 @@ TEST("a delay within the band costs nothing, one beyond it does") {
   early[20] = 1.0;
   late[25] = 1.0;
   CHECK(warp(late, early, 6).difference == 0.0);  // |i - j| = 5 < 6
-  CHECK(warp(late, early, 5).difference == 2.0);  // the pulses cannot meet: both stand alone
-}
-
-TEST("a band of one sample compares instant by instant, and equal traces do not differ") {
+  CHECK(warp(late, early, 5).difference == 2.0);  // both pulses are compared with zero
+  // A band of one sample compares instant by instant, and equal traces do not differ.
   const std::vector<double> a{1.0, 5.0, 2.0};
   const WarpSums sums = warp(a, std::vector<double>{1.0, 2.0, 4.0}, 1);
   CHECK_NEAR(sums.difference, 5.0, 0.0);
@@ -151,7 +149,7 @@ TEST("a band of one sample compares instant by instant, and equal traces do not 
 
 const double gap = std::numeric_limits<double>::quiet_NaN();
 
-TEST("gaps in either trace are left out, and what is not defined is no number") {
+TEST("gaps in either trace are left out, and undefined measures are NaN") {
   const TraceErrors errors = trace_errors(std::vector<double>{gap, 2.0, 3.0, 9.0},
                                           std::vector<double>{1.0, 1.0, 2.0, gap});
   CHECK(errors.samples == 2);

@@ -4,10 +4,12 @@
 
 #include "model/problem/recording.hpp"
 #include "tests/check.hpp"
+#include "validation/claims/clinical_fixture.hpp"
 
 namespace {
 
 using namespace palpate;
+using clinical::largest_difference;
 
 constexpr std::size_t plenty = 100000;
 constexpr double step = 0.1 * pascals_per_mmhg;  // resolution of the link [Pa]
@@ -23,23 +25,18 @@ Recording wave(double rate, std::size_t samples) {
   return recording;
 }
 
-TEST("a recording of the link's own rate survives the way there and back") {
+TEST("a recording at the rate of the link is the same after sending and receiving") {
   const Recording sent = wave(120.0, 3000);
   const LinkRecording heard = recording_of_link(link_bytes(link_frames(sent)), plenty);
   REQUIRE(heard.recording.time.size() == 3000);
-  double worst_time = 0.0, worst_pressure = 0.0;
-  for (std::size_t n = 0; n < heard.recording.time.size(); ++n) {
-    worst_time = std::fmax(worst_time, std::abs(heard.recording.time[n] - sent.time[n]));
-    worst_pressure =
-        std::fmax(worst_pressure, std::abs(heard.recording.pressure[n] - sent.pressure[n]));
-  }
-  CHECK_NEAR(worst_time, 0.0, 1e-12);            // rounding of n / 120
-  CHECK_NEAR(worst_pressure, 0.0, 1e-9 * step);  // rounding of a product
+  CHECK(largest_difference(heard.recording.time, sent.time) <= 1e-12);  // rounding of n / 120
+  // Rounding of a product.
+  CHECK(largest_difference(heard.recording.pressure, sent.pressure) <= 1e-9 * step);
   CHECK((heard.recording.defects == RecordingDefects{}));
   CHECK(heard.recording.sample_rate == 120.0);
 }
 
-TEST("another rate is interpolated: within the curvature of a sine and half a step") {
+TEST("another rate is interpolated within the curvature of a sine and half a step") {
   Recording sent{.sample_rate = 1000.0};
   const double amplitude = 300.0 * pascals_per_mmhg;
   for (int n = 0; n <= 5000; ++n) {
@@ -47,19 +44,16 @@ TEST("another rate is interpolated: within the curvature of a sine and half a st
     sent.pressure.push_back(amplitude * std::sin(2.0 * 1e-3 * n));
   }
   const LinkRecording heard = recording_of_link(link_bytes(link_frames(sent)), plenty);
-  CHECK(heard.recording.time.size() == 601);
-  double worst = 0.0;
-  for (std::size_t n = 0; n < 601; ++n) {
-    const double truth = amplitude * std::sin(2.0 * double(n) / 120.0);
-    worst = std::fmax(worst, std::abs(heard.recording.pressure[n] - truth));
-  }
+  std::vector<double> truth;
+  for (int n = 0; n < 601; ++n) { truth.push_back(amplitude * std::sin(2.0 * n / 120.0)); }
+  REQUIRE(heard.recording.pressure.size() == 601);
   // Linear interpolation over h errs by at most h^2 / 8 times the second derivative; besides, a
   // time within a thousandth of a frame of a sample takes its value.
   const double bound = 1e-6 / 8.0 * 4.0 * amplitude + 0.5 * step + 2.0 * amplitude * 1e-3 / 120.0;
-  CHECK_NEAR(worst, 0.0, bound);
+  CHECK(largest_difference(heard.recording.pressure, truth) <= bound);
 }
 
-TEST("gaps and samples without a number are not sent, and are missing at the other end") {
+TEST("gaps and NaN are not sent, and are missing in the received recording") {
   Recording sent = wave(120.0, 1000);
   sent.pressure[500] = std::nan("");
   for (std::vector<double>* values : {&sent.time, &sent.pressure}) {
@@ -73,21 +67,20 @@ TEST("gaps and samples without a number are not sent, and are missing at the oth
   CHECK(heard.defects.bad_frames == 0);
 }
 
-TEST("what the frame cannot hold is cut and marked, and counts once") {
+TEST("values beyond the range of a frame are cut, marked and counted once") {
   Recording sent = wave(120.0, 100);
   sent.pressure[50] = 4000.0 * pascals_per_mmhg;
   sent.pressure[51] = -4000.0 * pascals_per_mmhg;
   const LinkFrames frames = link_frames(sent);
-  CHECK(frames[50]->over_range);
+  for (const std::size_t n : {49U, 50U, 51U, 52U}) {
+    CHECK(frames[n]->over_range == (n == 50 || n == 51));
+  }
   CHECK(frames[50]->pressure == 32767);
-  CHECK(frames[51]->over_range);
   CHECK(frames[51]->pressure == -32768);
-  CHECK(!frames[49]->over_range);
-  CHECK(!frames[52]->over_range);
   CHECK(recording_of_link(link_bytes(frames), plenty).recording.defects.out_of_range == 2);
 }
 
-TEST("hit bytes cost their frames alone, and the defects say how many") {
+TEST("damaged bytes lose only their own frames, and the defects count these") {
   const Recording sent = wave(120.0, 2000);
   std::vector<std::uint8_t> bytes = link_bytes(link_frames(sent));
   for (const std::size_t frame : {100U, 101U, 700U, 1500U}) { bytes[8 * frame + 5] ^= 0x40U; }

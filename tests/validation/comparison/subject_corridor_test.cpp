@@ -12,14 +12,14 @@ namespace {
 using namespace palpate::comparison;
 using namespace palpate;
 
-TEST("codes tell who is who, and an empty one is a subject of its own") {
+TEST("equal codes are one subject, and each empty one is a subject of its own") {
   const std::vector<std::string> codes{"a", "", "b", "a", "", "b"};
   CHECK(subject_indices(codes) == std::vector<std::size_t>({0, 1, 2, 0, 3, 2}));
   CHECK(subject_count(subject_indices(codes)) == 4);
   CHECK(subject_count({}) == 0);
 }
 
-TEST("two recordings of each subject count once: means and spreads by hand") {
+TEST("two recordings of each subject count once: means and spreads are those by hand") {
   // Means 2, 5, 11: mean 6, variance (16 + 1 + 25) / 2 = 21. Within: squares 2, 8, 2 over 3: 4.
   const std::vector<double> value{1.0, 3.0, 3.0, 7.0, 10.0, 12.0};
   const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2};
@@ -31,7 +31,7 @@ TEST("two recordings of each subject count once: means and spreads by hand") {
   CHECK_NEAR(over.of_recording, std::sqrt(21.0 + 4.0 * (1.0 - 0.5)), 1e-14);
 }
 
-TEST("a recording given twice changes nothing, and one that is no number is left out") {
+TEST("a recording given twice changes nothing, NaN is left out, and one subject has no spread") {
   const std::vector<double> once{1.0, 3.0, 8.0};
   const std::vector<double> twice{1.0, 1.0, 3.0, 3.0, 8.0, 8.0, not_measured};
   const std::vector<std::size_t> subject{0, 0, 1, 1, 2, 2, 3};
@@ -41,9 +41,7 @@ TEST("a recording given twice changes nothing, and one that is no number is left
   CHECK(a.mean == b.mean);
   CHECK(a.deviation == b.deviation);
   CHECK_NEAR(b.of_recording, a.of_recording, 1e-15);
-}
-
-TEST("no subject and one subject have no spread") {
+  // No subject and one subject have no spread.
   CHECK(std::isnan(over_subjects({}).mean));
   CHECK(std::isnan(over_subjects(std::vector<double>{4.0}).deviation));
   const std::vector<std::size_t> same{0, 0};
@@ -75,18 +73,18 @@ TEST("a single recording of a further subject lies in the corridor as often as i
 Samples of(std::vector<double> value) { return {.step = 1.0, .value = std::move(value)}; }
 
 TEST("fewer subjects than needed are refused with both numbers") {
-  const std::vector<Samples> two{of({1.0}), of({2.0})};
-  const CorridorBuilt built = build_corridor(two);
-  CHECK(!built.corridor);
-  CHECK(built.refusal == "a corridor needs at least 3 subjects; there are 2");
-  CHECK(build_corridor(std::vector<Samples>{two[0]}).refusal ==
-        "a corridor needs at least 3 subjects; there is 1");
+  const std::vector<Samples> one{of({1.0})}, two{of({1.0}), of({2.0})};
+  const std::vector<Samples> three{of({1.0}), of({2.0}), of({3.0})};
+  const std::string refusal = "a corridor needs at least 3 subjects; there ";
+  CHECK(!build_corridor(two).corridor);
+  CHECK(build_corridor(two).refusal == refusal + "are 2");
+  CHECK(build_corridor(one).refusal == refusal + "is 1");
+  CHECK(build_corridor(three, {}, std::vector<std::size_t>{0, 0, 1}).refusal == refusal + "are 2");
   CHECK(!build_corridor({}).refusal.empty());
-  const std::vector<Samples> one{of({1.0})};
   CHECK(!build_corridor(one, {.least_subjects = 1}).corridor);
 }
 
-TEST("mean, deviation and width by hand") {
+TEST("mean, deviation and width are those by hand, also where fewer subjects were measured") {
   const std::vector<Samples> three{of({2.0, 1.0}), of({4.0, 1.0}), of({9.0, 1.0})};
   const CorridorBuilt built = build_corridor(three);
   CHECK_NEAR(built.corridor->mean.value[0], 5.0, 1e-14);
@@ -94,11 +92,16 @@ TEST("mean, deviation and width by hand") {
   CHECK_NEAR(built.corridor->factor, 4.302653 * std::sqrt(4.0 / 3.0), 1e-6);  // t(0.975, 2)
   CHECK_NEAR(built.corridor->half_width.value[0], 4.302653 * std::sqrt(4.0 / 3.0 * 13.0), 1e-5);
   CHECK_NEAR(build_corridor(three, {.half_width = 2.0}).corridor->factor, 2.0, 0.0);
+  const std::vector<Samples> four{of({2.0, 2.0}), of({4.0, 4.0}), of({9.0, 9.0}),
+                                  of({5.0, not_measured})};
+  const SubjectCorridor corridor = *build_corridor(four).corridor;
+  CHECK_NEAR(corridor.factor, 3.182446 * std::sqrt(5.0 / 4.0), 1e-6);  // t(0.975, 3)
+  CHECK_NEAR(corridor.half_width.value[1], 4.302653 * std::sqrt(4.0 / 3.0 * 13.0), 1e-5);
 }
 
 TEST("samples inside are counted, the largest excursion is found, gaps are not judged") {
-  const std::vector<Samples> three{of({-1.0, -1.0, -1.0, -1.0}), of({0.0, 0.0, 0.0, 0.0}),
-                                   of({1.0, 1.0, 1.0, 1.0})};
+  std::vector<Samples> three;
+  for (const double level : {-1.0, 0.0, 1.0}) { three.push_back(of({level, level, level, level})); }
   const CorridorRule rule{.half_width = 2.0};
   const CorridorBuilt built = build_corridor(three, rule);  // 0 +- 2
   const CorridorCoverage found =
@@ -108,28 +111,14 @@ TEST("samples inside are counted, the largest excursion is found, gaps are not j
   CHECK_NEAR(found.largest_excursion, 3.0, 1e-15);
   CHECK_NEAR(found.excursion_time, 1.0, 0.0);
   CHECK(!found.holds);
-}
-
-TEST("where too few or fewer subjects were measured the corridor ends or has their factor") {
-  const std::vector<Samples> three{of({1.0, not_measured}), of({2.0, 2.0}), of({3.0, 3.0})};
-  const CorridorBuilt built = build_corridor(three);
-  CHECK(std::isnan(built.corridor->mean.value[1]));
-  const CorridorCoverage found = coverage(*built.corridor, of({not_measured, 2.0}));
-  CHECK(found.samples == 0);
-  CHECK(!found.holds);
-  CHECK(std::isnan(found.inside));
-  const std::vector<Samples> four{of({2.0, 2.0}), of({4.0, 4.0}), of({9.0, 9.0}),
-                                  of({5.0, not_measured})};
-  const SubjectCorridor corridor = *build_corridor(four).corridor;
-  CHECK_NEAR(corridor.factor, 3.182446 * std::sqrt(5.0 / 4.0), 1e-6);  // t(0.975, 3)
-  CHECK_NEAR(corridor.half_width.value[1], 4.302653 * std::sqrt(4.0 / 3.0 * 13.0), 1e-5);
-}
-
-TEST("three recordings of two subjects are no three subjects") {
-  const std::vector<Samples> three{of({1.0}), of({2.0}), of({3.0})};
-  const std::vector<std::size_t> subject{0, 0, 1};
-  CHECK(build_corridor(three, {}, subject).refusal ==
-        "a corridor needs at least 3 subjects; there are 2");
+  // Where too few subjects were measured the corridor ends.
+  const std::vector<Samples> ending{of({1.0, not_measured}), of({2.0, 2.0}), of({3.0, 3.0})};
+  const CorridorBuilt short_one = build_corridor(ending);
+  CHECK(std::isnan(short_one.corridor->mean.value[1]));
+  const CorridorCoverage nothing = coverage(*short_one.corridor, of({not_measured, 2.0}));
+  CHECK(nothing.samples == 0);
+  CHECK(!nothing.holds);
+  CHECK(std::isnan(nothing.inside));
 }
 
 }  // namespace

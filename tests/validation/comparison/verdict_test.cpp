@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 
-#include <limits>
+#include <regex>
 
 #include "model/problem/recording.hpp"
 #include "tests/check.hpp"
@@ -12,7 +12,7 @@ namespace {
 using namespace palpate::comparison;
 using namespace palpate;
 
-TEST("there is one tolerance for every feature, in order, and each says who says so") {
+TEST("every feature has one tolerance, in order, with its origin and limits that follow from it") {
   for (const QuantityKind kind : {QuantityKind::pressure, QuantityKind::force}) {
     const std::vector<Tolerance> all = default_tolerances(kind);
     REQUIRE(all.size() == feature_count);
@@ -21,9 +21,6 @@ TEST("there is one tolerance for every feature, in order, and each says who says
       CHECK(!all[n].origin.empty());
     }
   }
-}
-
-TEST("the limits of a tolerance follow from its parts") {
   const Tolerance peak =
       default_tolerances(QuantityKind::pressure)[static_cast<std::size_t>(Feature::peak)];
   // From the midpoint of 376 and 461 mmHg, the group means of the trial, the tolerance includes
@@ -46,6 +43,10 @@ Status status_of(double simulated, double tolerance, double uncertainty) {
 }
 
 TEST("a difference agrees within its tolerance, differs beyond it, and is open between") {
+  CHECK_NEAR((ValidationUncertainty{.numerical = 2.0, .input = 3.0, .data = 6.0}.total()), 7.0,
+             1e-15);  // uncertainties add in squares
+  CHECK(std::isnan(ValidationUncertainty{.data = std::nan("")}.total()));
+  CHECK(std::isnan(ValidationUncertainty{.numerical = std::nan("")}.total()));
   CHECK(status_of(10.0, 1.0, 0.5) == Status::pass);
   CHECK(status_of(10.8, 1.0, 0.5) == Status::inconclusive);
   CHECK(status_of(11.2, 1.0, 0.5) == Status::inconclusive);
@@ -57,14 +58,7 @@ TEST("a difference agrees within its tolerance, differs beyond it, and is open b
   CHECK(status_of(10.0, 1.0, unbounded) == Status::error);
 }
 
-TEST("uncertainties add in squares") {
-  CHECK_NEAR((ValidationUncertainty{.numerical = 2.0, .input = 3.0, .data = 6.0}.total()), 7.0,
-             1e-15);
-  CHECK(std::isnan(ValidationUncertainty{.data = std::nan("")}.total()));
-  CHECK(std::isnan(ValidationUncertainty{.numerical = std::nan("")}.total()));
-}
-
-TEST("the worst verdict is that of the whole, and the words are those of comparison.json") {
+TEST("the worst verdict is that of the whole, its reasons are first, and words are contracted") {
   CHECK(worse(Status::pass, Status::fail) == Status::fail);
   CHECK(worse(Status::inconclusive, Status::pass) == Status::inconclusive);
   CHECK(worse(Status::skip, Status::pass) == Status::pass);
@@ -74,10 +68,7 @@ TEST("the worst verdict is that of the whole, and the words are those of compari
   CHECK(verdict_word(Status::inconclusive) == "not distinguishable");
   CHECK(verdict_word(Status::error) == "not comparable");
   CHECK(verdict_word(Status::skip) == "not judged");
-}
-
-TEST("reasons are sorted worst first, and equal ones keep their order") {
-  Outcome outcome;
+  Outcome outcome;  // equal reasons keep their order
   conclude(outcome, {{Status::inconclusive, "a"},
                      {Status::fail, "b"},
                      {Status::skip, "c"},
@@ -104,7 +95,7 @@ FeatureComparison compared(Feature feature, const Comparison& comparison,
   return compare_features(comparison, options)[static_cast<std::size_t>(feature)];
 }
 
-TEST("error, interval and uncertainty by hand") {
+TEST("the error, interval and uncertainty of a feature are those by hand") {
   ComparisonOptions options;
   options.uncertainties = {.transducer = {.zero = 30.0, .gain = 0.01},
                            .numerical = 0.02,
@@ -125,17 +116,19 @@ TEST("error, interval and uncertainty by hand") {
 TEST("an offset of the transducer moves peak and plateau, and cancels in a height and in times") {
   ComparisonOptions options;
   options.uncertainties = {.transducer = {.zero = 50.0, .gain = 0.0}};
-  const Features& recorded = given(100.0, 100.0).recorded_features;
-  CHECK_NEAR(data_uncertainty(Feature::peak, recorded, options), 50.0, 1e-12);
-  CHECK_NEAR(data_uncertainty(Feature::plateau, recorded, options), 50.0, 1e-12);
-  CHECK_NEAR(data_uncertainty(Feature::drop_height, recorded, options), 0.0, 1e-12);
-  CHECK_NEAR(data_uncertainty(Feature::drop_time, recorded, options), 0.0, 1e-12);
-  // d (1 - plateau / peak) / d offset = relative_drop / peak, in size
-  CHECK_NEAR(data_uncertainty(Feature::relative_drop, recorded, options), 50.0 * 0.5 / 100.0,
-             1e-12);
+  const Comparison comparison = given(100.0, 100.0);
+  for (const auto& [feature, expected] :
+       {std::pair{Feature::peak, 50.0},
+        {Feature::plateau, 50.0},
+        {Feature::drop_height, 0.0},
+        {Feature::drop_time, 0.0},
+        // d (1 - plateau / peak) / d offset = relative_drop / peak, in size
+        {Feature::relative_drop, 50.0 * 0.5 / 100.0}}) {
+    CHECK_NEAR(data_uncertainty(feature, comparison.recorded_features, options), expected, 1e-12);
+  }
 }
 
-TEST("times of a recording are given on the simulation's clock") {
+TEST("times are given on the simulation's clock, and judged only if the start aligned the clocks") {
   Comparison comparison = given(100.0, 100.0);
   comparison.alignment = {.used = AlignmentRule::start, .lag = 30.0, .uncertainty = 0.1};
   const FeatureComparison time = compared(Feature::time_of_loss, comparison);
@@ -143,44 +136,34 @@ TEST("times of a recording are given on the simulation's clock") {
   CHECK_NEAR(time.error, 30.0, 1e-12);
   CHECK_NEAR(time.uncertainty.data, 0.1, 1e-12);
   CHECK(time.status == Status::fail);
-}
-
-TEST("times are not judged where depth or the event aligned the clocks") {
-  Comparison comparison = given(100.0, 100.0);
   for (const auto& [rule, reason] :
        {std::pair{AlignmentRule::depth, "the clocks were aligned by the depth"},
         std::pair{AlignmentRule::event, "the clocks were aligned by the event"}}) {
     comparison.alignment = {.used = rule, .how = "by something", .lag = 30.0};
-    const FeatureComparison time = compared(Feature::time_of_loss, comparison);
-    CHECK(time.status == Status::skip);
-    CHECK(time.reason == reason);
-    CHECK_NEAR(time.error, 30.0, 1e-12);  // reported, though not judged
+    const FeatureComparison unjudged = compared(Feature::time_of_loss, comparison);
+    CHECK(unjudged.status == Status::skip);
+    CHECK(unjudged.reason == reason);
+    CHECK_NEAR(unjudged.error, 30.0, 1e-12);  // reported, though not judged
   }
   CHECK(compared(Feature::depth_of_loss, comparison).status == Status::pass);
 }
 
-TEST("an event that one trace lacks differs, an undecided one is open, other gaps are no verdict") {
-  const Measured found{.value = 1.0};
-  const Measured ends{.reason = "the trace ends"};
+TEST("an event in one trace alone differs, an undecided one is open, other gaps are not judged") {
+  const Measured found{.value = 1.0}, absent{.value = 0.0};
+  const Measured ends{.reason = "the trace ends"}, gap{.reason = "a gap"};
+  const Feature event = Feature::loss_of_resistance;
   struct {
     Feature feature;
     Measured recorded, simulated;
     Status status;
     const char* reason;
   } const rows[] = {
-      {Feature::loss_of_resistance, found, {.value = 0.0}, Status::fail, ""},
-      {Feature::loss_of_resistance, found, ends, Status::inconclusive, "simulated: the trace ends"},
-      {Feature::loss_of_resistance, ends, ends, Status::inconclusive, "in neither: the trace ends"},
-      {Feature::loss_of_resistance,
-       ends,
-       {.reason = "a gap"},
-       Status::inconclusive,
+      {event, found, absent, Status::fail, ""},
+      {event, found, ends, Status::inconclusive, "simulated: the trace ends"},
+      {event, ends, ends, Status::inconclusive, "in neither: the trace ends"},
+      {event, ends, gap, Status::inconclusive, "recorded: the trace ends; simulated: a gap"},
+      {Feature::depth_of_peak, ends, gap, Status::skip,
        "recorded: the trace ends; simulated: a gap"},
-      {Feature::depth_of_peak,
-       {.reason = "depth was not recorded"},
-       {.reason = "no column"},
-       Status::skip,
-       "recorded: depth was not recorded; simulated: no column"},
   };
   for (const auto& row : rows) {
     Comparison comparison = given(100.0, 100.0);
@@ -193,13 +176,8 @@ TEST("an event that one trace lacks differs, an undecided one is open, other gap
 }
 
 /// Text with spaces instead of non-breaking spaces.
-std::string plain(std::string text) {
-  for (const std::string space : {"\u00a0", "\u202f"}) {
-    for (std::size_t at = text.find(space); at != std::string::npos; at = text.find(space)) {
-      text.replace(at, space.size(), " ");
-    }
-  }
-  return text;
+std::string plain(const std::string& text) {
+  return std::regex_replace(text, std::regex("\u00a0|\u202f"), " ");
 }
 
 TEST("values and tolerances are shown in the units of clinicians") {

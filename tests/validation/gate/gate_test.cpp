@@ -18,10 +18,6 @@ using namespace palpate;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-ChangeKind judged(const Quantity& before, const Quantity& now, double spread = 0.0) {
-  return compare_quantity(before, now, spread).kind;
-}
-
 TEST("a quantity may move by the allowance of its kind, and not out of its bound") {
   const Quantity error{.name = "error", .upper = 1e-3, .bound_from = "theory"};
   // A value that should be large may not shrink.
@@ -72,22 +68,19 @@ TEST("a quantity may move by the allowance of its kind, and not out of its bound
     Quantity now = row.quantity;
     before.value = row.before;
     now.value = row.now;
-    const ChangeKind kind = judged(before, now, row.spread);
-    if (kind != row.kind) {
-      std::printf("  %s: %g to %g\n", now.name.c_str(), before.value, now.value);
-    }
+    const ChangeKind kind = compare_quantity(before, now, row.spread).kind;
+    check::row = now.name + " " + check::shown(before.value) + " " + check::shown(now.value);
     CHECK(kind == row.kind);
   }
-}
-
-TEST("another unit or another bound is another claim") {
-  const Quantity before{.name = "error", .value = 1e-6, .upper = 1e-3, .bound_from = "theory"};
-  Quantity now = before;
-  now.unit = "mm";
-  CHECK(judged(before, now) == ChangeKind::broken);
-  now = before;
-  now.upper = 2e-3;
-  CHECK(judged(before, now) == ChangeKind::broken);
+  // Another unit or another bound is another claim.
+  Quantity before = error;
+  before.value = 1e-6;
+  Quantity other_unit = before, other_bound = before;
+  other_unit.unit = "mm";
+  other_bound.upper = 2e-3;
+  for (const Quantity& now : {other_unit, other_bound}) {
+    CHECK(compare_quantity(before, now, 0.0).kind == broken);
+  }
 }
 
 using Law = std::function<double(double)>;
@@ -105,10 +98,6 @@ Figure drawn(const Law& law, int samples = 1001) {
 double wave(double t) {
   const double angle = 2.0 * std::numbers::pi * t;
   return 1.0 - std::cos(angle) + 0.3 * (1.0 - std::cos(2.0 * angle));
-}
-
-Figure wave_plus(double offset) {
-  return drawn([offset](double t) { return wave(t) + offset; });
 }
 
 Figure wave_late(double samples) {
@@ -139,12 +128,6 @@ Figure errors(double factor) {
   return figure;
 }
 
-Figure named(const char* label) {
-  Figure figure = drawn(wave);
-  figure.series[0].label = label;
-  return figure;
-}
-
 /// Band above the wave, of which one sample of the upper edge is changed.
 Figure band(double by) {
   Figure figure = drawn(wave);
@@ -161,11 +144,15 @@ Figure small_beside_large(double factor) {
   return figure;
 }
 
-TEST("a curve holds within the tube around its baseline and is moved beside it") {
-  const double range = 2.1;  // approximate range of wave()
+TEST("a curve passes within the tube around its baseline and is moved outside it") {
   const Figure before = drawn(wave);
+  const auto higher = [](double share) {  // of the approximate range of wave()
+    return drawn([share](double t) { return wave(t) + share * 2.1; });
+  };
   const Figure gap = spiked(10, nan);
   const Figure points = spiked(0, 0.0, Series::Style::points);
+  Figure other_name = before;
+  other_name.series[0].label = "other";
   using enum ChangeKind;
   struct {
     const char* what;
@@ -174,8 +161,8 @@ TEST("a curve holds within the tube around its baseline and is moved beside it")
     double spread = 0.0;
   } const rows[] = {
       {"same", before, before, same},
-      {"in the tube", before, wave_plus(1e-3 * range), within},
-      {"beside the tube", before, wave_plus(4e-3 * range), moved},
+      {"in the tube", before, higher(1e-3), within},
+      {"beside the tube", before, higher(4e-3), moved},
       {"one sample in a thousand", before, spiked(500, 0.1), moved},
       {"spike that disappeared", spiked(500, 0.1), before, moved},
       {"event one tick early", rupture(0.5), rupture(0.499), within},
@@ -186,7 +173,7 @@ TEST("a curve holds within the tube around its baseline and is moved beside it")
       {"gap now", before, gap, broken},
       {"gap before", gap, before, broken},
       {"another length", before, drawn(wave, 1000), broken},
-      {"another name", before, named("other"), broken},
+      {"another name", before, other_name, broken},
       {"errors within a tenth of a digit", errors(1.0), errors(1.2), within},
       {"errors beyond a tenth of a digit", errors(1.0), errors(1.3), moved},
       {"constant, whose range is its height", level(5.0), level(5.009), within},
@@ -200,7 +187,7 @@ TEST("a curve holds within the tube around its baseline and is moved beside it")
   };
   for (const auto& row : rows) {
     const ChangeKind kind = compare_curve(row.before, row.now, 0, row.spread).kind;
-    if (kind != row.kind) { std::printf("  %s\n", row.what); }
+    check::row = row.what;
     CHECK(kind == row.kind);
   }
   CHECK_CONTAINS(compare_curve(wave_late(0.0), wave_late(1.0), 0, 0.0).moved, "samples late");
@@ -237,7 +224,7 @@ GateResult compared(const Outcomes& before, const Outcomes& now) {
   return compare(accepted(before), {.command = "c", .outcomes = now});
 }
 
-TEST("a case that becomes worse fails while others hold, and a better one holds") {
+TEST("a case that becomes worse fails while others pass, and a better one passes") {
   const GateResult better = compared({sample("a", 1e-5)}, {sample("a", 1e-7)});
   CHECK(better.holds());
   CHECK(better.counts().better == 1);
@@ -271,7 +258,7 @@ TEST("a case without data may be judged later but not the reverse; wall clocks a
   CHECK(!compared({timed}, {later}).holds());
 }
 
-TEST("a partial approval moves one case, and every approval is in the ledger") {
+TEST("a partial approval moves one case, a whole one drops absent cases, and both are recorded") {
   const Baseline first = accepted(pair);
   const Baseline second = accept(first, {.command = "x",
                                          .date = "e",
@@ -283,21 +270,16 @@ TEST("a partial approval moves one case, and every approval is in the ledger") {
   CHECK(second.command == "c");
   REQUIRE(second.ledger.size() == 2);
   CHECK(second.ledger[1].cases == std::vector<std::string>{"a"});
-}
-
-TEST("a whole approval drops what is gone, and says so") {
-  const Baseline first = accepted(pair);
-  const Baseline second =
+  const Baseline whole =
       accept(first, {.reason = "b is merged into a", .outcomes = {sample("a", 2e-5)}});
-  CHECK(second.find("b") == nullptr);
-  const std::vector<std::string> lines = described_changes(first, second);
+  CHECK(whole.find("b") == nullptr);
+  const std::vector<std::string> lines = described_changes(first, whole);
   REQUIRE(lines.size() == 2);
-  CHECK_CONTAINS(lines[0], "1e-05 -> 2e-05");
-  CHECK_CONTAINS(lines[0], "bound -inf to 0.001");
+  CHECK_CONTAINS(lines[0], "1e-05 -> 2e-05", "bound -inf to 0.001");
   CHECK(lines[1] == "b: dropped");
 }
 
-TEST("errors and numbers that are none are not approved, and the spread is that of other builds") {
+TEST("errors and NaN are not approved, and the spread is that of other builds") {
   Outcome broken = sample("a", 1e-5);
   broken.status = Status::error;
   CHECK_THROWS(accepted({broken}), "ran to its end");
@@ -313,10 +295,12 @@ TEST("errors and numbers that are none are not approved, and the spread is that 
   CHECK_THROWS(accept({}, acceptance), "is not in a variant");
 }
 
-TEST("damage turns the gate red") { check_status("gate/faults", nullptr, Status::pass); }
+TEST("every damage to a result fails the gate") {
+  check_status("gate/faults", nullptr, Status::pass);
+}
 
 #ifndef PALPATE_SANITIZED  // two hundred runs of code that the damage tests also execute
-TEST("the same code never turns it red") { check_status("gate/self", nullptr, Status::pass); }
+TEST("equal code never fails the gate") { check_status("gate/self", nullptr, Status::pass); }
 #endif
 
 }  // namespace

@@ -33,7 +33,7 @@ Held hold(const Scene& scene, const FalconLoopOptions& options = {}) {
   return held;
 }
 
-TEST("the tool follows the hand through the layers, and the hand feels them") {
+TEST("the tool follows the hand through the layers, and their force acts on the hand") {
   const Held held = hold(held_scene());
   CHECK(!held.run.diverged);
   CHECK(held.facts.lost_resistance_at.has_value());
@@ -45,15 +45,17 @@ TEST("the tool follows the hand through the layers, and the hand feels them") {
   CHECK(held.facts.largest_delivered <= held.facts.largest_requested + 0.02);
 }
 
+void check_equal(const Trace& first, const Trace& second) {
+  REQUIRE(first.columns.size() == second.columns.size());
+  for (std::size_t n = 0; n < first.columns.size(); ++n) {
+    CHECK(first.columns[n].values == second.columns[n].values);
+  }
+}
+
 TEST("two runs are the same to the bit") {
   Scene scene = held_scene();
   scene.simulation.duration = 0.5;  // some layers deep
-  const Held first = hold(scene);
-  const Held second = hold(scene);
-  REQUIRE(first.run.columns.size() == second.run.columns.size());
-  for (std::size_t n = 0; n < first.run.columns.size(); ++n) {
-    CHECK(first.run.columns[n].values == second.run.columns[n].values);
-  }
+  check_equal(hold(scene).run, hold(scene).run);
 }
 
 /// First tick at which a column exceeds a force [N].
@@ -90,22 +92,19 @@ TEST("a quicker hand overshoots less, and a tissue slower than the loop has tick
   CHECK(!hold(scene).run.diverged);
 }
 
-TEST("waiting for a clock changes when a tick is computed and nothing else") {
+TEST("a clock changes when a tick is computed and nothing else") {
   Scene scene = held_scene();
   scene.simulation.duration = 0.2;
   ModelSubject subject{Simulation(scene)};
   device::VirtualClock time;
   device::DeadlineClock clock(1.0 / scene.falcon->rate, time);
   const Trace paced = roll_out(subject, scene, {}, {.clock = &clock});
-  const Trace free = hold(scene).run;
   CHECK(clock.facts().ticks == 200);
   CHECK_NEAR(time.now(), 0.199, 1e-15);  // tick 199 is due then
-  for (std::size_t n = 0; n < free.columns.size(); ++n) {
-    CHECK(paced.columns[n].values == free.columns[n].values);
-  }
+  check_equal(paced, hold(scene).run);
 }
 
-TEST("packets of a run, played again to another device, bring the same replies to the bit") {
+TEST("packets of a run that are replayed to another device have the same replies to the bit") {
   Scene scene = held_scene();
   scene.simulation.duration = 0.5;  // resistance is not lost yet: the hand gets no signal
   device::falcon::WireRecording recording(4000);
@@ -119,7 +118,7 @@ TEST("packets of a run, played again to another device, bring the same replies t
   CHECK(again.different_replies == 0);
 }
 
-TEST("a fault on the line is felt in the loop") {
+TEST("faults on the line are counted and act on the force in the loop") {
   Scene scene = held_scene();
   const auto faulty = [&](device::falcon::LinkFault fault) {
     return hold(scene, {.faults = {.seed = 3, .faults = {fault}}});
@@ -148,7 +147,7 @@ TEST("a fault on the line is felt in the loop") {
   CHECK_NEAR(unplugged.run.find("device.delivered_n")->values[tick], 0.0, 1e-6);
 }
 
-TEST("a device that lost its zero is neither believed nor pulled with") {
+TEST("the loop of a device that lost its zero uses neither its position nor its motors") {
   using Kind = device::falcon::LinkFault::Kind;
   const Held sound = hold(held_scene());
   CHECK(sound.facts.unhomed == 0);
