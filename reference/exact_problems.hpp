@@ -26,20 +26,17 @@ class DerivedProblem : public Problem {
   [[nodiscard]] Eigen::VectorXd initial_velocity() const override {
     return base_->initial_velocity();
   }
-  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
-             const Eigen::Ref<const Eigen::VectorXd>& v,
+  void force(double t, double gate, const Coordinates& q, const Coordinates& v,
              Eigen::Ref<Eigen::VectorXd> f) const override {
     base_->force(t, gate, q, v, f);
   }
-  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
+  void jacobian(const Coordinates& q, const Coordinates& v, JacobianMatrix& stiffness,
                 Eigen::SparseMatrix<double>& damping) const override {
     base_->jacobian(q, v, stiffness, damping);
   }
   [[nodiscard]] std::vector<double> breaks() const override { return base_->breaks(); }
   [[nodiscard]] double shortest_feature() const override { return base_->shortest_feature(); }
-  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v) const override {
+  [[nodiscard]] double energy(const Coordinates& q, const Coordinates& v) const override {
     return base_->energy(q, v);
   }
 
@@ -56,19 +53,16 @@ class LinearProblem final : public DerivedProblem {
 
   [[nodiscard]] const Problem& base() const { return *base_; }
   [[nodiscard]] const Eigen::VectorXd& rest() const { return rest_; }
-  [[nodiscard]] const Eigen::SparseMatrix<double>& stiffness() const { return stiffness_; }
+  [[nodiscard]] const JacobianMatrix& stiffness() const { return stiffness_; }
   [[nodiscard]] const Eigen::SparseMatrix<double>& damping() const { return damping_; }
 
-  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
-             const Eigen::Ref<const Eigen::VectorXd>& v,
+  void force(double t, double gate, const Coordinates& q, const Coordinates& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
-  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::SparseMatrix<double>& stiffness,
+  void jacobian(const Coordinates& q, const Coordinates& v, JacobianMatrix& stiffness,
                 Eigen::SparseMatrix<double>& damping) const override;
   /// Returns kinetic energy + (q - r)^T K (q - r) / 2 - f_0^T (q - r) [J], with f_0 the force at
   /// rest without loads.
-  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v) const override;
+  [[nodiscard]] double energy(const Coordinates& q, const Coordinates& v) const override;
 
  private:
   Eigen::VectorXd rest_;
@@ -114,8 +108,7 @@ class ManufacturedProblem final : public DerivedProblem {
 
   [[nodiscard]] Eigen::VectorXd initial_position() const override { return exact_position(0.0); }
   [[nodiscard]] Eigen::VectorXd initial_velocity() const override { return exact_velocity(0.0); }
-  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
-             const Eigen::Ref<const Eigen::VectorXd>& v,
+  void force(double t, double gate, const Coordinates& q, const Coordinates& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
   [[nodiscard]] double shortest_feature() const override;
 

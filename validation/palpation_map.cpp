@@ -12,7 +12,7 @@ double stiffness_felt(const Scene& scene, const NetworkProblem& problem,
                       const reference::StaticResponse& response, const Eigen::Vector2d& place) {
   Scene there = scene;
   there.probe->entry = place;
-  const NeedlePath path = tool_path(there, problem.network());
+  const NeedlePath path(there, problem.network());
   Eigen::VectorXd w = Eigen::VectorXd::Zero(problem.dof());
   for (const NeedlePath::Support& support : path.supports(path.knots().front())) {
     const Eigen::Index at = problem.coordinate(support.node);

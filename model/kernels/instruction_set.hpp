@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "model/kernels/kernel_views.hpp"
+
 #if defined(__SSE2__)
 #include <xmmintrin.h>
 #endif
@@ -69,21 +71,15 @@ inline Widest widest_allowed() {
                               "; must be avx512, avx2 or baseline");
 }
 
-/// Returns the kernels that the processor supports and the environment allows, widest first.
-template <class Kernels>
-std::vector<Kernels> kernels_here(Kernels (*avx2)() noexcept, Kernels (*baseline)() noexcept) {
+/// Returns the kernels of one member that the processor supports and the environment allows, widest
+/// first.
+template <class Kernels> std::vector<Kernels> kernels_here(Kernels KernelSet::*member) {
   std::vector<Kernels> kernels;
-  if (widest_allowed() >= Widest::avx2 && has_avx2()) { kernels.push_back(avx2()); }
-  kernels.push_back(baseline());
-  return kernels;
-}
-template <class Kernels>
-std::vector<Kernels> kernels_here(Kernels (*avx512)() noexcept, Kernels (*avx2)() noexcept,
-                                  Kernels (*baseline)() noexcept) {
-  std::vector<Kernels> kernels = kernels_here(avx2, baseline);
-  if (widest_allowed() >= Widest::avx512 && has_avx512()) {
-    kernels.insert(kernels.begin(), avx512());
-  }
+  const Widest widest = widest_allowed();
+  if (widest >= Widest::avx512 && has_avx512()) { kernels.push_back(avx512_kernels().*member); }
+  if (widest >= Widest::avx2 && has_avx2()) { kernels.push_back(avx2_kernels().*member); }
+  kernels.push_back(baseline_kernels().*member);
+  std::erase_if(kernels, [](const Kernels& each) { return each.lanes == 0; });
   return kernels;
 }
 

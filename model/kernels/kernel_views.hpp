@@ -115,12 +115,6 @@ template <class Real> struct Kernels {
   void (*roots_and_quotients)(const Real* from, Real* to, long count) noexcept = nullptr;
 };
 
-template <class Real> Kernels<Real> baseline_kernels() noexcept;
-/// Kernels for processors with AVX2 and FMA; must not be called on others.
-template <class Real> Kernels<Real> avx2_kernels() noexcept;
-/// Kernels for processors with AVX-512; must not be called on others.
-template <class Real> Kernels<Real> avx512_kernels() noexcept;
-
 }  // namespace palpate::lattice
 
 namespace palpate::adjacency {
@@ -181,11 +175,6 @@ template <class Real> struct Kernels {
   Advance<Real> advance = nullptr;
 };
 
-template <class Real> Kernels<Real> baseline_kernels() noexcept;
-/// Kernels for processors with AVX2 and FMA; must not be called on others. Longer registers are not
-/// faster.
-template <class Real> Kernels<Real> avx2_kernels() noexcept;
-
 }  // namespace palpate::adjacency
 
 namespace palpate::supernodes {
@@ -223,10 +212,24 @@ struct Kernels {
   void (*solve)(const View& view, float* y, float* work) noexcept = nullptr;
 };
 
-Kernels baseline_kernels() noexcept;
-/// Kernels for processors with AVX2 and FMA; must not be called on others.
-Kernels avx2_kernels() noexcept;
-/// Kernels for processors with AVX-512; must not be called on others.
-Kernels avx512_kernels() noexcept;
-
 }  // namespace palpate::supernodes
+
+namespace palpate {
+
+/// Kernels of one instruction set; a kernel without lanes does not exist for it.
+struct KernelSet {
+  lattice::Kernels<double> lattice_double{};
+  lattice::Kernels<float> lattice_float{};
+  adjacency::Kernels<double> adjacency_double{.lanes = 0};
+  adjacency::Kernels<float> adjacency_float{.lanes = 0};
+  supernodes::Kernels supernodes{};
+};
+
+KernelSet baseline_kernels() noexcept;
+/// Kernels for processors with AVX2 and FMA; must not be called on others.
+KernelSet avx2_kernels() noexcept;
+/// Kernels for processors with AVX-512; must not be called on others. Adjacency groups are not
+/// faster with it.
+KernelSet avx512_kernels() noexcept;
+
+}  // namespace palpate

@@ -12,14 +12,10 @@ using Instructions = xsimd::avx512f;
 using Instructions = xsimd::default_arch;
 #endif
 
-template <class Real> lattice::Kernels<Real> lattice::avx512_kernels() noexcept {
-  return kernels_for<Real, Instructions>("avx512");
-}
-template lattice::Kernels<double> lattice::avx512_kernels<double>() noexcept;
-template lattice::Kernels<float> lattice::avx512_kernels<float>() noexcept;
-
-supernodes::Kernels supernodes::avx512_kernels() noexcept {
-  return kernels_for<Instructions>("avx512");
+KernelSet avx512_kernels() noexcept {
+  return {.lattice_double = lattice::kernels_for<double, Instructions>("avx512"),
+          .lattice_float = lattice::kernels_for<float, Instructions>("avx512"),
+          .supernodes = supernodes::kernels_for<Instructions>("avx512")};
 }
 
 }  // namespace palpate

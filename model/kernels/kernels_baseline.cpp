@@ -7,22 +7,13 @@
 
 namespace palpate {
 
-using Instructions = xsimd::default_arch;
-
-template <class Real> lattice::Kernels<Real> lattice::baseline_kernels() noexcept {
-  return kernels_for<Real, Instructions>("baseline");
-}
-template lattice::Kernels<double> lattice::baseline_kernels<double>() noexcept;
-template lattice::Kernels<float> lattice::baseline_kernels<float>() noexcept;
-
-template <class Real> adjacency::Kernels<Real> adjacency::baseline_kernels() noexcept {
-  return kernels_for<Real, Instructions>("baseline");
-}
-template adjacency::Kernels<double> adjacency::baseline_kernels<double>() noexcept;
-template adjacency::Kernels<float> adjacency::baseline_kernels<float>() noexcept;
-
-supernodes::Kernels supernodes::baseline_kernels() noexcept {
-  return kernels_for<Instructions>("baseline");
+KernelSet baseline_kernels() noexcept {
+  using Instructions = xsimd::default_arch;
+  return {.lattice_double = lattice::kernels_for<double, Instructions>("baseline"),
+          .lattice_float = lattice::kernels_for<float, Instructions>("baseline"),
+          .adjacency_double = adjacency::kernels_for<double, Instructions>("baseline"),
+          .adjacency_float = adjacency::kernels_for<float, Instructions>("baseline"),
+          .supernodes = supernodes::kernels_for<Instructions>("baseline")};
 }
 
 }  // namespace palpate

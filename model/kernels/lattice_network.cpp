@@ -192,14 +192,8 @@ template <class Real> class LatticeSleep {
   /// limits the sum of all forces on sleeping nodes [N].
   LatticeSleep(const lattice::View<Real>& view, std::vector<unsigned char> awake,
                double most_withheld)
-      : rows1_(view.rows1),
-        rows2_(view.rows2),
-        lead_(view.lead),
-        row_length_(view.row_length),
-        lanes_(view.lanes),
-        most_withheld_(most_withheld),
-        awake_(std::move(awake)) {
-    const int rows = rows1_ * rows2_;
+      : view_(view), most_withheld_(most_withheld), awake_(std::move(awake)) {
+    const int rows = view.rows1 * view.rows2;
     state_.assign(awake_.size(), Row::asleep);
     border_.reserve(awake_.size());
     for (int row = 0; row < rows; ++row) {
@@ -240,7 +234,7 @@ template <class Real> class LatticeSleep {
     double squares = 0.0;
     judge_border(fields.f, move.inverse_mass, [&](int row) {
       visit_nodes(row, [&](long i) {
-        for (long at = i; at <= i + 2 * lanes_; at += lanes_) {
+        for (long at = i; at <= i + 2 * view_.lanes; at += view_.lanes) {
           move.v[at] += move.h * (fields.f[at] * move.inverse_mass[i]);
           move.q[at] += move.h * move.v[at];
           squares += static_cast<double>(move.v[at] * move.v[at]);
@@ -261,23 +255,26 @@ template <class Real> class LatticeSleep {
  private:
   enum class Row : unsigned char { fixed, asleep, border, awake };
 
-  [[nodiscard]] long begin_of(int row) const noexcept { return lead_ + row * row_length_; }
+  [[nodiscard]] long begin_of(int row) const noexcept {
+    return view_.lead + row * view_.row_length;
+  }
   /// Calls visit(index of x) for each node of a row.
   template <class Visit> void visit_nodes(int row, Visit visit) const noexcept {
-    for (long vector = begin_of(row); vector < begin_of(row) + row_length_; vector += 3 * lanes_) {
-      for (long i = vector; i < vector + lanes_; ++i) { visit(i); }
+    const long end = begin_of(row) + view_.row_length;
+    for (long vector = begin_of(row); vector < end; vector += 3 * view_.lanes) {
+      for (long i = vector; i < vector + view_.lanes; ++i) { visit(i); }
     }
   }
   void clear(Real* f, int row) const noexcept {
-    std::fill_n(f + begin_of(row), static_cast<std::size_t>(row_length_), Real(0));
+    std::fill_n(f + begin_of(row), static_cast<std::size_t>(view_.row_length), Real(0));
   }
   double pull_on(const Real* f, const Real* inverse_mass, int row) const noexcept {
     double pull = 0.0;
     visit_nodes(row, [&](long i) {
       if (inverse_mass[i] == Real(0)) { return; }
       const auto x = static_cast<double>(f[i]);
-      const auto y = static_cast<double>(f[i + lanes_]);
-      const auto z = static_cast<double>(f[i + 2 * lanes_]);
+      const auto y = static_cast<double>(f[i + view_.lanes]);
+      const auto z = static_cast<double>(f[i + 2 * view_.lanes]);
       pull += std::sqrt(x * x + y * y + z * z);
     });
     return pull;
@@ -292,11 +289,11 @@ template <class Real> class LatticeSleep {
     watch_around(row);
   }
   void watch_around(int row) noexcept {
-    const int at1 = row % rows1_;
-    const int at2 = row / rows1_;
-    for (int to2 = std::max(0, at2 - 1); to2 <= std::min(rows2_ - 1, at2 + 1); ++to2) {
-      for (int to1 = std::max(0, at1 - 1); to1 <= std::min(rows1_ - 1, at1 + 1); ++to1) {
-        const int there = to2 * rows1_ + to1;
+    const int at1 = row % view_.rows1;
+    const int at2 = row / view_.rows1;
+    for (int to2 = std::max(0, at2 - 1); to2 <= std::min(view_.rows2 - 1, at2 + 1); ++to2) {
+      for (int to1 = std::max(0, at1 - 1); to1 <= std::min(view_.rows1 - 1, at1 + 1); ++to1) {
+        const int there = to2 * view_.rows1 + to1;
         Row& state = state_[static_cast<std::size_t>(there)];
         if (state != Row::asleep) { continue; }
         state = Row::border;
@@ -322,11 +319,7 @@ template <class Real> class LatticeSleep {
     }
   }
 
-  int rows1_;
-  int rows2_;
-  long lead_;
-  long row_length_;
-  long lanes_;
+  lattice::View<Real> view_;
   double most_withheld_;
   std::vector<Row> state_;
   std::vector<unsigned char> awake_;
@@ -371,7 +364,7 @@ template <class Real> class LatticeSprings {
         spacing_(shape.spacing),
         rows_(shape, lanes, may_fold),
         lanes_(lanes),
-        vectors_(rows_.vectors()),
+        vectors_(rows_.vectors),
         size_(size_for<Real>(static_cast<Eigen::Index>(rows_.count()) * vectors_ * 3 * lanes_)),
         row_moves_(skip ? rows_.moving(problem) : std::vector<unsigned char>(rows_.count(), 1)) {
     fill_tables(problem, skip);
@@ -390,12 +383,12 @@ template <class Real> class LatticeSprings {
   }
   [[nodiscard]] const LatticeRows& rows() const { return rows_; }
   [[nodiscard]] lattice::View<Real> view() const {
-    return {.rows1 = rows_.rows1(),
-            .rows2 = rows_.nodes()[2],
+    return {.rows1 = rows_.rows1,
+            .rows2 = rows_.nodes[2],
             .vectors = vectors_,
             .row_length = 3L * vectors_ * lanes_,
-            .layer_length = 3L * vectors_ * lanes_ * rows_.rows1(),
-            .folded = rows_.folds() > 1,
+            .layer_length = 3L * vectors_ * lanes_ * rows_.rows1,
+            .folded = rows_.folds > 1,
             .lead = margin<Real>,
             .lanes = lanes_,
             .numbers = damped_ ? 2 : 1,
@@ -404,7 +397,7 @@ template <class Real> class LatticeSprings {
             .row_moves = row_moves_.data(),
             .own_rest = length_along(1),
             .own_springs = used_[0],
-            .links = {links_of(0), links_of(1), links_of(rows_.rows1() - 1)}};
+            .links = {links_of(0), links_of(1), links_of(rows_.rows1 - 1)}};
   }
   /// Returns the initial position of all nodes. Padding elements get positions far from each other.
   [[nodiscard]] Eigen::Matrix<Real, Eigen::Dynamic, 1> initial_position() const {
@@ -469,7 +462,7 @@ template <class Real> class LatticeSprings {
   /// Returns the links of a row. After the last interleaved row follow the nodes of the first row
   /// in the next lane group.
   [[nodiscard]] lattice::Links<Real> links_of(int row1) const {
-    const int rows1 = rows_.rows1();
+    const int rows1 = rows_.rows1;
     lattice::Links<Real> links;
     for (int kind = 0; kind < lattice::neighbour_kinds; ++kind) {
       const auto& step = lattice::neighbour_steps[kind];
@@ -477,12 +470,12 @@ template <class Real> class LatticeSprings {
       const bool sides = used_[slot] || used_[slot + 2];
       const int folds =
           row1 + step[0] < 0 ? -1 : (row1 + step[0]) / rows1;  // offset in interleaved rows
-      if ((!sides && !used_[slot + 1]) || (folds != 0 && rows_.folds() == 1)) { continue; }
+      if ((!sides && !used_[slot + 1]) || (folds != 0 && rows_.folds == 1)) { continue; }
       const int rows = step[0] - folds * rows1;
       links.to[links.count++] = {
           .layers = step[1],
           .rows = rows + step[1] * rows1,
-          .elements = static_cast<long>(rows) * vectors_ * 3 * lanes_ + folds * rows_.pieces(),
+          .elements = static_cast<long>(rows) * vectors_ * 3 * lanes_ + folds * rows_.pieces,
           .constants = static_cast<long>(slot) * lanes_ * (damped_ ? 2 : 1),
           .rest_across = length_along(std::abs(step[0]) + step[1]),
           .rest_aside = length_along(std::abs(step[0]) + step[1] + 1),
@@ -537,7 +530,7 @@ template <class Real> class LatticeSprings {
   /// has the springs begins[n] to begins[n + 1].
   [[nodiscard]] auto by_row(const SpringList& springs, std::vector<std::size_t>& begins) const
       -> std::vector<Stretch> {
-    const int together = rows_.follows_index() ? rows_.nodes()[0] : 1;
+    const int together = rows_.follows_index() ? rows_.nodes[0] : 1;
     const auto visit_all = [&](auto visit) {
       for (const SpringList::Run& run : springs.runs()) {
         const int end = run.first_node + run.nodes;

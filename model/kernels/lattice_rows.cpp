@@ -37,39 +37,38 @@ double elements_per_node(int nodes0, int nodes1, int lanes, int folds) {
 
 }  // namespace
 
-LatticeRows::LatticeRows(const LatticeShape& shape, int lanes, bool may_fold) : shape_(shape) {
+LatticeRows::LatticeRows(const LatticeShape& lattice, int lanes, bool may_fold) : shape(lattice) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t along = 0; along < 3; ++along) {
-    const std::array<std::size_t, 3> axes = axes_from(along);
-    const int nodes0 = shape.nodes[axes[0]];
-    const int nodes1 = shape.nodes[axes[1]];
+    const std::array<std::size_t, 3> order = axes_from(along);
+    const int nodes0 = shape.nodes[order[0]];
+    const int nodes1 = shape.nodes[order[1]];
     // At least two rows per layer, so that the accesses of a vector beyond its row stay in the
     // layer.
-    for (int folds = 1; folds == 1 || (may_fold && folds <= lanes && whole(nodes1, folds) > 1);
-         folds *= 2) {
+    for (int n = 1; n == 1 || (may_fold && n <= lanes && whole(nodes1, n) > 1); n *= 2) {
       const double cost =
-          elements_per_node(nodes0, nodes1, lanes, folds) * (folds > 1 ? worth_folding : 1.0);
+          elements_per_node(nodes0, nodes1, lanes, n) * (n > 1 ? worth_folding : 1.0);
       if (cost >= least) { continue; }
       least = cost;
-      axes_ = axes;
-      folds_ = folds;
+      axes = order;
+      folds = n;
     }
   }
-  for (std::size_t n = 0; n < 3; ++n) { nodes_[n] = shape.nodes[axes_[n]]; }
-  pieces_ = lanes / folds_;
-  vectors_ = whole(nodes_[0], pieces_);
-  rows1_ = whole(nodes_[1], folds_);
+  for (std::size_t n = 0; n < 3; ++n) { nodes[n] = shape.nodes[axes[n]]; }
+  pieces = lanes / folds;
+  vectors = whole(nodes[0], pieces);
+  rows1 = whole(nodes[1], folds);
 }
 
 auto LatticeRows::place_of(int node) const -> Place {
-  const std::array<int, 3> at = shape_.place(node);
-  return {at[axes_[0]], at[axes_[1]], at[axes_[2]]};
+  const std::array<int, 3> at = shape.place(node);
+  return {at[axes[0]], at[axes[1]], at[axes[2]]};
 }
 
 std::vector<unsigned char> LatticeRows::moving(const NetworkProblem& problem) const {
-  std::vector<unsigned char> moving(count(), 0);
-  for (const int node : problem.free_nodes()) { moving[row_of(place_of(node))] = 1; }
-  return moving;
+  std::vector<unsigned char> moves(count(), 0);
+  for (const int node : problem.free_nodes()) { moves[row_of(place_of(node))] = 1; }
+  return moves;
 }
 
 long springs_between_fixed_rows(const NetworkProblem& problem, const LatticeRows& rows) {
@@ -87,12 +86,11 @@ long springs_between_fixed_rows(const NetworkProblem& problem, const LatticeRows
   return count;
 }
 
-template <class Real> std::vector<lattice::Kernels<Real>> lattice_kernels() {
-  return kernels_here(&lattice::avx512_kernels<Real>, &lattice::avx2_kernels<Real>,
-                      &lattice::baseline_kernels<Real>);
+template <> std::vector<lattice::Kernels<double>> lattice_kernels() {
+  return kernels_here(&KernelSet::lattice_double);
 }
-
-template std::vector<lattice::Kernels<double>> lattice_kernels<double>();
-template std::vector<lattice::Kernels<float>> lattice_kernels<float>();
+template <> std::vector<lattice::Kernels<float>> lattice_kernels() {
+  return kernels_here(&KernelSet::lattice_float);
+}
 
 }  // namespace palpate

@@ -220,14 +220,11 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
         std::swap(a, b);
         fixed_node = s.a;
       }
-      const Real k = static_cast<Real>(s.stiffness);
-      const Real c = static_cast<Real>(s.viscosity);
-      const Real rest = static_cast<Real>(s.rest_length);
       if (b >= 0) {
-        springs_.links.push_back({a, b, k, c, rest});
+        springs_.links.push_back(s.between<Real>(a, b));
       } else {
         const int place = places_behind[static_cast<std::size_t>(fixed_node)];
-        Anchor<Real> anchor{a, free_end + spacing_ * place, k, c, rest, {}};
+        Anchor<Real> anchor{s.between<Real>(a, free_end + spacing_ * place)};
         for (int n = 0; n < 3; ++n) { anchor.place[n] = static_cast<Real>(places(n, fixed_node)); }
         springs_.anchors.push_back(anchor);
       }
@@ -243,9 +240,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     fixed_v_.setZero(3 * nodes);
     fixed_f_.setZero(3 * nodes);
     for (const Spring& s : between_fixed) {
-      fixed_pairs_.links.push_back({3 * s.a, 3 * s.b, static_cast<Real>(s.stiffness),
-                                    static_cast<Real>(s.viscosity),
-                                    static_cast<Real>(s.rest_length)});
+      fixed_pairs_.links.push_back(s.between<Real>(3 * s.a, 3 * s.b));
     }
   }
   void remember_lengths() {

@@ -30,24 +30,20 @@ void add(Real* f, int a, int b, Real factor, const Vector3<Real>& d) noexcept {
 
 template <class Real>
 void add_forces(SpringSet<Real>& springs, const Real* q, const Real* v, Real* f) noexcept {
-  for_each_spring(springs, q, v,
-                  [&](std::size_t index, const auto& s, int b, const auto& d, const auto& w) {
-                    const Real length = std::sqrt(dot<Real>(d, d));
-                    if (!(length > static_cast<Real>(zero_length))) {
-                      if (length != length) {
-                        add(f, s.a, b, length, d);
-                      }  // NaN must reach the state
-                      return;
-                    }
-                    Real rate = dot<Real>(w, d) / length;
-                    if (springs.lagged) {
-                      rate = (length - springs.previous_length[index]) / springs.lag;
-                      springs.previous_length[index] = length;
-                    }
-                    const Real factor = spring_force<Real>(springs.law, s.stiffness, s.viscosity,
-                                                           s.rest_length, Real(1), length, rate);
-                    add(f, s.a, b, factor, d);
-                  });
+  for_each_spring(
+      springs, q, v, [&](std::size_t index, const auto& s, int b, const auto& d, const auto& w) {
+        const Real length = std::sqrt(dot<Real>(d, d));
+        if (!(length > static_cast<Real>(zero_length))) {
+          if (length != length) { add(f, s.a, b, length, d); }  // NaN must reach the state
+          return;
+        }
+        Real rate = dot<Real>(w, d) / length;
+        if (springs.lagged) {
+          rate = (length - springs.previous_length[index]) / springs.lag;
+          springs.previous_length[index] = length;
+        }
+        add(f, s.a, b, spring_force(springs.law, numbers_of<Real>(s), Real(1), length, rate), d);
+      });
 }
 
 template <class Real>
@@ -70,8 +66,11 @@ template void add_forces(SpringSet<float>&, const float*, const float*, float*) 
 template void add_damping(const SpringSet<double>&, const double*, const double*, double*) noexcept;
 template void add_damping(const SpringSet<float>&, const float*, const float*, float*) noexcept;
 
-template <class Real> std::vector<adjacency::Kernels<Real>> adjacency_kernels() {
-  return kernels_here(&adjacency::avx2_kernels<Real>, &adjacency::baseline_kernels<Real>);
+template <> std::vector<adjacency::Kernels<double>> adjacency_kernels() {
+  return kernels_here(&KernelSet::adjacency_double);
+}
+template <> std::vector<adjacency::Kernels<float>> adjacency_kernels() {
+  return kernels_here(&KernelSet::adjacency_float);
 }
 
 template <class Real> void AdjacencySprings<Real>::make_padded(const SpringSet<Real>& springs) {
@@ -103,7 +102,7 @@ double AdjacencySprings<Real>::add_with(adjacency::Force<Real> kernel, const Rea
 }
 
 template <class Real>
-void AdjacencySprings<Real>::add_group(int node, std::span<const Member> members) {
+void AdjacencySprings<Real>::add_group(int node, std::span<const Link<Real>> members) {
   const auto lanes = static_cast<std::size_t>(kernels_.lanes);
   const auto numbers_of_batch = lanes * static_cast<std::size_t>(adjacency::batch_numbers(damped_));
   adjacency::Group group{.node = adjacency::node_stride * node};
@@ -114,7 +113,7 @@ void AdjacencySprings<Real>::add_group(int node, std::span<const Member> members
     numbers_.resize(number + numbers_of_batch, Real(0));
     const std::size_t count = std::min(lanes, members.size());
     for (std::size_t n = 0; n < count; ++n) {
-      partners_[partner + n] = adjacency::node_stride * members[n].partner;
+      partners_[partner + n] = adjacency::node_stride * members[n].b;
       numbers_[number + n] = members[n].stiffness;
       numbers_[number + lanes + n] = members[n].rest_length;
       if (damped_) { numbers_[number + 2 * lanes + n] = members[n].viscosity; }
@@ -141,10 +140,10 @@ void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, i
   }
   if (spacing != adjacency::node_stride) { make_padded(springs); }
   const auto lanes = static_cast<std::size_t>(kernels_.lanes);
-  std::vector<std::vector<Member>> must(static_cast<std::size_t>(free_nodes_));
+  std::vector<std::vector<Link<Real>>> must(static_cast<std::size_t>(free_nodes_));
   for (const Anchor<Real>& s : springs.anchors) {
-    must[static_cast<std::size_t>(s.a / spacing)].push_back(
-        {s.b / spacing, s.stiffness, s.viscosity, s.rest_length});
+    const int node = s.a / spacing;
+    must[static_cast<std::size_t>(node)].push_back(s.template between<Real>(node, s.b / spacing));
   }
   std::vector<Link<Real>> links = springs.links;
   for (Link<Real>& s : links) {
@@ -155,7 +154,7 @@ void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, i
   std::ranges::stable_sort(links, {}, &Link<Real>::a);
   auto link = links.begin();
   for (int node = 0; node < static_cast<int>(free_nodes_); ++node) {
-    std::vector<Member> members = std::move(must[static_cast<std::size_t>(node)]);
+    std::vector<Link<Real>> members = std::move(must[static_cast<std::size_t>(node)]);
     const auto end =
         std::find_if(link, links.end(), [&](const Link<Real>& s) { return s.a != node; });
     const std::size_t most = members.size() + static_cast<std::size_t>(end - link);
@@ -163,10 +162,10 @@ void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, i
     const std::size_t taken = full < members.size() ? most : full;
     for (; link != end; ++link) {
       if (members.size() < taken) {
-        members.push_back({link->b, link->stiffness, link->viscosity, link->rest_length});
+        members.push_back(*link);
       } else {
         must[static_cast<std::size_t>(link->b)].push_back(
-            {node, link->stiffness, link->viscosity, link->rest_length});
+            link->template between<Real>(link->b, node));
       }
     }
     if (!members.empty()) { add_group(node, members); }
@@ -177,8 +176,6 @@ void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, i
                   ahead * static_cast<std::size_t>(adjacency::batch_numbers(damped_)));
 }
 
-template std::vector<adjacency::Kernels<double>> adjacency_kernels<double>();
-template std::vector<adjacency::Kernels<float>> adjacency_kernels<float>();
 template class AdjacencySprings<double>;
 template class AdjacencySprings<float>;
 

@@ -9,27 +9,15 @@
 #include "model/kernels/kernel_views.hpp"
 #include "model/kernels/system.hpp"
 #include "model/problem/spring_law.hpp"
+#include "model/problem/spring_network.hpp"
 
 namespace palpate {
 
 /// Spring between two free nodes; a and b are first coordinates.
-template <class Real> struct Link {
-  int a;
-  int b;
-  Real stiffness;
-  Real viscosity;
-  Real rest_length;
-};
+template <class Real> using Link = SpringOf<Real>;
 
 /// Spring from a free node to a fixed point, whose coordinates follow those of the free nodes at b.
-template <class Real> struct Anchor {
-  int a;
-  int b;
-  Real stiffness;
-  Real viscosity;
-  Real rest_length;
-  Real place[3];
-};
+template <class Real> struct Anchor : SpringOf<Real> { Real place[3]{}; };
 
 template <class Real> struct SpringSet {
   std::vector<Link<Real>> links;
@@ -65,6 +53,8 @@ void add_damping(const SpringSet<Real>& springs, const Real* q, const Real* w, R
 
 /// Returns all kernels that this processor supports, widest first.
 template <class Real> std::vector<adjacency::Kernels<Real>> adjacency_kernels();
+template <> std::vector<adjacency::Kernels<double>> adjacency_kernels();
+template <> std::vector<adjacency::Kernels<float>> adjacency_kernels();
 
 template <class Real> class AdjacencySprings {
  public:
@@ -92,14 +82,8 @@ template <class Real> class AdjacencySprings {
   }
 
  private:
-  /// Spring in the adjacency group of one of its ends.
-  struct Member {
-    int partner;  ///< node at the other end
-    Real stiffness;
-    Real viscosity;
-    Real rest_length;
-  };
-  void add_group(int node, std::span<const Member> members);
+  /// Adds the group of a node with springs from it to nodes b.
+  void add_group(int node, std::span<const Link<Real>> members);
   /// Allocates padded vectors for callers without padded vectors.
   void make_padded(const SpringSet<Real>& springs);
   double add_with(adjacency::Force<Real> kernel, const Real* q, const Real* v, Real* f) noexcept;

@@ -25,8 +25,7 @@ template <class Real> const int* rows_of(const Eigen::SparseMatrix<Real>& l, Eig
 }  // namespace
 
 std::vector<supernodes::Kernels> supernode_kernels() {
-  return kernels_here(&supernodes::avx512_kernels, &supernodes::avx2_kernels,
-                      &supernodes::baseline_kernels);
+  return kernels_here(&KernelSet::supernodes);
 }
 
 template <class Real>

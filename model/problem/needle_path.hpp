@@ -54,9 +54,9 @@ class NeedlePath {
     double share = 0.0;
   };
 
-  /// Builds the path of a needle. Throws std::invalid_argument if no node is near the line.
-  static NeedlePath of_needle(const Scene& scene, const SpringNetwork& network);
-  static NeedlePath of_probe(const Scene& scene, const SpringNetwork& network);
+  /// Builds the path of the tool of a scene, which must have a needle or a probe. Throws
+  /// std::invalid_argument if no node is near the line of the needle or below the probe.
+  NeedlePath(const Scene& scene, const SpringNetwork& network);
 
   [[nodiscard]] const Eigen::Vector3d& origin() const { return origin_; }        ///< at s = 0 [m]
   [[nodiscard]] const Eigen::Vector3d& direction() const { return direction_; }  ///< n
@@ -82,9 +82,10 @@ class NeedlePath {
     double friction = 0.0;  ///< [N/m]
     std::size_t knot = 0;   ///< contact point before it
   };
+  void of_needle(const Scene& scene, const SpringNetwork& network);
+  void of_probe(const Scene& scene, const SpringNetwork& network);
   void add_knot(double depth, const std::vector<Support>& supports);
   void lattice_knots(const Scene& scene, const SpringNetwork& network);
-  void grid_knots(const NodeGrid& grid);
   void network_knots(const SpringNetwork& network);
   void cut_into_pieces();
 
@@ -96,8 +97,5 @@ class NeedlePath {
   std::vector<Piece> pieces_;
   double bone_ = std::numeric_limits<double>::infinity();
 };
-
-/// Builds the path of the tool of a scene, which must have a needle or a probe.
-NeedlePath tool_path(const Scene& scene, const SpringNetwork& network);
 
 }  // namespace palpate

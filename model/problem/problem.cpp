@@ -39,8 +39,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Vector3d at_node(const Eigen::Ref<const Eigen::VectorXd>& q, Eigen::Index first,
-                 const NodeVectors& fallback, int node) {
+Vector3d at_node(const Coordinates& q, Eigen::Index first, const NodeVectors& fallback, int node) {
   return first < 0 ? Vector3d(fallback.col(node)) : Vector3d(q.segment<3>(first));
 }
 
@@ -103,27 +102,36 @@ Eigen::VectorXd NetworkProblem::initial_velocity() const {
   return v;
 }
 
-void NetworkProblem::force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
-                           const Eigen::Ref<const Eigen::VectorXd>& v,
-                           Eigen::Ref<Eigen::VectorXd> f) const {
-  const SpringLaw law = SpringLaw::from(printed_);
-  const Vector3d still = Vector3d::Zero();
-  f.setZero();
+template <class Visit>
+void NetworkProblem::for_each_spring(const Coordinates& q, const Coordinates& v,
+                                     Visit visit) const {
+  const auto velocity = [&](Eigen::Index first) {
+    return first < 0 ? Vector3d(Vector3d::Zero()) : Vector3d(v.segment<3>(first));
+  };
   for (const Spring& spring : network_.springs) {
     const Eigen::Index a = coordinate(spring.a);
     const Eigen::Index b = coordinate(spring.b);
-    const Vector3d d =
-        at_node(q, b, held_position(), spring.b) - at_node(q, a, held_position(), spring.a);
-    const double length = d.norm();
-    if (length < zero_length) { continue; }
-    const Vector3d velocity_a = a < 0 ? still : Vector3d(v.segment<3>(a));
-    const Vector3d velocity_b = b < 0 ? still : Vector3d(v.segment<3>(b));
-    const double rate = (velocity_b - velocity_a).dot(d) / length;
-    const Vector3d on_a = spring_force<double>(law, spring.stiffness, spring.viscosity,
-                                               spring.rest_length, d, length, rate);
-    if (a >= 0) { f.segment<3>(a) += on_a; }
-    if (b >= 0) { f.segment<3>(b) -= on_a; }
+    visit(spring, a, b,
+          Vector3d(at_node(q, b, held_position(), spring.b) -
+                   at_node(q, a, held_position(), spring.a)),
+          Vector3d(velocity(b) - velocity(a)));
   }
+}
+
+void NetworkProblem::force(double t, double gate, const Coordinates& q, const Coordinates& v,
+                           Eigen::Ref<Eigen::VectorXd> f) const {
+  const SpringLaw law = SpringLaw::from(printed_);
+  f.setZero();
+  for_each_spring(q, v,
+                  [&](const Spring& spring, Eigen::Index a, Eigen::Index b, const Vector3d& d,
+                      const Vector3d& w) {
+                    const double length = d.norm();
+                    if (length < zero_length) { return; }
+                    const Vector3d on_a =
+                        spring_force(law, numbers_of<double>(spring), d, length, w.dot(d) / length);
+                    if (a >= 0) { f.segment<3>(a) += on_a; }
+                    if (b >= 0) { f.segment<3>(b) -= on_a; }
+                  });
   for (const Load& load : loads_) {
     const double factor = load_factor(load, t, gate);
     if (factor == 0.0) { continue; }
@@ -138,28 +146,21 @@ void NetworkProblem::force(double t, double gate, const Eigen::Ref<const Eigen::
   }
 }
 
-void NetworkProblem::jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v,
-                              Eigen::SparseMatrix<double>& stiffness,
-                              Eigen::SparseMatrix<double>& damping) const {
+void NetworkProblem::jacobian(const Coordinates& q, const Coordinates& v, JacobianMatrix& stiffness,
+                              JacobianMatrix& damping) const {
   const SpringLaw law = SpringLaw::from(printed_);
-  const Vector3d still = Vector3d::Zero();
   Triplets position_triplets;
   Triplets velocity_triplets;
   position_triplets.reserve(36 * network_.springs.size());
   velocity_triplets.reserve(36 * network_.springs.size());
-  for (const Spring& spring : network_.springs) {
-    const Eigen::Index a = coordinate(spring.a);
-    const Eigen::Index b = coordinate(spring.b);
-    const Vector3d d =
-        at_node(q, b, held_position(), spring.b) - at_node(q, a, held_position(), spring.a);
-    const Vector3d velocity_a = a < 0 ? still : Vector3d(v.segment<3>(a));
-    const Vector3d velocity_b = b < 0 ? still : Vector3d(v.segment<3>(b));
-    const SpringGradient<double> gradient =
-        spring_gradient<double>(law, numbers_of<double>(spring), d, velocity_b - velocity_a);
-    add_blocks(position_triplets, a, b, gradient.position);
-    add_blocks(velocity_triplets, a, b, gradient.velocity);
-  }
+  for_each_spring(q, v,
+                  [&](const Spring& spring, Eigen::Index a, Eigen::Index b, const Vector3d& d,
+                      const Vector3d& w) {
+                    const auto gradient =
+                        spring_gradient<double>(law, numbers_of<double>(spring), d, w);
+                    add_blocks(position_triplets, a, b, gradient.position);
+                    add_blocks(velocity_triplets, a, b, gradient.velocity);
+                  });
   for (Eigen::Index i = 0; i < dof(); i += 3) {  // free nodes without springs need a block as well
     add_blocks(position_triplets, i, -1, Matrix3d::Zero());
     add_blocks(velocity_triplets, i, -1, Matrix3d::Zero());
@@ -188,14 +189,13 @@ double NetworkProblem::shortest_feature() const {
   return shortest;
 }
 
-double NetworkProblem::energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v) const {
+double NetworkProblem::energy(const Coordinates& q, const Coordinates& v) const {
   double energy = 0.5 * v.cwiseAbs2().dot(mass_);
-  for (const Spring& spring : network_.springs) {
-    const Vector3d d = at_node(q, coordinate(spring.b), held_position(), spring.b) -
-                       at_node(q, coordinate(spring.a), held_position(), spring.a);
-    energy += 0.5 * add_twice_energy(numbers_of<double>(spring), d.norm(), 0.0);
-  }
+  for_each_spring(
+      q, v,
+      [&](const Spring& spring, Eigen::Index, Eigen::Index, const Vector3d& d, const Vector3d&) {
+        energy += 0.5 * add_twice_energy(numbers_of<double>(spring), d.norm(), 0.0);
+      });
   for (const int i : free_) {
     energy -= network_.mass(i) * gravity_.dot(q.segment<3>(coordinate(i)));
   }
@@ -213,17 +213,14 @@ Eigen::VectorXd OscillatorProblem::initial_velocity() const {
   return Eigen::VectorXd::Constant(1, oscillator_.velocity);
 }
 
-void OscillatorProblem::force(double t, double /*gate*/, const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v,
+void OscillatorProblem::force(double t, double /*gate*/, const Coordinates& q, const Coordinates& v,
                               Eigen::Ref<Eigen::VectorXd> f) const {
   f(0) = oscillator_.drive_amplitude * std::cos(oscillator_.drive_frequency * t) -
          oscillator_.stiffness * q(0) - oscillator_.viscosity * v(0);
 }
 
-void OscillatorProblem::jacobian(const Eigen::Ref<const Eigen::VectorXd>& /*q*/,
-                                 const Eigen::Ref<const Eigen::VectorXd>& /*v*/,
-                                 Eigen::SparseMatrix<double>& stiffness,
-                                 Eigen::SparseMatrix<double>& damping) const {
+void OscillatorProblem::jacobian(const Coordinates& /*q*/, const Coordinates& /*v*/,
+                                 JacobianMatrix& stiffness, JacobianMatrix& damping) const {
   for (auto* matrix : {&stiffness, &damping}) {
     matrix->resize(1, 1);
     matrix->insert(0, 0) = matrix == &stiffness ? oscillator_.stiffness : oscillator_.viscosity;
@@ -238,8 +235,7 @@ double OscillatorProblem::shortest_feature() const {
   return 2.0 * std::numbers::pi / std::abs(oscillator_.drive_frequency);
 }
 
-double OscillatorProblem::energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                                 const Eigen::Ref<const Eigen::VectorXd>& v) const {
+double OscillatorProblem::energy(const Coordinates& q, const Coordinates& v) const {
   return 0.5 * oscillator_.mass * v(0) * v(0) + 0.5 * oscillator_.stiffness * q(0) * q(0);
 }
 

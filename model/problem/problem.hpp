@@ -18,6 +18,7 @@ template <typename Scalar, int Options, typename StorageIndex> class SparseMatri
 namespace palpate {
 
 using JacobianMatrix = Eigen::SparseMatrix<double, 0, int>;  ///< of <Eigen/SparseCore>
+using Coordinates = Eigen::Ref<const Eigen::VectorXd>;       ///< positions or velocities
 
 /// Equation of motion, smooth between the breaks at which loads switch. The activation time `gate`
 /// determines the active loads: an integrator passes the beginning of its step, a reference solver
@@ -30,20 +31,17 @@ class Problem {
   [[nodiscard]] virtual Eigen::VectorXd initial_position() const = 0;
   [[nodiscard]] virtual Eigen::VectorXd initial_velocity() const = 0;
   /// Computes the total force per coordinate [N]; q [m], v [m/s].
-  virtual void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
-                     const Eigen::Ref<const Eigen::VectorXd>& v,
+  virtual void force(double t, double gate, const Coordinates& q, const Coordinates& v,
                      Eigen::Ref<Eigen::VectorXd> f) const = 0;
   /// Computes the exact K = -df/dq and C = -df/dv. The sparsity pattern is the same on every call.
-  virtual void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                        const Eigen::Ref<const Eigen::VectorXd>& v, JacobianMatrix& stiffness,
+  virtual void jacobian(const Coordinates& q, const Coordinates& v, JacobianMatrix& stiffness,
                         JacobianMatrix& damping) const = 0;
   /// Returns the times at which a load begins or ends [s], sorted and without duplicates.
   [[nodiscard]] virtual std::vector<double> breaks() const = 0;
   /// Returns the shortest time over which a load changes [s]; infinite if all loads are constant.
   [[nodiscard]] virtual double shortest_feature() const = 0;
   /// Returns the sum of kinetic energy, elastic energy and potential energy of gravity [J].
-  [[nodiscard]] virtual double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                                      const Eigen::Ref<const Eigen::VectorXd>& v) const = 0;
+  [[nodiscard]] virtual double energy(const Coordinates& q, const Coordinates& v) const = 0;
 };
 
 /// Returns a load's profile at time t if `gate` is in [start, end), otherwise 0.
@@ -93,16 +91,13 @@ class NetworkProblem final : public Problem {
   [[nodiscard]] const Eigen::VectorXd& mass() const override { return mass_; }
   [[nodiscard]] Eigen::VectorXd initial_position() const override;
   [[nodiscard]] Eigen::VectorXd initial_velocity() const override;
-  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
-             const Eigen::Ref<const Eigen::VectorXd>& v,
+  void force(double t, double gate, const Coordinates& q, const Coordinates& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
-  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, JacobianMatrix& stiffness,
+  void jacobian(const Coordinates& q, const Coordinates& v, JacobianMatrix& stiffness,
                 JacobianMatrix& damping) const override;
   [[nodiscard]] std::vector<double> breaks() const override;
   [[nodiscard]] double shortest_feature() const override;
-  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v) const override;
+  [[nodiscard]] double energy(const Coordinates& q, const Coordinates& v) const override;
 
   [[nodiscard]] const SpringNetwork& network() const { return network_; }
   [[nodiscard]] const std::vector<Load>& loads() const { return loads_; }
@@ -119,6 +114,11 @@ class NetworkProblem final : public Problem {
   }
 
  private:
+  /// Calls visit(spring, a, b, d, w) for each spring, with the first coordinates of its ends, -1 if
+  /// fixed, d = x_b - x_a and w = v_b - v_a.
+  template <class Visit>
+  void for_each_spring(const Coordinates& q, const Coordinates& v, Visit visit) const;
+
   SpringNetwork network_;
   std::vector<Load> loads_;
   Eigen::Vector3d gravity_;
@@ -137,16 +137,13 @@ class OscillatorProblem final : public Problem {
   [[nodiscard]] const Eigen::VectorXd& mass() const override { return mass_; }
   [[nodiscard]] Eigen::VectorXd initial_position() const override;
   [[nodiscard]] Eigen::VectorXd initial_velocity() const override;
-  void force(double t, double gate, const Eigen::Ref<const Eigen::VectorXd>& q,
-             const Eigen::Ref<const Eigen::VectorXd>& v,
+  void force(double t, double gate, const Coordinates& q, const Coordinates& v,
              Eigen::Ref<Eigen::VectorXd> f) const override;
-  void jacobian(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& v, JacobianMatrix& stiffness,
+  void jacobian(const Coordinates& q, const Coordinates& v, JacobianMatrix& stiffness,
                 JacobianMatrix& damping) const override;
   [[nodiscard]] std::vector<double> breaks() const override { return {}; }
   [[nodiscard]] double shortest_feature() const override;
-  [[nodiscard]] double energy(const Eigen::Ref<const Eigen::VectorXd>& q,
-                              const Eigen::Ref<const Eigen::VectorXd>& v) const override;
+  [[nodiscard]] double energy(const Coordinates& q, const Coordinates& v) const override;
   [[nodiscard]] const Oscillator& oscillator() const { return oscillator_; }
 
  private:

@@ -50,13 +50,13 @@ std::size_t flat_samples(std::span<const double> values, double extreme, std::si
   return total;
 }
 
-void count_gaps(Recording& recording, const DefectRules& rules) {
-  const double period = sampling_of(recording.time, rules).period;
+void count_gaps(Recording& recording) {
+  const double period = sampling_of(recording.time).period;
   recording.defects.gaps = 0;
   recording.defects.missing = 0;
   for (std::size_t n = 1; n < recording.time.size(); ++n) {
     const double periods = (recording.time[n] - recording.time[n - 1]) / period;
-    if (periods <= rules.gap_periods) { continue; }
+    if (periods <= DefectRules::gap_periods) { continue; }
     ++recording.defects.gaps;
     recording.defects.missing +=
         static_cast<std::size_t>(std::round(std::fmin(periods, most_missing))) - 1;
@@ -65,7 +65,7 @@ void count_gaps(Recording& recording, const DefectRules& rules) {
 
 }  // namespace
 
-Sampling sampling_of(std::span<const double> time, const DefectRules& rules) {
+Sampling sampling_of(std::span<const double> time) {
   std::vector<double> steps = steps_of(time);
   if (steps.empty()) { return {}; }
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
@@ -75,7 +75,7 @@ Sampling sampling_of(std::span<const double> time, const DefectRules& rules) {
   double near = 0.0, uneven = 0.0, gaps = 0.0;
   for (const double step : steps) {
     const double off = std::abs(step - sampling.period);
-    const bool gap = step > rules.gap_periods * sampling.period;
+    const bool gap = step > DefectRules::gap_periods * sampling.period;
     gaps += gap ? 1.0 : 0.0;
     uneven += !gap && off > uneven_by * sampling.period ? 1.0 : 0.0;
     if (off > near_median * sampling.period) { continue; }
@@ -105,25 +105,25 @@ void leave_out_rows_out_of_order(Recording& recording) {
   }
 }
 
-void count_defects(Recording& recording, const DefectRules& rules,
-                   std::span<const char> reported_out_of_range) {
+void count_defects(Recording& recording, std::span<const char> reported_out_of_range) {
   RecordingDefects& defects = recording.defects;
   defects.not_finite = clear_what_is_not_finite(recording.pressure);
   clear_what_is_not_finite(recording.depth);
   clear_what_is_not_finite(recording.force);
-  count_gaps(recording, rules);
+  count_gaps(recording);
   defects.out_of_range = 0;
   for (std::size_t n = 0; n < recording.pressure.size(); ++n) {
     const double pressure = recording.pressure[n];
     const bool reported = n < reported_out_of_range.size() && reported_out_of_range[n] != 0;
-    const bool out = pressure < rules.least_pressure || pressure > rules.largest_pressure;
+    const bool out =
+        pressure < DefectRules::least_pressure || pressure > DefectRules::largest_pressure;
     defects.out_of_range += reported || out ? 1 : 0;
   }
   const Extremes extremes = extremes_of(recording.pressure);
   defects.clipped = 0;
   if (!(extremes.least < extremes.largest)) { return; }  // a constant signal is not clipped
   for (const double extreme : {extremes.least, extremes.largest}) {
-    defects.clipped += flat_samples(recording.pressure, extreme, rules.flat_run);
+    defects.clipped += flat_samples(recording.pressure, extreme, DefectRules::flat_run);
   }
 }
 

@@ -56,13 +56,13 @@ struct Recording {
 
 struct DefectRules {
   /// Lower limit of the gauge pressure [Pa]: vacuum at sea level (ISO 2533).
-  double least_pressure = -101325.0;
+  static constexpr double least_pressure = -101325.0;
   /// Upper limit of the gauge pressure [Pa]: half a step above that of the raw link.
-  double largest_pressure = 3276.75 * pascals_per_mmhg;
+  static constexpr double largest_pressure = 3276.75 * pascals_per_mmhg;
   /// Equal consecutive samples at an extreme that are clipped; a tenth of a second of the raw link.
-  std::size_t flat_run = 12;
+  static constexpr std::size_t flat_run = 12;
   /// Steps longer than this many periods are gaps: halfway to a step with one missing sample.
-  double gap_periods = 1.5;
+  static constexpr double gap_periods = 1.5;
 };
 
 /// Statistics of the sample times. All values are zero if there are fewer than two samples.
@@ -73,7 +73,7 @@ struct Sampling {
   double shortest = 0.0;  ///< [s]
   double longest = 0.0;   ///< [s]
 };
-Sampling sampling_of(std::span<const double> time, const DefectRules& rules = {});
+Sampling sampling_of(std::span<const double> time);
 
 /// Removes and counts rows whose time is NaN or not after that of the row before.
 void leave_out_rows_out_of_order(Recording& recording);
@@ -82,8 +82,7 @@ void leave_out_rows_out_of_order(Recording& recording);
 /// order of time; replaces earlier counts. `reported_out_of_range` has one entry per sample,
 /// non-zero if the transducer reported an overrange; empty if it has no such flag. Infinite values
 /// become NaN.
-void count_defects(Recording& recording, const DefectRules& rules = {},
-                   std::span<const char> reported_out_of_range = {});
+void count_defects(Recording& recording, std::span<const char> reported_out_of_range = {});
 
 /// Returns the reason why a recording cannot be used, as "found; allowed"; empty for a usable
 /// recording. A constant pressure is usable.

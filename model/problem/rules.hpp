@@ -10,10 +10,10 @@
 
 namespace palpate {
 
-/// Formats a number with at most six digits for messages.
-inline std::string number_in_words(double value) {
+/// Formats a number with at most `digits` digits for messages.
+inline std::string number_in_words(double value, int digits = 6) {
   std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%g", value);
+  std::snprintf(buffer.data(), buffer.size(), "%.*g", digits, value);
   return buffer.data();
 }
 

@@ -82,12 +82,10 @@ struct SpringLaw {
 /// Returns the force [N] on end a; the force on end b is opposite. d = x_b - x_a [m],
 /// extension_rate = L' [m/s].
 template <class Real, class Vector>
-Vector spring_force(const SpringLaw& law, Real stiffness, Real viscosity, Real rest_length,
-                    const Vector& d, Real length, Real extension_rate) noexcept {
-  const SpringNumbers<Real> spring =
-      law.with_signs(SpringNumbers<Real>{stiffness, rest_length, viscosity});
-  const Real tension =
-      static_cast<Real>(law.scale) * SpringTension<>::of(spring, length, extension_rate);
+Vector spring_force(const SpringLaw& law, const SpringNumbers<Real>& spring, const Vector& d,
+                    Real length, Real extension_rate) noexcept {
+  const Real tension = static_cast<Real>(law.scale) *
+                       SpringTension<>::of(law.with_signs(spring), length, extension_rate);
   return (law.along_displacement ? tension : tension / length) * d;
 }
 

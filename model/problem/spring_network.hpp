@@ -14,13 +14,20 @@
 namespace palpate {
 
 /// Spring with damper. The force on node a is (k (L - L0) + c L') u, with u from a to b.
-struct Spring {
+template <class Real> struct SpringOf {
   int a = 0;
   int b = 0;
-  double stiffness = 0.0;    ///< k  [N/m]
-  double viscosity = 0.0;    ///< c  [N s/m]
-  double rest_length = 0.0;  ///< L0 [m]
+  Real stiffness{};    ///< k  [N/m]
+  Real viscosity{};    ///< c  [N s/m]
+  Real rest_length{};  ///< L0 [m]
+
+  /// Returns the spring in another precision, between other ends.
+  template <class To> [[nodiscard]] SpringOf<To> between(int to_a, int to_b) const {
+    return {to_a, to_b, static_cast<To>(stiffness), static_cast<To>(viscosity),
+            static_cast<To>(rest_length)};
+  }
 };
+using Spring = SpringOf<double>;
 
 /// Numbering of the nodes of a regular lattice: x fastest, then y, then z.
 struct LatticeShape {

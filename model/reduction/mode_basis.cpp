@@ -19,7 +19,7 @@ std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& pr
     if (!on.empty()) { load_cases.push_back({.on = std::move(on), .direction = direction}); }
   };
   if (scene.needle || scene.probe) {
-    const NeedlePath path = tool_path(scene, problem.network());
+    const NeedlePath path(scene, problem.network());
     for (const NeedlePath::Knot& knot : path.knots()) {
       const auto supports = path.supports(knot);
       for (int axis = 0; axis < 3; ++axis) {
@@ -39,7 +39,7 @@ std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& pr
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network) {
   std::vector<int> nodes;
   if (!scene.needle && !scene.probe) { return nodes; }
-  const NeedlePath path = tool_path(scene, network);
+  const NeedlePath path(scene, network);
   for (const NeedlePath::Knot& knot : path.knots()) {
     for (const NeedlePath::Support& support : path.supports(knot)) {
       nodes.push_back(support.node);

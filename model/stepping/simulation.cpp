@@ -123,8 +123,7 @@ Eigen::Vector3d Simulation::Core::force(const Item& item) noexcept {
     const double length = d.norm();
     if (length < zero_length) { continue; }
     const double rate = (velocity(s.b) - velocity(s.a)).dot(d) / length;
-    const Eigen::Vector3d on_a =
-        spring_force<double>(law_, s.stiffness, s.viscosity, s.rest_length, d, length, rate);
+    const Eigen::Vector3d on_a = spring_force(law_, numbers_of<double>(s), d, length, rate);
     total += s.a == item.node ? on_a : Eigen::Vector3d(-on_a);
   }
   return total;
@@ -431,7 +430,7 @@ std::size_t Simulation::spring_count() const noexcept { return core_->spring_cou
 double Simulation::awake_share() const noexcept { return core_->awake_share(); }
 std::size_t Simulation::memory_bytes() const noexcept { return core_->memory_bytes(); }
 
-void Simulation::node_positions(Eigen::Ref<NodeVectors> all) noexcept {
+void Simulation::node_positions(Eigen::Ref<NodeVectors> all) const noexcept {
   for (int node = 0; node < static_cast<int>(all.cols()); ++node) {
     all.col(node) = core_->position(node);
   }
@@ -439,9 +438,7 @@ void Simulation::node_positions(Eigen::Ref<NodeVectors> all) noexcept {
 NodeVectors Simulation::node_positions() const {
   if (core_->network == nullptr) { return {}; }
   NodeVectors all(3, core_->network->network().node_count());
-  for (int node = 0; node < static_cast<int>(all.cols()); ++node) {
-    all.col(node) = core_->position(node);
-  }
+  node_positions(all);
   return all;
 }
 

@@ -50,7 +50,7 @@ class Simulation {
   /// Positions of all nodes [m], 3 x nodes; empty for the oscillator.
   [[nodiscard]] NodeVectors node_positions() const;
   /// Writes the positions of all nodes [m] without allocating; `all` is 3 x nodes.
-  void node_positions(Eigen::Ref<NodeVectors> all) noexcept;
+  void node_positions(Eigen::Ref<NodeVectors> all) const noexcept;
   /// Kinetic plus elastic energy and the potential of gravity [J].
   [[nodiscard]] double energy() noexcept;
   /// Position and velocity of the tool; zero without a tool.

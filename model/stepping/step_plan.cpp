@@ -3,9 +3,7 @@
 #include "model/stepping/step_plan.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -15,6 +13,7 @@
 #include "model/kernels/lattice_rows.hpp"
 #include "model/kernels/list_network.hpp"
 #include "model/kernels/spring_kernels.hpp"
+#include "model/problem/rules.hpp"
 #include "model/reduction/mode_basis.hpp"
 #include "model/reduction/reduced_network.hpp"
 #include "model/stepping/integrator.hpp"
@@ -35,11 +34,7 @@ constexpr int most_automatic_substeps_with_tool = 25;
 constexpr std::size_t most_nodes_factorised = 8000;
 constexpr int most_automatic_substeps_of_many = 1000;
 
-std::string number(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
-  return buffer.data();
-}
+std::string number(double value) { return number_in_words(value, 3); }
 
 /// Returns the number of substeps per tick that keeps h at stability_margin of the limit.
 double substeps_for(double step, double limit) {
@@ -151,8 +146,8 @@ void choose_threads(const Scene& scene, const std::optional<LatticeRows>& rows, 
     plan.warnings.emplace_back("one thread: rows that may sleep are not shared out");
     return;
   }
-  const int layers = rows->nodes()[2];
-  plan.threads = most_lattice_threads(layers, rows->vectors(), wanted);
+  const int layers = rows->nodes[2];
+  plan.threads = most_lattice_threads(layers, rows->vectors, wanted);
   if (plan.threads < wanted) {
     plan.warnings.push_back(std::to_string(plan.threads) + " of " + std::to_string(wanted) +
                             " threads: each takes two layers or more of " + std::to_string(layers) +
@@ -188,36 +183,27 @@ void choose_sleep(const Scene& scene, const NetworkProblem& problem, StepPlan& p
 
 void list_skipped(const Scene& scene, const NetworkProblem& problem,
                   const std::optional<LatticeRows>& rows, StepPlan& plan) {
-  const auto& springs = problem.network().springs;
-  const auto fixed_pairs = [&] {
-    return std::ranges::count_if(springs, [&](const Spring& s) {
-      return problem.coordinate(s.a) < 0 && problem.coordinate(s.b) < 0;
-    });
-  };
-  const auto fixed_nodes =
-      problem.network().node_count() - static_cast<Eigen::Index>(problem.free_nodes().size());
-  if (!is_damped(springs)) {
-    plan.skipped.emplace_back("dampers: every spring has zero viscosity");
-  }
+  const SpringNetwork& network = problem.network();
   // SIMD lanes process complete rows: fixed nodes among free ones are computed with zero inverse
   // mass.
-  const long left_out = rows ? springs_between_fixed_rows(problem, *rows) : fixed_pairs();
-  if (left_out > 0) {
-    plan.skipped.push_back("springs between fixed nodes: " + std::to_string(left_out));
-  }
-  if (fixed_nodes > 0 && !rows) {
-    plan.skipped.push_back("stepping of fixed nodes: " + std::to_string(fixed_nodes));
-  }
-  if (scene.tissue.gravity.isZero()) { plan.skipped.emplace_back("gravity: zero"); }
-  if (scene.loads.empty()) { plan.skipped.emplace_back("loads: the scene has none"); }
-  if (!scene.needle) { plan.skipped.emplace_back("needle and shaft friction: the scene has none"); }
-  if (!scene.probe) { plan.skipped.emplace_back("probe: the scene has none"); }
-  if (!scene.syringe) { plan.skipped.emplace_back("syringe: the scene has none"); }
-  if (!scene.drive || scene.drive->kind != Drive::Kind::falcon) {
-    plan.skipped.emplace_back("haptic device: the scene has none");
-  }
-  if (!scene.simulation.printed.any()) {
-    plan.skipped.emplace_back("printed forms of the paper: none is selected");
+  const long springs = rows ? springs_between_fixed_rows(problem, *rows)
+                            : std::ranges::count_if(network.springs, [&](const Spring& s) {
+                                return network.is_fixed(s.a) && network.is_fixed(s.b);
+                              });
+  const long nodes = rows ? 0 : network.node_count() - std::ssize(problem.free_nodes());
+  const bool device = scene.drive && scene.drive->kind == Drive::Kind::falcon;
+  for (auto& [skipped, text] : std::initializer_list<std::pair<bool, std::string>>{
+           {!is_damped(network.springs), "dampers: every spring has zero viscosity"},
+           {springs > 0, "springs between fixed nodes: " + std::to_string(springs)},
+           {nodes > 0, "stepping of fixed nodes: " + std::to_string(nodes)},
+           {scene.tissue.gravity.isZero(), "gravity: zero"},
+           {scene.loads.empty(), "loads: the scene has none"},
+           {!scene.needle, "needle and shaft friction: the scene has none"},
+           {!scene.probe, "probe: the scene has none"},
+           {!scene.syringe, "syringe: the scene has none"},
+           {!device, "haptic device: the scene has none"},
+           {!scene.simulation.printed.any(), "printed forms of the paper: none is selected"}}) {
+    if (skipped) { plan.skipped.push_back(text); }
   }
 }
 

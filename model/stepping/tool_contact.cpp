@@ -23,8 +23,7 @@ std::string_view name_of(ToolEvent event) {
   return "withdrawn";
 }
 
-ToolState::ToolState(const Scene& scene, const SpringNetwork& network)
-    : path_(tool_path(scene, network)) {
+ToolState::ToolState(const Scene& scene, const SpringNetwork& network) : path_(scene, network) {
   if (scene.syringe) { syringe_.emplace(*scene.syringe); }
 }
 

@@ -17,13 +17,24 @@ inline std::size_t grid_index(const GridCount& count, int i, int j, int l) {
          static_cast<std::size_t>(i);
 }
 
-/// Calls visit(i, j, l) for all places in order of their index.
-template <class Visit> void for_each_place(const GridCount& count, Visit visit) {
-  for (int l = 0; l < count[2]; ++l) {
-    for (int j = 0; j < count[1]; ++j) {
-      for (int i = 0; i < count[0]; ++i) { visit(i, j, l); }
+/// Calls visit(i, j, l) for the places from `low` to `high`, both included, in order of their
+/// index.
+template <class Visit>
+void for_each_between(const std::array<int, 3>& low, const std::array<int, 3>& high, Visit visit) {
+  for (int l = low[2]; l <= high[2]; ++l) {
+    for (int j = low[1]; j <= high[1]; ++j) {
+      for (int i = low[0]; i <= high[0]; ++i) { visit(i, j, l); }
     }
   }
+}
+
+/// Calls visit(i, j, l) for all places in order of their index.
+template <class Visit> void for_each_place(const GridCount& count, Visit visit) {
+  for_each_between({0, 0, 0}, {count[0] - 1, count[1] - 1, count[2] - 1}, visit);
+}
+/// Calls visit(i, j) for all columns along z, x fastest.
+template <class Visit> void for_each_column(const GridCount& count, Visit visit) {
+  for_each_place({count[0], count[1], 1}, [&](int i, int j, int) { visit(i, j); });
 }
 
 /// Returns the number of cells between neighbouring nodes of a grid.
@@ -47,11 +58,7 @@ void for_each_cell_around(const GridCount& nodes, const std::array<int, 3>& a,
     low[n] = std::max(step[n] == 1 ? a[n] : a[n] - 1, 0);
     high[n] = std::min(step[n] == -1 ? a[n] - 1 : a[n], nodes[n] - 2);
   }
-  for (int l = low[2]; l <= high[2]; ++l) {
-    for (int j = low[1]; j <= high[1]; ++j) {
-      for (int i = low[0]; i <= high[0]; ++i) { visit(i, j, l); }
-    }
-  }
+  for_each_between(low, high, visit);
 }
 
 }  // namespace palpate

@@ -149,6 +149,13 @@ AxisMap map_of(FileAxis inward, const ImageVolume& image) {
   return map;
 }
 
+/// Calls visit(a, b) for the column (i, j) and its eight neighbours in a grid, first index fastest.
+template <class Visit> void for_each_beside(const GridCount& count, int i, int j, Visit visit) {
+  for_each_between({std::max(i - 1, 0), std::max(j - 1, 0), 0},
+                   {std::min(i + 1, count[0] - 1), std::min(j + 1, count[1] - 1), 0},
+                   [&](int a, int b, int) { visit(a, b); });
+}
+
 class Sampler {
  public:
   explicit Sampler(const ImageVolume& image) : image_(image) {}
@@ -157,11 +164,10 @@ class Sampler {
   [[nodiscard]] double mean(int i, int j, int l) const {
     double sum = 0.0;
     int pixels = 0;
-    for (int y = std::max(j - 1, 0); y <= std::min(j + 1, image_.count[1] - 1); ++y) {
-      for (int x = std::max(i - 1, 0); x <= std::min(i + 1, image_.count[0] - 1); ++x, ++pixels) {
-        sum += static_cast<double>(image_.at(x, y, l));
-      }
-    }
+    for_each_beside(image_.count, i, j, [&](int x, int y) {
+      sum += static_cast<double>(image_.at(x, y, l));
+      ++pixels;
+    });
     return sum / pixels;
   }
 
@@ -294,8 +300,6 @@ ImageSamples sample_image(const ImageVolume& image, const ImageVolume* labels,
 
 namespace {
 
-using Eigen::Vector3d;
-
 class ImageNodes {
  public:
   ImageNodes(ImageSamples samples, const ImageSettings& settings,
@@ -346,23 +350,19 @@ class ImageNodes {
     if (!settings_.air) { return; }
     const NodeGrid& grid = tissue_.nodes;
     Eigen::ArrayXXi skin(grid.count[0], grid.count[1]);
-    for (int j = 0; j < grid.count[1]; ++j) {
-      for (int i = 0; i < grid.count[0]; ++i) {
-        int& l = skin(i, j) = 0;
-        while (l < grid.count[2] && dark(grid.index(i, j, l))) { ++l; }
-      }
-    }
+    for_each_column(grid.count, [&](int i, int j) {
+      int& l = skin(i, j) = 0;
+      while (l < grid.count[2] && dark(grid.index(i, j, l))) { ++l; }
+    });
     bool all = true;
-    for (int j = 0; j < grid.count[1]; ++j) {
-      for (int i = 0; i < grid.count[0]; ++i) {
-        const int depth = without_outlier(skin, i, j);
-        for (int l = 0; l < depth; ++l) {
-          const std::size_t place = grid.index(i, j, l);
-          if (!labelled(place)) { tissue_.nodes.node[place] = -1; }
-        }
-        all = all && depth == grid.count[2];
+    for_each_column(grid.count, [&](int i, int j) {
+      const int depth = without_outlier(skin, i, j);
+      for (int l = 0; l < depth; ++l) {
+        const std::size_t place = grid.index(i, j, l);
+        if (!labelled(place)) { tissue_.nodes.node[place] = -1; }
       }
-    }
+      all = all && depth == grid.count[2];
+    });
     if (all) {
       broken_.push_back({"tissue.mri.air", "all of the region is darker; must leave some tissue"});
     }
@@ -371,15 +371,9 @@ class ImageNodes {
   /// Returns the skin index without outliers. Noise in air and gaps in the skin are one line wide:
   /// an index more than two nodes from the median of itself and its neighbours is replaced by the
   /// median.
-  static int without_outlier(const Eigen::ArrayXXi& skin, int i, int j) {
+  [[nodiscard]] int without_outlier(const Eigen::ArrayXXi& skin, int i, int j) const {
     std::vector<int> around;
-    for (int b = std::max(j - 1, 0); b <= std::min<int>(j + 1, static_cast<int>(skin.cols()) - 1);
-         ++b) {
-      for (int a = std::max(i - 1, 0); a <= std::min<int>(i + 1, static_cast<int>(skin.rows()) - 1);
-           ++a) {
-        around.push_back(skin(a, b));
-      }
-    }
+    for_each_beside(tissue_.nodes.count, i, j, [&](int a, int b) { around.push_back(skin(a, b)); });
     const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
     std::ranges::nth_element(around, middle);
     return std::abs(skin(i, j) - *middle) > 2 ? *middle : skin(i, j);

@@ -50,7 +50,7 @@ SpringNetwork lattice_nodes(const LatticeShape& shape) {
 /// or -1.
 template <class NodeAt, class Visit>
 void for_each_node(const GridCount& count, int l, NodeAt node_at, Visit visit) {
-  for_each_place({count[0], count[1], 1}, [&](int i, int j, int) {
+  for_each_column(count, [&](int i, int j) {
     const int node = node_at(i, j, l);
     if (node >= 0) { visit(std::array{i, j, l}, node); }
   });
@@ -93,8 +93,7 @@ class CellLayers {
     for (auto& layer : layers_) { layer.resize(grid_index(cells_of(shape.nodes), 0, 0, 1)); }
   }
   void ask(int l) {
-    const GridCount cells = cells_of(shape_.nodes);
-    for_each_place({cells[0], cells[1], 1}, [&](int i, int j, int) {
+    for_each_column(cells_of(shape_.nodes), [&](int i, int j) {
       const CellMaterial material = cell_(i, j, l);
       const BondStiffness k =
           bond_stiffness(material.youngs_modulus, shape_.spacing, shape_.connectivity);

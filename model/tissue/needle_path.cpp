@@ -308,12 +308,6 @@ void NeedlePath::network_knots(const SpringNetwork& network) {
   }
 }
 
-void NeedlePath::grid_knots(const NodeGrid& grid) {
-  for (const PlaneCrossing& crossing : plane_crossings(grid, origin_, direction_)) {
-    add_knot(crossing.depth, crossing.supports);
-  }
-}
-
 void NeedlePath::cut_into_pieces() {
   for (std::size_t k = 0; k + 1 < knots_.size(); ++k) {
     for (const PathInterval& interval : intervals_) {
@@ -322,36 +316,30 @@ void NeedlePath::cut_into_pieces() {
       if (end > begin) { pieces_.push_back({begin, end, interval.friction, k}); }
     }
   }
-  for (const PathInterval& interval : intervals_) {
-    if (interval.role == TissueRole::bone) {
-      bone_ = interval.begin;
-      break;
-    }
-  }
+  const auto bone = std::ranges::find(intervals_, TissueRole::bone, &PathInterval::role);
+  if (bone != intervals_.end()) { bone_ = bone->begin; }
 }
 
-NeedlePath NeedlePath::of_needle(const Scene& scene, const SpringNetwork& network) {
-  NeedlePath path;
-  path.origin_ = {scene.needle->entry.x(), scene.needle->entry.y(), 0.0};
-  path.direction_ = scene.needle->direction.normalized();
+void NeedlePath::of_needle(const Scene& scene, const SpringNetwork& network) {
+  origin_.head<2>() = scene.needle->entry;
+  direction_ = scene.needle->direction.normalized();
   if (const std::optional<NodeGrid> grid = uneven_grid(scene)) {
-    path.grid_knots(*grid);
+    for (const PlaneCrossing& crossing : plane_crossings(*grid, origin_, direction_)) {
+      add_knot(crossing.depth, crossing.supports);
+    }
   } else if (scene.tissue.source == Source::network) {
-    path.network_knots(network);
+    network_knots(network);
   } else {
-    path.lattice_knots(scene, network);
+    lattice_knots(scene, network);
   }
-  if (path.knots_.empty()) { throw std::invalid_argument("no node lies near the needle's line"); }
-  path.intervals_ =
-      intervals_along(scene, path.origin_, path.direction_, path.knots_.front().depth);
-  path.cut_into_pieces();
-  return path;
+  if (knots_.empty()) { throw std::invalid_argument("no node lies near the needle's line"); }
+  intervals_ = intervals_along(scene, origin_, direction_, knots_.front().depth);
+  cut_into_pieces();
 }
 
-NeedlePath NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
-  NeedlePath path;
+void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
   const Probe& probe = *scene.probe;
-  path.origin_ = {probe.entry.x(), probe.entry.y(), 0.0};
+  origin_.head<2>() = probe.entry;
   const std::optional<NodeGrid> grid = uneven_grid(scene);
   const std::vector<int> skin =
       grid ? skin_nodes(*grid) : face_nodes(network.rest_position, Face::z_min);
@@ -364,19 +352,17 @@ NeedlePath NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network
   // computed by sampling.
   constexpr int samples = 16;
   for (const int node : skin) {
-    const Vector3d at = network.rest_position.col(node) - path.origin_;
+    const Vector3d at = network.rest_position.col(node) - origin_;
     int covered = 0;
-    for (int j = 0; j < samples; ++j) {
-      for (int i = 0; i < samples; ++i) {
-        const double x = at.x() + a.x() * ((i + 0.5) / samples - 0.5);
-        const double y = at.y() + a.y() * ((j + 0.5) / samples - 0.5);
-        const bool inside =
-            probe.shape == Probe::Shape::fingertip
-                ? std::hypot(x, y) <= 0.5 * probe.size.x()
-                : std::abs(x) <= 0.5 * probe.size.x() && std::abs(y) <= 0.5 * probe.size.y();
-        covered += inside ? 1 : 0;
-      }
-    }
+    for_each_place({samples, samples, 1}, [&](int i, int j, int) {
+      const double x = at.x() + a.x() * ((i + 0.5) / samples - 0.5);
+      const double y = at.y() + a.y() * ((j + 0.5) / samples - 0.5);
+      const bool inside =
+          probe.shape == Probe::Shape::fingertip
+              ? std::hypot(x, y) <= 0.5 * probe.size.x()
+              : std::abs(x) <= 0.5 * probe.size.x() && std::abs(y) <= 0.5 * probe.size.y();
+      covered += inside ? 1 : 0;
+    });
     if (covered == 0) { continue; }
     supports.push_back({node, static_cast<double>(covered)});
     total += covered;
@@ -386,18 +372,15 @@ NeedlePath NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network
       std::ranges::any_of(supports, [&](const Support& s) { return !network.is_fixed(s.node); });
   if (!free) { throw std::invalid_argument("no free node lies beneath the probe"); }
   for (Support& s : supports) { s.weight /= total; }
-  path.add_knot(depth / total, supports);
-  path.intervals_ = {
-      {.cutting_force = std::numeric_limits<double>::infinity(),
-       .label =
-           intervals_along(scene, path.origin_, path.direction_, depth / total).front().label}};
-  path.intervals_.front().begin = depth / total;
-  return path;
+  depth /= total;
+  add_knot(depth, supports);
+  intervals_ = {{.begin = depth,
+                 .cutting_force = infinity,
+                 .label = intervals_along(scene, origin_, direction_, depth).front().label}};
 }
 
-NeedlePath tool_path(const Scene& scene, const SpringNetwork& network) {
-  return scene.needle ? NeedlePath::of_needle(scene, network)
-                      : NeedlePath::of_probe(scene, network);
+NeedlePath::NeedlePath(const Scene& scene, const SpringNetwork& network) {
+  scene.needle ? of_needle(scene, network) : of_probe(scene, network);
 }
 
 NeedlePath::Place NeedlePath::place(double depth) const noexcept {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "model/problem/problem.hpp"
 #include "model/tissue/lattice.hpp"
@@ -50,18 +51,16 @@ SpringNetwork build_lattice(const Scene& scene) {
 void hold_faces(const Tissue& tissue, SpringNetwork& network) {
   const std::vector<Face> fallback =
       tissue.source == Source::network ? std::vector<Face>{} : std::vector<Face>{Face::z_max};
-  std::vector<std::uint8_t> held(static_cast<std::size_t>(network.node_count()), 0);
+  std::set<int> held;
   for (const Face face : tissue.fixed.value_or(fallback)) {
-    for (const int node : face_nodes(network.rest_position, face)) {
-      held[static_cast<std::size_t>(node)] = 1;
-    }
+    const std::vector<int> nodes = face_nodes(network.rest_position, face);
+    held.insert(nodes.begin(), nodes.end());
   }
-  for (std::size_t i = 0; i < held.size(); ++i) {
-    if (held[i] == 0) { continue; }
+  for (const int node : held) {
     if (tissue.hold_by_mass) {
-      network.mass(static_cast<Eigen::Index>(i)) *= tissue.heavy_mass_factor;
+      network.mass(node) *= tissue.heavy_mass_factor;
     } else {
-      network.fixed[i] = 1;
+      network.fixed[static_cast<std::size_t>(node)] = 1;
     }
   }
 }
@@ -69,8 +68,9 @@ void hold_faces(const Tissue& tissue, SpringNetwork& network) {
 void hold_bone(const Scene& scene, SpringNetwork& network) {
   if (scene.tissue.voxels || !has_bone(scene)) { return; }  // the bone of voxels is already fixed
   for (Eigen::Index i = 0; i < network.node_count(); ++i) {
-    const bool bone = in_bone(scene, network.rest_position.col(i));
-    if (bone) { network.fixed[static_cast<std::size_t>(i)] = 1; }
+    if (in_bone(scene, network.rest_position.col(i))) {
+      network.fixed[static_cast<std::size_t>(i)] = 1;
+    }
   }
 }
 

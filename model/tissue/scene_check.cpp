@@ -73,7 +73,7 @@ template <class Vector> std::string list_of(const Vector& values) {
 
 /// Returns half the edge lengths of the skin; empty for a tissue of unknown shape.
 std::optional<Eigen::Vector2d> half_skin(const Tissue& tissue) {
-  const auto half = [](const auto& grid) {
+  const auto half = [](const auto& grid) -> Eigen::Vector2d {
     return 0.5 * grid.spacing * Eigen::Vector2d(grid.nodes[0] - 1, grid.nodes[1] - 1);
   };
   if (tissue.source == Source::lattice) { return half(tissue.lattice); }

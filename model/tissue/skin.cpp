@@ -173,20 +173,16 @@ std::optional<std::string> skin_defect(const TriangleSurface& surface) {
 
 namespace {
 
-using Eigen::Vector3d;
 using Place = std::array<int, 3>;
 
 bool is_cell(const NodeGrid& grid, const Place& lowest) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (lowest[axis] < 0 || lowest[axis] + 1 >= grid.count[axis]) { return false; }
   }
-  for (int corner = 0; corner < 8; ++corner) {
-    if (grid.at(lowest[0] + (corner & 1), lowest[1] + ((corner >> 1) & 1),
-                lowest[2] + (corner >> 2)) < 0) {
-      return false;
-    }
-  }
-  return true;
+  bool all = true;
+  for_each_corner(lowest[0], lowest[1], lowest[2],
+                  [&](int i, int j, int l) { all = all && grid.at(i, j, l) >= 0; });
+  return all;
 }
 
 /// Returns the position in a cell nearest to `at`, with 0 to 1 along each axis. `at` is in spacings
@@ -228,18 +224,15 @@ EmbeddedPoint embed(const Vector3d& point, const NodeGrid& grid, int reach) {
   double nearest = reach * reach;
   Place found = own;
   bool any = false;
-  for (int l = own[2] - reach; l <= own[2] + reach; ++l) {
-    for (int j = own[1] - reach; j <= own[1] + reach; ++j) {
-      for (int i = own[0] - reach; i <= own[0] + reach; ++i) {
-        const Place cell{i, j, l};
-        const double away = (at - Vector3d(i, j, l) - nearest_in(cell, at)).squaredNorm();
-        if (away > nearest || (any && away == nearest) || !is_cell(grid, cell)) { continue; }
-        nearest = away;
-        found = cell;
-        any = true;
-      }
-    }
-  }
+  const auto offset = [&](int by) { return Place{own[0] + by, own[1] + by, own[2] + by}; };
+  for_each_between(offset(-reach), offset(reach), [&](int i, int j, int l) {
+    const Place cell{i, j, l};
+    const double away = (at - Vector3d(i, j, l) - nearest_in(cell, at)).squaredNorm();
+    if (away > nearest || (any && away == nearest) || !is_cell(grid, cell)) { return; }
+    nearest = away;
+    found = cell;
+    any = true;
+  });
   return any ? in_cell(grid, found, nearest_in(found, at)) : EmbeddedPoint{};
 }
 

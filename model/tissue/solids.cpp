@@ -105,22 +105,20 @@ TriangleSurface ring_surface(double radius, double thickness, double angle, int 
 
 TriangleSurface patch_surface(const Eigen::Vector2d& half, int steps,
                               const std::function<double(double, double)>& height) {
-  TriangleSurface surface;
+  Builder b;
   const int across = steps + 1;
-  surface.vertex.resize(3, static_cast<Eigen::Index>(across) * across);
-  for (int n = 0; n < surface.vertex.cols(); ++n) {
+  for (int n = 0; n < across * across; ++n) {
     const double x = half.x() * (2.0 * (n % across) / steps - 1.0);
     const double y = half.y() * (2.0 * (n / across) / steps - 1.0);
-    surface.vertex.col(n) << x, y, height(x, y);
+    b.vertex({x, y, height(x, y)});
   }
   for (int j = 0; j < steps; ++j) {
     for (int i = 0; i < steps; ++i) {
       const int low = j * across + i;
-      surface.triangle.push_back({low, low + across, low + across + 1});
-      surface.triangle.push_back({low, low + across + 1, low + 1});
+      b.quad(low, low + across, low + across + 1, low + 1);
     }
   }
-  return surface;
+  return b.take();
 }
 
 }  // namespace palpate

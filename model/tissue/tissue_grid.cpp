@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <ranges>
 #include <stdexcept>
 
 #include "model/tissue/skin.hpp"
@@ -45,22 +46,17 @@ void number_nodes(NodeGrid& grid) {
 }
 
 std::optional<double> skin_depth(const NodeGrid& grid, const Eigen::Vector2d& at) {
-  for (const PlaneCrossing& crossing :
-       plane_crossings(grid, {at.x(), at.y(), 0.0}, Vector3d::UnitZ())) {
-    return crossing.depth;
-  }
-  return {};
+  const auto crossings = plane_crossings(grid, {at.x(), at.y(), 0.0}, Vector3d::UnitZ());
+  return crossings.empty() ? std::nullopt : std::optional(crossings.front().depth);
 }
 
 std::vector<int> skin_nodes(const NodeGrid& grid) {
   std::vector<int> skin;
-  for (int j = 0; j < grid.count[1]; ++j) {
-    for (int i = 0; i < grid.count[0]; ++i) {
-      int l = 0;
-      while (l < grid.count[2] && grid.at(i, j, l) < 0) { ++l; }
-      if (l < grid.count[2]) { skin.push_back(grid.at(i, j, l)); }
-    }
-  }
+  for_each_column(grid.count, [&](int i, int j) {
+    int l = 0;
+    while (l < grid.count[2] && grid.at(i, j, l) < 0) { ++l; }
+    if (l < grid.count[2]) { skin.push_back(grid.at(i, j, l)); }
+  });
   std::ranges::sort(skin);
   return skin;
 }
@@ -97,21 +93,18 @@ namespace {
 /// infinity for an empty column.
 std::vector<Skin::Stretch> stretches_of_columns(const Skin& skin, const LatticeShape& shape) {
   std::vector<Skin::Stretch> stretches;
-  for (int j = 0; j + 1 < shape.nodes[1]; ++j) {
-    for (int i = 0; i + 1 < shape.nodes[0]; ++i) {
-      const Eigen::Vector3d middle =
-          0.5 * (shape.position(i, j, 0) + shape.position(i + 1, j + 1, 0));
-      stretches.push_back(
-          skin.beneath(middle.x(), middle.y())
-              .value_or(Skin::Stretch{.top = std::numeric_limits<double>::infinity()}));
-    }
-  }
+  for_each_column(cells_of(shape.nodes), [&](int i, int j) {
+    const Vector3d middle = 0.5 * (shape.position(i, j, 0) + shape.position(i + 1, j + 1, 0));
+    stretches.push_back(
+        skin.beneath(middle.x(), middle.y())
+            .value_or(Skin::Stretch{.top = std::numeric_limits<double>::infinity()}));
+  });
   return stretches;
 }
 
 NodeGrid grid_of(const LatticeShape& shape) {
   NodeGrid grid{.first = shape.position(0, 0, 0),
-                .spacing = Eigen::Vector3d::Constant(shape.spacing),
+                .spacing = Vector3d::Constant(shape.spacing),
                 .count = shape.nodes};
   grid.node.resize(static_cast<std::size_t>(shape.node_count()));
   std::iota(grid.node.begin(), grid.node.end(), 0);
@@ -171,8 +164,8 @@ BlockBeneathSkin block_beneath_skin(const Scene& scene) {
   }
   if (above == bottom) { return {}; }
   NodeGrid& grid = block.nodes;
-  grid = {.first = shape.position(0, 0, 0) + Eigen::Vector3d(0.0, 0.0, above * a),
-          .spacing = Eigen::Vector3d::Constant(a),
+  grid = {.first = shape.position(0, 0, 0) + Vector3d(0.0, 0.0, above * a),
+          .spacing = Vector3d::Constant(a),
           .count = {shape.nodes[0], shape.nodes[1], bottom - above + 1}};
   grid.node.assign(grid.index(0, 0, grid.count[2]), -1);
   for (BlockBeneathSkin::Column& column : block.columns) {
@@ -290,24 +283,17 @@ const Material* inclusion_beside_bone(const Scene& scene, const LatticeCell& cel
   return found;
 }
 
-bool all_in_bone(const Scene& scene, const LatticeCell& cell) {
-  for (int n = 0; n < 8; ++n) {
-    if (!in_bone(scene, cell.corner(n))) { return false; }
-  }
-  return true;
-}
-
 }  // namespace
 
-bool contains(const Inclusion& body, const Eigen::Vector3d& point, double margin) {
-  const Eigen::Vector3d away = point - body.centre;
+bool contains(const Inclusion& body, const Vector3d& point, double margin) {
+  const Vector3d away = point - body.centre;
   if (body.shape == Inclusion::Shape::sphere) {
     return away.norm() <= 0.5 * body.size.x() + margin;
   }
   return (away.cwiseAbs() - 0.5 * body.size).maxCoeff() <= margin;
 }
 
-double depth_in_layers(const Scene& scene, const Eigen::Vector3d& point) {
+double depth_in_layers(const Scene& scene, const Vector3d& point) {
   return layers_follow_skin(scene) ? scene.tissue.skin->depth(point) : point.z();
 }
 
@@ -340,13 +326,15 @@ CellMaterial cell_material(const Scene& scene, const LatticeCell& cell) {
     if (mixture.bone == nullptr) { mixture.soft = cell_of(m); }
   }
   if (mixture.bone == nullptr) { return *mixture.soft; }
-  if (all_in_bone(scene, cell)) { return cell_of(*mixture.bone); }
+  const bool all_in_bone = std::ranges::all_of(
+      std::views::iota(0, 8), [&](int n) { return in_bone(scene, cell.corner(n)); });
+  if (all_in_bone) { return cell_of(*mixture.bone); }
   if (mixture.soft) { return *mixture.soft; }
   const Material* beside = inclusion_beside_bone(scene, cell);
   return cell_of(beside != nullptr ? *beside : *mixture.bone);
 }
 
-bool in_bone(const Scene& scene, const Eigen::Vector3d& point) {
+bool in_bone(const Scene& scene, const Vector3d& point) {
   bool bone = false;
   const double depth = depth_in_layers(scene, point);
   for_each_layer(scene, [&](const Material& m, double top, double bottom) {

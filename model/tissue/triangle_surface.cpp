@@ -145,34 +145,7 @@ void weld(TriangleSurface& surface) {
   });
 }
 
-std::optional<std::string> surface_defect(const TriangleSurface& surface) {
-  if (auto defect = vertex_defect(surface)) { return defect; }
-  if (auto defect = edge_defect(surface)) { return defect; }
-  if (const auto faces = crossing_faces(surface)) {
-    return "faces " + std::to_string((*faces)[0]) + " and " + std::to_string((*faces)[1]) +
-           " cross each other near " + place_in_words(surface.corner((*faces)[0], 0)) +
-           "; a surface must not intersect itself";
-  }
-  const double volume = moments_of(surface).volume;
-  if (volume <= 0.0) {
-    return "inside out: its volume is " + number_in_words(volume) + " m^3, face 0 at " +
-           place_in_words(surface.corner(0, 0)) +
-           " looks inwards; faces must be counter-clockwise as seen from outside";
-  }
-  return {};
-}
-
-// Detection of self-intersections: faces are sorted by their smallest x, and each is compared with
-// the faces that overlap it along x.
-
 namespace {
-
-using Eigen::Vector3d;
-
-struct Extent {
-  Vector3d low{0.0, 0.0, 0.0};
-  Vector3d high{0.0, 0.0, 0.0};
-};
 
 /// Six times the signed volume of a tetrahedron. The sign is valid only if the value exceeds its
 /// rounding error.
@@ -202,25 +175,29 @@ bool pierces(const Vector3d& p, const Vector3d& q, const std::array<Vector3d, 3>
   return least * most >= 0 && (least != 0 || most != 0);
 }
 
+/// Search for two faces without a common edge that intersect by more than rounding error. Faces are
+/// sorted by their smallest x, and each is compared with the faces that overlap it along x.
 class Sweep {
  public:
   explicit Sweep(const TriangleSurface& surface)
       : surface_(surface), extents_(surface.triangle.size()) {
     for (std::size_t f = 0; f < extents_.size(); ++f) {
       const auto t = corners(static_cast<int>(f));
-      extents_[f] = {t[0].cwiseMin(t[1]).cwiseMin(t[2]), t[0].cwiseMax(t[1]).cwiseMax(t[2])};
+      for (const Vector3d& corner : t) { extents_[f].extend(corner); }
     }
   }
 
   std::optional<std::array<int, 2>> run() {
     std::vector<int> order(extents_.size());
     std::iota(order.begin(), order.end(), 0);
-    std::ranges::stable_sort(order, {}, [&](int f) { return of(f).low.x(); });
+    std::ranges::stable_sort(order, {}, [&](int f) { return of(f).min().x(); });
     std::vector<int> active;
     for (const int f : order) {
-      std::erase_if(active, [&](int g) { return of(g).high.x() < of(f).low.x(); });
+      std::erase_if(active, [&](int g) { return of(g).max().x() < of(f).min().x(); });
       for (const int g : active) {
-        if (near(f, g) && cross(f, g)) { return std::array{std::min(f, g), std::max(f, g)}; }
+        if (of(f).intersects(of(g)) && cross(f, g)) {
+          return std::array{std::min(f, g), std::max(f, g)};
+        }
       }
       active.push_back(f);
     }
@@ -228,15 +205,11 @@ class Sweep {
   }
 
  private:
-  [[nodiscard]] const Extent& of(int face) const {
+  [[nodiscard]] const Eigen::AlignedBox3d& of(int face) const {
     return extents_[static_cast<std::size_t>(face)];
   }
   [[nodiscard]] std::array<Vector3d, 3> corners(int face) const {
     return {surface_.corner(face, 0), surface_.corner(face, 1), surface_.corner(face, 2)};
-  }
-  [[nodiscard]] bool near(int f, int g) const {
-    return of(f).low.y() <= of(g).high.y() && of(g).low.y() <= of(f).high.y() &&
-           of(f).low.z() <= of(g).high.z() && of(g).low.z() <= of(f).high.z();
   }
   [[nodiscard]] bool cross(int f, int g) const { return edges_pierce(f, g) || edges_pierce(g, f); }
 
@@ -255,13 +228,26 @@ class Sweep {
   }
 
   const TriangleSurface& surface_;
-  std::vector<Extent> extents_;
+  std::vector<Eigen::AlignedBox3d> extents_;
 };
 
 }  // namespace
 
-std::optional<std::array<int, 2>> crossing_faces(const TriangleSurface& surface) {
-  return Sweep(surface).run();
+std::optional<std::string> surface_defect(const TriangleSurface& surface) {
+  if (auto defect = vertex_defect(surface)) { return defect; }
+  if (auto defect = edge_defect(surface)) { return defect; }
+  if (const auto faces = Sweep(surface).run()) {
+    return "faces " + std::to_string((*faces)[0]) + " and " + std::to_string((*faces)[1]) +
+           " cross each other near " + place_in_words(surface.corner((*faces)[0], 0)) +
+           "; a surface must not intersect itself";
+  }
+  const double volume = moments_of(surface).volume;
+  if (volume <= 0.0) {
+    return "inside out: its volume is " + number_in_words(volume) + " m^3, face 0 at " +
+           place_in_words(surface.corner(0, 0)) +
+           " looks inwards; faces must be counter-clockwise as seen from outside";
+  }
+  return {};
 }
 
 }  // namespace palpate

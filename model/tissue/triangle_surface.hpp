@@ -39,7 +39,4 @@ void weld(TriangleSurface& surface);
 /// missing vertex, an open edge, inconsistent orientation, intersecting faces, inside out.
 std::optional<std::string> surface_defect(const TriangleSurface& surface);
 
-/// Returns two faces without a common edge that intersect by more than rounding error.
-std::optional<std::array<int, 2>> crossing_faces(const TriangleSurface& surface);
-
 }  // namespace palpate

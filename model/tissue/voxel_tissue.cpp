@@ -2,6 +2,7 @@
 
 #include "model/tissue/voxel_tissue.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -14,7 +15,6 @@ namespace palpate {
 
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 /// Position across the rows in units of 2^-n cells; products of two differences fit in 64 bits.
@@ -191,29 +191,7 @@ VoxelBody voxelise(const TriangleSurface& surface, const BoxGrid& grid) {
   return body;
 }
 
-SolidMoments moments_of(const VoxelBody& body, const BoxGrid& grid) {
-  SolidMoments solid{.volume = body.volume};
-  Vector3d first = Vector3d::Zero();
-  Matrix3d second = Matrix3d::Zero();
-  for_each_place(grid.count, [&](int i, int j, int l) {
-    if (body.inside[grid.index(i, j, l)] == 0) { return; }
-    const Vector3d at = grid.size.cwiseProduct(Vector3d(i + 0.5, j + 0.5, l + 0.5));
-    first += at;
-    second += at * at.transpose();
-  });
-  if (body.voxel_count == 0) { return solid; }
-  const auto count = static_cast<double>(body.voxel_count);
-  const Vector3d mean = first / count;
-  const Matrix3d own = (grid.size.cwiseAbs2() / 12.0).asDiagonal();
-  second = body.volume * (second / count - mean * mean.transpose() + own);
-  solid.centroid = grid.low + mean;
-  solid.inertia = second.trace() * Matrix3d::Identity() - second;
-  return solid;
-}
-
 namespace {
-
-using Eigen::Vector3d;
 
 constexpr double slack = 1e-9;  // of a position, in units of a box
 
@@ -243,11 +221,6 @@ std::vector<double> wall_depths(const BoxGrid& grid, const Vector3d& origin, con
   }
   std::ranges::sort(depths);
   return depths;
-}
-
-/// Shifts a line that runs along a wall of boxes into the box of greater coordinates.
-Vector3d off_the_walls(const BoxGrid& grid, const Vector3d& origin) {
-  return origin + slack * grid.size.cwiseProduct(Vector3d(1.0, 1.0, 0.0));
 }
 
 struct Run {
@@ -283,14 +256,14 @@ std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue,
                                           const std::vector<Material>& materials,
                                           const Vector3d& origin, const Vector3d& direction,
                                           double first) {
-  const Vector3d from = off_the_walls(tissue.boxes, origin);
+  // A line along a wall of boxes is shifted into the box of greater coordinates.
+  const Vector3d from = origin + slack * tissue.boxes.size.cwiseProduct(Vector3d(1.0, 1.0, 0.0));
   const std::vector<double> depths = wall_depths(tissue.boxes, from, direction, first);
   std::vector<Run> runs;
   for (std::size_t n = 0; n + 1 < depths.size(); ++n) {
     const double middle = 0.5 * (depths[n] + depths[n + 1]);
     const std::uint16_t material = material_at(tissue, from + middle * direction);
-    const bool same = !runs.empty() && runs.back().material == material;
-    if (same) {
+    if (!runs.empty() && runs.back().material == material) {
       runs.back().end = depths[n + 1];
     } else {
       runs.push_back({depths[n], depths[n + 1], material});
@@ -300,8 +273,7 @@ std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue,
   for (const Run& run : runs) {
     PathInterval next = interval_of(tissue, materials, run);
     const bool thin = run.end - run.begin < tissue.thinnest && next.role != TissueRole::bone;
-    const bool joined = !intervals.empty() && (thin || intervals.back().label == next.label);
-    if (joined) {
+    if (!intervals.empty() && (thin || intervals.back().label == next.label)) {
       intervals.back().end = run.end;
     } else {
       intervals.push_back(std::move(next));
@@ -315,19 +287,7 @@ std::vector<PathInterval> voxel_intervals(const VoxelTissue& tissue,
 
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr double most_boxes = 1e8;  // limit for the box around all bodies
-
-struct Bounds {
-  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Vector3d high = -low;
-
-  void include(const Vector3d& a, const Vector3d& b) {
-    low = low.cwiseMin(a);
-    high = high.cwiseMax(b);
-  }
-};
 
 class MeshVoxels {
  public:
@@ -360,23 +320,24 @@ class MeshVoxels {
   }
 
   bool lay_grid() {
-    Bounds bounds;
+    Eigen::AlignedBox3d bounds;
     for (const MeshBody& body : bodies_) {
-      bounds.include(body.surface.vertex.rowwise().minCoeff(),
-                     body.surface.vertex.rowwise().maxCoeff());
+      bounds.extend(body.surface.vertex.rowwise().minCoeff());
+      bounds.extend(body.surface.vertex.rowwise().maxCoeff());
     }
-    if (settings_.surround) { bounds.include(settings_.surround->min, settings_.surround->max); }
-    const double boxes =
-        ((bounds.high - bounds.low) / settings_.voxel).array().ceil().max(1.0).prod();
+    if (settings_.surround) {
+      bounds.extend(settings_.surround->min).extend(settings_.surround->max);
+    }
+    const Vector3d sizes = bounds.sizes();
+    const double boxes = (sizes / settings_.voxel).array().ceil().max(1.0).prod();
     if (!(boxes <= most_boxes)) {
       broken_.push_back(
           {"tissue.mesh.voxel", number_in_words(settings_.voxel) + " m; makes " +
                                     number_in_words(boxes) + " voxels around the bodies of " +
-                                    number_in_words((bounds.high - bounds.low).maxCoeff()) +
-                                    " m; at most 1e8"});
+                                    number_in_words(sizes.maxCoeff()) + " m; at most 1e8"});
       return false;
     }
-    tissue_.boxes = cubes_around(bounds.low, bounds.high, settings_.voxel);
+    tissue_.boxes = cubes_around(bounds.min(), bounds.max(), settings_.voxel);
     tissue_.material.assign(tissue_.boxes.box_count(), 0);
     owner_.assign(tissue_.boxes.box_count(), -1);
     return true;

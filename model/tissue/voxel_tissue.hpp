@@ -51,9 +51,6 @@ struct VoxelBody {
 /// 2^-n voxels, so that a row through a vertex or along an edge counts it once.
 VoxelBody voxelise(const TriangleSurface& surface, const BoxGrid& grid);
 
-/// Returns volume, centroid and inertia of the cells, each a homogeneous cube.
-SolidMoments moments_of(const VoxelBody& body, const BoxGrid& grid);
-
 /// Voxelisation report of one surface.
 struct BodyFacts {
   std::string name{};

@@ -188,7 +188,7 @@ void print_line(const Json& line) {
 Json tool_inspection(const Scene& scene, const NetworkProblem& problem) {
   Json facts = Json::object();
   if (!scene.needle && !scene.probe) { return facts; }
-  const NeedlePath path = tool_path(scene, problem.network());
+  const NeedlePath path(scene, problem.network());
   facts["tool"] =
       scene.needle ? needle_facts(*scene.needle, path) : probe_facts(*scene.probe, path);
   const Drive drive = scene.drive.value_or(Drive{});
@@ -330,7 +330,7 @@ int run_inspect(const InspectOptions& options) {
 
 std::optional<double> tool_compliance(const Scene& scene, const NetworkProblem& problem) {
   if (!scene.needle && !scene.probe) { return {}; }
-  const Json found = compliance_json(tool_path(scene, problem.network()), problem);
+  const Json found = compliance_json(NeedlePath(scene, problem.network()), problem);
   const Json& compliance = found.at("static_compliance_m_per_n");
   return compliance.is_null() ? std::nullopt : std::optional(compliance.get<double>());
 }

@@ -134,7 +134,7 @@ Moment SceneLoop::moment() const noexcept {
 
 HappeningNames::HappeningNames(const Scene& scene) {
   if (!scene.needle && !scene.probe) { return; }
-  const NeedlePath path = tool_path(scene, build_network(scene));
+  const NeedlePath path(scene, build_network(scene));
   for (const PathInterval& interval : path.intervals()) { labels_.push_back(interval.label); }
 }
 

@@ -179,7 +179,7 @@ void measure_lattice(const CaseContext& context, Outcome& outcome) {
         return KernelErrors{lattice_error<double>(kernel, specification, variant, states),
                             lattice_error<float>(kernel, specification, variant, states),
                             lattice_error<double>(kernel, specification, variant, states,
-                                                  lattice::baseline_kernels<double>())};
+                                                  baseline_kernels().lattice_double)};
       });
 }
 

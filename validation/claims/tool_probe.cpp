@@ -42,7 +42,7 @@ void measure_probe(const CaseContext& context, Outcome& outcome) {
   const std::string law = "law: a probe only presses";
   outcome.judge_at_most("cutting", cutting.value(), 0.0, law, "N");
   outcome.judge_at_most("friction", friction.value(), 0.0, law, "N");
-  const NeedlePath path = tool_path(scene, build_network(scene));
+  const NeedlePath path(scene, build_network(scene));
   double sum = 0.0;
   for (const auto& s : path.supports(path.knots().front())) { sum += s.weight; }
   outcome.judge_near("sum_of_the_shares", sum, 1.0, 1e-14,

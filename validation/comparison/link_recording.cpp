@@ -60,7 +60,7 @@ LinkRecording recording_of_link(std::span<const std::uint8_t> bytes, std::size_t
   }
   reader.finish();
   result.counts = reader.counts();
-  count_defects(recording, {}, over_range);
+  count_defects(recording, over_range);
   RecordingDefects& defects = recording.defects;
   defects.bad_frames = static_cast<std::size_t>(result.counts.bad_frames);
   defects.missing = static_cast<std::size_t>(result.counts.missing);
@@ -72,8 +72,7 @@ LinkRecording recording_of_link(std::span<const std::uint8_t> bytes, std::size_t
 LinkFrames link_frames(const Recording& recording) {
   LinkFrames frames;
   if (recording.time.size() < 2) { return frames; }
-  const DefectRules rules;
-  const double longest = rules.gap_periods * sampling_of(recording.time, rules).period;
+  const double longest = DefectRules::gap_periods * sampling_of(recording.time).period;
   const double begin = recording.time.front();
   const double span = recording.time.back() - begin;
   const auto places =

@@ -242,18 +242,18 @@ TEST("a network of a list is recognised as a lattice only where every node and s
 TEST("rows are interleaved where that fills registers better, and not where they may sleep") {
   const LatticeShape cube{{20, 20, 20}, 0.01, 26};
   const LatticeRows folded(cube, 16, true);
-  CHECK(folded.folds() == 4);
-  CHECK(folded.pieces() == 4);
-  CHECK(folded.vectors() == 5);
-  CHECK(folded.rows1() == 5);
+  CHECK(folded.folds == 4);
+  CHECK(folded.pieces == 4);
+  CHECK(folded.vectors == 5);
+  CHECK(folded.rows1 == 5);
   CHECK(folded.row_of({0, 19, 0}) == 4);
   CHECK(folded.first_lane({0, 19, 0}) == 12);
   const LatticeRows plain(cube, 16, false);
-  CHECK(plain.folds() == 1);
-  CHECK(plain.vectors() == 2);
-  CHECK(plain.rows1() == 20);
-  CHECK(LatticeRows(cube, 4, true).folds() == 1);                    // 20 nodes fill four lanes
-  CHECK(LatticeRows({{2, 2, 2}, 0.01, 26}, 16, true).rows1() == 2);  // two rows of a layer stay
+  CHECK(plain.folds == 1);
+  CHECK(plain.vectors == 2);
+  CHECK(plain.rows1 == 20);
+  CHECK(LatticeRows(cube, 4, true).folds == 1);                    // 20 nodes fill four lanes
+  CHECK(LatticeRows({{2, 2, 2}, 0.01, 26}, 16, true).rows1 == 2);  // two rows of a layer stay
 }
 
 // Regular lattices with several threads, single-pass integration and prefetch: results are

@@ -108,7 +108,7 @@ constexpr double rest = 0.5;
 
 /// Force on end a at the origin; end b lies at d and leaves with velocity w.
 Vector3d force_on_a(const PrintedForm& printed, const Vector3d& d, const Vector3d& w) {
-  return spring_force<double>(SpringLaw::from(printed), spring_k, spring_c, rest, d, d.norm(),
+  return spring_force<double>(SpringLaw::from(printed), {spring_k, rest, spring_c}, d, d.norm(),
                               w.dot(d) / d.norm());
 }
 

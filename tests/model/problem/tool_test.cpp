@@ -51,9 +51,7 @@ TEST("air fills a syringe with more compliance, less resistance and the same ful
   CHECK(air.plunger_area == saline.plunger_area);
 }
 
-NeedlePath path_of(const Scene& scene) {
-  return NeedlePath::of_needle(scene, build_network(scene));
-}
+NeedlePath path_of(const Scene& scene) { return NeedlePath(scene, build_network(scene)); }
 
 TEST("contact points lie where the line meets the planes of nodes, none of which serves two") {
   Scene scene = layered_scene(0.002);
@@ -61,7 +59,7 @@ TEST("contact points lie where the line meets the planes of nodes, none of which
   for (const Eigen::Vector3d& direction : {Eigen::Vector3d(0.25, 0.1, 1.0), {0.5, -0.3, 1.0}}) {
     scene.needle->direction = direction;
     const SpringNetwork network = build_network(scene);
-    const NeedlePath path = NeedlePath::of_needle(scene, network);
+    const NeedlePath path(scene, network);
     CHECK(path.knots().size() > (direction.x() < 0.3 ? 4U : 2U));  // the oblique line ends early
     std::vector<int> uses(static_cast<std::size_t>(network.node_count()), 0);
     for (const NeedlePath::Knot& knot : path.knots()) {
@@ -156,7 +154,7 @@ TEST("friction of a shaft is the integral over its length, and its shares change
 
 TEST("the contact points of a bare chain are its nodes") {
   const Scene scene = chain_scene();
-  const NeedlePath path = NeedlePath::of_needle(scene, scene.tissue.network);
+  const NeedlePath path(scene, scene.tissue.network);
   CHECK(path.knots().size() == static_cast<std::size_t>(scene.tissue.network.node_count()));
   for (std::size_t k = 0; k < path.knots().size(); ++k) {
     CHECK_NEAR(path.knots()[k].depth, 0.002 * static_cast<double>(k), 1e-15);
@@ -169,7 +167,7 @@ TEST("a probe's footprint counts nodes by their area beneath it") {
   scene.needle.reset();
   scene.probe = Probe{.shape = Probe::Shape::ultrasound, .size = {0.004, 0.002}};
   const SpringNetwork network = build_network(scene);
-  const NeedlePath path = NeedlePath::of_probe(scene, network);
+  const NeedlePath path(scene, network);
   CHECK(path.knots().size() == 1);
   double sum = 0.0;
   for (const auto& s : path.supports(path.knots().front())) {

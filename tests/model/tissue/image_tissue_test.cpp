@@ -232,7 +232,7 @@ TEST("a needle reads its layers from the volume") {
       std::make_shared<const VoxelTissue>(build(image_of({6, 6, 20}, {1e-3, 1e-3, 2e-3}, value),
                                                 {.percentiles = {0.0, 100.0}, .lookup = falling}));
   scene.needle = Needle{.entry = {0.2e-3, -0.3e-3}};
-  const auto path = tool_path(scene, build_network(scene));
+  const NeedlePath path(scene, build_network(scene));
   const auto& intervals = path.intervals();
   CHECK(intervals.size() == 3);
   CHECK(intervals[0].label == "soft");

@@ -225,6 +225,23 @@ TEST("a neck narrower than a voxel leaves two parts, and both are kept") {
   CHECK_NEAR(body.volume, 1e-6 * (1.0 + 0.85), 1e-15);
 }
 
+/// Returns volume, centroid and inertia of voxels that are homogeneous cubes.
+SolidMoments moments_of_voxels(const VoxelBody& body, const BoxGrid& grid) {
+  SolidMoments solid{.volume = body.volume};
+  const double each = grid.volume();
+  Eigen::Matrix3d second =
+      body.volume * (grid.size.cwiseAbs2() / 12.0).asDiagonal().toDenseMatrix();
+  for_each_place(grid.count, [&](int i, int j, int l) {
+    if (body.inside[grid.index(i, j, l)] == 0) { return; }
+    const Vector3d at = grid.low + grid.size.cwiseProduct(Vector3d(i + 0.5, j + 0.5, l + 0.5));
+    solid.centroid += each / body.volume * at;
+    second += each * at * at.transpose();
+  });
+  second -= body.volume * solid.centroid * solid.centroid.transpose();
+  solid.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
+  return solid;
+}
+
 TEST("volume, centroid and inertia of voxels converge at first order") {
   const TriangleSurface shapes[] = {
       sphere_surface({0.0013, 0.0007, 0.0021}, 0.02, 24),
@@ -236,7 +253,7 @@ TEST("volume, centroid and inertia of voxels converge at first order") {
     const double surface = area(shape);
     for (const double h : {0.004, 0.002, 0.001, 0.0005}) {
       const BoxGrid grid = grid_of(shape, h);
-      const SolidMoments voxels = moments_of(voxelise(shape, grid), grid);
+      const SolidMoments voxels = moments_of_voxels(voxelise(shape, grid), grid);
       // A partly wrong cell is within half its diagonal of the surface, so the error is at most the
       // volume of that shell.
       const double shell = surface * h * std::sqrt(3.0);
@@ -404,7 +421,7 @@ TEST("the intervals of a needle are the bodies on its line and the gaps between 
                           body(box_surface({-0.01, -0.01, 0.014}, {0.01, 0.01, 0.02}), "stiff"),
                           body(box_surface({-0.01, -0.01, 0.02}, {0.01, 0.01, 0.03}), "bone")});
   scene.needle = Needle{};
-  const NeedlePath path = tool_path(scene, build_network(scene));
+  const NeedlePath path(scene, build_network(scene));
   CHECK_NEAR(double(path.intervals().size()), 4.0, 0.0);
   const std::vector<std::string> labels{"soft", "gap", "stiff", "bone"};
   const std::vector<double> begins{0.0, 0.01, 0.014, 0.02};
@@ -416,7 +433,7 @@ TEST("the intervals of a needle are the bodies on its line and the gaps between 
   CHECK_NEAR(path.bone(), 0.02, 1e-12);
   CHECK_NEAR(double(path.knots().size()), 6.0 + 9.0, 0.0);  // planes of nodes; none in the gap
   scene.needle->direction = {std::tan(0.3), 0.0, 1.0};
-  const NeedlePath slanted = tool_path(scene, build_network(scene));
+  const NeedlePath slanted(scene, build_network(scene));
   CHECK_NEAR(slanted.intervals()[0].end, 0.01 / std::cos(0.3), 1e-12);
   CHECK_NEAR(slanted.bone(), 0.02 / std::cos(0.3), 1e-12);
 }
