@@ -10,7 +10,6 @@
 #include "fixtures/io/recording_file.hpp"
 #include "model/problem/recording.hpp"
 #include "reports/html/html_page.hpp"
-#include "reports/plot/shown_units.hpp"
 #include "reports/results/results_json.hpp"
 
 namespace palpate {
@@ -104,50 +103,6 @@ void add_notes_on_fit(const Calibration& result, NoteList& list) {
     list.add(!keys.empty(), words + keys + ".");
   }
 }
-
-}  // namespace
-
-bool CalibrationReport::reconstructed() const {
-  return std::ranges::any_of(recordings, [](const CalibratedRecording& r) {
-    return r.observed.recording.kind == Recording::Kind::reconstructed;
-  });
-}
-
-std::string calibration_verdict(const CalibrationReport& report) {
-  const Fit& fit = report.result.fit;
-  const std::string told =
-      std::to_string(fit.told.size()) + " of " + std::to_string(fit.parameters.size());
-  if (fit.told.empty()) {
-    return "Nothing fitted: the recordings tell none of " + std::to_string(fit.parameters.size()) +
-           " parameters";
-  }
-  if (report.result.outcome().status == Status::pass) {
-    return "Fitted: the recordings tell " + told + " parameters";
-  }
-  return "Fell short: " + told + " parameters were fitted, and not every check of the fit holds";
-}
-
-std::string calibration_detail(const CalibrationReport& report) {
-  const Fit& fit = report.result.fit;
-  std::string text = "Sum of squares over " + std::to_string(fit.rows.size()) +
-                     " observables: " + short_number(fit.misfit_before, 3) + " before, " +
-                     short_number(fit.misfit_after, 3) + " after. From " +
-                     std::to_string(report.recordings.size()) +
-                     (report.recordings.size() == 1 ? " recording" : " recordings");
-  text += report.reconstructed()
-              ? ", reconstructed from published summary values: no evidence about patients."
-              : ".";
-  return text;
-}
-
-std::vector<std::string> calibration_warnings(const CalibrationReport& report) {
-  NoteList list;
-  add_notes_on_recordings(report, list);
-  add_notes_on_fit(report.result, list);
-  return list.notes;
-}
-
-namespace {
 
 constexpr double milliseconds = 1e3;  // [ms/s]
 
@@ -420,7 +375,69 @@ Json correlation_json(const Fit& fit) {
   return object("parameters", list_of(fit.told, key), "matrix", rows);
 }
 
+std::vector<Fact> facts_of(const CalibrationReport& report) {
+  const calibration::Calibration& result = report.result;
+  const calibration::Fit& fit = result.fit;
+  const std::size_t freedom = fit.data.degrees_of_freedom();
+  return {{"scene", report.scene, ""},
+          {"search", fit.converged ? "converged" : "did not converge",
+           "in " + std::to_string(fit.iterations) + " iterations, " +
+               std::to_string(result.simulations) + " simulations of a coarser block"},
+          {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
+           "largest difference to the whole scene, in uncertainties"},
+          {"intervals", freedom == 0 ? "normal" : "Student's t",
+           freedom == 0 ? "too few subjects for a spread"
+                        : "spread between subjects with " + std::to_string(freedom) +
+                              " degrees of freedom"}};
+}
+
+std::string kind_banner(const CalibrationReport& report) {
+  return std::to_string(report.recordings.size()) +
+         (report.recordings.size() == 1 ? " recording, " : " recordings, ") +
+         (report.reconstructed() ? "reconstructed, not measured" : "measured");
+}
+
 }  // namespace
+
+bool CalibrationReport::reconstructed() const {
+  return std::ranges::any_of(recordings, [](const CalibratedRecording& r) {
+    return r.observed.recording.kind == Recording::Kind::reconstructed;
+  });
+}
+
+std::string calibration_verdict(const CalibrationReport& report) {
+  const Fit& fit = report.result.fit;
+  const std::string told =
+      std::to_string(fit.told.size()) + " of " + std::to_string(fit.parameters.size());
+  if (fit.told.empty()) {
+    return "Nothing fitted: the recordings tell none of " + std::to_string(fit.parameters.size()) +
+           " parameters";
+  }
+  if (report.result.outcome().status == Status::pass) {
+    return "Fitted: the recordings tell " + told + " parameters";
+  }
+  return "Fell short: " + told + " parameters were fitted, and not every check of the fit holds";
+}
+
+std::string calibration_detail(const CalibrationReport& report) {
+  const Fit& fit = report.result.fit;
+  std::string text = "Sum of squares over " + std::to_string(fit.rows.size()) +
+                     " observables: " + short_number(fit.misfit_before, 3) + " before, " +
+                     short_number(fit.misfit_after, 3) + " after. From " +
+                     std::to_string(report.recordings.size()) +
+                     (report.recordings.size() == 1 ? " recording" : " recordings");
+  text += report.reconstructed()
+              ? ", reconstructed from published summary values: no evidence about patients."
+              : ".";
+  return text;
+}
+
+std::vector<std::string> calibration_warnings(const CalibrationReport& report) {
+  NoteList list;
+  add_notes_on_recordings(report, list);
+  add_notes_on_fit(report.result, list);
+  return list.notes;
+}
 
 std::string to_json(const CalibrationReport& report) {
   const Calibration& result = report.result;
@@ -451,32 +468,6 @@ std::string to_json(const CalibrationReport& report) {
              list_of(report.recordings, recording_json), "warnings", calibration_warnings(report)),
       2);
 }
-
-namespace {
-
-std::vector<Fact> facts_of(const CalibrationReport& report) {
-  const calibration::Calibration& result = report.result;
-  const calibration::Fit& fit = result.fit;
-  const std::size_t freedom = fit.data.degrees_of_freedom();
-  return {{"scene", report.scene, ""},
-          {"search", fit.converged ? "converged" : "did not converge",
-           "in " + std::to_string(fit.iterations) + " iterations, " +
-               std::to_string(result.simulations) + " simulations of a coarser block"},
-          {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
-           "largest difference to the whole scene, in uncertainties"},
-          {"intervals", freedom == 0 ? "normal" : "Student's t",
-           freedom == 0 ? "too few subjects for a spread"
-                        : "spread between subjects with " + std::to_string(freedom) +
-                              " degrees of freedom"}};
-}
-
-std::string kind_banner(const CalibrationReport& report) {
-  return std::to_string(report.recordings.size()) +
-         (report.recordings.size() == 1 ? " recording, " : " recordings, ") +
-         (report.reconstructed() ? "reconstructed, not measured" : "measured");
-}
-
-}  // namespace
 
 std::string to_html(const CalibrationReport& report) {
   const std::vector<Table> tables = calibration_tables(report);

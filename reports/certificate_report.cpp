@@ -3,15 +3,11 @@
 #include "reports/certificate_report.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "reports/html/html_page.hpp"
-#include "reports/plot/shown_units.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/certificate/certificate.hpp"
 
@@ -145,24 +141,6 @@ Table levels_table(const Tail& tail) {
   return table;
 }
 
-}  // namespace
-
-std::vector<NamedPhase> phases_of(const CertificateReport& report) {
-  std::vector<const LoadResult*> loads;
-  for (const LoadResult& load : report.result.loads) { loads.push_back(&load); }
-  std::ranges::stable_partition(
-      loads, [&](const LoadResult* load) { return load == report.result.worst(); });
-  std::vector<NamedPhase> phases;
-  for (const LoadResult* load : loads) {
-    const std::string suffix = loads.size() > 1 ? ", load " + load->load : "";
-    phases.push_back({"empty loop" + suffix, &load->control, true});
-    phases.push_back({"scene" + suffix, &load->scene, false});
-  }
-  return phases;
-}
-
-namespace {
-
 std::vector<Table> certificate_tables(const CertificateReport& report) {
   std::vector<Table> tables{times_table(report), misses_table(report), probes_table(report)};
   if (const LoadResult* worst = report.result.worst()) {
@@ -194,41 +172,6 @@ Series series_of(const std::string& label, const LatencyHistogram& times) {
   }
   return series;
 }
-
-}  // namespace
-
-std::string to_csv(const CertificateReport& report) {
-  std::vector<NamedHistogram> columns;
-  const LoadResult nothing("", report.result.claim.deadline);
-  const LoadResult& worst = report.result.worst() != nullptr ? *report.result.worst() : nothing;
-  std::ranges::move(histograms_of(worst, ""), std::back_inserter(columns));
-  if (report.result.loads.size() > 1) {
-    for (const LoadResult& load : report.result.loads) {
-      std::ranges::move(histograms_of(load, "_" + load.load), std::back_inserter(columns));
-    }
-  }
-  std::string csv = "bin_start_us";
-  std::size_t bins = 0;
-  for (const NamedHistogram& column : columns) {
-    csv += "," + column.name;
-    bins = std::max(bins, column.times->used_bins());
-  }
-  csv += "\n";
-  for (std::size_t bin = 0; bin < bins; ++bin) {
-    const auto holds = [bin](const NamedHistogram& column) {
-      return column.times->counts()[bin] > 0;
-    };
-    if (std::ranges::none_of(columns, holds)) { continue; }
-    csv += std::to_string(bin);
-    for (const NamedHistogram& column : columns) {
-      csv += "," + std::to_string(column.times->counts()[bin]);
-    }
-    csv += "\n";
-  }
-  return csv;
-}
-
-namespace {
 
 /// Histograms of the response times of the scene and of the empty loop, and of the components of
 /// the response time of the scene. Empty if no phase ran.
@@ -340,37 +283,6 @@ Json missed_tick_json(const std::optional<MissedTick>& missed) {
 Json value_json(std::monostate) { return nullptr; }
 template <class Value> Json value_json(const Value& value) { return value; }
 
-}  // namespace
-
-std::string to_json(const CertificateReport& report) {
-  const Certificate& all = report.result;
-  const Outcome outcome = outcome_of(all);
-  const LoadResult nothing("", all.claim.deadline);
-  const LoadResult& worst = all.worst() != nullptr ? *all.worst() : nothing;
-  Json environment = Json::object();
-  for (const EnvironmentFact& fact : report.environment) {
-    environment[fact.key] =
-        std::visit([](const auto& value) { return value_json(value); }, fact.value);
-  }
-  const auto of_load = [&report](const LoadResult& load) {
-    return object("load", load.load, "control", phase_json(report, load.control), "scene",
-                  phase_json(report, load.scene), "tail", tail_json(load.tail));
-  };
-  Json json = object("schema", 1, "verdict", verdict_word(outcome.status), "reason",
-                     outcome.reason(), "interrupted", all.interrupted, "scene", report.file,
-                     "title", report.title, "scene_hash", report.scene_hash, "rate_hz",
-                     all.claim.rate, "deadline_us", us * all.claim.deadline, "duration_s",
-                     all.claim.duration, "confidence", 0.95, "load", text_or_null(worst.load));
-  json.update(phase_json(report, worst.scene));
-  add_keys(json, "control", phase_json(report, worst.control), "tail", tail_json(worst.tail),
-           "compute_budget", budget_json(report), "missed_tick", missed_tick_json(all.missed_tick),
-           "environment", environment, "loads", list_of(all.loads, of_load), "notes", all.notes,
-           "command", report.command, "provenance", report.provenance);
-  return json_text(json, 2);
-}
-
-namespace {
-
 std::string headline(Status status) {
   std::string text(verdict_word(status));
   text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
@@ -459,6 +371,78 @@ Section tail_section(const Tail& tail, const std::vector<Table>& tables) {
 }
 
 }  // namespace
+
+std::vector<NamedPhase> phases_of(const CertificateReport& report) {
+  std::vector<const LoadResult*> loads;
+  for (const LoadResult& load : report.result.loads) { loads.push_back(&load); }
+  std::ranges::stable_partition(
+      loads, [&](const LoadResult* load) { return load == report.result.worst(); });
+  std::vector<NamedPhase> phases;
+  for (const LoadResult* load : loads) {
+    const std::string suffix = loads.size() > 1 ? ", load " + load->load : "";
+    phases.push_back({"empty loop" + suffix, &load->control, true});
+    phases.push_back({"scene" + suffix, &load->scene, false});
+  }
+  return phases;
+}
+
+std::string to_csv(const CertificateReport& report) {
+  std::vector<NamedHistogram> columns;
+  const LoadResult nothing("", report.result.claim.deadline);
+  const LoadResult& worst = report.result.worst() != nullptr ? *report.result.worst() : nothing;
+  std::ranges::move(histograms_of(worst, ""), std::back_inserter(columns));
+  if (report.result.loads.size() > 1) {
+    for (const LoadResult& load : report.result.loads) {
+      std::ranges::move(histograms_of(load, "_" + load.load), std::back_inserter(columns));
+    }
+  }
+  std::string csv = "bin_start_us";
+  std::size_t bins = 0;
+  for (const NamedHistogram& column : columns) {
+    csv += "," + column.name;
+    bins = std::max(bins, column.times->used_bins());
+  }
+  csv += "\n";
+  for (std::size_t bin = 0; bin < bins; ++bin) {
+    const auto holds = [bin](const NamedHistogram& column) {
+      return column.times->counts()[bin] > 0;
+    };
+    if (std::ranges::none_of(columns, holds)) { continue; }
+    csv += std::to_string(bin);
+    for (const NamedHistogram& column : columns) {
+      csv += "," + std::to_string(column.times->counts()[bin]);
+    }
+    csv += "\n";
+  }
+  return csv;
+}
+
+std::string to_json(const CertificateReport& report) {
+  const Certificate& all = report.result;
+  const Outcome outcome = outcome_of(all);
+  const LoadResult nothing("", all.claim.deadline);
+  const LoadResult& worst = all.worst() != nullptr ? *all.worst() : nothing;
+  Json environment = Json::object();
+  for (const EnvironmentFact& fact : report.environment) {
+    environment[fact.key] =
+        std::visit([](const auto& value) { return value_json(value); }, fact.value);
+  }
+  const auto of_load = [&report](const LoadResult& load) {
+    return object("load", load.load, "control", phase_json(report, load.control), "scene",
+                  phase_json(report, load.scene), "tail", tail_json(load.tail));
+  };
+  Json json = object("schema", 1, "verdict", verdict_word(outcome.status), "reason",
+                     outcome.reason(), "interrupted", all.interrupted, "scene", report.file,
+                     "title", report.title, "scene_hash", report.scene_hash, "rate_hz",
+                     all.claim.rate, "deadline_us", us * all.claim.deadline, "duration_s",
+                     all.claim.duration, "confidence", 0.95, "load", text_or_null(worst.load));
+  json.update(phase_json(report, worst.scene));
+  add_keys(json, "control", phase_json(report, worst.control), "tail", tail_json(worst.tail),
+           "compute_budget", budget_json(report), "missed_tick", missed_tick_json(all.missed_tick),
+           "environment", environment, "loads", list_of(all.loads, of_load), "notes", all.notes,
+           "command", report.command, "provenance", report.provenance);
+  return json_text(json, 2);
+}
 
 std::string to_html(const CertificateReport& report) {
   const Certificate& all = report.result;

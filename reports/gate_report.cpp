@@ -12,7 +12,6 @@
 #include "validation/gate/change.hpp"
 
 namespace palpate {
-
 namespace {
 
 using gate::CaseChanges;
@@ -81,45 +80,6 @@ Table changes_table(const gate::GateResult& result, bool all) {
   return table;
 }
 
-}  // namespace
-
-std::string verdict_text(const gate::GateResult& result) {
-  const std::string of = " of " + std::to_string(result.cases.size()) + " cases ";
-  if (result.holds()) { return "PASS: none" + of + "became worse"; }
-  if (result.counts().failed == 0) { return "FAIL: " + result.faults.front(); }
-  return "FAIL: " + std::to_string(result.counts().failed) + of + "regressed";
-}
-
-std::string verdict_sentence(const gate::GateResult& result) {
-  const gate::ChangeCounts sum = result.counts();
-  std::string text = std::to_string(sum.identical) + " identical to the last bit, " +
-                     std::to_string(sum.unchanged) + " within rounding or what is allowed, " +
-                     std::to_string(sum.better) + " better, " + std::to_string(sum.failed) +
-                     " regressed";
-  return sum.better > 0 ? text + "; `palpate approve` keeps what is better" : text;
-}
-
-std::string changes_text(const gate::GateResult& result) {
-  std::vector<std::vector<std::string>> rows = rows_of(result, false);
-  if (rows.empty()) { return {}; }
-  rows.insert(rows.begin(), std::vector<std::string>(heads.begin(), heads.end()));
-  std::array<std::size_t, heads.size()> width{};
-  for (const auto& row : rows) {
-    for (std::size_t n = 0; n < heads.size(); ++n) { width[n] = std::max(width[n], row[n].size()); }
-  }
-  std::string text;
-  for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t n = 0; n < heads.size(); ++n) {
-      line += row[n] + std::string(width[n] - row[n].size() + 2, ' ');
-    }
-    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
-  }
-  return text;
-}
-
-namespace {
-
 using Json = nlohmann::ordered_json;
 
 Json change_json(const gate::Change& change) {
@@ -133,30 +93,6 @@ Json changes_json(const gate::CaseChanges& one) {
                 name_of(one.outcome.status), "identical", one.identical, "better", one.better(),
                 "changes", list_of(one.changes, change_json));
 }
-
-}  // namespace
-
-std::string to_json(const GateReport& report) {
-  const gate::ChangeCounts sum = report.result.counts();
-  Json approved = nullptr;
-  if (!report.baseline.ledger.empty()) {
-    const gate::Approval& last = report.baseline.ledger.back();
-    approved = object("date", last.date, "commit", last.commit, "reason", last.reason);
-  }
-  return json_text(object("schema", 1, "verdict", report.result.holds() ? "pass" : "fail", "reason",
-                          verdict_text(report.result), "results", report.results, "baseline",
-                          report.baseline_file, "approved", approved, "identical", sum.identical,
-                          "unchanged", sum.unchanged, "better", sum.better, "failed", sum.failed,
-                          "faults", report.result.faults, "provenance",
-                          object("before", report.baseline.provenance, "now", report.provenance),
-                          "cases", list_of(report.result.cases, changes_json)));
-}
-
-std::string to_junit(const GateReport& report) {
-  return to_junit({.title = "Palpate gate", .outcomes = report.result.outcomes()});
-}
-
-namespace {
 
 constexpr std::size_t most_drawn = 40;  ///< more series in one picture would not be readable
 
@@ -291,6 +227,61 @@ std::vector<Fact> rule_facts() {
 }
 
 }  // namespace
+
+std::string verdict_text(const gate::GateResult& result) {
+  const std::string of = " of " + std::to_string(result.cases.size()) + " cases ";
+  if (result.holds()) { return "PASS: none" + of + "became worse"; }
+  if (result.counts().failed == 0) { return "FAIL: " + result.faults.front(); }
+  return "FAIL: " + std::to_string(result.counts().failed) + of + "regressed";
+}
+
+std::string verdict_sentence(const gate::GateResult& result) {
+  const gate::ChangeCounts sum = result.counts();
+  std::string text = std::to_string(sum.identical) + " identical to the last bit, " +
+                     std::to_string(sum.unchanged) + " within rounding or what is allowed, " +
+                     std::to_string(sum.better) + " better, " + std::to_string(sum.failed) +
+                     " regressed";
+  return sum.better > 0 ? text + "; `palpate approve` keeps what is better" : text;
+}
+
+std::string changes_text(const gate::GateResult& result) {
+  std::vector<std::vector<std::string>> rows = rows_of(result, false);
+  if (rows.empty()) { return {}; }
+  rows.insert(rows.begin(), std::vector<std::string>(heads.begin(), heads.end()));
+  std::array<std::size_t, heads.size()> width{};
+  for (const auto& row : rows) {
+    for (std::size_t n = 0; n < heads.size(); ++n) { width[n] = std::max(width[n], row[n].size()); }
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t n = 0; n < heads.size(); ++n) {
+      line += row[n] + std::string(width[n] - row[n].size() + 2, ' ');
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
+}
+
+std::string to_json(const GateReport& report) {
+  const gate::ChangeCounts sum = report.result.counts();
+  Json approved = nullptr;
+  if (!report.baseline.ledger.empty()) {
+    const gate::Approval& last = report.baseline.ledger.back();
+    approved = object("date", last.date, "commit", last.commit, "reason", last.reason);
+  }
+  return json_text(object("schema", 1, "verdict", report.result.holds() ? "pass" : "fail", "reason",
+                          verdict_text(report.result), "results", report.results, "baseline",
+                          report.baseline_file, "approved", approved, "identical", sum.identical,
+                          "unchanged", sum.unchanged, "better", sum.better, "failed", sum.failed,
+                          "faults", report.result.faults, "provenance",
+                          object("before", report.baseline.provenance, "now", report.provenance),
+                          "cases", list_of(report.result.cases, changes_json)));
+}
+
+std::string to_junit(const GateReport& report) {
+  return to_junit({.title = "Palpate gate", .outcomes = report.result.outcomes()});
+}
 
 std::string to_html(const GateReport& report) {
   const auto& ledger = report.baseline.ledger;

@@ -75,6 +75,19 @@ InputRecording read_raw(const std::filesystem::path& path, const io::ReadOptions
   return read;
 }
 
+std::vector<std::filesystem::path> files_in(const std::filesystem::path& path) {
+  if (!std::filesystem::is_directory(path)) { return {path}; }
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(path)) {
+    if (entry.path().extension() == ".h5") { files.push_back(entry.path()); }
+  }
+  if (files.empty()) {
+    throw InputError(path.string() + ": has no .h5 file; a folder of recordings has some");
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
 }  // namespace
 
 std::string_view name_of(RecordingFormat format) {
@@ -128,23 +141,6 @@ std::string hash_of_file(const std::filesystem::path& file) {
   constexpr std::size_t most_bytes = std::size_t{4} << 30U;
   return io::content_hash(io::read_bytes(file, most_bytes));
 }
-
-namespace {
-
-std::vector<std::filesystem::path> files_in(const std::filesystem::path& path) {
-  if (!std::filesystem::is_directory(path)) { return {path}; }
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(path)) {
-    if (entry.path().extension() == ".h5") { files.push_back(entry.path()); }
-  }
-  if (files.empty()) {
-    throw InputError(path.string() + ": has no .h5 file; a folder of recordings has some");
-  }
-  std::ranges::sort(files);
-  return files;
-}
-
-}  // namespace
 
 std::vector<RecordingFile> read_recordings(const std::vector<std::filesystem::path>& paths,
                                            const std::function<void(const RecordingFile&)>& check) {

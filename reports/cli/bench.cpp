@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
 
-#include <memory>
-
 #include "fixtures/io/file_bytes.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/folders.hpp"
 #include "reports/cli/validate.hpp"
-#include "reports/timing/callgrind.hpp"
 #include "reports/timing/child_process.hpp"
 #include "reports/timing/history.hpp"
 #include "reports/timing/paired_runs.hpp"

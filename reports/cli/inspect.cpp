@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: MIT
 
-#include "reports/cli/inspect.hpp"
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 
 #include "model/problem/needle_path.hpp"

@@ -21,7 +21,6 @@
 #endif
 
 namespace palpate::cli {
-
 namespace {
 
 std::string utc_now() {
@@ -44,26 +43,6 @@ std::string processor_line(const std::string& name) {
   }
   return {};
 }
-
-}  // namespace
-
-std::map<std::string, std::string> build_provenance() {
-  const std::string processor = processor_line("model name");
-  return {
-      {"version", build::version},
-      {"commit", build::commit},
-      {"compiler", std::string("g++ ") + __VERSION__},
-      {"flags", PALPATE_FLAGS},
-      {"processor", (processor.empty() ? "unknown" : processor) + ", " +
-                        std::to_string(std::thread::hardware_concurrency()) + " hardware threads"},
-      {"date", utc_now()}};
-}
-
-std::string version_text() {
-  return std::string("palpate ") + build::version + " (" + build::commit + ")";
-}
-
-namespace {
 
 using Value = decltype(EnvironmentFact::value);
 
@@ -165,6 +144,22 @@ void add_kernel(std::vector<EnvironmentFact>& facts) {
 }
 
 }  // namespace
+
+std::map<std::string, std::string> build_provenance() {
+  const std::string processor = processor_line("model name");
+  return {
+      {"version", build::version},
+      {"commit", build::commit},
+      {"compiler", std::string("g++ ") + __VERSION__},
+      {"flags", PALPATE_FLAGS},
+      {"processor", (processor.empty() ? "unknown" : processor) + ", " +
+                        std::to_string(std::thread::hardware_concurrency()) + " hardware threads"},
+      {"date", utc_now()}};
+}
+
+std::string version_text() {
+  return std::string("palpate ") + build::version + " (" + build::commit + ")";
+}
 
 std::size_t largest_cache() {
   constexpr long least = 1L << 20U;

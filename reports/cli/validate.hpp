@@ -2,10 +2,12 @@
 #pragma once
 /// Common part of `validate` and `bench`: select, run and report cases, and write the results.
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/results/results.hpp"
 #include "validation/case.hpp"
@@ -40,5 +42,16 @@ void add_cases(CLI::App& command, ValidateOptions& options, const char* help);
 
 /// Runs the cases and returns the exit code of the command.
 int judge(const ValidateOptions& options, const Judging& what);
+
+/// Source folder that this program was built from. It contains the shipped scenes.
+std::filesystem::path source_folder();
+
+// Cache of reference solutions (reference::Cache) in a folder of HDF5 files.
+
+/// Returns $XDG_CACHE_HOME/palpate, else ~/.cache/palpate, else a folder beside the temporary
+/// files.
+std::filesystem::path default_cache_folder();
+
+reference::Cache cache_in(const std::filesystem::path& folder);
 
 }  // namespace palpate::cli

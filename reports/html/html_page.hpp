@@ -12,6 +12,11 @@
 
 namespace palpate {
 
+// Factors from SI units to displayed units.
+inline constexpr double mm = 1e3;  ///< [mm/m]
+inline constexpr double mj = 1e3;  ///< [mJ/J]
+inline constexpr double us = 1e6;  ///< [us/s]
+
 /// Escapes text for HTML, SVG and XML: & < > " ' are escaped, control characters that XML forbids
 /// become a question mark, and invalid UTF-8 becomes the replacement character.
 std::string escape_markup(std::string_view text);

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <string>
 #include <tuple>
-#include <vector>
 
 #include "html_templates.hpp"
 #include "report_assets.hpp"
@@ -17,7 +15,6 @@
 #include "reports/results/results.hpp"
 
 namespace palpate {
-
 namespace {
 
 std::string unit_text(const std::string& unit) {
@@ -43,59 +40,6 @@ double share_of_upper(double value, double bound) {
   if (bound < 0.0) { return value < 0.0 ? bound / value : unbounded; }
   return value < 0.0 ? 0.0 : value > 0.0 ? unbounded : 1.0;
 }
-
-}  // namespace
-
-double share_of_bound(const Quantity& q) {
-  if (std::isnan(q.value)) { return unbounded; }
-  const bool above = std::isfinite(q.lower);
-  const bool below = std::isfinite(q.upper);
-  double share = std::isfinite(q.value) ? 0.0 : unbounded;
-  if (above && below) {
-    const double half = 0.5 * (q.upper - q.lower);
-    const double away = std::abs(q.value - 0.5 * (q.upper + q.lower)) + q.uncertainty;
-    share = half > 0.0 ? away / half : unbounded;
-  } else if (below) {
-    share = share_of_upper(q.value + q.uncertainty, q.upper);
-  } else if (above) {
-    share = share_of_upper(q.uncertainty - q.value, -q.lower);
-  }
-  // Rounding must not make the displayed fraction contradict the verdict.
-  return q.holds() ? std::min(share, 1.0) : std::max(share, std::nextafter(1.0, 2.0));
-}
-
-const Quantity* tightest_quantity(const Outcome& outcome) {
-  const Quantity* tightest = nullptr;
-  const auto rank = [](const Quantity& q) {
-    return std::tuple(!q.holds(), std::isnan(q.value), !met_exactly(q), share_of_bound(q));
-  };
-  for (const Quantity& q : outcome.quantities) {
-    if (!q.judged()) { continue; }
-    if (tightest == nullptr || rank(q) > rank(*tightest)) { tightest = &q; }
-  }
-  return tightest;
-}
-
-std::string allowed_text(const Quantity& q) {
-  const bool above = std::isfinite(q.lower);
-  const bool below = std::isfinite(q.upper);
-  const std::string unit = unit_text(q.unit);
-  const int digits = digits_of(q);
-  const std::string upper = short_number(q.upper, digits) + unit;
-  if (above && below) {
-    if (q.lower == q.upper) { return "= " + upper; }
-    return short_number(q.lower, digits) + " to " + upper;
-  }
-  if (below) { return "≤ " + upper; }
-  return above ? "≥ " + short_number(q.lower, digits) + unit : "finite";
-}
-
-std::string measured_text(const Quantity& q) {
-  const std::string number = short_number(q.value, digits_of(q));
-  return std::isnan(q.value) ? number : number + unit_text(q.unit);
-}
-
-namespace {
 
 std::string share_text(const Quantity& q) {
   if (std::isnan(q.value)) { return "–"; }
@@ -371,6 +315,55 @@ Section suite_section(const Suite& suite) {
 }
 
 }  // namespace
+
+double share_of_bound(const Quantity& q) {
+  if (std::isnan(q.value)) { return unbounded; }
+  const bool above = std::isfinite(q.lower);
+  const bool below = std::isfinite(q.upper);
+  double share = std::isfinite(q.value) ? 0.0 : unbounded;
+  if (above && below) {
+    const double half = 0.5 * (q.upper - q.lower);
+    const double away = std::abs(q.value - 0.5 * (q.upper + q.lower)) + q.uncertainty;
+    share = half > 0.0 ? away / half : unbounded;
+  } else if (below) {
+    share = share_of_upper(q.value + q.uncertainty, q.upper);
+  } else if (above) {
+    share = share_of_upper(q.uncertainty - q.value, -q.lower);
+  }
+  // Rounding must not make the displayed fraction contradict the verdict.
+  return q.holds() ? std::min(share, 1.0) : std::max(share, std::nextafter(1.0, 2.0));
+}
+
+const Quantity* tightest_quantity(const Outcome& outcome) {
+  const Quantity* tightest = nullptr;
+  const auto rank = [](const Quantity& q) {
+    return std::tuple(!q.holds(), std::isnan(q.value), !met_exactly(q), share_of_bound(q));
+  };
+  for (const Quantity& q : outcome.quantities) {
+    if (!q.judged()) { continue; }
+    if (tightest == nullptr || rank(q) > rank(*tightest)) { tightest = &q; }
+  }
+  return tightest;
+}
+
+std::string allowed_text(const Quantity& q) {
+  const bool above = std::isfinite(q.lower);
+  const bool below = std::isfinite(q.upper);
+  const std::string unit = unit_text(q.unit);
+  const int digits = digits_of(q);
+  const std::string upper = short_number(q.upper, digits) + unit;
+  if (above && below) {
+    if (q.lower == q.upper) { return "= " + upper; }
+    return short_number(q.lower, digits) + " to " + upper;
+  }
+  if (below) { return "≤ " + upper; }
+  return above ? "≥ " + short_number(q.lower, digits) + unit : "finite";
+}
+
+std::string measured_text(const Quantity& q) {
+  const std::string number = short_number(q.value, digits_of(q));
+  return std::isnan(q.value) ? number : number + unit_text(q.unit);
+}
 
 std::string to_html(const Results& results) {
   const Tally sum = tally(results.outcomes);

@@ -3,7 +3,6 @@
 /// HTML page of validation results.
 
 #include <string>
-#include <vector>
 
 #include "reports/html/html_page.hpp"
 #include "reports/results/results.hpp"

@@ -2,8 +2,6 @@
 
 #include "reports/results/baseline_file.hpp"
 
-#include <cmath>
-#include <filesystem>
 #include <functional>
 #include <stdexcept>
 
@@ -15,7 +13,6 @@
 #include "validation/gate/baseline.hpp"
 
 namespace palpate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -104,41 +101,6 @@ std::filesystem::path curves_of_baseline(const std::filesystem::path& path) {
   return std::filesystem::path(path).replace_extension(".h5");
 }
 
-}  // namespace
-
-void write_baseline(const std::filesystem::path& path, const gate::Baseline& baseline) {
-  if (path.extension() == ".h5") {
-    throw InputError(path.string() + ": the curves go there; a name with another ending, as .json");
-  }
-  const std::string hash = write_curves(curves_of_baseline(path), baseline);
-  io::replace_file(path, json_text(to_json(baseline, hash)));
-}
-
-gate::Baseline read_baseline(const std::filesystem::path& path) {
-  const std::string text = io::read_text(path, most_bytes);
-  gate::Baseline baseline;
-  std::string hash;
-  try {
-    const Json json = Json::parse(text);
-    baseline = baseline_from(json);
-    hash = json.at("curves");
-  } catch (const std::exception& problem) {
-    throw json_trouble(path.string(), text, problem, "a baseline as palpate approve wrote it");
-  }
-  const std::filesystem::path curves = curves_of_baseline(path);
-  if (io::content_hash(io::read_bytes(curves, most_bytes)) != hash) {
-    throw InputError(curves.string() + ": does not belong to " + path.string() +
-                     ", or is damaged; the curves that palpate approve wrote with it");
-  }
-  const io::Hdf5File file = io::Hdf5File::open(curves);
-  for (gate::AcceptedCase& accepted : baseline.cases) {
-    read_figures(file, curves, group_of(accepted), accepted.outcome.figures);
-  }
-  return baseline;
-}
-
-namespace {
-
 namespace fs = std::filesystem;
 
 /// Removes the temporary folder from a message, since it differs between runs.
@@ -221,6 +183,37 @@ std::vector<Damage> damages() {
 }
 
 }  // namespace
+
+void write_baseline(const std::filesystem::path& path, const gate::Baseline& baseline) {
+  if (path.extension() == ".h5") {
+    throw InputError(path.string() + ": the curves go there; a name with another ending, as .json");
+  }
+  const std::string hash = write_curves(curves_of_baseline(path), baseline);
+  io::replace_file(path, json_text(to_json(baseline, hash)));
+}
+
+gate::Baseline read_baseline(const std::filesystem::path& path) {
+  const std::string text = io::read_text(path, most_bytes);
+  gate::Baseline baseline;
+  std::string hash;
+  try {
+    const Json json = Json::parse(text);
+    baseline = baseline_from(json);
+    hash = json.at("curves");
+  } catch (const std::exception& problem) {
+    throw json_trouble(path.string(), text, problem, "a baseline as palpate approve wrote it");
+  }
+  const std::filesystem::path curves = curves_of_baseline(path);
+  if (io::content_hash(io::read_bytes(curves, most_bytes)) != hash) {
+    throw InputError(curves.string() + ": does not belong to " + path.string() +
+                     ", or is damaged; the curves that palpate approve wrote with it");
+  }
+  const io::Hdf5File file = io::Hdf5File::open(curves);
+  for (gate::AcceptedCase& accepted : baseline.cases) {
+    read_figures(file, curves, group_of(accepted), accepted.outcome.figures);
+  }
+  return baseline;
+}
 
 std::vector<std::pair<std::string, std::string>> try_damaged_files() {
   std::vector<std::pair<std::string, std::string>> found;

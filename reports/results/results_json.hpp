@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <type_traits>
-#include <vector>
 
 #include "model/problem/input_error.hpp"
 #include "reports/results/results.hpp"

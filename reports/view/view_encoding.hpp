@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "reports/html/html_page.hpp"
 #include "reports/view/view.hpp"
 
 namespace palpate {
@@ -66,5 +67,18 @@ struct EncodedView {
 /// Encodes a view. Displacements are quantised to 1/32767 of the largest coordinate. If the result
 /// exceeds `most` bytes, coarser steps are used, then every second frame is removed until it fits.
 EncodedView encode(View view, std::size_t most = most_view_bytes);
+
+// Page section with the 3-D view of a run, and its pictures for print and for browsers without
+// WebGL.
+
+/// Section of the tissue at the plane of the cut: undeformed by tissue, and at the largest reaction
+/// by displacement.
+std::vector<Figure> still_figures(const View& view);
+
+/// Section without the start script: markup, style, pictures, numbers and three.js, all inline.
+Section view_section(const View& view);
+
+/// Script that starts the view; it must be the last script of the page.
+std::string view_script();
 
 }  // namespace palpate

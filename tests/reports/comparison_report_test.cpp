@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include "model/problem/recording.hpp"
-#include "reports/cli/tolerance_text.hpp"
 #include "tests/check.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
@@ -24,7 +23,7 @@ using Json = nlohmann::json;
 /// Recording of the analytic signal at 120 Hz times a factor, with a depth that increases at 5
 /// mm/s.
 RecordingFile compared_recording(const std::string& name, double factor,
-                                     Recording::Kind kind = Recording::Kind::reconstructed) {
+                                 Recording::Kind kind = Recording::Kind::reconstructed) {
   const std::vector<double> time = clinical::instants(14.0, 120.0);
   std::vector<double> pressure = clinical::pressures({}, time);
   for (double& p : pressure) { p *= factor; }
@@ -55,8 +54,7 @@ Trace compared_trace() {
   return trace;
 }
 
-ComparisonReport compared(std::vector<RecordingFile> recordings,
-                          Trace trace = compared_trace()) {
+ComparisonReport compared(std::vector<RecordingFile> recordings, Trace trace = compared_trace()) {
   ComparisonReport report{
       .recordings = std::move(recordings),
       .simulation = {.file = "trace.h5", .hash = "4567", .trace = std::move(trace)},

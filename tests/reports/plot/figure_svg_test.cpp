@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "reports/plot/figure_look.hpp"
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 

@@ -12,9 +12,7 @@
 #include "model/tissue/network_builder.hpp"
 #include "model/tissue/skin.hpp"
 #include "model/tissue/solids.hpp"
-#include "reports/view/cell_grid.hpp"
 #include "reports/view/view_encoding.hpp"
-#include "reports/view/view_page.hpp"
 #include "tests/check.hpp"
 
 namespace {
