@@ -129,14 +129,11 @@ std::string interval_text(const comparison::Interval& interval) {
 std::string small_text(double value) { return value < 0.01 ? "< 0.01" : short_number(value, 3); }
 
 Table parameter_table(const Fit& fit) {
-  Table table{
-      .id = "parameters",
-      .title = "Parameters",
-      .caption =
-          "Priors and bounds are log-normal about the scene's values; intervals are 95 %. "
-          "Sensitivity: what one spread of the prior moves, in uncertainties of the recordings.",
-      .columns = {"parameter", "unit", "told", "prior", "fitted", "interval", "bounds",
-                  "sensitivity"}};
+  Table table = make_table(
+      "parameters", "Parameters",
+      "Priors and bounds are log-normal about the scene's values; intervals are 95 %. "
+      "Sensitivity: what one spread of the prior moves, in uncertainties of the recordings.",
+      {"parameter", "unit", "told", "prior", "fitted", "interval", "bounds", "sensitivity"});
   const auto add = [&](const FittedParameter& each) {
     const bool told = each.telling == Telling::told;
     table.rows.push_back(
@@ -156,14 +153,11 @@ Table parameter_table(const Fit& fit) {
 
 Table observable_table(const Calibration& result) {
   const Fit& fit = result.fit;
-  Table table{
-      .id = "observables",
-      .title = "Recordings and simulation",
-      .caption =
-          "Means over subjects with their standard uncertainty; the scene before and after, and "
-          "the fitted scene without the coarser block and step that the fit uses.",
-      .columns = {"observable", "subjects", "mean", "uncertainty", "before", "after",
-                  "after, whole scene"}};
+  Table table = make_table(
+      "observables", "Recordings and simulation",
+      "Means over subjects with their standard uncertainty; the scene before and after, and "
+      "the fitted scene without the coarser block and step that the fit uses.",
+      {"observable", "subjects", "mean", "uncertainty", "before", "after", "after, whole scene"});
   for (const Eigen::Index row : fit.rows) {
     table.rows.push_back({std::to_string(table.rows.size() + 1) + " " + std::string(name_of(row)),
                           static_cast<double>(fit.data.count[static_cast<std::size_t>(row)]),
@@ -176,12 +170,11 @@ Table observable_table(const Calibration& result) {
 }
 
 Table correlation_table(const Fit& fit) {
-  Table table{.id = "correlation",
-              .title = "Correlation",
-              .caption =
-                  "Of the logarithms of what was told. Near 1 or -1 two parameters are known "
-                  "together alone.",
-              .columns = {"parameter"}};
+  Table table =
+      make_table("correlation", "Correlation",
+                 "Of the logarithms of what was told. Near 1 or -1 two parameters are known "
+                 "together alone.",
+                 {"parameter"});
   for (std::size_t n = 0; n < fit.told.size(); ++n) {
     table.columns.push_back(std::to_string(n + 1));
   }
@@ -197,13 +190,12 @@ Table correlation_table(const Fit& fit) {
 }
 
 Table held_out_table(const std::vector<HeldOut>& held_out) {
-  Table table{.id = "held-out",
-              .title = "Prediction of each group from the others",
-              .caption =
-                  "Fitted to all groups but one. Errors are root mean squares over observables, "
-                  "relative: of those that were fitted, and of the group that was not.",
-              .columns = {"group left out", "subjects", "error, fitted", "error, predicted",
-                          "peak recorded", "peak predicted"}};
+  Table table =
+      make_table("held-out", "Prediction of each group from the others",
+                 "Fitted to all groups but one. Errors are root mean squares over observables, "
+                 "relative: of those that were fitted, and of the group that was not.",
+                 {"group left out", "subjects", "error, fitted", "error, predicted",
+                  "peak recorded", "peak predicted"});
   const Eigen::Index peak = index_of(Observable::pressure_peak);
   for (const HeldOut& each : held_out) {
     table.rows.push_back(
@@ -216,10 +208,9 @@ Table held_out_table(const std::vector<HeldOut>& held_out) {
 }
 
 Table recording_table(const CalibrationReport& report) {
-  Table table{.id = "recordings",
-              .title = "Recordings",
-              .caption = "Each with where its force along the needle comes from.",
-              .columns = {"file", "kind", "group", "technique", "force", "hash"}};
+  Table table = make_table("recordings", "Recordings",
+                           "Each with where its force along the needle comes from.",
+                           {"file", "kind", "group", "technique", "force", "hash"});
   for (const CalibratedRecording& each : report.recordings) {
     table.rows.push_back({each.file, std::string(io::word_of(each.observed.recording.kind)),
                           each.observed.recording.group, each.observed.recording.technique,

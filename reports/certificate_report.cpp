@@ -32,13 +32,11 @@ std::string place_of(const CertificateReport& report, bool empty, const Peak& wo
 }
 
 Table times_table(const CertificateReport& report) {
-  Table table{.id = "times",
-              .title = "Times of every tick",
-              .caption =
-                  "In us, from the scheduled release. A percentile is the end of its bin of 1 us; "
-                  "it is left out where no tick lies above it.",
-              .columns = {"phase", "what", "min"},
-              .timing = true};
+  Table table =
+      make_table("times", "Times of every tick",
+                 "In us, from the scheduled release. A percentile is the end of its bin of 1 us; "
+                 "it is left out where no tick lies above it.",
+                 {"phase", "what", "min"});
   for (const auto& [name, share] : shown_percentiles) { table.columns.emplace_back(name); }
   table.columns.insert(table.columns.end(), {"max", "max was at"});
   for (const NamedPhase& named : phases_of(report)) {
@@ -62,16 +60,12 @@ Table times_table(const CertificateReport& report) {
 }
 
 Table misses_table(const CertificateReport& report) {
-  Table table{
-      .id = "misses",
-      .title = "Missed deadlines",
-      .caption =
-          "The limit of the miss probability is the upper one of Clopper and Pearson, 95 %, "
-          "one-sided. Recovery: from the first missed release until a tick was in time again.",
-      .columns = {"phase", "ticks", "missed", "limit of the miss probability", "longest run",
-                  "longest recovery (ms)", "restarts", "page faults", "thread pushed aside",
-                  "stolen (ms)"},
-      .timing = true};
+  Table table = make_table(
+      "misses", "Missed deadlines",
+      "The limit of the miss probability is the upper one of Clopper and Pearson, 95 %, "
+      "one-sided. Recovery: from the first missed release until a tick was in time again.",
+      {"phase", "ticks", "missed", "limit of the miss probability", "longest run",
+       "longest recovery (ms)", "restarts", "page faults", "thread pushed aside", "stolen (ms)"});
   for (const NamedPhase& named : phases_of(report)) {
     const Phase& phase = *named.phase;
     const Misses& misses = phase.record.misses;
@@ -87,20 +81,16 @@ Table misses_table(const CertificateReport& report) {
 }
 
 Table probes_table(const CertificateReport& report) {
-  Table table{
-      .id = "provocations",
-      .title = "Worst ticks, provoked",
-      .caption =
-          "Time on the thread's own clock, the least of the repetitions, so that other work on the "
-          "machine does not count; costliest first. Instructions of the scene's costliest tick: " +
+  Table table = make_table(
+      "provocations", "Worst ticks, provoked",
+      "Time on the thread's own clock, the least of the repetitions, so that other work on the "
+      "machine does not count; costliest first. Instructions of the scene's costliest tick: " +
           (report.result.budget.worst_instructions
                ? short_number(static_cast<double>(*report.result.budget.worst_instructions))
                : "not counted (" + report.not_counted + ")") +
           ".",
-      .columns = {"provocation", "how", "scene at (s)", "computes for (us)",
-                  "by the wall clock (us)", "of the deadline (%)", "cycles (thousands)",
-                  "repetitions"},
-      .timing = true};
+      {"provocation", "how", "scene at (s)", "computes for (us)", "by the wall clock (us)",
+       "of the deadline (%)", "cycles (thousands)", "repetitions"});
   const double cycles = report.cycles_per_second.value_or(std::numeric_limits<double>::quiet_NaN());
   for (const WorstCaseProbe& each : report.result.budget.probes) {
     table.rows.push_back({each.name, each.what, each.scene_time, us * each.processor,
@@ -113,11 +103,9 @@ Table probes_table(const CertificateReport& report) {
 }
 
 Table tail_table(const Tail& tail) {
-  Table table{.id = "tail",
-              .title = "Assumptions of the extrapolation",
-              .caption = "Each check fails one time in a thousand where its claim is true.",
-              .columns = {"claim", "found", "at least", "at most", "holds"},
-              .timing = true};
+  Table table = make_table("tail", "Assumptions of the extrapolation",
+                           "Each check fails one time in a thousand where its claim is true.",
+                           {"claim", "found", "at least", "at most", "holds"});
   for (const Quantity& check : tail.checks) {
     table.rows.push_back({check.bound_from, check.value, check.lower, check.upper,
                           std::string(check.holds() ? "yes" : "no")});
@@ -126,14 +114,12 @@ Table tail_table(const Tail& tail) {
 }
 
 Table levels_table(const Tail& tail) {
-  Table table{.id = "levels",
-              .title = "Extrapolated response times",
-              .caption =
-                  "Exceeded by one tick in so many, by the generalised Pareto distribution above "
-                  "the lowest threshold, with profile-likelihood limits; no further than two "
-                  "decades beyond the data.",
-              .columns = {"one tick in", "response (us)", "95 % from (us)", "to (us)"},
-              .timing = true};
+  Table table =
+      make_table("levels", "Extrapolated response times",
+                 "Exceeded by one tick in so many, by the generalised Pareto distribution above "
+                 "the lowest threshold, with profile-likelihood limits; no further than two "
+                 "decades beyond the data.",
+                 {"one tick in", "response (us)", "95 % from (us)", "to (us)"});
   for (const ReturnLevel& level : tail.levels) {
     table.rows.push_back(
         {1.0 / level.probability, us * level.value, us * level.lower, us * level.upper});

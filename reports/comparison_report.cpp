@@ -167,12 +167,11 @@ PagePart recordings_part(const ComparisonReport& report) {
 
 /// Table of features over the subjects of a group: mean, SD, interval, simulated value.
 Table subjects_table(const GroupSummary& group) {
-  Table table{
-      .title = "Features over the subjects of " + name_of_group(group.group),
-      .caption =
-          "Several recordings of one subject count as their mean. Intervals of the mean: "
-          "percentile bootstrap, seeded; of few subjects they are too narrow.",
-      .columns = {"feature", "subjects", "mean", "SD", "95 % interval of the mean", "simulated"}};
+  Table table =
+      make_table("", "Features over the subjects of " + name_of_group(group.group),
+                 "Several recordings of one subject count as their mean. Intervals of the mean: "
+                 "percentile bootstrap, seeded; of few subjects they are too narrow.",
+                 {"feature", "subjects", "mean", "SD", "95 % interval of the mean", "simulated"});
   for (const FeatureSummary& one : group.features) {
     const auto value = [&](double number) { return shown(one.feature, number, one.unit); };
     const bool event = one.feature == Feature::loss_of_resistance;
@@ -189,14 +188,12 @@ Table subjects_table(const GroupSummary& group) {
 /// Table of ISO 18571 with its parts, Sprague-Geers and RMSE for every compared recording.
 Table ratings_table(const ComparisonReport& report) {
   const FieldUnit unit = field_unit(unit_of(report.options.comparison.quantity));
-  Table table{
-      .title = "Ratings and distances of whole traces",
-      .caption =
-          "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude + "
-          "slope), of the filtered traces; E at the features, with u_val, is in their tables.",
-      .columns = {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude", "slope",
-                  "R unfiltered", "Sprague-Geers M", "P", "C", "RMSE (" + unit.name + ")",
-                  "NRMSE"}};
+  Table table = make_table(
+      "", "Ratings and distances of whole traces",
+      "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude + "
+      "slope), of the filtered traces; E at the features, with u_val, is in their tables.",
+      {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude", "slope", "R unfiltered",
+       "Sprague-Geers M", "P", "C", "RMSE (" + unit.name + ")", "NRMSE"});
   for (const Comparison& one : report.found.recordings) {
     if (one.outcome.status == Status::error) { continue; }
     const IsoRating rating = one.rating.value_or(IsoRating{.corridor = not_measured,
@@ -216,9 +213,9 @@ Table ratings_table(const ComparisonReport& report) {
 }
 
 Table defects_table(const ComparisonReport& report) {
-  Table table{.title = "What was found wrong with the recordings",
-              .caption = "Nothing of it was mended: a gap stays a gap, and no figure counts it.",
-              .columns = {"recording", "samples", "found", "warnings"}};
+  Table table = make_table("", "What was found wrong with the recordings",
+                           "Nothing of it was mended: a gap stays a gap, and no figure counts it.",
+                           {"recording", "samples", "found", "warnings"});
   for (const RecordingFile& one : report.recordings) {
     std::string warnings;
     for (const std::string& warning : one.input.warnings) {
@@ -233,9 +230,9 @@ Table defects_table(const ComparisonReport& report) {
 }
 
 Table tolerances_table(const ComparisonReport& report) {
-  Table table{.title = "Tolerances in force",
-              .caption = "Of a recorded value; --tolerance replaces them.",
-              .columns = {"feature", "allowed", "where it comes from"}};
+  Table table =
+      make_table("", "Tolerances in force", "Of a recorded value; --tolerance replaces them.",
+                 {"feature", "allowed", "where it comes from"});
   const QuantityKind quantity = report.options.comparison.quantity;
   for (std::size_t n = 0; n < feature_count; ++n) {
     const auto feature = static_cast<Feature>(n);
@@ -247,10 +244,10 @@ Table tolerances_table(const ComparisonReport& report) {
 }
 
 Table credibility_table(const ComparisonReport& report) {
-  Table table{
-      .title = "Credibility factors after ASME V&V 40-2018",
-      .caption = "What would be enough, and what there is. Nothing that was not shown is counted.",
-      .columns = {"activity", "factor", "goal", "shown", "evidence"}};
+  Table table =
+      make_table("", "Credibility factors after ASME V&V 40-2018",
+                 "What would be enough, and what there is. Nothing that was not shown is counted.",
+                 {"activity", "factor", "goal", "shown", "evidence"});
   for (const CredibilityFactor& factor : report.credibility) {
     table.rows.push_back({factor.activity, factor.factor, factor.goal,
                           std::string(comparison::name_of(factor.shown)), factor.evidence});

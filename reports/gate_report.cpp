@@ -179,7 +179,7 @@ void add_curves(const GateReport& report, std::vector<PagePart>& parts) {
 
 /// Provenance of both builds side by side, to show a change of the compiler or the flags.
 Table provenance_table(const GateReport& report) {
-  Table table{.id = "provenance", .title = "Builds", .columns = {"", "accepted", "now"}};
+  Table table = make_table("provenance", "Builds", "", {"", "accepted", "now"});
   const auto value = [](const auto& map, const std::string& key) {
     const auto found = map.find(key);
     return found == map.end() ? std::string() : found->second;
@@ -192,9 +192,8 @@ Table provenance_table(const GateReport& report) {
 }
 
 Table ledger_table(const gate::Baseline& baseline) {
-  Table table{.id = "ledger",
-              .title = "What was approved",
-              .columns = {"date", "commit", "cases", "reason"}};
+  Table table =
+      make_table("ledger", "What was approved", "", {"date", "commit", "cases", "reason"});
   for (auto entry = baseline.ledger.rbegin(); entry != baseline.ledger.rend(); ++entry) {
     table.rows.push_back(
         {entry->date, entry->commit, static_cast<double>(entry->cases.size()), entry->reason});

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 
-#include "reports/html/results_page.hpp"
-
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -70,9 +68,8 @@ std::string seconds_text(double seconds) {
 }
 
 Table cost_table(const Outcome& outcome) {
-  Table table{.title = "Cost on this machine",
-              .caption = "Measured once, and not judged here.",
-              .columns = {"what", "value", "unit"}};
+  Table table = make_table("", "Cost on this machine", "Measured once, and not judged here.",
+                           {"what", "value", "unit"});
   for (const Timing& timing : outcome.timings) {
     table.rows.push_back({timing.name, timing.value, timing.unit});
   }

@@ -10,7 +10,6 @@
 #include "fixtures/io/hdf5_file.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
-#include "reports/html/results_page.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/number_text.hpp"
